@@ -1,0 +1,1 @@
+"""From loops on roads to a system of robots and states."""

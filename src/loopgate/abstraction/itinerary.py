@@ -1,0 +1,88 @@
+"""How the states of a robot lie along the loop of its vehicle."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from loopgate.model import StateId, System
+
+__all__ = ["Abstraction", "Crossing", "Itinerary", "Leg"]
+
+
+@dataclass(frozen=True, slots=True)
+class Crossing:
+    """A stretch between two states in which a vehicle never waits (a movement over a junction).
+
+    Attributes
+    ----------
+    id
+        The movement's name; vehicles on the same movement follow each other.
+    foes
+        Movements that must not be under way at the same time. Symmetric.
+    """
+
+    id: str
+    foes: frozenset[str]
+
+
+@dataclass(frozen=True, slots=True)
+class Leg:
+    """One state on a vehicle's loop, in arc length from the beginning of the loop.
+
+    Attributes
+    ----------
+    state
+        The state's name.
+    begin_m, end_m
+        The stretch of the loop [m] that is this state; a refused vehicle stops with its front before
+        ``end_m``. ``begin_m`` may be negative or ``end_m`` beyond the loop's length where the state
+        lies across the loop's beginning.
+    crossings
+        What lies between ``end_m`` and the next leg's ``begin_m``; empty where states touch.
+    """
+
+    state: StateId
+    begin_m: float
+    end_m: float
+    crossings: tuple[Crossing, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Itinerary:
+    """The legs of one loop in driving order; leg ``k`` is position ``k`` of its robots' paths.
+
+    Attributes
+    ----------
+    loop
+        Name of the loop.
+    length_m
+        Length of one lap [m].
+    legs
+        One per position; ascending ``begin_m``.
+    """
+
+    loop: str
+    length_m: float
+    legs: tuple[Leg, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Abstraction:
+    """A system, and for each of its robots how its path lies on the road.
+
+    Attributes
+    ----------
+    name
+        ``segments`` or ``queues``.
+    system
+        Robots (vehicles), states and capacities, with the start positions.
+    itineraries
+        One per robot, in the system's order; robots on the same loop share one.
+    warnings
+        Lines for the user: what in the network makes this abstraction a bad fit.
+    """
+
+    name: str
+    system: System
+    itineraries: tuple[Itinerary, ...]
+    warnings: tuple[str, ...] = field(default=())

@@ -1,0 +1,57 @@
+"""The `loopgate` command: a group of subcommands, each in a module of its own, imported when used."""
+
+from __future__ import annotations
+
+import importlib
+import sys
+from typing import cast
+
+import click
+
+from loopgate.errors import LoopgateError
+
+__all__ = ["EXIT_BAD_INPUT", "EXIT_DEADLOCK", "cli", "main"]
+
+EXIT_DEADLOCK = 3
+EXIT_BAD_INPUT = 2
+EXIT_INTERRUPTED = 130
+
+_COMMANDS: dict[str, str] = {}
+"""Subcommand name to ``module:attribute``."""
+
+
+class _LazyGroup(click.Group):
+    """A group whose commands are imported only when they are asked for, so that ``--help`` is quick."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        del ctx
+        return list(_COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        del ctx
+        if cmd_name not in _COMMANDS:
+            return None
+        module, attribute = _COMMANDS[cmd_name].split(":")
+        return cast("click.Command", getattr(importlib.import_module(module), attribute))
+
+
+@click.group(cls=_LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(package_name="loopgate")
+def cli() -> None:
+    """Vehicles on closed loops in a SUMO road network that never collide and never lock up."""
+
+
+def main() -> None:
+    """Run the command line; errors of the package become one line on stderr and exit code 2."""
+    try:
+        code = cli.main(standalone_mode=False)
+    except click.ClickException as error:
+        error.show()
+        code = EXIT_BAD_INPUT
+    except (click.Abort, KeyboardInterrupt):
+        click.echo("loopgate: interrupted", err=True)
+        code = EXIT_INTERRUPTED
+    except LoopgateError as error:
+        click.echo(f"loopgate: {error}", err=True)
+        code = EXIT_BAD_INPUT
+    sys.exit(code)

@@ -1,0 +1,56 @@
+"""Errors that a user can act on.
+
+Every error the package raises on purpose derives from `LoopgateError`; its text is one line that says
+which file, robot, state or edge is concerned, what was found, and what was expected or how to go on.
+The command line prints that line and exits with code 2.
+"""
+
+from __future__ import annotations
+
+__all__ = [
+    "GateError",
+    "IllegalMoveError",
+    "LoopgateError",
+    "NetworkError",
+    "RouteError",
+    "ScenarioError",
+    "SystemFileError",
+    "SystemModelError",
+    "TrafficError",
+]
+
+
+class LoopgateError(Exception):
+    """Base of all errors that the package raises on purpose."""
+
+
+class SystemModelError(LoopgateError):
+    """A system of robots and states that breaks a rule of the model."""
+
+
+class SystemFileError(SystemModelError):
+    """A system file that cannot be read, or describes no valid system."""
+
+
+class IllegalMoveError(LoopgateError):
+    """A move was asked for that the model does not allow in that configuration."""
+
+
+class GateError(LoopgateError):
+    """An unknown gate, a bad gate option, or a start the gate refuses."""
+
+
+class NetworkError(LoopgateError):
+    """A road network that cannot be found, read or used."""
+
+
+class RouteError(LoopgateError):
+    """A route that is no closed loop a vehicle can drive in the network."""
+
+
+class ScenarioError(LoopgateError):
+    """A scenario whose parts do not fit together."""
+
+
+class TrafficError(LoopgateError):
+    """The traffic simulator refused something or stopped."""

@@ -1,0 +1,85 @@
+"""What a gate is: it admits or refuses one robot's next move."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Protocol, runtime_checkable
+
+from loopgate.model import Configuration
+
+__all__ = ["Decision", "Gate", "Reason"]
+
+
+class Reason(StrEnum):
+    """Why a move was admitted or refused; these words appear in traces and summaries."""
+
+    FREE = "free"
+    """Admitted: no rule of the gate speaks against it."""
+    STAYS = "stays"
+    """Refused: the robot has no next state."""
+    BEHIND = "behind"
+    """Refused: another robot stands before it in its FIFO state."""
+    OCCUPIED = "occupied"
+    """Refused: the next state is full."""
+    CROSSING = "crossing"
+    """Refused: a conflicting movement is passing the junction."""
+    DEADLOCK = "deadlock"
+    """Refused: the move would cause a deadlock, or may lead to one."""
+    RESERVE = "reserve"
+    """Refused for now by the negotiation, which keeps room free; it yields as the wait grows."""
+    NEGOTIATION = "negotiation"
+    """Refused for now: another robot won the negotiation."""
+    BUDGET = "budget"
+    """Refused: the gate could not decide within its budget."""
+
+
+@dataclass(frozen=True, slots=True)
+class Decision:
+    """A gate's answer to one request.
+
+    Attributes
+    ----------
+    admitted
+        Whether the robot may enter its next state now.
+    reason
+        Why; see `Reason`.
+    blockers
+        Robots whose moving on could change a refusal: the occupants of a full state, the robots of the
+        circuit. They are the edges of the wait-for graph.
+    detail
+        One line for people, with robots and states by name; empty where the reason says it all.
+    stage
+        Which stage of a staged gate decided; empty for others.
+    messages
+        Messages between robots that the decision cost, where the gate counts them.
+    """
+
+    admitted: bool
+    reason: Reason
+    blockers: tuple[int, ...] = ()
+    detail: str = ""
+    stage: str = ""
+    messages: int = 0
+
+
+@runtime_checkable
+class Gate(Protocol):
+    """Decides moves of one system. It knows robots and states, nothing of roads, files or clocks.
+
+    A gate class is called with the system, and with keyword options that the user may set
+    (``--gate name:option=value``). The caller asks `decide` as often as it likes, then reports each move
+    that really happens, in order, through `moved`.
+    """
+
+    def decide(self, configuration: Configuration, robot: int) -> Decision:
+        """Say whether `robot` may make its next move in `configuration`.
+
+        The answer depends on `configuration` (and on what `moved` told) alone and changes nothing that
+        a later answer depends on.
+        """
+        ...
+
+    def moved(self, configuration: Configuration, robot: int) -> None:
+        """Take note that `robot` has made an admitted move, which led to `configuration`."""
+        ...

@@ -1,0 +1,41 @@
+"""Collision avoidance alone (Zhou et al. 2020, Section 4.1): mutual exclusion, no look-ahead."""
+
+from __future__ import annotations
+
+from loopgate.gates.base import Decision, Reason
+from loopgate.model import Configuration, System
+
+__all__ = ["CollisionGate", "collision_decision"]
+
+
+def collision_decision(system: System, configuration: Configuration, robot: int) -> Decision:
+    """Decide the next move of `robot` by capacities and FIFO order alone: ``Sign(next) == 0``.
+
+    Every gate but `open` begins with this. O(visitors of the next state).
+    """
+    state = system.next_state(configuration, robot)
+    if state is None:
+        return Decision(admitted=False, reason=Reason.STAYS)
+    if not system.at_head(configuration, robot):
+        queue = system.occupants(configuration, system.state_at(configuration, robot))
+        ahead = queue[queue.index(robot) - 1]
+        return Decision(admitted=False, reason=Reason.BEHIND, blockers=(ahead,))
+    if not system.has_room(configuration, state):
+        return Decision(
+            admitted=False, reason=Reason.OCCUPIED, blockers=tuple(system.occupants(configuration, state))
+        )
+    return Decision(admitted=True, reason=Reason.FREE)
+
+
+class CollisionGate:
+    """Admits every move into a private state or one with room. It avoids collisions, not deadlocks."""
+
+    def __init__(self, system: System) -> None:
+        self._system = system
+
+    def decide(self, configuration: Configuration, robot: int) -> Decision:
+        """Admit the move iff the robot is movable: its next state is private or has room."""
+        return collision_decision(self._system, configuration, robot)
+
+    def moved(self, configuration: Configuration, robot: int) -> None:
+        """Do nothing: the gate has no memory."""

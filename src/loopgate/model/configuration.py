@@ -1,0 +1,24 @@
+"""Where every robot stands."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+__all__ = ["Configuration"]
+
+
+class Configuration(NamedTuple):
+    """The state of a system: one position per robot, and the order within its FIFO states.
+
+    Attributes
+    ----------
+    positions
+        ``positions[i]`` is the index on its path of robot ``i``, so that a state that comes back in a
+        round counts once per visit.
+    queues
+        For each FIFO state, in the order of ``System.fifo_states``, the robots in it, head first.
+        Empty for systems without FIFO states.
+    """
+
+    positions: tuple[int, ...]
+    queues: tuple[tuple[int, ...], ...] = ()

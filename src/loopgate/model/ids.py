@@ -1,0 +1,13 @@
+"""Types of the identifiers, so that a robot is never taken for a state."""
+
+from __future__ import annotations
+
+from typing import NewType
+
+__all__ = ["RobotId", "StateId"]
+
+RobotId = NewType("RobotId", str)
+"""Name of a robot (on the road: of a vehicle)."""
+
+StateId = NewType("StateId", str)
+"""Name of a discrete state (on the road: of a segment or of a place where vehicles may wait)."""

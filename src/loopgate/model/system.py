@@ -1,0 +1,260 @@
+"""The labelled transition system of all robots together."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+
+from loopgate.errors import IllegalMoveError, SystemModelError
+from loopgate.model.configuration import Configuration
+from loopgate.model.ids import RobotId, StateId
+from loopgate.model.robot import Robot
+
+__all__ = ["System"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class System:
+    """Robots on paths over states, some of them shared (Zhou et al. 2020, Section 3.2).
+
+    Robots and states are numbered: robot ``i`` is ``robots[i]``; state numbers follow the first
+    appearance along the robots' paths. Algorithms use the numbers, people the names.
+
+    A state that a single robot visits is *private*; every other state is a *collision state*. A collision
+    state holds ``capacity`` robots at once, one unless said otherwise. In a *FIFO* state robots leave in
+    the order in which they came; in any other state they may leave in any order.
+
+    Parameters
+    ----------
+    robots
+        At least one robot; ids are unique.
+    capacity
+        How many robots a state holds at once, for states that hold more than one (or to say 1 plainly).
+    fifo
+        The states that are left in order of arrival.
+
+    Raises
+    ------
+    SystemModelError
+        On duplicate robots, capacities below 1, capacity or FIFO given for a state that is on no path, or
+        more robots starting in a state than it holds.
+    """
+
+    robots: tuple[Robot, ...]
+    capacity: Mapping[StateId, int] = field(default_factory=dict)
+    fifo: frozenset[StateId] = frozenset()
+
+    states: tuple[StateId, ...] = field(init=False, repr=False)
+    """Names of the states by number."""
+    paths: tuple[tuple[int, ...], ...] = field(init=False, repr=False)
+    """``paths[i][p]`` is the number of the state at position ``p`` on robot ``i``'s path."""
+    visitors: tuple[frozenset[int], ...] = field(init=False, repr=False)
+    """``visitors[s]`` are the robots whose path contains state ``s``."""
+    private: tuple[bool, ...] = field(init=False, repr=False)
+    """Whether a single robot visits state ``s``."""
+    room: tuple[int, ...] = field(init=False, repr=False)
+    """How many robots state ``s`` holds."""
+    fifo_states: tuple[int, ...] = field(init=False, repr=False)
+    """Numbers of the FIFO states that are shared, ascending; indexes ``Configuration.queues``."""
+    _queue_of: dict[int, int] = field(init=False, repr=False)
+    _following: tuple[tuple[int, ...], ...] = field(init=False, repr=False)
+
+    def __init__(
+        self,
+        robots: Iterable[Robot],
+        capacity: Mapping[StateId, int] | None = None,
+        fifo: Iterable[StateId] = (),
+    ) -> None:
+        put = object.__setattr__  # the dataclass is frozen; its derived fields are set once, here
+        put(self, "robots", tuple(robots))
+        put(self, "capacity", MappingProxyType(dict(capacity or {})))
+        put(self, "fifo", frozenset(fifo))
+        self._check_robots()
+        number: dict[StateId, int] = {}
+        for robot in self.robots:
+            for state in robot.path:
+                number.setdefault(state, len(number))
+        self._check_names(number)
+        put(self, "states", tuple(number))
+        put(self, "paths", tuple(tuple(number[s] for s in robot.path) for robot in self.robots))
+        visitors: list[set[int]] = [set() for _ in number]
+        for i, path in enumerate(self.paths):
+            for s in path:
+                visitors[s].add(i)
+        put(self, "visitors", tuple(frozenset(v) for v in visitors))
+        put(self, "private", tuple(len(v) == 1 for v in visitors))
+        put(self, "room", tuple(self.capacity.get(name, 1) for name in self.states))
+        fifo_states = tuple(s for s, name in enumerate(self.states) if name in self.fifo and not self.private[s])
+        put(self, "fifo_states", fifo_states)
+        put(self, "_queue_of", {s: q for q, s in enumerate(fifo_states)})
+        following = tuple(
+            tuple(-1 if (q := robot.next_position(p)) is None else q for p in range(len(robot.path)))
+            for robot in self.robots
+        )
+        put(self, "_following", following)
+        self._check_start()
+
+    def _check_robots(self) -> None:
+        if not self.robots:
+            msg = "the system has no robots"
+            raise SystemModelError(msg)
+        for name, count in Counter(robot.id for robot in self.robots).items():
+            if count > 1:
+                msg = f"robot {name}: the id is used by {count} robots; ids must be unique"
+                raise SystemModelError(msg)
+
+    def _check_names(self, number: Mapping[StateId, int]) -> None:
+        for name, room in self.capacity.items():
+            if name not in number:
+                msg = f"state {name}: a capacity is given, but no robot's path visits it"
+                raise SystemModelError(msg)
+            if room < 1:
+                msg = f"state {name}: capacity {room} is below 1"
+                raise SystemModelError(msg)
+        for name in sorted(self.fifo):
+            if name not in number:
+                msg = f"state {name}: it is listed as FIFO, but no robot's path visits it"
+                raise SystemModelError(msg)
+
+    def _check_start(self) -> None:
+        standing: dict[int, list[RobotId]] = {}
+        for robot, path in zip(self.robots, self.paths, strict=True):
+            standing.setdefault(path[robot.start], []).append(robot.id)
+        for s, names in standing.items():
+            if len(names) > self.room[s]:
+                msg = (
+                    f"state {self.states[s]}: robots {', '.join(names)} start in it, but it holds {self.room[s]}; "
+                    "start all but that many elsewhere"
+                )
+                raise SystemModelError(msg)
+
+    @property
+    def initial(self) -> Configuration:
+        """The configuration in which every robot stands at its start.
+
+        Robots that start in one FIFO state are queued in the order in which they are listed, head first.
+        """
+        return self.configuration(robot.start for robot in self.robots)
+
+    def configuration(self, positions: Iterable[int]) -> Configuration:
+        """Return the configuration with these positions; FIFO states are queued in robot order."""
+        where = tuple(positions)
+        queues: list[list[int]] = [[] for _ in self.fifo_states]
+        for i, p in enumerate(where):
+            q = self._queue_of.get(self.paths[i][p])
+            if q is not None:
+                queues[q].append(i)
+        return Configuration(where, tuple(tuple(q) for q in queues))
+
+    def robot_number(self, name: RobotId) -> int:
+        """Return the number of the robot called `name`.
+
+        Raises
+        ------
+        SystemModelError
+            If no robot has that name.
+        """
+        for i, robot in enumerate(self.robots):
+            if robot.id == name:
+                return i
+        msg = f"robot {name}: there is no such robot; there are {', '.join(r.id for r in self.robots)}"
+        raise SystemModelError(msg)
+
+    def state_at(self, configuration: Configuration, robot: int) -> int:
+        """Return the state in which `robot` stands."""
+        return self.paths[robot][configuration.positions[robot]]
+
+    def next_position(self, configuration: Configuration, robot: int) -> int | None:
+        """Return the position `robot` moves to next, or None if it stays for good."""
+        following = self._following[robot][configuration.positions[robot]]
+        return None if following < 0 else following
+
+    def next_state(self, configuration: Configuration, robot: int) -> int | None:
+        """Return the state `robot` moves to next, or None if it stays for good."""
+        following = self._following[robot][configuration.positions[robot]]
+        return None if following < 0 else self.paths[robot][following]
+
+    def finished(self, configuration: Configuration, robot: int) -> bool:
+        """Return whether `robot` stays where it is for good."""
+        return self._following[robot][configuration.positions[robot]] < 0
+
+    def occupancy(self, configuration: Configuration) -> list[int]:
+        """Return how many robots stand in each state, by state number."""
+        count = [0] * len(self.states)
+        for path, p in zip(self.paths, configuration.positions, strict=True):
+            count[path[p]] += 1
+        return count
+
+    def occupants(self, configuration: Configuration, state: int) -> list[int]:
+        """Return the robots in `state`: head first in a FIFO state, else in robot order."""
+        q = self._queue_of.get(state)
+        if q is not None:
+            return list(configuration.queues[q])
+        return [i for i in sorted(self.visitors[state]) if self.paths[i][configuration.positions[i]] == state]
+
+    def at_head(self, configuration: Configuration, robot: int) -> bool:
+        """Return whether nobody stands before `robot` in a FIFO state."""
+        q = self._queue_of.get(self.state_at(configuration, robot))
+        return q is None or configuration.queues[q][0] == robot
+
+    def has_room(self, configuration: Configuration, state: int) -> bool:
+        """Return whether one more robot fits into `state`: for capacity 1, ``Sign(state) == 0``."""
+        if self.private[state]:
+            return True
+        count = 0
+        for i in self.visitors[state]:
+            count += self.paths[i][configuration.positions[i]] == state
+        return count < self.room[state]
+
+    def enabled(self, configuration: Configuration, robot: int) -> bool:
+        """Return whether the one-step move of `robot` breaks neither capacity nor order.
+
+        This is the paper's "movable" (Section 4.1), extended to capacities and FIFO states.
+        """
+        following = self.next_state(configuration, robot)
+        return (
+            following is not None
+            and self.at_head(configuration, robot)
+            and self.has_room(configuration, following)
+        )
+
+    def move(self, configuration: Configuration, robot: int) -> Configuration:
+        """Return the configuration after the one-step move of `robot`.
+
+        Raises
+        ------
+        IllegalMoveError
+            If the move is not `enabled`.
+        """
+        if not self.enabled(configuration, robot):
+            name = self.robots[robot].id
+            here = self.states[self.state_at(configuration, robot)]
+            following = self.next_state(configuration, robot)
+            there = "nowhere" if following is None else self.states[following]
+            msg = f"robot {name}: it cannot move from {here} to {there} in this configuration"
+            raise IllegalMoveError(msg)
+        return self.moved(configuration, robot)
+
+    def moved(self, configuration: Configuration, robot: int) -> Configuration:
+        """Return the configuration after a move that the caller knows to be enabled (unchecked)."""
+        p = configuration.positions[robot]
+        q = self._following[robot][p]
+        positions = (*configuration.positions[:robot], q, *configuration.positions[robot + 1 :])
+        if not self.fifo_states:
+            return Configuration(positions)
+        queues = configuration.queues
+        left = self._queue_of.get(self.paths[robot][p])
+        if left is not None:
+            queues = (*queues[:left], queues[left][1:], *queues[left + 1 :])
+        entered = self._queue_of.get(self.paths[robot][q])
+        if entered is not None:
+            queues = (*queues[:entered], (*queues[entered], robot), *queues[entered + 1 :])
+        return Configuration(positions, queues)
+
+    def describe(self, configuration: Configuration) -> tuple[StateId, ...]:
+        """Return the names of the states in which the robots stand, robot by robot."""
+        return tuple(
+            self.states[path[p]] for path, p in zip(self.paths, configuration.positions, strict=True)
+        )

@@ -1,0 +1,151 @@
+"""Systems as JSON files.
+
+The format::
+
+    {"robots": [{"id": "r1", "path": ["s1", "s2"], "closed": true, "start": 0}, ...],
+     "capacity": {"s3": 2}, "fifo": ["s3"], "note": "free text"}
+
+``closed`` (default true), ``start`` (default 0), ``capacity``, ``fifo`` and ``note`` are optional.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from loopgate.errors import SystemFileError, SystemModelError
+from loopgate.model.ids import RobotId, StateId
+from loopgate.model.robot import Robot
+from loopgate.model.system import System
+
+__all__ = ["read_system", "system_from_dict", "system_to_dict", "write_system"]
+
+_SYSTEM_KEYS = {"robots", "capacity", "fifo", "note"}
+_ROBOT_KEYS = {"id", "path", "closed", "start"}
+
+
+def read_system(file: Path | str) -> System:
+    """Read a system file.
+
+    Raises
+    ------
+    SystemFileError
+        If the file cannot be read, is no JSON, or describes no valid system; the text names the file and
+        the robot or state concerned.
+    """
+    try:
+        data = json.loads(Path(file).read_text(encoding="utf-8"))
+    except OSError as error:
+        msg = f"{file}: cannot read the system file ({error.strerror or error})"
+        raise SystemFileError(msg) from error
+    except (json.JSONDecodeError, UnicodeDecodeError, RecursionError) as error:
+        msg = f"{file}: not a JSON file ({error})"
+        raise SystemFileError(msg) from error
+    try:
+        return system_from_dict(data)
+    except SystemModelError as error:
+        msg = f"{file}: {error}"
+        raise SystemFileError(msg) from error
+
+
+def write_system(system: System, file: Path | str, *, note: str = "") -> None:
+    """Write a system file that `read_system` reads back to an equal system."""
+    data = system_to_dict(system)
+    if note:
+        data = {"note": note, **data}
+    Path(file).write_text(json.dumps(data, indent=1) + "\n", encoding="utf-8")
+
+
+def system_to_dict(system: System) -> dict[str, Any]:
+    """Return the system as the JSON object of a system file."""
+    data: dict[str, Any] = {
+        "robots": [
+            {"id": robot.id, "path": list(robot.path), "closed": robot.closed, "start": robot.start}
+            for robot in system.robots
+        ]
+    }
+    if system.capacity:
+        data["capacity"] = dict(system.capacity)
+    if system.fifo:
+        data["fifo"] = sorted(system.fifo)
+    return data
+
+
+def system_from_dict(data: object) -> System:
+    """Build a system from the JSON object of a system file.
+
+    Raises
+    ------
+    SystemModelError
+        If keys are unknown or missing, values have the wrong type, or the model refuses the system.
+    """
+    top = _keys(data, "the system", allowed=_SYSTEM_KEYS, needed={"robots"})
+    robots = [_robot(entry, number) for number, entry in enumerate(_list(top["robots"], "robots"))]
+    capacity: dict[StateId, int] = {}
+    for state, room in _mapping(top.get("capacity", {}), "capacity").items():
+        capacity[StateId(state)] = _integer(room, f"state {state}: its capacity")
+    fifo = [StateId(_text(s, "fifo: an entry")) for s in _list(top.get("fifo", []), "fifo")]
+    return System(robots, capacity, fifo)
+
+
+def _robot(entry: object, number: int) -> Robot:
+    what = f"robot number {number + 1}"
+    if isinstance(entry, dict) and isinstance(entry.get("id"), str):
+        what = f"robot {entry['id']}"
+    fields = _keys(entry, what, allowed=_ROBOT_KEYS, needed={"id", "path"})
+    closed = fields.get("closed", True)
+    if not isinstance(closed, bool):
+        msg = f"{what}: closed is {closed!r}; expected true or false"
+        raise SystemModelError(msg)
+    return Robot(
+        id=RobotId(_text(fields["id"], f"{what}: its id")),
+        path=tuple(StateId(_text(s, f"{what}: a state")) for s in _list(fields["path"], f"{what}: its path")),
+        closed=closed,
+        start=_integer(fields.get("start", 0), f"{what}: its start"),
+    )
+
+
+def _keys(data: object, what: str, *, allowed: set[str], needed: set[str]) -> Mapping[str, Any]:
+    fields = _mapping(data, what)
+    for key in fields:
+        if key not in allowed:
+            msg = f"{what}: unknown key {key!r}; known are {', '.join(sorted(allowed))}"
+            raise SystemModelError(msg)
+    for key in sorted(needed - fields.keys()):
+        msg = f"{what}: the key {key!r} is missing"
+        raise SystemModelError(msg)
+    return fields
+
+
+def _mapping(data: object, what: str) -> Mapping[str, Any]:
+    if not isinstance(data, dict):
+        msg = f"{what} is {_kind(data)}; expected a JSON object"
+        raise SystemModelError(msg)
+    return data
+
+
+def _list(data: object, what: str) -> list[Any]:
+    if not isinstance(data, list):
+        msg = f"{what} is {_kind(data)}; expected a JSON list"
+        raise SystemModelError(msg)
+    return data
+
+
+def _text(data: object, what: str) -> str:
+    if not isinstance(data, str) or not data:
+        msg = f"{what} is {data!r}; expected a non-empty string"
+        raise SystemModelError(msg)
+    return data
+
+
+def _integer(data: object, what: str) -> int:
+    if not isinstance(data, int) or isinstance(data, bool):
+        msg = f"{what} is {data!r}; expected a whole number"
+        raise SystemModelError(msg)
+    return data
+
+
+def _kind(data: object) -> str:
+    return {dict: "an object", list: "a list", str: "a string"}.get(type(data), repr(data))

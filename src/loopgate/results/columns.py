@@ -1,0 +1,79 @@
+"""Column names of all result tables, with units; the one place where they are spelled."""
+
+from __future__ import annotations
+
+from typing import Final
+
+__all__ = ["EDGE_COLUMNS", "EVENT_COLUMNS", "VEHICLE_COLUMNS", "Event"]
+
+from enum import StrEnum
+
+# events.parquet: one row per event
+TIME: Final = "time_s"  # simulated time [s]
+VEHICLE: Final = "vehicle"
+EVENT: Final = "event"  # one of Event
+PLACE: Final = "place"  # state the event is about (segment, place), or edge where there are no states
+REASON: Final = "reason"
+EVENT_COLUMNS: Final = (TIME, VEHICLE, EVENT, PLACE, REASON)
+
+
+class Event(StrEnum):
+    """Kinds of events."""
+
+    START = "start"
+    """The vehicle stands in `place` at the beginning."""
+    GRANT = "grant"
+    """The vehicle may enter `place`, which it occupies from now on."""
+    REFUSE = "refuse"
+    """The vehicle may not enter `place`; logged when it begins to be refused and when the reason changes."""
+    HOLD = "hold"
+    """The vehicle came to rest at the end of its state, before `place`."""
+    GO = "go"
+    """The vehicle that was held moves again, towards `place`."""
+    ENTER = "enter"
+    """The vehicle's front is in `place`."""
+    LEAVE = "leave"
+    """The vehicle's rear has left `place`, which is free of it from now on."""
+    LAP = "lap"
+    """The vehicle has completed a lap; `place` is where its lap began."""
+    EDGE = "edge"
+    """The vehicle entered the road edge `place`."""
+    DEADLOCK = "deadlock"
+    """The vehicle is part of a circular wait and waits for `place`; `reason` names whom it waits for."""
+    COLLISION = "collision"
+    """SUMO reports a collision of the vehicle on lane `place` with the vehicle in `reason`."""
+    TELEPORT = "teleport"
+    """SUMO teleported the vehicle."""
+
+
+# vehicles.parquet: one row per vehicle (VEHICLE, and)
+LOOP: Final = "loop"
+LOOP_LENGTH: Final = "loop_length_m"
+LAPS: Final = "laps"  # completed laps
+DISTANCE: Final = "distance_m"
+MEAN_SPEED: Final = "mean_speed_mps"
+HOLD: Final = "hold_s"  # total time standing at gates
+LONGEST_WAIT: Final = "longest_wait_s"  # longest time from asking to being granted
+STANDING: Final = "standing_s"  # time since it last moved, at the end of the run
+VEHICLE_COLUMNS: Final = (
+    VEHICLE,
+    LOOP,
+    LOOP_LENGTH,
+    LAPS,
+    DISTANCE,
+    MEAN_SPEED,
+    HOLD,
+    LONGEST_WAIT,
+    STANDING,
+)
+
+# edges.parquet: one row per edge on some loop
+EDGE: Final = "edge"
+EDGE_LENGTH: Final = "length_m"
+VISITS: Final = "visits"
+MEAN_REVISIT: Final = "mean_revisit_s"  # mean time between two visits
+MAX_REVISIT: Final = "max_revisit_s"
+IDLENESS: Final = "idleness_s"  # time-weighted mean time since the last visit
+EDGE_HOLD: Final = "hold_s"  # vehicles' hold time on the edge
+SHAPE: Final = "shape"  # "x,y x,y ..." [m], network coordinates
+EDGE_COLUMNS: Final = (EDGE, EDGE_LENGTH, VISITS, MEAN_REVISIT, MAX_REVISIT, IDLENESS, EDGE_HOLD, SHAPE)
