@@ -36,7 +36,9 @@ class Leg:
     begin_m, end_m
         The stretch of the loop [m] that is this state; a refused vehicle stops with its front before
         ``end_m``. ``begin_m`` may be negative or ``end_m`` beyond the loop's length where the state
-        lies across the loop's beginning.
+        lies across the loop's beginning. ``end_m`` lies on a normal lane, never on an internal lane of a
+        junction (SUMO cannot hold a vehicle there reliably) and not past the lane's last 0.1 m: move it
+        upstream to the stop line, which only lengthens the state behind it.
     crossings
         What lies between ``end_m`` and the next leg's ``begin_m``; empty where states touch.
     """
@@ -78,6 +80,9 @@ class Abstraction:
         Robots (vehicles), states and capacities, with the start positions.
     itineraries
         One per robot, in the system's order; robots on the same loop share one.
+    starts_m
+        Where the front of each robot's vehicle stands at the beginning, as arc length [m] on its loop: within
+        the leg of the robot's start position, the whole vehicle on one normal lane and within that leg.
     warnings
         Lines for the user: what in the network makes this abstraction a bad fit.
     """
@@ -85,4 +90,5 @@ class Abstraction:
     name: str
     system: System
     itineraries: tuple[Itinerary, ...]
+    starts_m: tuple[float, ...]
     warnings: tuple[str, ...] = field(default=())
