@@ -50,7 +50,7 @@ def make_gate(spec: str, system: System) -> Gate:
         msg = f"gate {name}: there is no such gate; installed are {', '.join(gate_names())}"
         raise GateError(msg)
     factory = cast("Callable[..., Gate]", points[0].load())
-    known = [p for p in list(inspect.signature(factory).parameters)[1:]]
+    known = list(inspect.signature(factory).parameters)[1:]
     for option in options:
         if option not in known:
             has = f"its options are {', '.join(known)}" if known else "it has no options"

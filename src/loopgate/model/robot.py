@@ -45,14 +45,15 @@ class Robot:
         if not self.path:
             msg = f"robot {self.id}: its path is empty; a path needs at least one state"
             raise SystemModelError(msg)
+        if not all(self.path):
+            msg = f"robot {self.id}: a state on its path has an empty id"
+            raise SystemModelError(msg)
         if not 0 <= self.start < len(self.path):
-            msg = f"robot {self.id}: start {self.start} is not a position on its path (0 to {len(self.path) - 1})"
+            last = len(self.path) - 1
+            msg = f"robot {self.id}: start {self.start} is not a position on its path (0 to {last})"
             raise SystemModelError(msg)
         followers = self.path[1:] + self.path[:1] if self.closed and len(self.path) > 1 else self.path[1:]
         for here, following in zip(self.path, followers, strict=False):
-            if not here:
-                msg = f"robot {self.id}: a state on its path has an empty id"
-                raise SystemModelError(msg)
             if here == following:
                 msg = f"robot {self.id}: state {here} follows itself; write the two visits as one"
                 raise SystemModelError(msg)

@@ -86,7 +86,9 @@ class System:
         put(self, "visitors", tuple(frozenset(v) for v in visitors))
         put(self, "private", tuple(len(v) == 1 for v in visitors))
         put(self, "room", tuple(self.capacity.get(name, 1) for name in self.states))
-        fifo_states = tuple(s for s, name in enumerate(self.states) if name in self.fifo and not self.private[s])
+        fifo_states = tuple(
+            s for s, name in enumerate(self.states) if name in self.fifo and not self.private[s]
+        )
         put(self, "fifo_states", fifo_states)
         put(self, "_queue_of", {s: q for q, s in enumerate(fifo_states)})
         following = tuple(
@@ -125,8 +127,8 @@ class System:
         for s, names in standing.items():
             if len(names) > self.room[s]:
                 msg = (
-                    f"state {self.states[s]}: robots {', '.join(names)} start in it, but it holds {self.room[s]}; "
-                    "start all but that many elsewhere"
+                    f"state {self.states[s]}: robots {', '.join(names)} start in it, "
+                    f"but it holds {self.room[s]}; start all but that many elsewhere"
                 )
                 raise SystemModelError(msg)
 

@@ -148,4 +148,5 @@ def _integer(data: object, what: str) -> int:
 
 
 def _kind(data: object) -> str:
-    return {dict: "an object", list: "a list", str: "a string"}.get(type(data), repr(data))
+    names: dict[type, str] = {dict: "an object", list: "a list", str: "a string"}
+    return names.get(type(data), repr(data))

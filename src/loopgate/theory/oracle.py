@@ -1,4 +1,4 @@
-"""The exact oracle: is a configuration live? By exhaustive search; small, plain, and the judge of every gate."""
+"""The exact oracle: is a configuration live? By exhaustive search; the judge of every gate."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ class Oracle:
     A configuration is *live* iff every robot can go on for ever: some endless sequence of moves moves
     every robot on a closed path again and again and brings every robot on an open path to its terminal
     state. In a finite system that is so iff a strongly connected set of configurations can be reached
-    inside which every robot moves, but for those that stay for good. Where every robot has a private state and
-    no terminal state is shared, it is the same as: some sequence of moves brings all robots to private
+    inside which every robot moves, but for those that stay for good. Where every robot has a private state
+    and no terminal state is shared, it is the same as: some sequence of moves brings all robots to private
     or terminal states at once.
 
     Parameters
