@@ -8,12 +8,15 @@ The command line prints that line and exits with code 2.
 from __future__ import annotations
 
 __all__ = [
+    "AnalysisError",
     "GateError",
     "IllegalMoveError",
     "LoopgateError",
     "NetworkError",
+    "ResultsError",
     "RouteError",
     "ScenarioError",
+    "SweepError",
     "SystemFileError",
     "SystemModelError",
     "TrafficError",
@@ -54,3 +57,15 @@ class ScenarioError(LoopgateError):
 
 class TrafficError(LoopgateError):
     """The traffic simulator refused something or stopped."""
+
+
+class AnalysisError(LoopgateError):
+    """A table or a period that an analysis function cannot work on."""
+
+
+class ResultsError(LoopgateError):
+    """A folder of results that cannot be read or written."""
+
+
+class SweepError(LoopgateError):
+    """A sweep whose description, executor or results folder does not fit."""

@@ -1,0 +1,200 @@
+"""How well the loops watch the road: visits, revisit intervals and idleness of every edge.
+
+A *visit* is an `Event.EDGE` row: a vehicle enters the edge. The *revisit interval* is the time between
+two visits in a row, whoever makes them. The *idleness* of an edge at time t is the time since its last
+visit, counted from time 0 before the first one (Machado et al. 2002, multi-agent patrolling).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+import pandas as pd
+
+from loopgate.analysis.columns import BEGIN, END, INTERVAL, SINCE
+from loopgate.analysis.frames import check_columns, check_period
+from loopgate.analysis.trips import compute_holds
+from loopgate.results.columns import (
+    EDGE,
+    EDGE_COLUMNS,
+    EDGE_HOLD,
+    EDGE_LENGTH,
+    EVENT,
+    EVENT_COLUMNS,
+    HOLD,
+    IDLENESS,
+    MAX_REVISIT,
+    MEAN_REVISIT,
+    PLACE,
+    SHAPE,
+    TIME,
+    VEHICLE,
+    VISITS,
+    Event,
+)
+
+__all__ = ["compute_edge_holds", "compute_edges", "compute_revisit_intervals", "compute_revisits"]
+
+
+def compute_revisit_intervals(*, events: pd.DataFrame, end_s: float, begin_s: float = 0.0) -> pd.DataFrame:
+    """Return every revisit interval that ended in the period.
+
+    Parameters
+    ----------
+    events
+        `EVENT_COLUMNS`, in any order.
+    begin_s, end_s
+        Period of observation (begin, end] [s]. An interval counts if its second visit lies in it.
+
+    Returns
+    -------
+    DataFrame
+        One row per interval, by edge and time: `EDGE`, `BEGIN` [s], `END` [s], `INTERVAL` [s].
+
+    Raises
+    ------
+    AnalysisError
+        On a missing column or an empty period.
+    """
+    visits = _visits(events, begin_s, end_s)
+    frame = pd.DataFrame(
+        {
+            EDGE: visits[PLACE],
+            BEGIN: visits.groupby(PLACE, sort=False)[TIME].shift(),
+            END: visits[TIME],
+        }
+    )
+    frame[INTERVAL] = frame[END] - frame[BEGIN]
+    frame = frame[frame[BEGIN].notna() & (frame[END] > begin_s)]
+    return frame.reset_index(drop=True)
+
+
+def compute_revisits(
+    *, events: pd.DataFrame, end_s: float, begin_s: float = 0.0, edges: Iterable[str] | None = None
+) -> pd.DataFrame:
+    """Return visits, revisit intervals and idleness of every edge.
+
+    Intervals still open at the end are no revisit intervals, but count in the idleness: in a run that
+    locks up, look at the idleness. Time O(n log n) in the events.
+
+    Parameters
+    ----------
+    events
+        `EVENT_COLUMNS`, in any order.
+    begin_s, end_s
+        Period of observation (begin, end] [s]; what happened before it is used to know the last visit.
+    edges
+        The edges to report, also those never visited; default: those visited, sorted.
+
+    Returns
+    -------
+    DataFrame
+        One row per edge: `EDGE`, `VISITS` (in the period), `MEAN_REVISIT` [s] and `MAX_REVISIT` [s] (NaN
+        without an interval), `IDLENESS` [s] (mean over the period's time).
+
+    Raises
+    ------
+    AnalysisError
+        On a missing column or an empty period.
+    """
+    visits = _visits(events, begin_s, end_s)
+    wanted = sorted(visits[PLACE].unique()) if edges is None else list(dict.fromkeys(edges))
+    index = pd.Index(wanted, name=EDGE, dtype=object)
+    intervals = compute_revisit_intervals(events=events, begin_s=begin_s, end_s=end_s).groupby(EDGE)[INTERVAL]
+    result = pd.DataFrame(index=index)
+    inside = visits[visits[TIME] > begin_s]
+    result[VISITS] = inside.groupby(PLACE).size().reindex(index, fill_value=0).astype("int64")
+    result[MEAN_REVISIT] = intervals.mean().reindex(index).astype(float)
+    result[MAX_REVISIT] = intervals.max().reindex(index).astype(float)
+
+    # Idleness rises from 0 along each gap between visits; its integral over the part of the gap inside the
+    # period is a difference of squares. The gaps tile [0, end]: from 0, between visits, and to the end.
+    previous = visits.groupby(PLACE, sort=False)[TIME].shift().fillna(0.0)
+    area = pd.Series(_gap_area(previous, visits[TIME], begin_s), index=visits[PLACE]).groupby(level=0).sum()
+    last = visits.groupby(PLACE)[TIME].max().reindex(index).fillna(0.0)
+    total = area.reindex(index).fillna(0.0) + _gap_area(last, np.full(len(last), float(end_s)), begin_s)
+    result[IDLENESS] = (total / (end_s - begin_s)).astype(float)
+    return result.reset_index()
+
+
+def compute_edge_holds(*, events: pd.DataFrame, end_s: float, begin_s: float = 0.0) -> pd.DataFrame:
+    """Return the time vehicles stood at gates, by the edge they stood on.
+
+    A vehicle stands on the edge it entered last before the hold began; holds before a vehicle's first
+    `Event.EDGE` row are on no known edge and are left out.
+
+    Returns
+    -------
+    DataFrame
+        One row per edge with a hold, sorted: `EDGE`, `EDGE_HOLD` [s] within the period.
+
+    Raises
+    ------
+    AnalysisError
+        On a missing column or an empty period.
+    """
+    holds = compute_holds(events=events, begin_s=begin_s, end_s=end_s)
+    entered = events.loc[events[EVENT] == Event.EDGE, [TIME, VEHICLE, PLACE]].sort_values(TIME, kind="stable")
+    entered = entered.rename(columns={PLACE: EDGE})
+    # A hold that began before the period is clipped to it, so match on the time the vehicle came to rest.
+    at = pd.merge_asof(
+        holds.sort_values(SINCE, kind="stable"),
+        entered.astype({TIME: float}),
+        left_on=SINCE,
+        right_on=TIME,
+        by=VEHICLE,
+    )
+    total = at.groupby(EDGE)[HOLD].sum()
+    return total.rename(EDGE_HOLD).rename_axis(EDGE).reset_index().astype({EDGE_HOLD: float})
+
+
+def compute_edges(
+    *, events: pd.DataFrame, edges: pd.DataFrame, end_s: float, begin_s: float = 0.0
+) -> pd.DataFrame:
+    """Return the table that a run folder keeps as ``edges.parquet``.
+
+    Parameters
+    ----------
+    events
+        `EVENT_COLUMNS`.
+    edges
+        The edges on some loop: `EDGE` (unique), `EDGE_LENGTH` [m], `SHAPE`.
+    begin_s, end_s
+        Period of observation (begin, end] [s].
+
+    Returns
+    -------
+    DataFrame
+        `EDGE_COLUMNS`, in the order of `edges`.
+
+    Raises
+    ------
+    AnalysisError
+        On a missing column or an empty period.
+    """
+    check_columns(edges, (EDGE, EDGE_LENGTH, SHAPE), "edges")
+    revisits = compute_revisits(events=events, begin_s=begin_s, end_s=end_s, edges=edges[EDGE])
+    holds = compute_edge_holds(events=events, begin_s=begin_s, end_s=end_s)
+    table = (
+        edges[[EDGE, EDGE_LENGTH, SHAPE]]
+        .merge(revisits, on=EDGE, how="left")
+        .merge(holds, on=EDGE, how="left")
+    )
+    table[EDGE_HOLD] = table[EDGE_HOLD].fillna(0.0)
+    return table[list(EDGE_COLUMNS)]
+
+
+def _visits(events: pd.DataFrame, begin_s: float, end_s: float) -> pd.DataFrame:
+    check_columns(events, EVENT_COLUMNS[:4], "events")
+    check_period(begin_s, end_s)
+    chosen = events.loc[(events[EVENT] == Event.EDGE) & (events[TIME] <= end_s), [TIME, PLACE]]
+    return chosen.astype({TIME: float}).sort_values([PLACE, TIME], kind="stable")
+
+
+def _gap_area(start: pd.Series, stop: pd.Series | np.ndarray, begin_s: float) -> np.ndarray:
+    """Return the integral of the time since `start` over [max(start, begin), stop], per gap [s^2]."""
+    a, b = np.asarray(start, dtype=float), np.asarray(stop, dtype=float)
+    low = np.clip(begin_s - a, 0.0, b - a)
+    area: np.ndarray = ((b - a) ** 2 - low**2) / 2
+    return area

@@ -1,0 +1,203 @@
+"""What the vehicles of one run did: laps, holds, waits and throughput, from the run's events."""
+
+from __future__ import annotations
+
+import pandas as pd
+
+from loopgate.analysis.columns import BEGIN, END, LAP_NUMBER, LAP_TIME, OPEN, SINCE, WAIT
+from loopgate.analysis.frames import check_columns, check_period
+from loopgate.results.columns import (
+    EVENT,
+    EVENT_COLUMNS,
+    HOLD,
+    LAPS,
+    LONGEST_WAIT,
+    PLACE,
+    TIME,
+    VEHICLE,
+    Event,
+)
+
+__all__ = [
+    "compute_holds",
+    "compute_laps",
+    "compute_throughput",
+    "compute_vehicle_holds",
+    "compute_waits",
+]
+
+_SECONDS_PER_HOUR = 3600.0
+
+
+def compute_laps(*, events: pd.DataFrame, end_s: float, begin_s: float = 0.0) -> pd.DataFrame:
+    """Return every lap completed in the period.
+
+    A lap lasts from the vehicle's lap before; the first one from its `Event.START` row (a vehicle without
+    one has no first lap time, and that lap is left out).
+
+    Parameters
+    ----------
+    events
+        `EVENT_COLUMNS`, in any order.
+    begin_s, end_s
+        Period of observation (begin, end] [s]; a lap counts if it was completed in it.
+
+    Returns
+    -------
+    DataFrame
+        One row per lap, by vehicle and time: `VEHICLE`, `LAP_NUMBER`, `BEGIN` [s], `END` [s],
+        `LAP_TIME` [s].
+
+    Raises
+    ------
+    AnalysisError
+        On a missing column or an empty period.
+    """
+    chosen = _of(events, (Event.START, Event.LAP), end_s, begin_s)
+    by_vehicle = chosen.groupby(VEHICLE, sort=False)
+    laps = pd.DataFrame(
+        {
+            VEHICLE: chosen[VEHICLE],
+            LAP_NUMBER: (chosen[EVENT] == Event.LAP).astype("int64").groupby(chosen[VEHICLE]).cumsum(),
+            BEGIN: by_vehicle[TIME].shift(),
+            END: chosen[TIME],
+        }
+    )
+    laps[LAP_TIME] = laps[END] - laps[BEGIN]
+    complete = (chosen[EVENT] == Event.LAP) & laps[BEGIN].notna() & (laps[END] > begin_s)
+    return laps[complete].reset_index(drop=True)
+
+
+def compute_holds(*, events: pd.DataFrame, end_s: float, begin_s: float = 0.0) -> pd.DataFrame:
+    """Return every stand at a gate, `Event.HOLD` to `Event.GO`, clipped to the period.
+
+    Returns
+    -------
+    DataFrame
+        One row per hold, by vehicle and time: `VEHICLE`, `PLACE` (the state it waits for), `SINCE` [s]
+        (when it came to rest), `BEGIN` [s], `END` [s], `HOLD` [s] (END - BEGIN), `OPEN`.
+
+    Raises
+    ------
+    AnalysisError
+        On a missing column or an empty period.
+    """
+    return _spells(events, (Event.HOLD,), (Event.GO,), begin_s, end_s).rename(columns={"length_s": HOLD})
+
+
+def compute_waits(*, events: pd.DataFrame, end_s: float, begin_s: float = 0.0) -> pd.DataFrame:
+    """Return every wait for a gate, first `Event.REFUSE` to `Event.GRANT`, clipped to the period.
+
+    A vehicle may wait without standing: it is refused, slows down and is let in before it rests.
+
+    Returns
+    -------
+    DataFrame
+        One row per wait, by vehicle and time: `VEHICLE`, `PLACE` (the state it waits for), `SINCE` [s]
+        (when it was first refused), `BEGIN` [s], `END` [s], `WAIT` [s] (END - BEGIN), `OPEN`.
+
+    Raises
+    ------
+    AnalysisError
+        On a missing column or an empty period.
+    """
+    return _spells(events, (Event.REFUSE,), (Event.GRANT,), begin_s, end_s).rename(columns={"length_s": WAIT})
+
+
+def compute_vehicle_holds(*, events: pd.DataFrame, end_s: float, begin_s: float = 0.0) -> pd.DataFrame:
+    """Return laps, hold time and longest wait of each vehicle that has an event.
+
+    Returns
+    -------
+    DataFrame
+        One row per vehicle, sorted by name: `VEHICLE`, `LAPS` (completed in the period), `HOLD` [s] (total),
+        `LONGEST_WAIT` [s] (0 if it was never refused).
+
+    Raises
+    ------
+    AnalysisError
+        On a missing column or an empty period.
+    """
+    check_columns(events, EVENT_COLUMNS[:4], "events")
+    index = pd.Index(sorted(events[VEHICLE].unique()), name=VEHICLE, dtype=object)
+    period = {"begin_s": begin_s, "end_s": end_s}
+    completed = events[(events[EVENT] == Event.LAP) & (events[TIME] > begin_s) & (events[TIME] <= end_s)]
+    columns = {
+        LAPS: completed.groupby(VEHICLE).size().reindex(index, fill_value=0).astype("int64"),
+        HOLD: compute_holds(events=events, **period).groupby(VEHICLE)[HOLD].sum(),
+        LONGEST_WAIT: compute_waits(events=events, **period).groupby(VEHICLE)[WAIT].max(),
+    }
+    table = pd.DataFrame({name: column.reindex(index) for name, column in columns.items()}, index=index)
+    return table.fillna({HOLD: 0.0, LONGEST_WAIT: 0.0}).reset_index()
+
+
+def compute_throughput(
+    *, events: pd.DataFrame, end_s: float, begin_s: float = 0.0, distance_m: float | None = None
+) -> pd.DataFrame:
+    """Return what all vehicles together achieved in the period.
+
+    Parameters
+    ----------
+    events
+        `EVENT_COLUMNS`.
+    begin_s, end_s
+        Period of observation (begin, end] [s].
+    distance_m
+        Distance driven by all vehicles in the period [m], where it is known.
+
+    Returns
+    -------
+    DataFrame
+        One row: ``laps``, ``laps_per_h`` [1/h], ``km_per_h`` [vehicle-km/h] (NaN without a distance).
+
+    Raises
+    ------
+    AnalysisError
+        On a missing column or an empty period.
+    """
+    check_columns(events, EVENT_COLUMNS[:4], "events")
+    check_period(begin_s, end_s)
+    done = (events[EVENT] == Event.LAP) & (events[TIME] > begin_s) & (events[TIME] <= end_s)
+    hours = (end_s - begin_s) / _SECONDS_PER_HOUR
+    laps = int(done.sum())
+    km = float("nan") if distance_m is None else distance_m / 1000.0
+    return pd.DataFrame({"laps": [laps], "laps_per_h": [laps / hours], "km_per_h": [km / hours]})
+
+
+def _of(events: pd.DataFrame, kinds: tuple[Event, ...], end_s: float, begin_s: float) -> pd.DataFrame:
+    """Return the events of these kinds up to the end, by vehicle and time."""
+    check_columns(events, EVENT_COLUMNS[:4], "events")
+    check_period(begin_s, end_s)
+    chosen = events.loc[events[EVENT].isin(kinds) & (events[TIME] <= end_s), list(EVENT_COLUMNS[:4])]
+    return chosen.astype({TIME: float}).sort_values([VEHICLE, TIME], kind="stable")
+
+
+def _spells(
+    events: pd.DataFrame, opening: tuple[Event, ...], closing: tuple[Event, ...], begin_s: float, end_s: float
+) -> pd.DataFrame:
+    """Return each vehicle's spells from an opening event to its next closing one.
+
+    Opening events inside a spell belong to it (a refusal whose reason changes); closing events outside
+    one belong to nothing.
+    """
+    chosen = _of(events, opening + closing, end_s, begin_s)
+    opens = chosen[EVENT].isin(opening)
+    vehicle = chosen[VEHICLE]
+    opened_before = opens.groupby(vehicle, sort=False).shift(fill_value=False).astype(bool)
+    first = opens & ~opened_before
+    # A closing event is the last of its stretch; the number of those before a row numbers the stretch.
+    closes = (~opens).astype("int64")
+    stretch = closes.groupby(vehicle, sort=False).cumsum() - closes
+    until = chosen[TIME].where(~opens).groupby([vehicle, stretch], sort=False).transform("min").astype(float)
+    spells = pd.DataFrame(
+        {
+            VEHICLE: vehicle,
+            PLACE: chosen[PLACE],
+            SINCE: chosen[TIME],
+            BEGIN: chosen[TIME].clip(lower=begin_s),
+            END: until.fillna(end_s),
+        }
+    )
+    spells["length_s"] = spells[END] - spells[BEGIN]
+    spells[OPEN] = until.isna()
+    return spells[first & (spells[END] > begin_s)].reset_index(drop=True)
