@@ -1,0 +1,1 @@
+"""Who goes first among the vehicles that may go: strategies by name."""

@@ -1,0 +1,56 @@
+"""What a negotiation is: it puts simultaneous requests in order."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+__all__ = ["Negotiation", "Request", "View"]
+
+
+@dataclass(frozen=True, slots=True)
+class Request:
+    """One vehicle's wish to enter its next state.
+
+    Attributes
+    ----------
+    robot
+        Its number in the system.
+    here, wanted
+        Numbers of the state it stands in and of the state it wants.
+    since_s
+        When it first asked for `wanted` [s].
+    """
+
+    robot: int
+    here: int
+    wanted: int
+    since_s: float
+
+
+class View(Protocol):
+    """What a negotiation may look at: how full the states are, as the vehicles really stand."""
+
+    def held(self, state: int) -> int:
+        """Return how many vehicles occupy `state`."""
+        ...
+
+    def room(self, state: int) -> int:
+        """Return how many more vehicles fit into `state`."""
+        ...
+
+
+class Negotiation(Protocol):
+    """Orders requests and may ask some to wait. It never admits what the gate refuses.
+
+    A negotiation class is called with a random generator (`random.Random`, seeded by the run) and with
+    keyword options that the user may set (``--negotiation name:option=value``).
+    """
+
+    def order(self, requests: Sequence[Request], view: View, now_s: float) -> Sequence[Request]:
+        """Return `requests` in the order in which the gate shall decide them.
+
+        A request may be left out: it waits, and takes part again in the next step.
+        """
+        ...

@@ -1,0 +1,35 @@
+"""The two plain strategies: chance and seniority."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from random import Random
+
+from loopgate.negotiation.base import Request, View
+
+__all__ = ["OldestFirst", "RandomDelay"]
+
+
+class RandomDelay:
+    """The paper's ``Neg`` (Zhou et al. 2020, Section 4.1): the smallest of random delays goes first."""
+
+    def __init__(self, rng: Random) -> None:
+        self._rng = rng
+
+    def order(self, requests: Sequence[Request], view: View, now_s: float) -> Sequence[Request]:
+        """Return the requests in random order."""
+        del view, now_s
+        delays = {request.robot: self._rng.random() for request in requests}
+        return sorted(requests, key=lambda request: delays[request.robot])
+
+
+class OldestFirst:
+    """Who has asked longest goes first; ties go by robot number."""
+
+    def __init__(self, rng: Random) -> None:
+        del rng
+
+    def order(self, requests: Sequence[Request], view: View, now_s: float) -> Sequence[Request]:
+        """Return the requests, oldest first."""
+        del view, now_s
+        return sorted(requests, key=lambda request: (request.since_s, request.robot))

@@ -1,0 +1,1 @@
+"""Traffic simulators behind one protocol: libsumo by default, traci for a window."""

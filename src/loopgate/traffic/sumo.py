@@ -1,0 +1,175 @@
+"""Traffic in SUMO, through libsumo or traci: both offer the same calls."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from loopgate.errors import TrafficError
+from loopgate.traffic.base import Collision, Dynamics, Foe, Leader
+
+__all__ = ["GATED_SPEED_MODE", "SumoTraffic"]
+
+_FOR_EVER_S = 1e7
+
+GATED_SPEED_MODE = 23
+"""Safe speed, acceleration, deceleration and red lights hold; right of way is the gate's, but vehicles
+already inside a junction are still respected (bit 5 unset)."""
+
+_LANE_CHANGE_FOR_ROUTE_ONLY = 0b01_00_00_00_01
+"""Change lanes only where the route demands it, and never into an occupied gap."""
+
+_VIA, _STATE = 4, 5  # fields of a next link
+
+
+class SumoTraffic:
+    """A SUMO simulation behind the `Traffic` protocol.
+
+    Parameters
+    ----------
+    api
+        The libsumo module or a traci connection, started.
+    error
+        The exception type that `api` raises.
+    """
+
+    def __init__(self, api: Any, error: type[Exception]) -> None:  # noqa: ANN401  neither API has types
+        self._api = api
+        self._error = error
+        self._running = True
+        self._vehicle = api.vehicle
+        self._simulation = api.simulation
+        self._odometer: Callable[[str], float] = api.vehicle.getDistance
+        self._speed: Callable[[str], float] = api.vehicle.getSpeed
+        self._now = float(api.simulation.getTime())
+        self._step_s = float(api.simulation.getDeltaT())
+
+    @property
+    def now_s(self) -> float:
+        """Simulated time [s]."""
+        return self._now
+
+    @property
+    def step_s(self) -> float:
+        """Length of a step [s]."""
+        return self._step_s
+
+    def step(self) -> None:
+        """Advance by one step."""
+        try:
+            self._api.simulationStep()
+        except self._error as error:
+            msg = f"SUMO stopped at {self._now:.0f} s: {error}"
+            raise TrafficError(msg) from error
+        self._now = float(self._simulation.getTime())
+
+    def vehicles(self) -> Sequence[str]:
+        """Return the vehicles on the road, in SUMO's order."""
+        ids: Sequence[str] = self._vehicle.getIDList()
+        return ids
+
+    def odometer(self, vehicle: str) -> float:
+        """Return the odometer [m]."""
+        return self._odometer(vehicle)
+
+    def speed(self, vehicle: str) -> float:
+        """Return the speed [m/s]."""
+        return self._speed(vehicle)
+
+    def lane(self, vehicle: str) -> tuple[str, float]:
+        """Return lane id and position of the front on that lane [m]."""
+        return self._vehicle.getLaneID(vehicle), float(self._vehicle.getLanePosition(vehicle))
+
+    def put_under_gate(self, vehicle: str) -> None:
+        """Let the gate rule the vehicle: no right of way, no lane change but for the route."""
+        self._vehicle.setSpeedMode(vehicle, GATED_SPEED_MODE)
+        self._vehicle.setLaneChangeMode(vehicle, _LANE_CHANGE_FOR_ROUTE_ONLY)
+
+    def hold(self, vehicle: str, edge: str, lane_index: int, position_m: float) -> None:
+        """Set a stop that only `release` ends.
+
+        Raises
+        ------
+        TrafficError
+            If SUMO refuses it: the vehicle is too close to brake, or the lane is not on its way.
+        """
+        try:
+            self._vehicle.setStop(vehicle, edge, pos=position_m, laneIndex=lane_index, duration=_FOR_EVER_S)
+        except self._error as error:
+            where = f"{edge}_{lane_index} at {position_m:.1f} m"
+            msg = f"vehicle {vehicle}: SUMO cannot hold it on {where}: {error}"
+            raise TrafficError(msg) from error
+
+    def release(self, vehicle: str) -> None:
+        """Drop the vehicle's stop, reached or not."""
+        self._vehicle.replaceStop(vehicle, 0, "")
+
+    def halted(self) -> Sequence[str]:
+        """Return the held vehicles that came to rest in the last step."""
+        ids: Sequence[str] = self._simulation.getStopStartingVehiclesIDList()
+        return ids
+
+    def collisions(self) -> Sequence[Collision]:
+        """Return the collisions of the last step."""
+        if not self._simulation.getCollidingVehiclesNumber():
+            return ()
+        return tuple(Collision(c.collider, c.victim, c.lane) for c in self._simulation.getCollisions())
+
+    def teleports(self) -> Sequence[str]:
+        """Return the vehicles that SUMO began to teleport in the last step."""
+        if not self._simulation.getStartingTeleportNumber():
+            return ()
+        return tuple(self._simulation.getStartingTeleportIDList())
+
+    def leader(self, vehicle: str, look_m: float) -> Leader | None:
+        """Return the vehicle ahead within `look_m` along the route."""
+        found = self._vehicle.getLeader(vehicle, look_m)
+        if not found or not found[0]:
+            return None
+        return Leader(found[0], float(found[1]))
+
+    def foes(self, vehicle: str, look_m: float) -> Sequence[Foe]:
+        """Return the vehicles on or before the next junction that this one waits for.
+
+        A vehicle that faces a red light waits for the light, not for foes.
+        """
+        links = self._vehicle.getNextLinks(vehicle)
+        if not links or links[0][_STATE] in "ru":
+            return ()
+        found = [
+            Foe(foe.foeId, inside=False)
+            for foe in self._vehicle.getJunctionFoes(vehicle, look_m)
+            if foe.egoResponse
+        ]
+        lanes = self._api.lane.getInternalFoes(links[0][_VIA]) if links[0][_VIA] else ()
+        found += [
+            Foe(other, inside=True)
+            for lane in lanes
+            for other in self._api.lane.getLastStepVehicleIDs(lane)
+            if other != vehicle
+        ]
+        return found
+
+    def dynamics(self, vehicle: str) -> Dynamics:
+        """Return what the vehicle can do."""
+        get = self._vehicle
+        return Dynamics(
+            length_m=float(get.getLength(vehicle)),
+            accel_mps2=float(get.getAccel(vehicle)),
+            decel_mps2=float(get.getDecel(vehicle)),
+            speed_factor=float(get.getSpeedFactor(vehicle)),
+        )
+
+    def jump(self, vehicle: str, edge: str, lane_index: int, position_m: float) -> bool:
+        """Put the vehicle elsewhere on its route; return whether SUMO found room."""
+        try:
+            self._vehicle.moveTo(vehicle, f"{edge}_{lane_index}", position_m)
+        except self._error:
+            return False
+        return True
+
+    def close(self) -> None:
+        """End the simulation."""
+        if self._running:
+            self._running = False
+            self._api.close()
