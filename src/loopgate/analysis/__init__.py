@@ -1,10 +1,26 @@
 """Analysis in pandas: pure functions from tables to tables, columns with units."""
 
+from loopgate.analysis.comparison import (
+    compute_capacity,
+    compute_fundamental,
+    compute_mean,
+    compute_paired,
+)
+from loopgate.analysis.costs import (
+    compute_decision_time,
+    compute_edge_means,
+    compute_lap_distribution,
+)
 from loopgate.analysis.monitoring import (
     compute_edge_holds,
     compute_edges,
     compute_revisit_intervals,
     compute_revisits,
+)
+from loopgate.analysis.outcomes import (
+    compute_deadlock_rate,
+    compute_survival,
+    compute_time_to_deadlock,
 )
 from loopgate.analysis.trips import (
     compute_holds,
@@ -15,13 +31,23 @@ from loopgate.analysis.trips import (
 )
 
 __all__ = [
+    "compute_capacity",
+    "compute_deadlock_rate",
+    "compute_decision_time",
     "compute_edge_holds",
+    "compute_edge_means",
     "compute_edges",
+    "compute_fundamental",
     "compute_holds",
+    "compute_lap_distribution",
     "compute_laps",
+    "compute_mean",
+    "compute_paired",
     "compute_revisit_intervals",
     "compute_revisits",
+    "compute_survival",
     "compute_throughput",
+    "compute_time_to_deadlock",
     "compute_vehicle_holds",
     "compute_waits",
 ]

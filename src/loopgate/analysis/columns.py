@@ -4,17 +4,6 @@ from __future__ import annotations
 
 from typing import Final
 
-__all__ = [
-    "BEGIN",
-    "END",
-    "INTERVAL",
-    "LAP_NUMBER",
-    "LAP_TIME",
-    "OPEN",
-    "SINCE",
-    "WAIT",
-]
-
 # one row per lap, hold, wait or revisit interval of a run
 SINCE: Final = "since_s"  # simulated time [s] at which it began
 BEGIN: Final = "begin_s"  # the same, or the begin of the period of observation if that is later
@@ -24,3 +13,33 @@ LAP_NUMBER: Final = "lap"  # 1 for a vehicle's first lap
 LAP_TIME: Final = "lap_s"
 WAIT: Final = "wait_s"  # from the first refusal to the grant
 INTERVAL: Final = "revisit_s"  # time between two visits of an edge
+
+# one row per group of runs
+RUNS: Final = "runs"  # how many runs the row rests on
+MEAN: Final = "mean"  # in the unit of the value asked for
+STD: Final = "std"  # sample standard deviation over runs, same unit
+LOW: Final = "low"  # lower end of the interval, same unit as the estimate
+HIGH: Final = "high"
+DEADLOCKED: Final = "deadlocked"  # runs with a deadlock
+RATE: Final = "rate"  # share of runs, 0 to 1
+AT: Final = "time_s"  # simulated time [s]
+AT_RISK: Final = "at_risk"  # runs under observation just before that time
+CENSORED: Final = "censored"  # runs whose observation ended then without deadlock
+SURVIVAL: Final = "survival"  # estimated share of runs without deadlock until then
+MEDIAN_TIME: Final = "median_s"  # time by which half of the runs are deadlocked; missing if never seen
+RESTRICTED_MEAN: Final = "restricted_mean_s"  # mean time without deadlock up to the horizon
+HORIZON: Final = "horizon_s"
+BASELINE: Final = "baseline"  # the gate compared with
+PAIRS: Final = "pairs"  # runs of both gates that agree in everything else
+DIFFERENCE: Final = "difference"  # mean of gate minus baseline over pairs, in the unit of the value
+RATIO: Final = "ratio"  # sum over pairs of gate by sum of baseline
+BETTER: Final = "better"  # share of pairs in which the gate has the greater value
+DENSITY: Final = "density_veh_per_km"
+FLOW: Final = "flow_veh_per_h"
+SPEED: Final = "speed_km_per_h"
+CAPACITY: Final = "capacity_vehicles"  # vehicle count at which the mean value is greatest
+PEAK: Final = "peak"  # that greatest mean, in the unit of the value
+AT_BORDER: Final = "at_border"  # True if it is the largest count measured, so the peak may lie beyond
+QUANTILE: Final = "quantile"  # 0 to 1
+MESSAGES_PER_DECISION: Final = "messages_per_decision"
+REFUSED_SHARE: Final = "refused_share"  # refusals per decision

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Any
 
 import pandas as pd
 
 from loopgate.errors import AnalysisError
+from loopgate.results.row_columns import STATUS, STATUS_OK
 
-__all__ = ["check_columns", "check_period"]
+__all__ = ["check_columns", "check_period", "groups", "succeeded", "table"]
 
 
 def check_columns(frame: pd.DataFrame, needed: Iterable[str], what: str) -> None:
@@ -38,3 +40,31 @@ def check_period(begin_s: float, end_s: float) -> None:
     if not (math.isfinite(begin_s) and math.isfinite(end_s) and 0 <= begin_s < end_s):
         msg = f"the period from {begin_s:g} s to {end_s:g} s is none; expected 0 <= begin < end, both finite"
         raise AnalysisError(msg)
+
+
+def groups(
+    frame: pd.DataFrame, by: Sequence[str], what: str
+) -> Iterator[tuple[dict[str, Any], pd.DataFrame]]:
+    """Yield the groups of a table in sorted order, each with its values of `by`; rows without a value count.
+
+    Raises
+    ------
+    AnalysisError
+        If a column of `by` is missing.
+    """
+    check_columns(frame, by, what)
+    if not by:
+        yield {}, frame
+        return
+    for values, group in frame.groupby(list(by), sort=True, dropna=False):
+        yield dict(zip(by, values, strict=True)), group
+
+
+def succeeded(runs: pd.DataFrame) -> pd.DataFrame:
+    """Return the runs that ended without an error; all of them if the table has no status."""
+    return runs[runs[STATUS] == STATUS_OK] if STATUS in runs.columns else runs
+
+
+def table(rows: Iterable[Mapping[str, object]], columns: Sequence[str]) -> pd.DataFrame:
+    """Return rows as a table that has its columns even without rows."""
+    return pd.DataFrame(list(rows), columns=list(columns))

@@ -1,0 +1,251 @@
+"""Gates against each other: means, paired differences, capacity, and the fundamental diagram."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import pandas as pd
+
+from loopgate.analysis.columns import (
+    AT_BORDER,
+    BASELINE,
+    BETTER,
+    CAPACITY,
+    DENSITY,
+    DIFFERENCE,
+    FLOW,
+    HIGH,
+    LOW,
+    MEAN,
+    PAIRS,
+    PEAK,
+    RATIO,
+    RUNS,
+    SPEED,
+    STD,
+)
+from loopgate.analysis.frames import check_columns, groups, succeeded, table
+from loopgate.analysis.statistics import bootstrap_interval, mean_interval
+from loopgate.errors import AnalysisError
+from loopgate.results.row_columns import EDGE_KM, GATE, KM_PER_H, MEAN_SPEED, SEED, VEHICLES
+
+__all__ = ["compute_capacity", "compute_fundamental", "compute_mean", "compute_paired"]
+
+_KMH_PER_MPS = 3.6
+
+
+def compute_mean(
+    *,
+    runs: pd.DataFrame,
+    value: str = KM_PER_H,
+    by: Sequence[str] = (GATE, VEHICLES),
+    level: float = 0.95,
+) -> pd.DataFrame:
+    """Return the mean of a value over runs, with Student's t interval.
+
+    Parameters
+    ----------
+    runs
+        One row per run; failed runs, and runs without the value, are left out.
+    value
+        Column of `runs`, such as `KM_PER_H` [vehicle-km/h], `LAPS_PER_H` [1/h] or `HOLD` [s].
+    by
+        Columns that make a group.
+    level
+        Confidence level of the interval.
+
+    Returns
+    -------
+    DataFrame
+        One row per group: `by`, `RUNS`, `MEAN`, `STD`, `LOW`, `HIGH` (in the unit of `value`; the last
+        three are missing for a single run).
+
+    Raises
+    ------
+    AnalysisError
+        On a missing column or a level that is none.
+    """
+    check_columns(runs, [value], "runs")
+    rows = []
+    for names, group in groups(succeeded(runs), by, "runs"):
+        sample = group[value].dropna().to_numpy(dtype=float)
+        mean, low, high = mean_interval(sample, level=level)
+        spread = float(sample.std(ddof=1)) if sample.size > 1 else np.nan
+        rows.append({**names, RUNS: int(sample.size), MEAN: mean, STD: spread, LOW: low, HIGH: high})
+    return table(rows, [*by, RUNS, MEAN, STD, LOW, HIGH])
+
+
+def compute_paired(
+    *,
+    runs: pd.DataFrame,
+    baseline: str,
+    value: str = KM_PER_H,
+    by: Sequence[str] = (VEHICLES,),
+    match: Sequence[str] = (SEED,),
+    level: float = 0.95,
+    seed: int = 0,
+) -> pd.DataFrame:
+    """Compare each gate with a baseline on the same seeds.
+
+    Runs with equal `by` and `match` are a pair; a run without partner is left out. Pairing takes out what
+    both gates share (loops, starts), so few seeds tell more than two separate means do.
+
+    Parameters
+    ----------
+    runs
+        One row per run with `GATE`, `value`, and the columns of `by` and `match`; failed runs are left out.
+    baseline
+        The gate to compare with.
+    value
+        Column of `runs`; greater is better.
+    by, match
+        Columns that make a group, and columns that make a pair within it.
+    level, seed
+        Confidence level; seed of the bootstrap's random numbers.
+
+    Returns
+    -------
+    DataFrame
+        One row per gate and group: `GATE`, `by`, `BASELINE`, `PAIRS`, `DIFFERENCE`, `LOW`, `HIGH` (BCa
+        bootstrap interval of the mean difference, in the unit of `value`), `RATIO` (missing if the baseline
+        is 0), `BETTER` (share of pairs).
+
+    Raises
+    ------
+    AnalysisError
+        On a missing column, an unknown baseline, or several runs that could be the partner.
+    """
+    keys = [*by, *match]
+    check_columns(runs, [GATE, value, *keys], "runs")
+    good = succeeded(runs).dropna(subset=[value])
+    known = sorted(good[GATE].dropna().unique())
+    if baseline not in known:
+        msg = f"baseline {baseline}: no run used that gate; there are {', '.join(known) or 'no runs'}"
+        raise AnalysisError(msg)
+    twins = good[good.duplicated([GATE, *keys], keep=False)]
+    if len(twins):
+        row = twins.iloc[0]
+        which = ", ".join(f"{name} {row[name]}" for name in [GATE, *keys])
+        msg = f"runs: several runs have {which}, so pairs are not unique; add what tells them apart to by"
+        raise AnalysisError(msg)
+    base = good[good[GATE] == baseline].set_index(keys)[value]
+    rows = []
+    for names, group in groups(good[good[GATE] != baseline], [GATE, *by], "runs"):
+        pairs = group.set_index(keys)[[value]].join(base.rename("base"), how="inner")
+        if pairs.empty:
+            continue
+        difference = (pairs[value] - pairs["base"]).to_numpy(dtype=float)
+        mean, low, high = bootstrap_interval(difference, level=level, seed=seed)
+        total = float(pairs["base"].sum())
+        rows.append(
+            {
+                **names,
+                BASELINE: baseline,
+                PAIRS: len(pairs),
+                DIFFERENCE: mean,
+                LOW: low,
+                HIGH: high,
+                RATIO: float(pairs[value].sum()) / total if total else np.nan,
+                BETTER: float((difference > 0).mean()),
+            }
+        )
+    return table(rows, [GATE, *by, BASELINE, PAIRS, DIFFERENCE, LOW, HIGH, RATIO, BETTER])
+
+
+def compute_fundamental(*, runs: pd.DataFrame) -> pd.DataFrame:
+    """Return density, flow and speed of every run (the macroscopic fundamental diagram).
+
+    Vehicles, distance and speed are taken over all edges on some loop: density is vehicles per km of
+    edge, flow is vehicle-km per hour and km of edge.
+
+    Parameters
+    ----------
+    runs
+        One row per run with `VEHICLES`, `EDGE_KM` [km], `KM_PER_H` [vehicle-km/h] and `MEAN_SPEED` [m/s];
+        failed runs, and runs without a length, are left out.
+
+    Returns
+    -------
+    DataFrame
+        `runs`, and `DENSITY` [vehicles/km], `FLOW` [vehicles/h], `SPEED` [km/h].
+
+    Raises
+    ------
+    AnalysisError
+        On a missing column.
+    """
+    check_columns(runs, [VEHICLES, EDGE_KM, KM_PER_H, MEAN_SPEED], "runs")
+    good = succeeded(runs)
+    good = good[good[EDGE_KM] > 0]
+    return good.assign(
+        **{
+            DENSITY: good[VEHICLES] / good[EDGE_KM],
+            FLOW: good[KM_PER_H] / good[EDGE_KM],
+            SPEED: good[MEAN_SPEED] * _KMH_PER_MPS,
+        }
+    )
+
+
+def compute_capacity(
+    *,
+    runs: pd.DataFrame,
+    value: str = KM_PER_H,
+    by: Sequence[str] = (GATE,),
+    level: float = 0.95,
+    resamples: int = 1000,
+    seed: int = 0,
+) -> pd.DataFrame:
+    """Return the vehicle count at which the mean of a value peaks.
+
+    The interval holds `level` of the peaks found when the runs of each vehicle count are resampled.
+
+    Parameters
+    ----------
+    runs
+        One row per run with `VEHICLES`, `value` and the columns of `by`; failed runs are left out.
+    value
+        Column of `runs`; the peak is its greatest mean, the smallest count on a tie.
+    by
+        Columns that make a group.
+    level, resamples, seed
+        Confidence level; number and seed of the bootstrap's resamples.
+
+    Returns
+    -------
+    DataFrame
+        One row per group: `by`, `CAPACITY` [vehicles], `LOW`, `HIGH` [vehicles], `PEAK` (unit of `value`),
+        `AT_BORDER`.
+
+    Raises
+    ------
+    AnalysisError
+        On a missing column.
+    """
+    check_columns(runs, [VEHICLES, value], "runs")
+    rows = []
+    for names, group in groups(succeeded(runs).dropna(subset=[value, VEHICLES]), by, "runs"):
+        samples = {int(str(n)): part[value].to_numpy(dtype=float) for n, part in group.groupby(VEHICLES)}
+        if not samples:
+            continue
+        counts = np.array(list(samples))
+        means = np.array([sample.mean() for sample in samples.values()])
+        random = np.random.default_rng(seed)
+        drawn = np.array(
+            [random.choice(sample, (resamples, sample.size)).mean(axis=1) for sample in samples.values()]
+        )
+        peaks = counts[drawn.argmax(axis=0)]
+        tail = (1 - level) / 2
+        low, high = np.quantile(peaks, [tail, 1 - tail], method="inverted_cdf")
+        best = int(means.argmax())
+        rows.append(
+            {
+                **names,
+                CAPACITY: int(counts[best]),
+                LOW: int(low),
+                HIGH: int(high),
+                PEAK: float(means[best]),
+                AT_BORDER: best == len(counts) - 1,
+            }
+        )
+    return table(rows, [*by, CAPACITY, LOW, HIGH, PEAK, AT_BORDER])

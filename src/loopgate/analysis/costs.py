@@ -1,0 +1,190 @@
+"""What gates cost and what loops see: lap times, decision time, messages, hold time per edge."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import pandas as pd
+
+from loopgate.analysis.columns import LAP_TIME, MESSAGES_PER_DECISION, QUANTILE, REFUSED_SHARE, RUNS
+from loopgate.analysis.frames import check_columns, groups, succeeded, table
+from loopgate.analysis.statistics import weighted_quantiles
+from loopgate.results import columns as run
+from loopgate.results.row_columns import (
+    DECISION_MAX,
+    DECISION_MEDIAN,
+    DECISION_P99,
+    DECISIONS,
+    EDGE_HOLD,
+    EDGE_MAX_REVISIT,
+    EDGE_MEAN_REVISIT,
+    EDGE_SET,
+    EDGE_VISITS,
+    GATE,
+    LAP_QUANTILES,
+    LAPS,
+    MESSAGES,
+    REFUSALS,
+    VEHICLES,
+)
+
+__all__ = ["compute_decision_time", "compute_edge_means", "compute_lap_distribution"]
+
+_QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
+
+
+def compute_lap_distribution(
+    *,
+    runs: pd.DataFrame,
+    by: Sequence[str] = (GATE, VEHICLES),
+    quantiles: Sequence[float] = _QUANTILES,
+) -> pd.DataFrame:
+    """Return quantiles of the lap times of all runs of a group together.
+
+    A run's row keeps 21 quantiles of its lap times, so the result is exact to a twentieth of each run's
+    distribution; runs count in proportion to their laps.
+
+    Parameters
+    ----------
+    runs
+        One row per run with `LAPS` and `LAP_QUANTILES` [s]; failed runs, and runs without a lap, are left
+        out.
+    by
+        Columns that make a group.
+    quantiles
+        Between 0 and 1.
+
+    Returns
+    -------
+    DataFrame
+        One row per group and quantile: `by`, `LAPS` (of all runs), `QUANTILE`, `LAP_TIME` [s].
+
+    Raises
+    ------
+    AnalysisError
+        On a missing column.
+    """
+    check_columns(runs, [LAPS, LAP_QUANTILES], "runs")
+    rows = []
+    for names, group in groups(succeeded(runs), by, "runs"):
+        lapped = group[(group[LAPS] > 0) & group[LAP_QUANTILES].notna()]
+        if lapped.empty:
+            continue
+        # 21 quantiles bound 20 equal slices; the middle of each slice stands for its laps.
+        grid = np.array(lapped[LAP_QUANTILES].tolist(), dtype=float)
+        middles = (grid[:, 1:] + grid[:, :-1]) / 2
+        weight = np.repeat(lapped[LAPS].to_numpy(dtype=float) / middles.shape[1], middles.shape[1])
+        times = weighted_quantiles(middles.ravel(), weight, list(quantiles))
+        laps = int(lapped[LAPS].sum())
+        rows += [
+            {**names, LAPS: laps, QUANTILE: q, LAP_TIME: t} for q, t in zip(quantiles, times, strict=True)
+        ]
+    return table(rows, [*by, LAPS, QUANTILE, LAP_TIME])
+
+
+def compute_decision_time(*, runs: pd.DataFrame, by: Sequence[str] = (GATE, VEHICLES)) -> pd.DataFrame:
+    """Return how long gates take to decide, how often they refuse, and how many messages they send.
+
+    Parameters
+    ----------
+    runs
+        One row per run with `DECISIONS`, `REFUSALS`, `MESSAGES` and the decision times [us]; failed runs
+        are left out.
+    by
+        Columns that make a group.
+
+    Returns
+    -------
+    DataFrame
+        One row per group: `by`, `RUNS`, `DECISIONS` (sum), `DECISION_MEDIAN` [us] (median over runs of the
+        run's median), `DECISION_P99` [us] (median over runs of the run's 99th percentile), `DECISION_MAX`
+        [us] (greatest of all), `REFUSED_SHARE` (refusals per decision), `MESSAGES_PER_DECISION` (missing
+        where no messages are counted).
+
+    Raises
+    ------
+    AnalysisError
+        On a missing column.
+    """
+    times = (DECISION_MEDIAN, DECISION_P99, DECISION_MAX)
+    check_columns(runs, [DECISIONS, REFUSALS, MESSAGES, *times], "runs")
+    rows = []
+    for names, group in groups(succeeded(runs), by, "runs"):
+        decisions = float(group[DECISIONS].sum())
+        counted = group[group[MESSAGES].notna()]
+        asked = float(counted[DECISIONS].sum())
+        rows.append(
+            {
+                **names,
+                RUNS: len(group),
+                DECISIONS: int(decisions),
+                DECISION_MEDIAN: float(group[DECISION_MEDIAN].median()),
+                DECISION_P99: float(group[DECISION_P99].median()),
+                DECISION_MAX: float(group[DECISION_MAX].max()),
+                REFUSED_SHARE: float(group[REFUSALS].sum()) / decisions if decisions else np.nan,
+                MESSAGES_PER_DECISION: float(counted[MESSAGES].sum()) / asked if asked else np.nan,
+            }
+        )
+    return table(rows, [*by, RUNS, DECISIONS, *times, REFUSED_SHARE, MESSAGES_PER_DECISION])
+
+
+def compute_edge_means(
+    *, runs: pd.DataFrame, edge_sets: Mapping[str, pd.DataFrame], by: Sequence[str] = (GATE,)
+) -> pd.DataFrame:
+    """Return visits, hold time and revisit intervals of each edge, averaged over the runs of a group.
+
+    Parameters
+    ----------
+    runs
+        One row per run with `EDGE_SET` and the lists per edge; failed runs are left out.
+    edge_sets
+        For each `EDGE_SET` the table of its edges (`EDGE`, `EDGE_LENGTH` [m], `SHAPE`).
+    by
+        Columns that make a group.
+
+    Returns
+    -------
+    DataFrame
+        One row per group and edge: `by`, `EDGE`, `RUNS` (with the edge on a loop), `VISITS` (mean per run),
+        `HOLD` [s] (mean per run), `MEAN_REVISIT` [s] (mean over the runs that revisit it), `MAX_REVISIT` [s]
+        (greatest of all runs), `SHAPE`.
+
+    Raises
+    ------
+    AnalysisError
+        On a missing column.
+    """
+    lists = {run.VISITS: EDGE_VISITS, run.EDGE_HOLD: EDGE_HOLD, run.MEAN_REVISIT: EDGE_MEAN_REVISIT}
+    check_columns(runs, [EDGE_SET, EDGE_MAX_REVISIT, *lists.values()], "runs")
+    parts = []
+    for names, group in groups(succeeded(runs).dropna(subset=[EDGE_SET]), [*by, EDGE_SET], "runs"):
+        edges = edge_sets.get(str(names.pop(EDGE_SET)))
+        if edges is None:
+            continue
+        part = edges[[run.EDGE, run.SHAPE]].assign(**{RUNS: len(group)})
+        for name, column in lists.items():
+            values = _stack(group[column], len(edges))
+            known = np.isfinite(values)
+            part[f"{name} sum"] = np.where(known, values, 0.0).sum(axis=0)
+            part[f"{name} count"] = known.sum(axis=0)
+        longest = _stack(group[EDGE_MAX_REVISIT], len(edges))
+        part[run.MAX_REVISIT] = np.where(np.isfinite(longest), longest, -np.inf).max(axis=0, initial=-np.inf)
+        parts.append(part.assign(**names))
+    columns = [*by, run.EDGE, RUNS, run.VISITS, run.EDGE_HOLD, run.MEAN_REVISIT, run.MAX_REVISIT, run.SHAPE]
+    if not parts:
+        return table([], columns)
+    how: dict[str, str] = {RUNS: "sum", run.MAX_REVISIT: "max", run.SHAPE: "first"}
+    how |= {f"{name} {what}": "sum" for name in lists for what in ("sum", "count")}
+    merged = pd.concat(parts).groupby([*by, run.EDGE], sort=True, dropna=False).agg(how).reset_index()
+    for name in lists:
+        merged[name] = merged[f"{name} sum"] / merged[f"{name} count"].replace(0, np.nan)
+    merged[run.MAX_REVISIT] = merged[run.MAX_REVISIT].replace(-np.inf, np.nan)
+    return merged[columns]
+
+
+def _stack(lists: pd.Series, width: int) -> np.ndarray:
+    """Return one row per run; a run whose list has another length says nothing."""
+    fitting = [np.asarray(values, dtype=np.float32) for values in lists if values is not None]
+    fitting = [values for values in fitting if values.shape == (width,)]
+    return np.array(fitting, dtype=np.float32).reshape(len(fitting), width)

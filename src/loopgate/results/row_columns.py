@@ -1,0 +1,113 @@
+"""Column names of a results table: one row per run of a sweep, with units."""
+
+from __future__ import annotations
+
+from typing import Final
+
+__all__ = [
+    "EDGE_LISTS",
+    "OPTION_COLUMNS",
+    "STATUS_FAILED",
+    "STATUS_OK",
+    "VOLATILE_COLUMNS",
+]
+
+# Which run it is
+KEY: Final = "key"  # stable key of the run: hash of the scenario and of the files it names
+ATTEMPT: Final = "attempt"  # 1, 2, ...: how often the run was started before this row came
+STATUS: Final = "status"
+STATUS_OK: Final = "ok"
+STATUS_FAILED: Final = "failed"
+ERROR: Final = "error"  # one line, empty if ok
+SCENARIO: Final = "scenario"  # the whole scenario as asked for, as JSON
+
+# Options that studies group by; all others are in the scenario
+NETWORK: Final = "network"
+NETWORK_HASH: Final = "network_hash"  # SHA-256 of the network file, or the package's name and version
+ROUTES_HASH: Final = "routes_hash"
+VEHICLES: Final = "vehicles"
+LOOPS: Final = "loops"
+GATE: Final = "gate"
+ABSTRACTION: Final = "abstraction"
+NEGOTIATION: Final = "negotiation"
+LIGHTS: Final = "lights"
+SEED: Final = "seed"
+DURATION: Final = "duration_s"
+WARMUP: Final = "warmup_s"
+OPTION_COLUMNS: Final = (
+    NETWORK,
+    VEHICLES,
+    LOOPS,
+    GATE,
+    ABSTRACTION,
+    NEGOTIATION,
+    LIGHTS,
+    SEED,
+    DURATION,
+    WARMUP,
+)
+
+# What came out; the names are those of summary.json where it has them
+LAPS: Final = "laps"
+DISTANCE_KM: Final = "distance_km"
+MEAN_SPEED: Final = "mean_speed_mps"
+LAPS_PER_H: Final = "laps_per_h"
+KM_PER_H: Final = "km_per_h"
+HOLD: Final = "hold_s"
+LONGEST_WAIT: Final = "longest_wait_s"
+OUTCOME: Final = "outcome"
+DEADLOCKS: Final = "deadlocks"  # how many
+FIRST_DEADLOCK: Final = "first_deadlock_s"  # simulated time, missing without deadlock
+DEADLOCK_SIZE: Final = "deadlock_vehicles"  # vehicles in the first deadlock
+OBSERVED: Final = "observed_s"  # simulated time until the first deadlock or the end
+COLLISIONS: Final = "collisions"
+TELEPORTS: Final = "teleports"
+DECISIONS: Final = "decisions"
+REFUSALS: Final = "refusals"  # all reasons together
+REFUSAL_REASONS: Final = "refusal_reasons"  # JSON, reason: count
+MESSAGES: Final = "messages"  # messages between robots, missing where the gate sends none
+AUDIT: Final = "audit"
+LAP_MEAN: Final = "lap_mean_s"
+LAP_QUANTILES: Final = "lap_quantiles_s"  # list: quantiles 0, 5, ..., 100 % of the run's lap times
+MEAN_REVISIT: Final = "mean_revisit_s"  # mean over the edges visited twice
+MAX_REVISIT: Final = "max_revisit_s"
+IDLENESS: Final = "idleness_s"  # mean over the edges
+EDGE_KM: Final = "edge_km"  # length of all edges on some loop
+EDGE_SET: Final = "edge_set"  # names the table of these edges, in the order of the lists below
+EDGE_VISITS: Final = "edge_visits"
+EDGE_HOLD: Final = "edge_hold_s"
+EDGE_MEAN_REVISIT: Final = "edge_mean_revisit_s"
+EDGE_MAX_REVISIT: Final = "edge_max_revisit_s"
+EDGE_LISTS: Final = (EDGE_VISITS, EDGE_HOLD, EDGE_MEAN_REVISIT, EDGE_MAX_REVISIT)
+
+# What it was made with
+LOOPGATE_VERSION: Final = "loopgate_version"
+SUMO_VERSION: Final = "sumo_version"
+PYTHON_VERSION: Final = "python_version"
+COMMAND: Final = "command"  # reproduces the run
+
+# What differs from one execution to the next: clocks and machines
+DECISION_MEDIAN: Final = "decision_median_us"
+DECISION_P99: Final = "decision_p99_us"
+DECISION_MAX: Final = "decision_max_us"
+WALL_SUMO: Final = "wall_sumo_s"
+WALL_GATE: Final = "wall_gate_s"
+WALL_TOTAL: Final = "wall_total_s"
+TOOK: Final = "took_s"  # wall time of the whole task on its worker
+PEAK_MEMORY: Final = "peak_mb"  # largest resident memory of the worker during the run
+WORKER: Final = "worker"  # host and process
+FINISHED: Final = "finished_at"  # UTC
+VOLATILE_COLUMNS: Final = (
+    ATTEMPT,
+    DECISION_MEDIAN,
+    DECISION_P99,
+    DECISION_MAX,
+    WALL_SUMO,
+    WALL_GATE,
+    WALL_TOTAL,
+    TOOK,
+    PEAK_MEMORY,
+    WORKER,
+    FINISHED,
+)
+"""Columns that say how long and where, never what: two executions of one sweep agree in all others."""

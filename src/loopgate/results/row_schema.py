@@ -1,0 +1,79 @@
+"""The Parquet types of a results table."""
+
+from __future__ import annotations
+
+import pyarrow as pa
+
+from loopgate.results import row_columns as c
+
+__all__ = ["ROW_SCHEMA"]
+
+_TEXT = (
+    c.KEY,
+    c.STATUS,
+    c.ERROR,
+    c.SCENARIO,
+    c.NETWORK,
+    c.NETWORK_HASH,
+    c.ROUTES_HASH,
+    c.GATE,
+    c.ABSTRACTION,
+    c.NEGOTIATION,
+    c.LIGHTS,
+    c.OUTCOME,
+    c.REFUSAL_REASONS,
+    c.AUDIT,
+    c.EDGE_SET,
+    c.LOOPGATE_VERSION,
+    c.SUMO_VERSION,
+    c.PYTHON_VERSION,
+    c.COMMAND,
+    c.WORKER,
+)
+_WHOLE = (
+    c.ATTEMPT,
+    c.VEHICLES,
+    c.LOOPS,
+    c.SEED,
+    c.LAPS,
+    c.DEADLOCKS,
+    c.DEADLOCK_SIZE,
+    c.COLLISIONS,
+    c.TELEPORTS,
+    c.DECISIONS,
+    c.REFUSALS,
+)
+_NUMBER = (
+    c.DURATION,
+    c.WARMUP,
+    c.DISTANCE_KM,
+    c.MEAN_SPEED,
+    c.LAPS_PER_H,
+    c.KM_PER_H,
+    c.HOLD,
+    c.LONGEST_WAIT,
+    c.FIRST_DEADLOCK,
+    c.OBSERVED,
+    c.MESSAGES,
+    c.LAP_MEAN,
+    c.MEAN_REVISIT,
+    c.MAX_REVISIT,
+    c.IDLENESS,
+    c.EDGE_KM,
+    c.DECISION_MEDIAN,
+    c.DECISION_P99,
+    c.DECISION_MAX,
+    c.WALL_SUMO,
+    c.WALL_GATE,
+    c.WALL_TOTAL,
+    c.TOOK,
+    c.PEAK_MEMORY,
+)
+
+ROW_SCHEMA = pa.schema(
+    [pa.field(name, pa.string()) for name in _TEXT]
+    + [pa.field(name, pa.int64()) for name in _WHOLE]
+    + [pa.field(name, pa.float64()) for name in _NUMBER]
+    + [pa.field(name, pa.list_(pa.float32())) for name in (c.LAP_QUANTILES, *c.EDGE_LISTS)]
+    + [pa.field(c.FINISHED, pa.timestamp("ms", tz="UTC"))]
+)
