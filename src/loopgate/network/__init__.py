@@ -1,0 +1,27 @@
+"""Roads and loops: what the rest of the program knows of a SUMO network."""
+
+from loopgate.network.lanes import make_loop
+from loopgate.network.loop import LaneSpan, Loop
+from loopgate.network.records import Connection, Edge, Junction, Lane
+from loopgate.network.road import RoadNetwork, packaged_networks
+from loopgate.network.routes_file import LoopVehicle, RoutesFile, VehicleType, read_loops, write_loops
+from loopgate.network.sumo_config import SumoConfig, read_sumo_config
+
+__all__ = [
+    "Connection",
+    "Edge",
+    "Junction",
+    "Lane",
+    "LaneSpan",
+    "Loop",
+    "LoopVehicle",
+    "RoadNetwork",
+    "RoutesFile",
+    "SumoConfig",
+    "VehicleType",
+    "make_loop",
+    "packaged_networks",
+    "read_loops",
+    "read_sumo_config",
+    "write_loops",
+]

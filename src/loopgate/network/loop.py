@@ -1,0 +1,180 @@
+"""A closed loop of lanes, and the map between arc length and lane position."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from loopgate.errors import RouteError
+from loopgate.network.records import Points
+
+__all__ = ["HOLD_MARGIN_M", "LaneSpan", "Loop", "Place"]
+
+HOLD_MARGIN_M = 0.1
+"""How far before the end of a lane a vehicle can be held [m]: SUMO's own tolerance for stops."""
+
+_SHORTEST_HOLD_LANE_M = 0.5
+
+
+class Place(NamedTuple):
+    """A position on the road: edge, lane index, position on the lane [m]."""
+
+    edge: str
+    lane: int
+    position_m: float
+
+
+@dataclass(frozen=True, slots=True)
+class LaneSpan:
+    """One lane of a loop, over its whole length.
+
+    Attributes
+    ----------
+    edge, lane, lane_id
+        SUMO's names; the lane index is that of the lane on which the vehicle leaves the edge.
+    internal
+        Whether it lies inside a junction; `edge` is then the internal edge.
+    begin_m, end_m
+        Arc length on the loop at the beginning and the end of the lane.
+    lanes
+        Lane indices the vehicle may be on: the one it leaves on first. More than one where it has to
+        change lanes (`changes`).
+    shapes
+        Centre lines of `lanes`.
+    """
+
+    edge: str
+    lane: int
+    lane_id: str
+    internal: bool
+    begin_m: float
+    end_m: float
+    lanes: tuple[int, ...]
+    shapes: tuple[Points, ...]
+
+    @property
+    def length_m(self) -> float:
+        """Length of the lane [m]."""
+        return self.end_m - self.begin_m
+
+    @property
+    def changes(self) -> bool:
+        """Whether the vehicle may change lanes here."""
+        return len(self.lanes) > 1
+
+
+@dataclass(frozen=True, slots=True)
+class Loop:
+    """A closed way through the network; arc length 0 is the beginning of its first edge.
+
+    Arc length is SUMO's: the lengths of lanes and internal lanes, by which vehicles drive, not the lengths
+    of the drawn shapes. Make one with `loopgate.network.make_loop`.
+
+    Attributes
+    ----------
+    id
+        The loop's name.
+    edges
+        Normal edges in driving order; the last leads to the first.
+    spans
+        Lanes and internal lanes in driving order, without gaps.
+    """
+
+    id: str
+    edges: tuple[str, ...]
+    spans: tuple[LaneSpan, ...]
+
+    _ends: tuple[float, ...] = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "_ends", tuple(span.end_m for span in self.spans))
+
+    @property
+    def length_m(self) -> float:
+        """Length of one lap [m]."""
+        return self._ends[-1]
+
+    def span_at(self, arc_m: float) -> LaneSpan:
+        """Return the lane at an arc length, taken modulo the loop's length; O(log spans)."""
+        return self.spans[min(bisect_right(self._ends, arc_m % self.length_m), len(self.spans) - 1)]
+
+    def locate(self, arc_m: float) -> Place:
+        """Return where on the road an arc length is; it is taken modulo the loop's length."""
+        span = self.span_at(arc_m)
+        return Place(span.edge, span.lane, min(arc_m % self.length_m - span.begin_m, span.length_m))
+
+    def arc(self, edge: str, position_m: float, *, after_m: float = 0.0) -> float:
+        """Return the first arc length, at or after `after_m` going round, of a position on an edge.
+
+        Parameters
+        ----------
+        edge
+            A normal or internal edge of the loop.
+        position_m
+            Position on its lane [m]; SUMO lets vehicles stand a hair beyond the end.
+        after_m
+            Where to begin, for loops that use an edge twice.
+
+        Raises
+        ------
+        RouteError
+            If the loop does not use the edge.
+        """
+        found = [span.begin_m + min(position_m, span.length_m) for span in self.spans if span.edge == edge]
+        if not found:
+            msg = f"loop {self.id}: edge {edge} is not on it"
+            raise RouteError(msg)
+        return min(found, key=lambda arc: (arc - after_m) % self.length_m)
+
+    def hold_before(self, arc_m: float) -> float:
+        """Return the last arc length, not after `arc_m`, at which SUMO can hold a vehicle's front.
+
+        That is on a normal lane, at least `HOLD_MARGIN_M` from both of its ends. The result is below 0
+        if it lies before the loop's beginning.
+
+        Raises
+        ------
+        RouteError
+            If the loop has no lane long enough.
+        """
+        lap = arc_m - arc_m % self.length_m
+        start = self.spans.index(self.span_at(arc_m))
+        for back in range(len(self.spans) + 1):
+            number = start - back
+            span = self.spans[number]
+            offset = lap - (self.length_m if number < 0 else 0.0)
+            if number < -len(self.spans) or span.internal or span.length_m < _SHORTEST_HOLD_LANE_M:
+                continue
+            hold = min(arc_m, offset + span.end_m - HOLD_MARGIN_M)
+            if hold >= offset + span.begin_m + HOLD_MARGIN_M:
+                return hold
+        msg = f"loop {self.id}: no lane on it is long enough to hold a vehicle"
+        raise RouteError(msg)
+
+    def curve(self) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+        """Return the loop's curve: points [m], shape (n, 2), and the arc length of each [m], shape (n,).
+
+        Shapes are scaled so that arc lengths agree with lane lengths. The first point comes back at the end
+        where the drawing is closed; consecutive lanes may repeat a point or leave a small gap, as drawn.
+        """
+        points: list[npt.NDArray[np.float64]] = []
+        arcs: list[npt.NDArray[np.float64]] = []
+        for span in self.spans:
+            shape = np.asarray(span.shapes[0], dtype=np.float64)
+            points.append(shape)
+            arcs.append(arc_lengths(shape, span.begin_m, span.end_m))
+        return np.concatenate(points), np.concatenate(arcs)
+
+
+def arc_lengths(shape: npt.NDArray[np.float64], begin_m: float, end_m: float) -> npt.NDArray[np.float64]:
+    """Return the arc length of each point of a polyline, stretched to begin and end at the given values."""
+    steps = np.hypot(*np.diff(shape, axis=0).T)
+    along = np.concatenate(([0.0], np.cumsum(steps)))
+    drawn = float(along[-1])
+    if drawn <= 0.0:
+        return np.linspace(begin_m, end_m, len(shape))
+    return np.asarray(begin_m + along * ((end_m - begin_m) / drawn), dtype=np.float64)

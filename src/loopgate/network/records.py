@@ -1,0 +1,134 @@
+"""Light records of a road network: lanes, edges, movements, junctions."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+__all__ = ["Connection", "Edge", "Junction", "Lane", "Points"]
+
+Points = tuple[tuple[float, float], ...]
+"""A polyline: (x, y) [m] in the network's coordinates."""
+
+
+@dataclass(frozen=True, slots=True)
+class Lane:
+    """A lane of an edge, or an internal lane of a junction.
+
+    Attributes
+    ----------
+    id, edge, index
+        SUMO's names: ``id`` is ``edge_index``; index 0 is the rightmost lane.
+    internal
+        Whether it lies inside a junction.
+    length_m
+        SUMO's length, by which vehicles drive; it can differ from the length of the drawn shape.
+    speed_mps, width_m
+        Speed limit and width.
+    shape
+        Centre line as drawn.
+    allowed
+        Vehicle classes that may use it.
+    """
+
+    id: str
+    edge: str
+    index: int
+    internal: bool
+    length_m: float
+    speed_mps: float
+    width_m: float
+    shape: Points
+    allowed: frozenset[str]
+
+
+@dataclass(frozen=True, slots=True)
+class Edge:
+    """A road between two junctions, in one direction.
+
+    Attributes
+    ----------
+    id
+        SUMO's name.
+    from_junction, to_junction
+        Where it begins and ends.
+    lanes
+        From right to left.
+    """
+
+    id: str
+    from_junction: str
+    to_junction: str
+    lanes: tuple[Lane, ...]
+
+    @property
+    def length_m(self) -> float:
+        """Length of its lanes [m]."""
+        return self.lanes[0].length_m
+
+    def allows(self, vclass: str) -> bool:
+        """Return whether a vehicle of that class may use at least one lane."""
+        return any(vclass in lane.allowed for lane in self.lanes)
+
+
+@dataclass(frozen=True, slots=True)
+class Connection:
+    """A movement over a junction, from a lane to a lane.
+
+    Attributes
+    ----------
+    from_edge, from_lane, to_edge, to_lane
+        Edges and lane indices.
+    via
+        Ids of the internal lanes in driving order: one, or two where a vehicle could wait inside the
+        junction, or none in a network without internal lanes.
+    direction
+        SUMO's letter: ``s`` straight, ``l`` left, ``r`` right, ``L``, ``R`` partly, ``t`` U-turn.
+    junction
+        The junction passed.
+    link
+        Row of the junction's request matrix; -1 where there is none.
+    signal
+        Traffic light and its link, or None.
+    """
+
+    from_edge: str
+    from_lane: int
+    to_edge: str
+    to_lane: int
+    via: tuple[str, ...]
+    direction: str
+    junction: str
+    link: int
+    signal: tuple[str, int] | None
+
+    @property
+    def id(self) -> str:
+        """``fromlane>tolane``, unique in the network."""
+        return f"{self.from_edge}_{self.from_lane}>{self.to_edge}_{self.to_lane}"
+
+
+@dataclass(frozen=True, slots=True)
+class Junction:
+    """A junction.
+
+    Attributes
+    ----------
+    id, type
+        SUMO's name and type (``priority``, ``traffic_light``, ...).
+    x, y
+        Position [m].
+    shape
+        Outline.
+    foes
+        ``foes[i]`` are the links whose movements cross or merge with link ``i`` (the request matrix).
+    yields_to
+        ``yields_to[i]`` are the links that link ``i`` has to let pass by right of way.
+    """
+
+    id: str
+    type: str
+    x: float
+    y: float
+    shape: Points
+    foes: tuple[frozenset[int], ...]
+    yields_to: tuple[frozenset[int], ...]

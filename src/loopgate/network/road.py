@@ -1,0 +1,266 @@
+"""The road network, read from a SUMO network file. The one module that knows sumolib."""
+
+from __future__ import annotations
+
+import importlib.util
+from collections.abc import Mapping
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+import sumolib
+
+from loopgate.errors import NetworkError
+from loopgate.network.records import Connection, Edge, Junction, Lane, Points
+from loopgate.network.sumo_config import is_sumo_config, read_sumo_config
+from loopgate.network.xml_file import check_root
+
+__all__ = ["RoadNetwork", "packaged_networks"]
+
+PACKAGED = "sumo:"
+"""Prefix of the names of networks that ship in the SUMO package."""
+
+
+class RoadNetwork:
+    """A SUMO road network; immutable.
+
+    Attributes
+    ----------
+    name
+        As it was asked for: a path or ``sumo:NAME``.
+    file
+        The network file.
+    edges
+        Normal edges by id, in the file's order.
+    lanes
+        Lanes by id, the internal ones included.
+    junctions
+        Junctions by id.
+    connections
+        Movements between normal edges, in the file's order.
+    """
+
+    __slots__ = ("_between", "_outgoing", "connections", "edges", "file", "junctions", "lanes", "name")
+
+    def __init__(
+        self,
+        *,
+        name: str,
+        file: Path,
+        edges: Mapping[str, Edge],
+        lanes: Mapping[str, Lane],
+        junctions: Mapping[str, Junction],
+        connections: tuple[Connection, ...],
+    ) -> None:
+        self.name = name
+        self.file = file
+        self.edges = MappingProxyType(dict(edges))
+        self.lanes = MappingProxyType(dict(lanes))
+        self.junctions = MappingProxyType(dict(junctions))
+        self.connections = connections
+        outgoing: dict[str, list[Connection]] = {edge: [] for edge in edges}
+        between: dict[tuple[str, str], list[Connection]] = {}
+        for connection in connections:
+            outgoing[connection.from_edge].append(connection)
+            between.setdefault((connection.from_edge, connection.to_edge), []).append(connection)
+        self._outgoing = {edge: tuple(found) for edge, found in outgoing.items()}
+        self._between = {pair: tuple(found) for pair, found in between.items()}
+
+    @classmethod
+    def open(cls, name: str | Path) -> RoadNetwork:
+        """Read a network.
+
+        Parameters
+        ----------
+        name
+            A ``.net.xml`` or ``.net.xml.gz`` file, a ``.sumocfg`` (its network), or ``sumo:NAME`` for a
+            network that ships in the SUMO package.
+
+        Raises
+        ------
+        NetworkError
+            If there is no such network, or the file is no SUMO network.
+        """
+        text = str(name)
+        file = _packaged(text) if text.startswith(PACKAGED) else Path(text)
+        if is_sumo_config(file):
+            file = read_sumo_config(file).net_file
+        check_root(file, root="net", what="network", error=NetworkError)
+        try:
+            net = sumolib.net.readNet(str(file), withInternal=True)
+        except Exception as error:  # sumolib raises whatever its parser stumbles on
+            text = str(error) or type(error).__name__
+            msg = f"{file}: not a SUMO network that can be read ({type(error).__name__}: {text})"
+            raise NetworkError(msg) from error
+        network = _records(net, text, file)
+        if not network.edges:
+            msg = f"{file}: the network has no edges"
+            raise NetworkError(msg)
+        return network
+
+    def edge(self, edge: str) -> Edge:
+        """Return the edge; raise `NetworkError` if the network has none of that name."""
+        try:
+            return self.edges[edge]
+        except KeyError:
+            msg = f"{self.name}: the network has no edge {edge}"
+            raise NetworkError(msg) from None
+
+    def outgoing(self, edge: str) -> tuple[Connection, ...]:
+        """Return the movements that leave an edge."""
+        return self._outgoing[edge]
+
+    def between(self, from_edge: str, to_edge: str, vclass: str = "passenger") -> tuple[Connection, ...]:
+        """Return the movements from one edge to the next that a vehicle of the class may make."""
+        found = self._between.get((from_edge, to_edge), ())
+        return tuple(connection for connection in found if self.allows(connection, vclass))
+
+    def allows(self, connection: Connection, vclass: str = "passenger") -> bool:
+        """Return whether a vehicle of the class may make the movement: both lanes and all lanes between."""
+        return (
+            vclass in self.edges[connection.from_edge].lanes[connection.from_lane].allowed
+            and vclass in self.edges[connection.to_edge].lanes[connection.to_lane].allowed
+            and all(vclass in self.lanes[lane].allowed for lane in connection.via)
+        )
+
+    def are_foes(self, one: Connection, other: Connection) -> bool:
+        """Return whether the request matrix of their junction says that two movements conflict."""
+        if one.junction != other.junction or one.link < 0 or other.link < 0:
+            return False
+        return other.link in self.junctions[one.junction].foes[one.link]
+
+
+def packaged_networks() -> dict[str, Path]:
+    """Return the networks that ship in the SUMO package (its folder ``tools/game``), by name."""
+    spec = importlib.util.find_spec("sumo")
+    if spec is None or not spec.submodule_search_locations:
+        return {}
+    found: dict[str, Path] = {}
+    for home in spec.submodule_search_locations:
+        for file in sorted(Path(home, "tools", "game").glob("*/*.net.xml*")):
+            found.setdefault(file.parent.name, file)
+    return found
+
+
+def _packaged(name: str) -> Path:
+    known = packaged_networks()
+    try:
+        return known[name.removeprefix(PACKAGED)]
+    except KeyError:
+        has = f"there are {', '.join(PACKAGED + n for n in known)}" if known else "pip install eclipse-sumo"
+        msg = f"{name}: no such network in the SUMO package; {has}"
+        raise NetworkError(msg) from None
+
+
+def _points(shape: Any) -> Points:  # noqa: ANN401  sumolib has no types
+    return tuple((float(p[0]), float(p[1])) for p in shape)
+
+
+def _records(net: Any, name: str, file: Path) -> RoadNetwork:  # noqa: ANN401  sumolib has no types
+    classes: dict[frozenset[str], frozenset[str]] = {}  # a few sets, shared by thousands of lanes
+    lanes: dict[str, Lane] = {}
+    edges: dict[str, Edge] = {}
+    normal: list[Any] = []
+    for raw in net.getEdges(withInternal=True):
+        function = raw.getFunction()
+        if function not in {"", "internal"}:
+            continue
+        of_edge = []
+        for index, lane in enumerate(raw.getLanes()):
+            allowed = frozenset(lane.getPermissions())
+            of_edge.append(
+                Lane(
+                    id=f"{raw.getID()}_{index}",
+                    edge=raw.getID(),
+                    index=index,
+                    internal=function == "internal",
+                    length_m=float(lane.getLength()),
+                    speed_mps=float(lane.getSpeed()),
+                    width_m=float(lane.getWidth()),
+                    shape=_points(lane.getShape()),
+                    allowed=classes.setdefault(allowed, allowed),
+                )
+            )
+        lanes.update((lane.id, lane) for lane in of_edge)
+        if function == "":
+            normal.append(raw)
+            ends = raw.getFromNode().getID(), raw.getToNode().getID()
+            edges[raw.getID()] = Edge(raw.getID(), *ends, tuple(of_edge))
+    links = _links(net)
+    connections = tuple(
+        Connection(
+            from_edge=raw.getID(),
+            from_lane=index,
+            to_edge=c.getTo().getID(),
+            to_lane=c.getToLane().getIndex(),
+            via=_via(net, c),
+            direction=c.getDirection(),
+            junction=raw.getToNode().getID(),
+            link=links.get(id(c), -1),
+            signal=(c.getTLSID(), int(c.getTLLinkIndex())) if c.getTLSID() else None,
+        )
+        for raw in normal
+        for index, lane in enumerate(raw.getLanes())
+        for c in lane.getOutgoing()
+        if c.getTo().getID() in edges
+    )
+    junctions = {node.getID(): _junction(node) for node in net.getNodes()}
+    return RoadNetwork(
+        name=name, file=file, edges=edges, lanes=lanes, junctions=junctions, connections=connections
+    )
+
+
+def _junction(node: Any) -> Junction:  # noqa: ANN401  sumolib has no types
+    def rows(matrix: dict[int, str]) -> tuple[frozenset[int], ...]:
+        size = max(matrix, default=-1) + 1
+        # The strings are written with link 0 rightmost.
+        return tuple(
+            frozenset(j for j, bit in enumerate(reversed(matrix.get(i, ""))) if bit == "1")
+            for i in range(size)
+        )
+
+    x, y = node.getCoord()
+    return Junction(
+        id=node.getID(),
+        type=node.getType(),
+        x=float(x),
+        y=float(y),
+        shape=_points(node.getShape() or ()),
+        foes=rows(node._foes),  # noqa: SLF001  sumolib shows single bits only
+        yields_to=rows(node._prohibits),  # noqa: SLF001
+    )
+
+
+def _links(net: Any) -> dict[int, int]:  # noqa: ANN401  sumolib has no types
+    """Return the request index of each connection object, by identity.
+
+    Links are numbered along the junction's incoming lanes, then along each lane's connections; sumolib's own
+    `getJunctionIndex` counts the same way, from the start for every connection.
+    """
+    links: dict[int, int] = {}
+    for node in net.getNodes():
+        number = 0
+        for lane_id in node._incLanes:  # noqa: SLF001  no getter
+            edge, _, index = lane_id.rpartition("_")
+            if not edge or not net.hasEdge(edge):
+                continue
+            for c in net.getEdge(edge).getLane(int(index)).getOutgoing():
+                if c.getTo().getFunction() == "walkingarea":
+                    continue
+                from_walk = c.getFrom().getFunction() == "walkingarea"
+                if from_walk and c.getTo().getFunction() != "crossing":
+                    continue
+                links[id(c)] = number
+                number += 1
+    return links
+
+
+def _via(net: Any, connection: Any) -> tuple[str, ...]:  # noqa: ANN401  sumolib has no types
+    """Return the internal lanes of a movement, following the chain through internal junctions."""
+    chain: list[str] = []
+    lane_id = connection.getViaLaneID()
+    while lane_id and lane_id not in chain:
+        chain.append(lane_id)
+        outgoing = net.getLane(lane_id).getOutgoing()
+        lane_id = outgoing[0].getViaLaneID() if outgoing else ""
+    return tuple(chain)

@@ -1,0 +1,223 @@
+"""Loops as SUMO route files: any route file whose routes close is read, ordinary ones are written."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from xml.etree import ElementTree as ET
+from xml.sax.saxutils import quoteattr
+
+from loopgate.errors import RouteError
+from loopgate.network.lanes import make_loop
+from loopgate.network.loop import Loop
+from loopgate.network.road import RoadNetwork
+from loopgate.network.sumo_config import is_sumo_config, read_sumo_config
+from loopgate.network.xml_file import read_xml
+
+__all__ = ["LoopVehicle", "RoutesFile", "VehicleType", "read_loops", "write_loops"]
+
+
+@dataclass(frozen=True, slots=True)
+class VehicleType:
+    """What a vehicle type says that matters here; the defaults are SUMO's.
+
+    Attributes
+    ----------
+    id
+        Name.
+    length_m, min_gap_m
+        Length of the vehicle, and the gap it leaves to the one before it when standing.
+    vclass
+        SUMO's vehicle class.
+    """
+
+    id: str = "DEFAULT_VEHTYPE"
+    length_m: float = 5.0
+    min_gap_m: float = 2.5
+    vclass: str = "passenger"
+
+
+@dataclass(frozen=True, slots=True)
+class LoopVehicle:
+    """A vehicle or flow of the file: its id, the id of its loop, its type."""
+
+    id: str
+    loop: str
+    type: VehicleType
+
+
+@dataclass(frozen=True, slots=True)
+class RoutesFile:
+    """What a route file or configuration holds.
+
+    Attributes
+    ----------
+    file
+        The file.
+    loops
+        One per route, in the file's order.
+    vehicles
+        Vehicles and flows on them, in the file's order; possibly none.
+    types
+        The vehicle types the file defines, by id.
+    """
+
+    file: Path
+    loops: tuple[Loop, ...]
+    vehicles: tuple[LoopVehicle, ...]
+    types: dict[str, VehicleType]
+
+
+_DEFAULT = VehicleType()
+
+
+@dataclass(frozen=True, slots=True)
+class _Route:
+    id: str
+    edges: tuple[str, ...]
+    source: Path
+
+
+@dataclass(slots=True)
+class _Found:
+    """What has been found in the files so far; `users` are the types of the first vehicle of each route."""
+
+    types: dict[str, VehicleType]
+    routes: dict[str, _Route]
+    vehicles: list[LoopVehicle]
+    users: dict[str, VehicleType]
+
+    def add(self, source: Path, element: ET.Element, name: str) -> None:
+        if name in self.routes:
+            other = self.routes[name].source
+            msg = f"{source}: route {name}: the id is used twice (also in {other}); rename one"
+            raise RouteError(msg)
+        edges = tuple(element.get("edges", "").split())
+        if not edges:
+            msg = f"{source}: route {name}: it lists no edges"
+            raise RouteError(msg)
+        self.routes[name] = _Route(name, edges, source)
+
+
+def read_loops(network: RoadNetwork, file: Path | str) -> RoutesFile:
+    """Read the closed routes of a SUMO route file (``.rou.xml``, also gzipped) or of a ``.sumocfg``.
+
+    Routes stand for themselves or inside a vehicle or flow (the loop then bears its name). A route closes
+    if its last edge leads to its first, or is its first (as netedit draws loops); `repeat` is not needed.
+
+    Raises
+    ------
+    RouteError
+        If the file cannot be read, holds no route, or a route is no loop that its vehicle can drive; the
+        text names file, route and edge.
+    """
+    path = Path(file)
+    files = read_sumo_config(path).route_files if is_sumo_config(path) else (path,)
+    if not files:
+        msg = f'{path}: the configuration names no route files; expected <route-files value="..."/>'
+        raise RouteError(msg)
+    tops = [(f, read_xml(f, root="routes", what="route file", error=RouteError)) for f in files]
+    found = _Found({}, {}, [], {})
+    for source, top in tops:
+        for element in top.iter("vType"):
+            kind = _vehicle_type(source, element)
+            found.types[kind.id] = kind
+    for source, top in tops:
+        _collect_routes(source, top, found)
+    for source, top in tops:
+        _collect_vehicles(source, top, found)
+    if not found.routes:
+        msg = f"{path}: no routes in it; expected <route> elements whose last edge leads to the first"
+        raise RouteError(msg)
+    loops = [
+        make_loop(
+            network,
+            route.id,
+            _round(route.edges),
+            vclass=found.users.get(route.id, VehicleType()).vclass,
+            source=str(route.source),
+        )
+        for route in found.routes.values()
+    ]
+    return RoutesFile(path, tuple(loops), tuple(found.vehicles), found.types)
+
+
+def _collect_routes(source: Path, top: ET.Element, found: _Found) -> None:
+    for number, element in enumerate(top.findall("route")):
+        found.add(source, element, element.get("id") or f"route{number}")
+    for spread in top.findall("routeDistribution"):
+        for number, element in enumerate(spread.findall("route")):
+            found.add(source, element, element.get("id") or f"{spread.get('id', 'distribution')}.{number}")
+
+
+def _collect_vehicles(source: Path, top: ET.Element, found: _Found) -> None:
+    for element in top:
+        if element.tag not in {"vehicle", "flow", "trip"}:
+            continue
+        name = element.get("id", "")
+        what = f"{source}: {element.tag} {name}"
+        kind = found.types.get(element.get("type", ""), found.types.get(_DEFAULT.id, _DEFAULT))
+        inner = element.find("route")
+        on = element.get("route", "") if inner is None else name
+        if inner is not None:
+            found.add(source, inner, name)
+        if not on:
+            msg = (
+                f"{what}: it has no route, only ends between which SUMO would choose a way; "
+                f"write its route, closed (duarouter computes routes)"
+            )
+            raise RouteError(msg)
+        if on not in found.routes:
+            msg = f"{what}: its route {on} is not in the file; define it before use"
+            raise RouteError(msg)
+        found.vehicles.append(LoopVehicle(name, on, kind))
+        found.users.setdefault(on, kind)
+
+
+def _vehicle_type(source: Path, element: ET.Element) -> VehicleType:
+    name = element.get("id", "")
+
+    def metres(attribute: str, default: float) -> float:
+        text = element.get(attribute)
+        try:
+            return default if text is None else float(text)
+        except ValueError:
+            msg = f"{source}: vType {name}: {attribute} is {text!r}; expected metres"
+            raise RouteError(msg) from None
+
+    return VehicleType(
+        id=name,
+        length_m=metres("length", _DEFAULT.length_m),
+        min_gap_m=metres("minGap", _DEFAULT.min_gap_m),
+        vclass=element.get("vClass", _DEFAULT.vclass),
+    )
+
+
+def _round(edges: Sequence[str]) -> tuple[str, ...]:
+    """Return one round of a route: without the first edge at its end, and without whole repetitions."""
+    once = tuple(edges[:-1]) if len(edges) > 1 and edges[0] == edges[-1] else tuple(edges)
+    for length in range(1, len(once) // 2 + 1):
+        if len(once) % length == 0 and once == once[:length] * (len(once) // length):
+            return once[:length]
+    return once
+
+
+def write_loops(loops: Iterable[Loop], file: Path | str, *, note: str = "") -> None:
+    """Write loops as an ordinary SUMO route file that netedit, sumo-gui and `read_loops` open.
+
+    `note` becomes a comment at the top: how the file was made.
+    """
+    lines = ['<?xml version="1.0" encoding="UTF-8"?>']
+    if note:
+        lines.append(f"<!-- {note.replace('--', '- -')} -->")
+    lines.append("<routes>")
+    lines += [
+        f"    <route id={quoteattr(loop.id)} edges={quoteattr(' '.join(loop.edges))}/>" for loop in loops
+    ]
+    lines.append("</routes>\n")
+    try:
+        Path(file).write_text("\n".join(lines), encoding="utf-8")
+    except OSError as error:
+        msg = f"{file}: cannot write the routes ({error.strerror or error})"
+        raise RouteError(msg) from error
