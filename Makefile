@@ -26,7 +26,7 @@ check: $(STAMP) ## lint, format, types, import layers
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
-	$(BIN)/lint-imports
+	$(BIN)/lint-imports --no-logo
 	$(BIN)/python -m pip check
 
 format: $(STAMP) ## put the code into the house format
