@@ -1,0 +1,93 @@
+"""Algorithm 2 of Zhou et al. 2020, central version: every circuit of the move must be live by Theorem 1.
+
+Faithful to the paper, and therefore neither safe nor free of blocking: there are systems of five robots where
+it admits a move into an inevitable deadlock, and of six where it stops everybody in a live configuration
+(docs/what-is-not-true.md). The gate ``certified`` is neither.
+"""
+
+from __future__ import annotations
+
+from loopgate.errors import GateError
+from loopgate.gates.base import Decision, Reason
+from loopgate.gates.circuit_search import BudgetSpent, CircuitSearch, Leg
+from loopgate.gates.collision import collision_decision
+from loopgate.model import Configuration, System
+
+__all__ = ["Algorithm2Gate"]
+
+
+class Algorithm2Gate:
+    """Admits a move iff it is collision-free and every circuit it would be part of is live by Theorem 1.
+
+    States that hold several robots are read as `loopgate.theory.walks` says: one with room is as good as
+    private, a full one is an occupied collision state whose robot is the head of its queue. A move into a
+    state that keeps room is then free at once, and otherwise, where all states hold several, the decision is
+    one walk along the chain of full states.
+
+    Parameters
+    ----------
+    system
+        The system.
+    lookahead
+        Steps of the one robot in condition (2) of Theorem 1: 1 is the paper, more is its Remark 2. More
+        look-ahead calls more circuits live, so it admits more.
+    budget
+        The most search steps per decision, which bounds its time; beyond, the answer is ``BUDGET``. There can
+        be exponentially many circuits (Section 4.2 of the paper).
+
+    Raises
+    ------
+    GateError
+        If an option is not a whole number from 1 up.
+
+    Notes
+    -----
+    Source: Algorithm 1 with ``visit`` and ``check``, Algorithm 2 lines 2 to 10. As the proof of Theorem 2
+    needs it, all circuits are judged, not only the first. Before the negotiation `Neg`, which is not the
+    gate's.
+    """
+
+    def __init__(self, system: System, *, lookahead: int = 1, budget: int = 20_000) -> None:
+        options: dict[str, object] = {"lookahead": lookahead, "budget": budget}
+        for name, value in options.items():
+            if not isinstance(value, int) or isinstance(value, bool) or value < 1:
+                msg = f"gate algorithm2: {name} is {value!r}; expected a whole number from 1 up"
+                raise GateError(msg)
+        self._system = system
+        self._search = CircuitSearch(system, lookahead=lookahead, budget=budget)
+
+    def decide(self, configuration: Configuration, robot: int) -> Decision:
+        """Decide the next move of `robot`. A deadlock's blockers are the other robots of its circuit."""
+        first = collision_decision(self._system, configuration, robot)
+        if not first.admitted:
+            return first
+        state = self._system.next_state(configuration, robot)
+        if state is None or self._system.private[state]:
+            return first
+        try:
+            circuit = self._search.find(self._system.moved(configuration, robot), state)
+        except BudgetSpent:
+            return Decision(
+                admitted=False, reason=Reason.BUDGET, detail="circuits not all judged within the budget"
+            )
+        if circuit is None:
+            return first
+        return Decision(
+            admitted=False,
+            reason=Reason.DEADLOCK,
+            blockers=tuple(leg.robot for leg in circuit if leg.robot != robot),
+            detail=self._describe(circuit),
+        )
+
+    def moved(self, configuration: Configuration, robot: int) -> None:
+        """Do nothing: the gate has no memory."""
+
+    def _describe(self, circuit: list[Leg]) -> str:
+        """Return the circuit in words; its order is the number of its intermediate states (Lemma 3)."""
+        names = self._system.states
+        between = {state for leg in circuit for state in leg.states[1:-1]}
+        walks = " > ".join(
+            f"{self._system.robots[leg.robot].id}: {' '.join(names[s] for s in leg.states)}"
+            for leg in circuit
+        )
+        return f"order-{len(between)} deadlock {walks}"

@@ -1,0 +1,32 @@
+"""VBanker, the variant of the Banker's algorithm that Zhou et al. 2020 compare with (Section 5.3)."""
+
+from __future__ import annotations
+
+from loopgate.gates.base import Decision, Reason
+from loopgate.gates.collision import collision_decision
+from loopgate.model import Configuration, System
+from loopgate.theory.walks import safe_walk
+
+__all__ = ["BankerGate"]
+
+
+class BankerGate:
+    """Admits a move iff the robot has a safe walk: all states up to its next private state have room.
+
+    From a configuration in which every robot but the movers has such a way, it never leads to a deadlock; but
+    it forbids much, and where a robot has no private state it never moves at all. (Kalinovcic et al. 2011,
+    Reveliotis and Roszkowska 2011.)
+    """
+
+    def __init__(self, system: System) -> None:
+        self._system = system
+
+    def decide(self, configuration: Configuration, robot: int) -> Decision:
+        """Decide the next move of `robot`. O(path length * visitors per state)."""
+        first = collision_decision(self._system, configuration, robot)
+        if not first.admitted or safe_walk(self._system, configuration, robot) is not None:
+            return first
+        return Decision(admitted=False, reason=Reason.DEADLOCK, detail="no safe walk to a private state")
+
+    def moved(self, configuration: Configuration, robot: int) -> None:
+        """Do nothing: the gate has no memory."""

@@ -1,0 +1,98 @@
+"""The figures of Zhou et al. 2020 as the text describes them."""
+
+from __future__ import annotations
+
+import pytest
+
+from loopgate.model import RobotId, StateId
+from loopgate.theory.circuits import all_circuits, circuits_through, shared_states, sub_circuit
+from loopgate.theory.instances import fig7, instance
+from loopgate.theory.oracle import Oracle
+from loopgate.theory.orders import order
+from loopgate.theory.theorem1 import Condition, lemma1, lemma2, lemma3, lemma4, theorem1
+
+
+def test_fig2a_is_a_deadlock() -> None:
+    """Three robots, each waiting for the next: order 0, and not live."""
+    system = instance("fig2a")
+    (circuit,) = all_circuits(system, system.initial)
+    assert circuit.is_deadlock_cycle
+    assert order(circuit) == 0
+    assert theorem1(system, system.initial, circuit).condition is Condition.DEADLOCK_CYCLE
+
+
+def test_fig2b_is_a_first_order_deadlock() -> None:
+    """Only r1 and r3 can move; either move makes three robots a deadlock cycle, so the order is 1."""
+    system = instance("fig2b")
+    here = system.initial
+    assert [i for i in range(4) if system.enabled(here, i)] == [0, 2]
+    (circuit,) = all_circuits(system, here)
+    assert order(circuit) == 1
+    assert not theorem1(system, here, circuit).live
+    for mover, left in ((0, {0, 1, 2}), (2, {0, 2, 3})):
+        after = system.move(here, mover)
+        cycles = [c for c in all_circuits(system, after) if c.is_deadlock_cycle]
+        assert [set(c.robots) for c in cycles] == [left]
+
+
+def test_fig3_has_three_circuits() -> None:
+    """<w16, w61>, <w12, w23, w36, w61> and <w12, w23, w34, w45, w56, w61>, as printed."""
+    system = instance("fig3")
+    found = {c.robots for c in circuits_through(system, system.initial, system.paths[0][0])}
+    assert found == {(0, 5), (0, 1, 2, 5), (0, 1, 2, 3, 4, 5)}
+
+
+def test_fig4_is_the_sub_circuit_of_fig3_and_a_second_order_deadlock() -> None:
+    """When r1 moves to s2, r5's walk is cut to s8 s2 and r6 is excluded; the rest has order 2."""
+    system = instance("fig3")
+    here = system.initial
+    (large,) = (c for c in all_circuits(system, here) if len(c.walks) == 6)
+    left = sub_circuit(large, 0)
+    assert left is not None
+    assert left.robots == (0, 1, 2, 3, 4)
+    assert [system.states[s] for s in left.walks[-1].states] == ["s8", "s2"]
+    after = system.move(here, 0)
+    assert left in set(all_circuits(system, after))
+    assert order(left) == 2
+    assert {system.states[s] for s in left.intermediate} == {"s3", "s4"}
+
+
+@pytest.mark.parametrize("robots", range(4, 13))
+def test_fig7_has_the_highest_order(robots: int) -> None:
+    """The order is m - 3 exactly, all lemmas hold with equality, and no state is safe."""
+    system = fig7(robots)
+    (circuit,) = (c for c in all_circuits(system, system.initial) if len(c.walks) == robots)
+    found = order(circuit)
+    assert found == robots - 3
+    assert lemma1(system, circuit)
+    assert lemma2(circuit, found)
+    assert lemma3(circuit, found)
+    assert lemma4(circuit)
+    assert not theorem1(system, system.initial, circuit).live
+    if robots <= 8:
+        assert not Oracle(system).live(system.initial)
+
+
+def test_fig5_is_live_by_the_second_condition() -> None:
+    """SE(W) lies within S_alpha(W) and is small, but r2's step to s6 leaves r2, r3, r4, r5 with two states.
+
+    With r2 at s6 the walk of r5 is cut to s11 s6, so m' = 4 and SE(W') = {s7, s10}: 2 > 4 - 3.
+    """
+    system = instance("fig5")
+    (circuit,) = all_circuits(system, system.initial)
+    assert circuit.intermediate <= shared_states(system, circuit.robots)
+    assert len(circuit.intermediate) == 6
+    verdict = theorem1(system, system.initial, circuit)
+    assert verdict.live
+    assert verdict.condition is Condition.SUB_TOO_MANY_STATES
+    assert system.robots[verdict.mover or 0].id == "r2"
+    assert order(circuit) is None
+
+
+def test_fig10_r1_would_cause_a_deadlock_of_order_5() -> None:
+    """The only circuit of r1's first move holds all eight robots and has order 5 = 8 - 3."""
+    system = instance("fig10")
+    after = system.move(system.initial, system.robot_number(RobotId("r1")))
+    (circuit,) = circuits_through(system, after, system.states.index(StateId("s2")))
+    assert set(circuit.robots) == set(range(8))
+    assert order(circuit) == 5
