@@ -1,11 +1,13 @@
 """Roads and loops: what the rest of the program knows of a SUMO network."""
 
+from loopgate.network.generate import generate_loops
 from loopgate.network.lanes import make_loop
 from loopgate.network.loop import LaneSpan, Loop
 from loopgate.network.records import Connection, Edge, Junction, Lane
 from loopgate.network.road import RoadNetwork, packaged_networks
-from loopgate.network.routes_file import LoopVehicle, RoutesFile, VehicleType, read_loops, write_loops
+from loopgate.network.routes_file import LoopVehicle, RoutesFile, read_loops, write_loops
 from loopgate.network.sumo_config import SumoConfig, read_sumo_config
+from loopgate.network.vehicle_type import VehicleType
 
 __all__ = [
     "Connection",
@@ -19,6 +21,7 @@ __all__ = [
     "RoutesFile",
     "SumoConfig",
     "VehicleType",
+    "generate_loops",
     "make_loop",
     "packaged_networks",
     "read_loops",

@@ -13,38 +13,33 @@ from loopgate.network.lanes import make_loop
 from loopgate.network.loop import Loop
 from loopgate.network.road import RoadNetwork
 from loopgate.network.sumo_config import is_sumo_config, read_sumo_config
+from loopgate.network.vehicle_type import DEFAULT_TYPE, VehicleType, vehicle_type
 from loopgate.network.xml_file import read_xml
 
-__all__ = ["LoopVehicle", "RoutesFile", "VehicleType", "read_loops", "write_loops"]
-
-
-@dataclass(frozen=True, slots=True)
-class VehicleType:
-    """What a vehicle type says that matters here; the defaults are SUMO's.
-
-    Attributes
-    ----------
-    id
-        Name.
-    length_m, min_gap_m
-        Length of the vehicle, and the gap it leaves to the one before it when standing.
-    vclass
-        SUMO's vehicle class.
-    """
-
-    id: str = "DEFAULT_VEHTYPE"
-    length_m: float = 5.0
-    min_gap_m: float = 2.5
-    vclass: str = "passenger"
+__all__ = ["LoopVehicle", "RoutesFile", "read_loops", "write_loops"]
 
 
 @dataclass(frozen=True, slots=True)
 class LoopVehicle:
-    """A vehicle or flow of the file: its id, the id of its loop, its type."""
+    """A vehicle or flow of the file.
+
+    Attributes
+    ----------
+    id
+        Its name.
+    loop
+        Name of its loop.
+    type
+        Its type.
+    depart_m
+        Where its front stands at the beginning, as arc length on its loop [m], if the file says so by a
+        number (``departPos``, with ``departEdge``).
+    """
 
     id: str
     loop: str
     type: VehicleType
+    depart_m: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,9 +64,6 @@ class RoutesFile:
     types: dict[str, VehicleType]
 
 
-_DEFAULT = VehicleType()
-
-
 @dataclass(frozen=True, slots=True)
 class _Route:
     id: str
@@ -86,6 +78,7 @@ class _Found:
     types: dict[str, VehicleType]
     routes: dict[str, _Route]
     vehicles: list[LoopVehicle]
+    departs: list[tuple[str, str]]
     users: dict[str, VehicleType]
 
     def add(self, source: Path, element: ET.Element, name: str) -> None:
@@ -118,10 +111,10 @@ def read_loops(network: RoadNetwork, file: Path | str) -> RoutesFile:
         msg = f'{path}: the configuration names no route files; expected <route-files value="..."/>'
         raise RouteError(msg)
     tops = [(f, read_xml(f, root="routes", what="route file", error=RouteError)) for f in files]
-    found = _Found({}, {}, [], {})
+    found = _Found({}, {}, [], [], {})
     for source, top in tops:
         for element in top.iter("vType"):
-            kind = _vehicle_type(source, element)
+            kind = vehicle_type(element, str(source))
             found.types[kind.id] = kind
     for source, top in tops:
         _collect_routes(source, top, found)
@@ -135,12 +128,27 @@ def read_loops(network: RoadNetwork, file: Path | str) -> RoutesFile:
             network,
             route.id,
             _round(route.edges),
-            vclass=found.users.get(route.id, VehicleType()).vclass,
+            vclass=found.users.get(route.id, DEFAULT_TYPE).vclass,
             source=str(route.source),
         )
         for route in found.routes.values()
     ]
-    return RoutesFile(path, tuple(loops), tuple(found.vehicles), found.types)
+    by_id = {loop.id: loop for loop in loops}
+    vehicles = tuple(
+        LoopVehicle(v.id, v.loop, v.type, _depart(by_id[v.loop], *departs))
+        for v, departs in zip(found.vehicles, found.departs, strict=True)
+    )
+    return RoutesFile(path, tuple(loops), vehicles, found.types)
+
+
+def _depart(loop: Loop, edge_number: str, position: str) -> float | None:
+    """Return the arc length that ``departEdge`` and ``departPos`` name, or None if they name none."""
+    try:
+        position_m, number = float(position), int(edge_number or 0)
+    except ValueError:
+        return None  # "base", "random", "free": SUMO would choose
+    span = [span for span in loop.spans if not span.internal][number % len(loop.edges)]
+    return span.begin_m + (position_m if position_m >= 0 else span.length_m + position_m)
 
 
 def _collect_routes(source: Path, top: ET.Element, found: _Found) -> None:
@@ -157,7 +165,7 @@ def _collect_vehicles(source: Path, top: ET.Element, found: _Found) -> None:
             continue
         name = element.get("id", "")
         what = f"{source}: {element.tag} {name}"
-        kind = found.types.get(element.get("type", ""), found.types.get(_DEFAULT.id, _DEFAULT))
+        kind = found.types.get(element.get("type", ""), found.types.get(DEFAULT_TYPE.id, DEFAULT_TYPE))
         inner = element.find("route")
         on = element.get("route", "") if inner is None else name
         if inner is not None:
@@ -172,26 +180,8 @@ def _collect_vehicles(source: Path, top: ET.Element, found: _Found) -> None:
             msg = f"{what}: its route {on} is not in the file; define it before use"
             raise RouteError(msg)
         found.vehicles.append(LoopVehicle(name, on, kind))
+        found.departs.append((element.get("departEdge", ""), element.get("departPos", "")))
         found.users.setdefault(on, kind)
-
-
-def _vehicle_type(source: Path, element: ET.Element) -> VehicleType:
-    name = element.get("id", "")
-
-    def metres(attribute: str, default: float) -> float:
-        text = element.get(attribute)
-        try:
-            return default if text is None else float(text)
-        except ValueError:
-            msg = f"{source}: vType {name}: {attribute} is {text!r}; expected metres"
-            raise RouteError(msg) from None
-
-    return VehicleType(
-        id=name,
-        length_m=metres("length", _DEFAULT.length_m),
-        min_gap_m=metres("minGap", _DEFAULT.min_gap_m),
-        vclass=element.get("vClass", _DEFAULT.vclass),
-    )
 
 
 def _round(edges: Sequence[str]) -> tuple[str, ...]:
