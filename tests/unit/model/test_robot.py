@@ -2,34 +2,31 @@
 
 import pytest
 
+from builders import robot
 from loopgate.errors import SystemModelError
 from loopgate.model import Robot, RobotId, StateId
 
 
-def robot(path: str, *, closed: bool = True, start: int = 0, name: str = "r1") -> Robot:
-    return Robot(RobotId(name), tuple(StateId(s) for s in path.split()), closed=closed, start=start)
-
-
 def test_a_closed_path_goes_round() -> None:
     """The last position is followed by the first."""
-    r = robot("a b c")
+    r = robot("r1", "a b c")
     assert [r.next_position(p) for p in range(3)] == [1, 2, 0]
 
 
 def test_an_open_path_ends_where_the_robot_stays() -> None:
     """Nothing follows the terminal state."""
-    r = robot("a b c", closed=False)
+    r = robot("r1", "a b c", closed=False)
     assert [r.next_position(p) for p in range(3)] == [1, 2, None]
 
 
 def test_a_single_state_is_never_left() -> None:
     """A closed path of one state has no move, for a move changes the state."""
-    assert robot("a").next_position(0) is None
+    assert robot("r1", "a").next_position(0) is None
 
 
 def test_a_state_may_come_back_within_a_round() -> None:
     """Each visit is a position of its own."""
-    assert robot("a b a c").path == ("a", "b", "a", "c")
+    assert robot("r1", "a b a c").path == ("a", "b", "a", "c")
 
 
 @pytest.mark.parametrize(
@@ -46,13 +43,13 @@ def test_a_state_may_come_back_within_a_round() -> None:
 def test_a_bad_robot_is_refused(path: str, *, closed: bool, start: int, name: str, says: str) -> None:
     """The error names the robot, what was found and what was expected."""
     with pytest.raises(SystemModelError) as caught:
-        robot(path, closed=closed, start=start, name=name)
+        robot(name, path, closed=closed, start=start)
     assert says in str(caught.value)
 
 
 def test_the_ends_of_an_open_path_may_be_the_same_state() -> None:
     """Only neighbours on the path must differ; an open path does not close over its ends."""
-    assert robot("a b a", closed=False).next_position(2) is None
+    assert robot("r1", "a b a", closed=False).next_position(2) is None
 
 
 @pytest.mark.parametrize("closed", [True, False])
