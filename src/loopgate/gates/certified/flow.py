@@ -1,0 +1,196 @@
+"""Keeping the flow: the chain rule over wide places, and the way home over narrow ones in between."""
+
+from __future__ import annotations
+
+from loopgate.gates.base import Decision, Reason
+from loopgate.gates.certified.homeward import Homeward
+from loopgate.gates.certified.layout import Layout
+from loopgate.gates.certified.stand import Stand
+from loopgate.model import Configuration, System
+
+__all__ = ["Flow"]
+
+_FREE = Decision(admitted=True, reason=Reason.FREE, stage="chain")
+
+
+class Flow:
+    """Promises that somebody can always move and that no circular wait ever forms.
+
+    A robot *rests* in a place that holds two or more (wide) or where it hinders nobody (home). A robot
+    between two rests has a slot reserved in the rest it drives to, and a way there that the witness of
+    `Homeward` keeps open. Seen from the rests alone every full place waits for the place its head
+    wants next; a move that fills a place is admitted iff that closes no circle of full places.
+
+    Parameters
+    ----------
+    system
+        Every robot must have a rest on its path.
+    budget
+        See `Homeward`.
+
+    Notes
+    -----
+    Sound by Reveliotis, Lawley and Ferreira (IEEE TAC 42(10), 1997): with two slots or more in each place,
+    a state without circular wait always has a move that leads to another. O(length of the chain of heads)
+    per decision where all places are wide.
+    """
+
+    def __init__(self, system: System, budget: int) -> None:
+        self._layout = layout = Layout(system, rests=True)
+        self._wide = layout.wide
+        self._narrow = Homeward(layout, budget)
+        self._held: list[int] = []
+        self._coming: dict[int, list[int]] = {}
+        self._rest = [self._rests(i) for i in range(len(layout.path))]
+        self._after = [self._next_rests(i) for i in range(len(layout.path))]
+
+    @property
+    def layout(self) -> Layout:
+        """The layout in which wide places count as homes."""
+        return self._layout
+
+    def _rests(self, robot: int) -> list[int]:
+        """State of the rest that the robot stands in or drives to, by position."""
+        path = self._layout.path[robot]
+        return [path[self._rest_position(robot, p)] for p in range(len(path))]
+
+    def _next_rests(self, robot: int) -> list[int]:
+        """State of the rest it drives to when it leaves the rest of `_rests`, or -1, by position."""
+        follow = self._layout.follow[robot]
+        leaving = [follow[self._rest_position(robot, p)] for p in range(len(follow))]
+        return [-1 if q < 0 else self._rest[robot][q] for q in leaving]
+
+    def _rest_position(self, robot: int, position: int) -> int:
+        for _ in range(self._layout.steps[robot][position]):
+            position = self._layout.follow[robot][position]
+        return position
+
+    def begin(self, configuration: Configuration, stand: Stand) -> bool:
+        """Reserve the slots for `configuration`; False if there is a circular wait or no way home."""
+        layout = self._layout
+        self._held = [0] * len(layout.room)
+        self._coming = {s: [] for s, wide in enumerate(self._wide) if wide}
+        for i, p in enumerate(stand.at):
+            rest = self._rest[i][p]
+            self._held[rest] += 1
+            if self._wide[rest] and not layout.home[i][p]:
+                self._coming[rest].append(i)
+        if any(self._held[s] > layout.room[s] for s in self._coming) or self.jammed(stand):
+            return False
+        return self._narrow.begin(configuration, stand)
+
+    def jammed(self, stand: Stand) -> list[int]:
+        """Return the full wide places that can never again lose a robot, ascending."""
+        full = [s for s in self._coming if self._held[s] >= self._layout.room[s]]
+        stuck = set(full)
+        changed = True
+        while changed:
+            changed = False
+            for s in full:
+                if s in stuck and self._released(stand, s, stuck):
+                    stuck.discard(s)
+                    changed = True
+        return sorted(stuck)
+
+    def _released(self, stand: Stand, place: int, stuck: set[int]) -> bool:
+        leavers, every = self._leavers(stand, place)
+        free = [self._after[i][stand.at[i]] not in stuck for i in leavers]
+        return bool(free) and (all(free) if every else any(free))
+
+    def _leavers(self, stand: Stand, place: int) -> tuple[list[int], bool]:
+        """Return the robots of which one leaves `place` next for another, and whether it may be any of them.
+
+        From a FIFO place that is the first in line that does not come straight back; while there is none,
+        it is whoever comes first, and nobody knows yet who that will be.
+        """
+        after, at = self._after, stand.at
+        line = stand.queue.get(place)
+        if line is not None:
+            for i in line:
+                if after[i][at[i]] != place:
+                    return [i], False
+            return [i for i in self._coming[place] if after[i][at[i]] != place], True
+        inside = [*stand.occupants(place), *self._coming[place]]
+        return [i for i in inside if after[i][at[i]] not in (place, -1)], False
+
+    def judge(self, configuration: Configuration, stand: Stand, robot: int) -> Decision:
+        """Decide the next move of `robot`, which is enabled."""
+        p = stand.at[robot]
+        if self._layout.home[robot][p]:
+            target = self._after[robot][p]
+            if self._wide[target] and target != self._rest[robot][p]:
+                held = self._held[target] + 1
+                room = self._layout.room[target]
+                if held > room:
+                    coming = tuple(self._coming[target])
+                    detail = "its slots are kept for robots on their way to it"
+                    return Decision(
+                        admitted=False, reason=Reason.OCCUPIED, blockers=coming, detail=detail, stage="chain"
+                    )
+                if held == room:
+                    circle = self._closes(stand, robot, target)
+                    if circle:
+                        return self._refuse(stand, circle)
+            if self._layout.home[robot][self._layout.follow[robot][p]]:
+                return _FREE
+        return self._narrow.judge(configuration, stand, robot)
+
+    def _closes(self, stand: Stand, robot: int, target: int) -> list[int]:
+        """Return the full places of the circle that the robot's move to `target`, which fills it, closes."""
+        after, at, held, room = self._after, stand.at, self._held, self._layout.room
+        left = self._rest[robot][at[robot]]
+        chain = [target]
+        while True:
+            leavers, _ = self._leavers(stand, chain[-1])
+            if len(leavers) != 1 or len(chain) > len(held):
+                return self._closes_any(stand, robot, left, target)
+            place = after[leavers[0]][at[leavers[0]]]
+            if place == left or not self._wide[place] or held[place] < room[place] - (place == target):
+                return []
+            if place == target:
+                return chain
+            chain.append(place)
+
+    def _closes_any(self, stand: Stand, robot: int, left: int, target: int) -> list[int]:
+        """As `_closes` where places have several robots that may leave next: by peeling off what is free."""
+        there = stand.copy()
+        at_rest = self._layout.home[robot]
+        while True:
+            there.step(robot)
+            if at_rest[there.at[robot]]:
+                break
+        self._held[target] += 1
+        self._held[left] -= 1
+        stuck = self.jammed(there)
+        self._held[target] -= 1
+        self._held[left] += 1
+        return stuck
+
+    def _refuse(self, stand: Stand, circle: list[int]) -> Decision:
+        states = self._layout.system.states
+        heads = [leavers[0] for s in circle if (leavers := self._leavers(stand, s)[0])]
+        detail = "full places in a circle: " + " -> ".join(states[s] for s in circle)
+        return Decision(
+            admitted=False, reason=Reason.DEADLOCK, blockers=tuple(heads), detail=detail, stage="chain"
+        )
+
+    def moved(self, robot: int, before: int, after: int) -> bool:
+        """Take note that `robot` moved between these positions; False if there is no witness."""
+        rested, rests = self._layout.home[robot][before], self._layout.home[robot][after]
+        target = self._rest[robot][after]
+        if rested:
+            self._held[self._rest[robot][before]] -= 1
+            self._held[target] += 1
+            if not rests and self._wide[target]:
+                self._coming[target].append(robot)
+            if rests:
+                self._narrow.passed_by()
+                return True
+        elif rests and self._wide[target]:
+            self._coming[target].remove(robot)
+        return self._narrow.moved(robot)
+
+    @property
+    def witness(self) -> list[int] | None:
+        """Moves that bring every robot to a rest."""
+        return self._narrow.witness

@@ -1,0 +1,164 @@
+"""The certified gate: it never admits an unsafe move and never blocks everyone."""
+
+from __future__ import annotations
+
+import math
+
+from loopgate.errors import GateError
+from loopgate.gates.base import Decision, Reason
+from loopgate.gates.certified.deadlock import stuck_for_good
+from loopgate.gates.certified.flow import Flow
+from loopgate.gates.certified.homeward import Homeward
+from loopgate.gates.certified.layout import Layout
+from loopgate.gates.certified.rounds import Rounds
+from loopgate.gates.certified.search import BudgetError
+from loopgate.gates.certified.stand import Stand
+from loopgate.model import Configuration, System
+
+__all__ = ["CertifiedGate"]
+
+_PROMISES = ("auto", "everyone", "somebody")
+_SMALL = 200_000
+"""Up to so many combinations of positions, robots without homes are kept going round one and all."""
+
+
+def _is_count(value: object) -> bool:
+    return isinstance(value, int) and value >= 1
+
+
+_STAYS = Decision(admitted=False, reason=Reason.STAYS)
+
+
+class CertifiedGate:
+    """Admits a move iff it can show that the promise still holds afterwards.
+
+    Three promises, the strongest that can be had by default:
+
+    - Every robot has a home: *everyone* can go on for ever (`Homeward`), exact.
+    - Some robot shares its whole path, and the system is small: the same promise (`Rounds`), exact.
+    - Otherwise: *somebody* can always move and no circular wait ever forms (`Flow`); every robot needs a
+      place on its path that holds two, or a home.
+
+    Parameters
+    ----------
+    system
+        The system; its start must fulfil the promise.
+    promise
+        ``everyone``, ``somebody``, or ``auto`` as above.
+    budget
+        The most nodes an exact search may look at for one decision; beyond, the move is refused for now.
+
+    Raises
+    ------
+    GateError
+        If the promise is unknown or cannot be given for this start; the text names the robots.
+    """
+
+    def __init__(self, system: System, promise: str = "auto", budget: int = 2_000) -> None:
+        if promise not in _PROMISES:
+            msg = f"gate certified: promise is {promise!r}; expected {', '.join(_PROMISES)}"
+            raise GateError(msg)
+        if not _is_count(budget):
+            msg = f"gate certified: budget is {budget!r}; expected a whole number from 1 up"
+            raise GateError(msg)
+        self._system = system
+        self._layout = layout = Layout(system)
+        if layout.hopeless:
+            msg = (
+                f"gate certified: robots that come to rest for good in shared states block "
+                f"{layout.names(layout.hopeless)} for ever; end their paths elsewhere"
+            )
+            raise GateError(msg)
+        self._keeper = self._choose(promise, budget)
+        self._configuration = system.initial
+        self._stand = Stand.of(self._layout, self._configuration)
+        self._begin_at_start()
+
+    def _choose(self, promise: str, budget: int) -> Homeward | Rounds | Flow:
+        layout = self._layout
+        small = math.prod(len(path) for path in layout.path) <= _SMALL
+        if not layout.homeless and promise != "somebody":
+            return Homeward(layout, budget)
+        if promise == "everyone" or (promise == "auto" and small):
+            return Rounds(self._system, max(budget, _SMALL))
+        flow = Flow(self._system, budget)
+        self._layout = flow.layout
+        restless = flow.layout.homeless
+        if restless:
+            msg = (
+                f"gate certified: robots {layout.names(restless)} share every state on their paths and none "
+                "of these holds two; give each a state of its own or one that holds two"
+            )
+            raise GateError(msg)
+        return flow
+
+    def _begin_at_start(self) -> None:
+        try:
+            if self._keeper.begin(self._configuration, self._stand):
+                return
+        except BudgetError:
+            msg = "gate certified: the start could not be shown to be live within the budget; raise budget"
+            raise GateError(msg) from None
+        names = self._layout.names(self._cannot_go_on())
+        msg = f"gate certified: the start is not live: robots {names} cannot all go on; start them elsewhere"
+        raise GateError(msg)
+
+    def _cannot_go_on(self) -> list[int]:
+        """Return robots of the start that cannot all go on; those in a circular wait if there are."""
+        everyone = list(range(len(self._layout.path)))
+        return stuck_for_good(self._stand, everyone) or everyone
+
+    @property
+    def promise(self) -> str:
+        """``everyone`` or ``somebody``: who can go on for ever."""
+        return "somebody" if isinstance(self._keeper, Flow) else "everyone"
+
+    def decide(self, configuration: Configuration, robot: int) -> Decision:
+        """Decide the next move of `robot`; fast for the configuration that `moved` told last."""
+        if configuration is not self._configuration:
+            self._follow(configuration)
+        stand, layout = self._stand, self._layout
+        here = stand.at[robot]
+        there = layout.follow[robot][here]
+        if there < 0:
+            return _STAYS
+        path = layout.path[robot]
+        line = stand.queue.get(path[here])
+        if line is not None and line[0] != robot:
+            return Decision(admitted=False, reason=Reason.BEHIND, blockers=(line[line.index(robot) - 1],))
+        s = path[there]
+        if stand.count[s] >= layout.room[s]:
+            return Decision(admitted=False, reason=Reason.OCCUPIED, blockers=tuple(stand.occupants(s)))
+        return self._keeper.judge(configuration, stand, robot)
+
+    def moved(self, configuration: Configuration, robot: int) -> None:
+        """Take note of a move; a move that was not admitted makes the gate find its witness anew."""
+        stand, keeper = self._stand, self._keeper
+        before = stand.at[robot]
+        after = self._layout.follow[robot][before]
+        if configuration.positions[robot] != after or not stand.enabled(robot):
+            self._follow(configuration)
+            return
+        stand.step(robot)
+        self._configuration = configuration
+        if isinstance(keeper, Flow):
+            known = keeper.moved(robot, before, after)
+        elif isinstance(keeper, Rounds):
+            known = keeper.moved(configuration)
+        else:
+            known = keeper.moved(robot)
+        if not known:
+            self._begin()
+
+    def _follow(self, configuration: Configuration) -> None:
+        if configuration != self._configuration:
+            self._stand = Stand.of(self._layout, configuration)
+            self._configuration = configuration
+            self._begin()
+        self._configuration = configuration
+
+    def _begin(self) -> None:
+        try:
+            self._keeper.begin(self._configuration, self._stand)
+        except BudgetError:
+            return

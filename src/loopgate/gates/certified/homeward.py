@@ -1,0 +1,172 @@
+"""Keeping everybody able to get home: the certified gate where every robot has a home."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from loopgate.gates.base import Decision, Reason
+from loopgate.gates.certified.banker import fixpoint
+from loopgate.gates.certified.checker import brings_home
+from loopgate.gates.certified.deadlock import circle_among, stuck_for_good
+from loopgate.gates.certified.layout import Layout
+from loopgate.gates.certified.search import BudgetError, Search
+from loopgate.gates.certified.stand import Stand
+from loopgate.model import Configuration
+
+__all__ = ["Homeward"]
+
+
+@dataclass(frozen=True, slots=True)
+class _Verdict:
+    decision: Decision
+    witness: list[int] | None
+
+
+class Homeward:
+    """Admits a move iff every robot can still get home after it, and holds the moves that show it.
+
+    Parameters
+    ----------
+    layout
+        The system's layout; no robot is homeless.
+    budget
+        The most cores the exact search may branch on for one decision.
+
+    Notes
+    -----
+    With a budget that is never used up this is exact: a move is admitted iff it is safe.
+    """
+
+    def __init__(self, layout: Layout, budget: int) -> None:
+        self._layout = layout
+        self._search = Search(layout, budget)
+        self._witness: list[int] | None = None
+        self._verdicts: dict[int, _Verdict] = {}
+
+    def begin(self, configuration: Configuration, stand: Stand) -> bool:
+        """Find a witness for a configuration that was not reached by an admitted move; say if there is one.
+
+        Raises
+        ------
+        BudgetError
+            If the budget is used up before the answer is known.
+        """
+        self._verdicts.clear()
+        self._witness = None
+        away = self._away(stand)
+        there = stand.copy()
+        moves, left = fixpoint(there, away)
+        if left:
+            rest = self._search.solve(there, left)
+            if rest is None:
+                return False
+            moves += rest
+        if not brings_home(self._layout.system, configuration, moves, self._layout.home):
+            return False
+        self._witness = moves
+        return True
+
+    def judge(self, configuration: Configuration, stand: Stand, robot: int) -> Decision:
+        """Decide the next move of `robot`, which is enabled."""
+        verdict = self._verdicts.get(robot)
+        if verdict is None:
+            verdict = self._verdicts[robot] = self._judge(configuration, stand, robot)
+        return verdict.decision
+
+    def moved(self, robot: int) -> bool:
+        """Take over the witness of the move of `robot`; False if there is none."""
+        verdict = self._verdicts.get(robot)
+        self._verdicts.clear()
+        self._witness = None if verdict is None else verdict.witness
+        return self._witness is not None
+
+    def passed_by(self) -> None:
+        """Take note of a move between homes that the witness does not speak of."""
+        self._verdicts.clear()
+
+    @property
+    def witness(self) -> list[int] | None:
+        """Moves that bring every robot home from the current configuration."""
+        return self._witness
+
+    def _away(self, stand: Stand) -> list[int]:
+        """Robots that are not at home, those that the witness moves first in front."""
+        home, at = self._layout.home, stand.at
+        order = list(dict.fromkeys(self._witness)) if self._witness else range(len(at))
+        return [i for i in order if not home[i][at[i]]]
+
+    def _judge(self, configuration: Configuration, stand: Stand, robot: int) -> _Verdict:
+        if self._witness is None:
+            blocked = Decision(
+                admitted=False, reason=Reason.DEADLOCK, detail="no way home for all", stage="begin"
+            )
+            return _Verdict(blocked, None)
+        for moves in self._pulled_forward(stand, robot):
+            if self._accepts(configuration, moves):
+                return self._admit(moves, "replay")
+        return self._found(configuration, stand, robot)
+
+    def _found(self, configuration: Configuration, stand: Stand, robot: int) -> _Verdict:
+        """Look for a witness from nothing."""
+        there = stand.copy()
+        there.step(robot)
+        away = self._away(there)
+        if not self._layout.home[robot][there.at[robot]] and robot not in away:
+            away.append(robot)
+        stuck = stuck_for_good(there, away)
+        if stuck:
+            return self._refuse(there, stuck)
+        moves, left = fixpoint(there, away)
+        if not left:
+            return self._checked(configuration, [robot, *moves], "banker")
+        try:
+            rest = self._search.solve(there, left)
+        except BudgetError:
+            return _Verdict(Decision(admitted=False, reason=Reason.BUDGET, stage="budget"), None)
+        if rest is None:
+            return self._refuse_core(robot, left)
+        return self._checked(configuration, [robot, *moves, *rest], "search")
+
+    def _pulled_forward(self, stand: Stand, robot: int) -> list[list[int]]:
+        """Return the old witness with the robot's next move in front, and what else is worth a try."""
+        witness = self._witness or []
+        if not self._layout.home[robot][stand.at[robot]]:
+            k = witness.index(robot)
+            return [[robot, *witness[:k], *witness[k + 1 :]]]
+        ahead = self._layout.steps[robot][self._layout.follow[robot][stand.at[robot]]]
+        if ahead == 0:
+            return [[robot, *witness]]
+        return [[robot] * (ahead + 1) + witness, [robot, *witness, *([robot] * ahead)]]
+
+    def _accepts(self, configuration: Configuration, moves: list[int]) -> bool:
+        return brings_home(self._layout.system, configuration, moves, self._layout.home)
+
+    def _checked(self, configuration: Configuration, moves: list[int], stage: str) -> _Verdict:
+        if self._accepts(configuration, moves):
+            return self._admit(moves, stage)
+        wrong = Decision(
+            admitted=False, reason=Reason.BUDGET, detail="witness rejected by the checker", stage="checker"
+        )
+        return _Verdict(wrong, None)
+
+    @staticmethod
+    def _admit(moves: list[int], stage: str) -> _Verdict:
+        return _Verdict(Decision(admitted=True, reason=Reason.FREE, stage=stage), moves[1:])
+
+    def _refuse_core(self, robot: int, core: list[int]) -> _Verdict:
+        blockers = tuple(i for i in core if i != robot)
+        detail = f"no order of moves would bring all home again: {self._layout.names(blockers)}"
+        decision = Decision(
+            admitted=False, reason=Reason.DEADLOCK, blockers=blockers, detail=detail, stage="search"
+        )
+        return _Verdict(decision, None)
+
+    def _refuse(self, there: Stand, stuck: list[int]) -> _Verdict:
+        circle = circle_among(there, stuck)
+        states = self._layout.system.states
+        names = self._layout.system.robots
+        detail = "circular wait: " + " -> ".join(f"{names[i].id} in {states[there.state(i)]}" for i in circle)
+        decision = Decision(
+            admitted=False, reason=Reason.DEADLOCK, blockers=tuple(circle), detail=detail, stage="cycle"
+        )
+        return _Verdict(decision, None)

@@ -1,0 +1,153 @@
+"""What the certified gate needs to know about a system before anybody moves: homes, rests, ways home."""
+
+from __future__ import annotations
+
+from loopgate.model import System
+
+__all__ = ["Layout"]
+
+_WIDE = 2
+"""From this capacity on, a deadlock in a place is a circle of full places and nothing else."""
+
+
+class Layout:
+    """Where each robot is out of everybody's way, and which states it enters on the way there.
+
+    A state *never blocks* if a single robot visits it, or if it is left in any order and holds all its
+    visitors at once. An *ender* of a state is a robot that stays there for good. A state is *passable* for
+    a robot if it can still be driven through after all other enders have come to rest in it.
+
+    A *home* of a robot is a position where it hinders nobody and from where it can go on alone when all
+    others are at home: on a closed path any state that never blocks, on an open path the terminal, and any
+    state that never blocks behind which all states are passable.
+
+    A state is *wide* if it can block and holds two or more besides its enders (and has none if it is FIFO).
+    With ``rests`` the wide states count as homes; whoever uses that layout sees to their room by other means
+    (see `Flow`).
+
+    Attributes
+    ----------
+    system
+        The system.
+    path, follow
+        State numbers, and the next position or -1, per robot and position.
+    room
+        How many robots a state holds, by state.
+    fifo
+        Whether the state is left in order of arrival, by state.
+    never_blocks, wide
+        By state; see above.
+    home
+        Whether the position is a home, per robot and position.
+    steps
+        Moves from the position to the next home, 0 at a home, -1 if there is none.
+    way
+        The states on those moves that can block, in order, each checked before the robot is sent home.
+    settles
+        The blocking state in which the robot will stay for good, or -1.
+    homeless
+        Robots that share their whole path: no position is a home.
+    hopeless
+        Robots that can never go on for ever, wherever they are, because others come to rest in their way.
+    """
+
+    __slots__ = (
+        "fifo", "follow", "home", "homeless", "hopeless", "never_blocks", "path", "room", "settles",
+        "settling", "steps", "system", "through", "way", "wide",
+    )  # fmt: skip
+
+    def __init__(self, system: System, *, rests: bool = False) -> None:
+        self.system = system
+        states = range(len(system.states))
+        self.path = [list(path) for path in system.paths]
+        self.follow = [
+            [-1 if (q := robot.next_position(p)) is None else q for p in range(len(robot.path))]
+            for robot in system.robots
+        ]
+        self.room = list(system.room)
+        shared_fifo = set(system.fifo_states)
+        self.fifo = [s in shared_fifo for s in states]
+        self.through = [1 if self.fifo[s] else self.room[s] for s in states]
+        """A robot can drive through a state only while fewer robots than this are in it."""
+        enders = [0] * len(system.states)
+        for i, path in enumerate(self.path):
+            if self.follow[i][-1] < 0:
+                enders[path[-1]] += 1
+        self.never_blocks = [
+            system.private[s] or (not self.fifo[s] and self.room[s] >= len(system.visitors[s]))
+            for s in states
+        ]
+        self.wide = [
+            not self.never_blocks[s]
+            and self.room[s] - enders[s] >= _WIDE
+            and not (self.fifo[s] and enders[s])
+            for s in states
+        ]
+        if rests:
+            self.never_blocks = [a or b for a, b in zip(self.never_blocks, self.wide, strict=True)]
+        self.settles = [
+            path[-1] if self.follow[i][-1] < 0 and not self.never_blocks[path[-1]] else -1
+            for i, path in enumerate(self.path)
+        ]
+        self.home = [self._homes(i, enders) for i in range(len(self.path))]
+        self.homeless = tuple(i for i, home in enumerate(self.home) if not any(home))
+        self.hopeless = tuple(
+            i
+            for i, path in enumerate(self.path)
+            if not all(self._passable(i, p, enders) for p in self._entered_for_ever(i, path))
+        )
+        self.steps: list[list[int]] = []
+        self.settling: list[list[bool]] = []
+        """Whether the next home is the shared terminal in which the robot stays for good."""
+        self.way: list[list[tuple[int, ...]]] = []
+        for i, path in enumerate(self.path):
+            walks = [self._walk_home(i, p) for p in range(len(path))]
+            self.settling.append([self._settles_after(i, walk) for walk in walks])
+            self.steps.append([-1 if walk is None else len(walk) for walk in walks])
+            self.way.append([() if walk is None else self._blocking(walk) for walk in walks])
+
+    def _settles_after(self, robot: int, walk: list[int] | None) -> bool:
+        return walk is not None and walk[-1:] == [self.settles[robot]]
+
+    def _passable(self, robot: int, position: int, enders: list[int]) -> bool:
+        path = self.path[robot]
+        state = path[position]
+        ends = self.follow[robot][-1] < 0 and path[-1] == state
+        others = enders[state] - ends
+        if self.fifo[state] and others and not (ends and position == len(path) - 1):
+            return False
+        return self.room[state] > others
+
+    def _entered_for_ever(self, robot: int, path: list[int]) -> range:
+        """Positions the robot enters again and again, or in which it ends."""
+        return range(0 if self.follow[robot][-1] >= 0 else len(path) - 1, len(path))
+
+    def _homes(self, robot: int, enders: list[int]) -> list[bool]:
+        path = self.path[robot]
+        if self.follow[robot][-1] >= 0:
+            return [self.never_blocks[s] for s in path]
+        homes = [False] * len(path)
+        homes[-1] = True
+        for p in range(len(path) - 2, -1, -1):
+            if not self._passable(robot, p + 1, enders):
+                break
+            homes[p] = self.never_blocks[path[p]]
+        return homes
+
+    def _walk_home(self, robot: int, position: int) -> list[int] | None:
+        if robot in self.homeless:
+            return None
+        walk: list[int] = []
+        while not self.home[robot][position]:
+            position = self.follow[robot][position]
+            walk.append(self.path[robot][position])
+        return walk
+
+    def _blocking(self, walk: list[int]) -> tuple[int, ...]:
+        return tuple(s for s in walk if not self.never_blocks[s])
+
+    def names(self, robots: list[int] | tuple[int, ...], limit: int = 8) -> str:
+        """Return the robots' names for an error text, shortened beyond `limit`."""
+        shown = ", ".join(self.system.robots[i].id for i in robots[:limit])
+        more = len(robots) - limit
+        return f"{shown} and {more} more" if more > 0 else shown

@@ -1,0 +1,247 @@
+"""Keeping everybody able to go round for ever where robots have no homes: exact, for small systems."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterator
+from typing import NamedTuple
+
+from loopgate.gates.base import Decision, Reason
+from loopgate.gates.certified.checker import brings_round
+from loopgate.gates.certified.search import BudgetError
+from loopgate.gates.certified.stand import Stand
+from loopgate.model import Configuration, System
+
+__all__ = ["Rounds"]
+
+
+class _Frame(NamedTuple):
+    here: Configuration
+    entered_by: int
+    moves: Iterator[tuple[int, Configuration]]
+
+
+class _Walk:
+    """The open part of Tarjan's depth-first search for strongly connected components."""
+
+    def __init__(self, root: Configuration, moves: Iterator[tuple[int, Configuration]]) -> None:
+        self.index = {root: 0}
+        self.frames = [_Frame(root, -1, moves)]
+        self.left_by = -1
+        """The move into the configuration that was left last."""
+        self._low = {root: 0}
+        self._open = [root]
+        self._is_open = {root}
+
+    def comes_back_to(self, there: Configuration) -> bool:
+        """Take note of a move from the walk's end to `there`, if that is open; say whether it is."""
+        if there not in self._is_open:
+            return False
+        here = self.frames[-1].here
+        self._low[here] = min(self._low[here], self.index[there])
+        return True
+
+    def enter(self, there: Configuration, robot: int, moves: Iterator[tuple[int, Configuration]]) -> None:
+        """Go on to `there`, which is new."""
+        self.index[there] = self._low[there] = len(self.index)
+        self._open.append(there)
+        self._is_open.add(there)
+        self.frames.append(_Frame(there, robot, moves))
+
+    def leave(self) -> list[Configuration]:
+        """Go one back; return the members of the component that this closes, its root first, if it does."""
+        here, self.left_by, _ = self.frames.pop()
+        if self.frames:
+            before = self.frames[-1].here
+            self._low[before] = min(self._low[before], self._low[here])
+        if self._low[here] < self.index[here]:
+            return []
+        cut = self._open.index(here)
+        members = self._open[cut:]
+        del self._open[cut:]
+        self._is_open.difference_update(members)
+        return members
+
+
+class Rounds:
+    """Admits a move iff every robot can go on for ever after it, by looking at what can be reached.
+
+    A witness is a path to a configuration from which a circle of moves, in which every robot takes part,
+    leads back to it. For each configuration known to be live the next move of its witness is remembered;
+    configurations known to be dead are remembered too, so that each is looked at once.
+
+    Parameters
+    ----------
+    system
+        The system.
+    budget
+        The most configurations to look at for one decision.
+
+    Notes
+    -----
+    Linear in the configurations that can be reached, which are exponentially many in the robots.
+    """
+
+    def __init__(self, system: System, budget: int) -> None:
+        self._system = system
+        self._budget = budget
+        self._next: dict[Configuration, int] = {}
+        self._circle: dict[Configuration, list[int]] = {}
+        self._dead: set[Configuration] = set()
+        self._here: Configuration | None = None
+
+    def begin(self, configuration: Configuration, stand: Stand) -> bool:
+        """Return whether `configuration` is live; see `Homeward.begin`."""
+        del stand
+        self._here = None
+        if not self.live(configuration):
+            return False
+        if not brings_round(self._system, configuration, *self._from(configuration)):
+            return False
+        self._here = configuration
+        return True
+
+    def judge(self, configuration: Configuration, stand: Stand, robot: int) -> Decision:
+        """Decide the next move of `robot`, which is enabled."""
+        del stand
+        if self._here is None:
+            return Decision(admitted=False, reason=Reason.DEADLOCK, detail="no way on for all", stage="begin")
+        there = self._system.moved(configuration, robot)
+        known = there in self._dead or self._known_live(there)
+        stage = "memory" if known else "search"
+        try:
+            live = self.live(there)
+        except BudgetError:
+            return Decision(admitted=False, reason=Reason.BUDGET, stage="budget")
+        if not live:
+            detail = "not all could go on for ever"
+            return Decision(admitted=False, reason=Reason.DEADLOCK, detail=detail, stage=stage)
+        if not brings_round(self._system, there, *self._from(there)):
+            detail = "witness rejected by the checker"
+            return Decision(admitted=False, reason=Reason.BUDGET, detail=detail, stage="checker")
+        return Decision(admitted=True, reason=Reason.FREE, stage=stage)
+
+    def moved(self, configuration: Configuration) -> bool:
+        """Take note of the new configuration; False if it is not known to be live."""
+        known = self._known_live(configuration)
+        self._here = configuration if known else None
+        return known
+
+    @property
+    def witness(self) -> tuple[list[int], list[int]] | None:
+        """An approach and a circle from the current configuration."""
+        return None if self._here is None else self._from(self._here)
+
+    def _from(self, configuration: Configuration) -> tuple[list[int], list[int]]:
+        approach: list[int] = []
+        while configuration not in self._circle:
+            robot = self._next[configuration]
+            approach.append(robot)
+            configuration = self._system.moved(configuration, robot)
+        return approach, self._circle[configuration]
+
+    def _moves(self, configuration: Configuration) -> Iterator[tuple[int, Configuration]]:
+        system = self._system
+        for robot in range(len(system.robots)):
+            if system.enabled(configuration, robot):
+                yield robot, system.moved(configuration, robot)
+
+    def live(self, root: Configuration) -> bool:
+        """Return whether every robot can go on for ever from `root` (Tarjan's components, depth first).
+
+        Raises
+        ------
+        BudgetError
+            If more configurations than the budget would have to be looked at.
+        """
+        if self._known_live(root):
+            return True
+        if root in self._dead:
+            return False
+        walk = _Walk(root, self._moves(root))
+        while walk.frames:
+            for robot, there in walk.frames[-1].moves:
+                if there in self._dead or walk.comes_back_to(there):
+                    continue
+                if self._known_live(there):
+                    self._mark(walk, robot)
+                    return True
+                if len(walk.index) >= self._budget:
+                    raise BudgetError
+                walk.enter(there, robot, self._moves(there))
+                break
+            else:
+                members = walk.leave()
+                if members and self._settle(members):
+                    self._mark(walk)
+                    return True
+                self._dead.update(members)
+        return False
+
+    def _known_live(self, configuration: Configuration) -> bool:
+        return configuration in self._next or configuration in self._circle
+
+    def _mark(self, walk: _Walk, last: int = -1) -> None:
+        """Remember that each configuration on the walk is live, and the move that leads on to the next."""
+        robots = [*(frame.entered_by for frame in walk.frames[1:]), walk.left_by if last < 0 else last]
+        for frame, robot in zip(walk.frames, robots, strict=False):  # on no frame, where the root was left
+            self._next[frame.here] = robot
+
+    def _settle(self, members: list[Configuration]) -> bool:
+        """Remember the witnesses of a component in which every robot moves; False if some does not."""
+        system = self._system
+        base = members[0]
+        inside = set(members)
+        back: dict[Configuration, list[tuple[int, Configuration]]] = {}
+        for here in members:
+            for robot, there in self._moves(here):
+                if there in inside:
+                    back.setdefault(there, []).append((robot, here))
+        need = {i for i in range(len(system.robots)) if not system.finished(base, i)}
+        if not need <= {robot for arrivals in back.values() for robot, _ in arrivals}:
+            return False
+        towards = self._towards(base, back)
+        circle: list[int] = []
+        here = base
+        while need:
+            part = self._shortest(here, inside, need)
+            for robot in part:
+                here = system.moved(here, robot)
+            circle += part
+            need.difference_update(part)
+        while here != base:
+            circle.append(towards[here])
+            here = system.moved(here, towards[here])
+        self._circle[base] = circle
+        self._next.update(towards)
+        return True
+
+    @staticmethod
+    def _towards(
+        base: Configuration, back: dict[Configuration, list[tuple[int, Configuration]]]
+    ) -> dict[Configuration, int]:
+        """Return the move that leads each configuration of the component one nearer to `base`."""
+        queue = deque([base])
+        towards: dict[Configuration, int] = {}
+        while queue:
+            for robot, here in back.get(queue.popleft(), ()):
+                if here != base and here not in towards:
+                    towards[here] = robot
+                    queue.append(here)
+        return towards
+
+    def _shortest(self, start: Configuration, inside: set[Configuration], need: set[int]) -> list[int]:
+        """Return the fewest moves inside the component that end with a move of a robot in `need`."""
+        queue: deque[tuple[Configuration, tuple[int, ...]]] = deque([(start, ())])
+        seen = {start}
+        while queue:
+            here, path = queue.popleft()
+            for robot, there in self._moves(here):
+                if there not in inside:
+                    continue
+                if robot in need:
+                    return [*path, robot]
+                if there not in seen:
+                    seen.add(there)
+                    queue.append((there, (*path, robot)))
+        return []

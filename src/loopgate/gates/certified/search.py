@@ -1,0 +1,123 @@
+"""The exact search: depth first over single moves, with everything that costs nothing done in between."""
+
+from __future__ import annotations
+
+from loopgate.gates.certified.banker import reduce_to_core
+from loopgate.gates.certified.deadlock import stuck_for_good
+from loopgate.gates.certified.layout import Layout
+from loopgate.gates.certified.stand import Stand
+
+__all__ = ["BudgetError", "Search"]
+
+_MEMORY = 200_000
+"""Dead cores remembered; the memory is emptied when it is full."""
+
+
+class BudgetError(Exception):
+    """The search has looked at as many cores as it may."""
+
+
+class Search:
+    """Finds moves that bring every robot home, or proves that there are none.
+
+    After each move every robot that can go home without harm does (`reduce_to_core`); a core with robots
+    that can never move again is dead; robots that share no state on their ways home are searched apart.
+    Dead cores are remembered for later decisions: a core that cannot get home cannot get home with more
+    robots about either.
+
+    Parameters
+    ----------
+    layout
+        The system's layout; every robot must have a home.
+    budget
+        The most cores to branch on in one call.
+
+    Notes
+    -----
+    Exponential in the size of the core at worst; the problem is NP-complete (Lawley and Reveliotis 2001).
+    """
+
+    def __init__(self, layout: Layout, budget: int) -> None:
+        self._layout = layout
+        self._budget = budget
+        self._dead: set[tuple[tuple[int, ...], tuple[int, ...], tuple[tuple[int, ...], ...]]] = set()
+        self._settlers = [i for i, s in enumerate(layout.settles) if s >= 0]
+        self.nodes = 0
+        """Cores branched on in the last call."""
+
+    def solve(self, stand: Stand, robots: list[int]) -> list[int] | None:
+        """Return moves that bring `robots` home from `stand` (which is changed), or None if there are none.
+
+        The other robots must be at home already.
+
+        Raises
+        ------
+        BudgetError
+            If the budget is used up before the answer is known.
+        """
+        self.nodes = 0
+        return self._solve(stand, robots)
+
+    def _solve(self, stand: Stand, robots: list[int]) -> list[int] | None:
+        moves, core = reduce_to_core(stand, robots)
+        if not core:
+            return moves
+        if stuck_for_good(stand, core):
+            return None
+        for part in self._parts(stand, core):
+            found = self._branch(stand, part)
+            if found is None:
+                return None
+            moves += found
+        return moves
+
+    def _branch(self, stand: Stand, part: list[int]) -> list[int] | None:
+        key = self._key(stand, part)
+        if key in self._dead:
+            return None
+        self.nodes += 1
+        if self.nodes > self._budget:
+            raise BudgetError
+        for i in part:
+            if not stand.enabled(i):
+                continue
+            there = stand.copy()
+            there.step(i)
+            found = self._solve(there, part)
+            if found is not None:
+                return [i, *found]
+        if len(self._dead) >= _MEMORY:
+            self._dead.clear()
+        self._dead.add(key)
+        return None
+
+    def _key(
+        self, stand: Stand, part: list[int]
+    ) -> tuple[tuple[int, ...], tuple[int, ...], tuple[tuple[int, ...], ...]]:
+        at = stand.at
+        part = [*part, *(i for i in self._settlers if self._layout.home[i][at[i]])]
+        if not stand.queue:
+            return tuple(part), tuple([at[i] for i in part]), ()
+        lines = sorted({stand.state(i) for i in part}.intersection(stand.queue))
+        return tuple(part), tuple([at[i] for i in part]), tuple(tuple(stand.queue[s]) for s in lines)
+
+    def _parts(self, stand: Stand, core: list[int]) -> list[list[int]]:
+        """Split the core into robots that share no state from here to their homes, smallest part first."""
+        layout = self._layout
+        leader = {i: i for i in core}
+
+        def find(i: int) -> int:
+            while leader[i] != i:
+                leader[i] = leader[leader[i]]
+                i = leader[i]
+            return i
+
+        first: dict[int, int] = {}
+        for i in core:
+            for s in (stand.state(i), *layout.way[i][stand.at[i]]):
+                if not layout.never_blocks[s]:
+                    leader[find(i)] = find(first.setdefault(s, i))
+        parts: dict[int, list[int]] = {}
+        for i in core:
+            parts.setdefault(find(i), []).append(i)
+        return sorted(parts.values(), key=len)

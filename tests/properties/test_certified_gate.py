@@ -1,0 +1,95 @@
+"""The certified gate against the exact oracle: every decision in every configuration of random walks."""
+
+from __future__ import annotations
+
+import random
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from loopgate.errors import GateError, SystemModelError
+from loopgate.gates.certified import CertifiedGate
+from loopgate.model import System
+from loopgate.theory.oracle import Oracle, OracleLimitError
+from loopgate.theory.random_systems import Shape, random_system
+
+_STEPS = 40
+
+
+def shapes() -> st.SearchStrategy[Shape]:
+    """Small systems of every kind: with and without private states, capacities, FIFO, open paths."""
+    return st.builds(
+        Shape,
+        robots=st.integers(3, 5),
+        states=st.integers(3, 9),
+        path=st.tuples(st.just(2), st.integers(2, 4)),
+        private=st.integers(0, 2),
+        capacity=st.sampled_from([(1, 1), (1, 2), (1, 3), (2, 3)]),
+        fifo=st.sampled_from([0.0, 0.5, 1.0]),
+        closed=st.booleans(),
+        proposition1=st.booleans(),
+    )
+
+
+def _walk_agrees(system: System, seed: int) -> None:
+    """Walk at random where the gate lets us; its every answer is the oracle's."""
+    oracle = Oracle(system, limit=20_000)
+    here = system.initial
+    robots = range(len(system.robots))
+    if not oracle.live(here):
+        with pytest.raises(GateError, match=r"not live|for ever"):
+            CertifiedGate(system, promise="everyone", budget=100_000)
+        return
+    gate = CertifiedGate(system, promise="everyone", budget=100_000)
+    rng = random.Random(seed)
+    for _ in range(_STEPS):
+        enabled = [i for i in robots if system.enabled(here, i)]
+        admitted = [i for i in robots if gate.decide(here, i).admitted]
+        assert admitted == [i for i in enabled if oracle.safe(here, i)]
+        assert admitted or all(system.finished(here, i) for i in robots)
+        if not admitted:
+            return
+        robot = rng.choice(admitted)
+        here = system.moved(here, robot)
+        gate.moved(here, robot)
+
+
+@given(shape=shapes(), seed=st.integers(0, 2**32))
+def test_admits_exactly_the_safe_moves(shape: Shape, seed: int) -> None:
+    """No unsafe move is admitted, no safe one refused, and a live configuration always goes on."""
+    try:
+        system = random_system(shape, seed)
+        _walk_agrees(system, seed)
+    except (SystemModelError, OracleLimitError):
+        return
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_flow_never_blocks_everyone(seed: int) -> None:
+    """Where robots share whole rings of places, somebody may always move."""
+    rng = random.Random(seed)
+    shape = Shape(
+        robots=rng.randint(3, 6),
+        states=rng.randint(3, 6),
+        path=(2, 4),
+        private=0,
+        capacity=rng.choice([(1, 3), (2, 2), (2, 3)]),
+        fifo=rng.choice([0.0, 0.7, 1.0]),
+        proposition1=False,
+    )
+    try:
+        system = random_system(shape, seed)
+        gate = CertifiedGate(system, promise="somebody")
+    except (GateError, SystemModelError):
+        return
+    seen, todo = {system.initial}, [system.initial]
+    while todo and len(seen) < 1500:
+        here = todo.pop()
+        admitted = [i for i in range(len(system.robots)) if gate.decide(here, i).admitted]
+        assert admitted
+        for robot in admitted:
+            there = system.move(here, robot)
+            if there not in seen:
+                seen.add(there)
+                todo.append(there)
