@@ -17,7 +17,7 @@ def test_fig2a_is_a_deadlock() -> None:
     system = instance("fig2a")
     (circuit,) = all_circuits(system, system.initial)
     assert circuit.is_deadlock_cycle
-    assert order(circuit) == 0
+    assert order(system, system.initial, circuit) == 0
     assert theorem1(system, system.initial, circuit).condition is Condition.DEADLOCK_CYCLE
 
 
@@ -27,7 +27,7 @@ def test_fig2b_is_a_first_order_deadlock() -> None:
     here = system.initial
     assert [i for i in range(4) if system.enabled(here, i)] == [0, 2]
     (circuit,) = all_circuits(system, here)
-    assert order(circuit) == 1
+    assert order(system, system.initial, circuit) == 1
     assert not theorem1(system, here, circuit).live
     for mover, left in ((0, {0, 1, 2}), (2, {0, 2, 3})):
         after = system.move(here, mover)
@@ -53,7 +53,7 @@ def test_fig4_is_the_sub_circuit_of_fig3_and_a_second_order_deadlock() -> None:
     assert [system.states[s] for s in left.walks[-1].states] == ["s8", "s2"]
     after = system.move(here, 0)
     assert left in set(all_circuits(system, after))
-    assert order(left) == 2
+    assert order(system, after, left) == 2
     assert {system.states[s] for s in left.intermediate} == {"s3", "s4"}
 
 
@@ -62,7 +62,7 @@ def test_fig7_has_the_highest_order(robots: int) -> None:
     """The order is m - 3 exactly, all lemmas hold with equality, and no state is safe."""
     system = fig7(robots)
     (circuit,) = (c for c in all_circuits(system, system.initial) if len(c.walks) == robots)
-    found = order(circuit)
+    found = order(system, system.initial, circuit)
     assert found == robots - 3
     assert lemma1(system, circuit)
     assert lemma2(circuit, found)
@@ -86,7 +86,7 @@ def test_fig5_is_live_by_the_second_condition() -> None:
     assert verdict.live
     assert verdict.condition is Condition.SUB_TOO_MANY_STATES
     assert system.robots[verdict.mover or 0].id == "r2"
-    assert order(circuit) is None
+    assert order(system, system.initial, circuit) is None
 
 
 def test_fig10_r1_would_cause_a_deadlock_of_order_5() -> None:
@@ -95,4 +95,4 @@ def test_fig10_r1_would_cause_a_deadlock_of_order_5() -> None:
     after = system.move(system.initial, system.robot_number(RobotId("r1")))
     (circuit,) = circuits_through(system, after, system.states.index(StateId("s2")))
     assert set(circuit.robots) == set(range(8))
-    assert order(circuit) == 5
+    assert order(system, after, circuit) == 5

@@ -16,7 +16,9 @@ EXIT_DEADLOCK = 3
 EXIT_BAD_INPUT = 2
 EXIT_INTERRUPTED = 130
 
-_COMMANDS: dict[str, str] = {}
+_COMMANDS: dict[str, str] = {
+    "explore": "loopgate.cli.explore:explore",
+}
 """Subcommand name to ``module:attribute``."""
 
 

@@ -1,7 +1,7 @@
 """Lemmas 1 to 4 and Theorem 1 of Zhou et al. 2020, as functions that say what decided.
 
 The lemmas give conditions that every higher-order deadlock fulfils; Theorem 1 turns them round into reasons
-circuit to be live. They are stated as the paper states them, which is not to say that they hold: the
+for a circuit to be live. They are stated as the paper states them, which is not to say that they hold: the
 second condition of Theorem 1 looks one step ahead, which is not enough (docs/what-is-not-true.md).
 """
 

@@ -1,0 +1,61 @@
+"""``loopgate explore``: every configuration that a gate lets come about."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import click
+
+from loopgate.cli.progress import show_progress
+
+__all__ = ["explore"]
+
+
+@click.command()
+@click.argument("file", type=click.Path(path_type=Path, dir_okay=False))
+@click.option("--gate", default="collision", show_default=True, help="Gate, with options: name:option=value.")
+@click.option(
+    "--witness", is_flag=True, help="Also print a shortest way to an unsafe or stuck configuration."
+)
+@click.option("--json", "as_json", is_flag=True, help="Print JSON only.")
+@click.option("--plain", is_flag=True, help="Use the plain exploration, the compiled one's oracle (slow).")
+@click.option(
+    "--memory-gb", default=4.0, show_default=True, help="Stop with a message before more memory is used [GB]."
+)
+def explore(file: Path, gate: str, *, witness: bool, as_json: bool, plain: bool, memory_gb: float) -> None:
+    """Explore the system in FILE exhaustively from its start, under a gate."""
+    from loopgate.gates import make_gate
+    from loopgate.model import read_system
+    from loopgate.untimed import explore_plainly
+
+    system = read_system(file)
+    with show_progress("configurations") as report:
+        del plain, memory_gb
+        found = explore_plainly(system, make_gate(gate, system), witness=witness, progress=report)
+    data: dict[str, Any] = found.as_dict()
+    if witness:
+        data["witness"] = None
+        if found.witness is not None:
+            data["witness"] = {
+                "kind": found.witness.kind,
+                "moves": list(found.witness.moves),
+                "configuration": list(found.witness.configuration),
+            }
+    if as_json:
+        click.echo(json.dumps(data))
+        return
+    for key, value in data.items():
+        click.echo(f"{key:16} {_text(key, value)}")
+
+
+def _text(key: str, value: object) -> str:
+    if value is None:
+        return "none" if key == "witness" else "not counted: a robot has no private or terminal state"
+    if key == "witness" and isinstance(value, dict):
+        moves = " ".join(value["moves"]) or "no move"
+        return f"{value['kind']} after {moves}: {' '.join(value['configuration'])}"
+    if isinstance(value, dict):
+        return ", ".join(f"order {k}: {count}" for k, count in value.items()) or "0"
+    return str(value)

@@ -1,0 +1,90 @@
+"""Progress on stderr: a live line on a terminal, else a line now and then, and nothing for what is quick."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Protocol
+
+from rich.console import Console
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
+
+__all__ = ["Report", "show_progress"]
+
+_QUICK_S = 2.0
+_SPARSE_S = 15.0
+
+
+class Report(Protocol):
+    """Called with how much is done so far, as often as one likes."""
+
+    def __call__(self, done: int, total: int | None = None) -> None:
+        """Take note that `done` of `total` units are done; `total` is None where it is unknown."""
+        ...
+
+
+@contextmanager
+def show_progress(what: str, *, total: int | None = None) -> Iterator[Report]:
+    """Show how far the work inside the ``with`` block is, on stderr.
+
+    Nothing is shown before two seconds have passed. Where stderr is no terminal, a line is written every
+    fifteen seconds.
+    """
+    if sys.stderr.isatty():
+        with _live(what, total) as report:
+            yield report
+    else:
+        yield _Sparse(what, total)
+
+
+@contextmanager
+def _live(what: str, total: int | None) -> Iterator[Report]:
+    bar = Progress(
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeElapsedColumn(),
+        TimeRemainingColumn(),
+        console=Console(stderr=True),
+        transient=True,
+    )
+    task = bar.add_task(what, total=total)
+    began = time.monotonic()
+    started = False
+
+    def report(done: int, total: int | None = None) -> None:
+        nonlocal started
+        if not started and time.monotonic() - began > _QUICK_S:
+            started = True
+            bar.start()
+        bar.update(task, completed=done, total=total)
+
+    try:
+        yield report
+    finally:
+        if started:
+            bar.stop()
+
+
+class _Sparse:
+    def __init__(self, what: str, total: int | None) -> None:
+        self._what = what
+        self._total = total
+        self._last = time.monotonic()
+
+    def __call__(self, done: int, total: int | None = None) -> None:
+        total = self._total if total is None else total
+        if time.monotonic() - self._last > _SPARSE_S:
+            self._last = time.monotonic()
+            of = "" if total is None else f" of {total}"
+            sys.stderr.write(f"{self._what}: {done}{of}\n")
+            sys.stderr.flush()
