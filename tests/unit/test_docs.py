@@ -1,0 +1,41 @@
+"""The pages under docs/ name what there is."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from loopgate.gates import Reason, gate_names
+from loopgate.results import columns
+
+DOCS = Path(__file__).resolve().parents[2] / "docs"
+
+
+def coded(page: str) -> set[str]:
+    """Return what a page sets in code."""
+    return set(re.findall(r"`([^`]+)`", (DOCS / page).read_text(encoding="utf-8")))
+
+
+@pytest.mark.parametrize("table", ["EVENT_COLUMNS", "VEHICLE_COLUMNS", "EDGE_COLUMNS"])
+def test_every_column_is_explained(table: str) -> None:
+    """A column that is added has to be written up."""
+    assert set(getattr(columns, table)) <= coded("formats.md")
+
+
+def test_every_event_is_explained() -> None:
+    """So has an event."""
+    assert {str(e) for e in columns.Event} <= coded("formats.md")
+
+
+def test_every_gate_and_reason_is_explained() -> None:
+    """So have the gates of this package and their reasons."""
+    assert set(gate_names()) | {str(r) for r in Reason} <= coded("gates.md")
+
+
+def test_links_lead_somewhere() -> None:
+    """Pages that are linked exist."""
+    for page in DOCS.glob("*.md"):
+        for target in re.findall(r"\]\(([^)#]+)\)", page.read_text(encoding="utf-8")):
+            assert "://" in target or (page.parent / target).exists(), f"{page.name}: {target}"
