@@ -196,6 +196,11 @@ class System:
             return list(configuration.queues[q])
         return [i for i in sorted(self.visitors[state]) if self.paths[i][configuration.positions[i]] == state]
 
+    def head(self, configuration: Configuration, state: int) -> int | None:
+        """Return the robot that stands first in `state`, if it is a FIFO state with anybody in it."""
+        q = self._queue_of.get(state)
+        return configuration.queues[q][0] if q is not None and configuration.queues[q] else None
+
     def at_head(self, configuration: Configuration, robot: int) -> bool:
         """Return whether nobody stands before `robot` in a FIFO state."""
         q = self._queue_of.get(self.state_at(configuration, robot))

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-__all__ = ["Collision", "Dynamics", "Foe", "Leader", "Traffic"]
+__all__ = ["Collision", "Dynamics", "Traffic"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -16,39 +16,6 @@ class Collision:
     collider: str
     victim: str
     lane: str
-
-
-@dataclass(frozen=True, slots=True)
-class Leader:
-    """The vehicle ahead on the same way.
-
-    Attributes
-    ----------
-    vehicle
-        Its id.
-    gap_m
-        From front bumper to its rear bumper, less the follower's minimum gap [m].
-    """
-
-    vehicle: str
-    gap_m: float
-
-
-@dataclass(frozen=True, slots=True)
-class Foe:
-    """A vehicle with a conflicting movement at the next junction.
-
-    Attributes
-    ----------
-    vehicle
-        Its id.
-    inside
-        Whether it is on the junction already, in the asking vehicle's way; else it is one that the right of
-        way makes the asking vehicle wait for.
-    """
-
-    vehicle: str
-    inside: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,20 +85,19 @@ class Traffic(Protocol):
         """Return the vehicles that the simulator began to teleport in the last step."""
         ...
 
-    def leader(self, vehicle: str, look_m: float) -> Leader | None:
-        """Return the vehicle ahead within `look_m`, on its lane or beyond the next junction."""
-        ...
-
-    def foes(self, vehicle: str, look_m: float) -> Sequence[Foe]:
-        """Return whom the vehicle waits for at the next junction within `look_m`."""
+    def waits_for(self, vehicle: str) -> Sequence[str]:
+        """Return the vehicles each of which, by itself, keeps a standing vehicle from going on."""
         ...
 
     def dynamics(self, vehicle: str) -> Dynamics:
         """Return what the vehicle can do."""
         ...
 
-    def jump(self, vehicle: str, edge: str, lane_index: int, position_m: float) -> bool:
-        """Put the vehicle elsewhere on its route; return whether there was room."""
+    def jump(self, vehicle: str) -> float | None:
+        """Put the vehicle on an edge ahead on its route where there is room; return the distance skipped [m].
+
+        None if there is no room anywhere ahead.
+        """
         ...
 
     def close(self) -> None:

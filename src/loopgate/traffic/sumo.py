@@ -6,7 +6,8 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from loopgate.errors import TrafficError
-from loopgate.traffic.base import Collision, Dynamics, Foe, Leader
+from loopgate.traffic.base import Collision, Dynamics
+from loopgate.traffic.sumo_waits import RoadWaits
 
 __all__ = ["GATED_SPEED_MODE", "SumoTraffic"]
 
@@ -18,8 +19,6 @@ already inside a junction are still respected (bit 5 unset)."""
 
 _LANE_CHANGE_FOR_ROUTE_ONLY = 0b01_00_00_00_01
 """Change lanes only where the route demands it, and never into an occupied gap."""
-
-_VIA, _STATE = 4, 5  # fields of a next link
 
 
 class SumoTraffic:
@@ -37,6 +36,7 @@ class SumoTraffic:
         self._api = api
         self._error = error
         self._running = True
+        self._waits = RoadWaits(api)
         self._vehicle = api.vehicle
         self._simulation = api.simulation
         self._odometer: Callable[[str], float] = api.vehicle.getDistance
@@ -121,34 +121,9 @@ class SumoTraffic:
             return ()
         return tuple(self._simulation.getStartingTeleportIDList())
 
-    def leader(self, vehicle: str, look_m: float) -> Leader | None:
-        """Return the vehicle ahead within `look_m` along the route."""
-        found = self._vehicle.getLeader(vehicle, look_m)
-        if not found or not found[0]:
-            return None
-        return Leader(found[0], float(found[1]))
-
-    def foes(self, vehicle: str, look_m: float) -> Sequence[Foe]:
-        """Return the vehicles on or before the next junction that this one waits for.
-
-        A vehicle that faces a red light waits for the light, not for foes.
-        """
-        links = self._vehicle.getNextLinks(vehicle)
-        if not links or links[0][_STATE] in "ru":
-            return ()
-        found = [
-            Foe(foe.foeId, inside=False)
-            for foe in self._vehicle.getJunctionFoes(vehicle, look_m)
-            if foe.egoResponse
-        ]
-        lanes = self._api.lane.getInternalFoes(links[0][_VIA]) if links[0][_VIA] else ()
-        found += [
-            Foe(other, inside=True)
-            for lane in lanes
-            for other in self._api.lane.getLastStepVehicleIDs(lane)
-            if other != vehicle
-        ]
-        return found
+    def waits_for(self, vehicle: str) -> Sequence[str]:
+        """Return the vehicles each of which keeps a standing vehicle from going on; see `RoadWaits`."""
+        return self._waits.of(vehicle)
 
     def dynamics(self, vehicle: str) -> Dynamics:
         """Return what the vehicle can do."""
@@ -160,13 +135,22 @@ class SumoTraffic:
             speed_factor=float(get.getSpeedFactor(vehicle)),
         )
 
-    def jump(self, vehicle: str, edge: str, lane_index: int, position_m: float) -> bool:
-        """Put the vehicle elsewhere on its route; return whether SUMO found room."""
-        try:
-            self._vehicle.moveTo(vehicle, f"{edge}_{lane_index}", position_m)
-        except self._error:
-            return False
-        return True
+    def jump(self, vehicle: str) -> float | None:
+        """Put the vehicle on the first edge ahead on its route where SUMO finds room for it."""
+        get = self._vehicle
+        route = get.getRoute(vehicle)
+        length = get.getLength(vehicle)
+        for edge in route[get.getRouteIndex(vehicle) + 1 :]:
+            for index in range(self._api.edge.getLaneNumber(edge)):
+                if self._api.lane.getLength(f"{edge}_{index}") <= length:
+                    continue
+                skipped = float(get.getDrivingDistance(vehicle, edge, length, index))
+                try:
+                    get.moveTo(vehicle, f"{edge}_{index}", length)
+                except self._error:
+                    continue
+                return skipped
+        return None
 
     def close(self) -> None:
         """End the simulation."""

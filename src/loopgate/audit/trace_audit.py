@@ -1,0 +1,192 @@
+"""Mutual exclusion, capacities, order and progress, re-checked from the events alone."""
+
+from __future__ import annotations
+
+from collections import Counter, defaultdict
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import pandas as pd
+
+from loopgate.model import StateId, System
+from loopgate.results.columns import EVENT, PLACE, TIME, VEHICLE, Event
+
+__all__ = ["Finding", "audit_events"]
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """A broken rule.
+
+    Attributes
+    ----------
+    at_s
+        When [s].
+    vehicle, place
+        Whom and what it is about; place may be empty.
+    rule
+        ``capacity``, ``path``, ``order``, ``release``, ``start``, ``collision``, ``teleport``, ``progress`` or
+        ``laps``.
+    text
+        One line for people.
+    """
+
+    at_s: float
+    vehicle: str
+    place: str
+    rule: str
+    text: str
+
+
+def audit_events(
+    events: pd.DataFrame,
+    system: System,
+    *,
+    laps: Mapping[str, int] | None = None,
+    starved_after_s: float | None = None,
+) -> list[Finding]:
+    """Re-check a finished run.
+
+    The books are kept anew from ``start``, ``grant`` and ``leave`` events, in the order of the trace:
+
+    - *capacity*: never more vehicles hold a state than it holds, from the grant until the rear has left;
+    - *path*: a vehicle is granted the states of its path, in order;
+    - *order*: vehicles are granted the way out of a FIFO state in the order in which they were granted it;
+    - *release*: a vehicle leaves states in the order in which it took them, and never its last one;
+    - *collision*, *teleport*: SUMO reported none;
+    - *laps*: a vehicle has not been counted more laps than its grants allow;
+    - *progress*: if asked for, no vehicle goes without a grant for longer than `starved_after_s`.
+
+    Parameters
+    ----------
+    events
+        `EVENT_COLUMNS`, in the order in which they happened.
+    system
+        The system of the run (``system.json``).
+    laps
+        Laps that the run counted, by vehicle.
+    starved_after_s
+        Longest time without a grant that is no finding [s]; None does not look.
+
+    Returns
+    -------
+    list of Finding
+        Empty if the run is clean. O(events).
+    """
+    return _Books(system).check(events, laps or {}, starved_after_s)
+
+
+class _Books:
+    def __init__(self, system: System) -> None:
+        self._path: dict[str, tuple[StateId, ...]] = {robot.id: robot.path for robot in system.robots}
+        self._next: dict[str, list[int | None]] = {
+            robot.id: [robot.next_position(p) for p in range(len(robot.path))] for robot in system.robots
+        }
+        self._position: dict[str, int] = {robot.id: robot.start for robot in system.robots}
+        visitors = Counter(state for robot in system.robots for state in set(robot.path))
+        self._room = {state: system.capacity.get(state, 1) for state, count in visitors.items() if count > 1}
+        self._fifo = system.fifo
+        self._held: defaultdict[StateId, list[str]] = defaultdict(list)
+        self._queue: defaultdict[StateId, list[str]] = defaultdict(list)
+        self._holding: dict[str, list[StateId]] = {}
+        self._granted: Counter[str] = Counter()
+        self._last_grant: dict[str, float] = {}
+        self._findings: list[Finding] = []
+
+    def check(
+        self, events: pd.DataFrame, laps: Mapping[str, int], starved_after_s: float | None
+    ) -> list[Finding]:
+        end = float(events[TIME].iloc[-1]) if len(events) else 0.0
+        watched = events[events[EVENT].isin([e.value for e in _RULES])]
+        for at_s, vehicle, event, place in zip(
+            watched[TIME].to_list(),
+            watched[VEHICLE].astype(str).to_list(),
+            watched[EVENT].astype(str).to_list(),
+            watched[PLACE].astype(str).to_list(),
+            strict=True,
+        ):
+            if starved_after_s is not None and event == Event.GRANT:
+                self._progress(at_s, vehicle, starved_after_s)
+            _RULES[Event(event)](self, at_s, vehicle, StateId(place))
+        for vehicle in self._path:
+            if vehicle not in self._holding:
+                self._add(0.0, vehicle, "", "start", f"{vehicle}: the trace has no start of it")
+            elif starved_after_s is not None:
+                self._progress(end, vehicle, starved_after_s)
+            most = self._granted[vehicle] // len(self._path[vehicle]) + 1
+            if len(self._path[vehicle]) > 1 and laps.get(vehicle, 0) > most:
+                text = f"{vehicle}: {laps[vehicle]} laps counted, but its grants allow {most}"
+                self._add(end, vehicle, "", "laps", text)
+        return self._findings
+
+    def start(self, at_s: float, vehicle: str, place: StateId) -> None:
+        self._holding[vehicle] = [place]
+        self._last_grant[vehicle] = at_s
+        if vehicle not in self._path or self._path[vehicle][self._position[vehicle]] != place:
+            self._add(at_s, vehicle, place, "path", f"{vehicle}: starts in {place}, not where its path says")
+        self._take(at_s, vehicle, place)
+
+    def grant(self, at_s: float, vehicle: str, place: StateId) -> None:
+        if vehicle not in self._holding:
+            self._add(at_s, vehicle, place, "start", f"{vehicle}: granted {place} before it started")
+            return
+        position = self._next[vehicle][self._position[vehicle]]
+        wanted = None if position is None else self._path[vehicle][position]
+        if wanted != place:
+            text = f"{vehicle}: granted {place}, but {wanted or 'nothing'} is next on its path"
+            self._add(at_s, vehicle, place, "path", text)
+            return
+        here = self._path[vehicle][self._position[vehicle]]
+        if here in self._fifo and here in self._room:
+            queue = self._queue[here]
+            if queue[0] != vehicle:
+                text = f"{vehicle}: granted the way out of {here} before {queue[0]}, which stands before it"
+                self._add(at_s, vehicle, place, "order", text)
+            queue.remove(vehicle)
+        self._position[vehicle] = position if position is not None else 0
+        self._granted[vehicle] += 1
+        self._last_grant[vehicle] = at_s
+        self._holding[vehicle].append(place)
+        self._take(at_s, vehicle, place)
+
+    def leave(self, at_s: float, vehicle: str, place: StateId) -> None:
+        holding = self._holding.get(vehicle, [])
+        if len(holding) < 2 or holding[0] != place:  # noqa: PLR2004  the last one it holds stays
+            text = f"{vehicle}: left {place}, but held {', '.join(holding) or 'nothing'}"
+            self._add(at_s, vehicle, place, "release", text)
+            return
+        holding.pop(0)
+        self._held[place].remove(vehicle)
+
+    def collision(self, at_s: float, vehicle: str, place: StateId) -> None:
+        self._add(at_s, vehicle, place, "collision", f"{vehicle}: SUMO reports a collision on {place}")
+
+    def teleport(self, at_s: float, vehicle: str, place: StateId) -> None:
+        self._add(at_s, vehicle, place, "teleport", f"{vehicle}: SUMO teleported it")
+
+    def _take(self, at_s: float, vehicle: str, place: StateId) -> None:
+        held = self._held[place]
+        held.append(vehicle)
+        if place in self._fifo and place in self._room:
+            self._queue[place].append(vehicle)
+        if len(held) > self._room.get(place, len(held)):
+            text = f"{place}: holds {self._room[place]}, but {', '.join(held)} hold it at once"
+            self._add(at_s, vehicle, place, "capacity", text)
+
+    def _progress(self, at_s: float, vehicle: str, starved_after_s: float) -> None:
+        waited = at_s - self._last_grant.get(vehicle, at_s)
+        if waited > starved_after_s and len(self._path.get(vehicle, ())) > 1:
+            text = f"{vehicle}: no grant for {waited:.0f} s"
+            self._add(at_s, vehicle, "", "progress", text)
+
+    def _add(self, at_s: float, vehicle: str, place: str, rule: str, text: str) -> None:
+        self._findings.append(Finding(at_s, vehicle, place, rule, f"{at_s:.0f} s: {text}"))
+
+
+_RULES = {
+    Event.START: _Books.start,
+    Event.GRANT: _Books.grant,
+    Event.LEAVE: _Books.leave,
+    Event.COLLISION: _Books.collision,
+    Event.TELEPORT: _Books.teleport,
+}

@@ -1,0 +1,57 @@
+"""Writes the events of a run as they happen, in memory that does not grow with the run."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from loopgate.results.columns import EVENT, PLACE, REASON, TIME, VEHICLE, Event
+
+__all__ = ["Recorder"]
+
+_BATCH = 50_000
+_WORD = pa.dictionary(pa.int32(), pa.string())
+_SCHEMA = pa.schema([(TIME, pa.float64()), (VEHICLE, _WORD), (EVENT, _WORD), (PLACE, _WORD), (REASON, _WORD)])
+
+
+class Recorder:
+    """Collects events and writes them in batches to ``events.parquet``.
+
+    Parameters
+    ----------
+    file
+        The file to write; None keeps nothing.
+    """
+
+    def __init__(self, file: Path | None) -> None:
+        self._writer = pq.ParquetWriter(file, _SCHEMA, compression="zstd") if file else None
+        self._rows: list[tuple[float, str, str, str, str]] = []
+
+    def note(self, time_s: float, vehicle: str, event: Event, place: str, reason: str = "") -> None:
+        """Record one event."""
+        if self._writer is None:
+            return
+        self._rows.append((time_s, vehicle, event.value, place, reason))
+        if len(self._rows) >= _BATCH:
+            self._flush()
+
+    def close(self) -> None:
+        """Write what is left and finish the file; may be called twice."""
+        if self._writer is not None:
+            self._flush()
+            self._writer.close()
+            self._writer = None
+
+    def _flush(self) -> None:
+        if self._writer is None or not self._rows:
+            return
+        columns = zip(*self._rows, strict=True)
+        arrays = [
+            pa.array(column, type=field.type.value_type if pa.types.is_dictionary(field.type) else field.type)
+            for column, field in zip(columns, _SCHEMA, strict=True)
+        ]
+        encoded = [a.dictionary_encode() if pa.types.is_string(a.type) else a for a in arrays]
+        self._writer.write_table(pa.Table.from_arrays(encoded, schema=_SCHEMA))
+        self._rows.clear()

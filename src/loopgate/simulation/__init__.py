@@ -1,0 +1,1 @@
+"""The simulation: vehicles on roads, the gate in the loop, deadlocks recognised."""

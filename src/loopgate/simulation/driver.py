@@ -1,0 +1,187 @@
+"""One vehicle under way: where it is, what it holds, and when to look at it again."""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_right
+
+from loopgate.simulation.track import Track
+from loopgate.traffic.base import Dynamics
+
+__all__ = ["Driver"]
+
+_MARGIN_M = 1.0
+"""Room kept beyond the braking distance when a stop is set [m]."""
+
+_REACTION_S = 1.0
+"""Headway that SUMO adds to the braking distance before it accepts a stop: tau of its default model [s]."""
+
+NOWHERE = math.inf
+
+
+class Driver:
+    """The progress of one vehicle along its endless way.
+
+    Arc length is unwrapped: it grows by `Track.lap_m` per lap. Leg ``j`` of the way is position ``j % n``
+    of the path in lap ``j // n``. The vehicle holds the legs ``tail`` to ``granted``.
+
+    Parameters
+    ----------
+    robot
+        Its number in the system (and in the run).
+    track
+        Its loop.
+    """
+
+    def __init__(self, robot: int, track: Track) -> None:
+        self.robot = robot
+        self.track = track
+        self.id = track.vehicle
+        legs = len(track.states)
+        self._legs = legs
+        start = track.start_m
+        if legs:
+            while start > track.ends_m[track.start_position] + 1e-6:
+                start -= track.lap_m
+            while start < track.begins_m[track.start_position] - 1e-6:
+                start += track.lap_m
+        self.start_m = start
+        self.front_m = start
+        self.offset_m = start - track.insert_m
+        self.speed = 0.0
+        self.granted = track.start_position
+        self.tail = track.start_position
+        self.crossed = track.start_position
+        self.next_lap_m = start + track.lap_m
+        self._edge = bisect_right([begin for begin, _ in track.edges], start % track.lap_m)
+        self._edge_lap = math.floor(start / track.lap_m) * track.lap_m
+        self.due_step = -1
+        self.held = False
+        self.halted_since: float | None = None
+        self.asked_s: float | None = None
+        self.laps = 0
+        self.hold_s = 0.0
+        self.longest_wait_s = 0.0
+        self.measured_from_m = start
+        self.length = 0.0
+        self.accel = 1.0
+        self.decel = 1.0
+        self.top = track.top_speed_mps
+
+    def drives_like(self, dynamics: Dynamics) -> None:
+        """Take over what the vehicle can do."""
+        self.length = dynamics.length_m
+        self.accel = dynamics.accel_mps2
+        self.decel = dynamics.decel_mps2
+        self.top = self.track.top_speed_mps * max(1.0, dynamics.speed_factor)
+
+    def measure_from(self, front_m: float, now_s: float) -> None:
+        """Forget what was counted so far."""
+        self.laps = 0
+        self.hold_s = 0.0
+        self.longest_wait_s = 0.0
+        self.measured_from_m = front_m
+        if self.halted_since is not None:
+            self.halted_since = now_s
+
+    def total_hold_s(self, now_s: float) -> float:
+        """Return the hold time until now, a hold under way included [s]."""
+        return self.hold_s + (now_s - self.halted_since if self.halted_since is not None else 0.0)
+
+    def worst_wait_s(self, now_s: float) -> float:
+        """Return the longest time from asking to being granted, a wait under way included [s]."""
+        return max(self.longest_wait_s, now_s - self.asked_s if self.asked_s is not None else 0.0)
+
+    def end_m(self, leg: int) -> float:
+        """Return where leg `leg` of the way ends [m]; infinity where there are no legs."""
+        if self._legs <= 1:
+            return NOWHERE
+        lap, position = divmod(leg, self._legs)
+        return lap * self.track.lap_m + self.track.ends_m[position]
+
+    def begin_m(self, leg: int) -> float:
+        """Return where leg `leg` of the way begins [m]."""
+        lap, position = divmod(leg, self._legs)
+        return lap * self.track.lap_m + self.track.begins_m[position]
+
+    def position(self, leg: int) -> int:
+        """Return the position on the path of leg `leg`."""
+        return leg % self._legs
+
+    def next_edge(self) -> tuple[float, str]:
+        """Return where the next edge begins [m], and its name."""
+        edges = self.track.edges
+        if self._edge >= len(edges):
+            self._edge = 0
+            self._edge_lap += self.track.lap_m
+        begin, name = edges[self._edge]
+        return self._edge_lap + begin, name
+
+    def pass_edge(self) -> None:
+        """Take note that the next edge has been entered."""
+        self._edge += 1
+
+    def must_ask(self, step_s: float) -> bool:
+        """Return whether the next step could take the vehicle past the point where it must brake."""
+        fast = min(self.top, self.speed + self.accel * step_s)
+        distance = self.end_m(self.granted) - self.front_m
+        return distance < fast * step_s + self._braking_m(fast, step_s) + _MARGIN_M
+
+    def may_brake(self, step_s: float) -> bool:
+        """Return whether the vehicle can still stop before the end of its last granted leg."""
+        distance = self.end_m(self.granted) - self.front_m
+        return distance >= self._braking_m(self.speed, step_s)
+
+    def quiet_steps(self, *, asking: bool, step_s: float) -> int:
+        """Return in how many steps, at the earliest, anything about the vehicle is to be noted.
+
+        Parameters
+        ----------
+        asking
+            Whether the point where it must ask counts.
+        step_s
+            Length of a step [s].
+        """
+        front = self.front_m
+        target = min(self.next_lap_m, self.next_edge()[0])
+        if self._legs > 1:
+            if self.tail < self.granted:
+                target = min(target, self.end_m(self.tail) + self.length)
+            if self.crossed < self.granted:
+                target = min(target, self.begin_m(self.crossed + 1) + self.length)
+        wait = self._earliest_s(target - front)
+        if asking and self._legs > 1:
+            wait = min(wait, self._earliest_ask_s(self.end_m(self.granted) - front, step_s))
+        return max(1, math.floor(wait / step_s))
+
+    def _braking_m(self, speed: float, step_s: float) -> float:
+        # The distance of SUMO's Euler update: a step at each speed on the way down to zero.
+        loss = self.decel * step_s
+        steps = int(speed / loss)
+        return step_s * (steps * speed - loss * steps * (steps + 1) / 2) + speed * max(step_s, _REACTION_S)
+
+    def _earliest_s(self, distance: float) -> float:
+        if distance <= 0:
+            return 0.0
+        a, v = self.accel, self.speed
+        accelerating = (math.sqrt(v * v + 2 * a * distance) - v) / a
+        return max(accelerating, distance / self.top)
+
+    def _earliest_ask_s(self, distance: float, step_s: float) -> float:
+        """Return a lower bound of the time until `must_ask`.
+
+        Two bounds: the vehicle does not exceed its top speed; and it does not accelerate harder than it
+        can, so that after t the braking distance from v + at has to fit into what is left.
+        """
+        a, b = self.accel, self.decel
+        cruising = (distance - self.top * step_s - self._braking_m(self.top, step_s) - _MARGIN_M) / self.top
+        u = self.speed + a * step_s
+        # x(t) + u(t) * ahead + u(t)^2 / 2b + margin = distance, with x = vt + at^2/2 and u(t) = u + at
+        ahead = step_s + max(step_s, _REACTION_S)
+        quadratic = a / 2 + a * a / (2 * b)
+        linear = self.speed + ahead * a + u * a / b
+        constant = ahead * u + u * u / (2 * b) + _MARGIN_M - distance
+        if constant >= 0:
+            return 0.0
+        pushing = (math.sqrt(linear * linear - 4 * quadratic * constant) - linear) / (2 * quadratic)
+        return max(cruising, pushing)

@@ -1,0 +1,197 @@
+"""The gatekeeper: collects requests, lets the gate decide them, keeps the books of who holds what."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from time import perf_counter_ns
+
+from loopgate.abstraction.itinerary import Abstraction, Crossing
+from loopgate.gates import Decision, Gate, Reason
+from loopgate.model import Configuration
+from loopgate.negotiation.base import Negotiation, Request
+from loopgate.simulation.histogram import Histogram
+from loopgate.simulation.occupancy import Occupancy
+
+__all__ = ["Answer", "Gatekeeper"]
+
+_REASK_S = 1.0
+"""A refusal that any change may lift is asked again at most this often [s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """What became of a request in this step: granted, or refused for a new reason."""
+
+    request: Request
+    granted: bool
+    reason: Reason
+
+
+@dataclass(slots=True)
+class _Pending:
+    request: Request
+    reason: Reason | None = None
+    decision: Decision | None = None
+    asked_at_version: int = -1
+    asked_at_s: float = -1.0
+
+
+class Gatekeeper:
+    """Decides which vehicles may enter their next state. Knows robots, states and time; no roads.
+
+    The configuration moves on with every grant; the occupancy follows the physical vehicles, so a state
+    stays taken until `left` is told that the rear is out of it.
+
+    Parameters
+    ----------
+    abstraction
+        System and itineraries.
+    gate
+        Made for the abstraction's system.
+    negotiation
+        Orders the requests that are possible at the same time.
+    """
+
+    def __init__(self, abstraction: Abstraction, gate: Gate, negotiation: Negotiation) -> None:
+        self.system = abstraction.system
+        self.occupancy = Occupancy(self.system)
+        self.configuration: Configuration = self.system.initial
+        self.decision_us = Histogram()
+        self.refusals: Counter[str] = Counter()
+        self.stages: Counter[str] = Counter()
+        self.messages = 0
+        self._itineraries = abstraction.itineraries
+        self._gate = gate
+        self._negotiation = negotiation
+        self._pending: dict[int, _Pending] = {}
+        self._version = 0
+        for robot, path in enumerate(self.system.paths):
+            self.occupancy.take(robot, path[self.configuration.positions[robot]])
+
+    def position(self, robot: int) -> int:
+        """Return the position of `robot` on its path: the last state it was granted."""
+        return self.configuration.positions[robot]
+
+    def asks(self, robot: int, now_s: float) -> None:
+        """Take a request of `robot` for its next state; it stays until granted."""
+        if robot in self._pending:
+            return
+        wanted = self.system.next_state(self.configuration, robot)
+        if wanted is None:
+            return
+        here = self.system.state_at(self.configuration, robot)
+        self._pending[robot] = _Pending(Request(robot, here, wanted, now_s))
+
+    def at_head(self, robot: int) -> bool:
+        """Return whether nobody stands before `robot` in its FIFO state."""
+        return self.system.at_head(self.configuration, robot)
+
+    def head(self, state: int) -> int | None:
+        """Return who stands first in `state` if it is a FIFO state with anybody in it."""
+        return self.system.head(self.configuration, state)
+
+    def pending(self, robot: int) -> bool:
+        """Return whether `robot` waits for an answer."""
+        return robot in self._pending
+
+    def left(self, robot: int, state: int) -> None:
+        """Take note that the rear of `robot` has left `state`."""
+        self.occupancy.leave(robot, state)
+        self._version += 1
+
+    def cleared(self, robot: int, position: int) -> None:
+        """Take note that the rear of `robot` has passed the crossings behind `position`."""
+        self.occupancy.clear(robot, self._itineraries[robot].legs[position].crossings)
+        self._version += 1
+
+    def decide(self, now_s: float) -> list[Answer]:
+        """Answer the requests, in the negotiation's order; return grants and new reasons of refusal."""
+        answers: list[Answer] = []
+        possible: list[Request] = []
+        for pending in self._pending.values():
+            if pending.asked_at_version == self._version and pending.reason is not None:
+                continue
+            reason = self._in_the_way(pending.request)
+            if reason is not None:
+                self._refuse(pending, reason, answers)
+                pending.asked_at_version = self._version
+            elif now_s - pending.asked_at_s >= _REASK_S or pending.decision is None:
+                possible.append(pending.request)
+        if possible:
+            ordered = self._negotiation.order(possible, self.occupancy, now_s)
+            for request in ordered:
+                self._decide_one(self._pending[request.robot], now_s, answers)
+            for request in possible:
+                still = self._pending.get(request.robot)
+                if still is not None and still.asked_at_s < now_s:
+                    self._refuse(still, still.reason or Reason.NEGOTIATION, answers)
+        return answers
+
+    def blockers(self, robot: int) -> list[list[int]]:
+        """Return whom the request of `robot` waits for: of every set, some robot has to move on."""
+        pending = self._pending.get(robot)
+        if pending is None or pending.reason is None:
+            return []
+        request = pending.request
+        if pending.reason is Reason.OCCUPIED:
+            return [[other for other in self.occupancy.holders(request.wanted) if other != robot]]
+        if pending.reason is Reason.BEHIND:
+            queue = self.system.occupants(self.configuration, request.here)
+            return [[queue[queue.index(robot) - 1]]]
+        if pending.reason is Reason.CROSSING:
+            return [[other] for other in self.occupancy.passing(self._crossings(robot), robot)]
+        if pending.decision is not None and pending.decision.blockers:
+            return [list(pending.decision.blockers)]
+        return [[other for other in range(len(self.system.robots)) if other != robot]]
+
+    def _crossings(self, robot: int) -> Sequence[Crossing]:
+        return self._itineraries[robot].legs[self.position(robot)].crossings
+
+    def _in_the_way(self, request: Request) -> Reason | None:
+        if not self.system.at_head(self.configuration, request.robot):
+            return Reason.BEHIND
+        if self.occupancy.room(request.wanted) <= 0:
+            return Reason.OCCUPIED
+        crossings = self._crossings(request.robot)
+        if crossings and self.occupancy.passing(crossings, request.robot):
+            return Reason.CROSSING
+        return None
+
+    def _decide_one(self, pending: _Pending, now_s: float, answers: list[Answer]) -> None:
+        robot = pending.request.robot
+        pending.asked_at_s = now_s
+        pending.asked_at_version = self._version
+        reason = self._in_the_way(pending.request)
+        if reason is not None:
+            pending.asked_at_version = -1
+            self._refuse(pending, reason, answers)
+            return
+        begin = perf_counter_ns()
+        decision = self._gate.decide(self.configuration, robot)
+        self.decision_us.add((perf_counter_ns() - begin) / 1000.0)
+        self.messages += decision.messages
+        if decision.stage:
+            self.stages[decision.stage] += 1
+        pending.decision = decision
+        if not decision.admitted:
+            self._refuse(pending, decision.reason, answers)
+            return
+        self._grant(pending.request, decision.reason, answers)
+
+    def _grant(self, request: Request, reason: Reason, answers: list[Answer]) -> None:
+        robot = request.robot
+        self.occupancy.enter(robot, self._crossings(robot))
+        self.configuration = self.system.moved(self.configuration, robot)
+        self.occupancy.take(robot, request.wanted)
+        self._gate.moved(self.configuration, robot)
+        self._version += 1
+        del self._pending[robot]
+        answers.append(Answer(request, granted=True, reason=reason))
+
+    def _refuse(self, pending: _Pending, reason: Reason, answers: list[Answer]) -> None:
+        if pending.reason is not reason:
+            pending.reason = reason
+            self.refusals[reason.value] += 1
+            answers.append(Answer(pending.request, granted=False, reason=reason))

@@ -1,0 +1,149 @@
+"""Runs the engine for the scenario's time, watching for deadlocks, collisions and teleports."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from time import perf_counter
+
+from loopgate.results.columns import Event
+from loopgate.results.recorder import Recorder
+from loopgate.simulation.engine import Engine
+from loopgate.simulation.watch import Deadlock, Watch
+from loopgate.traffic.base import Traffic
+
+__all__ = ["Course", "drive"]
+
+_WATCH_EVERY_S = 10.0
+
+
+@dataclass(slots=True)
+class Course:
+    """How a run went.
+
+    Attributes
+    ----------
+    outcome
+        ``done``, ``deadlock`` or ``interrupted``.
+    begin_s, end_s
+        The measured time [s].
+    deadlocks
+        In the order in which they were recognised.
+    collisions, teleports
+        Counts; a collision that lasts for several steps counts once.
+    sumo_s, total_s
+        Wall time in SUMO's steps, and in all [s].
+    """
+
+    outcome: str = "done"
+    begin_s: float = 0.0
+    end_s: float = 0.0
+    deadlocks: list[Deadlock] = field(default_factory=list)
+    collisions: int = 0
+    teleports: int = 0
+    sumo_s: float = 0.0
+    total_s: float = 0.0
+
+
+def drive(
+    engine: Engine,
+    traffic: Traffic,
+    watch: Watch,
+    recorder: Recorder,
+    *,
+    duration_s: float,
+    warmup_s: float,
+    on_deadlock: str,
+    tick: Callable[[float, Course], None],
+) -> Course:
+    """Run until the time is over, a deadlock ends the run, or the user interrupts.
+
+    Parameters
+    ----------
+    engine, traffic, watch, recorder
+        Made for each other; the engine has not begun.
+    duration_s, warmup_s
+        Measured time and the time before it [s].
+    on_deadlock
+        ``stop``, ``continue`` or ``teleport``.
+    tick
+        Called every ten simulated seconds with the simulated time.
+    """
+    course = Course()
+    began = perf_counter()
+    try:
+        engine.begin()
+        start = traffic.now_s
+        if warmup_s <= 0:
+            engine.measure_from_now()
+        course.begin_s = start + warmup_s
+        end = course.begin_s + duration_s
+        next_watch = start + _WATCH_EVERY_S
+        mishaps = Mishaps(traffic, recorder, course)
+        while traffic.now_s < end:
+            engine.step()
+            now = traffic.now_s
+            mishaps.note()
+            if now >= course.begin_s > now - traffic.step_s and warmup_s > 0:
+                engine.measure_from_now()
+                course.collisions = course.teleports = 0
+            if now >= next_watch:
+                next_watch += _WATCH_EVERY_S
+                tick(now, course)
+                deadlock = watch.check()
+                if deadlock is not None:
+                    note_deadlock(deadlock, course, recorder)
+                    if on_deadlock == "stop":
+                        break
+                    if on_deadlock == "teleport":
+                        _teleport_one(deadlock, engine, traffic)
+    except KeyboardInterrupt:
+        course.outcome = "interrupted"
+    course.end_s = traffic.now_s
+    course.total_s = perf_counter() - began
+    course.sumo_s = engine.sumo_s
+    return course
+
+
+class Mishaps:
+    """Counts and records what SUMO reports as collisions and teleports, step by step."""
+
+    def __init__(self, traffic: Traffic, recorder: Recorder, course: Course) -> None:
+        self._traffic = traffic
+        self._recorder = recorder
+        self._course = course
+        self._under_way: set[tuple[str, str]] = set()
+
+    def note(self) -> None:
+        """Look at the last step; a collision counts when it begins."""
+        now = self._traffic.now_s
+        collisions = self._traffic.collisions()
+        if collisions or self._under_way:
+            new = {(c.collider, c.victim): c for c in collisions}
+            for pair, collision in new.items():
+                if pair not in self._under_way and pair[::-1] not in self._under_way:
+                    self._course.collisions += 1
+                    self._recorder.note(
+                        now, collision.collider, Event.COLLISION, collision.lane, collision.victim
+                    )
+            self._under_way = set(new)
+        for vehicle in self._traffic.teleports():
+            self._course.teleports += 1
+            self._recorder.note(now, vehicle, Event.TELEPORT, "")
+
+
+def note_deadlock(deadlock: Deadlock, course: Course, recorder: Recorder) -> None:
+    """Enter a deadlock into the course and the events: each vehicle with the one it waits for."""
+    course.deadlocks.append(deadlock)
+    course.outcome = "deadlock"
+    ahead = deadlock.vehicles[1:] + deadlock.vehicles[:1]
+    for vehicle, place, waits_for in zip(deadlock.vehicles, deadlock.places, ahead, strict=True):
+        recorder.note(deadlock.at_s, vehicle, Event.DEADLOCK, place, waits_for)
+
+
+def _teleport_one(deadlock: Deadlock, engine: Engine, traffic: Traffic) -> None:
+    for vehicle in deadlock.vehicles:
+        skipped = traffic.jump(vehicle)
+        if skipped is not None:
+            engine.jumped(vehicle, skipped)
+            return

@@ -1,0 +1,157 @@
+"""The figures of a run, and its folder."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from loopgate.analysis.monitoring import compute_edges
+from loopgate.errors import ScenarioError
+from loopgate.results.columns import (
+    DISTANCE,
+    EDGE,
+    EDGE_LENGTH,
+    HOLD,
+    LAPS,
+    LONGEST_WAIT,
+    LOOP,
+    LOOP_LENGTH,
+    MEAN_SPEED,
+    SHAPE,
+    STANDING,
+    VEHICLE,
+    VEHICLE_COLUMNS,
+)
+from loopgate.simulation.watch import Deadlock
+
+__all__ = ["EVENTS", "Folder", "Tally", "versions"]
+
+EVENTS = "events.parquet"
+VEHICLES = "vehicles.parquet"
+EDGES = "edges.parquet"
+SUMMARY = "summary.json"
+SCENARIO = "scenario.toml"
+SYSTEM = "system.json"
+SUMO_LOG = "sumo.log"
+
+
+@dataclass(frozen=True, slots=True)
+class Tally:
+    """What one vehicle did in the measured time: laps, distance and times, as in ``vehicles.parquet``."""
+
+    vehicle: str
+    loop: str
+    loop_length_m: float
+    laps: int
+    distance_m: float
+    hold_s: float
+    longest_wait_s: float
+    standing_s: float
+
+
+class Folder:
+    """A run folder.
+
+    Parameters
+    ----------
+    path
+        Made if it does not exist.
+    overwrite
+        Whether the results of an earlier run in it may be replaced.
+
+    Raises
+    ------
+    ScenarioError
+        If results are there already, or the folder cannot be made.
+    """
+
+    def __init__(self, path: Path, *, overwrite: bool) -> None:
+        self.path = path
+        if (path / SUMMARY).exists() and not overwrite:
+            msg = f"{path}: it holds the results of a run; choose another folder, or --overwrite"
+            raise ScenarioError(msg)
+        try:
+            path.mkdir(parents=True, exist_ok=True)
+            for name in (SUMMARY, EVENTS, VEHICLES, EDGES, SYSTEM):
+                (path / name).unlink(missing_ok=True)
+        except OSError as error:
+            msg = f"{path}: cannot make the run folder ({error.strerror or error})"
+            raise ScenarioError(msg) from error
+
+    def __truediv__(self, name: str) -> Path:
+        return self.path / name
+
+    def write_vehicles(self, tallies: Iterable[Tally], duration_s: float) -> None:
+        """Write ``vehicles.parquet``."""
+        rows = [
+            {
+                VEHICLE: tally.vehicle,
+                LOOP: tally.loop,
+                LOOP_LENGTH: tally.loop_length_m,
+                LAPS: tally.laps,
+                DISTANCE: tally.distance_m,
+                MEAN_SPEED: tally.distance_m / duration_s if duration_s > 0 else 0.0,
+                HOLD: tally.hold_s,
+                LONGEST_WAIT: tally.longest_wait_s,
+                STANDING: tally.standing_s,
+            }
+            for tally in tallies
+        ]
+        pd.DataFrame(rows, columns=list(VEHICLE_COLUMNS)).to_parquet(self / VEHICLES, index=False)
+
+    def write_edges(
+        self, edges: Sequence[tuple[str, float, str]], *, begin_s: float, end_s: float
+    ) -> pd.DataFrame:
+        """Write ``edges.parquet`` from the events; `edges` are name, length [m] and shape."""
+        events = pd.read_parquet(self / EVENTS)
+        frame = pd.DataFrame(edges, columns=[EDGE, EDGE_LENGTH, SHAPE])
+        table = compute_edges(events=events, edges=frame, begin_s=begin_s, end_s=end_s)
+        table.to_parquet(self / EDGES, index=False)
+        return table
+
+    def write_summary(self, summary: Mapping[str, Any]) -> None:
+        """Write ``summary.json``, last of all: a folder with a summary is complete."""
+        (self / SUMMARY).write_text(json.dumps(summary, indent=1) + "\n", encoding="utf-8")
+
+
+def versions() -> dict[str, str]:
+    """Return the versions that a result depends on."""
+    return {name: version(name) for name in ("loopgate", "eclipse-sumo", "libsumo")}
+
+
+def traffic_figures(tallies: Sequence[Tally], duration_s: float) -> dict[str, Any]:
+    """Return the figures of ``summary.json`` that come from the vehicles' tallies."""
+    laps = sum(t.laps for t in tallies)
+    km = sum(t.distance_m for t in tallies) / 1000.0
+    hours = duration_s / 3600.0
+    return {
+        "laps": laps,
+        "distance_km": round(km, 6),
+        "mean_speed_mps": round(km * 1000.0 / (len(tallies) * duration_s), 6)
+        if tallies and hours > 0
+        else 0.0,
+        "laps_per_h": round(laps / hours, 6) if hours > 0 else 0.0,
+        "km_per_h": round(km / hours, 6) if hours > 0 else 0.0,
+        "hold_s": round(sum(t.hold_s for t in tallies), 3),
+        "longest_wait_s": round(max((t.longest_wait_s for t in tallies), default=0.0), 3),
+        "vehicles_without_a_lap": sum(1 for t in tallies if t.laps == 0),
+    }
+
+
+def deadlock_figures(deadlocks: Sequence[Deadlock]) -> list[dict[str, Any]]:
+    """Return the deadlocks as ``summary.json`` lists them."""
+    return [
+        {
+            "at_s": deadlock.at_s,
+            "vehicles": list(deadlock.vehicles),
+            "places": list(deadlock.places),
+            "held_up": deadlock.held_up,
+        }
+        for deadlock in deadlocks
+    ]

@@ -1,0 +1,118 @@
+"""Writes what SUMO needs to put vehicles on endless loops: vehicle types, routes, rerouters."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from xml.etree import ElementTree as ET
+
+from loopgate.errors import RouteError
+from loopgate.network import Loop, VehicleType
+
+__all__ = ["Start", "write_sumo_input"]
+
+
+@dataclass(frozen=True, slots=True)
+class Start:
+    """A vehicle at its start.
+
+    Attributes
+    ----------
+    vehicle
+        Its name.
+    loop
+        Its loop.
+    front_m
+        Arc length of its front [m].
+    type
+        Its vehicle type.
+    """
+
+    vehicle: str
+    loop: Loop
+    front_m: float
+    type: VehicleType
+
+
+def write_sumo_input(starts: Sequence[Start], folder: Path) -> list[str]:
+    """Write the additional file for `starts` into `folder` and return the SUMO options that load it.
+
+    A vehicle's first route leads from its start to an edge of its loop that the loop passes once; a
+    rerouter on that edge gives it the whole round, which ends on the same edge, again and again. So routes
+    keep a constant length however long the vehicle drives. Each loop has vehicle types of its own, since a
+    rerouter is bound to vehicles by their type.
+
+    Raises
+    ------
+    RouteError
+        If a loop passes each of its edges more than once.
+    """
+    top = ET.Element("additional")
+    kinds: dict[tuple[str, str], str] = {}
+    loops: dict[str, Loop] = {}
+    for start in starts:
+        loops[start.loop.id] = start.loop
+        key = (start.loop.id, start.type.id)
+        if key not in kinds:
+            kinds[key] = f"{start.type.id}@{start.loop.id}"
+            ET.SubElement(top, "vType", {**start.type.attributes, "id": kinds[key]})
+    for loop in loops.values():
+        pivot = _pivot(loop)
+        edges = loop.edges[pivot:] + loop.edges[: pivot + 1]
+        ET.SubElement(top, "route", id=f"round@{loop.id}", edges=" ".join(edges))
+        types = " ".join(kind for (name, _), kind in kinds.items() if name == loop.id)
+        rerouter = ET.SubElement(
+            top, "rerouter", id=f"again@{loop.id}", edges=loop.edges[pivot], vTypes=types
+        )
+        interval = ET.SubElement(rerouter, "interval", begin="0", end="1000000000")
+        ET.SubElement(interval, "routeProbReroute", id=f"round@{loop.id}")
+    for start in starts:
+        _add_vehicle(top, start, kinds[start.loop.id, start.type.id])
+    file = folder / "vehicles.add.xml"
+    ET.indent(top)
+    ET.ElementTree(top).write(file, encoding="utf-8", xml_declaration=True)
+    return ["--additional-files", str(file)]
+
+
+def _add_vehicle(top: ET.Element, start: Start, kind: str) -> None:
+    loop = start.loop
+    place = loop.locate(start.front_m)
+    pivot = _pivot(loop)
+    numbers = [
+        i for i, begin in enumerate(_edge_begins(loop)) if begin <= start.front_m % loop.length_m + 1e-6
+    ]
+    here = numbers[-1]
+    ahead = _until(loop.edges, here, pivot)
+    vehicle = ET.SubElement(
+        top,
+        "vehicle",
+        id=start.vehicle,
+        type=kind,
+        depart="0",
+        departLane=str(place.lane),
+        departPos=f"{place.position_m:.3f}",
+        departSpeed="0",
+        insertionChecks="none",
+    )
+    ET.SubElement(vehicle, "route", edges=" ".join(ahead))
+
+
+def _until(edges: Sequence[str], here: int, pivot: int) -> tuple[str, ...]:
+    if here < pivot:
+        return tuple(edges[here : pivot + 1])
+    return (*edges[here:], *edges[: pivot + 1])
+
+
+def _edge_begins(loop: Loop) -> list[float]:
+    return [span.begin_m for span in loop.spans if not span.internal]
+
+
+def _pivot(loop: Loop) -> int:
+    times = Counter(loop.edges)
+    for number, edge in enumerate(loop.edges):
+        if times[edge] == 1:
+            return number
+    msg = f"loop {loop.id}: it passes every edge more than once; split it into simpler loops"
+    raise RouteError(msg)

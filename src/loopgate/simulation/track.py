@@ -1,0 +1,58 @@
+"""A vehicle's way: its loop in arc length, with what the simulation watches along it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+__all__ = ["StopLine", "Track"]
+
+
+@dataclass(frozen=True, slots=True)
+class StopLine:
+    """Where a vehicle that is refused comes to rest: a position [m] on a lane."""
+
+    edge: str
+    lane_index: int
+    position_m: float
+
+
+@dataclass(frozen=True, slots=True)
+class Track:
+    """One vehicle on its loop.
+
+    Attributes
+    ----------
+    vehicle, loop
+        Names.
+    lap_m
+        Length of the loop [m].
+    start_m
+        Arc length of the front at the beginning [m].
+    insert_m
+        Position of the front on its first lane at the beginning [m]: where the odometer begins.
+    top_speed_mps
+        Highest speed limit on the loop [m/s].
+    edges
+        Arc length at which each edge begins [m], ascending, and its name.
+    states
+        Names of the states by position; empty for vehicles under no gate.
+    ends_m, begins_m
+        Where each state ends and begins, in arc length [m]; see `loopgate.abstraction.itinerary.Leg`.
+    stop_lines
+        Where to hold the vehicle at the end of each state.
+    start_position
+        Position of the state it starts in.
+    """
+
+    vehicle: str
+    loop: str
+    lap_m: float
+    start_m: float
+    insert_m: float
+    top_speed_mps: float
+    edges: tuple[tuple[float, str], ...]
+    states: tuple[str, ...] = ()
+    ends_m: tuple[float, ...] = ()
+    begins_m: tuple[float, ...] = ()
+    stop_lines: tuple[StopLine, ...] = ()
+    start_position: int = 0

@@ -1,0 +1,106 @@
+"""Recognises deadlocks on any road: circles of standing vehicles that wait for each other."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from loopgate.simulation.waits import circular_wait, deadlocked
+from loopgate.traffic.base import Traffic
+
+__all__ = ["Deadlock", "Watch"]
+
+_MOVED_M = 0.5
+"""Creeping less than this between two checks counts as standing [m]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Deadlock:
+    """A circular wait.
+
+    Attributes
+    ----------
+    at_s
+        When it was recognised [s].
+    vehicles
+        The circle: each waits for the next, the last for the first.
+    places
+        Where each of them wants to go on: the state it waits for under a gate, else the lane it stands on.
+    held_up
+        How many vehicles can never move again because of it, those of the circle included.
+    """
+
+    at_s: float
+    vehicles: tuple[str, ...]
+    places: tuple[str, ...]
+    held_up: int
+
+
+class Watch:
+    """Looks at the vehicles now and then and names each circular wait once.
+
+    A vehicle that has stood for at least `after_s` is asked whom it waits for: at a gate the gate's
+    refusal says it, on the road the leader or the foes at the junction do. Those that wait, directly or
+    not, only for each other are in deadlock. A vehicle for whose standing no reason is found counts as able to go on,
+    and so does one at a red light.
+
+    Parameters
+    ----------
+    traffic
+        The running simulation.
+    after_s
+        How long a vehicle has to stand before it can be part of a deadlock [s].
+    at_gate
+        Whom a vehicle waits for at its gate (of each set, some vehicle must move on) and for which place;
+        None for a vehicle that is not refused by a gate.
+    """
+
+    def __init__(
+        self,
+        traffic: Traffic,
+        *,
+        after_s: float,
+        at_gate: Callable[[str], tuple[Sequence[Sequence[str]], str] | None] | None = None,
+    ) -> None:
+        self._traffic = traffic
+        self._after_s = after_s
+        self._at_gate = at_gate
+        self._last: dict[str, tuple[float, float]] = {}
+        self._known: set[str] = set()
+
+    def check(self) -> Deadlock | None:
+        """Return a deadlock that was not known before, or None. Call every few seconds."""
+        now = self._traffic.now_s
+        last: dict[str, tuple[float, float]] = {}
+        for vehicle in self._traffic.vehicles():
+            at = self._traffic.odometer(vehicle)
+            before, since = self._last.get(vehicle, (at, now))
+            last[vehicle] = (before, since) if at - before <= _MOVED_M else (at, now)
+        self._last = last
+        standing = sorted(v for v, (_, since) in last.items() if now - since >= self._after_s)
+        self._known.intersection_update(standing)
+        if len(standing) < 2 or self._known.issuperset(standing):  # noqa: PLR2004  a circle has two at least
+            return None
+        places: dict[str, str] = {}
+        waits = {vehicle: self._waits(vehicle, places) for vehicle in standing}
+        stuck = deadlocked(waits)
+        if not stuck - self._known:
+            return None
+        circle = circular_wait(waits, stuck, among=stuck - self._known)
+        if self._known.issuperset(circle):  # newcomers behind a circle that has been named
+            self._known |= stuck
+            return None
+        self._known |= stuck
+        return Deadlock(now, tuple(circle), tuple(places[v] for v in circle), len(stuck))
+
+    def standing_s(self, vehicle: str) -> float:
+        """Return for how long `vehicle` had been standing at the last check [s]."""
+        return self._traffic.now_s - self._last[vehicle][1] if vehicle in self._last else 0.0
+
+    def _waits(self, vehicle: str, places: dict[str, str]) -> list[list[str]]:
+        refused = self._at_gate(vehicle) if self._at_gate else None
+        if refused is not None:
+            sets, places[vehicle] = refused
+            return [list(some) for some in sets]
+        places[vehicle] = self._traffic.lane(vehicle)[0]
+        return [[other] for other in self._traffic.waits_for(vehicle)]
