@@ -17,6 +17,7 @@ EXIT_BAD_INPUT = 2
 EXIT_INTERRUPTED = 130
 
 _COMMANDS: dict[str, str] = {
+    "run": "loopgate.cli.run:run",
     "explore": "loopgate.cli.explore:explore",
 }
 """Subcommand name to ``module:attribute``."""

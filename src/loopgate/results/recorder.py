@@ -1,15 +1,16 @@
-"""Writes the events of a run as they happen, in memory that does not grow with the run."""
+"""The events of a run: written as they happen, in memory that does not grow with the run, and read back."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
+import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
 
 from loopgate.results.columns import EVENT, PLACE, REASON, TIME, VEHICLE, Event
 
-__all__ = ["Recorder"]
+__all__ = ["Recorder", "read_events"]
 
 _BATCH = 50_000
 _WORD = pa.dictionary(pa.int32(), pa.string())
@@ -55,3 +56,9 @@ class Recorder:
         encoded = [a.dictionary_encode() if pa.types.is_string(a.type) else a for a in arrays]
         self._writer.write_table(pa.Table.from_arrays(encoded, schema=_SCHEMA))
         self._rows.clear()
+
+
+def read_events(file: Path) -> pd.DataFrame:
+    """Read ``events.parquet``: `EVENT_COLUMNS`, the words as plain strings."""
+    frame = pd.read_parquet(file)
+    return frame.astype(dict.fromkeys((VEHICLE, EVENT, PLACE, REASON), "str"))

@@ -108,6 +108,10 @@ class Driver:
         """Return the position on the path of leg `leg`."""
         return leg % self._legs
 
+    def edge(self) -> str:
+        """Return the edge the vehicle is on, or has left last."""
+        return self.track.edges[self._edge - 1][1]
+
     def next_edge(self) -> tuple[float, str]:
         """Return where the next edge begins [m], and its name."""
         edges = self.track.edges

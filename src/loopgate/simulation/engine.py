@@ -76,6 +76,7 @@ class Engine:
                 self._traffic.put_under_gate(driver.id)
                 place = driver.track.states[driver.track.start_position]
                 self._recorder.note(now, driver.id, Event.START, place)
+            self._recorder.note(now, driver.id, Event.EDGE, driver.edge())
             self._look(driver, now)
         self._answer(now)
 

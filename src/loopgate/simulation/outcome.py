@@ -28,6 +28,7 @@ from loopgate.results.columns import (
     VEHICLE,
     VEHICLE_COLUMNS,
 )
+from loopgate.results.recorder import read_events
 from loopgate.simulation.watch import Deadlock
 
 __all__ = ["EVENTS", "Folder", "Tally", "versions"]
@@ -109,7 +110,7 @@ class Folder:
         self, edges: Sequence[tuple[str, float, str]], *, begin_s: float, end_s: float
     ) -> pd.DataFrame:
         """Write ``edges.parquet`` from the events; `edges` are name, length [m] and shape."""
-        events = pd.read_parquet(self / EVENTS)
+        events = read_events(self / EVENTS)
         frame = pd.DataFrame(edges, columns=[EDGE, EDGE_LENGTH, SHAPE])
         table = compute_edges(events=events, edges=frame, begin_s=begin_s, end_s=end_s)
         table.to_parquet(self / EDGES, index=False)

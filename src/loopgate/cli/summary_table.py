@@ -1,0 +1,76 @@
+"""The table at the end of a run."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+
+__all__ = ["print_summary", "summary_rows"]
+
+
+def summary_rows(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Return the rows of the table: what, and how much with its unit."""
+    decision = summary["decision_us"]
+    wall = summary["wall_s"]
+    rows = [
+        ("vehicles", f"{summary['vehicles']} on {summary['loops']} loops"),
+        ("time measured", f"{summary['duration_s']:.0f} s"),
+        ("laps", f"{summary['laps']}"),
+        ("distance", f"{summary['distance_km']:.1f} km"),
+        ("mean speed", f"{summary['mean_speed_mps']:.2f} m/s"),
+        ("throughput", f"{summary['laps_per_h']:.1f} laps/h, {summary['km_per_h']:.1f} vehicle-km/h"),
+        ("hold time", f"{summary['hold_s']:.0f} s in all, longest wait {summary['longest_wait_s']:.0f} s"),
+        ("deadlocks", _deadlocks(summary)),
+        ("collisions, teleports", f"{summary['collisions']}, {summary['teleports']}"),
+        ("decisions", f"{summary['decisions']}"),
+        ("refusals", ", ".join(f"{k} {v}" for k, v in summary["refusals"].items()) or "none"),
+        (
+            "decision time",
+            f"median {decision['median']:.0f} us, p99 {decision['p99']:.0f} us, max {decision['max']:.0f} us",
+        ),
+        ("wall time", f"SUMO {wall['sumo']:.1f} s, gate {wall['gate']:.1f} s, total {wall['total']:.1f} s"),
+        ("audit", _audit(summary["audit"])),
+    ]
+    if not summary["decisions"]:
+        rows = [row for row in rows if row[0] not in {"decisions", "refusals", "decision time"}]
+    return rows
+
+
+def print_summary(summary: Mapping[str, Any], out: Path | None) -> None:
+    """Print the table, warnings, and where the results are."""
+    console = Console(highlight=False, width=None if Console().is_terminal else 110)
+    gate = summary["gate"] if summary["gate"] == "open" else f"{summary['gate']} on {summary['abstraction']}"
+    table = Table(title=f"{summary['network']}: {gate}, seed {summary['seed']}", show_header=False)
+    table.add_column(style="bold")
+    table.add_column()
+    for what, much in summary_rows(summary):
+        table.add_row(what, much)
+    console.print(table)
+    for warning in summary["warnings"]:
+        console.print(f"warning: {warning}", style="yellow")
+    for deadlock in summary["deadlocks"][:3]:
+        chain = " -> ".join(
+            f"{vehicle} (wants {place})"
+            for vehicle, place in zip(deadlock["vehicles"], deadlock["places"], strict=True)
+        )
+        console.print(f"deadlock at {deadlock['at_s']:.0f} s: {chain} -> {deadlock['vehicles'][0]}")
+    if out is not None:
+        console.print(f"results in {out}")
+
+
+def _deadlocks(summary: Mapping[str, Any]) -> str:
+    found = summary["deadlocks"]
+    if not found:
+        return "none"
+    first = found[0]
+    return f"{len(found)}; the first at {first['at_s']:.0f} s, {len(first['vehicles'])} vehicles in a circle"
+
+
+def _audit(audit: str | list[str]) -> str:
+    if isinstance(audit, str):
+        return audit
+    return f"{len(audit)} findings, the first: {audit[0]}"

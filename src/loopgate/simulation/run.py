@@ -1,0 +1,196 @@
+"""One run from scenario to summary."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from random import Random
+from time import perf_counter
+from typing import Any
+
+from loopgate.audit import audit_events
+from loopgate.gates import make_gate
+from loopgate.model import write_system
+from loopgate.negotiation.registry import make_negotiation
+from loopgate.results.recorder import Recorder, read_events
+from loopgate.simulation import outcome
+from loopgate.simulation.assembly import Assembly, assemble
+from loopgate.simulation.engine import Engine
+from loopgate.simulation.gatekeeper import Gatekeeper
+from loopgate.simulation.loop_run import Course, drive
+from loopgate.simulation.outcome import Folder, Tally
+from loopgate.simulation.scenario import Scenario
+from loopgate.simulation.sumo_input import write_sumo_input
+from loopgate.simulation.sumo_start import plain_options, start_traffic
+from loopgate.simulation.watch import Watch
+from loopgate.traffic.base import Traffic
+
+__all__ = ["Tick", "run"]
+
+Tick = Callable[[float, Course], None]
+"""Called every ten simulated seconds with the simulated time [s] and the course so far."""
+
+
+def run(
+    scenario: Scenario,
+    out: Path | str | None = None,
+    *,
+    tick: Tick | None = None,
+    backend: str = "libsumo",
+    overwrite: bool = False,
+) -> dict[str, Any]:
+    """Run a scenario and leave a run folder.
+
+    Parameters
+    ----------
+    scenario
+        What to run.
+    out
+        The run folder; None keeps nothing but the summary that is returned.
+    tick
+        Told of the progress.
+    backend
+        ``libsumo``, ``traci`` or ``gui``.
+    overwrite
+        Whether an earlier run in `out` may be replaced.
+
+    Returns
+    -------
+    dict
+        What ``summary.json`` holds.
+
+    Raises
+    ------
+    LoopgateError
+        If the scenario does not fit together or SUMO refuses it; the text says which part.
+    """
+    if out is None:
+        with tempfile.TemporaryDirectory(prefix="loopgate-") as folder:
+            return _run(scenario, Folder(Path(folder), overwrite=True), tick, backend)
+    return _run(scenario, Folder(Path(out), overwrite=overwrite), tick, backend)
+
+
+def _run(scenario: Scenario, folder: Folder, tick: Tick | None, backend: str) -> dict[str, Any]:
+    began = perf_counter()
+    assembly = assemble(scenario)
+    keeper = _gatekeeper(scenario, assembly)
+    scenario.write(folder / outcome.SCENARIO)
+    if assembly.abstraction is not None:
+        write_system(assembly.abstraction.system, folder / outcome.SYSTEM)
+    log = folder / outcome.SUMO_LOG
+    options = [
+        *("--net-file", str(assembly.network.file)),
+        *write_sumo_input(assembly.starts, folder.path),
+        *plain_options(scenario, log),
+    ]
+    traffic = start_traffic(options, backend=backend, log=log)
+    recorder = Recorder(folder / outcome.EVENTS)
+    try:
+        engine = Engine(traffic, assembly.tracks, keeper, recorder)
+        watch = Watch(traffic, after_s=scenario.deadlock_after_s, at_gate=engine.refused)
+        course = drive(
+            engine,
+            traffic,
+            watch,
+            recorder,
+            duration_s=scenario.duration_s,
+            warmup_s=scenario.warmup_s,
+            on_deadlock=scenario.on_deadlock,
+            tick=tick or (lambda _now, _course: None),
+        )
+        tallies = _tallies(engine, traffic, watch, course)
+    finally:
+        recorder.close()
+        traffic.close()
+    summary = _summary(scenario, assembly, keeper, course, tallies, folder)
+    summary["overruns"] = engine.overruns
+    summary["wall_s"]["total"] = round(perf_counter() - began, 3)
+    folder.write_summary(summary)
+    return summary
+
+
+def _gatekeeper(scenario: Scenario, assembly: Assembly) -> Gatekeeper | None:
+    if not scenario.gated or assembly.abstraction is None:
+        return None
+    gate = make_gate(scenario.gate, assembly.abstraction.system)
+    negotiation = make_negotiation(scenario.negotiation, Random(scenario.seed))
+    return Gatekeeper(assembly.abstraction, gate, negotiation)
+
+
+def _tallies(engine: Engine, traffic: Traffic, watch: Watch, course: Course) -> list[Tally]:
+    now = course.end_s
+    on_road = set(traffic.vehicles())
+    return [
+        Tally(
+            vehicle=driver.id,
+            loop=driver.track.loop,
+            loop_length_m=driver.track.lap_m,
+            laps=driver.laps,
+            distance_m=(engine.front_m(driver) if driver.id in on_road else driver.front_m)
+            - driver.measured_from_m,
+            hold_s=driver.total_hold_s(now),
+            longest_wait_s=driver.worst_wait_s(now),
+            standing_s=watch.standing_s(driver.id),
+        )
+        for driver in engine.drivers
+    ]
+
+
+def _summary(
+    scenario: Scenario,
+    assembly: Assembly,
+    keeper: Gatekeeper | None,
+    course: Course,
+    tallies: list[Tally],
+    folder: Folder,
+) -> dict[str, Any]:
+    duration = max(0.0, course.end_s - course.begin_s)
+    folder.write_vehicles(tallies, duration)
+    shapes = {
+        edge: (edge, assembly.network.edge(edge).length_m, _shape(assembly, edge))
+        for loop in assembly.loops
+        for edge in loop.edges
+    }
+    if duration > 0:
+        folder.write_edges(list(shapes.values()), begin_s=course.begin_s, end_s=course.end_s)
+    findings: list[str] = []
+    if keeper is not None:
+        events = read_events(folder / outcome.EVENTS)
+        laps = {tally.vehicle: tally.laps for tally in tallies}
+        findings = [finding.text for finding in audit_events(events, keeper.system, laps=laps)]
+    return {
+        "network": scenario.network,
+        "abstraction": scenario.abstraction,
+        "gate": scenario.gate,
+        "negotiation": scenario.negotiation if keeper else "",
+        "lights": scenario.rule_for_lights,
+        "seed": scenario.seed,
+        "vehicles": len(tallies),
+        "loops": len(assembly.loops),
+        "duration_s": round(duration, 3),
+        **outcome.traffic_figures(tallies, duration),
+        "outcome": course.outcome,
+        "deadlocks": outcome.deadlock_figures(course.deadlocks),
+        "collisions": course.collisions,
+        "teleports": course.teleports,
+        "decisions": keeper.decision_us.count if keeper else 0,
+        "refusals": dict(sorted(keeper.refusals.items())) if keeper else {},
+        "stages": dict(sorted(keeper.stages.items())) if keeper else {},
+        "messages": keeper.messages if keeper else 0,
+        "decision_us": keeper.decision_us.summary() if keeper else {"median": 0.0, "p99": 0.0, "max": 0.0},
+        "wall_s": {
+            "sumo": round(course.sumo_s, 3),
+            "gate": round(course.total_s - course.sumo_s, 3),
+            "total": round(course.total_s, 3),
+        },
+        "audit": "clean" if keeper and not findings else findings if keeper else "not gated",
+        "warnings": list(assembly.abstraction.warnings) if assembly.abstraction else [],
+        "versions": outcome.versions(),
+        "command": scenario.command(str(folder.path)),
+    }
+
+
+def _shape(assembly: Assembly, edge: str) -> str:
+    lane = assembly.network.edge(edge).lanes[0]
+    return " ".join(f"{x:.1f},{y:.1f}" for x, y in lane.shape)

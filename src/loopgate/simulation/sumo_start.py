@@ -1,0 +1,72 @@
+"""Starts SUMO with options that hide nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from loopgate.errors import TrafficError
+from loopgate.simulation.scenario import Scenario
+from loopgate.traffic.sumo import SumoTraffic
+
+__all__ = ["plain_options", "start_traffic"]
+
+
+def plain_options(scenario: Scenario, log: Path) -> list[str]:
+    """Return the SUMO options that every run has.
+
+    No teleports and real collision checks, on junctions too: SUMO's defaults would hide deadlocks by
+    teleporting, and collisions by not looking.
+    """
+    options = [
+        "--no-step-log",
+        "--no-warnings",
+        "--duration-log.disable",
+        *("--time-to-teleport", "-1"),
+        *("--collision.action", "warn"),
+        *("--collision.check-junctions", "true"),
+        *("--seed", str(scenario.seed)),
+        *("--step-length", f"{scenario.step_s:g}"),
+        *("--log", str(log)),
+    ]
+    if scenario.rule_for_lights == "off":
+        options.append("--tls.all-off")
+    return options
+
+
+def start_traffic(options: Sequence[str], *, backend: str, log: Path) -> SumoTraffic:
+    """Start SUMO.
+
+    Parameters
+    ----------
+    options
+        SUMO's command line, without the program's name.
+    backend
+        ``libsumo``, ``traci``, or ``gui`` for sumo-gui through traci.
+    log
+        SUMO's log, quoted in the error.
+
+    Raises
+    ------
+    TrafficError
+        If SUMO does not accept its input.
+    """
+    if backend == "libsumo":
+        from loopgate.traffic import libsumo_backend as api  # noqa: PLC0415  loads SUMO into the process
+    else:
+        from loopgate.traffic import traci_backend as api  # type: ignore[no-redef]  # noqa: PLC0415  same calls
+    try:
+        running = api.start(options) if backend == "libsumo" else api.start(options, gui=backend == "gui")
+    except Exception as error:
+        why = _last_error(log) or str(error)
+        msg = f"SUMO does not start: {why}"
+        raise TrafficError(msg) from error
+    return SumoTraffic(running, api.ERROR)
+
+
+def _last_error(log: Path) -> str:
+    try:
+        lines = log.read_text(encoding="utf-8", errors="replace").splitlines()
+    except OSError:
+        return ""
+    return next((line.removeprefix("Error: ") for line in lines if line.startswith("Error")), "")

@@ -1,0 +1,49 @@
+"""Makes the tracks of the vehicles from their loops and itineraries."""
+
+from __future__ import annotations
+
+from loopgate.abstraction.itinerary import Itinerary
+from loopgate.network import Loop, RoadNetwork
+from loopgate.simulation.sumo_input import Start
+from loopgate.simulation.track import StopLine, Track
+
+__all__ = ["make_track"]
+
+
+def make_track(
+    network: RoadNetwork, start: Start, itinerary: Itinerary | None = None, position: int = 0
+) -> Track:
+    """Return the track of a vehicle.
+
+    Parameters
+    ----------
+    network
+        The roads.
+    start
+        The vehicle, its loop and where it stands.
+    itinerary
+        Its states; None for a vehicle under no gate.
+    position
+        The position on the itinerary in which it starts.
+    """
+    loop = start.loop
+    legs = itinerary.legs if itinerary else ()
+    return Track(
+        vehicle=start.vehicle,
+        loop=loop.id,
+        lap_m=loop.length_m,
+        start_m=start.front_m,
+        insert_m=loop.locate(start.front_m).position_m,
+        top_speed_mps=max(network.lanes[span.lane_id].speed_mps for span in loop.spans),
+        edges=tuple((span.begin_m, span.edge) for span in loop.spans if not span.internal),
+        states=tuple(leg.state for leg in legs),
+        ends_m=tuple(leg.end_m for leg in legs),
+        begins_m=tuple(leg.begin_m for leg in legs),
+        stop_lines=tuple(_stop_line(loop, leg.end_m) for leg in legs),
+        start_position=position,
+    )
+
+
+def _stop_line(loop: Loop, arc_m: float) -> StopLine:
+    place = loop.locate(arc_m)
+    return StopLine(place.edge, place.lane, place.position_m)
