@@ -25,8 +25,8 @@ class Finding:
     vehicle, place
         Whom and what it is about; place may be empty.
     rule
-        ``capacity``, ``path``, ``order``, ``release``, ``start``, ``collision``, ``teleport``, ``progress`` or
-        ``laps``.
+        ``capacity``, ``path``, ``order``, ``release``, ``start``, ``collision``, ``teleport``,
+        ``progress`` or ``laps``.
     text
         One line for people.
     """

@@ -57,7 +57,14 @@ __all__ = ["run"]
 @click.option("--traci", is_flag=True, help="Run SUMO as a process of its own (through traci).")
 @click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON and nothing else.")
 def run(
-    network: str, *, out: Path | None, overwrite: bool, gui: bool, traci: bool, as_json: bool, **given: Any
+    network: str,
+    *,
+    out: Path | None,
+    overwrite: bool,
+    gui: bool,
+    traci: bool,
+    as_json: bool,
+    **given: Any,  # noqa: ANN401  the scenario checks its own fields
 ) -> int:
     """Run vehicles on closed loops through NETWORK under a gate.
 

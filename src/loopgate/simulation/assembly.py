@@ -9,6 +9,7 @@ from random import Random
 from loopgate.abstraction.itinerary import Abstraction
 from loopgate.errors import ScenarioError
 from loopgate.network import Loop, RoadNetwork, VehicleType, read_loops
+from loopgate.network.generate import generate_loops
 from loopgate.network.sumo_config import is_sumo_config
 from loopgate.simulation.placing import spread
 from loopgate.simulation.scenario import Scenario
@@ -107,10 +108,14 @@ def _vehicles(scenario: Scenario, network: RoadNetwork) -> tuple[list[Loop], lis
 
 
 def _random_loops(scenario: Scenario, network: RoadNetwork, count: int) -> Sequence[Loop]:
-    from loopgate.network.generate import generate_loops
-
     return generate_loops(network, count, length_m=scenario.loop_length_m, seed=scenario.loops_seed)
 
 
-def _abstraction(scenario, network, loops, types):
+def _abstraction(
+    scenario: Scenario, network: RoadNetwork, loops: Sequence[Loop], types: Sequence[VehicleType]
+) -> Abstraction | None:
+    del network, loops, types
+    if scenario.gated:
+        msg = f"gate {scenario.gate}: no abstraction is built yet"
+        raise ScenarioError(msg)
     return None

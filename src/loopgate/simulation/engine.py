@@ -21,8 +21,8 @@ class Engine:
     """Drives vehicles round their loops, step by step.
 
     The work of a step follows the events in it: each vehicle is looked at only when, at the earliest, it
-    can reach something to be noted (an edge, the end of a lap, a place its rear leaves, the point before a gate where it
-    must ask). Gates are asked before the vehicle has to brake, so that a granted vehicle does not slow down.
+    can reach something to be noted: an edge, the end of a lap, a place its rear leaves, the point before a
+    gate where it must ask. That is before the vehicle has to brake, so that one granted does not slow down.
 
     Parameters
     ----------

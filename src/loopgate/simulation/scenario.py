@@ -105,7 +105,7 @@ class Scenario:
             msg = f"loop_length_m: {low:g}:{high:g} is no range; expected 0 < shortest <= longest"
             raise ScenarioError(msg)
         if self.on_deadlock == "teleport" and self.gated:
-            msg = "on_deadlock: teleport works with gate open only; a gated vehicle cannot be moved past its gate"
+            msg = "on_deadlock: teleport works with gate open only; no gated vehicle jumps past its gate"
             raise ScenarioError(msg)
 
     @property

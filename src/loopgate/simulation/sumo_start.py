@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 from loopgate.errors import TrafficError
 from loopgate.simulation.scenario import Scenario
@@ -51,17 +53,24 @@ def start_traffic(options: Sequence[str], *, backend: str, log: Path) -> SumoTra
     TrafficError
         If SUMO does not accept its input.
     """
-    if backend == "libsumo":
-        from loopgate.traffic import libsumo_backend as api  # noqa: PLC0415  loads SUMO into the process
-    else:
-        from loopgate.traffic import traci_backend as api  # type: ignore[no-redef]  # noqa: PLC0415  same calls
+    start, kind = _backend(backend)
     try:
-        running = api.start(options) if backend == "libsumo" else api.start(options, gui=backend == "gui")
-    except Exception as error:
+        running = start(options)
+    except Exception as error:  # the backends raise what they like at the start
         why = _last_error(log) or str(error)
         msg = f"SUMO does not start: {why}"
         raise TrafficError(msg) from error
-    return SumoTraffic(running, api.ERROR)
+    return SumoTraffic(running, kind)
+
+
+def _backend(name: str) -> tuple[Callable[[Sequence[str]], Any], type[Exception]]:
+    if name == "libsumo":
+        from loopgate.traffic import libsumo_backend  # noqa: PLC0415  loads SUMO into the process
+
+        return libsumo_backend.start, libsumo_backend.ERROR
+    from loopgate.traffic import traci_backend  # noqa: PLC0415  as above
+
+    return partial(traci_backend.start, gui=name == "gui"), traci_backend.ERROR
 
 
 def _last_error(log: Path) -> str:

@@ -41,8 +41,8 @@ class Watch:
 
     A vehicle that has stood for at least `after_s` is asked whom it waits for: at a gate the gate's
     refusal says it, on the road the leader or the foes at the junction do. Those that wait, directly or
-    not, only for each other are in deadlock. A vehicle for whose standing no reason is found counts as able to go on,
-    and so does one at a red light.
+    not, only for each other are in deadlock. A vehicle for whose standing no reason is found counts as
+    able to go on, and so does one at a red light.
 
     Parameters
     ----------

@@ -16,6 +16,7 @@ _AT_JUNCTION_M = 15.0
 _STANDING_MPS = 0.1
 
 _VIA, _STATE, _LENGTH = 4, 5, 7  # fields of a next link
+_FOE, _EGO_YIELDS = 0, 7  # fields of a junction foe
 
 
 class RoadWaits:
@@ -58,9 +59,9 @@ class RoadWaits:
             return ()
         foes = list(self._across(vehicle, links[0][_VIA]))
         foes += [
-            foe.foeId
+            foe[_FOE]
             for foe in get.getJunctionFoes(vehicle, to_end + 1.0)
-            if foe.egoResponse and foe.foeId not in foes
+            if foe[_EGO_YIELDS] and foe[_FOE] not in foes
         ]
         return tuple(foes)
 
