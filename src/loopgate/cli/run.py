@@ -10,6 +10,7 @@ from typing import Any
 import click
 
 from loopgate.cli.main import EXIT_DEADLOCK, EXIT_INTERRUPTED
+from loopgate.simulation.loop_run import Course
 from loopgate.simulation.scenario import ABSTRACTIONS, LIGHTS, ON_DEADLOCK, Scenario, read_scenario
 
 __all__ = ["run"]
@@ -73,13 +74,19 @@ def run(
 
     Defaults: algorithm2 on segments, one hour, seed 1.
     """
-    from loopgate.cli.progress import run_progress
+    from loopgate.cli.progress import show_progress
     from loopgate.cli.summary_table import print_summary
     from loopgate.simulation.run import run as run_scenario
 
     scenario = _scenario(network, {key: value for key, value in given.items() if value is not None})
     backend = "gui" if gui else "traci" if traci else "libsumo"
-    with run_progress(scenario) as tick:
+    seconds = int(scenario.warmup_s + scenario.duration_s)
+    with show_progress(f"{scenario.gate} on {network}, simulated seconds", total=seconds) as report:
+
+        def tick(now_s: float, course: Course) -> None:
+            del course
+            report(min(seconds, int(now_s)))
+
         summary = run_scenario(scenario, out, tick=tick, backend=backend, overwrite=overwrite)
     if as_json:
         click.echo(json.dumps(summary, indent=1))
