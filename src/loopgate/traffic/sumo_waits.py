@@ -10,13 +10,14 @@ __all__ = ["RoadWaits"]
 _TOUCHING_M = 3.0
 """A leader at most this far ahead, beyond the minimum gap, leaves a standing vehicle no way on."""
 
+_FAR_M = 50.0
+"""Nobody stands at a junction for a leader farther ahead than this."""
+
 _AT_JUNCTION_M = 15.0
 """A vehicle this near to its lane's end may stand there because of the junction."""
 
-_STANDING_MPS = 0.1
-
 _VIA, _STATE, _LENGTH = 4, 5, 7  # fields of a next link
-_FOE, _EGO_YIELDS = 0, 7  # fields of a junction foe
+_FOE, _FOE_TO_CONFLICT, _EGO_PAST_CONFLICT, _FOE_PAST_CONFLICT, _EGO_YIELDS = 0, 2, 3, 4, 7  # of a foe
 
 
 class RoadWaits:
@@ -27,8 +28,10 @@ class RoadWaits:
 
     - the leader, where it is within a few metres;
     - the leader beyond the junction, where it leaves no room to clear the junction;
-    - else, unless a light shows red, a vehicle that stands inside the junction across the way, and a
-      vehicle that has the right of way.
+    - else, unless a light shows red, the vehicles that stand inside the junction across its way;
+    - else the vehicles that have the right of way;
+    - where nothing of this explains it: inside a junction the vehicles on the ways that cross its own (SUMO
+      can let two wait for each other there), before one the leader beyond, for which SUMO keeps it clear.
 
     Parameters
     ----------
@@ -57,13 +60,28 @@ class RoadWaits:
             return (found[0],)
         if not at_junction or links[0][_STATE] in "ru":
             return ()
-        foes = list(self._across(vehicle, links[0][_VIA]))
-        foes += [
-            foe[_FOE]
-            for foe in get.getJunctionFoes(vehicle, to_end + 1.0)
-            if foe[_EGO_YIELDS] and foe[_FOE] not in foes
-        ]
-        return tuple(foes)
+        foes = get.getJunctionFoes(vehicle, to_end + 1.0)
+        across = [foe[_FOE] for foe in foes if self._blocks(foe)]
+        across = across or [foe[_FOE] for foe in foes if foe[_EGO_YIELDS]]
+        if across:
+            return tuple(dict.fromkeys(across))
+        if inside and (beside := self._beside(lane)):
+            return beside
+        found = get.getLeader(vehicle, _FAR_M)
+        return (found[0],) if found and found[0] else ()
+
+    def _beside(self, lane: str) -> Sequence[str]:
+        """Return the vehicles inside the junction whose ways conflict with an internal lane."""
+        return tuple(
+            other
+            for foe in self._lane.getInternalFoes(lane)
+            for other in self._lane.getLastStepVehicleIDs(foe)
+        )
+
+    def _blocks(self, foe: Sequence[Any]) -> bool:
+        """Return whether a foe's body is where the two ways conflict, and the asking vehicle's is not past it."""
+        within = foe[_FOE_TO_CONFLICT] <= 0.0 < foe[_FOE_PAST_CONFLICT] + self._vehicle.getLength(foe[_FOE])
+        return within and foe[_EGO_PAST_CONFLICT] > 0.0
 
     def _over(self, links: Sequence[Sequence[Any]]) -> float:
         """Return the length of the way over the next junction [m], internal junctions included."""
@@ -74,13 +92,3 @@ class RoadWaits:
             if via:
                 length += float(self._lane.getLength(via))
         return length
-
-    def _across(self, vehicle: str, via: str) -> Sequence[str]:
-        if not via:
-            return ()
-        return tuple(
-            other
-            for lane in self._lane.getInternalFoes(via)
-            for other in self._lane.getLastStepVehicleIDs(lane)
-            if other != vehicle and self._vehicle.getSpeed(other) <= _STANDING_MPS
-        )
