@@ -76,7 +76,7 @@ def generate_loops(
     patience = tries = _TRIES_PER_LOOP * count
     while len(loops) < count and patience and search.edges:
         patience -= 1
-        edges = search.attempt(rng)
+        edges = search.attempt(rng, patience / tries)
         if edges is None or _canonical(edges) in known:
             continue
         known.add(_canonical(edges))
@@ -161,13 +161,18 @@ class _Search:
         for edge in edges:
             self._users[self._number[edge]] += 1
 
-    def attempt(self, rng: random.Random) -> tuple[str, ...] | None:
-        """Return a closed edge-simple walk with a length in range, or None if this attempt found none."""
+    def attempt(self, rng: random.Random, hope: float) -> tuple[str, ...] | None:
+        """Return a closed edge-simple walk, or None if this attempt found none.
+
+        Where sharing is bounded, `hope`, 1 to 0, shortens the walks that are tried: short loops fit in where
+        long ones no longer do.
+        """
         stretch = [1.0 + _DETOUR * rng.random() for _ in self.edges]
         if self._shy:
             stretch = [s * (1.0 + _CROWDED * users) for s, users in zip(stretch, self._users, strict=True)]
         start = rng.randrange(len(self.edges))
-        goal_m = rng.uniform(self._low, self._high)
+        high = self._low + (self._high - self._low) * (hope if self._shy else 1.0)
+        goal_m = rng.uniform(self._low, high)
         out = self._reach(start, stretch, goal_m, banned=frozenset(), target=None)
         # Half of the way out, half of it back; both vary, so any edge about half way will do.
         half = [k for k, (metres, _) in out.items() if 0.3 * goal_m <= metres <= 0.6 * goal_m]

@@ -18,6 +18,7 @@ HOLD_MARGIN_M = 0.1
 """How far before the end of a lane a vehicle can be held [m]: SUMO's own tolerance for stops."""
 
 _SHORTEST_HOLD_LANE_M = 0.5
+_ROUNDING_M = 1e-6
 
 
 class Place(NamedTuple):
@@ -100,7 +101,7 @@ class Loop:
 
     def span_at(self, arc_m: float) -> LaneSpan:
         """Return the lane at an arc length, taken modulo the loop's length; O(log spans)."""
-        return self.spans[min(bisect_right(self._ends, arc_m % self.length_m), len(self.spans) - 1)]
+        return self.spans[self._number_at(arc_m)]
 
     def locate(self, arc_m: float) -> Place:
         """Return where on the road an arc length is; it is taken modulo the loop's length."""
@@ -142,18 +143,40 @@ class Loop:
             If the loop has no lane long enough.
         """
         lap = arc_m - arc_m % self.length_m
-        start = self.spans.index(self.span_at(arc_m))
-        for back in range(len(self.spans) + 1):
-            number = start - back
-            span = self.spans[number]
-            offset = lap - (self.length_m if number < 0 else 0.0)
-            if number < -len(self.spans) or span.internal or span.length_m < _SHORTEST_HOLD_LANE_M:
-                continue
-            hold = min(arc_m, offset + span.end_m - HOLD_MARGIN_M)
-            if hold >= offset + span.begin_m + HOLD_MARGIN_M:
-                return hold
-        msg = f"loop {self.id}: no lane on it is long enough to hold a vehicle"
-        raise RouteError(msg)
+        here = self._number_at(arc_m)
+        for number in range(here, here - len(self.spans) - 1, -1):
+            first, last = self._hold_range(number, lap)
+            if first <= last and arc_m >= first - _ROUNDING_M:
+                return min(arc_m, last)
+        raise self._no_hold()
+
+    def hold_after(self, arc_m: float) -> float:
+        """Return the first arc length, not before `arc_m`, at which SUMO can hold a vehicle's front.
+
+        As `hold_before`; the result may lie beyond the loop's length.
+        """
+        lap = arc_m - arc_m % self.length_m
+        here = self._number_at(arc_m)
+        for number in range(here, here + len(self.spans) + 1):
+            first, last = self._hold_range(number, lap)
+            if first <= last and arc_m <= last + _ROUNDING_M:
+                return max(arc_m, first)
+        raise self._no_hold()
+
+    def _number_at(self, arc_m: float) -> int:
+        return min(bisect_right(self._ends, arc_m % self.length_m), len(self.spans) - 1)
+
+    def _hold_range(self, number: int, lap_m: float) -> tuple[float, float]:
+        """Return first and last place to hold on a span, counted over the loop's ends; first > last: none."""
+        laps, index = divmod(number, len(self.spans))
+        span = self.spans[index]
+        offset = lap_m + laps * self.length_m
+        if span.internal or span.length_m < _SHORTEST_HOLD_LANE_M:
+            return 1.0, 0.0
+        return offset + span.begin_m + HOLD_MARGIN_M, offset + span.end_m - HOLD_MARGIN_M
+
+    def _no_hold(self) -> RouteError:
+        return RouteError(f"loop {self.id}: no lane on it is long enough to hold a vehicle")
 
     def curve(self) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
         """Return the loop's curve: points [m], shape (n, 2), and the arc length of each [m], shape (n,).

@@ -1,0 +1,197 @@
+"""The paper's abstraction: collision segments become shared states, the rest of each loop private ones."""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Mapping, Sequence
+
+from loopgate.abstraction.collision_segments import collision_segments
+from loopgate.abstraction.itinerary import Abstraction, Itinerary, Leg
+from loopgate.abstraction.starts import choose_starts
+from loopgate.abstraction.zones import Zones, make_zones
+from loopgate.errors import ScenarioError
+from loopgate.model import Robot, RobotId, StateId, System
+from loopgate.network.loop import Loop
+
+__all__ = ["CLEARANCE_M", "DEFAULT_RHO_M", "make_segments", "needed_length_m"]
+
+DEFAULT_RHO_M = 1.25
+"""Safe radius [m]: oncoming lanes, 3.2 m apart, do not conflict; crossing, merging and shared lanes do."""
+
+CLEARANCE_M = 1.0
+"""What a state is longer than a standing vehicle and its gap [m]: vehicles stop within centimetres of a line,
+and a vehicle's rear leaves a state between two simulation steps."""
+
+_SWALLOWED = 0.5
+_MOST_NAMES = 6
+
+
+def make_segments(
+    loops: Sequence[Loop],
+    *,
+    rho_m: float = DEFAULT_RHO_M,
+    vehicle_length_m: float = 5.0,
+    min_gap_m: float = 2.5,
+    piece_m: float = 100.0,
+    seed: int = 1,
+    names: Sequence[str] | None = None,
+    starts_m: Mapping[str, float] | None = None,
+) -> Abstraction:
+    """Abstract loops to a system of robots and states (Zhou et al. 2020, Section 3.2), one robot per loop.
+
+    Collision segments (Definition 1) are found on the loops' curves, merged into zones and fitted to the
+    vehicles, see `loopgate.abstraction.zones`; the rest is private and cut into pieces. A zone that a path
+    passes several times in one round has a position for each visit.
+
+    Parameters
+    ----------
+    loops
+        One per robot; ids are unique.
+    rho_m
+        Safe radius [m]: points of two paths conflict within 2 rho.
+    vehicle_length_m, min_gap_m
+        Of the longest vehicle; states are long enough for it to stand in.
+    piece_m
+        Longest private state [m], where a vehicle can be held.
+    seed
+        Decides where vehicles start.
+    names
+        Names of the robots; the loops' ids by default.
+    starts_m
+        Arc length of the front of vehicles that start at a place of their own, by robot name.
+
+    Raises
+    ------
+    ScenarioError
+        If two vehicles start in one zone, or a vehicle does not fit where it starts.
+    RouteError
+        If a loop is too short for the vehicle.
+    """
+    need_m = needed_length_m(vehicle_length_m, min_gap_m)
+    if rho_m <= 0.0 or piece_m <= 0.0:
+        msg = f"segments: rho {rho_m:g} m and piece {piece_m:g} m must be above 0"
+        raise ScenarioError(msg)
+    names = [loop.id for loop in loops] if names is None else names
+    zones = make_zones(loops, collision_segments(loops, rho_m), need_m)
+    itineraries = tuple(_itinerary(loop, k, zones, need_m, piece_m) for k, loop in enumerate(loops))
+    states = [tuple(leg.state for leg in itinerary.legs) for itinerary in itineraries]
+    starts = choose_starts(
+        loops,
+        itineraries,
+        names=names,
+        vehicle_length_m=vehicle_length_m,
+        rng=random.Random(seed),
+        given_m=starts_m or {},
+    )
+    robots = (
+        Robot(RobotId(name), path, closed=True, start=start.position)
+        for name, path, start in zip(names, states, starts, strict=True)
+    )
+    return Abstraction(
+        name="segments",
+        system=System(robots),
+        itineraries=itineraries,
+        starts_m=tuple(start.front_m for start in starts),
+        warnings=tuple(_warnings(loops, zones)),
+    )
+
+
+def needed_length_m(vehicle_length_m: float, min_gap_m: float) -> float:
+    """Return how long a state must be for a vehicle to stand in it [m]."""
+    return vehicle_length_m + min_gap_m + CLEARANCE_M
+
+
+def zone_state(zone: int) -> StateId:
+    """Return the name of a zone's state."""
+    return StateId(f"zone{zone + 1}")
+
+
+def _itinerary(loop: Loop, number: int, zones: Zones, need_m: float, piece_m: float) -> Itinerary:
+    lap = loop.length_m
+    visits = zones.visits[number]
+    legs = [Leg(zone_state(v.zone), v.begin_m, v.end_m) for v in visits]
+    if visits:
+        ends = [v.end_m for v in visits]
+        gaps = list(zip(ends, [v.begin_m for v in visits[1:]] + [visits[0].begin_m + lap], strict=True))
+    else:
+        end = loop.hold_before(lap)
+        gaps = [(end - lap, end)]
+    private = [piece for gap in gaps for piece in _pieces(loop, *gap, need_m, piece_m)]
+    legs += [Leg(StateId(""), begin, end) for begin, end in private]
+    # Every leg ends within the lap; the one across the loop's beginning begins below 0 and comes first.
+    placed = sorted(
+        (
+            Leg(leg.state, leg.begin_m - shift, leg.end_m - shift)
+            for leg in legs
+            if (shift := _shift(leg, lap)) >= 0
+        ),
+        key=lambda leg: leg.begin_m,
+    )
+    named = []
+    count = 0
+    for leg in placed:
+        count += not leg.state
+        named.append(leg if leg.state else Leg(StateId(f"{loop.id}/{count}"), leg.begin_m, leg.end_m))
+    return Itinerary(loop.id, lap, tuple(named))
+
+
+def _shift(leg: Leg, lap_m: float) -> float:
+    return lap_m if leg.end_m > lap_m else 0.0
+
+
+def _pieces(
+    loop: Loop, begin_m: float, end_m: float, need_m: float, piece_m: float
+) -> list[tuple[float, float]]:
+    """Cut private road into pieces of at most `piece_m`, where lanes and the vehicle's length allow."""
+    length = end_m - begin_m
+    if length < need_m / 2.0:  # visits that touch, up to rounding
+        return []
+    count = math.ceil(length / piece_m)
+    cuts = [begin_m]
+    for k in range(1, count):
+        cut = loop.hold_before(begin_m + k * length / count)
+        if cut - cuts[-1] >= need_m and end_m - cut >= need_m:
+            cuts.append(cut)
+    return list(zip(cuts, [*cuts[1:], end_m], strict=True))
+
+
+def _warnings(loops: Sequence[Loop], zones: Zones) -> list[str]:
+    found = []
+    length: dict[int, dict[str, float]] = {}
+    for loop, visits in zip(loops, zones.visits, strict=True):
+        for visit in visits:
+            of_zone = length.setdefault(visit.zone, {})
+            of_zone[loop.id] = of_zone.get(loop.id, 0.0) + visit.length_m
+    laps = {loop.id: loop.length_m for loop in loops}
+    for zone, metres in length.items():
+        name = zone_state(zone)
+        swallowed = [loop for loop, m in metres.items() if m > _SWALLOWED * laps[loop]]
+        if swallowed:
+            share = sum(metres[loop] for loop in swallowed) / sum(laps[loop] for loop in swallowed)
+            found.append(
+                f"{name} takes {share:.0%} of {_listed(swallowed)}: one vehicle at a time there; "
+                f"bound what loops share (--max-shared), or use --abstraction queues"
+            )
+        most = max(3, len(loops) // 2 + 1)
+        if len(metres) >= most:
+            found.append(
+                f"{name} is shared by {len(metres)} of {len(loops)} loops, {sum(metres.values()):.0f} m "
+                f"in all: they wait for one another"
+            )
+    homeless = [
+        loop.id
+        for loop, visits in zip(loops, zones.visits, strict=True)
+        if sum(v.length_m for v in visits) > loop.length_m - 1.0
+    ]
+    if homeless:
+        found.append(f"no private road on {_listed(homeless)}: always in somebody's way")
+    found += [
+        f"zones that follow each other on {_listed(users)} were made one (Prop. 1)" for users in zones.merged
+    ]
+    return found
+
+
+def _listed(names: Sequence[str]) -> str:
+    more = len(names) - _MOST_NAMES
+    return ", ".join(names[:_MOST_NAMES]) + (f" and {more} more" if more > 0 else "")

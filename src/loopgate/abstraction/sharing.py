@@ -1,0 +1,129 @@
+"""Bounds how much of its length each loop shares with others, while loops are being chosen."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import NamedTuple
+
+from networkx.utils import UnionFind
+
+from loopgate.abstraction.segments import DEFAULT_RHO_M, needed_length_m
+from loopgate.abstraction.zones import Visit, cover
+from loopgate.network.contacts import lane_contacts
+from loopgate.network.loop import Loop
+from loopgate.network.road import RoadNetwork
+
+__all__ = ["SharingBound"]
+
+
+class _Near(NamedTuple):
+    """Stretches of two lanes near each other, as fractions: begin and end here, lane and stretch there."""
+
+    begin: float
+    end: float
+    lane: str
+    lane_begin: float
+    lane_end: float
+
+
+class _Use(NamedTuple):
+    """A loop on a lane: the loop's number, arc length where the lane begins, length of the lane [m]."""
+
+    loop: int
+    begin_m: float
+    length_m: float
+
+
+class SharingBound:
+    """Admits loops one by one as long as none of them shares more than a bound with the others.
+
+    Shared is the length that lies in zones (`loopgate.abstraction.zones`) once these are fitted to
+    vehicles, as a share of the loop's length. Visits that touch are taken apart here, which can only
+    overestimate.
+
+    Parameters
+    ----------
+    network
+        The roads.
+    max_shared
+        Largest share, 0 to 1.
+    rho_m
+        Safe radius [m].
+    vehicle_length_m, min_gap_m
+        As for `make_segments`.
+    """
+
+    def __init__(
+        self,
+        network: RoadNetwork,
+        max_shared: float,
+        *,
+        rho_m: float = DEFAULT_RHO_M,
+        vehicle_length_m: float = 5.0,
+        min_gap_m: float = 2.5,
+    ) -> None:
+        self._max_shared = max_shared
+        self._need_m = needed_length_m(vehicle_length_m, min_gap_m)
+        shapes = {lane.id: lane.shape for edge in network.edges.values() for lane in edge.lanes}
+        shapes |= {lane: network.lanes[lane].shape for c in network.connections for lane in c.via}
+        contacts = lane_contacts(shapes, 2.0 * rho_m)
+        self._near: dict[str, list[_Near]] = {lane: [] for lane in contacts.lanes}
+        for one, other, a, b, c, d in zip(
+            contacts.one.tolist(),
+            contacts.other.tolist(),
+            contacts.one_begin.tolist(),
+            contacts.one_end.tolist(),
+            contacts.other_begin.tolist(),
+            contacts.other_end.tolist(),
+            strict=True,
+        ):
+            here, there = contacts.lanes[one], contacts.lanes[other]
+            self._near[here].append(_Near(a, b, there, c, d))
+            if one != other:
+                self._near[there].append(_Near(c, d, here, a, b))
+        self._loops: list[Loop] = []
+        self._stretches: list[list[tuple[float, float]]] = []
+        self._users: dict[str, list[_Use]] = {}
+
+    def admits(self, loop: Loop) -> bool:
+        """Return whether all loops, this one included, keep to the bound; if so, count it in.
+
+        Costs time in proportion to the loop's lanes times the loops that come near them.
+        """
+        number = len(self._loops)
+        mine: list[tuple[float, float]] = []
+        added: dict[int, list[tuple[float, float]]] = {}
+        uses = [
+            (f"{span.edge}_{index}", _Use(number, span.begin_m, span.length_m))
+            for span in loop.spans
+            for index in span.lanes
+        ]
+        for lane, use in uses:
+            for near in self._near[lane]:
+                for other in self._users.get(near.lane, ()):
+                    mine.append(_stretch(use, near.begin, near.end))
+                    added.setdefault(other.loop, []).append(_stretch(other, near.lane_begin, near.lane_end))
+        if self.share(loop, mine) > self._max_shared:
+            return False
+        for k, stretches in added.items():
+            if self.share(self._loops[k], self._stretches[k] + stretches) > self._max_shared:
+                return False
+        self._loops.append(loop)
+        self._stretches.append(mine)
+        for k, stretches in added.items():
+            self._stretches[k] += stretches
+        for lane, use in uses:
+            self._users.setdefault(lane, []).append(use)
+        return True
+
+    def share(self, loop: Loop, stretches: Iterable[tuple[float, float]]) -> float:
+        """Return the share of a loop that lies in zones, given the stretches where others are near."""
+        visits = [Visit(begin, end, k) for k, (begin, end) in enumerate(sorted(set(stretches)))]
+        if not visits:
+            return 0.0
+        grown = cover(loop, visits, self._need_m, UnionFind(range(len(visits))))
+        return sum(visit.length_m for visit in grown) / loop.length_m
+
+
+def _stretch(use: _Use, begin: float, end: float) -> tuple[float, float]:
+    return use.begin_m + begin * use.length_m, use.begin_m + end * use.length_m

@@ -1,0 +1,263 @@
+"""From collision segments to zones: stretches of paths that one vehicle at a time may use."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from networkx.utils import UnionFind
+
+from loopgate.abstraction.collision_segments import CollisionSegments
+from loopgate.errors import RouteError
+from loopgate.network.contacts import merge_intervals
+from loopgate.network.loop import Loop
+
+__all__ = ["Visit", "Zones", "cover", "make_zones"]
+
+_TOUCH_M = 1e-6
+
+
+@dataclass(frozen=True, slots=True)
+class Visit:
+    """One passage of a path through a zone, in arc length [m]; ``end_m`` may lie beyond the loop's length."""
+
+    begin_m: float
+    end_m: float
+    zone: int
+
+    @property
+    def length_m(self) -> float:
+        """Length on the path [m]."""
+        return self.end_m - self.begin_m
+
+
+@dataclass(frozen=True, slots=True)
+class Zones:
+    """The collision states of all paths.
+
+    Attributes
+    ----------
+    visits
+        For each loop its visits in driving order, disjoint; they may touch. Zones are numbered from 0 in the
+        order in which the loops meet them.
+    merged
+        Pairs of zones that followed each other on two paths and became one (Proposition 1), as the ids of the
+        loops concerned.
+    """
+
+    visits: tuple[tuple[Visit, ...], ...]
+    merged: tuple[tuple[str, ...], ...]
+
+
+def make_zones(loops: Sequence[Loop], segments: CollisionSegments, need_m: float) -> Zones:
+    """Merge collision segments into zones and fit them to vehicles that stop at their ends.
+
+    Segments of a collision pair are one zone, and so are segments that overlap on one path (Zhou et al. 2020,
+    Section 3.2, Step 1; union-find over all paths). Then, until nothing changes, each path's visits grow by
+    the rules of `cover`, visits that come to overlap become one, and two zones that follow each other on two
+    paths become one (Proposition 1). Zones only grow, so they stay right.
+
+    Parameters
+    ----------
+    loops
+        The paths.
+    segments
+        Their collision segments.
+    need_m
+        What a standing vehicle takes: every visit, and every private stretch between visits, is at least so
+        long.
+
+    Raises
+    ------
+    RouteError
+        If a loop is shorter than `need_m` or has no lane on which a vehicle can be held.
+    """
+    for loop in loops:
+        if loop.length_m < need_m:
+            msg = (
+                f"loop {loop.id}: {loop.length_m:.1f} m are too short for a vehicle that needs {need_m:.1f} m"
+            )
+            raise RouteError(msg)
+    union, paths = _overlaps(loops, segments)
+    merged: list[tuple[str, ...]] = []
+    while True:
+        before = paths
+        paths = [cover(loop, path, need_m, union) for loop, path in zip(loops, paths, strict=True)]
+        merged += _proposition_1(loops, paths, union)
+        names = [tuple(replace(v, zone=union[v.zone]) for v in path) for path in paths]
+        if all(_same(one, other) for one, other in zip(names, before, strict=True)):
+            return _numbered(names, merged)
+        paths = names
+
+
+def cover(loop: Loop, visits: Iterable[Visit], need_m: float, union: UnionFind[int]) -> tuple[Visit, ...]:
+    """Let the visits on one path grow until each can be kept by vehicles that stop before them.
+
+    A vehicle that waits stands with its front where a state ends, so states end where SUMO can hold a
+    vehicle: a visit begins at or before its true beginning, and ends at or after its true end, at such a
+    place. Private road shorter than `need_m` goes to the visit after it. A visit shorter than that grows
+    upstream into private road, then downstream, else it joins the shorter of the visits it touches. Visits
+    that overlap become one.
+
+    Parameters
+    ----------
+    loop
+        The path.
+    visits
+        In any order.
+    need_m
+        What a standing vehicle takes [m].
+    union
+        Says which zones are one, and is told which become one.
+    """
+    path = sorted(visits, key=_where)
+    while True:
+        grown = _join(loop, path, union)
+        for step in (_round_out, _close_gaps, _lengthen):
+            grown = _join(loop, step(loop, grown, need_m, union), union)
+        if _same(grown, path):
+            return tuple(grown)
+        path = grown
+
+
+def _where(visit: Visit) -> tuple[float, float]:
+    return visit.begin_m, visit.end_m
+
+
+def _same(one: Sequence[Visit], other: Sequence[Visit]) -> bool:
+    return len(one) == len(other) and all(
+        a.zone == b.zone and abs(a.begin_m - b.begin_m) < _TOUCH_M and abs(a.end_m - b.end_m) < _TOUCH_M
+        for a, b in zip(one, other, strict=True)
+    )
+
+
+def _overlaps(
+    loops: Sequence[Loop], segments: CollisionSegments
+) -> tuple[UnionFind[int], list[tuple[Visit, ...]]]:
+    """Unite segments that overlap on one path, and the segments of each pair."""
+    # A negative distance: segments that merely touch, being related to different robots, stay two.
+    row, begin, end, path = merge_intervals(
+        segments.path, segments.begin_m, segments.end_m, join=-2.0 * _TOUCH_M
+    )
+    union = UnionFind(range(len(begin)))
+    links = np.unique(row[segments.pairs], axis=0) if len(segments.pairs) else segments.pairs
+    for one, other in links.tolist():
+        union.union(one, other)
+    paths: list[list[Visit]] = [[] for _ in loops]
+    for k, (b, e, i) in enumerate(zip(begin.tolist(), end.tolist(), path.tolist(), strict=True)):
+        paths[i].append(Visit(b, e, k))
+    return union, [tuple(found) for found in paths]
+
+
+def _join(loop: Loop, path: Iterable[Visit], union: UnionFind[int]) -> list[Visit]:
+    """Make one of visits that overlap, and of visits of one zone that touch; sort by beginning."""
+    lap = loop.length_m
+    found: list[Visit] = []
+    for visit in sorted((_first_lap(v, lap) for v in path), key=_where):
+        if found and _belong(found[-1], visit, union):
+            found[-1] = _united(found[-1], visit, union)
+        else:
+            found.append(visit)
+    while len(found) > 1:  # the last may reach over the loop's beginning into the first ones
+        first = replace(found[0], begin_m=found[0].begin_m + lap, end_m=found[0].end_m + lap)
+        if not _belong(found[-1], first, union):
+            break
+        found[-1] = _united(found[-1], first, union)
+        del found[0]
+    if len(found) == 1 and found[0].length_m > lap - _TOUCH_M:
+        end = loop.hold_before(lap)
+        return [Visit(end - lap, end, union[found[0].zone])]
+    return [replace(v, zone=union[v.zone]) for v in found]
+
+
+def _first_lap(visit: Visit, lap_m: float) -> Visit:
+    if visit.length_m > lap_m - _TOUCH_M or 0.0 <= visit.begin_m < lap_m:
+        return visit
+    shift = visit.begin_m % lap_m - visit.begin_m
+    return replace(visit, begin_m=visit.begin_m + shift, end_m=visit.end_m + shift)
+
+
+def _belong(one: Visit, following: Visit, union: UnionFind[int]) -> bool:
+    if following.begin_m < one.end_m - _TOUCH_M:
+        return True
+    return following.begin_m <= one.end_m + _TOUCH_M and union[one.zone] == union[following.zone]
+
+
+def _united(one: Visit, following: Visit, union: UnionFind[int]) -> Visit:
+    union.union(one.zone, following.zone)
+    return replace(one, end_m=max(one.end_m, following.end_m))
+
+
+def _round_out(loop: Loop, path: list[Visit], need_m: float, union: UnionFind[int]) -> list[Visit]:
+    del need_m, union
+    return [replace(v, begin_m=loop.hold_before(v.begin_m), end_m=loop.hold_after(v.end_m)) for v in path]
+
+
+def _close_gaps(loop: Loop, path: list[Visit], need_m: float, union: UnionFind[int]) -> list[Visit]:
+    del union
+    found = []
+    for number, visit in enumerate(path):
+        free = _free_before(loop, path, number)
+        begin = visit.begin_m - free if _TOUCH_M < free < need_m else visit.begin_m
+        found.append(replace(visit, begin_m=begin))
+    return found
+
+
+def _lengthen(loop: Loop, path: list[Visit], need_m: float, union: UnionFind[int]) -> list[Visit]:
+    """Let the first visit that is too short grow; the caller comes back until none is."""
+    for number, visit in enumerate(path):
+        missing = need_m - visit.length_m
+        if missing <= _TOUCH_M:
+            continue
+        free = _free_before(loop, path, number)
+        if free > _TOUCH_M:
+            begin = loop.hold_before(visit.begin_m - missing)
+            if begin - (visit.begin_m - free) < need_m:  # what is left would be too short for a state
+                begin = visit.begin_m - free
+            return [*path[:number], replace(visit, begin_m=begin), *path[number + 1 :]]
+        after = (number + 1) % len(path)
+        free = _free_before(loop, path, after)
+        if free > _TOUCH_M:
+            end = loop.hold_after(visit.end_m + missing)
+            if visit.end_m + free - end < need_m:
+                end = visit.end_m + free
+            return [*path[:number], replace(visit, end_m=end), *path[number + 1 :]]
+        neighbour = min(path[number - 1], path[after], key=lambda v: v.length_m)
+        union.union(visit.zone, neighbour.zone)
+        return path
+    return path
+
+
+def _free_before(loop: Loop, path: list[Visit], number: int) -> float:
+    """Return the length of private road between a visit and the one before it, going round [m]."""
+    before = path[number - 1].end_m - (loop.length_m if number == 0 else 0.0)
+    return path[number].begin_m - before
+
+
+def _proposition_1(
+    loops: Sequence[Loop], paths: Sequence[Sequence[Visit]], union: UnionFind[int]
+) -> list[tuple[str, ...]]:
+    """Unite zones that follow each other on two paths; return the loops concerned."""
+    colours: dict[tuple[int, int], list[int]] = {}
+    for i, (loop, path) in enumerate(zip(loops, paths, strict=True)):
+        for number, visit in enumerate(path):
+            one, other = sorted((union[path[number - 1].zone], union[visit.zone]))
+            if one != other and _free_before(loop, list(path), number) <= _TOUCH_M:
+                users = colours.setdefault((one, other), [])
+                if i not in users:
+                    users.append(i)
+    merged = []
+    for (one, other), users in colours.items():
+        if len(users) > 1:
+            union.union(one, other)
+            merged.append(tuple(loops[i].id for i in users))
+    return merged
+
+
+def _numbered(paths: Sequence[Sequence[Visit]], merged: Sequence[tuple[str, ...]]) -> Zones:
+    number: dict[int, int] = {}
+    visits = tuple(
+        tuple(replace(v, zone=number.setdefault(v.zone, len(number))) for v in path) for path in paths
+    )
+    return Zones(visits, tuple(merged))
