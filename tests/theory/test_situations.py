@@ -9,6 +9,7 @@ import pytest
 from builders import system
 from loopgate.gates import make_gate
 from loopgate.model import Configuration, System
+from loopgate.theory.deadlocks import deadlocked_robots
 from loopgate.theory.oracle import Oracle
 
 RING3 = {"loop1": "p1 s1 s2", "loop2": "p2 s2 s3", "loop3": "p3 s3 s1"}
@@ -36,29 +37,13 @@ def reachable(system: System, admits: Callable[[Configuration, int], bool]) -> s
     return seen
 
 
-def circle(system: System, configuration: Configuration) -> bool:
-    """Whether some robots wait for each other in a circle (Definition 3)."""
-    robots = range(len(system.robots))
-    standing: dict[int | None, int] = {system.state_at(configuration, i): i for i in robots}
-    waits_for = {i: standing.get(system.next_state(configuration, i)) for i in robots}
-    for robot in robots:
-        other = waits_for[robot]
-        for _ in robots:
-            if other is None or other == robot:
-                break
-            other = waits_for[other]
-        if other == robot:
-            return True
-    return False
-
-
 def test_ring3_has_one_deadlock_and_none_of_higher_order() -> None:
     """Of all that can be reached only s1 s2 s3 is lost, and that is a plain circle."""
     s = system(RING3)
     oracle = Oracle(s)
     lost = [c for c in reachable(s, lambda _c, _i: True) if not oracle.live(c)]
     assert [s.describe(c) for c in lost] == [("s1", "s2", "s3")]
-    assert circle(s, lost[0])
+    assert deadlocked_robots(s, lost[0]) == {0, 1, 2}
 
 
 def test_order2_has_deadlocks_that_one_step_does_not_see() -> None:
@@ -69,7 +54,9 @@ def test_order2_has_deadlocks_that_one_step_does_not_see() -> None:
     """
     s = system(ORDER2)
     oracle = Oracle(s)
-    careful = reachable(s, lambda c, i: not circle(s, s.moved(c, i)))
+    gate = make_gate("one-step", s)
+    careful = reachable(s, lambda c, i: gate.decide(c, i).admitted)
+    assert not any(deadlocked_robots(s, c) for c in careful)
     lost = {s.describe(c) for c in careful if not oracle.live(c)}
     assert len(lost) == 7
     assert ("t1", "t2", "t3", "t4", "t5") in lost

@@ -1,0 +1,40 @@
+"""The yardstick for looking ahead: refuses only the move that closes a circular wait."""
+
+from __future__ import annotations
+
+from loopgate.gates.base import Decision, Reason
+from loopgate.gates.collision import collision_decision
+from loopgate.model import Configuration, System
+from loopgate.theory.deadlocks import deadlocked_robots
+
+__all__ = ["OneStepGate"]
+
+
+class OneStepGate:
+    """Admits a move iff it is collision-free and leads to no deadlock in the sense of Definition 3.
+
+    So it never drives into a circular wait, but it does drive into deadlocks of higher order (Definition 4):
+    there, some robots are refused for ever, because each of their moves would close a circle. It shows what
+    the other gates look ahead for.
+    """
+
+    def __init__(self, system: System) -> None:
+        self._system = system
+
+    def decide(self, configuration: Configuration, robot: int) -> Decision:
+        """Decide the next move of `robot`; the blockers are the robots that it would lock up.
+
+        O(robots^2 * occupants).
+        """
+        first = collision_decision(self._system, configuration, robot)
+        if not first.admitted:
+            return first
+        before = deadlocked_robots(self._system, configuration)
+        after = deadlocked_robots(self._system, self._system.moved(configuration, robot))
+        locked = after - before - {robot}
+        if not locked:
+            return first
+        return Decision(admitted=False, reason=Reason.DEADLOCK, blockers=tuple(sorted(locked)))
+
+    def moved(self, configuration: Configuration, robot: int) -> None:
+        """Do nothing: the gate has no memory."""
