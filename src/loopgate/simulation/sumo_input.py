@@ -57,7 +57,7 @@ def write_sumo_input(starts: Sequence[Start], folder: Path) -> list[str]:
         key = (start.loop.id, start.type.id)
         if key not in kinds:
             kinds[key] = f"{start.type.id}@{start.loop.id}"
-            ET.SubElement(top, "vType", {"id": kinds[key], **dict(start.type.attributes)})
+            ET.SubElement(top, "vType", {**start.type.attributes, "id": kinds[key]})
     for loop in loops.values():
         pivot = _pivot(loop)
         edges = loop.edges[pivot:] + loop.edges[: pivot + 1]
