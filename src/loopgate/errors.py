@@ -20,6 +20,7 @@ __all__ = [
     "SystemFileError",
     "SystemModelError",
     "TrafficError",
+    "UnsafeStartError",
 ]
 
 
@@ -40,7 +41,11 @@ class IllegalMoveError(LoopgateError):
 
 
 class GateError(LoopgateError):
-    """An unknown gate, a bad gate option, or a start the gate refuses."""
+    """An unknown gate, or a bad gate option."""
+
+
+class UnsafeStartError(GateError):
+    """A start from which the gate cannot keep its promise."""
 
 
 class NetworkError(LoopgateError):

@@ -19,6 +19,7 @@ EXIT_INTERRUPTED = 130
 _COMMANDS: dict[str, str] = {
     "run": "loopgate.cli.run:run",
     "explore": "loopgate.cli.explore:explore",
+    "verify": "loopgate.cli.verify:verify",
 }
 """Subcommand name to ``module:attribute``."""
 

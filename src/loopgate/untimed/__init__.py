@@ -1,6 +1,20 @@
 """Systems without roads and clocks: exhaustive exploration, single traces, Monte Carlo rounds."""
 
+from loopgate.untimed.checking import verify_everywhere, verify_walks
 from loopgate.untimed.exploration import Exploration, ExplorationLimitError, Witness
 from loopgate.untimed.plain import explore_plainly
+from loopgate.untimed.variety import any_shape, any_system
+from loopgate.untimed.verification import Counterexample, Verification
 
-__all__ = ["Exploration", "ExplorationLimitError", "Witness", "explore_plainly"]
+__all__ = [
+    "Counterexample",
+    "Exploration",
+    "ExplorationLimitError",
+    "Verification",
+    "Witness",
+    "any_shape",
+    "any_system",
+    "explore_plainly",
+    "verify_everywhere",
+    "verify_walks",
+]

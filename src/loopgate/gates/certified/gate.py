@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from loopgate.errors import GateError
+from loopgate.errors import GateError, UnsafeStartError
 from loopgate.gates.base import Decision, Reason
 from loopgate.gates.certified.deadlock import stuck_for_good
 from loopgate.gates.certified.flow import Flow
@@ -51,7 +51,9 @@ class CertifiedGate:
     Raises
     ------
     GateError
-        If the promise is unknown or cannot be given for this start; the text names the robots.
+        If an option has no meaning.
+    UnsafeStartError
+        If the promise cannot be given for this start; the text names the robots.
     """
 
     def __init__(self, system: System, promise: str = "auto", budget: int = 2_000) -> None:
@@ -68,7 +70,7 @@ class CertifiedGate:
                 f"gate certified: robots that come to rest for good in shared states block "
                 f"{layout.names(layout.hopeless)} for ever; end their paths elsewhere"
             )
-            raise GateError(msg)
+            raise UnsafeStartError(msg)
         self._keeper = self._choose(promise, budget)
         self._configuration = system.initial
         self._stand = Stand.of(self._layout, self._configuration)
@@ -89,7 +91,7 @@ class CertifiedGate:
                 f"gate certified: robots {layout.names(restless)} share every state on their paths and none "
                 "of these holds two; give each a state of its own or one that holds two"
             )
-            raise GateError(msg)
+            raise UnsafeStartError(msg)
         return flow
 
     def _begin_at_start(self) -> None:
@@ -98,10 +100,10 @@ class CertifiedGate:
                 return
         except BudgetError:
             msg = "gate certified: the start could not be shown to be live within the budget; raise budget"
-            raise GateError(msg) from None
+            raise UnsafeStartError(msg) from None
         names = self._layout.names(self._cannot_go_on())
         msg = f"gate certified: the start is not live: robots {names} cannot all go on; start them elsewhere"
-        raise GateError(msg)
+        raise UnsafeStartError(msg)
 
     def _cannot_go_on(self) -> list[int]:
         """Return robots of the start that cannot all go on; those in a circular wait if there are."""
