@@ -140,7 +140,7 @@ def compute_edge_holds(*, events: pd.DataFrame, end_s: float, begin_s: float = 0
     # A hold that began before the period is clipped to it, so match on the time the vehicle came to rest.
     at = pd.merge_asof(
         holds.sort_values(SINCE, kind="stable"),
-        entered.astype({TIME: float}),
+        entered.astype({TIME: float, VEHICLE: str, EDGE: str}),
         left_on=SINCE,
         right_on=TIME,
         by=VEHICLE,
@@ -189,7 +189,7 @@ def _visits(events: pd.DataFrame, begin_s: float, end_s: float) -> pd.DataFrame:
     check_columns(events, EVENT_COLUMNS[:4], "events")
     check_period(begin_s, end_s)
     chosen = events.loc[(events[EVENT] == Event.EDGE) & (events[TIME] <= end_s), [TIME, PLACE]]
-    return chosen.astype({TIME: float}).sort_values([PLACE, TIME], kind="stable")
+    return chosen.astype({TIME: float, PLACE: str}).sort_values([PLACE, TIME], kind="stable")
 
 
 def _gap_area(start: pd.Series, stop: pd.Series | np.ndarray, begin_s: float) -> np.ndarray:

@@ -32,8 +32,8 @@ _SECONDS_PER_HOUR = 3600.0
 def compute_laps(*, events: pd.DataFrame, end_s: float, begin_s: float = 0.0) -> pd.DataFrame:
     """Return every lap completed in the period.
 
-    A lap lasts from the vehicle's lap before; the first one from its `Event.START` row (a vehicle without
-    one has no first lap time, and that lap is left out).
+    A lap lasts from the vehicle's lap before; the first one from its first `Event.START` or `Event.EDGE` row
+    (a vehicle without one has no first lap time, and that lap is left out).
 
     Parameters
     ----------
@@ -53,7 +53,9 @@ def compute_laps(*, events: pd.DataFrame, end_s: float, begin_s: float = 0.0) ->
     AnalysisError
         On a missing column or an empty period.
     """
-    chosen = _of(events, (Event.START, Event.LAP), end_s, begin_s)
+    chosen = _of(events, (Event.START, Event.EDGE, Event.LAP), end_s, begin_s)
+    first = ~chosen.duplicated(VEHICLE)
+    chosen = chosen[(chosen[EVENT] == Event.LAP) | first]
     by_vehicle = chosen.groupby(VEHICLE, sort=False)
     laps = pd.DataFrame(
         {
@@ -123,7 +125,7 @@ def compute_vehicle_holds(*, events: pd.DataFrame, end_s: float, begin_s: float 
     period = {"begin_s": begin_s, "end_s": end_s}
     completed = events[(events[EVENT] == Event.LAP) & (events[TIME] > begin_s) & (events[TIME] <= end_s)]
     columns = {
-        LAPS: completed.groupby(VEHICLE).size().reindex(index, fill_value=0).astype("int64"),
+        LAPS: completed.groupby(VEHICLE, observed=True).size().reindex(index, fill_value=0).astype("int64"),
         HOLD: compute_holds(events=events, **period).groupby(VEHICLE)[HOLD].sum(),
         LONGEST_WAIT: compute_waits(events=events, **period).groupby(VEHICLE)[WAIT].max(),
     }
@@ -169,7 +171,9 @@ def _of(events: pd.DataFrame, kinds: tuple[Event, ...], end_s: float, begin_s: f
     check_columns(events, EVENT_COLUMNS[:4], "events")
     check_period(begin_s, end_s)
     chosen = events.loc[events[EVENT].isin(kinds) & (events[TIME] <= end_s), list(EVENT_COLUMNS[:4])]
-    return chosen.astype({TIME: float}).sort_values([VEHICLE, TIME], kind="stable")
+    # Run folders keep names as categories, which group by all that exist rather than by those that occur.
+    kinds_of = {TIME: float, VEHICLE: str, EVENT: str, PLACE: str}
+    return chosen.astype(kinds_of).sort_values([VEHICLE, TIME], kind="stable")
 
 
 def _spells(

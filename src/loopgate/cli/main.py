@@ -20,6 +20,7 @@ _COMMANDS: dict[str, str] = {
     "run": "loopgate.cli.run:run",
     "explore": "loopgate.cli.explore:explore",
     "verify": "loopgate.cli.verify:verify",
+    "sweep": "loopgate.cli.sweep:sweep",
 }
 """Subcommand name to ``module:attribute``."""
 

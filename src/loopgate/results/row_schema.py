@@ -46,6 +46,7 @@ _WHOLE = (
 _NUMBER = (
     c.DURATION,
     c.WARMUP,
+    c.MEASURED,
     c.DISTANCE_KM,
     c.MEAN_SPEED,
     c.LAPS_PER_H,

@@ -23,6 +23,8 @@ LAPS = events(
     (70.0, "v1", "lap", "p"),
     (0.0, "v2", "start", "q"),
     (50.0, "v2", "lap", "q"),
+    (0.0, "v2", "edge", "e1"),
+    (20.0, "v2", "edge", "e2"),
     (20.0, "late", "lap", "q"),
     (60.0, "late", "lap", "q"),
 )
@@ -48,6 +50,22 @@ def test_lap_times_from_start_and_from_lap_to_lap() -> None:
         ("v1", 2, 40.0),
         ("v2", 1, 50.0),
     ]
+
+
+def test_a_first_lap_without_a_start_lasts_from_the_first_edge() -> None:
+    """Ungated runs have no states to start in: from the first edge at 1 s to the lap at 31 s."""
+    log = events((1.0, "v", "edge", "e1"), (9.0, "v", "edge", "e2"), (31.0, "v", "lap", "e1"))
+    assert compute_laps(events=log, end_s=40)["lap_s"].tolist() == [30.0]
+
+
+def test_names_kept_as_categories_give_the_same() -> None:
+    """Run folders keep vehicles, events and places as categories, some of which do not occur."""
+    kinds = {"vehicle": "category", "event": "category", "place": "category"}
+    for log in (LAPS, WAITS):
+        other = log.astype(kinds).iloc[:5]
+        for function in (compute_laps, compute_holds, compute_waits, compute_vehicle_holds):
+            expected = function(events=log.iloc[:5], end_s=100)
+            pd.testing.assert_frame_equal(function(events=other, end_s=100), expected)
 
 
 def test_laps_count_where_they_end() -> None:

@@ -1,0 +1,170 @@
+"""One run folder as one row of a results table."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import pandas as pd
+
+from loopgate.analysis.columns import LAP_TIME
+from loopgate.analysis.trips import compute_laps
+from loopgate.errors import ResultsError
+from loopgate.results import columns as run
+from loopgate.results import row_columns as c
+
+__all__ = ["LAP_GRID", "RunRow", "read_run_row", "run_row"]
+
+LAP_GRID = np.linspace(0.0, 1.0, 21)
+"""Quantiles of the lap times that a row keeps."""
+
+_SAME_NAME = (
+    c.LAPS,
+    c.DISTANCE_KM,
+    c.MEAN_SPEED,
+    c.LAPS_PER_H,
+    c.KM_PER_H,
+    c.HOLD,
+    c.LONGEST_WAIT,
+    c.OUTCOME,
+    c.COLLISIONS,
+    c.TELEPORTS,
+    c.DECISIONS,
+    c.MESSAGES,
+    c.COMMAND,
+)
+
+
+class RunRow(NamedTuple):
+    """A row, and the edges that its lists per edge refer to."""
+
+    row: dict[str, Any]
+    edges: pd.DataFrame
+    """`EDGE`, `EDGE_LENGTH` [m], `SHAPE`."""
+
+
+def read_run_row(folder: Path) -> RunRow:
+    """Return the row of a run folder.
+
+    Raises
+    ------
+    ResultsError
+        If ``summary.json``, ``events.parquet`` or ``edges.parquet`` is missing or cannot be read.
+    """
+    try:
+        scenario = tomllib.loads((folder / "scenario.toml").read_text(encoding="utf-8"))
+        summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+        kinds = [str(kind) for kind in (run.Event.START, run.Event.EDGE, run.Event.LAP)]
+        events = pd.read_parquet(
+            folder / "events.parquet", columns=list(run.EVENT_COLUMNS[:4]), filters=[(run.EVENT, "in", kinds)]
+        )
+        # A run that locks up while it warms up has measured nothing, and has no edges.
+        file = folder / "edges.parquet"
+        edges = pd.read_parquet(file) if file.exists() else pd.DataFrame(columns=list(run.EDGE_COLUMNS))
+    except (OSError, ValueError) as error:
+        msg = f"{folder}: not a readable run folder ({_one_line(error)})"
+        raise ResultsError(msg) from error
+    return run_row(scenario=scenario, summary=summary, events=events, edges=edges)
+
+
+def run_row(
+    *, scenario: Mapping[str, Any], summary: Mapping[str, Any], events: pd.DataFrame, edges: pd.DataFrame
+) -> RunRow:
+    """Return what a run's row keeps of its summary, laps and edges.
+
+    Rates are over the time asked for: a run that was ended at its deadlock drove so much in that time, and
+    would have driven little more.
+
+    Parameters
+    ----------
+    scenario
+        The content of ``scenario.toml``.
+    summary
+        The content of ``summary.json``; its duration is that which was measured.
+    events
+        `EVENT_COLUMNS`; start, edge and lap events suffice.
+    edges
+        `EDGE_COLUMNS`.
+    """
+    row: dict[str, Any] = {c.STATUS: c.STATUS_OK, c.ERROR: ""}
+    for name in (*c.OPTION_COLUMNS, *_SAME_NAME):
+        row[name] = summary.get(name)
+    row |= _time(scenario, summary) | _refusals(summary.get(c.REFUSALS))
+    if (hours := row[c.DURATION] / 3600) > 0 and row[c.MEASURED] < row[c.DURATION]:
+        row[c.LAPS_PER_H], row[c.KM_PER_H] = row[c.LAPS] / hours, row[c.DISTANCE_KM] / hours
+    decision, wall, versions = (_part(summary, key) for key in ("decision_us", "wall_s", "versions"))
+    row |= {
+        c.DECISION_MEDIAN: decision.get("median"),
+        c.DECISION_P99: decision.get("p99"),
+        c.DECISION_MAX: decision.get("max"),
+        c.WALL_SUMO: wall.get("sumo"),
+        c.WALL_GATE: wall.get("gate"),
+        c.WALL_TOTAL: wall.get("total"),
+        c.LOOPGATE_VERSION: versions.get("loopgate"),
+        c.SUMO_VERSION: versions.get("eclipse-sumo"),
+    }
+    audit = summary.get(c.AUDIT)
+    row[c.AUDIT] = audit if audit is None or isinstance(audit, str) else json.dumps(audit)
+    return RunRow(row | _laps(row, events) | _edges(edges), edges[[run.EDGE, run.EDGE_LENGTH, run.SHAPE]])
+
+
+def _part(summary: Mapping[str, Any], key: str) -> Mapping[str, Any]:
+    part = summary.get(key)
+    return part if isinstance(part, Mapping) else {}
+
+
+def _time(scenario: Mapping[str, Any], summary: Mapping[str, Any]) -> dict[str, Any]:
+    deadlocks = summary.get(c.DEADLOCKS) or []
+    first = deadlocks[0] if deadlocks else {}
+    measured = float(summary[c.DURATION])
+    warmup = float(scenario.get(c.WARMUP, 0.0))
+    return {
+        c.DURATION: float(scenario.get(c.DURATION, measured)),
+        c.WARMUP: warmup,
+        c.MEASURED: measured,
+        c.DEADLOCKS: len(deadlocks),
+        c.FIRST_DEADLOCK: first.get("at_s"),
+        c.DEADLOCK_SIZE: len(first["vehicles"]) if "vehicles" in first else None,
+        c.OBSERVED: first.get("at_s", warmup + measured),
+    }
+
+
+def _refusals(reasons: object) -> dict[str, Any]:
+    if not isinstance(reasons, Mapping):
+        return {c.REFUSALS: reasons, c.REFUSAL_REASONS: None}
+    return {c.REFUSALS: sum(reasons.values()), c.REFUSAL_REASONS: json.dumps(dict(reasons), sort_keys=True)}
+
+
+def _laps(row: Mapping[str, Any], events: pd.DataFrame) -> dict[str, Any]:
+    begin, end = row[c.WARMUP], row[c.WARMUP] + row[c.MEASURED]
+    if begin >= end:
+        return {c.LAP_MEAN: None, c.LAP_QUANTILES: None}
+    times = compute_laps(events=events, begin_s=begin, end_s=end)[LAP_TIME].to_numpy(dtype=float)
+    if times.size == 0:
+        return {c.LAP_MEAN: None, c.LAP_QUANTILES: None}
+    return {c.LAP_MEAN: float(times.mean()), c.LAP_QUANTILES: np.quantile(times, LAP_GRID).tolist()}
+
+
+def _edges(edges: pd.DataFrame) -> dict[str, Any]:
+    named = edges[[run.EDGE, run.EDGE_LENGTH, run.SHAPE]].to_csv(index=False)
+    revisits, longest = edges[run.MEAN_REVISIT].dropna(), edges[run.MAX_REVISIT].dropna()
+    return {
+        c.MEAN_REVISIT: float(revisits.mean()) if len(revisits) else None,
+        c.MAX_REVISIT: float(longest.max()) if len(longest) else None,
+        c.IDLENESS: float(edges[run.IDLENESS].mean()) if len(edges) else None,
+        c.EDGE_KM: float(edges[run.EDGE_LENGTH].sum()) / 1000.0,
+        c.EDGE_SET: hashlib.sha256(named.encode()).hexdigest()[:16],
+        c.EDGE_VISITS: edges[run.VISITS].astype(float).tolist(),
+        c.EDGE_HOLD: edges[run.EDGE_HOLD].astype(float).tolist(),
+        c.EDGE_MEAN_REVISIT: edges[run.MEAN_REVISIT].astype(float).tolist(),
+        c.EDGE_MAX_REVISIT: edges[run.MAX_REVISIT].astype(float).tolist(),
+    }
+
+
+def _one_line(error: BaseException) -> str:
+    return " ".join(str(error).split())[:200]

@@ -1,0 +1,192 @@
+"""`loopgate sweep`: run a grid of scenarios, one row each."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+from collections import Counter
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor
+from datetime import timedelta
+from pathlib import Path
+from typing import Any
+
+import click
+
+from loopgate.errors import SweepError
+from loopgate.sweep.description import Point, Sweep, read_sweep
+from loopgate.sweep.drive import Progress, run_sweep
+from loopgate.sweep.task import DEFAULT_RUNNER
+
+__all__ = ["sweep"]
+
+_SHOWN = 12  # lines of a dry run
+
+
+@click.command()
+@click.argument("file", type=click.Path(path_type=Path))
+@click.option("-o", "--out", type=click.Path(path_type=Path), help="Results folder [default: out/NAME].")
+@click.option("-j", "--workers", type=click.IntRange(1), help="Processes [default: one per processor].")
+@click.option(
+    "--executor",
+    type=click.Choice(["local", "dask"]),
+    default="local",
+    show_default=True,
+    help="Where runs are executed.",
+)
+@click.option("--scheduler", metavar="ADDRESS", help="Dask scheduler, such as tcp://host:8786.")
+@click.option(
+    "--timeout", type=click.FloatRange(0, min_open=True), help="Longest wall time of a local run [s]."
+)
+@click.option("--retry-failed", is_flag=True, help="Also run again what failed before.")
+@click.option("--keep-runs", is_flag=True, help="Keep every run folder in RESULTS/runs.")
+@click.option("--dry-run", is_flag=True, help="List the runs and estimate the time, run nothing.")
+@click.option("--json", "as_json", is_flag=True, help="Print the outcome as JSON.")
+@click.option("--runner", default=DEFAULT_RUNNER, hidden=True)
+def sweep(  # noqa: PLR0913 - one argument per option
+    *,
+    file: Path,
+    out: Path | None,
+    workers: int | None,
+    executor: str,
+    scheduler: str | None,
+    timeout: float | None,
+    retry_failed: bool,
+    keep_runs: bool,
+    dry_run: bool,
+    as_json: bool,
+    runner: str,
+) -> None:
+    """Run every scenario of the sweep FILE (TOML) that has no row in the results folder yet.
+
+    End it at any moment, by any means: the same command goes on where it stopped.
+    """
+    described = read_sweep(file)
+    folder = out or Path("out") / described.name
+    points = described.points()
+    _check(points, runner)
+    if dry_run:
+        _show_plan(described, points, folder, workers, as_json=as_json)
+        return
+    options: dict[str, Any] = {
+        "timeout_s": timeout,
+        "retry_failed": retry_failed,
+        "keep_runs": keep_runs,
+        "runner": runner,
+    }
+    with _pool(executor, scheduler) as (pool, size), _progress(described.name) as report:
+        outcome = run_sweep(
+            described, folder, executor=pool, workers=size or workers, report=report, **options
+        )
+    if as_json:
+        text = {name: getattr(outcome, name) for name in ("total", "present", "done", "failed", "seconds")}
+        click.echo(json.dumps({"results": str(folder), **text}))
+        return
+    rate = f", {60 * outcome.done / outcome.seconds:.1f} runs/min" if outcome.done else ""
+    failed = f", {outcome.failed} failed (see the column error)" if outcome.failed else ""
+    click.echo(
+        f"{folder}: {outcome.present + outcome.done} of {outcome.total} rows, "
+        f"{outcome.done} made now in {_span(outcome.seconds)}{rate}{failed}"
+    )
+    click.echo(f"next: loopgate report {folder} -o {folder}/report.html")
+
+
+def _check(points: list[Point], runner: str) -> None:
+    """Refuse a scenario key that no run would accept before anything runs."""
+    if runner != DEFAULT_RUNNER:
+        return
+    from loopgate.simulation.scenario import Scenario
+
+    for point in points:
+        Scenario.from_dict(dict(point.scenario), source="sweep")
+
+
+@contextlib.contextmanager
+def _pool(executor: str, scheduler: str | None) -> Iterator[tuple[Executor | None, int | None]]:
+    if executor == "local":
+        if scheduler is not None:
+            msg = "--scheduler is for --executor dask"
+            raise SweepError(msg)
+        yield None, None
+        return
+    if scheduler is None:
+        msg = "--executor dask needs --scheduler tcp://host:port"
+        raise SweepError(msg)
+    from loopgate.sweep.cluster import dask_executor
+
+    with dask_executor(scheduler) as (pool, size):
+        yield pool, size
+
+
+def _show_plan(
+    described: Sweep, points: list[Point], folder: Path, workers: int | None, *, as_json: bool
+) -> None:
+    from loopgate.sweep.estimate import estimate
+
+    plan = estimate(points, folder, workers)
+    if as_json:
+        runs = [{"key": point.key, **point.scenario} for point in points]
+        click.echo(json.dumps({**plan.to_dict(), "runs": runs}, default=str))
+        return
+    varying = [
+        *described.grid,
+        *sorted({k for rule in described.include for k in rule} - set(described.grid)),
+    ]
+    for point in points[:_SHOWN]:
+        click.echo(point.key + "  " + "  ".join(f"{k}={point.scenario.get(k, '-')}" for k in varying))
+    if len(points) > _SHOWN:
+        click.echo(f"... and {len(points) - _SHOWN} more")
+    counts = [f"{k}: {len(Counter(str(p.scenario.get(k)) for p in points))}" for k in varying]
+    click.echo(
+        f"{len(points)} runs ({', '.join(counts)}); {plan.missing} to do, {plan.present} there already"
+    )
+    click.echo(f"about {_span(plan.seconds)} on {plan.workers} processes ({plan.basis}); nothing was run")
+
+
+@contextlib.contextmanager
+def _progress(name: str) -> Iterator[Callable[[Progress], None]]:
+    """Yield what is to be called after each row: a bar on a terminal, else a line now and then."""
+    from rich.console import Console
+
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        yield _Lines(name)
+        return
+    from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn
+    from rich.progress import Progress as Bar
+
+    columns = (TextColumn(name), BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[pace]}"))
+    with Bar(*columns, TimeElapsedColumn(), console=console) as bar:
+        task = bar.add_task(name, total=None, pace="starting workers")
+        yield lambda p: bar.update(
+            task, total=p.total, completed=p.present + p.done, pace=_pace(p) + _failures(p)
+        )
+
+
+class _Lines:
+    """Sparse progress for logs: a line every half minute, and the last one."""
+
+    _EVERY_S = 30.0
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+        self._last = 0.0
+
+    def __call__(self, p: Progress) -> None:
+        there = p.present + p.done
+        if p.seconds - self._last >= self._EVERY_S:
+            self._last = p.seconds
+            click.echo(f"{self._name}: {there}/{p.total}, {_pace(p)}{_failures(p)}", err=True)
+
+
+def _pace(p: Progress) -> str:
+    left = (p.total - p.present - p.done) * p.seconds / p.done
+    return f"{60 * p.done / p.seconds:.1f} runs/min, {_span(left)} left"
+
+
+def _failures(p: Progress) -> str:
+    return f", {p.failed} failed" if p.failed else ""
+
+
+def _span(seconds: float) -> str:
+    return str(timedelta(seconds=round(seconds)))

@@ -1,0 +1,52 @@
+"""Sweeps on a Dask cluster that exists already.
+
+A scheduler and workers started by hand, or by dask-jobqueue on a batch system::
+
+    dask scheduler --port 8786
+    dask worker tcp://host:8786 --nworkers 8 --nthreads 1
+
+Workers need the same `loopgate` and nothing else: networks and routes travel with the runs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from concurrent.futures import Executor
+from contextlib import contextmanager
+
+from loopgate.errors import SweepError
+
+__all__ = ["dask_executor"]
+
+_CONNECT_S = 10
+
+
+@contextmanager
+def dask_executor(address: str) -> Iterator[tuple[Executor, int]]:
+    """Connect to the scheduler at `address` and yield an executor with its number of worker threads.
+
+    Raises
+    ------
+    SweepError
+        If Dask is not installed, nobody answers, or there are no workers.
+    """
+    try:
+        from distributed import Client  # noqa: PLC0415 - an extra, needed here only
+    except ImportError as error:
+        msg = "the dask executor needs dask.distributed; install loopgate[dask]"
+        raise SweepError(msg) from error
+    try:
+        client = Client(address, timeout=_CONNECT_S, set_as_default=False)
+    except (OSError, ValueError) as error:
+        msg = f"scheduler {address}: no connection within {_CONNECT_S} s ({error}); expected tcp://host:port"
+        raise SweepError(msg) from error
+    with client:
+        try:
+            client.wait_for_workers(1, timeout=_CONNECT_S)
+        except TimeoutError as error:
+            msg = (
+                f"scheduler {address}: it has no workers; start some with: dask worker {address} --nthreads 1"
+            )
+            raise SweepError(msg) from error
+        # Runs are no pure functions to Dask: two equal calls are two attempts.
+        yield client.get_executor(pure=False), sum(client.nthreads().values())

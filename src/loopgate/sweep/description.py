@@ -1,0 +1,226 @@
+"""Sweep files: a grid of scenarios, with a stable key for each point.
+
+The format (TOML)::
+
+    name = "grid"                 # optional; default: the file's name
+    scenario = "base.toml"        # optional scenario file, below [base]
+
+    [base]                        # any scenario key; paths are relative to this file
+    network = "../networks/grid5.net.xml"
+    duration_s = 600
+
+    [grid]                        # every combination is a run
+    vehicles = [20, 40, 80]
+    gate = ["open", "certified"]
+    seed = { from = 0, to = 4 }   # whole numbers, both ends included
+
+    [[exclude]]                   # leaves out the points of the grid that agree in all these keys
+    gate = "open"
+    vehicles = [80]
+
+    [[include]]                   # adds points; keys it does not set run over the grid
+    gate = "open"
+    vehicles = 160
+    duration_s = 60
+"""
+
+from __future__ import annotations
+
+import hashlib
+import itertools
+import json
+import tomllib
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from loopgate.errors import SweepError
+from loopgate.sweep.files import NamedFile, file_identity
+
+__all__ = ["FILE_KEYS", "Point", "Sweep", "read_sweep"]
+
+FILE_KEYS = ("network", "routes")
+"""Scenario keys whose value may be a file; these files travel with the run."""
+
+_KEYS = {"name", "scenario", "base", "grid", "include", "exclude"}
+_KEY_LENGTH = 16
+
+
+@dataclass(frozen=True, slots=True)
+class Point:
+    """One run of a sweep."""
+
+    key: str
+    """Hash of the scenario and of the content of the files it names, not of where they are."""
+    scenario: Mapping[str, Any]
+    """As asked for; files by the path or name that was written."""
+    hashes: Mapping[str, str]
+    """For each of `FILE_KEYS` in the scenario, what identifies its content."""
+    files: Mapping[str, Path]
+    """For each of `FILE_KEYS` whose value is a file, where it is."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sweep:
+    """A base scenario and the axes along which it varies.
+
+    Parameters
+    ----------
+    base
+        Scenario keys and values common to all runs.
+    grid
+        For each axis its values; every combination is a run.
+    include, exclude
+        Points to add, and points of the grid to leave out; lists stand for any of their values.
+    folder
+        Paths in the scenario are relative to it; where no such file is there, to the working directory.
+    """
+
+    name: str
+    base: Mapping[str, Any]
+    grid: Mapping[str, Sequence[Any]]
+    include: Sequence[Mapping[str, Any]] = ()
+    exclude: Sequence[Mapping[str, Any]] = ()
+    folder: Path = field(default_factory=Path)
+
+    def points(self) -> list[Point]:
+        """Return the runs in the order of the grid, then of the includes; equal ones once.
+
+        Raises
+        ------
+        SweepError
+            If there are none, a file is missing, or an exclude names an axis that the grid has not.
+        """
+        for rule in self.exclude:
+            unknown = [axis for axis in rule if axis not in self.grid]
+            if unknown:
+                axes = ", ".join(self.grid) or "no axes"
+                msg = f"{self.name}: exclude names {unknown[0]}, which is no axis of the grid; it has {axes}"
+                raise SweepError(msg)
+        excluded = [{axis: _values(value) for axis, value in rule.items()} for rule in self.exclude]
+        chosen = [
+            point
+            for point in _combine(self.grid)
+            if not any(all(point[axis] in values for axis, values in rule.items()) for rule in excluded)
+        ]
+        for extra in self.include:
+            chosen += _combine({**self.grid, **{key: _values(value) for key, value in extra.items()}})
+        identities: dict[str, NamedFile] = {}
+        points = {p.key: p for p in (self._point({**self.base, **values}, identities) for values in chosen)}
+        if not points:
+            msg = (
+                f"{self.name}: the sweep has no runs; every point of the grid is excluded or an axis is empty"
+            )
+            raise SweepError(msg)
+        return list(points.values())
+
+    def _point(self, scenario: Mapping[str, Any], identities: dict[str, NamedFile]) -> Point:
+        hashes, files = {}, {}
+        identity = dict(scenario)
+        for key in FILE_KEYS:
+            if not scenario.get(key) or not isinstance(scenario[key], str):
+                continue
+            value = str(scenario[key])
+            if value not in identities:
+                identities[value] = file_identity(value, key, self.folder)
+            found = identities[value]
+            hashes[key] = identity[key] = found.identity
+            if found.path is not None:
+                files[key] = found.path
+        text = json.dumps(_canonical(identity), sort_keys=True, separators=(",", ":"), allow_nan=False)
+        key = hashlib.sha256(text.encode()).hexdigest()[:_KEY_LENGTH]
+        return Point(key, scenario, hashes, files)
+
+
+def read_sweep(file: Path | str) -> Sweep:
+    """Read a sweep file.
+
+    Raises
+    ------
+    SweepError
+        If it cannot be read, is no TOML, or has unknown keys or values; the text names file and key.
+    """
+    path = Path(file)
+    data = _toml(path)
+    for key in data:
+        if key not in _KEYS:
+            msg = f"{path}: unknown key {key!r}; known are {', '.join(sorted(_KEYS))}"
+            raise SweepError(msg)
+    base = dict(_table(data.get("base", {}), f"{path}: base"))
+    if "scenario" in data:
+        scenario = path.parent / str(data["scenario"])
+        inherited = _toml(scenario)
+        for key in FILE_KEYS:  # relative to the file that names them
+            if isinstance(inherited.get(key), str) and (scenario.parent / inherited[key]).is_file():
+                inherited[key] = str(scenario.parent / inherited[key])
+        base = {**inherited, **base}
+    grid = {
+        axis: _axis(values, f"{path}: grid: {axis}")
+        for axis, values in _table(data.get("grid", {}), f"{path}: grid").items()
+    }
+    return Sweep(
+        name=str(data.get("name", path.stem)),
+        base=base,
+        grid=grid,
+        include=_tables(data.get("include", []), f"{path}: include"),
+        exclude=_tables(data.get("exclude", []), f"{path}: exclude"),
+        folder=path.parent,
+    )
+
+
+def _toml(path: Path) -> dict[str, Any]:
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        msg = f"{path}: cannot read the file ({error.strerror or error})"
+        raise SweepError(msg) from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        msg = f"{path}: not a TOML file ({error})"
+        raise SweepError(msg) from error
+
+
+def _axis(values: object, what: str) -> list[Any]:
+    if isinstance(values, dict):
+        ends = [values.get(end) for end in ("from", "to")]
+        if set(values) != {"from", "to"} or not all(type(end) is int for end in ends):
+            msg = f"{what} is {values!r}; a range is {{ from = 0, to = 4 }}, whole numbers, both included"
+            raise SweepError(msg)
+        return list(range(values["from"], values["to"] + 1))
+    if not isinstance(values, list):
+        msg = f"{what} is {values!r}; expected a list of values, or a range {{ from = 0, to = 4 }}"
+        raise SweepError(msg)
+    return values
+
+
+def _table(value: object, what: str) -> Mapping[str, Any]:
+    if not isinstance(value, dict):
+        msg = f"{what} is {value!r}; expected a table of scenario keys"
+        raise SweepError(msg)
+    return value
+
+
+def _tables(value: object, what: str) -> list[Mapping[str, Any]]:
+    if not isinstance(value, list):
+        msg = f"{what} is {value!r}; write it as [[{what.rsplit(' ', 1)[-1]}]]"
+        raise SweepError(msg)
+    return [_table(entry, what) for entry in value]
+
+
+def _combine(axes: Mapping[str, Sequence[Any]]) -> list[dict[str, Any]]:
+    return [dict(zip(axes, values, strict=True)) for values in itertools.product(*axes.values())]
+
+
+def _values(value: object) -> list[Any]:
+    return value if isinstance(value, list) else [value]
+
+
+def _canonical(value: object) -> object:
+    """Return the value with 10.0 written as 10, so that both spellings are one run."""
+    if isinstance(value, Mapping):
+        return {str(key): _canonical(entry) for key, entry in value.items()}
+    if isinstance(value, Iterable) and not isinstance(value, str):
+        return [_canonical(entry) for entry in value]
+    if isinstance(value, float) and value.is_integer():
+        return int(value)
+    return value if isinstance(value, bool | int | float | str | None) else str(value)

@@ -1,0 +1,243 @@
+"""Run what is missing of a sweep, keep each row as it comes."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import shlex
+import sys
+import time
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, wait
+from dataclasses import dataclass, replace
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+from loopgate.errors import ResultsError, SweepError
+from loopgate.results import row_columns as c
+from loopgate.sweep.description import Point, Sweep
+from loopgate.sweep.files import PackedFile, pack
+from loopgate.sweep.local import LocalExecutor, TimeLimitError, WorkerDiedError
+from loopgate.sweep.store import Store
+from loopgate.sweep.task import DEFAULT_RUNNER, Result, Task, execute, failed_row
+
+__all__ = ["Progress", "SweepOutcome", "run_sweep"]
+
+_TRIES = 2  # a worker that dies takes its run with it; the second time it is the run's own doing
+
+
+@dataclass(frozen=True, slots=True)
+class Progress:
+    """How far a sweep is."""
+
+    total: int
+    """Runs of the sweep."""
+    present: int
+    """Of these, rows that were there before."""
+    done: int
+    """Rows made now, failed ones included."""
+    failed: int
+    """Failed rows made now."""
+    seconds: float
+    """Wall time so far [s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class SweepOutcome:
+    """What a sweep did."""
+
+    folder: Path
+    total: int
+    present: int
+    done: int
+    failed: int
+    seconds: float
+
+
+def run_sweep(  # noqa: PLR0913 - each is a choice of the caller's, all but two by name
+    sweep: Sweep,
+    folder: Path | str,
+    *,
+    executor: Executor | None = None,
+    workers: int | None = None,
+    timeout_s: float | None = None,
+    runner: str = DEFAULT_RUNNER,
+    retry_failed: bool = False,
+    keep_runs: bool = False,
+    window: int | None = None,
+    report: Callable[[Progress], None] = lambda _: None,
+) -> SweepOutcome:
+    """Run every point of the sweep that has no row in `folder` yet.
+
+    It may be ended at any moment, by any means; the same call goes on where it stopped, without losing a
+    finished row or making one twice.
+
+    Parameters
+    ----------
+    sweep
+        What to run.
+    folder
+        The results folder.
+    executor
+        Any `concurrent.futures.Executor`, on this machine or others; it is not shut down. Default: a
+        `LocalExecutor` with `workers` processes and `timeout_s` [s] per run.
+    runner
+        ``module:function`` or ``file.py:function`` that runs a scenario (see `loopgate.sweep.task.Runner`).
+    retry_failed
+        Also run the points whose row says that they failed; the new row replaces the old one.
+    keep_runs
+        Keep each run folder in ``folder/runs/KEY`` (workers must share the file system).
+    window
+        Most calls in the executor at once; default: four per worker, so that its queue never runs dry.
+    report
+        Called after every row.
+
+    Raises
+    ------
+    SweepError
+        If the sweep has no runs, or the executor breaks down.
+    ResultsError
+        If the folder cannot be written, or a worker's disk is full. The rows made so far are kept.
+    """
+    folder = Path(folder)
+    points = sweep.points()
+    with Store(folder) as store:
+        store.write_manifest(_manifest(sweep, points, folder))
+        todo = [p for p in points if _is_missing(store.finished(p.key), retry_failed=retry_failed)]
+        state = _State(store, len(points), len(points) - len(todo), report)
+        pack_once = _Packer()
+        tasks = deque(
+            Task(
+                point,
+                runner,
+                attempt=store.attempts(point.key) + 1,
+                keep=folder.resolve() / "runs" / point.key if keep_runs else None,
+            )
+            for point in todo
+        )
+        with _executor(executor, min(workers or _processors(), max(len(todo), 1)), timeout_s) as (pool, size):
+            _drive(tasks, pool, window or 4 * size, state, pack_once)
+        store.merge()
+        return SweepOutcome(folder, state.total, state.present, state.done, state.failed, state.seconds)
+
+
+class _State:
+    def __init__(self, store: Store, total: int, present: int, report: Callable[[Progress], None]) -> None:
+        self.store, self.total, self.present, self._report = store, total, present, report
+        self.done = self.failed = 0
+        self._begin = time.perf_counter()
+
+    @property
+    def seconds(self) -> float:
+        return time.perf_counter() - self._begin
+
+    def add(self, result: Result) -> None:
+        self.store.add(result)
+        self.done += 1
+        self.failed += result.row[c.STATUS] == c.STATUS_FAILED
+        self._report(Progress(self.total, self.present, self.done, self.failed, self.seconds))
+
+
+class _Packer:
+    """Reads and compresses each file once."""
+
+    def __init__(self) -> None:
+        self._packed: dict[Path, PackedFile] = {}
+
+    def __call__(self, task: Task) -> Task:
+        for path in task.point.files.values():
+            if path not in self._packed:
+                try:
+                    self._packed[path] = pack(path)
+                except OSError as error:
+                    msg = f"{path}: cannot read the file ({error.strerror or error})"
+                    raise SweepError(msg) from error
+        files = {key: self._packed[path] for key, path in task.point.files.items()}
+        return replace(task, files=files)
+
+
+def _drive(
+    tasks: deque[Task], pool: Executor, window: int, state: _State, pack_once: Callable[[Task], Task]
+) -> None:
+    pending: dict[Future[Result], tuple[Task, int]] = {}
+    try:
+        while tasks or pending:
+            while tasks and len(pending) < window:
+                task = tasks.popleft()
+                pending[pool.submit(execute, pack_once(task))] = (task, 1)
+            # Some executors answer with futures that wake no waiter when their workers go: look now and then.
+            for future in wait(pending, timeout=5.0, return_when=FIRST_COMPLETED).done:
+                task, tries = pending.pop(future)
+                result = _result(future, task, tries)
+                if result is None:
+                    pending[pool.submit(execute, pack_once(task))] = (task, tries + 1)
+                else:
+                    state.add(result)
+    finally:
+        for future in pending:
+            future.cancel()
+
+
+def _result(future: Future[Result], task: Task, tries: int) -> Result | None:
+    """Return the run's result, or None if it should be tried again."""
+    try:
+        return future.result()
+    except BrokenExecutor as error:
+        msg = f"the executor broke down ({error}); all rows so far are kept, the same command goes on"
+        raise SweepError(msg) from error
+    except OSError as error:
+        msg = (
+            f"a worker's disk is full ({error}); all rows written so far are safe. Free some space there and "
+            "run the same command again: it goes on where it stopped"
+        )
+        raise ResultsError(msg) from error
+    except WorkerDiedError as error:
+        return None if tries < _TRIES else Result(failed_row(task, str(error)))
+    except TimeLimitError as error:
+        return Result(failed_row(task, str(error)))
+    except CancelledError as error:
+        msg = "the executor cancelled a run; all rows so far are kept, the same command goes on"
+        raise SweepError(msg) from error
+    except Exception as error:  # noqa: BLE001 - for instance a remote worker that died too often
+        return Result(failed_row(task, f"{type(error).__name__}: {' '.join(str(error).split())}"))
+
+
+@contextlib.contextmanager
+def _executor(
+    given: Executor | None, workers: int, timeout_s: float | None
+) -> Iterator[tuple[Executor, int]]:
+    if given is not None:
+        yield given, workers
+        return
+    local = LocalExecutor(workers, timeout_s=timeout_s)
+    try:
+        yield local, workers
+    except BaseException:
+        local.shutdown(cancel_futures=True)
+        raise
+    local.shutdown()
+
+
+def _is_missing(status: str | None, *, retry_failed: bool) -> bool:
+    return status is None or (retry_failed and status == c.STATUS_FAILED)
+
+
+def _processors() -> int:
+    return len(os.sched_getaffinity(0))
+
+
+def _manifest(sweep: Sweep, points: Sequence[Point], folder: Path) -> dict[str, Any]:
+    return {
+        "name": sweep.name,
+        "runs": len(points),
+        "base": dict(sweep.base),
+        "grid": {axis: list(values) for axis, values in sweep.grid.items()},
+        "include": [dict(rule) for rule in sweep.include],
+        "exclude": [dict(rule) for rule in sweep.exclude],
+        "folder": str(folder),
+        "command": shlex.join(["loopgate", *sys.argv[1:]]),
+        "versions": {name: metadata.version(name) for name in ("loopgate", "eclipse-sumo")},
+        "keys": [point.key for point in points],
+    }

@@ -1,0 +1,101 @@
+"""Networks and routes: what identifies them, and how they travel to another machine."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import zlib
+from dataclasses import dataclass
+from importlib import metadata
+from pathlib import Path
+
+from loopgate.errors import SweepError
+from loopgate.network.road import PACKAGED
+from loopgate.network.sumo_config import is_sumo_config, read_sumo_config
+
+__all__ = ["NamedFile", "PackedFile", "content_identity", "file_identity", "pack", "unpack"]
+
+
+@dataclass(frozen=True, slots=True)
+class NamedFile:
+    """A value of a scenario that may be a file."""
+
+    identity: str
+    """SHA-256 of the file's content; for a name, the name and the version of what it comes from."""
+    path: Path | None
+    """Where the file is, or None for a name that every machine resolves for itself."""
+
+
+@dataclass(frozen=True, slots=True)
+class PackedFile:
+    """A file as it travels with a run; a ``.sumocfg`` travels with the files that it names."""
+
+    identity: str
+    main: str
+    """The file itself, among the members."""
+    members: tuple[tuple[str, bytes], ...]
+    """Relative path and content, compressed by zlib: road networks are XML and shrink to about a tenth."""
+
+
+def file_identity(value: str, key: str, folder: Path) -> NamedFile:
+    """Find out what `value` of the scenario key `key` names.
+
+    Raises
+    ------
+    SweepError
+        If it looks like a file and is none.
+    """
+    if value.startswith(PACKAGED):
+        return NamedFile(f"{value}@{metadata.version('eclipse-sumo')}", None)
+    for path in (folder / value, Path(value)):
+        if path.is_file():
+            return NamedFile(content_identity(path), path.resolve())
+    msg = f"{key} {value}: there is no such file in {folder.resolve()} or in the working directory"
+    raise SweepError(msg)
+
+
+def content_identity(path: Path) -> str:
+    """Return the SHA-256 of a file's content, and of the contents of what it names.
+
+    Raises
+    ------
+    OSError
+        If a file cannot be read.
+    """
+    digests = [hashlib.sha256(member.read_bytes()).hexdigest() for member in _members(path)]
+    return digests[0] if len(digests) == 1 else hashlib.sha256("".join(digests).encode()).hexdigest()
+
+
+def pack(path: Path) -> PackedFile:
+    """Read a file for the journey.
+
+    Raises
+    ------
+    OSError
+        If a file cannot be read.
+    """
+    files = _members(path)
+    root = Path(os.path.commonpath([file.parent for file in files]))
+    members = tuple(
+        (file.relative_to(root).as_posix(), zlib.compress(file.read_bytes(), 6)) for file in files
+    )
+    return PackedFile(content_identity(path), members[0][0], members)
+
+
+def unpack(packed: PackedFile, folder: Path) -> Path:
+    """Write a file that has travelled into `folder`, under its own name, and return where it is."""
+    root = folder / packed.identity[:16]
+    for name, content in packed.members:
+        target = root / name
+        target.parent.mkdir(parents=True, exist_ok=True)
+        target.write_bytes(zlib.decompress(content))
+    return root / packed.main
+
+
+def _members(path: Path) -> list[Path]:
+    """Return the file and those without which it means nothing."""
+    path = path.resolve()
+    if not is_sumo_config(path):
+        return [path]
+    config = read_sumo_config(path)
+    return [path, *(p.resolve() for p in (config.net_file, *config.route_files, *config.additional_files))]

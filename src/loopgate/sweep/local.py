@@ -1,0 +1,202 @@
+"""An executor of fresh processes on this machine that survives the death of any of them."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import queue
+import signal
+import threading
+from collections.abc import Callable
+from concurrent.futures import Executor, Future
+from multiprocessing.connection import Connection
+from multiprocessing.context import SpawnProcess
+from typing import Any, ParamSpec, TypeVar
+
+from loopgate.errors import LoopgateError
+
+__all__ = ["LocalExecutor", "TimeLimitError", "WorkerDiedError"]
+
+P = ParamSpec("P")
+T = TypeVar("T")
+
+_Job = tuple[Future[Any], Callable[..., Any], tuple[Any, ...], dict[str, Any]]
+_RECYCLE_AFTER = 64  # calls; SUMO and the allocator give back less memory than they take
+
+
+class WorkerDiedError(LoopgateError):
+    """The process that ran a call ended without an answer."""
+
+
+class TimeLimitError(LoopgateError):
+    """A call took longer than the executor allows; its process was ended."""
+
+
+class LocalExecutor(Executor):
+    """Runs calls in `workers` spawned processes, one call at a time in each.
+
+    Unlike `concurrent.futures.ProcessPoolExecutor`, the death of a worker fails the call it was working on
+    and no other; the next call gets a new process. Workers end when this process does, however it ends.
+
+    Parameters
+    ----------
+    workers
+        Number of processes; default: the processors this process may use.
+    timeout_s
+        Longest wall time of a call [s]; a worker that takes longer is ended. Default: no limit.
+    """
+
+    def __init__(self, workers: int | None = None, *, timeout_s: float | None = None) -> None:
+        self.workers = workers or len(os.sched_getaffinity(0))
+        self._timeout_s = timeout_s
+        self._jobs: queue.Queue[_Job | None] = queue.Queue()
+        self._stop = threading.Event()
+        self._lanes = [_Lane(self._jobs, self._stop, timeout_s) for _ in range(self.workers)]
+        for lane in self._lanes:
+            lane.start()
+
+    def submit(self, fn: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> Future[T]:
+        """Queue a call; function, arguments and result must be picklable.
+
+        Raises
+        ------
+        RuntimeError
+            After `shutdown`.
+        """
+        if self._stop.is_set():
+            msg = "cannot schedule new calls after shutdown"
+            raise RuntimeError(msg)
+        future: Future[T] = Future()
+        self._jobs.put((future, fn, args, kwargs))
+        return future
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:  # noqa: FBT001, FBT002
+        """End the workers: after the calls in hand, or at once with `cancel_futures`."""
+        if cancel_futures:
+            self._stop.set()
+            while True:
+                try:
+                    job = self._jobs.get_nowait()
+                except queue.Empty:
+                    break
+                if job is not None:
+                    job[0].cancel()
+            for lane in self._lanes:
+                lane.kill()
+        for _ in self._lanes:
+            self._jobs.put(None)
+        if wait:
+            for lane in self._lanes:
+                lane.join()
+        self._stop.set()
+
+
+class _Lane(threading.Thread):
+    """A thread that owns one worker process and feeds it."""
+
+    def __init__(
+        self, jobs: queue.Queue[_Job | None], stop: threading.Event, timeout_s: float | None
+    ) -> None:
+        super().__init__(daemon=True)
+        self._jobs = jobs
+        self._stopping = stop
+        self._timeout_s = timeout_s
+        self._process: SpawnProcess | None = None
+        self._pipe: Connection | None = None
+        self._calls = 0
+
+    def run(self) -> None:
+        """Feed the worker until there is no more work."""
+        while (job := self._jobs.get()) is not None:
+            future, function, args, kwargs = job
+            if not future.set_running_or_notify_cancel():
+                continue
+            try:
+                answer, error = self._ask(function, args, kwargs)
+            except Exception as problem:  # noqa: BLE001 - whatever went wrong belongs to this call
+                self.kill()
+                answer, error = None, problem
+            if error is None:
+                future.set_result(answer)
+            else:
+                future.set_exception(error)
+        self._retire()
+
+    def kill(self) -> None:
+        """End the worker at once."""
+        if self._process is not None and self._process.is_alive():
+            self._process.kill()
+
+    def _ask(
+        self, function: Callable[..., Any], args: tuple[Any, ...], kwargs: dict[str, Any]
+    ) -> tuple[Any, BaseException | None]:
+        if self._stopping.is_set():
+            return None, WorkerDiedError("the executor was shut down")
+        if self._calls >= _RECYCLE_AFTER or self._process is None or not self._process.is_alive():
+            self._retire()
+            self._start()
+        assert self._pipe is not None  # noqa: S101 - for the type checker; _start has set it
+        assert self._process is not None  # noqa: S101 - as above
+        self._calls += 1
+        try:
+            self._pipe.send((function, args, kwargs))
+            if not self._pipe.poll(self._timeout_s):
+                self.kill()
+                self._process.join()
+                return None, TimeLimitError(
+                    f"ended after {self._timeout_s:g} s without a result (time limit)"
+                )
+            answer: tuple[Any, BaseException | None] = self._pipe.recv()
+        except (EOFError, ConnectionError):
+            self._process.join()
+            return None, WorkerDiedError(f"the worker process died ({_cause(self._process.exitcode)})")
+        return answer
+
+    def _start(self) -> None:
+        context = multiprocessing.get_context("spawn")
+        self._pipe, theirs = context.Pipe()
+        self._process = context.Process(target=_work, args=(theirs,), daemon=True)
+        self._process.start()
+        theirs.close()
+        self._calls = 0
+
+    def _retire(self) -> None:
+        if self._pipe is not None:
+            self._pipe.close()
+        if self._process is not None:
+            self._process.join()
+        self._process = self._pipe = None
+
+
+def _work(pipe: Connection) -> None:
+    """Answer calls until the other end of the pipe is closed (in the worker process)."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's to handle
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+    while True:
+        try:
+            function, args, kwargs = pipe.recv()
+        except EOFError:
+            return
+        try:
+            answer: tuple[Any, BaseException | None] = function(*args, **kwargs), None
+        except Exception as error:  # noqa: BLE001 - it travels to the caller
+            answer = None, error
+        try:
+            pipe.send(answer)
+        except BrokenPipeError:
+            return
+
+
+def _end_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
+
+
+def _cause(exitcode: int | None) -> str:
+    if exitcode is not None and exitcode < 0:
+        name = signal.Signals(-exitcode).name
+        hint = "; out of memory?" if -exitcode == signal.SIGKILL else ""
+        return f"signal {name}{hint}"
+    return f"exit code {exitcode}"

@@ -1,0 +1,17 @@
+"""The runner that simulates: a scenario's mapping in, a run folder out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from loopgate.simulation.run import run
+from loopgate.simulation.scenario import Scenario
+
+__all__ = ["run_scenario"]
+
+
+def run_scenario(scenario: Mapping[str, Any], out: Path) -> None:
+    """Simulate `scenario` and write its run folder to `out`."""
+    run(Scenario.from_dict(scenario), out, overwrite=True)

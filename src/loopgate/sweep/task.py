@@ -1,0 +1,190 @@
+"""One run of a sweep, as it is executed on a worker: pure data in, one row out.
+
+A task must be importable and picklable wherever a worker runs, so it names its runner by text.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import importlib
+import importlib.util
+import json
+import os
+import platform
+import shutil
+import socket
+import tempfile
+import threading
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from importlib import metadata
+from pathlib import Path
+from types import ModuleType
+from typing import Any, cast
+
+import pandas as pd
+
+from loopgate.analysis.rows import read_run_row
+from loopgate.errors import LoopgateError, SweepError
+from loopgate.results import row_columns as c
+from loopgate.sweep.description import Point
+from loopgate.sweep.files import PackedFile, content_identity, unpack
+from loopgate.sweep.memory import peak_memory_mb, reset_peak_memory
+
+__all__ = ["DEFAULT_RUNNER", "Result", "Runner", "Task", "execute", "failed_row", "load_runner"]
+
+Runner = Callable[[Mapping[str, Any], Path], object]
+"""Runs a scenario (its files are local paths) and fills the folder with what a run folder holds."""
+
+DEFAULT_RUNNER = "loopgate.sweep.simulate:run_scenario"
+
+_DISK_FULL = {errno.ENOSPC, errno.EDQUOT}
+_ONE_AT_A_TIME = threading.Lock()  # a process holds one simulation; a worker with threads must queue
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """A point of a sweep with its files, ready to travel."""
+
+    point: Point
+    runner: str = DEFAULT_RUNNER
+    """``module:function`` or ``file.py:function``."""
+    files: Mapping[str, PackedFile] = field(default_factory=dict)
+    attempt: int = 1
+    keep: Path | None = None
+    """Where to keep the run folder; default: nowhere, once its row is made."""
+
+
+@dataclass(frozen=True, slots=True)
+class Result:
+    """A row, and the edges it refers to (None for a failed run)."""
+
+    row: dict[str, Any]
+    edges: pd.DataFrame | None = None
+
+
+def execute(task: Task) -> Result:
+    """Run a task and return its row; an error of the run becomes a row with status ``failed``.
+
+    Raises
+    ------
+    OSError
+        If the worker's disk is full: that says nothing of the scenario, so it makes no row.
+    """
+    with _ONE_AT_A_TIME:
+        started = time.perf_counter()
+        reset_peak_memory()
+        try:
+            result = _run(task)
+        except Exception as error:
+            full = _disk_full(error)
+            if full is not None:
+                raise full from error
+            result = Result(failed_row(task, _describe(error)))
+        result.row[c.TOOK] = time.perf_counter() - started
+        result.row[c.PEAK_MEMORY] = peak_memory_mb()
+        result.row[c.WORKER] = f"{socket.gethostname()}:{os.getpid()}"
+        return result
+
+
+def _run(task: Task) -> Result:
+    runner = load_runner(task.runner)
+    with tempfile.TemporaryDirectory(prefix="loopgate-") as scratch:
+        scenario = dict(task.point.scenario)
+        places = {key: str(_locate(task, key, Path(scratch))) for key in task.files}
+        scenario |= places
+        out = Path(scratch) / "run"
+        if task.keep is not None:
+            shutil.rmtree(task.keep, ignore_errors=True)
+            out = task.keep
+        out.mkdir(parents=True)
+        try:
+            runner(scenario, out)
+        finally:
+            with contextlib.suppress(OSError):
+                out.rmdir()  # only if the run failed before it wrote anything
+        row, edges = read_run_row(out)
+    # The command that reproduces the run names the user's files, not the worker's.
+    names = {place: str(task.point.scenario[key]) for key, place in places.items()}
+    for place, name in {**names, str(out): f"out/{task.point.key}"}.items():
+        row[c.COMMAND] = (row.get(c.COMMAND) or "").replace(place, name) or None
+    return Result({**row, **_identity(task)}, edges)
+
+
+def _locate(task: Task, key: str, scratch: Path) -> Path:
+    """Return where a file of the scenario is: its own place if this machine has it there, else a copy."""
+    packed, path = task.files[key], task.point.files[key]
+    try:
+        if content_identity(path) == packed.identity:
+            return path
+    except (OSError, LoopgateError):
+        pass
+    return unpack(packed, scratch)
+
+
+def failed_row(task: Task, error: str) -> dict[str, Any]:
+    """Return the row of a run that came to nothing, for the reason given."""
+    return {**_identity(task), c.STATUS: c.STATUS_FAILED, c.ERROR: error}
+
+
+def _identity(task: Task) -> dict[str, Any]:
+    """Return the columns that are known before the run, what was asked for taking precedence."""
+    point = task.point
+    asked = {name: point.scenario[name] for name in c.OPTION_COLUMNS if point.scenario.get(name) is not None}
+    return {
+        **asked,
+        c.KEY: point.key,
+        c.ATTEMPT: task.attempt,
+        c.SCENARIO: json.dumps(dict(point.scenario), sort_keys=True, default=str),
+        c.NETWORK_HASH: point.hashes.get("network"),
+        c.ROUTES_HASH: point.hashes.get("routes"),
+        c.LOOPGATE_VERSION: metadata.version("loopgate"),
+        c.SUMO_VERSION: metadata.version("eclipse-sumo"),
+        c.PYTHON_VERSION: platform.python_version(),
+        c.FINISHED: datetime.now(UTC),
+    }
+
+
+def load_runner(name: str) -> Runner:
+    """Import the function that ``module:function`` or ``file.py:function`` names.
+
+    Raises
+    ------
+    SweepError
+        If there is no such module, file or function.
+    """
+    module_name, _, attribute = name.rpartition(":")
+    try:
+        module = (
+            _load_file(module_name) if module_name.endswith(".py") else importlib.import_module(module_name)
+        )
+        return cast("Runner", getattr(module, attribute))
+    except (ImportError, OSError, AttributeError, ValueError) as error:
+        msg = f"runner {name}: cannot be imported ({error}); expected module:function or file.py:function"
+        raise SweepError(msg) from error
+
+
+def _load_file(file: str) -> ModuleType:
+    spec = importlib.util.spec_from_file_location(Path(file).stem, file)
+    if spec is None or spec.loader is None:
+        msg = f"{file} is no Python file"
+        raise ImportError(msg)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def _describe(error: Exception) -> str:
+    text = " ".join(str(error).split())
+    return text if isinstance(error, LoopgateError) else f"{type(error).__name__}: {text}"
+
+
+def _disk_full(error: BaseException | None) -> OSError | None:
+    while error is not None:
+        if isinstance(error, OSError) and error.errno in _DISK_FULL:
+            return OSError(error.errno, error.strerror, error.filename)
+        error = error.__cause__ or error.__context__
+    return None

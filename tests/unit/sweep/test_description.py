@@ -1,0 +1,97 @@
+"""Sweep files: what they expand to, and how they are refused."""
+
+from pathlib import Path
+
+import pytest
+
+from loopgate.errors import SweepError
+from loopgate.sweep import Sweep, read_sweep
+
+
+def points(text: str, folder: Path) -> list[dict[str, object]]:
+    file = folder / "sweep.toml"
+    file.write_text(text, encoding="utf-8")
+    return [dict(point.scenario) for point in read_sweep(file).points()]
+
+
+def test_a_grid_is_every_combination_in_order(tmp_path: Path) -> None:
+    """The last axis runs fastest; a range includes both ends."""
+    text = '[base]\nnetwork = "sumo:DRT"\n[grid]\nvehicles = [5, 9]\nseed = { from = 0, to = 1 }'
+    assert points(text, tmp_path) == [
+        {"network": "sumo:DRT", "vehicles": n, "seed": s} for n in (5, 9) for s in (0, 1)
+    ]
+
+
+def test_exclude_leaves_out_and_include_adds(tmp_path: Path) -> None:
+    """An exclude needs all its keys; an include runs over the axes it does not set."""
+    text = """
+    [grid]
+    vehicles = [5, 9]
+    gate = ["a", "b"]
+    [[exclude]]
+    vehicles = [9, 10]
+    gate = "b"
+    [[include]]
+    vehicles = 20
+    duration_s = 7
+    """
+    found = [tuple(p.values()) for p in points(text, tmp_path)]
+    assert found == [(5, "a"), (5, "b"), (9, "a"), (20, "a", 7), (20, "b", 7)]
+
+
+def test_an_include_that_is_in_the_grid_already_is_one_run(tmp_path: Path) -> None:
+    """Equal scenarios are one run, also when a number is written 5.0."""
+    text = "[grid]\nvehicles = [5]\n[[include]]\nvehicles = 5.0"
+    assert len(points(text, tmp_path)) == 1
+
+
+def test_the_key_follows_the_content_of_files_and_not_their_place(tmp_path: Path) -> None:
+    """Another place, the same run; another content, another run."""
+    (tmp_path / "a").mkdir()
+    for name, content in (("a/n.net.xml", "<net/>"), ("m.net.xml", "<net/>"), ("k.net.xml", "<net></net>")):
+        (tmp_path / name).write_text(content, encoding="utf-8")
+    keys = [
+        Sweep("s", {"network": name}, {"seed": [1]}, folder=tmp_path).points()[0].key
+        for name in ("a/n.net.xml", "m.net.xml", "k.net.xml")
+    ]
+    assert keys[0] == keys[1] != keys[2]
+
+
+def test_the_key_is_stable() -> None:
+    """Rows made by earlier versions are found again: this key must never change."""
+    point = Sweep("s", {"vehicles": 5, "gate": "open"}, {"seed": [1], "rho_m": [1.25]}).points()[0]
+    assert point.key == "c46e58f2b81d1b5f"
+
+
+def test_the_base_can_come_from_a_scenario_file(tmp_path: Path) -> None:
+    """The base goes above the scenario; paths in the scenario are relative to it."""
+    (tmp_path / "s").mkdir()
+    (tmp_path / "s" / "n.net.xml").write_text("<net/>", encoding="utf-8")
+    (tmp_path / "s" / "base.toml").write_text(
+        'network = "n.net.xml"\nseed = 1\nvehicles = 3', encoding="utf-8"
+    )
+    text = 'scenario = "s/base.toml"\n[base]\nvehicles = 4\n[grid]\ngate = ["a"]'
+    assert points(text, tmp_path) == [
+        {"network": str(tmp_path / "s" / "n.net.xml"), "seed": 1, "vehicles": 4, "gate": "a"}
+    ]
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("grid = 3", "grid is 3; expected a table"),
+        ("[grid]\nvehicles = 3", "grid: vehicles is 3; expected a list of values, or a range"),
+        ("[grid]\nseed = { from = 1 }", "a range is { from = 0, to = 4 }"),
+        ("[grd]\nseed = [1]", "unknown key 'grd'; known are base, exclude"),
+        ("[grid]\nseed = []", "the sweep has no runs"),
+        ("[grid]\nseed = [1]\n[[exclude]]\nseeds = 1", "exclude names seeds, which is no axis"),
+        ('[base]\nnetwork = "no.net.xml"\n[grid]\nseed = [1]', "network no.net.xml: there is no such file"),
+        ("[grid", "sweep.toml: not a TOML file"),
+        ("[include]\nseed = 1\n[grid]\nseed = [1]", r"write it as \[\[include\]\]"),
+        ('scenario = "no.toml"', "no.toml: cannot read the file"),
+    ],
+)
+def test_what_means_nothing_is_refused(text: str, message: str, tmp_path: Path) -> None:
+    """The error names the file or the sweep, and what was expected."""
+    with pytest.raises(SweepError, match=message):
+        points(text, tmp_path)
