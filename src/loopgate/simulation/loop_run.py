@@ -12,7 +12,7 @@ from loopgate.simulation.engine import Engine
 from loopgate.simulation.watch import Deadlock, Watch
 from loopgate.traffic.base import Traffic
 
-__all__ = ["Course", "drive"]
+__all__ = ["Course", "Mishaps", "Tick", "drive", "note_deadlock"]
 
 _WATCH_EVERY_S = 10.0
 
@@ -45,6 +45,10 @@ class Course:
     total_s: float = 0.0
 
 
+Tick = Callable[[float, Course], None]
+"""Called every ten simulated seconds with the simulated time [s] and the course so far."""
+
+
 def drive(
     engine: Engine,
     traffic: Traffic,
@@ -54,7 +58,7 @@ def drive(
     duration_s: float,
     warmup_s: float,
     on_deadlock: str,
-    tick: Callable[[float, Course], None],
+    tick: Tick,
 ) -> Course:
     """Run until the time is over, a deadlock ends the run, or the user interrupts.
 

@@ -29,9 +29,12 @@ from loopgate.results.columns import (
     VEHICLE_COLUMNS,
 )
 from loopgate.results.recorder import read_events
+from loopgate.simulation.gatekeeper import Gatekeeper
+from loopgate.simulation.loop_run import Course
+from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.watch import Deadlock
 
-__all__ = ["EVENTS", "Folder", "Tally", "versions"]
+__all__ = ["EVENTS", "SCENARIO", "SUMO_LOG", "SYSTEM", "Folder", "Tally", "summary"]
 
 EVENTS = "events.parquet"
 VEHICLES = "vehicles.parquet"
@@ -121,22 +124,81 @@ class Folder:
         (self / SUMMARY).write_text(json.dumps(summary, indent=1) + "\n", encoding="utf-8")
 
 
-def versions() -> dict[str, str]:
-    """Return the versions that a result depends on."""
+def summary(
+    scenario: Scenario,
+    course: Course,
+    tallies: Sequence[Tally],
+    *,
+    loops: int,
+    folder: Folder,
+    keeper: Gatekeeper | None = None,
+    findings: Sequence[str] = (),
+    warnings: Sequence[str] = (),
+) -> dict[str, Any]:
+    """Return what ``summary.json`` holds.
+
+    Parameters
+    ----------
+    scenario, course, tallies
+        What was run, how it went, what the vehicles did.
+    loops
+        Number of loops.
+    folder
+        Where the results are, for the command that repeats the run.
+    keeper
+        The gatekeeper of a gated run.
+    findings
+        What the audit of a gated run found.
+    warnings
+        The abstraction's.
+    """
+    duration = max(0.0, course.end_s - course.begin_s)
+    none = {"median": 0.0, "p99": 0.0, "max": 0.0}
+    return {
+        "network": scenario.network,
+        "abstraction": scenario.abstraction,
+        "gate": scenario.gate,
+        "negotiation": scenario.negotiation if keeper else "",
+        "lights": scenario.rule_for_lights,
+        "seed": scenario.seed,
+        "vehicles": len(tallies),
+        "loops": loops,
+        "duration_s": round(duration, 3),
+        **_traffic_figures(tallies, duration),
+        "outcome": course.outcome,
+        "deadlocks": [_deadlock_figures(deadlock) for deadlock in course.deadlocks],
+        "collisions": course.collisions,
+        "teleports": course.teleports,
+        "decisions": keeper.decision_us.count if keeper else 0,
+        "refusals": dict(sorted(keeper.refusals.items())) if keeper else {},
+        "stages": dict(sorted(keeper.stages.items())) if keeper else {},
+        "messages": keeper.messages if keeper else 0,
+        "decision_us": keeper.decision_us.summary() if keeper else none,
+        "wall_s": {
+            "sumo": round(course.sumo_s, 3),
+            "gate": round(course.total_s - course.sumo_s, 3),
+            "total": round(course.total_s, 3),
+        },
+        "audit": (list(findings) or "clean") if keeper else "not gated",
+        "warnings": list(warnings),
+        "versions": _versions(),
+        "command": scenario.command(str(folder.path)),
+    }
+
+
+def _versions() -> dict[str, str]:
     return {name: version(name) for name in ("loopgate", "eclipse-sumo", "libsumo")}
 
 
-def traffic_figures(tallies: Sequence[Tally], duration_s: float) -> dict[str, Any]:
-    """Return the figures of ``summary.json`` that come from the vehicles' tallies."""
+def _traffic_figures(tallies: Sequence[Tally], duration_s: float) -> dict[str, Any]:
     laps = sum(t.laps for t in tallies)
     km = sum(t.distance_m for t in tallies) / 1000.0
     hours = duration_s / 3600.0
+    vehicle_s = len(tallies) * duration_s
     return {
         "laps": laps,
         "distance_km": round(km, 6),
-        "mean_speed_mps": round(km * 1000.0 / (len(tallies) * duration_s), 6)
-        if tallies and hours > 0
-        else 0.0,
+        "mean_speed_mps": round(km * 1000.0 / vehicle_s, 6) if vehicle_s > 0 else 0.0,
         "laps_per_h": round(laps / hours, 6) if hours > 0 else 0.0,
         "km_per_h": round(km / hours, 6) if hours > 0 else 0.0,
         "hold_s": round(sum(t.hold_s for t in tallies), 3),
@@ -145,14 +207,10 @@ def traffic_figures(tallies: Sequence[Tally], duration_s: float) -> dict[str, An
     }
 
 
-def deadlock_figures(deadlocks: Sequence[Deadlock]) -> list[dict[str, Any]]:
-    """Return the deadlocks as ``summary.json`` lists them."""
-    return [
-        {
-            "at_s": deadlock.at_s,
-            "vehicles": list(deadlock.vehicles),
-            "places": list(deadlock.places),
-            "held_up": deadlock.held_up,
-        }
-        for deadlock in deadlocks
-    ]
+def _deadlock_figures(deadlock: Deadlock) -> dict[str, Any]:
+    return {
+        "at_s": deadlock.at_s,
+        "vehicles": list(deadlock.vehicles),
+        "places": list(deadlock.places),
+        "held_up": deadlock.held_up,
+    }

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Callable
 from pathlib import Path
 from random import Random
 from time import perf_counter
@@ -13,12 +12,14 @@ from loopgate.audit import audit_events
 from loopgate.gates import make_gate
 from loopgate.model import write_system
 from loopgate.negotiation.registry import make_negotiation
+from loopgate.network.sumo_config import is_sumo_config
 from loopgate.results.recorder import Recorder, read_events
 from loopgate.simulation import outcome
+from loopgate.simulation.as_is import run_as_is
 from loopgate.simulation.assembly import Assembly, assemble
 from loopgate.simulation.engine import Engine
 from loopgate.simulation.gatekeeper import Gatekeeper
-from loopgate.simulation.loop_run import Course, drive
+from loopgate.simulation.loop_run import Course, Tick, drive
 from loopgate.simulation.outcome import Folder, Tally
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.sumo_input import write_sumo_input
@@ -26,10 +27,7 @@ from loopgate.simulation.sumo_start import plain_options, start_traffic
 from loopgate.simulation.watch import Watch
 from loopgate.traffic.base import Traffic
 
-__all__ = ["Tick", "run"]
-
-Tick = Callable[[float, Course], None]
-"""Called every ten simulated seconds with the simulated time [s] and the course so far."""
+__all__ = ["run"]
 
 
 def run(
@@ -72,6 +70,9 @@ def run(
 
 
 def _run(scenario: Scenario, folder: Folder, tick: Tick | None, backend: str) -> dict[str, Any]:
+    tick = tick or (lambda _now, _course: None)
+    if is_as_is(scenario):
+        return run_as_is(scenario, folder, tick, backend)
     began = perf_counter()
     assembly = assemble(scenario)
     keeper = _gatekeeper(scenario, assembly)
@@ -97,7 +98,7 @@ def _run(scenario: Scenario, folder: Folder, tick: Tick | None, backend: str) ->
             duration_s=scenario.duration_s,
             warmup_s=scenario.warmup_s,
             on_deadlock=scenario.on_deadlock,
-            tick=tick or (lambda _now, _course: None),
+            tick=tick,
         )
         tallies = _tallies(engine, traffic, watch, course)
     finally:
@@ -108,6 +109,12 @@ def _run(scenario: Scenario, folder: Folder, tick: Tick | None, backend: str) ->
     summary["wall_s"]["total"] = round(perf_counter() - began, 3)
     folder.write_summary(summary)
     return summary
+
+
+def is_as_is(scenario: Scenario) -> bool:
+    """Return whether a configuration's own vehicles are run, and not loops: a ``.sumocfg`` under ``open``."""
+    loops = scenario.routes or scenario.loops or scenario.vehicles
+    return is_sumo_config(scenario.network) and not scenario.gated and not loops
 
 
 def _gatekeeper(scenario: Scenario, assembly: Assembly) -> Gatekeeper | None:
@@ -159,36 +166,16 @@ def _summary(
         events = read_events(folder / outcome.EVENTS)
         laps = {tally.vehicle: tally.laps for tally in tallies}
         findings = [finding.text for finding in audit_events(events, keeper.system, laps=laps)]
-    return {
-        "network": scenario.network,
-        "abstraction": scenario.abstraction,
-        "gate": scenario.gate,
-        "negotiation": scenario.negotiation if keeper else "",
-        "lights": scenario.rule_for_lights,
-        "seed": scenario.seed,
-        "vehicles": len(tallies),
-        "loops": len(assembly.loops),
-        "duration_s": round(duration, 3),
-        **outcome.traffic_figures(tallies, duration),
-        "outcome": course.outcome,
-        "deadlocks": outcome.deadlock_figures(course.deadlocks),
-        "collisions": course.collisions,
-        "teleports": course.teleports,
-        "decisions": keeper.decision_us.count if keeper else 0,
-        "refusals": dict(sorted(keeper.refusals.items())) if keeper else {},
-        "stages": dict(sorted(keeper.stages.items())) if keeper else {},
-        "messages": keeper.messages if keeper else 0,
-        "decision_us": keeper.decision_us.summary() if keeper else {"median": 0.0, "p99": 0.0, "max": 0.0},
-        "wall_s": {
-            "sumo": round(course.sumo_s, 3),
-            "gate": round(course.total_s - course.sumo_s, 3),
-            "total": round(course.total_s, 3),
-        },
-        "audit": "clean" if keeper and not findings else findings if keeper else "not gated",
-        "warnings": list(assembly.abstraction.warnings) if assembly.abstraction else [],
-        "versions": outcome.versions(),
-        "command": scenario.command(str(folder.path)),
-    }
+    return outcome.summary(
+        scenario,
+        course,
+        tallies,
+        loops=len(assembly.loops),
+        folder=folder,
+        keeper=keeper,
+        findings=findings,
+        warnings=assembly.abstraction.warnings if assembly.abstraction else (),
+    )
 
 
 def _shape(assembly: Assembly, edge: str) -> str:

@@ -100,6 +100,14 @@ class Traffic(Protocol):
         """
         ...
 
+    def expects_more(self) -> bool:
+        """Return whether there are vehicles on the road or still to come."""
+        ...
+
+    def configured_end_s(self) -> float | None:
+        """Return the end time that the simulator's own configuration sets, if any [s]."""
+        ...
+
     def close(self) -> None:
         """End the simulation and free it; may be called twice."""
         ...

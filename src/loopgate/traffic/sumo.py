@@ -152,6 +152,15 @@ class SumoTraffic:
                 return skipped
         return None
 
+    def expects_more(self) -> bool:
+        """Return whether there are vehicles on the road or still to come."""
+        return bool(self._simulation.getMinExpectedNumber() > 0)
+
+    def configured_end_s(self) -> float | None:
+        """Return the configuration's end time, which SUMO itself ignores when it is controlled [s]."""
+        end = float(self._simulation.getEndTime())
+        return end if end >= 0 else None
+
     def close(self) -> None:
         """End the simulation."""
         if self._running:

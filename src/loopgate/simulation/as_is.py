@@ -1,0 +1,121 @@
+"""A SUMO configuration run as it is, with the watch on: gridlock recognised, named, and the run ended."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+from xml.etree import ElementTree as ET
+
+from loopgate.network import read_sumo_config
+from loopgate.results.recorder import Recorder
+from loopgate.simulation import outcome
+from loopgate.simulation.loop_run import Course, Mishaps, Tick, note_deadlock
+from loopgate.simulation.outcome import Folder, Tally
+from loopgate.simulation.scenario import Scenario
+from loopgate.simulation.sumo_start import plain_options, start_traffic
+from loopgate.simulation.watch import Watch
+from loopgate.traffic.base import Traffic
+
+__all__ = ["run_as_is"]
+
+_WATCH_EVERY_S = 10.0
+_TRIPS = "tripinfo.xml"
+
+
+def run_as_is(scenario: Scenario, folder: Folder, tick: Tick, backend: str) -> dict[str, Any]:
+    """Run the configuration's own vehicles under SUMO's own rules; return what ``summary.json`` holds.
+
+    The run ends with the configuration's own end, when its last vehicle has arrived, after the scenario's
+    duration, or in a deadlock. Options that hide trouble are off (see `plain_options`); all else is as the
+    configuration says. Vehicles may come and go; each trip is a row of ``vehicles.parquet``, with no loop
+    and no laps.
+
+    Parameters
+    ----------
+    scenario
+        Its network is a ``.sumocfg``, its gate ``open``.
+    folder, tick, backend
+        As for `loopgate.simulation.run.run`.
+    """
+    began = perf_counter()
+    config = read_sumo_config(scenario.network)
+    scenario.write(folder / outcome.SCENARIO)
+    log = folder / outcome.SUMO_LOG
+    trips = folder / _TRIPS
+    options = [
+        *("--configuration-file", str(config.file)),
+        *plain_options(scenario, log),
+        *("--tripinfo-output", str(trips)),
+        "--tripinfo-output.write-unfinished",
+    ]
+    traffic = start_traffic(options, backend=backend, log=log)
+    recorder = Recorder(folder / outcome.EVENTS)
+    course = Course(begin_s=traffic.now_s)
+    watch = Watch(traffic, after_s=scenario.deadlock_after_s)
+    standing: dict[str, float] = {}
+    try:
+        _drive(scenario, traffic, watch, recorder, course, tick)
+        standing = {vehicle: watch.standing_s(vehicle) for vehicle in traffic.vehicles()}
+    except KeyboardInterrupt:
+        course.outcome = "interrupted"
+    finally:
+        course.end_s = traffic.now_s
+        recorder.close()
+        traffic.close()
+    course.total_s = perf_counter() - began
+    duration = course.end_s - course.begin_s
+    tallies = _trips(trips, standing)
+    folder.write_vehicles(tallies, duration)
+    folder.write_edges([], begin_s=course.begin_s, end_s=max(course.end_s, course.begin_s + 1.0))
+    summary = outcome.summary(scenario, course, tallies, loops=0, folder=folder)
+    folder.write_summary(summary)
+    return summary
+
+
+def _drive(
+    scenario: Scenario, traffic: Traffic, watch: Watch, recorder: Recorder, course: Course, tick: Tick
+) -> None:
+    mishaps = Mishaps(traffic, recorder, course)
+    configured = traffic.configured_end_s()
+    end = course.begin_s + scenario.duration_s
+    if configured is not None:
+        end = min(end, configured)
+    next_watch = course.begin_s + _WATCH_EVERY_S
+    while traffic.now_s < end and traffic.expects_more():
+        begin = perf_counter()
+        traffic.step()
+        course.sumo_s += perf_counter() - begin
+        mishaps.note()
+        if traffic.now_s < next_watch:
+            continue
+        next_watch += _WATCH_EVERY_S
+        tick(traffic.now_s, course)
+        deadlock = watch.check()
+        if deadlock is None:
+            continue
+        note_deadlock(deadlock, course, recorder)
+        if scenario.on_deadlock == "stop":
+            return
+        if scenario.on_deadlock == "teleport":
+            next((v for v in deadlock.vehicles if traffic.jump(v) is not None), None)
+
+
+def _trips(file: Path, standing: dict[str, float]) -> list[Tally]:
+    try:
+        top = ET.parse(file).getroot()  # noqa: S314  SUMO has just written it
+    except (OSError, ET.ParseError):
+        return []  # interrupted before SUMO could finish it
+    return [
+        Tally(
+            vehicle=trip.get("id", ""),
+            loop="",
+            loop_length_m=0.0,
+            laps=0,
+            distance_m=float(trip.get("routeLength", "0")),
+            hold_s=float(trip.get("stopTime", "0")),
+            longest_wait_s=0.0,
+            standing_s=standing.get(trip.get("id", ""), 0.0),
+        )
+        for trip in top.iter("tripinfo")
+    ]
