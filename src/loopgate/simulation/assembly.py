@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from random import Random
 
 from loopgate.abstraction.itinerary import Abstraction
+from loopgate.abstraction.segments import make_segments
+from loopgate.abstraction.sharing import SharingBound
 from loopgate.errors import ScenarioError
 from loopgate.network import Loop, RoadNetwork, VehicleType, read_loops
 from loopgate.network.generate import generate_loops
 from loopgate.network.sumo_config import is_sumo_config
+from loopgate.network.vehicle_type import DEFAULT_TYPE
 from loopgate.simulation.placing import spread
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.sumo_input import Start
@@ -49,7 +52,8 @@ def assemble(scenario: Scenario) -> Assembly:
     """Read the network and the loops, build the abstraction, place the vehicles.
 
     The loops and starting places depend on the loops' seed and the seed, not on the gate, so that gates
-    are compared on the same vehicles.
+    are compared on the same vehicles. Under ``open`` there may be more vehicles than the abstraction
+    allows; they are then spread over the loops without it.
 
     Raises
     ------
@@ -57,65 +61,97 @@ def assemble(scenario: Scenario) -> Assembly:
         If any part does not fit; the text says which.
     """
     network = RoadNetwork.open(scenario.network)
-    loops, types = _vehicles(scenario, network)
-    abstraction = _abstraction(scenario, network, loops, types)
+    vehicles = _vehicles(scenario, network)
+    loops = [vehicle.loop for vehicle in vehicles]
+    abstraction = None
+    if scenario.gated or scenario.abstraction != "segments" or len({loop.id for loop in loops}) == len(loops):
+        abstraction = _abstraction(scenario, vehicles)
     if abstraction is None:
-        fronts: Sequence[float] = spread(loops, types, Random(scenario.seed))
-        names = [f"v{number}" for number in range(len(loops))]
+        kinds = [vehicle.type for vehicle in vehicles]
+        fronts = dict(enumerate(spread(loops, kinds, Random(scenario.seed))))
     else:
-        fronts = abstraction.starts_m
-        names = [robot.id for robot in abstraction.system.robots]
+        fronts = dict(enumerate(abstraction.starts_m))
     starts = tuple(
-        Start(name, loop, front, kind)
-        for name, loop, front, kind in zip(names, loops, fronts, types, strict=True)
+        Start(vehicle.id, vehicle.loop, fronts[number], vehicle.type)
+        for number, vehicle in enumerate(vehicles)
     )
     if abstraction is None or not scenario.gated:
         tracks = tuple(make_track(network, start) for start in starts)
     else:
+        robots = abstraction.system.robots
         tracks = tuple(
             make_track(network, start, itinerary, robot.start)
-            for start, itinerary, robot in zip(
-                starts, abstraction.itineraries, abstraction.system.robots, strict=True
-            )
+            for start, itinerary, robot in zip(starts, abstraction.itineraries, robots, strict=True)
         )
-    unique = tuple({loop.id: loop for loop in loops}.values())
-    return Assembly(network, unique, starts, tracks, abstraction)
+    return Assembly(network, tuple({loop.id: loop for loop in loops}.values()), starts, tracks, abstraction)
 
 
-def _vehicles(scenario: Scenario, network: RoadNetwork) -> tuple[list[Loop], list[VehicleType]]:
-    """Return loop and type of each vehicle."""
-    if scenario.routes or is_sumo_config(scenario.network):
-        file = read_loops(network, scenario.routes or scenario.network)
-        loops = list(file.loops)
-        by_name = {loop.id: loop for loop in loops}
-        kinds: dict[str, VehicleType] = {}
-        for vehicle in file.vehicles:
-            kinds.setdefault(vehicle.loop, vehicle.type)
-        default = next(iter(file.types.values()), VehicleType())
-        if file.vehicles and not scenario.vehicles:
-            return [by_name[v.loop] for v in file.vehicles], [v.type for v in file.vehicles]
-        types = [kinds.get(loop.id, default) for loop in loops]
-    else:
+@dataclass(frozen=True, slots=True)
+class _Vehicle:
+    id: str
+    loop: Loop
+    type: VehicleType
+    depart_m: float | None = None
+
+
+def _vehicles(scenario: Scenario, network: RoadNetwork) -> list[_Vehicle]:
+    """Return the vehicles: those of the route file, unless a number of them is asked for."""
+    if not scenario.routes and not is_sumo_config(scenario.network):
         count = scenario.loops or min(scenario.vehicles, _MOST_LOOPS)
         if not count:
             msg = "no loops: give a route file (routes), a number of random loops (loops), or vehicles"
             raise ScenarioError(msg)
-        loops = list(_random_loops(scenario, network, count))
-        types = [VehicleType()] * len(loops)
-    number = scenario.vehicles or len(loops)
-    chosen = [i % len(loops) for i in range(number)]
-    return [loops[i] for i in chosen], [types[i] for i in chosen]
+        return _round_robin(_random_loops(scenario, network, count), {}, DEFAULT_TYPE, scenario.vehicles)
+    file = read_loops(network, scenario.routes or scenario.network)
+    if file.vehicles and not scenario.vehicles:
+        by_name = {loop.id: loop for loop in file.loops}
+        return [_Vehicle(v.id, by_name[v.loop], v.type, v.depart_m) for v in file.vehicles]
+    kinds: dict[str, VehicleType] = {}
+    for vehicle in file.vehicles:
+        kinds.setdefault(vehicle.loop, vehicle.type)
+    default = next(iter(file.types.values()), DEFAULT_TYPE)
+    return _round_robin(file.loops, kinds, default, scenario.vehicles)
+
+
+def _round_robin(
+    loops: Sequence[Loop], kinds: Mapping[str, VehicleType], default: VehicleType, vehicles: int
+) -> list[_Vehicle]:
+    numbers = range(vehicles or len(loops))
+    chosen = [loops[i % len(loops)] for i in numbers]
+    return [
+        _Vehicle(f"v{i + 1}", loop, kinds.get(loop.id, default))
+        for i, loop in zip(numbers, chosen, strict=True)
+    ]
 
 
 def _random_loops(scenario: Scenario, network: RoadNetwork, count: int) -> Sequence[Loop]:
-    return generate_loops(network, count, length_m=scenario.loop_length_m, seed=scenario.loops_seed)
+    bound = None
+    if scenario.max_shared < 1.0:
+        bound = SharingBound(network, scenario.max_shared, rho_m=scenario.rho_m).admits
+    return generate_loops(
+        network, count, length_m=scenario.loop_length_m, seed=scenario.loops_seed, admits=bound
+    )
 
 
-def _abstraction(
-    scenario: Scenario, network: RoadNetwork, loops: Sequence[Loop], types: Sequence[VehicleType]
-) -> Abstraction | None:
-    del network, loops, types
-    if scenario.gated:
-        msg = f"gate {scenario.gate}: no abstraction is built yet"
+def _abstraction(scenario: Scenario, vehicles: Sequence[_Vehicle]) -> Abstraction:
+    if scenario.abstraction == "queues":
+        msg = "abstraction queues: not built yet"
         raise ScenarioError(msg)
-    return None
+    loops = [vehicle.loop for vehicle in vehicles]
+    unique = len({loop.id for loop in loops})
+    if unique < len(loops):
+        msg = (
+            f"abstraction segments: {len(loops)} vehicles on {unique} loops, but a path has one robot only "
+            f"(assumption 3): take at most {unique} vehicles, more loops, or --abstraction queues"
+        )
+        raise ScenarioError(msg)
+    return make_segments(
+        loops,
+        rho_m=scenario.rho_m,
+        vehicle_length_m=max(vehicle.type.length_m for vehicle in vehicles),
+        min_gap_m=max(vehicle.type.min_gap_m for vehicle in vehicles),
+        piece_m=scenario.piece_m,
+        seed=scenario.seed,
+        names=[vehicle.id for vehicle in vehicles],
+        starts_m={v.id: v.depart_m for v in vehicles if v.depart_m is not None},
+    )

@@ -39,9 +39,10 @@ class Start:
 def write_sumo_input(starts: Sequence[Start], folder: Path) -> list[str]:
     """Write the additional file for `starts` into `folder` and return the SUMO options that load it.
 
-    A vehicle's first route leads from its start to an edge of its loop that the loop passes once; a
-    rerouter on that edge gives it the whole round, which ends on the same edge, again and again. So routes
-    keep a constant length however long the vehicle drives. Each loop has vehicle types of its own, since a
+    A vehicle's first route leads from its start past an edge of its loop that the loop passes once; a
+    rerouter on that edge gives it two rounds that end on the same edge, again and again. So routes keep a
+    constant length however long the vehicle drives, and there is always a whole round of it ahead, on which
+    the vehicle can be held. Each loop has vehicle types of its own, since a
     rerouter is bound to vehicles by their type.
 
     Raises
@@ -60,7 +61,8 @@ def write_sumo_input(starts: Sequence[Start], folder: Path) -> list[str]:
             ET.SubElement(top, "vType", {**start.type.attributes, "id": kinds[key]})
     for loop in loops.values():
         pivot = _pivot(loop)
-        edges = loop.edges[pivot:] + loop.edges[: pivot + 1]
+        once = loop.edges[pivot:] + loop.edges[:pivot]
+        edges = (*once, *once, once[0])
         ET.SubElement(top, "route", id=f"round@{loop.id}", edges=" ".join(edges))
         types = " ".join(kind for (name, _), kind in kinds.items() if name == loop.id)
         rerouter = ET.SubElement(
@@ -79,12 +81,11 @@ def write_sumo_input(starts: Sequence[Start], folder: Path) -> list[str]:
 def _add_vehicle(top: ET.Element, start: Start, kind: str) -> None:
     loop = start.loop
     place = loop.locate(start.front_m)
-    pivot = _pivot(loop)
     numbers = [
         i for i, begin in enumerate(_edge_begins(loop)) if begin <= start.front_m % loop.length_m + 1e-6
     ]
     here = numbers[-1]
-    ahead = _until(loop.edges, here, pivot)
+    ahead = loop.edges[here:] + loop.edges * 2 + loop.edges[: _pivot(loop) + 1]
     vehicle = ET.SubElement(
         top,
         "vehicle",
@@ -97,12 +98,6 @@ def _add_vehicle(top: ET.Element, start: Start, kind: str) -> None:
         insertionChecks="none",
     )
     ET.SubElement(vehicle, "route", edges=" ".join(ahead))
-
-
-def _until(edges: Sequence[str], here: int, pivot: int) -> tuple[str, ...]:
-    if here < pivot:
-        return tuple(edges[here : pivot + 1])
-    return (*edges[here:], *edges[: pivot + 1])
 
 
 def _edge_begins(loop: Loop) -> list[float]:

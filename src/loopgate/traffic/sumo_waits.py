@@ -80,7 +80,9 @@ class RoadWaits:
 
     def _blocks(self, foe: Sequence[Any]) -> bool:
         """Return whether a foe's body is where the two ways conflict, and the asker has not passed there."""
-        within: bool = foe[_FOE_TO_CONFLICT] <= 0.0 < foe[_FOE_PAST_CONFLICT] + self._vehicle.getLength(foe[_FOE])
+        within: bool = (
+            foe[_FOE_TO_CONFLICT] <= 0.0 < foe[_FOE_PAST_CONFLICT] + self._vehicle.getLength(foe[_FOE])
+        )
         return within and bool(foe[_EGO_PAST_CONFLICT] > 0.0)
 
     def _over(self, links: Sequence[Sequence[Any]]) -> float:
