@@ -28,12 +28,16 @@ def explore(file: Path, gate: str, *, witness: bool, as_json: bool, plain: bool,
     """Explore the system in FILE exhaustively from its start, under a gate."""
     from loopgate.gates import make_gate
     from loopgate.model import read_system
+    from loopgate.untimed import explore as explore_fast
     from loopgate.untimed import explore_plainly
 
     system = read_system(file)
     with show_progress("configurations") as report:
-        del plain, memory_gb
-        found = explore_plainly(system, make_gate(gate, system), witness=witness, progress=report)
+        made = make_gate(gate, system)
+        if plain:
+            found = explore_plainly(system, made, witness=witness, progress=report)
+        else:
+            found = explore_fast(system, made, witness=witness, memory_gb=memory_gb, progress=report)
     data: dict[str, Any] = found.as_dict()
     if witness:
         data["witness"] = None

@@ -53,6 +53,7 @@ class Algorithm2Gate:
             if not isinstance(value, int) or isinstance(value, bool) or value < 1:
                 msg = f"gate algorithm2: {name} is {value!r}; expected a whole number from 1 up"
                 raise GateError(msg)
+        self.lookahead = lookahead
         self._system = system
         self._search = CircuitSearch(system, lookahead=lookahead, budget=budget)
 

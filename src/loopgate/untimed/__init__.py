@@ -2,6 +2,7 @@
 
 from loopgate.untimed.checking import verify_everywhere, verify_walks
 from loopgate.untimed.exploration import Exploration, ExplorationLimitError, Witness
+from loopgate.untimed.native import explore
 from loopgate.untimed.plain import explore_plainly
 from loopgate.untimed.variety import any_shape, any_system
 from loopgate.untimed.verification import Counterexample, Verification
@@ -14,6 +15,7 @@ __all__ = [
     "Witness",
     "any_shape",
     "any_system",
+    "explore",
     "explore_plainly",
     "verify_everywhere",
     "verify_walks",

@@ -62,7 +62,7 @@ def test_witness_of_a_bad_start_has_no_moves() -> None:
     """If the start is not live, nothing has to be admitted for it."""
     system = instance("fig2b")
     found = explore_plainly(system, make_gate("banker", system), witness=True)
-    assert found.witness == Witness("unsafe", (), ("s1", "s3", "s4", "s5"))
+    assert found.witness == Witness("unsafe", (), tuple(map(StateId, ("s1", "s3", "s4", "s5"))))
     assert found.unsafe_admitted == 0
 
 

@@ -1,0 +1,166 @@
+"""The inner loops of the compiled exploration under a gate, and of the search for higher-order deadlocks."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from loopgate.untimed.kernel_circuits import all_live
+from loopgate.untimed.kernels import clear, shared_cycle, single_cycle, unpack
+from loopgate.untimed.table import KEY_PART, LIVE, VISITED, has_flag, set_flag
+
+__all__ = ["ALGORITHM2", "BANKER", "COLLISION", "expand_gated", "higher_order_keys"]
+
+Words = NDArray[np.uint64]
+Numbers = NDArray[np.int64]
+
+COLLISION: Final = 0
+BANKER: Final = 1
+ALGORITHM2: Final = 2
+
+_NONE = np.uint64(0)
+_ONE = np.uint64(1)
+
+
+@njit(cache=True, inline="always")
+def _is_safe_walk(robot: int, q: int, after: Numbers, state: Numbers, room: Numbers, count: Numbers) -> bool:
+    """Return whether all states from position `q` to the next private one have room."""
+    while q >= 0:
+        s = state[robot, q]
+        if s < 0:
+            return True
+        if count[s] >= room[s]:
+            return False
+        q = after[robot, q]
+    return False
+
+
+@njit(cache=True)
+def expand_gated(
+    keys: Words,
+    table: Words,
+    out: Words,
+    bad: Words,
+    gate: Numbers,
+    shift: Words,
+    mask: Words,
+    after: Numbers,
+    state: Numbers,
+    room: Numbers,
+    visits: Words,
+    legs: Numbers,
+    between: Words,
+    chain: Numbers,
+    totals: Numbers,
+) -> tuple[int, int]:
+    """Visit `keys` under a gate; write new successors to `out`, unsafe or stuck ones of `keys` to `bad`.
+
+    `gate` is the gate's number, its look-ahead along paths [states], and its steps in condition (2). `totals`
+    counts transitions, deadlocks, unfinished configurations without an admitted move, and live
+    configurations. Returns how many were written to `out` and `bad`.
+    """
+    robots = shift.size
+    at = np.zeros(robots, np.int64)
+    waits = np.full(robots, -1, np.int64)
+    mark = np.zeros(robots, np.int64)
+    owner = np.full(room.size, -1, np.int64)
+    count = np.zeros(room.size, np.int64)
+    single = room.max() == 1
+    found = bads = 0
+    for key in keys:
+        unpack(key, shift, mask, state, at, count, owner)
+        moves = finished = blocked = 0
+        for i in range(robots):
+            p = at[i]
+            q = after[i, p]
+            waits[i] = -1
+            if q < 0:
+                finished += 1
+                continue
+            s = state[i, q]
+            if s >= 0 and count[s] >= room[s]:
+                waits[i] = s
+                blocked += 1
+                continue
+            if gate[0] == BANKER:
+                if not _is_safe_walk(i, q, after, state, room, count):
+                    continue
+            elif gate[0] == ALGORITHM2 and s >= 0:
+                left = state[i, p]
+                if left >= 0:
+                    owner[left] = -1
+                owner[s] = i
+                at[i] = q
+                live = all_live(i, gate[1], gate[2], after, state, at, owner, visits, legs, between, chain)
+                at[i] = p
+                owner[s] = -1
+                if left >= 0:
+                    owner[left] = i
+                if not live:
+                    continue
+            moves += 1
+            there = key + (np.uint64(q - p) << shift[i])
+            if set_flag(table, there, VISITED):
+                out[found] = there
+                found += 1
+        totals[0] += moves
+        if blocked > 1:
+            totals[1] += single_cycle(waits, owner, mark) if single else shared_cycle(waits, state, at)
+        stuck = moves == 0 and finished < robots
+        live_here = has_flag(table, key, LIVE)
+        totals[2] += stuck
+        totals[3] += live_here
+        if stuck or not live_here:
+            bad[bads] = key
+            bads += 1
+        clear(state, at, count)
+        for i in range(robots):
+            if state[i, at[i]] >= 0:
+                owner[state[i, at[i]]] = -1
+    return found, bads
+
+
+@njit(cache=True)
+def higher_order_keys(
+    table: Words,
+    begin: int,
+    end: int,
+    needed: np.uint64,
+    out: Words,
+    shift: Words,
+    mask: Words,
+    after: Numbers,
+    state: Numbers,
+    room: Numbers,
+) -> int:
+    """Write to `out` the keys in slots `begin` to `end` that are neither live nor deadlocks.
+
+    Only those with the flag `needed`. Returns how many.
+    """
+    robots = shift.size
+    at = np.zeros(robots, np.int64)
+    waits = np.full(robots, -1, np.int64)
+    mark = np.zeros(robots, np.int64)
+    owner = np.zeros(room.size, np.int64)
+    count = np.zeros(room.size, np.int64)
+    single = room.max() == 1
+    found = 0
+    for slot in range(begin, end):
+        word = table[slot]
+        if word == _NONE or word & LIVE or word & needed != needed:
+            continue
+        key = (word & KEY_PART) - _ONE
+        unpack(key, shift, mask, state, at, count, owner)
+        for i in range(robots):
+            q = after[i, at[i]]
+            waits[i] = -1
+            if q >= 0 and state[i, q] >= 0 and count[state[i, q]] >= room[state[i, q]]:
+                waits[i] = state[i, q]
+        if not (single_cycle(waits, owner, mark) if single else shared_cycle(waits, state, at)):
+            out[found] = key
+            found += 1
+        clear(state, at, count)
+    return found
