@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 import random
+from collections import Counter
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 from loopgate.abstraction.collision_segments import collision_segments
 from loopgate.abstraction.itinerary import Abstraction, Itinerary, Leg
@@ -14,7 +16,15 @@ from loopgate.errors import ScenarioError
 from loopgate.model import Robot, RobotId, StateId, System
 from loopgate.network.loop import Loop
 
-__all__ = ["CLEARANCE_M", "DEFAULT_RHO_M", "make_segments", "needed_length_m"]
+__all__ = [
+    "CLEARANCE_M",
+    "DEFAULT_RHO_M",
+    "Layout",
+    "lay_out_segments",
+    "make_segments",
+    "needed_length_m",
+    "place_vehicles",
+]
 
 DEFAULT_RHO_M = 1.25
 """Safe radius [m]: oncoming lanes, 3.2 m apart, do not conflict; crossing, merging and shared lanes do."""
@@ -25,6 +35,75 @@ and a vehicle's rear leaves a state between two simulation steps."""
 
 _SWALLOWED = 0.5
 _MOST_NAMES = 6
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """Loops cut into states, before vehicles are placed.
+
+    Attributes
+    ----------
+    loops, itineraries
+        One of each per robot.
+    warnings
+        Lines for the user: what makes these loops a bad fit.
+    """
+
+    loops: tuple[Loop, ...]
+    itineraries: tuple[Itinerary, ...]
+    warnings: tuple[str, ...]
+
+
+def lay_out_segments(
+    loops: Sequence[Loop],
+    *,
+    rho_m: float = DEFAULT_RHO_M,
+    vehicle_length_m: float = 5.0,
+    min_gap_m: float = 2.5,
+    piece_m: float = 100.0,
+) -> Layout:
+    """Cut loops into states (Zhou et al. 2020, Section 3.2): zones that several share, private pieces.
+
+    Collision segments (Definition 1) are found on the loops' curves, merged into zones and fitted to the
+    vehicles, see `loopgate.abstraction.zones`; the rest is private and cut into pieces. A zone that a path
+    passes several times in one round has a leg for each visit.
+
+    Parameters
+    ----------
+    loops
+        One per robot; ids are unique.
+    rho_m
+        Safe radius [m]: points of two paths conflict within 2 rho.
+    vehicle_length_m, min_gap_m
+        Of the longest vehicle; states are long enough for it to stand in.
+    piece_m
+        Longest private state [m], as far as vehicles can be held where it would be cut.
+
+    Raises
+    ------
+    ScenarioError
+        If two robots are given the same loop, or a length is not positive.
+    RouteError
+        If a loop is too short for the vehicle.
+    """
+    for what, value in (("rho", rho_m), ("piece", piece_m), ("vehicle length", vehicle_length_m)):
+        if not value > 0.0:
+            msg = f"segments: {what} {value:g} m; expected more than 0"
+            raise ScenarioError(msg)
+    for name, count in Counter(loop.id for loop in loops).items():
+        if count > 1:
+            msg = (
+                f"segments: {count} vehicles on loop {name}, which holds one (one path, one robot); "
+                f"use fewer vehicles, more loops, or --abstraction queues"
+            )
+            raise ScenarioError(msg)
+    need_m = needed_length_m(vehicle_length_m, min_gap_m)
+    zones = make_zones(loops, collision_segments(loops, rho_m), need_m)
+    return Layout(
+        loops=tuple(loops),
+        itineraries=tuple(_itinerary(loop, k, zones, need_m, piece_m) for k, loop in enumerate(loops)),
+        warnings=tuple(_warnings(loops, zones)),
+    )
 
 
 def make_segments(
@@ -38,22 +117,46 @@ def make_segments(
     names: Sequence[str] | None = None,
     starts_m: Mapping[str, float] | None = None,
 ) -> Abstraction:
-    """Abstract loops to a system of robots and states (Zhou et al. 2020, Section 3.2), one robot per loop.
-
-    Collision segments (Definition 1) are found on the loops' curves, merged into zones and fitted to the
-    vehicles, see `loopgate.abstraction.zones`; the rest is private and cut into pieces. A zone that a path
-    passes several times in one round has a position for each visit.
+    """Abstract loops to a system of robots and states, one robot per loop, and place the vehicles.
 
     Parameters
     ----------
-    loops
-        One per robot; ids are unique.
-    rho_m
-        Safe radius [m]: points of two paths conflict within 2 rho.
-    vehicle_length_m, min_gap_m
-        Of the longest vehicle; states are long enough for it to stand in.
-    piece_m
-        Longest private state [m], where a vehicle can be held.
+    loops, rho_m, vehicle_length_m, min_gap_m, piece_m
+        As for `lay_out_segments`.
+    seed, names, starts_m
+        As for `place_vehicles`.
+
+    Raises
+    ------
+    ScenarioError
+        If two vehicles start in one zone, or a vehicle does not fit where it starts.
+    RouteError
+        If a loop is too short for the vehicle.
+    """
+    layout = lay_out_segments(
+        loops, rho_m=rho_m, vehicle_length_m=vehicle_length_m, min_gap_m=min_gap_m, piece_m=piece_m
+    )
+    return place_vehicles(
+        layout, vehicle_length_m=vehicle_length_m, seed=seed, names=names, starts_m=starts_m
+    )
+
+
+def place_vehicles(
+    layout: Layout,
+    *,
+    vehicle_length_m: float = 5.0,
+    seed: int = 1,
+    names: Sequence[str] | None = None,
+    starts_m: Mapping[str, float] | None = None,
+) -> Abstraction:
+    """Place one vehicle on each loop, in a private state where it has one.
+
+    Parameters
+    ----------
+    layout
+        The states.
+    vehicle_length_m
+        Length of the vehicles [m].
     seed
         Decides where vehicles start.
     names
@@ -65,35 +168,26 @@ def make_segments(
     ------
     ScenarioError
         If two vehicles start in one zone, or a vehicle does not fit where it starts.
-    RouteError
-        If a loop is too short for the vehicle.
     """
-    need_m = needed_length_m(vehicle_length_m, min_gap_m)
-    if rho_m <= 0.0 or piece_m <= 0.0:
-        msg = f"segments: rho {rho_m:g} m and piece {piece_m:g} m must be above 0"
-        raise ScenarioError(msg)
-    names = [loop.id for loop in loops] if names is None else names
-    zones = make_zones(loops, collision_segments(loops, rho_m), need_m)
-    itineraries = tuple(_itinerary(loop, k, zones, need_m, piece_m) for k, loop in enumerate(loops))
-    states = [tuple(leg.state for leg in itinerary.legs) for itinerary in itineraries]
+    names = [loop.id for loop in layout.loops] if names is None else names
     starts = choose_starts(
-        loops,
-        itineraries,
+        layout.loops,
+        layout.itineraries,
         names=names,
         vehicle_length_m=vehicle_length_m,
         rng=random.Random(seed),
         given_m=starts_m or {},
     )
     robots = (
-        Robot(RobotId(name), path, closed=True, start=start.position)
-        for name, path, start in zip(names, states, starts, strict=True)
+        Robot(RobotId(name), tuple(leg.state for leg in itinerary.legs), closed=True, start=start.position)
+        for name, itinerary, start in zip(names, layout.itineraries, starts, strict=True)
     )
     return Abstraction(
         name="segments",
         system=System(robots),
-        itineraries=itineraries,
+        itineraries=layout.itineraries,
         starts_m=tuple(start.front_m for start in starts),
-        warnings=tuple(_warnings(loops, zones)),
+        warnings=layout.warnings,
     )
 
 

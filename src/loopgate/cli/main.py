@@ -17,6 +17,8 @@ EXIT_BAD_INPUT = 2
 EXIT_INTERRUPTED = 130
 
 _COMMANDS: dict[str, str] = {
+    "loops": "loopgate.cli.loops:loops",
+    "inspect": "loopgate.cli.inspect:inspect",
     "run": "loopgate.cli.run:run",
     "explore": "loopgate.cli.explore:explore",
     "verify": "loopgate.cli.verify:verify",

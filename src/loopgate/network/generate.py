@@ -35,6 +35,7 @@ def generate_loops(
     u_turns: bool = False,
     vclass: str = "passenger",
     admits: Callable[[Loop], bool] | None = None,
+    progress: Callable[[int], None] | None = None,
 ) -> tuple[Loop, ...]:
     """Make distinct closed loops, none of which uses an edge twice. The same seed makes the same loops.
 
@@ -58,7 +59,9 @@ def generate_loops(
     admits
         Asked of every new loop; where it returns False the loop is dropped. It is asked in order of the
         result, so it may remember the loops it has admitted. Where it is given, the search prefers roads
-        that no other loop uses.
+        that no other loop uses, and turns to shorter loops as it gets harder.
+    progress
+        Called with the number of loops found so far.
 
     Raises
     ------
@@ -88,6 +91,8 @@ def generate_loops(
         if not low <= loop.length_m <= high or (admits is not None and not admits(loop)):
             continue
         loops.append(loop)
+        if progress:
+            progress(len(loops))
         search.use(edges)
         patience = tries
     if len(loops) < count:

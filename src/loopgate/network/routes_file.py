@@ -16,7 +16,7 @@ from loopgate.network.sumo_config import is_sumo_config, read_sumo_config
 from loopgate.network.vehicle_type import DEFAULT_TYPE, VehicleType, vehicle_type
 from loopgate.network.xml_file import read_xml
 
-__all__ = ["LoopVehicle", "RoutesFile", "read_loops", "write_loops"]
+__all__ = ["LoopVehicle", "RoutesFile", "read_loops", "routes_text", "write_loops", "write_text"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,6 +62,15 @@ class RoutesFile:
     loops: tuple[Loop, ...]
     vehicles: tuple[LoopVehicle, ...]
     types: dict[str, VehicleType]
+
+    def longest_vehicle(self) -> tuple[float, float]:
+        """Return length and minimum gap [m], the largest of the file's vehicles; SUMO's if it has none."""
+        kinds = [v.type for v in self.vehicles] or list(self.types.values()) or [DEFAULT_TYPE]
+        return max(kind.length_m for kind in kinds), max(kind.min_gap_m for kind in kinds)
+
+    def starts_m(self) -> dict[str, float]:
+        """Return where the file says that vehicles start, as arc length [m] by the id of their loop."""
+        return {v.loop: v.depart_m for v in self.vehicles if v.depart_m is not None}
 
 
 @dataclass(frozen=True, slots=True)
@@ -196,18 +205,30 @@ def _round(edges: Sequence[str]) -> tuple[str, ...]:
 def write_loops(loops: Iterable[Loop], file: Path | str, *, note: str = "") -> None:
     """Write loops as an ordinary SUMO route file that netedit, sumo-gui and `read_loops` open.
 
-    `note` becomes a comment at the top: how the file was made.
+    `note` becomes a comment at the top: how the file was made. Raises `RouteError` if it cannot be written.
     """
+    write_text(routes_text(loops, note=note), file)
+
+
+def routes_text(loops: Iterable[Loop], *, note: str = "") -> str:
+    """Return what `write_loops` writes."""
     lines = ['<?xml version="1.0" encoding="UTF-8"?>']
     if note:
-        lines.append(f"<!-- {note.replace('--', '- -')} -->")
+        lines.append(f"<!-- {note.replace('--', '- -')} -->")  # XML allows no double hyphen in a comment
     lines.append("<routes>")
     lines += [
         f"    <route id={quoteattr(loop.id)} edges={quoteattr(' '.join(loop.edges))}/>" for loop in loops
     ]
     lines.append("</routes>\n")
+    return "\n".join(lines)
+
+
+def write_text(text: str, file: Path | str) -> None:
+    """Write a route file, making its folder; raise `RouteError` if it cannot be written."""
+    path = Path(file)
     try:
-        Path(file).write_text("\n".join(lines), encoding="utf-8")
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
     except OSError as error:
         msg = f"{file}: cannot write the routes ({error.strerror or error})"
         raise RouteError(msg) from error

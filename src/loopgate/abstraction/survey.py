@@ -1,0 +1,113 @@
+"""What an abstraction makes of loops, in figures: states, shares, who meets whom."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from loopgate.abstraction.itinerary import Itinerary
+from loopgate.model import StateId
+
+__all__ = ["LoopSurvey", "Survey", "ZoneSurvey", "survey"]
+
+
+@dataclass(frozen=True, slots=True)
+class LoopSurvey:
+    """One loop.
+
+    Attributes
+    ----------
+    loop
+        Name.
+    length_m
+        Length of a lap [m].
+    states
+        Positions on its path.
+    visits
+        Positions that are shared states.
+    shared_m
+        Length in shared states [m].
+    meets
+        Loops with which it shares a state.
+    """
+
+    loop: str
+    length_m: float
+    states: int
+    visits: int
+    shared_m: float
+    meets: tuple[str, ...]
+
+    @property
+    def shared(self) -> float:
+        """Share of its length in shared states, 0 to 1."""
+        return self.shared_m / self.length_m
+
+
+@dataclass(frozen=True, slots=True)
+class ZoneSurvey:
+    """One shared state.
+
+    Attributes
+    ----------
+    state
+        Name.
+    loops
+        Loops that visit it.
+    visits
+        How often they do, in one round of each.
+    length_m
+        Length of all visits together [m].
+    """
+
+    state: StateId
+    loops: tuple[str, ...]
+    visits: int
+    length_m: float
+
+
+@dataclass(frozen=True, slots=True)
+class Survey:
+    """All loops and all shared states, the longest first."""
+
+    loops: tuple[LoopSurvey, ...]
+    zones: tuple[ZoneSurvey, ...]
+
+    @property
+    def private_states(self) -> int:
+        """Number of states that a single loop visits."""
+        return sum(loop.states - loop.visits for loop in self.loops)
+
+    @property
+    def shared(self) -> float:
+        """Share of all loops' length in shared states, 0 to 1."""
+        return sum(loop.shared_m for loop in self.loops) / sum(loop.length_m for loop in self.loops)
+
+
+def survey(itineraries: Sequence[Itinerary]) -> Survey:
+    """Count what the loops' itineraries share; one itinerary per loop. O(legs times visitors)."""
+    visits: dict[StateId, list[tuple[str, float]]] = {}
+    for itinerary in itineraries:
+        for leg in itinerary.legs:
+            visits.setdefault(leg.state, []).append((itinerary.loop, leg.end_m - leg.begin_m))
+    loops_of = {state: tuple(dict.fromkeys(loop for loop, _ in found)) for state, found in visits.items()}
+    loops = []
+    for itinerary in itineraries:
+        shared = [leg for leg in itinerary.legs if len(loops_of[leg.state]) > 1]
+        meets = dict.fromkeys(loop for leg in shared for loop in loops_of[leg.state])
+        loops.append(
+            LoopSurvey(
+                loop=itinerary.loop,
+                length_m=itinerary.length_m,
+                states=len(itinerary.legs),
+                visits=len(shared),
+                shared_m=sum(leg.end_m - leg.begin_m for leg in shared),
+                meets=tuple(loop for loop in meets if loop != itinerary.loop),
+            )
+        )
+    zones = [
+        ZoneSurvey(state, loops_of[state], len(found), sum(metres for _, metres in found))
+        for state, found in visits.items()
+        if len(loops_of[state]) > 1
+    ]
+    return Survey(tuple(loops), tuple(sorted(zones, key=lambda zone: -zone.length_m)))
