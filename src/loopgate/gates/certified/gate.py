@@ -10,6 +10,7 @@ from loopgate.gates.certified.deadlock import stuck_for_good
 from loopgate.gates.certified.flow import Flow
 from loopgate.gates.certified.homeward import Homeward
 from loopgate.gates.certified.layout import Layout
+from loopgate.gates.certified.patience import Patience
 from loopgate.gates.certified.rounds import Rounds
 from loopgate.gates.certified.search import BudgetError
 from loopgate.gates.certified.stand import Stand
@@ -47,6 +48,10 @@ class CertifiedGate:
         ``everyone``, ``somebody``, or ``auto`` as above.
     budget
         The most nodes an exact search may look at for one decision; beyond, the move is refused for now.
+    patience
+        After so many moves of others per robot without one of its own, a robot is worked towards: only
+        moves that keep open a way on which it moves soon are admitted, until it has moved (where the
+        promise is to everyone). 0: never.
 
     Raises
     ------
@@ -56,14 +61,20 @@ class CertifiedGate:
         If the promise cannot be given for this start; the text names the robots.
     """
 
-    def __init__(self, system: System, promise: str = "auto", budget: int = 2_000) -> None:
+    def __init__(
+        self, system: System, promise: str = "auto", budget: int = 2_000, patience: int = 50
+    ) -> None:
         if promise not in _PROMISES:
             msg = f"gate certified: promise is {promise!r}; expected {', '.join(_PROMISES)}"
             raise GateError(msg)
         if not _is_count(budget):
             msg = f"gate certified: budget is {budget!r}; expected a whole number from 1 up"
             raise GateError(msg)
+        if patience and not _is_count(patience):
+            msg = f"gate certified: patience is {patience!r}; expected a whole number from 0 up"
+            raise GateError(msg)
         self._system = system
+        self._patience = Patience(len(system.robots), patience)
         self._layout = layout = Layout(system)
         if layout.hopeless:
             msg = (
@@ -146,11 +157,20 @@ class CertifiedGate:
         if isinstance(keeper, Flow):
             known = keeper.moved(robot, before, after)
         elif isinstance(keeper, Rounds):
-            known = keeper.moved(configuration)
+            known = keeper.moved(robot, configuration)
         else:
             known = keeper.moved(robot)
         if not known:
             self._begin()
+        if self._patience.moved(robot, for_good=self._layout.follow[robot][after] < 0):
+            self._favour(self._patience.favoured)
+
+    def _favour(self, robot: int) -> None:
+        keeper = self._keeper
+        if isinstance(keeper, Homeward):
+            keeper.favour(self._configuration, self._stand, robot)
+        elif isinstance(keeper, Rounds):
+            keeper.favour(robot)
 
     def _follow(self, configuration: Configuration) -> None:
         if configuration != self._configuration:
@@ -160,6 +180,7 @@ class CertifiedGate:
         self._configuration = configuration
 
     def _begin(self) -> None:
+        self._patience.forget()
         try:
             self._keeper.begin(self._configuration, self._stand)
         except BudgetError:

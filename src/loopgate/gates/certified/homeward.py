@@ -42,6 +42,7 @@ class Homeward:
         self._search = Search(layout, budget)
         self._witness: list[int] | None = None
         self._verdicts: dict[int, _Verdict] = {}
+        self._favoured = -1
 
     def begin(self, configuration: Configuration, stand: Stand) -> bool:
         """Find a witness for a configuration that was not reached by an admitted move; say if there is one.
@@ -53,6 +54,7 @@ class Homeward:
         """
         self._verdicts.clear()
         self._witness = None
+        self._favoured = -1
         away = self._away(stand)
         there = stand.copy()
         moves, left = fixpoint(there, away)
@@ -84,6 +86,35 @@ class Homeward:
         """Take note of a move between homes that the witness does not speak of."""
         self._verdicts.clear()
 
+    def favour(self, configuration: Configuration, stand: Stand, robot: int) -> None:
+        """From now on admit only what keeps a way open on which `robot` moves soon; -1: end that.
+
+        The witness is reordered so that before the robot's next move only those move who have to. While
+        it is kept but for moves pulled forward, the moves before it can only become fewer.
+        """
+        self._verdicts.clear()
+        self._favoured = robot
+        if robot < 0 or self._witness is None:
+            return
+        witness = self._with(stand, robot)
+        k = witness.index(robot)
+        before, after = witness[:k], witness[k + 1 :]
+        for other in list(dict.fromkeys(reversed(before))):
+            kept = [i for i in before if i != other]
+            later = [other] * (len(before) - len(kept)) + after
+            if self._accepts(configuration, [*kept, robot, *later]):
+                before, after = kept, later
+        if self._accepts(configuration, [*before, robot, *after]):
+            self._witness = [*before, robot, *after]
+
+    def _with(self, stand: Stand, robot: int) -> list[int]:
+        """Return the witness, with `robot` going to its next home at the end if it does not move in it."""
+        witness = self._witness or []
+        if robot in witness:
+            return witness
+        layout = self._layout
+        return witness + [robot] * (1 + layout.steps[robot][layout.follow[robot][stand.at[robot]]])
+
     @property
     def witness(self) -> list[int] | None:
         """Moves that bring every robot home from the current configuration."""
@@ -104,6 +135,16 @@ class Homeward:
         for moves in self._pulled_forward(stand, robot):
             if self._accepts(configuration, moves):
                 return self._admit(moves, "replay")
+        if self._favoured >= 0:
+            name = self._layout.system.robots[self._favoured].id
+            decision = Decision(
+                admitted=False,
+                reason=Reason.NEGOTIATION,
+                blockers=(self._favoured,),
+                detail=f"{name} has waited too long and goes first",
+                stage="steering",
+            )
+            return _Verdict(decision, None)
         return self._found(configuration, stand, robot)
 
     def _found(self, configuration: Configuration, stand: Stand, robot: int) -> _Verdict:
@@ -125,18 +166,17 @@ class Homeward:
             return _Verdict(Decision(admitted=False, reason=Reason.BUDGET, stage="budget"), None)
         if rest is None:
             return self._refuse_core(robot, left)
-        return self._checked(configuration, [robot, *moves, *rest], "search")
+        stage = "search" if self._search.nodes else "banker"
+        return self._checked(configuration, [robot, *moves, *rest], stage)
 
     def _pulled_forward(self, stand: Stand, robot: int) -> list[list[int]]:
         """Return the old witness with the robot's next move in front, and what else is worth a try."""
-        witness = self._witness or []
-        if not self._layout.home[robot][stand.at[robot]]:
-            k = witness.index(robot)
-            return [[robot, *witness[:k], *witness[k + 1 :]]]
-        ahead = self._layout.steps[robot][self._layout.follow[robot][stand.at[robot]]]
-        if ahead == 0:
-            return [[robot, *witness]]
-        return [[robot] * (ahead + 1) + witness, [robot, *witness, *([robot] * ahead)]]
+        witness = self._with(stand, robot)
+        k = witness.index(robot)
+        tries = [[robot, *witness[:k], *witness[k + 1 :]]]
+        if k == len(self._witness or []) and k + 1 < len(witness) and self._favoured < 0:
+            tries.insert(0, witness[k:] + witness[:k])  # it drives on to its home before all others
+        return tries
 
     def _accepts(self, configuration: Configuration, moves: list[int]) -> bool:
         return brings_home(self._layout.system, configuration, moves, self._layout.home)

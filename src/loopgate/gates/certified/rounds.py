@@ -89,11 +89,13 @@ class Rounds:
         self._circle: dict[Configuration, list[int]] = {}
         self._dead: set[Configuration] = set()
         self._here: Configuration | None = None
+        self._plan: list[int] = []
 
     def begin(self, configuration: Configuration, stand: Stand) -> bool:
         """Return whether `configuration` is live; see `Homeward.begin`."""
         del stand
         self._here = None
+        self._plan = []
         if not self.live(configuration):
             return False
         if not brings_round(self._system, configuration, *self._from(configuration)):
@@ -107,6 +109,15 @@ class Rounds:
         if self._here is None:
             return Decision(admitted=False, reason=Reason.DEADLOCK, detail="no way on for all", stage="begin")
         there = self._system.moved(configuration, robot)
+        if self._plan and not self._keeps_plan(robot, there):
+            detail = f"{self._system.robots[self._plan[-1]].id} has waited too long and goes first"
+            return Decision(
+                admitted=False,
+                reason=Reason.NEGOTIATION,
+                blockers=(self._plan[-1],),
+                detail=detail,
+                stage="steering",
+            )
         known = there in self._dead or self._known_live(there)
         stage = "memory" if known else "search"
         try:
@@ -121,8 +132,32 @@ class Rounds:
             return Decision(admitted=False, reason=Reason.BUDGET, detail=detail, stage="checker")
         return Decision(admitted=True, reason=Reason.FREE, stage=stage)
 
-    def moved(self, configuration: Configuration) -> bool:
+    def favour(self, robot: int) -> None:
+        """From now on admit only what keeps open a way on which `robot` moves; -1: end that."""
+        self._plan = []
+        if robot >= 0 and self._here is not None:
+            approach, circle = self._from(self._here)
+            moves = approach + circle
+            self._plan = moves[: moves.index(robot) + 1] if robot in moves else []
+
+    def _keeps_plan(self, robot: int, there: Configuration) -> bool:
+        """Return whether the plan, less the move of `robot` if that is in it, is still possible and live."""
+        for i in self._without(robot):
+            if not self._system.enabled(there, i):
+                return False
+            there = self._system.moved(there, i)
+        try:
+            return self.live(there)
+        except BudgetError:
+            return False
+
+    def _without(self, robot: int) -> list[int]:
+        k = self._plan.index(robot) if robot in self._plan else len(self._plan)
+        return self._plan[:k] + self._plan[k + 1 :]
+
+    def moved(self, robot: int, configuration: Configuration) -> bool:
         """Take note of the new configuration; False if it is not known to be live."""
+        self._plan = self._without(robot)
         known = self._known_live(configuration)
         self._here = configuration if known else None
         return known

@@ -1,0 +1,61 @@
+"""Who has stood still for how many moves of the others."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+
+__all__ = ["Patience"]
+
+
+class Patience:
+    """Names the robot that has waited too long, counted in moves, since a gate has no clock.
+
+    Parameters
+    ----------
+    robots
+        How many robots there are.
+    patience
+        A robot has waited too long after so many moves of others per robot without one of its own; 0: never.
+
+    Notes
+    -----
+    A robot is favoured until it moves, or until it has been favoured for as long as it had waited: it may be
+    parked or broken down, and then the next one gets its turn. O(1) per move.
+    """
+
+    def __init__(self, robots: int, patience: int) -> None:
+        self._limit = patience * robots
+        self._moves = 0
+        self._since = OrderedDict.fromkeys(range(robots), 0)
+        self._begun = 0
+        self.favoured = -1
+        """The robot that the gate works towards, or -1."""
+
+    def moved(self, robot: int, *, for_good: bool) -> bool:
+        """Take note of a move; return whether the favoured robot changed. `for_good`: it moves no more."""
+        if not self._limit:
+            return False
+        self._moves += 1
+        before = self.favoured
+        if for_good:
+            self._since.pop(robot, None)
+        else:
+            self._since[robot] = self._moves
+            self._since.move_to_end(robot)
+        if robot == before:
+            self.favoured = -1
+        elif before >= 0 and self._moves - self._begun > self._limit:
+            self._since[before] = self._moves
+            self._since.move_to_end(before)
+            self.favoured = -1
+        if self.favoured < 0 and self._since:
+            oldest = next(iter(self._since))
+            if self._moves - self._since[oldest] > self._limit:
+                self.favoured = oldest
+                self._begun = self._moves
+        return self.favoured != before
+
+    def forget(self) -> None:
+        """Begin to count anew, all robots together."""
+        self._since = OrderedDict.fromkeys(sorted(self._since), self._moves)
+        self.favoured = -1
