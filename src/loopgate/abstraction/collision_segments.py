@@ -81,10 +81,10 @@ def _contacts_of_loops(loops: Sequence[Loop], contacts: LaneContacts) -> tuple[I
     """Return pairs of loops i < j, and for each the near stretches on i and on j, shape (n, 2) [m]."""
     number = {lane: k for k, lane in enumerate(contacts.lanes)}
     uses = sorted(
-        (number[f"{span.edge}_{index}"], i, span.begin_m, span.length_m)
+        (number[lane_id], i, span.begin_m, span.length_m)
         for i, loop in enumerate(loops)
         for span in loop.spans
-        for index in span.lanes
+        for lane_id in span.lane_ids
     )
     lane = np.array([use[0] for use in uses], dtype=np.int64)
     loop = np.array([use[1] for use in uses], dtype=np.int64)

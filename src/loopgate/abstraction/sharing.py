@@ -94,9 +94,9 @@ class SharingBound:
         mine: list[tuple[float, float]] = []
         added: dict[int, list[tuple[float, float]]] = {}
         uses = [
-            (f"{span.edge}_{index}", _Use(number, span.begin_m, span.length_m))
+            (lane_id, _Use(number, span.begin_m, span.length_m))
             for span in loop.spans
-            for index in span.lanes
+            for lane_id in span.lane_ids
         ]
         for lane, use in uses:
             for near in self._near[lane]:

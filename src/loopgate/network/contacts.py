@@ -45,10 +45,10 @@ class LaneContacts:
 def lanes_of(loops: Iterable[Loop]) -> dict[str, Points]:
     """Return the centre lines of all lanes on which vehicles on the loops may be, by lane id."""
     return {
-        f"{span.edge}_{index}": shape
+        lane: shape
         for loop in loops
         for span in loop.spans
-        for index, shape in zip(span.lanes, span.shapes, strict=True)
+        for lane, shape in zip(span.lane_ids, span.shapes, strict=True)
     }
 
 

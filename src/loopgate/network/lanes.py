@@ -2,32 +2,29 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 from loopgate.errors import RouteError
 from loopgate.network.loop import LaneSpan, Loop
-from loopgate.network.records import Connection
+from loopgate.network.records import Connection, Lane
 from loopgate.network.road import RoadNetwork
 
 __all__ = ["make_loop"]
 
-_CHANGE_COST = 1.0
-_SHORT_M = 60.0
-"""A lane change takes SUMO's vehicles some tens of metres; changing on shorter edges costs more."""
-
-_ANTICIPATION_M = 150.0
-"""How far ahead of the edge where it must change lanes a vehicle may change already, if the lanes allow."""
-
 
 @dataclass(frozen=True, slots=True)
 class _Step:
-    """Passing one edge: lane on which it is entered, lane on which it is left, movement that follows."""
+    """Passing one edge: lane on which it is entered, movement by which it is left."""
 
     enter: int
-    leave: int
     onward: Connection
+
+
+_Cost = tuple[int, float]
+"""Lanes changed, then how hurried the changes are (lanes per metre of edge)."""
+
+_FREE: _Cost = (0, 0.0)
 
 
 def make_loop(
@@ -36,8 +33,8 @@ def make_loop(
     """Make the loop over these edges; the last must lead to the first.
 
     Lanes are chosen so that the vehicle changes lanes as little as possible over the round: the lanes that
-    make the turns, by dynamic programming round the loop. Where a change cannot be avoided, the span of that
-    edge names all lanes swept; so do edges up to 150 m before it on which the vehicle could change early.
+    make the turns, by dynamic programming round the loop. Where it has to change, or could as well take
+    another lane, the spans name all lanes of all ways round with as few changes: SUMO may take any of them.
 
     Parameters
     ----------
@@ -66,14 +63,14 @@ def make_loop(
         _check_edge(network, edge, vclass, what)
     for number, edge in enumerate(edges):
         _check_pair(network, edges, number, vclass, what, edge)
-    steps = _choose(network, edges, vclass)
-    if steps is None:
+    ways = _fewest_changes(_layers(network, edges, vclass))
+    if ways is None:
         msg = (
             f"{what}: no lanes open to {vclass} lead all the way round, though its edges are connected; "
             f"add edges where the vehicle can change lanes, or connections in netedit"
         )
         raise RouteError(msg)
-    return Loop(name, tuple(edges), tuple(_spans(network, edges, steps, vclass)))
+    return Loop(name, tuple(edges), tuple(_spans(network, edges, ways)))
 
 
 def _check_edge(network: RoadNetwork, edge: str, vclass: str, what: str) -> None:
@@ -107,134 +104,133 @@ def _check_pair(
     raise RouteError(msg)
 
 
-def _choose(network: RoadNetwork, edges: Sequence[str], vclass: str) -> list[_Step] | None:
-    """Return the cheapest lanes round the loop, or None; O(edges * lanes^3)."""
-    best: tuple[float, list[_Step]] | None = None
-    for enter in range(len(network.edges[edges[0]].lanes)):
-        found = _choose_from(network, edges, vclass, enter)
-        if found and (best is None or found[0] < best[0]):
-            best = found
-    return best[1] if best else None
+@dataclass(frozen=True, slots=True)
+class _Ways:
+    """The chosen way round, and for each edge the steps of every way round with as few changes."""
+
+    chosen: list[_Step]
+    all: list[list[_Step]]
 
 
-def _choose_from(
-    network: RoadNetwork, edges: Sequence[str], vclass: str, first: int
-) -> tuple[float, list[_Step]] | None:
-    """Return cost and steps of the cheapest round that begins on lane `first`, or None."""
-    reached: dict[int, tuple[float, list[_Step]]] = {first: (0.0, [])}
+_Layer = dict[int, list[tuple[_Cost, _Step]]]
+"""What can be done on one edge: by lane entered, the steps and what they cost."""
+
+
+def _layers(network: RoadNetwork, edges: Sequence[str], vclass: str) -> list[_Layer]:
+    layers: list[_Layer] = []
     for number, edge in enumerate(edges):
-        following = edges[(number + 1) % len(edges)]
-        onward: dict[int, tuple[float, list[_Step]]] = {}
-        for enter, (cost, steps) in reached.items():
-            for connection in network.between(edge, following, vclass):
-                change = _change_cost(network, edge, enter, connection.from_lane, vclass)
-                total = cost + change
-                known = onward.get(connection.to_lane)
-                if total < math.inf and (known is None or total < known[0]):
-                    step = _Step(enter, connection.from_lane, connection)
-                    onward[connection.to_lane] = (total, [*steps, step])
-        reached = onward
-    return reached.get(first)
-
-
-def _change_cost(network: RoadNetwork, edge: str, enter: int, leave: int, vclass: str) -> float:
-    lanes = network.edges[edge].lanes
-    low, high = sorted((enter, leave))
-    if not all(vclass in lanes[index].allowed for index in range(low, high + 1)):
-        return math.inf
-    changes = high - low
-    return changes * _CHANGE_COST * (1.0 + _SHORT_M * changes / max(lanes[0].length_m, 1.0))
-
-
-def _sweeps(
-    network: RoadNetwork, edges: Sequence[str], steps: Sequence[_Step], vclass: str
-) -> list[set[int]]:
-    """Return for each edge the lanes on which the vehicle may be."""
-    swept = [set(range(min(s.enter, s.leave), max(s.enter, s.leave) + 1)) for s in steps]
-    for number, step in enumerate(steps):
-        if step.enter == step.leave:
-            continue
-        far, ahead, back = 0.0, swept[number], number
-        while far < _ANTICIPATION_M and back > number - len(edges):
-            back -= 1
-            lanes = network.edges[edges[back]].lanes
-            early = {
-                c.from_lane
-                for c in network.between(edges[back], edges[(back + 1) % len(edges)], vclass)
-                if c.to_lane in ahead
-            } | {steps[back].leave}
-            # Only lanes side by side: the vehicle gets from one to the other on this edge.
-            near = {steps[back].leave}
-            for direction in (1, -1):
-                index = steps[back].leave + direction
-                while index in early and vclass in lanes[index].allowed:
-                    near.add(index)
-                    index += direction
-            if len(near) == 1:
-                break
-            swept[back % len(edges)] |= near
-            far += lanes[0].length_m
-            ahead = near
-    return swept
-
-
-def _spans(network: RoadNetwork, edges: Sequence[str], steps: Sequence[_Step], vclass: str) -> list[LaneSpan]:
-    sweeps = _sweeps(network, edges, steps, vclass)
-    spans: list[LaneSpan] = []
-    arc = 0.0
-    for number, (edge, step) in enumerate(zip(edges, steps, strict=True)):
         lanes = network.edges[edge].lanes
-        end = arc + lanes[0].length_m
-        others = sorted(sweeps[number] - {step.leave})
-        indices = (step.leave, *others)
-        spans.append(
-            LaneSpan(
-                edge=edge,
-                lane=step.leave,
-                lane_id=lanes[step.leave].id,
-                internal=False,
-                begin_m=arc,
-                end_m=end,
-                lanes=indices,
-                shapes=tuple(lanes[index].shape for index in indices),
-            )
-        )
-        arc = end
-        following = edges[(number + 1) % len(edges)]
-        arc = _add_internal(network, spans, step, arc, sweeps[number], following, vclass)
+        connections = network.between(edge, edges[(number + 1) % len(edges)], vclass)
+        layer: _Layer = {}
+        for enter in range(len(lanes)):
+            for connection in connections:
+                low, high = sorted((enter, connection.from_lane))
+                if all(vclass in lanes[index].allowed for index in range(low, high + 1)):
+                    cost = high - low, (high - low) / max(lanes[0].length_m, 0.1)
+                    layer.setdefault(enter, []).append((cost, _Step(enter, connection)))
+        layers.append(layer)
+    return layers
+
+
+def _fewest_changes(layers: Sequence[_Layer]) -> _Ways | None:
+    """Return the ways round that change the fewest lanes, or None if none closes; O(edges * lanes^4)."""
+    rounds = {first: _costs(layers, first) for first in layers[0]}
+    totals = {first: costs[0][first] for first, costs in rounds.items() if first in costs[0]}
+    if not totals:
+        return None
+    best = min(totals, key=lambda first: (totals[first], first))
+    fewest = totals[best][0]
+    every: list[list[_Step]] = [[] for _ in layers]
+    for first, total in totals.items():
+        if total[0] == fewest:
+            for number, steps in enumerate(_on_fewest(layers, rounds[first], first)):
+                every[number] += [step for step in steps if step not in every[number]]
+    return _Ways(_follow(layers, rounds[best], best), every)
+
+
+def _costs(layers: Sequence[_Layer], last: int) -> list[dict[int, _Cost]]:
+    """Return by edge and lane entered the least cost of reaching lane `last` after the last edge."""
+    ahead: dict[int, _Cost] = {last: _FREE}
+    costs = [ahead]
+    for layer in reversed(layers):
+        here: dict[int, _Cost] = {}
+        for enter, steps in layer.items():
+            for cost, step in steps:
+                rest = ahead.get(step.onward.to_lane)
+                if rest is not None:
+                    total = _add(cost, rest)
+                    here[enter] = min(total, here.get(enter, total))
+        ahead = here
+        costs.append(ahead)
+    return costs[::-1]
+
+
+def _follow(layers: Sequence[_Layer], costs: Sequence[dict[int, _Cost]], first: int) -> list[_Step]:
+    """Return the cheapest way from lane `first`; of equal ones the rightmost."""
+    lane, way = first, []
+    for layer, ahead in zip(layers, costs[1:], strict=True):
+        open_steps = [(cost, step) for cost, step in layer[lane] if step.onward.to_lane in ahead]
+        step = min(
+            open_steps,
+            key=lambda s: (
+                _add(s[0], ahead[s[1].onward.to_lane]),
+                s[1].onward.from_lane,
+                s[1].onward.to_lane,
+            ),
+        )[1]
+        way.append(step)
+        lane = step.onward.to_lane
+    return way
+
+
+def _on_fewest(layers: Sequence[_Layer], costs: Sequence[dict[int, _Cost]], first: int) -> list[list[_Step]]:
+    """Return for each edge the steps of all ways from lane `first` that change the fewest lanes."""
+    reached, found = {first}, []
+    for layer, here, ahead in zip(layers, costs, costs[1:], strict=False):
+        steps = [
+            step
+            for enter in sorted(reached)
+            for cost, step in layer[enter]
+            if step.onward.to_lane in ahead and cost[0] + ahead[step.onward.to_lane][0] == here[enter][0]
+        ]
+        found.append(steps)
+        reached = {step.onward.to_lane for step in steps}
+    return found
+
+
+def _add(one: _Cost, other: _Cost) -> _Cost:
+    return one[0] + other[0], one[1] + other[1]
+
+
+def _spans(network: RoadNetwork, edges: Sequence[str], ways: _Ways) -> list[LaneSpan]:
+    spans: list[LaneSpan] = []
+    for edge, step, steps in zip(edges, ways.chosen, ways.all, strict=True):
+        leave = step.onward.from_lane
+        lanes = network.edges[edge].lanes
+        swept = {
+            index
+            for s in steps
+            for index in range(min(s.enter, s.onward.from_lane), max(s.enter, s.onward.from_lane) + 1)
+        }
+        _append(spans, lanes[leave], [lanes[index] for index in sorted(swept - {leave})])
+        others = [s.onward for s in steps if s.onward != step.onward]
+        for k, lane_id in enumerate(step.onward.via):
+            beside = {c.via[min(k, len(c.via) - 1)]: None for c in others if c.via}
+            _append(spans, network.lanes[lane_id], [network.lanes[b] for b in beside if b != lane_id])
     return spans
 
 
-def _add_internal(
-    network: RoadNetwork,
-    spans: list[LaneSpan],
-    step: _Step,
-    arc: float,
-    sweep: set[int],
-    following: str,
-    vclass: str,
-) -> float:
-    """Append the internal lanes after an edge; movements from other lanes it may be on are swept too."""
-    others = [
-        c
-        for c in network.between(step.onward.from_edge, following, vclass)
-        if c.from_lane in sweep and c is not step.onward and len(c.via) == len(step.onward.via)
-    ]
-    for k, lane_id in enumerate(step.onward.via):
-        lane = network.lanes[lane_id]
-        beside = [network.lanes[c.via[k]] for c in others]
-        end = arc + lane.length_m
-        spans.append(
-            LaneSpan(
-                edge=lane.edge,
-                lane=lane.index,
-                lane_id=lane.id,
-                internal=True,
-                begin_m=arc,
-                end_m=end,
-                lanes=(lane.index, *(other.index for other in beside)),
-                shapes=(lane.shape, *(other.shape for other in beside)),
-            )
+def _append(spans: list[LaneSpan], lane: Lane, beside: Sequence[Lane]) -> None:
+    begin = spans[-1].end_m if spans else 0.0
+    spans.append(
+        LaneSpan(
+            edge=lane.edge,
+            lane=lane.index,
+            lane_id=lane.id,
+            internal=lane.internal,
+            begin_m=begin,
+            end_m=begin + lane.length_m,
+            lane_ids=(lane.id, *(other.id for other in beside)),
+            shapes=(lane.shape, *(other.shape for other in beside)),
         )
-        arc = end
-    return arc
+    )

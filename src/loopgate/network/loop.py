@@ -41,11 +41,11 @@ class LaneSpan:
         Whether it lies inside a junction; `edge` is then the internal edge.
     begin_m, end_m
         Arc length on the loop at the beginning and the end of the lane.
-    lanes
-        Lane indices the vehicle may be on: the one it leaves on first. More than one where it has to
-        change lanes (`changes`).
+    lane_ids
+        Lanes the vehicle may be on, `lane_id` first. More than one where it has to change lanes or could as
+        well take another lane (`changes`).
     shapes
-        Centre lines of `lanes`.
+        Centre lines of these lanes.
     """
 
     edge: str
@@ -54,7 +54,7 @@ class LaneSpan:
     internal: bool
     begin_m: float
     end_m: float
-    lanes: tuple[int, ...]
+    lane_ids: tuple[str, ...]
     shapes: tuple[Points, ...]
 
     @property
@@ -64,8 +64,8 @@ class LaneSpan:
 
     @property
     def changes(self) -> bool:
-        """Whether the vehicle may change lanes here."""
-        return len(self.lanes) > 1
+        """Whether the vehicle may be on another lane here."""
+        return len(self.lane_ids) > 1
 
 
 @dataclass(frozen=True, slots=True)
