@@ -50,7 +50,6 @@ def commands() -> dict[str, list[str]]:
             str(TOOLS / "netconvert"),
             f"--node-files={nodes}",
             f"--edge-files={nodes.with_name(name + '.edg.xml')}",
-            f"--connection-files={nodes.with_name(name + '.con.xml')}",
             "--no-turnarounds",
         ]
     return made
