@@ -47,7 +47,7 @@ class Driver:
                 start += track.lap_m
         self.start_m = start
         self.front_m = start
-        self.offset_m = start - track.insert_m
+        self.offset_m = start
         self.speed = 0.0
         self.granted = track.start_position
         self.tail = track.start_position
@@ -67,6 +67,10 @@ class Driver:
         self.accel = 1.0
         self.decel = 1.0
         self.top = track.top_speed_mps
+
+    def odometer_reads(self, odometer_m: float) -> None:
+        """Take note of what the odometer reads [m] while the vehicle stands at its start."""
+        self.offset_m = self.start_m - odometer_m
 
     def drives_like(self, dynamics: Dynamics) -> None:
         """Take over what the vehicle can do."""

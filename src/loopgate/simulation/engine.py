@@ -72,6 +72,7 @@ class Engine:
         now = self._traffic.now_s
         for driver in self.drivers:
             driver.drives_like(self._traffic.dynamics(driver.id))
+            driver.odometer_reads(self._traffic.odometer(driver.id))
             if self._gatekeeper:
                 self._traffic.put_under_gate(driver.id)
                 place = driver.track.states[driver.track.start_position]

@@ -28,8 +28,6 @@ class Track:
         Length of the loop [m].
     start_m
         Arc length of the front at the beginning [m].
-    insert_m
-        Position of the front on its first lane at the beginning [m]: where the odometer begins.
     top_speed_mps
         Highest speed limit on the loop [m/s].
     edges
@@ -48,7 +46,6 @@ class Track:
     loop: str
     lap_m: float
     start_m: float
-    insert_m: float
     top_speed_mps: float
     edges: tuple[tuple[float, str], ...]
     states: tuple[str, ...] = ()

@@ -33,7 +33,6 @@ def make_track(
         loop=loop.id,
         lap_m=loop.length_m,
         start_m=start.front_m,
-        insert_m=loop.locate(start.front_m).position_m,
         top_speed_mps=max(network.lanes[span.lane_id].speed_mps for span in loop.spans),
         edges=tuple((span.begin_m, span.edge) for span in loop.spans if not span.internal),
         states=tuple(leg.state for leg in legs),

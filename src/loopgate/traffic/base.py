@@ -50,7 +50,7 @@ class Traffic(Protocol):
         ...
 
     def odometer(self, vehicle: str) -> float:
-        """Return the distance driven since insertion, plus the insertion position on the first lane [m]."""
+        """Return the distance driven, counted from an origin of the vehicle's own [m]."""
         ...
 
     def speed(self, vehicle: str) -> float:
