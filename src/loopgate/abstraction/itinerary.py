@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from loopgate.model import StateId, System
@@ -19,10 +20,15 @@ class Crossing:
         The movement's name; vehicles on the same movement follow each other.
     foes
         Movements that must not be under way at the same time. Symmetric.
+    overlaps
+        For a foe, between which metres after the beginning of this crossing (the ``end_m`` of the leg before
+        it) a vehicle on it can touch a vehicle on the foe: the front is in the way from the first on, the
+        rear is out of the way beyond the second. A foe without an entry is in the way over the whole crossing.
     """
 
     id: str
     foes: frozenset[str]
+    overlaps: Mapping[str, tuple[float, float]] = field(default_factory=dict, hash=False)
 
 
 @dataclass(frozen=True, slots=True)
