@@ -5,10 +5,10 @@ BIN    := $(VENV)/bin
 STAMP  := $(VENV)/installed
 
 .DEFAULT_GOAL := help
-.PHONY: help setup test check format bench networks soak lock clean
+.PHONY: help setup test check format bench networks small-networks soak lock clean
 
 help: ## list the targets
-	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-10s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-15s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
 $(STAMP): requirements.lock pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "loopgate needs Python 3.11 or newer; $(PYTHON) is " + sys.version.split()[0] + ". Try: make PYTHON=python3.12")'
@@ -38,6 +38,9 @@ bench: $(STAMP) ## measure: gated runs against plain SUMO stepping
 
 networks: $(STAMP) ## rebuild networks/*.net.xml and show what changed
 	$(BIN)/python networks/build.py
+
+small-networks: $(STAMP) ## deadlocks and collisions on the small networks, gate by gate, 20 seeds
+	$(BIN)/python analysis/small_networks.py
 
 soak: $(STAMP) ## run everything, slow tests included, with many more random examples
 	$(BIN)/python -m pytest -n auto --hypothesis-profile=soak

@@ -1,0 +1,38 @@
+"""Tables of several runs, for people."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import pandas as pd
+from rich.table import Table
+
+__all__ = ["frame_table"]
+
+
+def frame_table(frame: pd.DataFrame, columns: Mapping[str, str], *, title: str) -> Table:
+    """Return a table for the terminal with the rows of `frame`.
+
+    Parameters
+    ----------
+    frame
+        Any table.
+    columns
+        Which of its columns, in this order, and what each is called.
+    title
+        A line above.
+    """
+    table = Table(title=title)
+    for name, heading in columns.items():
+        numeric = pd.api.types.is_numeric_dtype(frame[name])
+        table.add_column(heading, justify="right" if numeric else "left")
+    for row in frame[list(columns)].itertuples(index=False):
+        table.add_row(*(_text(value) for value in row))
+    return table
+
+
+def _text(value: object) -> str:
+    if value is pd.NA or (isinstance(value, float) and math.isnan(value)):
+        return "-"
+    return f"{value:.1f}" if isinstance(value, float) else str(value)
