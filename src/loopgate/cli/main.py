@@ -23,6 +23,7 @@ _COMMANDS: dict[str, str] = {
     "explore": "loopgate.cli.explore:explore",
     "verify": "loopgate.cli.verify:verify",
     "sweep": "loopgate.cli.sweep:sweep",
+    "report": "loopgate.cli.report:report",
 }
 """Subcommand name to ``module:attribute``."""
 

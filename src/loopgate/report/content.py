@@ -1,0 +1,287 @@
+"""What the report says of one results folder: series, tables and figures, before any page is laid out."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import pandas as pd
+from matplotlib.figure import Figure
+
+from loopgate.analysis import columns as a
+from loopgate.analysis import (
+    compute_capacity,
+    compute_deadlock_rate,
+    compute_decision_time,
+    compute_edge_means,
+    compute_fundamental,
+    compute_lap_distribution,
+    compute_mean,
+    compute_paired,
+    compute_survival,
+    compute_time_to_deadlock,
+)
+from loopgate.analysis.frames import succeeded
+from loopgate.analysis.load import Results
+from loopgate.report import figures as draw
+from loopgate.report.figures import SERIES
+from loopgate.report.road_map import map_figure
+from loopgate.report.style import Look, looks
+from loopgate.results import row_columns as c
+from loopgate.results.row_schema import ROW_SCHEMA
+
+__all__ = ["FigureItem", "Section", "TableItem", "add_series", "network_sections"]
+
+_BY = [SERIES, c.VEHICLES]
+_PERCENT = (0.05, 0.25, 0.5, 0.75, 0.95)
+
+
+@dataclass(frozen=True, slots=True)
+class FigureItem:
+    """A figure with its words."""
+
+    name: str
+    title: str
+    caption: str
+    figure: Figure
+    code: str
+    """Python that makes the table behind it."""
+
+
+@dataclass(frozen=True, slots=True)
+class TableItem:
+    """A table with its words."""
+
+    name: str
+    title: str
+    table: pd.DataFrame
+    code: str
+
+
+@dataclass(frozen=True, slots=True)
+class Section:
+    """All about one network."""
+
+    network: str
+    runs: pd.DataFrame
+    figures: Sequence[FigureItem]
+    tables: Sequence[TableItem]
+    hidden: Sequence[str]
+    """Series that the figures leave out, since nobody could tell them apart."""
+
+
+def add_series(runs: pd.DataFrame) -> pd.DataFrame:
+    """Return the runs with a column `SERIES`: the gate, and what else tells runs of equal vehicles apart."""
+    other = (c.ABSTRACTION, c.NEGOTIATION, c.LIGHTS, c.LOOPS, c.DURATION, c.WARMUP, *_extra(runs))
+    by_gate = runs.groupby(c.GATE, dropna=False)
+    parts = [c.GATE, *(name for name in other if by_gate[name].nunique(dropna=False).max() > 1)]
+    settings = runs[parts].drop_duplicates()
+    labels = [", ".join(map(_label, parts, row)) for row in settings.itertuples(index=False)]
+    return runs.merge(settings.assign(**{SERIES: labels}), on=parts, how="left").set_axis(runs.index)
+
+
+def _extra(runs: pd.DataFrame) -> list[str]:
+    """Return the columns that come from scenario keys without a column of their own."""
+    return [name for name in runs.columns if name not in ROW_SCHEMA.names and name != SERIES]
+
+
+def _label(name: str, value: object) -> str:
+    if value is None or value != value:  # noqa: PLR0124 - NaN is what differs from itself
+        return "no gate" if name == c.GATE else f"no {name}"
+    if isinstance(value, float):
+        value = f"{value:g}"
+    return str(value) if name in {c.GATE, c.ABSTRACTION, c.NEGOTIATION} else f"{name} {value}"
+
+
+def network_sections(results: Results) -> list[Section]:
+    """Return a section for each network with a run that succeeded."""
+    runs = succeeded(results.runs)
+    runs = runs[runs[c.VEHICLES].notna()]
+    if runs.empty:
+        return []
+    runs = add_series(runs)
+    runs = runs.assign(**{c.NETWORK: runs[c.NETWORK].fillna("unknown network").map(_short)})
+    return [_section(str(network), part, results) for network, part in runs.groupby(c.NETWORK, sort=True)]
+
+
+def _short(network: str) -> str:
+    return re.sub(r"(\.net)?\.xml(\.gz)?$|\.sumocfg$", "", Path(network).name) or network
+
+
+def series_order(names: Sequence[str]) -> list[str]:
+    """Return the series sorted, those of the open gate first: they are what others are compared with."""
+    return sorted(names, key=lambda name: (not name.startswith("open"), name))
+
+
+def _section(network: str, runs: pd.DataFrame, results: Results) -> Section:
+    names = series_order(list(runs[SERIES].unique()))
+    look = looks(names)
+    tables = _tables(runs, names)
+    by_name = {item.name: item.table for item in tables}
+    return Section(
+        network=network,
+        runs=runs,
+        figures=_figures(runs, by_name, look, results),
+        tables=tables,
+        hidden=names[len(look) :],
+    )
+
+
+def _tables(runs: pd.DataFrame, names: Sequence[str]) -> list[TableItem]:
+    baseline = names[0]
+    laps = compute_lap_distribution(runs=runs, by=_BY, quantiles=_PERCENT)
+    wide = laps.pivot_table(index=[*_BY, c.LAPS], columns=a.QUANTILE, values=a.LAP_TIME, observed=True)
+    wide.columns = pd.Index([f"{100 * float(str(q)):.0f} % [s]" for q in wide.columns])
+    revisits = compute_mean(runs=runs, value=c.MEAN_REVISIT, by=_BY)
+    idle = compute_mean(runs=runs, value=c.IDLENESS, by=_BY)[[*_BY, a.MEAN]]
+    gated = runs[runs[c.DECISIONS] > 0]
+    tables = [
+        TableItem(
+            "throughput",
+            "Throughput [vehicle-km/h]",
+            compute_mean(runs=runs, value=c.KM_PER_H, by=_BY),
+            'compute_mean(runs=runs, value="km_per_h", by=["gate", "vehicles"])',
+        ),
+        TableItem(
+            "laps-per-hour",
+            "Throughput [laps/h]",
+            compute_mean(runs=runs, value=c.LAPS_PER_H, by=_BY),
+            'compute_mean(runs=runs, value="laps_per_h", by=["gate", "vehicles"])',
+        ),
+        TableItem(
+            "capacity",
+            "Vehicle count at which throughput peaks",
+            compute_capacity(runs=runs, by=[SERIES]),
+            'compute_capacity(runs=runs, by=["gate"])',
+        ),
+        TableItem(
+            "paired",
+            f"Difference to {baseline} on the same seeds [vehicle-km/h]",
+            _paired(runs, baseline),
+            f'compute_paired(runs=runs, baseline="{baseline}", by=["vehicles"])',
+        ),
+        TableItem(
+            "deadlocks",
+            "Runs that lock up",
+            compute_deadlock_rate(runs=runs, by=_BY),
+            'compute_deadlock_rate(runs=runs, by=["gate", "vehicles"])',
+        ),
+        TableItem(
+            "time-to-deadlock",
+            "Time to the first deadlock",
+            compute_time_to_deadlock(runs=runs, by=_BY),
+            'compute_time_to_deadlock(runs=runs, by=["gate", "vehicles"])',
+        ),
+        TableItem(
+            "laps",
+            "Lap times",
+            wide.reset_index(),
+            'compute_lap_distribution(runs=runs, by=["gate", "vehicles"])',
+        ),
+        TableItem(
+            "hold",
+            "Time standing at gates, all vehicles together [s]",
+            compute_mean(runs=runs, value=c.HOLD, by=_BY),
+            'compute_mean(runs=runs, value="hold_s", by=["gate", "vehicles"])',
+        ),
+        TableItem(
+            "decisions",
+            "Decisions",
+            compute_decision_time(runs=gated, by=_BY),
+            'compute_decision_time(runs=runs, by=["gate", "vehicles"])',
+        ),
+        TableItem(
+            "revisits",
+            "Revisit interval, mean over edges [s], and idleness [s]",
+            revisits.merge(idle.rename(columns={a.MEAN: c.IDLENESS}), on=_BY),
+            'compute_mean(runs=runs, value="mean_revisit_s", by=["gate", "vehicles"])',
+        ),
+    ]
+    return [item for item in tables if len(item.table)]
+
+
+def _paired(runs: pd.DataFrame, baseline: str) -> pd.DataFrame:
+    # What makes a pair is the seed and the vehicles; where runs still repeat, their mean stands for them.
+    once = runs.groupby([SERIES, c.VEHICLES, c.SEED], dropna=False)[[c.KM_PER_H]].mean().reset_index()
+    compared = compute_paired(runs=once.rename(columns={SERIES: c.GATE}), baseline=baseline)
+    return compared.rename(columns={c.GATE: SERIES})
+
+
+def _figures(
+    runs: pd.DataFrame, tables: Mapping[str, pd.DataFrame], look: Mapping[str, Look], results: Results
+) -> list[FigureItem]:
+    several = tables["throughput"][a.RUNS].max() > 1
+    bars = "Means over seeds with 95 % intervals (Student's t)." if several else "One run each: no intervals."
+    items: list[FigureItem] = []
+
+    def add(name: str, title: str, caption: str, figure: Callable[[], Figure], code: str) -> None:
+        items.append(FigureItem(name, title, caption, figure(), code))
+
+    add(
+        "throughput",
+        "Throughput",
+        bars,
+        lambda: draw.mean_figure(tables["throughput"], look, "throughput [vehicle-km/h]"),
+        'compute_mean(runs=runs, value="km_per_h", by=["gate", "vehicles"])',
+    )
+    add(
+        "deadlock-rate",
+        "Runs that lock up",
+        "Share of runs with a deadlock, with 95 % Wilson intervals.",
+        lambda: draw.deadlock_figure(tables["deadlocks"], look),
+        'compute_deadlock_rate(runs=runs, by=["gate", "vehicles"])',
+    )
+    add(
+        "survival",
+        "Time to the first deadlock",
+        "Kaplan-Meier curves over all vehicle counts together, with 95 % bands; a tick marks runs that ended "
+        "without deadlock.",
+        lambda: draw.survival_figure(compute_survival(runs=runs, by=[SERIES]), look),
+        'compute_survival(runs=runs, by=["gate"])',
+    )
+    laps = compute_lap_distribution(runs=runs, by=_BY, quantiles=_PERCENT)
+    if len(laps):
+        add(
+            "laps",
+            "Lap times",
+            "Boxes hold the middle half of all laps, whiskers 5 to 95 %, markers the median.",
+            lambda: draw.laps_figure(laps, look),
+            'compute_lap_distribution(runs=runs, by=["gate", "vehicles"])',
+        )
+    edges = compute_edge_means(runs=runs, edge_sets=results.edge_sets, by=[SERIES])
+    if len(edges):
+        add(
+            "map",
+            "Where vehicles are held",
+            "Hold time per edge, mean over all runs; dark and thick is long. Roads on no loop are not drawn.",
+            lambda: map_figure(edges, look),
+            'compute_edge_means(runs=runs, edge_sets=results.edge_sets, by=["gate"])',
+        )
+    if "decisions" in tables:
+        add(
+            "decision-time",
+            "Decision time",
+            "Median and 99th percentile of a run's decisions, each the median over runs.",
+            lambda: draw.decision_figure(tables["decisions"], look),
+            'compute_decision_time(runs=runs, by=["gate", "vehicles"])',
+        )
+    if tables["revisits"][a.MEAN].notna().any():
+        add(
+            "revisits",
+            "Revisit intervals",
+            f"Time between two visits of an edge, mean over edges. {bars}",
+            lambda: draw.mean_figure(tables["revisits"], look, "revisit interval [s]"),
+            'compute_mean(runs=runs, value="mean_revisit_s", by=["gate", "vehicles"])',
+        )
+    fundamental = compute_fundamental(runs=runs)
+    if len(fundamental[c.VEHICLES].unique()) > 1:
+        add(
+            "fundamental-diagram",
+            "Fundamental diagram",
+            "Flow over density, means over seeds.",
+            lambda: draw.fundamental_figure(fundamental, look),
+            "compute_fundamental(runs=runs)",
+        )
+    return items

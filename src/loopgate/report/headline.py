@@ -1,0 +1,116 @@
+"""The findings in words; every number in them is taken from the tables of the report."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import pandas as pd
+
+from loopgate.analysis import columns as a
+from loopgate.analysis.statistics import wilson_interval
+from loopgate.report.content import Section
+from loopgate.report.figures import SERIES
+from loopgate.results import row_columns as c
+
+__all__ = ["DASH", "headline", "number"]
+
+DASH = "\N{EN DASH}"
+_EQUAL = 1.005  # ratios below this print as 1.00
+_APART = "\N{NO-BREAK SPACE}"
+
+
+def number(value: float) -> str:
+    """Return a number with three digits that count, thousands apart; a dash for NaN."""
+    if math.isnan(value):
+        return DASH
+    if value and abs(value) < 100:  # noqa: PLR2004 - from here on, three digits need no decimals
+        return f"{value:.3g}"
+    return f"{value:,.0f}".replace(",", _APART)
+
+
+def headline(section: Section) -> list[str]:
+    """Return sentences on throughput, deadlocks and collisions on one network."""
+    tables = {item.name: item.table for item in section.tables}
+    return [
+        *_throughput(tables),
+        *_pairs(tables),
+        _deadlocks(section.runs),
+        *_mishaps(section.runs),
+    ]
+
+
+def _throughput(tables: Mapping[str, pd.DataFrame]) -> list[str]:
+    peaks = tables["capacity"].sort_values(a.PEAK, ascending=False, kind="stable")
+    best = peaks.iloc[0]
+    text = (
+        f"{best[SERIES]} drives most: {number(best[a.PEAK])} vehicle-km/h with {best[a.CAPACITY]} "
+        f"vehicles{_border(best)}"
+    )
+    others = []
+    for _, row in peaks.iloc[1:].iterrows():
+        ratio = best[a.PEAK] / row[a.PEAK] if row[a.PEAK] > 0 else math.inf
+        times = "as much as" if ratio < _EQUAL else f"{ratio:.2f} times" if ratio < math.inf else "against"
+        others.append(
+            f"{times} {row[SERIES]} at its best ({number(row[a.PEAK])} with {row[a.CAPACITY]} "
+            f"vehicles{_border(row)})"
+        )
+    return [f"{text}{'; that is ' if others else ''}{', '.join(others)}."]
+
+
+def _border(row: pd.Series) -> str:
+    return " (the most that were tried)" if row[a.AT_BORDER] else ""
+
+
+def _pairs(tables: Mapping[str, pd.DataFrame]) -> list[str]:
+    if "paired" not in tables:
+        return []
+    sentences = []
+    for series, part in tables["paired"].groupby(SERIES, sort=True):
+        sure = part[part[a.LOW].notna()]
+        up, down = sure[sure[a.LOW] > 0], sure[sure[a.HIGH] < 0]
+        counts = f"at {len(up)} and less at {len(down)} of {len(part)} vehicle counts"
+        sentences.append(
+            f"Against {part[a.BASELINE].iloc[0]} on the same seeds, {series} drives more {counts} "
+            f"(95 % interval of the difference clear of zero){_extremes(part)}."
+        )
+    return sentences
+
+
+def _extremes(part: pd.DataFrame) -> str:
+    known = part[part[a.RATIO].notna()].sort_values(a.RATIO, kind="stable")
+    if known.empty:
+        return ""
+    low, high = known.iloc[0], known.iloc[-1]
+    if low[c.VEHICLES] == high[c.VEHICLES]:
+        return f": {high[a.RATIO]:.2f} times as much"
+    return (
+        f": {low[a.RATIO]:.2f} times as much with {low[c.VEHICLES]:g} vehicles, "
+        f"{high[a.RATIO]:.2f} times with {high[c.VEHICLES]:g}"
+    )
+
+
+def _deadlocks(runs: pd.DataFrame) -> str:
+    parts = []
+    for series, group in runs.groupby(SERIES, sort=True):
+        locked = int((group[c.DEADLOCKS] > 0).sum())
+        interval = wilson_interval(locked, len(group))
+        first = group.loc[group[c.DEADLOCKS] > 0, c.VEHICLES].min()
+        since = f", from {first:g} vehicles on" if locked else ""
+        parts.append(
+            f"{series} in {locked} of {len(group)} (95 % interval {100 * interval.low:.0f} to "
+            f"{100 * interval.high:.0f} %{since})"
+        )
+    return f"Runs that lock up: {'; '.join(parts)}."
+
+
+def _mishaps(runs: pd.DataFrame) -> list[str]:
+    """Say what must not have happened, by series, whether it did or not."""
+    parts = []
+    for series, group in runs.groupby(SERIES, sort=True):
+        collisions, teleports = int(group[c.COLLISIONS].sum()), int(group[c.TELEPORTS].sum())
+        audited = group[group[c.AUDIT].notna() & (group[c.AUDIT] != "not gated")]
+        clean = int((audited[c.AUDIT] == "clean").sum())
+        audit = f", audit clean in {clean} of {len(audited)} runs" if len(audited) else ""
+        parts.append(f"{series} {collisions} collisions, {teleports} teleports{audit}")
+    return [f"What must not happen: {'; '.join(parts)}."]

@@ -1,0 +1,202 @@
+"""Write the report: one page that needs nothing else, and its figures and tables as files."""
+
+from __future__ import annotations
+
+import io
+import re
+import shlex
+from collections.abc import Callable
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import pandas as pd
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
+from matplotlib.figure import Figure
+
+from loopgate.analysis.load import Results
+from loopgate.errors import ResultsError
+from loopgate.report.content import FigureItem, Section, TableItem, network_sections
+from loopgate.report.facts import commands, facts, failures, progress
+from loopgate.report.headline import headline
+from loopgate.report.style import RC
+from loopgate.report.tables import cells, write_csv, write_latex
+
+__all__ = ["ReportFiles", "write_report"]
+
+_NO_METADATA = {"Date": None, "Creator": None, "Format": None, "Type": None}
+_LOAD = 'from loopgate.analysis import *\nresults = read_results("{}")\nruns = results.runs'
+_LONGEST_TABLE = 400  # rows on the page; the files have all
+
+
+@dataclass(frozen=True, slots=True)
+class ReportFiles:
+    """What was written."""
+
+    page: Path
+    files: Path | None
+    """The folder with figures (SVG, PNG) and tables (CSV, LaTeX); None if there was nothing to draw."""
+    figures: int
+    tables: int
+
+
+def write_report(
+    results: Results,
+    page: Path | str,
+    *,
+    files: Path | str | None = None,
+    report: Callable[[int, int], None] = lambda _done, _total: None,
+) -> ReportFiles:
+    """Write the report on `results`.
+
+    Parameters
+    ----------
+    results
+        From `read_results`; may be empty, partial, a single run, or failed runs only.
+    page
+        The HTML file. It refers to nothing outside itself.
+    files
+        Folder for figures and tables; default: beside the page, its name with ``-files``.
+    report
+        Told how many figures and tables are written, of how many.
+
+    Raises
+    ------
+    ResultsError
+        If a file cannot be written.
+    """
+    page = Path(page)
+    folder = Path(files) if files is not None else page.with_name(f"{page.stem}-files")
+    try:
+        return _write(results, page, folder, report)
+    except OSError as error:
+        msg = f"{error.filename or page}: cannot be written ({error.strerror or error})"
+        raise ResultsError(msg) from error
+
+
+def _write(results: Results, page: Path, folder: Path, report: Callable[[int, int], None]) -> ReportFiles:
+    page.parent.mkdir(parents=True, exist_ok=True)
+    with mpl.rc_context(RC):
+        sections = network_sections(results)
+        failed = failures(results)
+        total = sum(len(s.figures) + len(s.tables) for s in sections) + 1
+        writer = _Writer(folder, len(sections) > 1, lambda done: report(done, total))
+        shown = [writer.section(section) for section in sections]
+        if len(results.runs):
+            folder.mkdir(parents=True, exist_ok=True)
+            write_csv(results.runs.drop(columns=_lists(results.runs)), folder / "runs.csv")
+        if failed is not None:
+            writer.table(failed, "")
+    text = _template().render(
+        title=str(results.manifest.get("name", results.folder.name)),
+        made=datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
+        version=metadata.version("loopgate"),
+        facts=facts(results),
+        progress=progress(results),
+        sections=shown,
+        failures=None if failed is None else _shown_table(failed),
+        commands=commands(results),
+        load=_LOAD.format(results.folder),
+        again=shlex.join(["loopgate", "report", str(results.folder), "-o", str(page)]),
+        files=folder.name if len(results.runs) else None,
+    )
+    page.write_text(text, encoding="utf-8")
+    return ReportFiles(page, folder if len(results.runs) else None, writer.figures, writer.tables)
+
+
+def _lists(runs: pd.DataFrame) -> list[str]:
+    return [name for name in runs.columns if str(name).startswith("edge_") and runs[name].dtype == object]
+
+
+class _Writer:
+    """Writes figures and tables as files and returns what the page shows of them."""
+
+    def __init__(self, folder: Path, many: bool, report: Callable[[int], None]) -> None:  # noqa: FBT001
+        self._folder = folder
+        self._many = many
+        self._report = report
+        self.figures = self.tables = 0
+
+    def section(self, section: Section) -> dict[str, Any]:
+        """Write a section's files."""
+        prefix = re.sub(r"[^\w.-]+", "-", section.network) + "-" if self._many else ""
+        return {
+            "network": section.network,
+            "headline": headline(section),
+            "hidden": section.hidden,
+            "figures": [self.figure(item, prefix) for item in section.figures],
+            "tables": [self.table(item, prefix) for item in section.tables],
+        }
+
+    def figure(self, item: FigureItem, prefix: str) -> dict[str, Any]:
+        """Write a figure as SVG and PNG."""
+        self._folder.mkdir(parents=True, exist_ok=True)
+        name = prefix + item.name
+        svg = _svg(item.figure, name)
+        (self._folder / f"{name}.svg").write_text(svg, encoding="utf-8")
+        item.figure.savefig(self._folder / f"{name}.png", metadata={"Software": None})
+        self.figures += 1
+        self._report(self.figures + self.tables)
+        return {
+            "id": name,
+            "title": item.title,
+            "caption": item.caption,
+            "code": item.code,
+            "svg": Markup(svg[svg.index("<svg") :]),  # noqa: S704 - Matplotlib has escaped its texts
+        }
+
+    def table(self, item: TableItem, prefix: str) -> dict[str, Any]:
+        """Write a table as CSV and LaTeX."""
+        self._folder.mkdir(parents=True, exist_ok=True)
+        name = prefix + item.name
+        write_csv(item.table, self._folder / f"{name}.csv")
+        write_latex(item.table, self._folder / f"{name}.tex", caption=item.title)
+        self.tables += 1
+        self._report(self.figures + self.tables)
+        return {**_shown_table(item), "id": f"{name}-table"}
+
+
+def _shown_table(item: TableItem) -> dict[str, Any]:
+    headings, rows = cells(item.table.head(_LONGEST_TABLE))
+    numeric = [pd.api.types.is_numeric_dtype(item.table[name]) for name in item.table.columns]
+    return {
+        "id": item.name,
+        "title": item.title,
+        "headings": headings,
+        "rows": rows,
+        "numeric": numeric,
+        "more": max(0, len(item.table) - _LONGEST_TABLE),
+        "code": item.code,
+    }
+
+
+def _svg(figure: Figure, name: str) -> str:
+    """Return the figure as SVG, the same bytes for the same figure, with ids of its own on the page."""
+    with mpl.rc_context({"svg.hashsalt": name}):
+        buffer = io.StringIO()
+        figure.savefig(buffer, format="svg", metadata=_NO_METADATA)
+    svg = buffer.getvalue()
+    svg = re.sub(r"<metadata>.*?</metadata>", "", svg, flags=re.DOTALL)
+    svg = re.sub(r"<!DOCTYPE.*?>", "", svg, flags=re.DOTALL)
+    svg = re.sub(r'\bid="(?=[\w.]+_\d+")', f'id="{name}-', svg)
+    width = re.search(r'viewBox="0 0 ([\d.]+)', svg)
+    wide = f'style="max-width:{float(width[1]) * 4 / 3:.0f}px" ' if width else ""
+    # The page scales figures with the column; a title is what a screen reader says.
+    return re.sub(
+        r'<svg ([^>]*?)width="[\d.]+pt" height="[\d.]+pt"', rf"<svg {wide}\1", svg, count=1
+    ).replace("<svg ", '<svg role="img" ', 1)
+
+
+def _template() -> Any:  # noqa: ANN401 - Jinja's own type is not exported
+    environment = Environment(
+        loader=PackageLoader("loopgate.report"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    return environment.get_template("report.html.j2")

@@ -1,0 +1,96 @@
+"""The road network as a heat map."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import matplotlib as mpl
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+
+from loopgate.report.figures import SERIES
+from loopgate.report.style import HEAT_MAP, Look
+from loopgate.results import columns as run
+
+__all__ = ["map_figure"]
+
+_WIDTH = 5.2
+_THIN, _THICK = 1.2, 5.0
+_SHIFT = 0.006  # of the extent: both directions of a road stay apart
+_MAPS = 4
+
+
+def map_figure(edges: pd.DataFrame, look: Mapping[str, Look]) -> Figure:
+    """Draw each series' hold time per edge, dark and thick where vehicles stand long.
+
+    Parameters
+    ----------
+    edges
+        From `compute_edge_means` by series: `EDGE_HOLD` [s] and `SHAPE` ("x,y x,y ..." [m]).
+    look
+        The series to draw, at most four of them; all share one scale.
+    """
+    names = [series for series in look if (edges[SERIES] == series).any()][:_MAPS]
+    columns = min(len(names), 2) or 1
+    rows = max(1, -(-len(names) // columns))
+    shapes = {str(text): _points(str(text)) for text in edges[run.SHAPE].unique()}
+    every = np.concatenate(list(shapes.values())) if shapes else np.zeros((1, 2))
+    low, high = every.min(axis=0), every.max(axis=0)
+    extent = float(max(*(high - low), 1.0))
+    tall = float((high - low)[1]) / float(max((high - low)[0], 1.0))
+    height = min(max(tall, 0.35), 1.4) * _WIDTH / columns * rows
+    figure = Figure(figsize=(_WIDTH, height + 0.9))
+    grid = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
+    scale = Normalize(0.0, float(np.nanmax([edges[run.EDGE_HOLD].max(), 1e-9])))
+    for axes, series in zip(grid.flat, names, strict=False):
+        _draw(axes, edges[edges[SERIES] == series], shapes, scale, extent)
+        axes.set_title(series, fontsize=10)
+        axes.set_xlim(low[0] - 0.03 * extent, high[0] + 0.03 * extent)
+        axes.set_ylim(low[1] - 0.03 * extent, high[1] + 0.03 * extent)
+    for axes in grid.flat:
+        axes.set_aspect("equal")
+        axes.axis("off")
+    bar = figure.colorbar(
+        mpl.cm.ScalarMappable(scale, HEAT_MAP),
+        ax=list(grid.flat),
+        location="bottom",
+        shrink=0.7,
+        aspect=35,
+        pad=0.02,
+    )
+    bar.set_label("hold time per edge and run [s]")
+    bar.outline.set_visible(False)
+    return figure
+
+
+def _draw(
+    axes: Axes, edges: pd.DataFrame, shapes: Mapping[str, np.ndarray], scale: Normalize, extent: float
+) -> None:
+    ordered = edges.sort_values(run.EDGE_HOLD, kind="stable", na_position="first")
+    hold = ordered[run.EDGE_HOLD].fillna(0.0).to_numpy(dtype=float)
+    lines = [_beside(shapes[str(text)], _SHIFT * extent) for text in ordered[run.SHAPE]]
+    share = np.asarray(scale(hold), dtype=float)
+    axes.add_collection(
+        LineCollection(
+            lines,
+            colors=mpl.colormaps[HEAT_MAP](0.08 + 0.92 * share),
+            linewidths=_THIN + (_THICK - _THIN) * share,
+            capstyle="round",
+        )
+    )
+
+
+def _points(text: str) -> np.ndarray:
+    return np.array([[float(v) for v in pair.split(",")[:2]] for pair in text.split()], dtype=float)
+
+
+def _beside(line: np.ndarray, distance: float) -> np.ndarray:
+    """Return the line moved to its right, where the traffic of that direction drives."""
+    along = np.gradient(line, axis=0) if len(line) > 1 else np.zeros_like(line)
+    length = np.maximum(np.hypot(along[:, 0], along[:, 1]), 1e-9)[:, None]
+    moved: np.ndarray = line + distance * np.column_stack((along[:, 1], -along[:, 0])) / length
+    return moved

@@ -1,0 +1,59 @@
+"""Tables as people read them, as CSV and as LaTeX."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from loopgate.report.headline import DASH, number
+
+__all__ = ["Cells", "cells", "write_csv", "write_latex"]
+
+Cells = tuple[list[str], list[list[str]]]
+"""Headings and rows, as text."""
+
+_SHARES = {"rate", "better", "refused_share"}
+
+
+def cells(table: pd.DataFrame) -> Cells:
+    """Return the table with three digits that count."""
+    columns = [_texts(table[name], str(name)) for name in table.columns]
+    return [str(name).replace("_", " ") for name in table.columns], [
+        list(row) for row in zip(*columns, strict=True)
+    ]
+
+
+def write_csv(table: pd.DataFrame, file: Path) -> None:
+    """Write the table with all its digits."""
+    plain = table.map(lambda value: " ".join(map(str, value)) if isinstance(value, np.ndarray) else value)
+    plain.to_csv(file, index=False)
+
+
+def write_latex(table: pd.DataFrame, file: Path, *, caption: str) -> None:
+    """Write the table for a paper that loads the package booktabs."""
+    headings, rows = cells(table)
+    frame = pd.DataFrame(rows, columns=headings)
+    numeric = [pd.api.types.is_numeric_dtype(table[name]) for name in table.columns]
+    text = frame.to_latex(
+        index=False,
+        escape=True,
+        caption=caption.replace("%", r"\%"),
+        label=f"tab:{file.stem}",
+        column_format="".join("r" if is_number else "l" for is_number in numeric),
+    )
+    # Typographic characters of the page that LaTeX's default encodings do not all know.
+    file.write_text(text.replace(DASH, "--").replace("\N{NO-BREAK SPACE}", "~"), encoding="utf-8")
+
+
+def _texts(column: pd.Series, name: str) -> list[str]:
+    if pd.api.types.is_bool_dtype(column):
+        return ["yes" if value else "no" for value in column]
+    if name in _SHARES:
+        return [DASH if pd.isna(value) else f"{100 * value:.1f} %" for value in column]
+    if pd.api.types.is_integer_dtype(column):
+        return [str(value) for value in column]
+    if pd.api.types.is_numeric_dtype(column):
+        return [number(float(value)) for value in column]
+    return [DASH if value is None else str(value) for value in column]

@@ -1,0 +1,31 @@
+"""The command `loopgate report`: exit codes, and what it prints."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+
+def loopgate(folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
+    program = [sys.executable, "-c", "from loopgate.cli.main import main; main()"]
+    return subprocess.run([*program, *words], cwd=folder, capture_output=True, text=True, check=False)
+
+
+def test_a_report_on_a_run_folder(tmp_path: Path) -> None:
+    """A single run, no sweep; the page lies where it was asked for."""
+    script = (
+        "import sys; sys.path.insert(0, sys.argv[1]); from pathlib import Path; import fake_runner;"
+        "Path('run').mkdir(); fake_runner.run({'vehicles': 10, 'gate': 'certified'}, Path('run'))"
+    )
+    fake = str(Path(__file__).parents[1] / "sweep")
+    subprocess.run([sys.executable, "-c", script, fake], cwd=tmp_path, check=True)
+    result = loopgate(tmp_path, "report", "run", "-o", "page.html")
+    assert (result.returncode, result.stdout) == (0, "page.html, 7 figures and 9 tables in page-files\n")
+    assert "1 run, none failed." in (tmp_path / "page.html").read_text(encoding="utf-8")
+
+
+def test_no_results_is_one_line_and_exit_code_2(tmp_path: Path) -> None:
+    """No traceback."""
+    result = loopgate(tmp_path, "report", "nothing")
+    assert result.returncode == 2
+    assert result.stderr.startswith("loopgate: nothing: no results; expected rows/")
+    assert len(result.stderr.splitlines()) == 1

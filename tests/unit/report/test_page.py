@@ -1,0 +1,204 @@
+"""The report on results of every kind: what it says, and that it needs nothing else."""
+
+import re
+from collections.abc import Callable
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from loopgate.analysis import Results, read_results
+from loopgate.errors import ResultsError
+from loopgate.report.page import write_report
+
+Make = Callable[..., Results]
+
+FULL = {"vehicles": [10, 40, 80], "gate": ["open", "certified"], "seed": [1, 2, 3]}
+
+
+class Page(HTMLParser):
+    """What a page refers to, its ids, its text, and whether its tags close."""
+
+    VOID = frozenset({"meta", "link", "br", "input", "img"})
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.references: list[str] = []
+        self.ids: list[str] = []
+        self.words: list[str] = []
+        self.open: list[str] = []
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        """Note references and ids."""
+        self.open += [] if tag in self.VOID else [tag]
+        for name, value in attrs:
+            if name in {"src", "href", "xlink:href"}:
+                self.references.append(value or "")
+            if name == "id":
+                self.ids.append(value or "")
+
+    def handle_endtag(self, tag: str) -> None:
+        """Close the innermost tag, which must be this one."""
+        assert self.open.pop() == tag
+
+    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        """Note references and ids of a tag that closes itself."""
+        self.handle_starttag(tag, attrs)
+        if tag not in self.VOID:
+            self.open.pop()
+
+    def handle_data(self, data: str) -> None:
+        """Collect the text."""
+        self.words.append(data)
+
+    @property
+    def text(self) -> str:
+        """The page's words."""
+        return " ".join(" ".join(self.words).split())
+
+
+def page(results: Results, folder: Path) -> Page:
+    made = write_report(results, folder / "r.html")
+    parsed = Page(made.page.read_text(encoding="utf-8"))
+    assert not parsed.open
+    return parsed
+
+
+def test_the_page_needs_nothing_but_itself(make: Make, tmp_path: Path) -> None:
+    """Every reference stays on the page or is data; no style or script comes from elsewhere."""
+    parsed = page(make(FULL), tmp_path)
+    assert {ref.split(":")[0] if not ref.startswith("#") else "#" for ref in parsed.references} == {
+        "#",
+        "data",
+    }
+    text = (tmp_path / "r.html").read_text(encoding="utf-8")
+    assert not re.search(r"@import|url\((?!#)|<script src|<img", text)
+    assert "default-src 'none'" in text
+
+
+def test_every_reference_on_the_page_leads_somewhere_and_ids_are_unique(make: Make, tmp_path: Path) -> None:
+    """Inline figures share one page: their clip paths must not take each other's place."""
+    parsed = page(make(FULL), tmp_path)
+    assert len(parsed.ids) == len(set(parsed.ids))
+    text = (tmp_path / "r.html").read_text(encoding="utf-8")
+    wanted = {ref[1:] for ref in parsed.references if ref.startswith("#")}
+    wanted |= set(re.findall(r"url\(#([^)]+)\)", text))
+    assert wanted <= set(parsed.ids)
+
+
+def test_the_headline_is_made_from_the_figures(make: Make, tmp_path: Path) -> None:
+    """The fake gate drives a quarter more and never locks up; open does in all runs with 80 vehicles."""
+    results = make(FULL)
+    text = page(results, tmp_path).text
+    runs = results.runs
+    best = runs[(runs["gate"] == "certified") & (runs["vehicles"] == 80)]["km_per_h"].mean()
+    said = f"{best:,.0f}".replace(",", " ")
+    assert f"certified drives most: {said} vehicle-km/h with 80 vehicles (the most that were tried)" in text
+    assert "certified in 0 of 9 (95 % interval 0 to 30 %); open in 3 of 9" in text
+    assert "from 80 vehicles on" in text
+    assert "18 runs, none failed." in text
+
+
+def test_figures_and_tables_are_files_too(make: Make, tmp_path: Path) -> None:
+    """SVG and PNG of each figure, CSV with all digits and LaTeX of each table."""
+    results = make(FULL)
+    made = write_report(results, tmp_path / "r.html", files=tmp_path / "f")
+    names = {file.name for file in (tmp_path / "f").iterdir()}
+    for figure in ("throughput", "deadlock-rate", "survival", "laps", "map", "decision-time", "revisits"):
+        assert {f"{figure}.svg", f"{figure}.png"} <= names
+    assert len([name for name in names if name.endswith(".csv")]) == made.tables + 1
+    table = pd.read_csv(tmp_path / "f" / "throughput.csv")
+    first = results.runs[(results.runs["gate"] == "certified") & (results.runs["vehicles"] == 10)]
+    assert table.loc[0, "mean"] == pytest.approx(first["km_per_h"].mean())
+    latex = (tmp_path / "f" / "deadlocks.tex").read_text(encoding="utf-8")
+    assert r"\toprule" in latex
+    assert r"100.0 \%" in latex
+
+
+def test_the_same_results_give_the_same_figures(make: Make, tmp_path: Path) -> None:
+    """Figures carry no date and no random ids."""
+    results = make(FULL)
+    for name in ("a", "b"):
+        write_report(results, tmp_path / f"{name}.html", files=tmp_path / name)
+    for file in sorted((tmp_path / "a").glob("*.svg")):
+        assert file.read_bytes() == (tmp_path / "b" / file.name).read_bytes(), file.name
+
+
+def test_an_empty_results_folder(tmp_path: Path) -> None:
+    """A sweep that has only begun: the page says so and how to go on."""
+    (tmp_path / "rows").mkdir()
+    (tmp_path / "sweep.json").write_text('{"name": "s", "runs": 35, "command": "loopgate sweep s.toml"}')
+    made = write_report(read_results(tmp_path), tmp_path / "r.html")
+    text = Page(made.page.read_text(encoding="utf-8")).text
+    assert "There are no runs yet, of 35 planned." in text
+    assert "loopgate sweep s.toml" in text
+    assert made.files is None
+
+
+def test_failed_runs_only(make: Make, tmp_path: Path) -> None:
+    """Reasons instead of figures."""
+    text = page(make({"seed": [0, 1]}, vehicles=5, trouble="raise"), tmp_path).text
+    assert "2 runs; all failed, so there is nothing to compare" in text
+    assert "edge e7: no lane for passenger" in text
+
+
+def test_a_single_run(make: Make, tmp_path: Path) -> None:
+    """No interval is claimed, nothing is compared."""
+    text = page(make({"vehicles": [40], "gate": ["certified"], "seed": [1]}), tmp_path).text
+    assert "One run each: no intervals." in text
+    assert "on the same seeds" not in text
+
+
+def test_a_run_in_which_nothing_was_achieved(make: Make, tmp_path: Path) -> None:
+    """No lap, no distance: no division by zero, and figures all the same."""
+    assert "0 vehicle-km/h" in page(make({"vehicles": [40]}, duration_s=10), tmp_path).text
+
+
+def test_partial_results_with_a_failure(make: Make, tmp_path: Path) -> None:
+    """Both how many are there and how many failed."""
+    results = make({"vehicles": [10], "gate": ["open", "certified"], "trouble": ["none", "raise"]})
+    partial = Results(results.folder, results.runs, results.edge_sets, {**results.manifest, "runs": 9})
+    text = page(partial, tmp_path).text
+    assert "4 runs of 9 planned are there; 2 failed." in text
+
+
+def test_whatever_varies_besides_becomes_a_series(make: Make, tmp_path: Path) -> None:
+    """A scenario key of the user's own tells series apart; each network has a section of its own."""
+    grid = {
+        "vehicles": [10, 20],
+        "gate": ["certified"],
+        "rho_m": [1.5, 2.0],
+        "network": ["sumo:DRT", "sumo:bs3d"],
+    }
+    parsed = page(make(grid), tmp_path)
+    assert "certified, rho_m 1.5" in parsed.text
+    assert {"n1", "n2"} <= set(parsed.ids)
+    assert (tmp_path / "r-files" / "sumo-DRT-throughput.svg").exists()
+
+
+def test_more_series_than_a_reader_can_tell_apart(make: Make, tmp_path: Path) -> None:
+    """Figures show eight, the page names the rest, the tables have all."""
+    text = page(make({"vehicles": [10], "gate": [f"g{n}" for n in range(10)]}), tmp_path).text
+    assert "The figures leave out g8; g9" in text
+    assert len(pd.read_csv(tmp_path / "r-files" / "throughput.csv")) == 10
+
+
+def test_names_from_outside_are_text_and_no_markup(make: Make, tmp_path: Path) -> None:
+    """A gate called like a tag appears as it is written, on the page and in figures."""
+    text = page(make({"vehicles": [10], "gate": ["<script>alert(1)</script>", "b & c"]}), tmp_path).text
+    assert "<script>alert(1)</script>" in text
+
+
+def test_a_place_that_cannot_be_written(make: Make, tmp_path: Path) -> None:
+    """One line that names the file."""
+    (tmp_path / "file").write_text("", encoding="utf-8")
+    with pytest.raises(ResultsError, match=r"file.*: cannot be written"):
+        write_report(make({"vehicles": [10]}), tmp_path / "file" / "r.html")
+
+
+def test_no_results_there(tmp_path: Path) -> None:
+    """The error says what was expected."""
+    with pytest.raises(ResultsError, match=r"no results; expected rows/ \(a sweep\), summary.json"):
+        read_results(tmp_path)
