@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 
 import pandas as pd
+from rich.markup import escape
 from rich.table import Table
 
 __all__ = ["frame_table"]
@@ -26,9 +27,9 @@ def frame_table(frame: pd.DataFrame, columns: Mapping[str, str], *, title: str) 
     table = Table(title=title)
     for name, heading in columns.items():
         numeric = pd.api.types.is_numeric_dtype(frame[name])
-        table.add_column(heading, justify="right" if numeric else "left")
+        table.add_column(escape(heading), justify="right" if numeric else "left")
     for row in frame[list(columns)].itertuples(index=False):
-        table.add_row(*(_text(value) for value in row))
+        table.add_row(*(escape(_text(value)) for value in row))
     return table
 
 
