@@ -25,7 +25,7 @@ class Finding:
     vehicle, place
         Whom and what it is about; place may be empty.
     rule
-        ``capacity``, ``path``, ``order``, ``release``, ``start``, ``collision``, ``teleport``,
+        ``capacity``, ``trespass``, ``path``, ``order``, ``release``, ``start``, ``collision``, ``teleport``,
         ``progress`` or ``laps``.
     text
         One line for people.
@@ -50,6 +50,7 @@ def audit_events(
     The books are kept anew from ``start``, ``grant`` and ``leave`` events, in the order of the trace:
 
     - *capacity*: never more vehicles hold a state than it holds, from the grant until the rear has left;
+    - *trespass*: the front, as SUMO reports it, enters only what was granted, in that order;
     - *path*: a vehicle is granted the states of its path, in order;
     - *order*: vehicles are granted the way out of a FIFO state in the order in which they were granted it;
     - *release*: a vehicle leaves states in the order in which it took them, and never its last one;
@@ -89,6 +90,7 @@ class _Books:
         self._held: defaultdict[StateId, list[str]] = defaultdict(list)
         self._queue: defaultdict[StateId, list[str]] = defaultdict(list)
         self._holding: dict[str, list[StateId]] = {}
+        self._entering: dict[str, list[StateId]] = {}
         self._granted: Counter[str] = Counter()
         self._last_grant: dict[str, float] = {}
         self._findings: list[Finding] = []
@@ -147,7 +149,15 @@ class _Books:
         self._granted[vehicle] += 1
         self._last_grant[vehicle] = at_s
         self._holding[vehicle].append(place)
+        self._entering.setdefault(vehicle, []).append(place)
         self._take(at_s, vehicle, place)
+
+    def enter(self, at_s: float, vehicle: str, place: StateId) -> None:
+        expected = self._entering.get(vehicle, [])
+        if not expected or expected[0] != place:
+            self._add(at_s, vehicle, place, "trespass", f"{vehicle}: entered {place}, which was not granted")
+            return
+        expected.pop(0)
 
     def leave(self, at_s: float, vehicle: str, place: StateId) -> None:
         holding = self._holding.get(vehicle, [])
@@ -186,6 +196,7 @@ class _Books:
 _RULES = {
     Event.START: _Books.start,
     Event.GRANT: _Books.grant,
+    Event.ENTER: _Books.enter,
     Event.LEAVE: _Books.leave,
     Event.COLLISION: _Books.collision,
     Event.TELEPORT: _Books.teleport,

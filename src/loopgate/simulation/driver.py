@@ -13,6 +13,9 @@ __all__ = ["Driver"]
 _MARGIN_M = 1.0
 """Room kept beyond the braking distance when a stop is set [m]."""
 
+_TOLERANCE_M = 0.5
+"""Rounding allowed before a front beyond its leg counts as one [m]; stop lines keep more than this clear."""
+
 _REACTION_S = 1.0
 """Headway that SUMO adds to the braking distance before it accepts a stop: tau of its default model [s]."""
 
@@ -52,10 +55,12 @@ class Driver:
         self.granted = track.start_position
         self.tail = track.start_position
         self.crossed = track.start_position
+        self.entered = track.start_position
         self.next_lap_m = start + track.lap_m
         self._edge = bisect_right([begin for begin, _ in track.edges], start % track.lap_m)
         self._edge_lap = math.floor(start / track.lap_m) * track.lap_m
         self.due_step = -1
+        self.trespassing = False
         self.held = False
         self.halted_since: float | None = None
         self.asked_s: float | None = None
@@ -129,6 +134,10 @@ class Driver:
         """Take note that the next edge has been entered."""
         self._edge += 1
 
+    def trespasses(self) -> bool:
+        """Return whether the front is past the last granted leg: no gate let it in there."""
+        return self.front_m > self.end_m(self.granted) + _TOLERANCE_M
+
     def must_ask(self, step_s: float) -> bool:
         """Return whether the next step could take the vehicle past the point where it must brake."""
         fast = min(self.top, self.speed + self.accel * step_s)
@@ -153,6 +162,8 @@ class Driver:
         front = self.front_m
         target = min(self.next_lap_m, self.next_edge()[0])
         if self._legs > 1:
+            if self.entered < self.granted:
+                target = min(target, self.begin_m(self.entered + 1))
             if self.tail < self.granted:
                 target = min(target, self.end_m(self.tail) + self.length)
             if self.crossed < self.granted:

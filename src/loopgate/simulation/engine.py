@@ -49,6 +49,8 @@ class Engine:
         self._driver_of = {driver.id: driver for driver in self.drivers}
         self.overruns = 0
         """Vehicles that could no longer brake when they were refused: should be none."""
+        self.trespasses = 0
+        """Vehicles seen with their front in a state that was not granted to them: should be none."""
         self.sumo_s = 0.0
         """Wall time spent in the simulator's steps [s]."""
 
@@ -130,6 +132,8 @@ class Engine:
         begin, edge = driver.next_edge()
         while front >= begin:
             self._recorder.note(now, driver.id, Event.EDGE, edge)
+            if driver.held and edge == driver.track.rerouted_on:
+                self._hold_again(driver)
             driver.pass_edge()
             begin, edge = driver.next_edge()
         while front >= driver.next_lap_m:
@@ -138,10 +142,30 @@ class Engine:
             self._recorder.note(now, driver.id, Event.LAP, driver.track.loop)
         asking = False
         if self._gatekeeper:
+            self._note_entries(driver, now)
             self._free_behind(driver, now)
             asking = self._ask(driver, now)
         wait = driver.quiet_steps(asking=asking, step_s=self._step_s)
         self._look_at(driver, self._step + wait)
+
+    def _note_entries(self, driver: Driver, now: float) -> None:
+        """Record where the front is, as SUMO says: the audit holds the grants against it."""
+        while driver.entered < driver.granted and driver.front_m >= driver.begin_m(driver.entered + 1):
+            driver.entered += 1
+            place = driver.track.states[driver.position(driver.entered)]
+            self._recorder.note(now, driver.id, Event.ENTER, place)
+        if driver.trespasses() and not driver.trespassing:
+            self.trespasses += 1
+            place = driver.track.states[driver.position(driver.granted + 1)]
+            self._recorder.note(now, driver.id, Event.ENTER, place, "not granted")
+        driver.trespassing = driver.trespasses()
+
+    def _hold_again(self, driver: Driver) -> None:
+        # A stop on the edge where SUMO renews the route has moved on to the next round with it.
+        line = driver.track.stop_lines[driver.position(driver.granted)]
+        if line.edge == driver.track.rerouted_on and driver.halted_since is None:
+            self._traffic.release(driver.id)
+            self._traffic.hold(driver.id, line.edge, line.lane_index, line.position_m)
 
     def _free_behind(self, driver: Driver, now: float) -> None:
         keeper = self._gatekeeper

@@ -106,6 +106,7 @@ def _run(scenario: Scenario, folder: Folder, tick: Tick | None, backend: str) ->
         traffic.close()
     summary = _summary(scenario, assembly, keeper, course, tallies, folder)
     summary["overruns"] = engine.overruns
+    summary["trespasses"] = engine.trespasses
     summary["wall_s"]["total"] = round(perf_counter() - began, 3)
     folder.write_summary(summary)
     return summary

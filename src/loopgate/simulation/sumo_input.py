@@ -11,7 +11,7 @@ from xml.etree import ElementTree as ET
 from loopgate.errors import RouteError
 from loopgate.network import Loop, VehicleType
 
-__all__ = ["Start", "write_sumo_input"]
+__all__ = ["Start", "pivot", "write_sumo_input"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,14 +60,12 @@ def write_sumo_input(starts: Sequence[Start], folder: Path) -> list[str]:
             kinds[key] = f"{start.type.id}@{start.loop.id}"
             ET.SubElement(top, "vType", {**start.type.attributes, "id": kinds[key]})
     for loop in loops.values():
-        pivot = _pivot(loop)
-        once = loop.edges[pivot:] + loop.edges[:pivot]
+        here = pivot(loop)
+        once = loop.edges[here:] + loop.edges[:here]
         edges = (*once, *once, once[0])
         ET.SubElement(top, "route", id=f"round@{loop.id}", edges=" ".join(edges))
         types = " ".join(kind for (name, _), kind in kinds.items() if name == loop.id)
-        rerouter = ET.SubElement(
-            top, "rerouter", id=f"again@{loop.id}", edges=loop.edges[pivot], vTypes=types
-        )
+        rerouter = ET.SubElement(top, "rerouter", id=f"again@{loop.id}", edges=once[0], vTypes=types)
         interval = ET.SubElement(rerouter, "interval", begin="0", end="1000000000")
         ET.SubElement(interval, "routeProbReroute", id=f"round@{loop.id}")
     for start in starts:
@@ -85,7 +83,7 @@ def _add_vehicle(top: ET.Element, start: Start, kind: str) -> None:
         i for i, begin in enumerate(_edge_begins(loop)) if begin <= start.front_m % loop.length_m + 1e-6
     ]
     here = numbers[-1]
-    ahead = loop.edges[here:] + loop.edges * 2 + loop.edges[: _pivot(loop) + 1]
+    ahead = loop.edges[here:] + loop.edges * 2 + loop.edges[: pivot(loop) + 1]
     vehicle = ET.SubElement(
         top,
         "vehicle",
@@ -104,7 +102,14 @@ def _edge_begins(loop: Loop) -> list[float]:
     return [span.begin_m for span in loop.spans if not span.internal]
 
 
-def _pivot(loop: Loop) -> int:
+def pivot(loop: Loop) -> int:
+    """Return the number of the first edge that the loop passes only once: where its route is renewed.
+
+    Raises
+    ------
+    RouteError
+        If there is none.
+    """
     times = Counter(loop.edges)
     for number, edge in enumerate(loop.edges):
         if times[edge] == 1:
