@@ -36,13 +36,20 @@ def deadlocked_robots(system: System, configuration: Configuration) -> frozenset
 
 
 def homes_decide_liveness(system: System) -> bool:
-    """Return whether every robot has a private state, on an open path as its terminal state.
+    """Return whether every robot on a closed path has a private state, and passes no other robot's end.
 
-    Then a configuration is live iff some sequence of moves brings all robots to private states at once: from
-    there each in turn can go round alone, or to its end.
+    Then a configuration is live iff some sequence of moves brings all robots home at once, those on closed
+    paths to private states and the others to their ends: from there each in turn can go round alone. A run in
+    which everyone goes on for ever gives such a sequence if, from some moment on, each robot stays when it
+    comes home.
     """
-    for robot, path in zip(system.robots, system.paths, strict=True):
-        private = [system.private[state] for state in path]
-        if not (any(private) if robot.next_position(len(path) - 1) is not None else private[-1]):
-            return False
-    return True
+    ends = {
+        path[-1]
+        for robot, path in zip(system.robots, system.paths, strict=True)
+        if robot.next_position(len(path) - 1) is None
+    }
+    return all(
+        any(system.private[state] for state in path) and ends.isdisjoint(path)
+        for robot, path in zip(system.robots, system.paths, strict=True)
+        if robot.next_position(len(path) - 1) is not None
+    )

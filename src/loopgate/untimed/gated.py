@@ -125,7 +125,7 @@ class Gated:
                     visits[i] |= np.uint64(1 << s)
         found, bads = expand_gated(
             keys, self._space.table, out, bad, native,
-            packed.shift, packed.mask, packed.after, packed.state, packed.room,
+            packed.shift, packed.mask, packed.after, packed.state, packed.home, packed.room,
             visits, *scratch_for(robots), self._totals,
         )  # fmt: skip
         return out[:found], bad[:bads]

@@ -25,9 +25,15 @@ _NONE = np.uint64(0)
 _ONE = np.uint64(1)
 
 
-@njit(cache=True, inline="always")
-def _is_safe_walk(robot: int, q: int, after: Numbers, state: Numbers, room: Numbers, count: Numbers) -> bool:
-    """Return whether all states from position `q` to the next private one have room."""
+@njit(cache=True)
+def _is_safe_walk(
+    robot: int, q: int, after: Numbers, state: Numbers, room: Numbers, count: Numbers, at: Numbers
+) -> bool:
+    """Return whether all states from position `q` to the next private one have room.
+
+    Or to the end of the path, if no other robot comes there.
+    """
+    s = -1
     while q >= 0:
         s = state[robot, q]
         if s < 0:
@@ -35,7 +41,13 @@ def _is_safe_walk(robot: int, q: int, after: Numbers, state: Numbers, room: Numb
         if count[s] >= room[s]:
             return False
         q = after[robot, q]
-    return False
+    for other in range(at.size):
+        p = after[other, at[other]] if other != robot else -1
+        while p >= 0 and p != at[other]:
+            if state[other, p] == s:
+                return False
+            p = after[other, p]
+    return True
 
 
 @njit(cache=True)
@@ -49,6 +61,7 @@ def expand_gated(
     mask: Words,
     after: Numbers,
     state: Numbers,
+    home: Numbers,
     room: Numbers,
     visits: Words,
     legs: Numbers,
@@ -71,7 +84,7 @@ def expand_gated(
     single = room.max() == 1
     found = bads = 0
     for key in keys:
-        unpack(key, shift, mask, state, at, count, owner)
+        unpack(key, shift, mask, state, home, at, count, owner)
         moves = finished = blocked = 0
         for i in range(robots):
             p = at[i]
@@ -86,7 +99,7 @@ def expand_gated(
                 blocked += 1
                 continue
             if gate[0] == BANKER:
-                if not _is_safe_walk(i, q, after, state, room, count):
+                if not _is_safe_walk(i, q, after, state, room, count, at):
                     continue
             elif gate[0] == ALGORITHM2 and s >= 0:
                 left = state[i, p]
@@ -134,6 +147,7 @@ def higher_order_keys(
     mask: Words,
     after: Numbers,
     state: Numbers,
+    home: Numbers,
     room: Numbers,
 ) -> int:
     """Write to `out` the keys in slots `begin` to `end` that are neither live nor deadlocks.
@@ -153,7 +167,7 @@ def higher_order_keys(
         if word == _NONE or word & LIVE or word & needed != needed:
             continue
         key = (word & KEY_PART) - _ONE
-        unpack(key, shift, mask, state, at, count, owner)
+        unpack(key, shift, mask, state, home, at, count, owner)
         for i in range(robots):
             q = after[i, at[i]]
             waits[i] = -1

@@ -16,18 +16,25 @@ Numbers = NDArray[np.int64]
 
 @njit(cache=True, inline="always")
 def unpack(
-    key: np.uint64, shift: Words, mask: Words, state: Numbers, at: Numbers, count: Numbers, owner: Numbers
+    key: np.uint64,
+    shift: Words,
+    mask: Words,
+    state: Numbers,
+    home: Numbers,
+    at: Numbers,
+    count: Numbers,
+    owner: Numbers,
 ) -> int:
-    """Fill in the positions `at`, and the states' `count` and `owner`; return how many robots share."""
-    sharing = 0
+    """Fill in the positions `at`, and the states' `count` and `owner`; return how many are not home."""
+    away = 0
     for i in range(shift.size):
         at[i] = np.int64(key >> shift[i] & mask[i])
         s = state[i, at[i]]
         if s >= 0:
             count[s] += 1
             owner[s] = i
-            sharing += 1
-    return sharing
+        away += 1 - home[i, at[i]]
+    return away
 
 
 @njit(cache=True, inline="always")
@@ -93,6 +100,7 @@ def expand(
     mask: Words,
     after: Numbers,
     state: Numbers,
+    home: Numbers,
     room: Numbers,
     totals: Numbers,
 ) -> tuple[int, int]:
@@ -107,9 +115,9 @@ def expand(
     owner = np.zeros(room.size, np.int64)
     single = room.max() == 1
     count = np.zeros(room.size, np.int64)
-    found = home = 0
+    found = at_home = 0
     for key in keys:
-        sharing = unpack(key, shift, mask, state, at, count, owner)
+        away = unpack(key, shift, mask, state, home, at, count, owner)
         moves = finished = blocked = 0
         for i in range(robots):
             p = at[i]
@@ -124,21 +132,21 @@ def expand(
                 blocked += 1
                 continue
             moves += 1
-            left = sharing - (state[i, p] >= 0) + (s >= 0)
+            left = away + home[i, p] - home[i, q]
             there = key + (np.uint64(q - p) << shift[i])
             if insert(table, there, LIVE if left == 0 else np.uint64(0)):
                 out[found] = there
                 found += 1
                 if left == 0:
-                    homes[home] = there
-                    home += 1
+                    homes[at_home] = there
+                    at_home += 1
         totals[0] += moves
         if blocked > 1:
             totals[1] += single_cycle(waits, owner, mark) if single else shared_cycle(waits, state, at)
         if moves == 0 and finished < robots:
             totals[2] += 1
         clear(state, at, count)
-    return found, home
+    return found, at_home
 
 
 @njit(cache=True)
@@ -151,6 +159,7 @@ def spread_live(
     mask: Words,
     before: Numbers,
     state: Numbers,
+    home: Numbers,
     room: Numbers,
     totals: Numbers,
 ) -> int:
@@ -166,7 +175,7 @@ def spread_live(
         steps -= 1
         top -= 1
         key = stack[top]
-        unpack(key, shift, mask, state, at, count, owner)
+        unpack(key, shift, mask, state, home, at, count, owner)
         for i in range(robots):
             p = before[i, at[i]]
             if p < 0:

@@ -103,7 +103,7 @@ def _orders(space: Space, needed: np.uint64) -> dict[str, int]:
         end = min(begin + chunk, space.table.size)
         found = higher_order_keys(
             space.table, begin, end, needed, out,
-            packed.shift, packed.mask, packed.after, packed.state, packed.room,
+            packed.shift, packed.mask, packed.after, packed.state, packed.home, packed.room,
         )  # fmt: skip
         keys, counts = np.unique(_parked(packed, out[:found]), return_counts=True)
         for key, count in zip(keys.tolist(), counts.tolist(), strict=True):

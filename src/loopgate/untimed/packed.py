@@ -32,6 +32,9 @@ class Packed:
         Next and previous position, or -1.
     state
         Number of the shared state at a position, or -1 if it is private.
+    home
+        Whether a robot is at home at a position: in a private state of a closed path, or at an open path's
+        end.
     room
         Capacity of each shared state.
     """
@@ -42,6 +45,7 @@ class Packed:
     after: NDArray[np.int64]
     before: NDArray[np.int64]
     state: NDArray[np.int64]
+    home: NDArray[np.int64]
     room: NDArray[np.int64]
 
     def key(self, configuration: Configuration) -> int:
@@ -63,7 +67,7 @@ def why_not_packed(system: System) -> str:
         if system.room[state] > 1:
             return f"state {system.states[state]} is a queue of several robots, whose order counts"
     if not homes_decide_liveness(system):
-        return "a robot has no private state, or ends in a shared one"
+        return "a robot on a closed path has no private state, or passes where another ends"
     return ""
 
 
@@ -77,6 +81,7 @@ def pack(system: System) -> Packed:
     after = np.full((robots, longest), -1, np.int64)
     before = np.full((robots, longest), -1, np.int64)
     state = np.full((robots, longest), -1, np.int64)
+    home = np.zeros((robots, longest), np.int64)
     low = 0
     for i, path in enumerate(system.paths):
         bits = (len(path) - 1).bit_length()
@@ -85,8 +90,10 @@ def pack(system: System) -> Packed:
         for p, s in enumerate(path):
             state[i, p] = shared.get(s, -1)
             following = system.robots[i].next_position(p)
+            goes_round = system.robots[i].next_position(len(path) - 1) is not None
+            home[i, p] = system.private[s] if goes_round else following is None
             if following is not None:
                 after[i, p] = following
                 before[i, following] = p
     room = np.array([system.room[s] for s in shared] or [1], np.int64)
-    return Packed(system, shift, mask, after, before, state, room)
+    return Packed(system, shift, mask, after, before, state, home, room)

@@ -16,7 +16,7 @@ from loopgate.untimed.table import LIVE, find, has_flag, insert, moved_over, new
 __all__ = ["Space"]
 
 _CHUNK = 1 << 16
-_FULLEST = 0.7
+_FULLEST = 0.75
 """Share of the table's slots that may be taken."""
 _GB = 1_000_000_000
 
@@ -48,7 +48,7 @@ class Space:
 
     Notes
     -----
-    Eight bytes per slot, of which 35 to 70 % are taken; while the table grows, the old and the new one exist.
+    Eight bytes per slot, of which 37 to 75 % are taken; while the table grows, the old and the new one exist.
     """
 
     def __init__(
@@ -120,7 +120,8 @@ class Space:
                     chunk = self._make_room(chunk, robots)
                     found, at_home = expand(
                         keys[begin : begin + chunk], self.table, out, out_homes,
-                        packed.shift, packed.mask, packed.after, packed.state, packed.room, self._totals,
+                        packed.shift, packed.mask, packed.after, packed.state, packed.home, packed.room,
+                        self._totals,
                     )  # fmt: skip
                     begin += chunk
                     self.count += found
@@ -160,6 +161,7 @@ class Space:
         while top:
             top = spread_live(
                 stack, top, 1 << 20, self.table,
-                packed.shift, packed.mask, packed.before, packed.state, packed.room, self._totals,
+                packed.shift, packed.mask, packed.before, packed.state, packed.home, packed.room,
+                self._totals,
             )  # fmt: skip
             self._progress(self.count)
