@@ -21,9 +21,9 @@ class Crossing:
     foes
         Movements that must not be under way at the same time. Symmetric.
     overlaps
-        For a foe, between which metres after the beginning of this crossing (the ``end_m`` of the leg before
-        it) a vehicle on it can touch a vehicle on the foe: the front is in the way from the first on, the
-        rear is out of the way beyond the second. A foe without an entry is in the way over the whole crossing.
+        For a foe, between which metres after the ``end_m`` of the leg before it a vehicle on this crossing
+        can touch a vehicle on the foe: the front is in the way from the first on, the rear is out of the way
+        beyond the second. A foe without an entry is in the way all along.
     """
 
     id: str
