@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from random import Random
 
 from loopgate.abstraction.itinerary import Abstraction
+from loopgate.abstraction.queue_layout import why_not
+from loopgate.abstraction.queues import make_queues
 from loopgate.abstraction.segments import make_segments
 from loopgate.abstraction.sharing import SharingBound
 from loopgate.errors import ScenarioError
@@ -65,7 +67,7 @@ def assemble(scenario: Scenario) -> Assembly:
     loops = [vehicle.loop for vehicle in vehicles]
     abstraction = None
     if scenario.gated or scenario.abstraction != "segments" or len({loop.id for loop in loops}) == len(loops):
-        abstraction = _abstraction(scenario, vehicles)
+        abstraction = _abstraction(scenario, network, vehicles)
     if abstraction is None:
         kinds = [vehicle.type for vehicle in vehicles]
         fronts = dict(enumerate(spread(loops, kinds, Random(scenario.seed))))
@@ -125,19 +127,31 @@ def _round_robin(
 
 
 def _random_loops(scenario: Scenario, network: RoadNetwork, count: int) -> Sequence[Loop]:
-    bound = None
-    if scenario.max_shared < 1.0:
+    bound: Callable[[Loop], bool] | None = None
+    if scenario.abstraction == "queues":
+
+        def bound(loop: Loop) -> bool:
+            return not why_not(network, loop)
+
+    elif scenario.max_shared < 1.0:
         bound = SharingBound(network, scenario.max_shared, rho_m=scenario.rho_m).admits
     return generate_loops(
         network, count, length_m=scenario.loop_length_m, seed=scenario.loops_seed, admits=bound
     )
 
 
-def _abstraction(scenario: Scenario, vehicles: Sequence[_Vehicle]) -> Abstraction:
-    if scenario.abstraction == "queues":
-        msg = "abstraction queues: not built yet"
-        raise ScenarioError(msg)
+def _abstraction(scenario: Scenario, network: RoadNetwork, vehicles: Sequence[_Vehicle]) -> Abstraction:
     loops = [vehicle.loop for vehicle in vehicles]
+    given = {v.id: v.depart_m for v in vehicles if v.depart_m is not None}
+    if scenario.abstraction == "queues":
+        return make_queues(
+            network,
+            loops,
+            [vehicle.type for vehicle in vehicles],
+            seed=scenario.seed,
+            names=[vehicle.id for vehicle in vehicles],
+            starts_m=given,
+        )
     unique = len({loop.id for loop in loops})
     if unique < len(loops):
         msg = (
@@ -153,5 +167,5 @@ def _abstraction(scenario: Scenario, vehicles: Sequence[_Vehicle]) -> Abstractio
         piece_m=scenario.piece_m,
         seed=scenario.seed,
         names=[vehicle.id for vehicle in vehicles],
-        starts_m={v.id: v.depart_m for v in vehicles if v.depart_m is not None},
+        starts_m=given,
     )

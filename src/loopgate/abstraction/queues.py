@@ -1,0 +1,96 @@
+"""The queues abstraction: lanes become places with capacity, junctions become crossings between them."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Mapping, Sequence
+
+from loopgate.abstraction.itinerary import Abstraction, Itinerary
+from loopgate.abstraction.queue_layout import lay_out_queues
+from loopgate.abstraction.queue_starts import choose_places, slots_m, startable
+from loopgate.model import Robot, RobotId, StateId, System
+from loopgate.network.loop import Loop
+from loopgate.network.road import RoadNetwork
+from loopgate.network.vehicle_type import DEFAULT_TYPE, VehicleType
+
+__all__ = ["make_queues"]
+
+
+def make_queues(
+    network: RoadNetwork,
+    loops: Sequence[Loop],
+    types: Sequence[VehicleType] = (),
+    *,
+    seed: int = 1,
+    names: Sequence[str] | None = None,
+    starts_m: Mapping[str, float] | None = None,
+) -> Abstraction:
+    """Abstract loops to vehicles that queue on lanes, and place the vehicles.
+
+    A lane that holds at least two vehicles is a place: a FIFO state whose capacity is
+    ``floor(usable length / (vehicle length + gap))`` for its longest visitor. All between two places is
+    crossing: the movements over junctions, and lanes too short to wait on. A vehicle on a crossing never
+    waits: it takes the whole crossing and a slot of the next place at once.
+
+    Parameters
+    ----------
+    network
+        The roads.
+    loops
+        One per vehicle; a loop may come several times.
+    types
+        One per vehicle; SUMO's default type for all if empty.
+    seed
+        Of the starting places.
+    names
+        One per vehicle; ``v1``, ``v2``, ... if not given.
+    starts_m
+        Arc length of the front for vehicles, by name, whose place is given: they start on that lane, or on
+        the next of their lanes that has room, in line with the others.
+
+    Raises
+    ------
+    ScenarioError
+        If a loop cannot work as queues, or there are more vehicles than can start; the text says why, and
+        how many can.
+    """
+    kinds = list(types) or [DEFAULT_TYPE] * len(loops)
+    called = list(names) if names is not None else [f"v{k + 1}" for k in range(len(loops))]
+    layout = lay_out_queues(network, list(zip(loops, kinds, strict=True)))
+    itineraries = [layout.itineraries[loop.id] for loop in loops]
+    given = starts_m or {}
+    wishes = {
+        k: _leg_at(itinerary, given[name])
+        for k, (itinerary, name) in enumerate(zip(itineraries, called, strict=True))
+        if name in given
+    }
+    most = {
+        lane: startable(network.lanes[lane].length_m, layout.needed_m[lane], room)
+        for lane, room in layout.capacity.items()
+    }
+    positions = choose_places(itineraries, most, names=called, wishes=wishes, rng=random.Random(seed))
+    lines: dict[str, list[int]] = {}
+    for k, (itinerary, position) in enumerate(zip(itineraries, positions, strict=True)):
+        lines.setdefault(str(itinerary.legs[position].state), []).append(k)
+    fronts = [0.0] * len(loops)
+    for lane, line in lines.items():
+        slots = slots_m(network.lanes[lane].length_m, layout.needed_m[lane], [kinds[k] for k in line])
+        for k, slot in zip(line, slots, strict=True):
+            fronts[k] = itineraries[k].legs[positions[k]].begin_m + slot
+    robots = [
+        Robot(RobotId(name), tuple(leg.state for leg in itinerary.legs), start=position)
+        for name, itinerary, position in zip(called, itineraries, positions, strict=True)
+    ]
+    capacity = {StateId(lane): room for lane, room in layout.capacity.items()}
+    return Abstraction(
+        name="queues",
+        system=System(robots, capacity, capacity.keys()),
+        itineraries=tuple(itineraries),
+        starts_m=tuple(fronts),
+    )
+
+
+def _leg_at(itinerary: Itinerary, arc_m: float) -> int:
+    """Return the first leg whose end does not lie before an arc length."""
+    arc = arc_m % itinerary.length_m
+    return next((k for k, leg in enumerate(itinerary.legs) if leg.end_m >= arc), 0)
