@@ -75,13 +75,12 @@ def inspect(  # noqa: PLR0913  one per option
     file = read_loops(roads, routes or network)
     length, gap = file.longest_vehicle()
     length = length if vehicle_length_m is None else vehicle_length_m
-    layout = lay_out_segments(
-        file.loops, rho_m=rho_m, vehicle_length_m=length, min_gap_m=gap, piece_m=piece_m
-    )
+    names, loops, starts_m = file.robots()
+    layout = lay_out_segments(loops, rho_m=rho_m, vehicle_length_m=length, min_gap_m=gap, piece_m=piece_m)
     placed: Abstraction | None = None
     problem: ScenarioError | None = None
     try:
-        placed = place_vehicles(layout, vehicle_length_m=length, seed=seed, starts_m=file.starts_m())
+        placed = place_vehicles(layout, vehicle_length_m=length, seed=seed, names=names, starts_m=starts_m)
     except ScenarioError as error:
         problem = error
     found = survey(layout.itineraries)
@@ -92,7 +91,7 @@ def inspect(  # noqa: PLR0913  one per option
     if plot is not None:
         from loopgate.report.network_map import draw_map
 
-        title = f"{network}: {len(file.loops)} loops, {found.shared:.0%} shared"
+        title = f"{network}: {_count(len(loops), 'loop')}, {found.shared:.0%} shared"
         fronts = placed.starts_m if placed else ()
         draw_map(roads, layout.loops, layout.itineraries, plot, starts_m=fronts, title=title)
     if problem is not None:
@@ -136,7 +135,7 @@ def _print(layout: Layout, found: Survey) -> None:
     from rich.table import Table
 
     console = Console(highlight=False)
-    table = Table(title=f"{len(found.loops)} loops", title_justify="left")
+    table = Table(title=_count(len(found.loops), "loop"), title_justify="left")
     for column in ("loop", "length [m]", "states", "zones passed", "shared [m]", "shared", "meets"):
         table.add_column(column, justify="left" if column in {"loop", "meets"} else "right")
     for loop in found.loops[:_MOST_ROWS]:
@@ -169,6 +168,10 @@ def _print(layout: Layout, found: Survey) -> None:
 def _print_rest(console: Any, count: int, what: str) -> None:  # noqa: ANN401  rich's console, imported late
     if count > _MOST_ROWS:
         console.print(f"... and {count - _MOST_ROWS} more {what} (--json lists all)")
+
+
+def _count(number: int, what: str) -> str:
+    return f"{number} {what}" if number == 1 else f"{number} {what}s"
 
 
 def _listed(names: tuple[str, ...]) -> str:

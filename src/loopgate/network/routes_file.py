@@ -68,9 +68,16 @@ class RoutesFile:
         kinds = [v.type for v in self.vehicles] or list(self.types.values()) or [DEFAULT_TYPE]
         return max(kind.length_m for kind in kinds), max(kind.min_gap_m for kind in kinds)
 
-    def starts_m(self) -> dict[str, float]:
-        """Return where the file says that vehicles start, as arc length [m] by the id of their loop."""
-        return {v.loop: v.depart_m for v in self.vehicles if v.depart_m is not None}
+    def robots(self) -> tuple[list[str], list[Loop], dict[str, float]]:
+        """Return names and loops of the file's vehicles, or else of its loops, one robot on each.
+
+        The mapping says where the file wants vehicles to start, as arc length [m] by name.
+        """
+        if not self.vehicles:
+            return [loop.id for loop in self.loops], list(self.loops), {}
+        by_id = {loop.id: loop for loop in self.loops}
+        starts = {v.id: v.depart_m for v in self.vehicles if v.depart_m is not None}
+        return [v.id for v in self.vehicles], [by_id[v.loop] for v in self.vehicles], starts
 
 
 @dataclass(frozen=True, slots=True)
