@@ -77,7 +77,9 @@ def lane_contacts(shapes: dict[str, Points], reach_m: float) -> LaneContacts:
     """
     names = tuple(shapes)
     starts, ends, lane, low, high = _pieces(shapes)
-    lines = np.asarray(shapely.linestrings(np.stack((starts, ends), axis=1)), dtype=np.object_)
+    # The tree takes a line of length 0 for empty; only its box matters here, so give it a little.
+    point = np.all(starts == ends, axis=1)[:, None]
+    lines = np.asarray(shapely.linestrings(np.stack((starts, ends + 1e-6 * point), axis=1)), dtype=np.object_)
     tree = shapely.STRtree(lines)
     p, q = tree.query(lines, predicate="dwithin", distance=reach_m)
     keep = lane[p] < lane[q]

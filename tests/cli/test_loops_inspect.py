@@ -1,0 +1,208 @@
+"""`loopgate loops` and `loopgate inspect`, by exit code and output."""
+
+from __future__ import annotations
+
+import json
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+from loopgate.cli.main import cli
+from loopgate.model import read_system
+
+_RUN = CliRunner()
+_NET = "sumo:bs3d"
+
+
+def loopgate(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
+    """Run the command as a user does, for what it prints and its exit code."""
+    command = [sys.executable, "-c", "from loopgate.cli.main import main; main()", *map(str, arguments)]
+    return subprocess.run(command, check=False, capture_output=True, text=True, timeout=120)
+
+
+@pytest.fixture(scope="module")
+def routes(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    file = tmp_path_factory.mktemp("routes") / "loops.rou.xml"
+    assert _RUN.invoke(cli, ["loops", _NET, "--count", "4", "-o", str(file)]).exit_code == 0
+    return file
+
+
+def test_the_same_seed_writes_the_same_bytes(routes: Path, tmp_path: Path) -> None:
+    """In another process, with other hash seeds."""
+    again = tmp_path / "again.rou.xml"
+    done = loopgate("loops", _NET, "--count", "4", "-o", again)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.startswith("4 loops, ")
+    assert again.read_bytes() == routes.read_bytes()
+    other = _RUN.invoke(cli, ["loops", _NET, "--count", "4", "--seed", "2"])
+    assert other.stdout != routes.read_text(encoding="utf-8")
+
+
+def test_loops_go_to_standard_output_without_a_file(routes: Path) -> None:
+    """What would be in the file, and nothing else."""
+    assert _RUN.invoke(cli, ["loops", _NET, "--count", "4"]).stdout == routes.read_text(encoding="utf-8")
+
+
+def test_loops_as_json() -> None:
+    """Ids, lengths and edges."""
+    result = _RUN.invoke(cli, ["loops", _NET, "--count", "3", "--length", "500:900", "--json"])
+    found = json.loads(result.stdout)["loops"]
+    assert [loop["id"] for loop in found] == ["loop0", "loop1", "loop2"]
+    assert all(500 <= loop["length_m"] <= 900 for loop in found)
+
+
+def test_sumo_drives_the_loops(routes: Path, tmp_path: Path) -> None:
+    """SUMO itself takes the file: vehicles on every loop, twice round, nothing to complain about."""
+    import sumo  # noqa: PLC0415  only this test needs SUMO's own program
+
+    from loopgate.network import RoadNetwork, read_loops  # noqa: PLC0415
+
+    network = RoadNetwork.open(_NET)
+    vehicles = tmp_path / "vehicles.rou.xml"
+    entries = []
+    for loop in read_loops(network, routes).loops:
+        twice = " ".join((*loop.edges * 2, loop.edges[0]))
+        entries.append(f'<vehicle id="{loop.id}" depart="0"><route edges="{twice}"/></vehicle>')
+    vehicles.write_text(f"<routes>{''.join(entries)}</routes>", encoding="utf-8")
+    options = [
+        "-n",
+        network.file,
+        "-r",
+        f"{routes},{vehicles}",
+        "--end",
+        "5",
+        "--no-step-log",
+        "--tls.all-off",
+    ]
+    done = subprocess.run(
+        [Path(sumo.SUMO_HOME) / "bin" / "sumo", *map(str, options)],
+        check=False,
+        capture_output=True,
+        text=True,
+    )
+    complaints = [line for line in done.stderr.splitlines() if "green phase" not in line]  # the network's own
+    assert (done.returncode, complaints) == (0, [])
+
+
+def test_inspect_shows_and_writes(routes: Path, tmp_path: Path) -> None:
+    """Tables on stdout, a picture, and a system file that reads back with the same states."""
+    picture, system = tmp_path / "map.png", tmp_path / "system.json"
+    result = _RUN.invoke(
+        cli, ["inspect", _NET, "--routes", str(routes), "--plot", str(picture), "-o", str(system)]
+    )
+    assert result.exit_code == 0, result.output
+    assert "4 loops" in result.stdout
+    assert "lie in zones with others" in result.stdout
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    assert picture.stat().st_size > 50_000
+    assert [robot.id for robot in read_system(system).robots] == ["loop0", "loop1", "loop2", "loop3"]
+
+
+def test_inspect_as_json(routes: Path) -> None:
+    """Only JSON; shares agree with legs and zones; a greater radius shares more."""
+    shares = []
+    for rho in ("0.5", "1.25", "5"):
+        result = _RUN.invoke(cli, ["inspect", _NET, "--routes", str(routes), "--rho", rho, "--json"])
+        found = json.loads(result.stdout)
+        zones = {zone["id"] for zone in found["zones"]}
+        for loop in found["loops"]:
+            metres = sum(leg["end_m"] - leg["begin_m"] for leg in loop["legs"] if leg["state"] in zones)
+            assert metres == pytest.approx(loop["shared_m"], abs=0.2)
+        assert sum(zone["length_m"] for zone in found["zones"]) == pytest.approx(
+            sum(loop["shared_m"] for loop in found["loops"]), abs=0.2
+        )
+        shares.append(found["shared"])
+    assert shares == sorted(shares)
+    assert 0.0 < shares[0] < shares[2] <= 1.0
+
+
+def test_vehicles_of_the_file_decide_what_fits(routes: Path, tmp_path: Path) -> None:
+    """A bus of 18 m needs longer states than a car, and so the zones grow."""
+    text = routes.read_text(encoding="utf-8")
+    long = tmp_path / "bus.rou.xml"
+    bus = '<vType id="bus" length="18"/><vehicle id="b" type="bus" route="loop0" depart="0"/></routes>'
+    long.write_text(text.replace("</routes>", bus), encoding="utf-8")
+    result = _RUN.invoke(cli, ["inspect", _NET, "--routes", str(long), "--json"])
+    assert [loop["id"] for loop in json.loads(result.stdout)["loops"]] == ["loop0"]
+    short = min(
+        leg["end_m"] - leg["begin_m"] for loop in json.loads(result.stdout)["loops"] for leg in loop["legs"]
+    )
+    assert short >= 18 + 2.5
+
+
+@pytest.mark.parametrize(
+    ("arguments", "text"),
+    [
+        (["loops", "sumo:nowhere"], "sumo:nowhere: no such network in the SUMO package; there are sumo:"),
+        (["loops", _NET, "--count", "900"], "found [0-9]+ of 900 loops of 400 to 2000 m .*; ask for fewer"),
+        (["loops", _NET, "--length", "9"], "'9' is no range of lengths"),
+        (["loops", _NET, "--length", "900:400"], "expected 0 < shortest <= longest"),
+        (["loops", _NET, "--max-shared", "2"], "2.0 is not in the range"),
+        (["inspect", _NET], "which loops\\? Give --routes FILE"),
+        (["inspect", "missing.net.xml", "--routes", "x"], "missing.net.xml: there is no such file"),
+        (["inspect", _NET, "--routes", "missing.rou.xml"], "missing.rou.xml: there is no such file"),
+    ],
+)
+def test_bad_input_is_one_line(arguments: list[str], text: str) -> None:
+    """Exit code 2, one clear line on stderr, nothing on stdout, no traceback."""
+    done = loopgate(*arguments)
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert re.search(text, done.stderr), done.stderr
+    assert "Traceback" not in done.stderr
+    assert len([line for line in done.stderr.splitlines() if line.startswith(("loopgate:", "Error:"))]) == 1
+
+
+@pytest.mark.parametrize(
+    ("routes_text", "text"),
+    [
+        ('<route id="r" edges="{e0} {e1}"/>', "route r: not a loop: its last edge"),
+        ('<route id="r" edges="{e0} nowhere"/>', "route r: edge nowhere is not in the network sumo:bs3d"),
+        ('<route id="r" edges="{bus}"/>', "route r: edge {bus} is closed to passenger"),
+        (
+            (
+                '<vehicle id="v" depart="0" departPos="{in0}"><route edges="{loop0}"/></vehicle>'
+                '<vehicle id="w" depart="0" departPos="{in0}"><route edges="{loop0}"/></vehicle>'
+            ),
+            "vehicles v and w both start in zone1, which holds one",
+        ),
+        ("<route", "not XML"),
+    ],
+)
+def test_routes_drawn_wrong(routes: Path, tmp_path: Path, routes_text: str, text: str) -> None:
+    """Each mistake of a hand-drawn route file: one line, exit code 2."""
+    from loopgate.network import RoadNetwork, read_loops  # noqa: PLC0415
+
+    network = RoadNetwork.open(_NET)
+    loop = read_loops(network, routes).loops[0]
+    names = {
+        "e0": loop.edges[0],
+        "e1": loop.edges[1],
+        "bus": next(edge.id for edge in network.edges.values() if not edge.allows("passenger")),
+        "loop0": " ".join(loop.edges),
+        "in0": "6",
+    }
+    file = tmp_path / "drawn.rou.xml"
+    file.write_text(f"<routes>{routes_text.format(**names)}</routes>", encoding="utf-8")
+    done = loopgate("inspect", _NET, "--routes", file)
+    assert done.returncode == 2
+    assert text.format(**names) in done.stderr
+    assert len(done.stderr.splitlines()) == 1
+
+
+def test_an_ordinary_sumo_configuration(routes: Path, tmp_path: Path) -> None:
+    """A .sumocfg names network and routes."""
+    from loopgate.network import packaged_networks  # noqa: PLC0415
+
+    config = tmp_path / "x.sumocfg"
+    config.write_text(
+        f'<configuration><input><net-file value="{packaged_networks()["bs3d"]}"/>'
+        f'<route-files value="{routes}"/></input></configuration>',
+        encoding="utf-8",
+    )
+    result = _RUN.invoke(cli, ["inspect", str(config), "--json"])
+    assert len(json.loads(result.stdout)["loops"]) == 4

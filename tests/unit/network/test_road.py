@@ -1,0 +1,111 @@
+"""Networks of the SUMO package, read into records."""
+
+from __future__ import annotations
+
+import gzip
+import itertools
+from pathlib import Path
+
+import pytest
+
+from loopgate.errors import NetworkError, RouteError
+from loopgate.network import RoadNetwork, generate_loops, packaged_networks
+
+
+@pytest.fixture(scope="module")
+def bs3d() -> RoadNetwork:
+    return RoadNetwork.open("sumo:bs3d")
+
+
+def test_names_of_the_package() -> None:
+    """The networks that the documentation names are there; an unknown name lists them."""
+    assert {"DRT", "bs3d", "grid6", "square"} <= packaged_networks().keys()
+    with pytest.raises(NetworkError, match=r"sumo:nowhere: no such network .* sumo:DRT"):
+        RoadNetwork.open("sumo:nowhere")
+
+
+def test_every_movement_has_its_way_through_the_junction(bs3d: RoadNetwork) -> None:
+    """Via lanes exist, are internal, and join the two lanes: the chain begins and ends where they do."""
+    for connection in bs3d.connections:
+        if not bs3d.allows(connection):
+            continue
+        lanes = [bs3d.lanes[lane] for lane in connection.via]
+        assert lanes
+        assert all(lane.internal for lane in lanes)
+        shapes = [
+            bs3d.edges[connection.from_edge].lanes[connection.from_lane].shape,
+            *(lane.shape for lane in lanes),
+            bs3d.edges[connection.to_edge].lanes[connection.to_lane].shape,
+        ]
+        for one, following in itertools.pairwise(shapes):
+            assert one[-1] == pytest.approx(following[0], abs=0.6)
+    assert any(len(connection.via) == 2 for connection in bs3d.connections)
+
+
+def test_links_agree_with_the_request_matrix(bs3d: RoadNetwork) -> None:
+    """Links number a junction's movements without gaps; foes are mutual."""
+    for junction in bs3d.junctions.values():
+        links = sorted(c.link for c in bs3d.connections if c.junction == junction.id)
+        if not junction.foes or not links:
+            continue
+        assert len(set(links)) == len(links)
+        assert links[-1] < len(junction.foes)
+        for one, foes in enumerate(junction.foes):
+            assert all(one in junction.foes[other] for other in foes)
+
+
+def test_foes_cross_or_merge(bs3d: RoadNetwork) -> None:
+    """Two movements into one lane are foes: a check of the numbering against the roads themselves."""
+    checked = 0
+    into: dict[tuple[str, int], list[int]] = {}
+    cars = [c for c in bs3d.connections if bs3d.allows(c) and c.link >= 0]
+    for number, c in enumerate(cars):
+        into.setdefault((c.to_edge, c.to_lane), []).append(number)
+    for numbers in into.values():
+        for one in numbers:
+            for other in numbers:
+                if cars[one].from_edge != cars[other].from_edge:
+                    checked += 1
+                    assert bs3d.are_foes(cars[one], cars[other])
+    assert checked > 100
+
+
+def test_gzipped_network(tmp_path: Path) -> None:
+    """A .net.xml.gz reads as the same network."""
+    file = packaged_networks()["grid6"]
+    packed = tmp_path / "grid6.net.xml.gz"
+    packed.write_bytes(gzip.compress(file.read_bytes()))
+    assert RoadNetwork.open(packed).connections == RoadNetwork.open("sumo:grid6").connections
+
+
+def test_buses_have_roads_of_their_own(bs3d: RoadNetwork) -> None:
+    """Permissions are kept by class."""
+    closed = [edge for edge in bs3d.edges.values() if not edge.allows("passenger")]
+    assert any(edge.allows("bus") or edge.allows("pedestrian") for edge in closed)
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_generated_loops(bs3d: RoadNetwork, seed: int) -> None:
+    """Distinct, closed, edge-simple, in range, without U-turns, and the same for the same seed."""
+    loops = generate_loops(bs3d, 12, length_m=(500, 2500), seed=seed)
+    assert loops == generate_loops(bs3d, 12, length_m=(500, 2500), seed=seed)
+    assert len({frozenset(loop.edges) for loop in loops}) == 12
+    for loop in loops:
+        assert len(set(loop.edges)) == len(loop.edges)
+        assert 500 <= loop.length_m <= 2500
+        for here, there in zip(loop.edges, loop.edges[1:] + loop.edges[:1], strict=True):
+            assert any(c.direction != "t" for c in bs3d.between(here, there))
+
+
+def test_seeds_differ(bs3d: RoadNetwork) -> None:
+    """Another seed makes other loops."""
+    one, two = (generate_loops(bs3d, 6, seed=seed) for seed in (1, 2))
+    assert {loop.edges for loop in one} != {loop.edges for loop in two}
+
+
+def test_u_turns_only_when_asked() -> None:
+    """grid6 has a single loop without U-turns, and more with them."""
+    net = RoadNetwork.open("sumo:grid6")
+    with pytest.raises(RouteError, match=r"found 1 of 3 loops .*; ask for fewer, .* or allow --u-turns"):
+        generate_loops(net, 3, seed=1)
+    assert len(generate_loops(net, 3, length_m=(50, 2000), seed=1, u_turns=True)) == 3

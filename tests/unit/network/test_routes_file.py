@@ -1,0 +1,172 @@
+"""Route files: every way to write a loop, and every way to get it wrong."""
+
+from __future__ import annotations
+
+import gzip
+from pathlib import Path
+
+import pytest
+from roads import roads
+
+from loopgate.errors import LoopgateError, NetworkError, RouteError
+from loopgate.network import RoadNetwork, VehicleType, make_loop, read_loops, read_sumo_config, write_loops
+
+NET = roads(
+    {"a": (100, 1), "b": (50, 1), "c": (100, 1)}, ["a_0>b_0", "b_0>a_0", "b_0>c_0", "c_0>a_0"], buses_only=[]
+)
+
+
+def routes(tmp_path: Path, inside: str, name: str = "x.rou.xml") -> Path:
+    file = tmp_path / name
+    file.write_text(f"<routes>{inside}</routes>", encoding="utf-8")
+    return file
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        '<route id="r" edges="a b c"/>',
+        '<route id="r" edges="a b c a"/>',  # as netedit draws it
+        '<route id="r" edges="a b c" repeat="10"/>',
+        '<route id="r" edges="a b c a b c"/>',
+        '<vehicle id="r" depart="0"><route edges="a b c"/></vehicle>',
+        '<flow id="r" begin="0" number="1"><route edges="a b c a"/></flow>',
+        '<routeDistribution id="d"><route id="r" edges="a b c"/></routeDistribution>',
+    ],
+)
+def test_ways_to_write_a_loop(tmp_path: Path, text: str) -> None:
+    """All of them are one loop of three edges and 250 m."""
+    found = read_loops(NET, routes(tmp_path, text))
+    assert [(loop.id, loop.edges, loop.length_m) for loop in found.loops] == [("r", ("a", "b", "c"), 250.0)]
+
+
+def test_gzipped(tmp_path: Path) -> None:
+    """Gzip is recognised by content."""
+    plain = routes(tmp_path, '<route id="r" edges="a b"/>')
+    packed = tmp_path / "packed.rou.xml.gz"
+    packed.write_bytes(gzip.compress(plain.read_bytes()))
+    assert read_loops(NET, packed).loops == read_loops(NET, plain).loops
+
+
+def test_vehicles_keep_type_and_place(tmp_path: Path) -> None:
+    """Types may stand anywhere in the file; departPos counts on the edge that departEdge numbers."""
+    text = (
+        '<route id="r" edges="a b c"/>'
+        '<vehicle id="one" type="van" route="r" depart="0" departPos="20" departEdge="2"/>'
+        '<vehicle id="two" route="r" depart="0" departPos="base"/>'
+        '<vType id="van" length="7" minGap="1.5" color="red"/>'
+    )
+    found = read_loops(NET, routes(tmp_path, text))
+    one, two = found.vehicles
+    assert one.type == VehicleType(
+        "van", 7.0, 1.5, attributes={"id": "van", "length": "7", "minGap": "1.5", "color": "red"}
+    )
+    assert (one.loop, one.depart_m, two.depart_m) == ("r", 170.0, None)
+    assert found.longest_vehicle() == (7.0, 2.5)
+
+
+def test_a_bus_may_use_bus_lanes(tmp_path: Path) -> None:
+    """The class of the vehicle's type decides what is open; its default length is SUMO's for the class."""
+    net = roads({"a": (100, 1)}, ["a_0>a_0"], buses_only=["a_0"])
+    text = '<vType id="t" vClass="bus"/><vehicle id="v" type="t" depart="0"><route edges="a"/></vehicle>'
+    assert read_loops(net, routes(tmp_path, text)).longest_vehicle() == (12.0, 2.5)
+
+
+def test_what_is_written_is_read_back(tmp_path: Path) -> None:
+    """Ids with XML's own characters survive, and so does a note with hyphens."""
+    loops = [make_loop(NET, 'a<b & "c"', ["a", "b"]), make_loop(NET, "r", ["c", "a", "b"])]
+    file = tmp_path / "deep" / "x.rou.xml"
+    write_loops(loops, file, note="made --so")
+    assert read_loops(NET, file).loops == tuple(loops)
+
+
+def test_sumo_configuration(tmp_path: Path) -> None:
+    """Files are relative to the configuration; short option names count too."""
+    routes(tmp_path, '<route id="r" edges="a b"/>', "one.rou.xml")
+    routes(tmp_path, '<route id="s" edges="a b c"/>', "two.rou.xml")
+    file = tmp_path / "x.sumocfg"
+    file.write_text(
+        '<configuration><input><n value="../n.net.xml"/><route-files value="one.rou.xml, two.rou.xml"/>'
+        "</input></configuration>",
+        encoding="utf-8",
+    )
+    assert read_sumo_config(file).net_file == tmp_path / ".." / "n.net.xml"
+    assert [loop.id for loop in read_loops(NET, file).loops] == ["r", "s"]
+
+
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [
+        ('<route id="r" edges="a c"/>', r"x\.rou\.xml: route r: edge a does not lead to edge c"),
+        ('<route id="r" edges=""/>', "route r: it lists no edges"),
+        ('<route id="r" edges="a b"/><route id="r" edges="a b c"/>', "route r: the id is used twice"),
+        ("", "no routes in it"),
+        ('<trip id="t" depart="0" from="a" to="b"/>', "trip t: it has no route"),
+        ('<vehicle id="v" depart="0" route="x"/>', "vehicle v: its route x is not in the file"),
+        ('<vType id="t" length="long"/><route id="r" edges="a b"/>', "vType t: length is 'long'; expected m"),
+    ],
+)
+def test_bad_routes(tmp_path: Path, text: str, found: str) -> None:
+    """One line that names file, route and edge."""
+    with pytest.raises(RouteError, match=found) as error:
+        read_loops(NET, routes(tmp_path, text))
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("content", "found"),
+    [
+        (None, "there is no such file"),
+        (b"", "the file is empty"),
+        (b"not xml", "not XML"),
+        (b"<routes><route", "not XML"),
+        (b"<net/>", "the root element is <net>; a SUMO route file has <routes>"),
+        (b"\x1f\x8b broken", "not XML"),
+    ],
+)
+def test_bad_route_files(tmp_path: Path, content: bytes | None, found: str) -> None:
+    """Files that are no route files."""
+    file = tmp_path / "x.rou.xml"
+    if content is not None:
+        file.write_bytes(content)
+    with pytest.raises(RouteError, match=found):
+        read_loops(NET, file)
+
+
+@pytest.mark.parametrize(
+    ("content", "found"),
+    [
+        (None, "there is no such file"),
+        (b"", "the file is empty"),
+        (b"{}", "not XML"),
+        (b"<routes/>", "the root element is <routes>; a SUMO network has <net>"),
+        (b'<net version="1.20"><edge></net>', "not a SUMO network that can be read"),
+        (b'<net version="1.20"></net>', "the network has no edges"),
+        (b"<net></net>", "not a SUMO network that can be read .KeyError"),
+    ],
+)
+def test_bad_networks(tmp_path: Path, content: bytes | None, found: str) -> None:
+    """Files that are no networks."""
+    file = tmp_path / "x.net.xml"
+    if content is not None:
+        file.write_bytes(content)
+    with pytest.raises(NetworkError, match=found) as error:
+        RoadNetwork.open(file)
+    assert "\n" not in str(error.value)
+
+
+def test_a_folder_is_no_network(tmp_path: Path) -> None:
+    """A folder is named as one."""
+    with pytest.raises(NetworkError, match="a folder, not a SUMO network"):
+        RoadNetwork.open(tmp_path)
+
+
+def test_a_configuration_without_files(tmp_path: Path) -> None:
+    """Missing parts of a configuration are named."""
+    file = tmp_path / "x.sumocfg"
+    file.write_text("<configuration/>", encoding="utf-8")
+    with pytest.raises(LoopgateError, match="the configuration names no network"):
+        RoadNetwork.open(file)
+    file.write_text('<configuration><net-file value="n"/></configuration>', encoding="utf-8")
+    with pytest.raises(RouteError, match="names no route files"):
+        read_loops(NET, file)
