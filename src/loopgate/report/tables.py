@@ -27,7 +27,12 @@ def cells(table: pd.DataFrame) -> Cells:
 
 def write_csv(table: pd.DataFrame, file: Path) -> None:
     """Write the table with all its digits."""
-    plain = table.map(lambda value: " ".join(map(str, value)) if isinstance(value, np.ndarray) else value)
+    lists = {
+        name: table[name].map(lambda values: " ".join(map(str, values)), na_action="ignore")
+        for name in table.columns
+        if table[name].dtype == object and any(isinstance(value, np.ndarray) for value in table[name])
+    }
+    plain = table.assign(**lists)
     plain.to_csv(file, index=False)
 
 
