@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-RUNNER = str(Path(__file__).parents[1] / "sweep" / "fake_runner.py") + ":run"
+RUNNER = str(Path(__file__).parents[1] / "unit" / "sweep" / "fake_runner.py") + ":run"
 SWEEP = "[base]\nduration_s = 100\n[grid]\nvehicles = [5, 60]\nseed = { from = 0, to = 1 }\n"
 
 

@@ -16,7 +16,7 @@ def test_a_report_on_a_run_folder(tmp_path: Path) -> None:
         "import sys; sys.path.insert(0, sys.argv[1]); from pathlib import Path; import fake_runner;"
         "Path('run').mkdir(); fake_runner.run({'vehicles': 10, 'gate': 'certified'}, Path('run'))"
     )
-    fake = str(Path(__file__).parents[1] / "sweep")
+    fake = str(Path(__file__).parents[1] / "unit" / "sweep")
     subprocess.run([sys.executable, "-c", script, fake], cwd=tmp_path, check=True)
     result = loopgate(tmp_path, "report", "run", "-o", "page.html")
     assert (result.returncode, result.stdout) == (0, "page.html, 7 figures and 9 tables in page-files\n")
