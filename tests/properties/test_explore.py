@@ -9,8 +9,8 @@ import pytest
 from loopgate.gates import make_gate
 from loopgate.model import System
 from loopgate.theory.instances import fig7, instance
-from loopgate.theory.random_systems import Shape, random_system
 from loopgate.theory.oracle import Oracle
+from loopgate.theory.random_systems import Shape, random_system
 from loopgate.untimed import ExplorationLimitError, explore, explore_plainly
 from loopgate.untimed.packed import why_not_packed
 

@@ -13,6 +13,9 @@ __all__ = ["Deadlock", "Watch"]
 _MOVED_M = 0.5
 """Creeping less than this between two checks counts as standing [m]."""
 
+_GUESS_AFTER_S = 60.0
+"""Where SUMO gives no reason why a vehicle stands, one is guessed only after this much longer [s]."""
+
 
 @dataclass(frozen=True, slots=True)
 class Deadlock:
@@ -82,7 +85,12 @@ class Watch:
         if len(standing) < 2 or self._known.issuperset(standing):  # noqa: PLR2004  a circle has two at least
             return None
         places: dict[str, str] = {}
-        waits = {vehicle: self._waits(vehicle, places) for vehicle in standing}
+        waits = {
+            vehicle: self._waits(
+                vehicle, places, guess=now - last[vehicle][1] >= self._after_s + _GUESS_AFTER_S
+            )
+            for vehicle in standing
+        }
         stuck = deadlocked(waits)
         if not stuck - self._known:
             return None
@@ -93,14 +101,19 @@ class Watch:
         self._known |= stuck
         return Deadlock(now, tuple(circle), tuple(places[v] for v in circle), len(stuck))
 
+    @property
+    def held_up(self) -> frozenset[str]:
+        """The vehicles known never to move again by themselves."""
+        return frozenset(self._known)
+
     def standing_s(self, vehicle: str) -> float:
         """Return for how long `vehicle` had been standing at the last check [s]."""
         return self._traffic.now_s - self._last[vehicle][1] if vehicle in self._last else 0.0
 
-    def _waits(self, vehicle: str, places: dict[str, str]) -> list[list[str]]:
+    def _waits(self, vehicle: str, places: dict[str, str], *, guess: bool) -> list[list[str]]:
         refused = self._at_gate(vehicle) if self._at_gate else None
         if refused is not None:
             sets, places[vehicle] = refused
             return [list(some) for some in sets]
         places[vehicle] = self._traffic.lane(vehicle)[0]
-        return [[other] for other in self._traffic.waits_for(vehicle)]
+        return [[other] for other in self._traffic.waits_for(vehicle, guess=guess)]

@@ -85,8 +85,11 @@ class Traffic(Protocol):
         """Return the vehicles that the simulator began to teleport in the last step."""
         ...
 
-    def waits_for(self, vehicle: str) -> Sequence[str]:
-        """Return the vehicles each of which, by itself, keeps a standing vehicle from going on."""
+    def waits_for(self, vehicle: str, *, guess: bool) -> Sequence[str]:
+        """Return the vehicles each of which, by itself, keeps a standing vehicle from going on.
+
+        Where the simulator gives no reason, `guess` at the likely one.
+        """
         ...
 
     def dynamics(self, vehicle: str) -> Dynamics:

@@ -121,9 +121,9 @@ class SumoTraffic:
             return ()
         return tuple(self._simulation.getStartingTeleportIDList())
 
-    def waits_for(self, vehicle: str) -> Sequence[str]:
+    def waits_for(self, vehicle: str, *, guess: bool) -> Sequence[str]:
         """Return the vehicles each of which keeps a standing vehicle from going on; see `RoadWaits`."""
-        return self._waits.of(vehicle)
+        return self._waits.of(vehicle, guess=guess)
 
     def dynamics(self, vehicle: str) -> Dynamics:
         """Return what the vehicle can do."""

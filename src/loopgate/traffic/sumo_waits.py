@@ -30,8 +30,9 @@ class RoadWaits:
     - the leader beyond the junction, where it leaves no room to clear the junction;
     - else, unless a light shows red, the vehicles that stand inside the junction across its way;
     - else the vehicles that have the right of way;
-    - where nothing of this explains it: inside a junction the vehicles on the ways that cross its own (SUMO
-      can let two wait for each other there), before one the leader beyond, for which SUMO keeps it clear.
+    - where nothing of this explains it, a guess: inside a junction the vehicles on the ways that cross its
+      own (SUMO can let two wait for each other there, for ever or for a minute or two), before one the
+      leader beyond, for which SUMO keeps it clear.
 
     Parameters
     ----------
@@ -43,7 +44,7 @@ class RoadWaits:
         self._vehicle = api.vehicle
         self._lane = api.lane
 
-    def of(self, vehicle: str) -> Sequence[str]:
+    def of(self, vehicle: str, *, guess: bool) -> Sequence[str]:
         """Return whom `vehicle` waits for; empty if nothing on the road explains why it stands."""
         get = self._vehicle
         lane = get.getLaneID(vehicle)
@@ -65,6 +66,8 @@ class RoadWaits:
         across = across or [foe[_FOE] for foe in foes if foe[_EGO_YIELDS]]
         if across:
             return tuple(dict.fromkeys(across))
+        if not guess:
+            return ()
         if inside and (beside := self._beside(lane)):
             return beside
         found = get.getLeader(vehicle, _FAR_M)
