@@ -19,7 +19,7 @@ from loopgate.errors import ResultsError, SweepError
 from loopgate.results import row_columns as c
 from loopgate.sweep.description import Point, Sweep
 from loopgate.sweep.files import PackedFile, pack
-from loopgate.sweep.local import LocalExecutor, TimeLimitError, WorkerDiedError
+from loopgate.sweep.local import LocalExecutor, TimeLimitError, WorkerDiedError, WorkerStartError
 from loopgate.sweep.store import Store
 from loopgate.sweep.task import DEFAULT_RUNNER, Result, Task, execute, failed_row
 
@@ -195,6 +195,8 @@ def _result(future: Future[Result], task: Task, tries: int) -> Result | None:
         raise ResultsError(msg) from error
     except WorkerDiedError as error:
         return None if tries < _TRIES else Result(failed_row(task, str(error)))
+    except WorkerStartError as error:
+        raise SweepError(str(error)) from error
     except TimeLimitError as error:
         return Result(failed_row(task, str(error)))
     except CancelledError as error:

@@ -15,7 +15,7 @@ from typing import Any, ParamSpec, TypeVar
 
 from loopgate.errors import LoopgateError
 
-__all__ = ["LocalExecutor", "TimeLimitError", "WorkerDiedError"]
+__all__ = ["LocalExecutor", "TimeLimitError", "WorkerDiedError", "WorkerStartError"]
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -26,6 +26,10 @@ _RECYCLE_AFTER = 64  # calls; SUMO and the allocator give back less memory than 
 
 class WorkerDiedError(LoopgateError):
     """The process that ran a call ended without an answer."""
+
+
+class WorkerStartError(LoopgateError):
+    """A worker process could not even begin: that is no call's fault."""
 
 
 class TimeLimitError(LoopgateError):
@@ -159,6 +163,15 @@ class _Lane(threading.Thread):
         self._process.start()
         theirs.close()
         self._calls = 0
+        try:
+            self._pipe.recv()
+        except (EOFError, ConnectionError) as error:
+            self._process.join()
+            msg = (
+                f"a worker process ended before it began ({_cause(self._process.exitcode)}); a script that "
+                "sweeps must do so below: if __name__ == '__main__'"
+            )
+            raise WorkerStartError(msg) from error
 
     def _retire(self) -> None:
         if self._pipe is not None:
@@ -172,6 +185,7 @@ def _work(pipe: Connection) -> None:
     """Answer calls until the other end of the pipe is closed (in the worker process)."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's to handle
     threading.Thread(target=_end_with_parent, daemon=True).start()
+    pipe.send("ready")
     while True:
         try:
             function, args, kwargs = pipe.recv()

@@ -100,6 +100,20 @@ def test_a_full_disk_of_a_worker_stops_the_sweep_and_makes_no_row(fake_runner: s
     assert read_results(tmp_path).runs["status"].tolist() == ["ok"]
 
 
+def test_workers_that_cannot_begin_end_the_sweep_and_make_no_row(fake_runner: str, tmp_path: Path) -> None:
+    """A script without a main guard, or read from stdin, cannot be imported by workers: no run's fault."""
+    script = (
+        "from loopgate import Sweep, run_sweep\n"
+        f"run_sweep(Sweep('s', {{'vehicles': 5}}, {{'seed': [0, 1]}}), 'r', runner={fake_runner!r})\n"
+    )
+    result = subprocess.run(
+        [sys.executable, "-"], input=script, cwd=tmp_path, check=False, capture_output=True, text=True
+    )
+    assert "SweepError: a worker process ended before it began" in result.stderr
+    assert "if __name__ == '__main__'" in result.stderr
+    assert read_results(tmp_path / "r").runs.empty
+
+
 def test_two_sweeps_do_not_write_to_one_folder(fake_runner: str, tmp_path: Path) -> None:
     """The second is told so at once."""
     with Store(tmp_path), pytest.raises(ResultsError, match="another sweep is writing"):
