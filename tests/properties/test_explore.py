@@ -90,7 +90,7 @@ def test_memory_is_bounded() -> None:
 
 
 def test_train_missions() -> None:
-    """Eight trains over one yard: as many live configurations as the model checkers find with their regions."""
+    """Eight trains over one yard: as many live configurations as model checkers find with regions."""
     system = instance("oneway8")
     found = explore(system, make_gate("collision", system))
     assert (found.configurations, found.transitions) == (1_636_561, 7_134_296)

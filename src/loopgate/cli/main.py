@@ -21,6 +21,8 @@ _COMMANDS: dict[str, str] = {
     "inspect": "loopgate.cli.inspect:inspect",
     "run": "loopgate.cli.run:run",
     "explore": "loopgate.cli.explore:explore",
+    "trace": "loopgate.cli.trace:trace",
+    "montecarlo": "loopgate.cli.montecarlo:montecarlo",
     "verify": "loopgate.cli.verify:verify",
     "sweep": "loopgate.cli.sweep:sweep",
     "report": "loopgate.cli.report:report",

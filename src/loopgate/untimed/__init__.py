@@ -2,8 +2,10 @@
 
 from loopgate.untimed.checking import verify_everywhere, verify_walks
 from loopgate.untimed.exploration import Exploration, ExplorationLimitError, Witness
+from loopgate.untimed.montecarlo import Rounds, run_rounds
 from loopgate.untimed.native import explore
 from loopgate.untimed.plain import explore_plainly
+from loopgate.untimed.trace import Refusal, Step, trace_moves
 from loopgate.untimed.variety import any_shape, any_system
 from loopgate.untimed.verification import Counterexample, Verification
 
@@ -11,12 +13,17 @@ __all__ = [
     "Counterexample",
     "Exploration",
     "ExplorationLimitError",
+    "Refusal",
+    "Rounds",
+    "Step",
     "Verification",
     "Witness",
     "any_shape",
     "any_system",
     "explore",
     "explore_plainly",
+    "run_rounds",
+    "trace_moves",
     "verify_everywhere",
     "verify_walks",
 ]

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from loopgate.errors import GateError
 from loopgate.gates import Gate
 from loopgate.gates.algorithm2 import Algorithm2Gate
 from loopgate.gates.banker import BankerGate
@@ -17,11 +19,12 @@ from loopgate.theory.deadlocks import deadlocked_robots
 from loopgate.theory.walks import default_lookahead
 from loopgate.untimed.exploration import Witness
 from loopgate.untimed.kernel_circuits import scratch_for
-from loopgate.untimed.kernel_gated import ALGORITHM2, BANKER, COLLISION, expand_gated
+from loopgate.untimed.kernel_gated import ALGORITHM2, BANKER, COLLISION, expand_gated, judge
+from loopgate.untimed.packed import Packed
 from loopgate.untimed.space import Space
 from loopgate.untimed.table import LIVE, VISITED, has_flag, set_flag
 
-__all__ = ["Gated"]
+__all__ = ["Gated", "Judgement", "judge_moves"]
 
 _CHUNK = 1 << 16
 _MOST_STATES = 64
@@ -45,6 +48,8 @@ class Gated:
     ----------
     count, transitions, deadlocks, stuck, live
         As in `loopgate.untimed.exploration.Exploration`.
+    stuck_live
+        How many of the stuck configurations are live.
     """
 
     def __init__(self, space: Space, gate: Gate, *, progress: Callable[[int], None] = lambda _: None) -> None:
@@ -53,6 +58,7 @@ class Gated:
         self._progress = progress
         self._native = _native(space.packed.system, gate)
         self.count = 1
+        self.stuck_live = 0
         self._totals = np.zeros(4, np.int64)
 
     @property
@@ -105,6 +111,7 @@ class Gated:
             self.count += len(out)
             self._progress(self.count)
         all_bad = np.concatenate(bads)
+        self.stuck_live += sum(has_flag(self._space.table, key, LIVE) for key in all_bad)
         first: int | None = None
         if len(all_bad):
             unsafe = [key for key in all_bad if not has_flag(self._space.table, key, LIVE)]
@@ -118,15 +125,10 @@ class Gated:
         robots = len(packed.system.robots)
         out = np.empty(len(keys) * robots, np.uint64)
         bad = np.empty(len(keys), np.uint64)
-        visits = np.zeros(robots, np.uint64)
-        if native[0] == ALGORITHM2:
-            for i in range(robots):
-                for s in packed.state[i][packed.state[i] >= 0].tolist():
-                    visits[i] |= np.uint64(1 << s)
         found, bads = expand_gated(
             keys, self._space.table, out, bad, native,
             packed.shift, packed.mask, packed.after, packed.state, packed.home, packed.room,
-            visits, *scratch_for(robots), self._totals,
+            _visits(packed, native), *scratch_for(robots), self._totals,
         )  # fmt: skip
         return out[:found], bad[:bads]
 
@@ -191,3 +193,55 @@ def _native(system: System, gate: Gate) -> NDArray[np.int64] | None:
     ):
         return np.array([ALGORITHM2, default_lookahead(system), gate.lookahead], np.int64)
     return None
+
+
+def _visits(packed: Packed, native: NDArray[np.int64]) -> NDArray[np.uint64]:
+    """Return the shared states on each robot's path as bits; zeros where no gate asks."""
+    visits = np.zeros(len(packed.system.robots), np.uint64)
+    if native[0] == ALGORITHM2:
+        for i, row in enumerate(packed.state):
+            for s in row[row >= 0].tolist():
+                visits[i] |= np.uint64(1 << s)
+    return visits
+
+
+@dataclass(frozen=True, slots=True)
+class Judgement:
+    """How a gate answers in the live configurations of a space, whether or not it lets them come about.
+
+    Attributes
+    ----------
+    safe
+        Moves from live configurations to live ones.
+    accepted
+        How many of these the gate admits.
+    unsafe_accepted
+        Moves to configurations that are not live that it admits.
+    blocked
+        Unfinished live configurations in which it admits nothing.
+    """
+
+    safe: int
+    accepted: int
+    unsafe_accepted: int
+    blocked: int
+
+
+def judge_moves(space: Space, gate: Gate) -> Judgement:
+    """Ask a compiled gate about every move of every live configuration.
+
+    Raises
+    ------
+    GateError
+        If the gate is not compiled for this system.
+    """
+    packed = space.packed
+    native = _native(packed.system, gate)
+    if native is None:
+        msg = f"{type(gate).__name__}: not compiled for this system; explore it instead"
+        raise GateError(msg)
+    counts = judge(
+        space.table, native, packed.shift, packed.mask, packed.after, packed.state, packed.home, packed.room,
+        _visits(packed, native), *scratch_for(len(packed.system.robots)),
+    )  # fmt: skip
+    return Judgement(*counts)

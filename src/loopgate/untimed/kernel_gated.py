@@ -12,7 +12,7 @@ from loopgate.untimed.kernel_circuits import all_live
 from loopgate.untimed.kernels import clear, shared_cycle, single_cycle, unpack
 from loopgate.untimed.table import KEY_PART, LIVE, VISITED, has_flag, set_flag
 
-__all__ = ["ALGORITHM2", "BANKER", "COLLISION", "expand_gated", "higher_order_keys"]
+__all__ = ["ALGORITHM2", "BANKER", "COLLISION", "expand_gated", "higher_order_keys", "judge"]
 
 Words = NDArray[np.uint64]
 Numbers = NDArray[np.int64]
@@ -48,6 +48,31 @@ def _is_safe_walk(
                 return False
             p = after[other, p]
     return True
+
+
+@njit(cache=True)
+def _admits(
+    i: int, q: int, gate: Numbers, after: Numbers, state: Numbers, room: Numbers, at: Numbers, count: Numbers,
+    owner: Numbers, visits: Words, legs: Numbers, between: Words, chain: Numbers,
+) -> bool:  # fmt: skip
+    """Return whether the gate admits robot i, whose next position `q` has room, to it."""
+    if gate[0] == BANKER:
+        return bool(_is_safe_walk(i, q, after, state, room, count, at))
+    p = at[i]
+    s = state[i, q]
+    if gate[0] == COLLISION or s < 0:
+        return True
+    left = state[i, p]
+    if left >= 0:
+        owner[left] = -1
+    owner[s] = i
+    at[i] = q
+    live = all_live(i, gate[1], gate[2], after, state, at, owner, visits, legs, between, chain)
+    at[i] = p
+    owner[s] = -1
+    if left >= 0:
+        owner[left] = i
+    return bool(live)
 
 
 @njit(cache=True)
@@ -98,22 +123,10 @@ def expand_gated(
                 waits[i] = s
                 blocked += 1
                 continue
-            if gate[0] == BANKER:
-                if not _is_safe_walk(i, q, after, state, room, count, at):
-                    continue
-            elif gate[0] == ALGORITHM2 and s >= 0:
-                left = state[i, p]
-                if left >= 0:
-                    owner[left] = -1
-                owner[s] = i
-                at[i] = q
-                live = all_live(i, gate[1], gate[2], after, state, at, owner, visits, legs, between, chain)
-                at[i] = p
-                owner[s] = -1
-                if left >= 0:
-                    owner[left] = i
-                if not live:
-                    continue
+            if not _admits(
+                i, q, gate, after, state, room, at, count, owner, visits, legs, between, chain
+            ):  # fmt: skip
+                continue
             moves += 1
             there = key + (np.uint64(q - p) << shift[i])
             if set_flag(table, there, VISITED):
@@ -178,3 +191,58 @@ def higher_order_keys(
             found += 1
         clear(state, at, count)
     return found
+
+
+@njit(cache=True)
+def judge(
+    table: Words,
+    gate: Numbers,
+    shift: Words,
+    mask: Words,
+    after: Numbers,
+    state: Numbers,
+    home: Numbers,
+    room: Numbers,
+    visits: Words,
+    legs: Numbers,
+    between: Words,
+    chain: Numbers,
+) -> tuple[int, int, int, int]:
+    """Ask the gate about every move of every live configuration, whether or not it would let it come about.
+
+    Returns the safe moves (into live configurations), those of them that are admitted, the unsafe moves
+    admitted, and the unfinished configurations without an admitted move.
+    """
+    robots = shift.size
+    at = np.zeros(robots, np.int64)
+    owner = np.full(room.size, -1, np.int64)
+    count = np.zeros(room.size, np.int64)
+    safe = accepted = unsafe = blocked = 0
+    for word in table:
+        if not word & LIVE:
+            continue
+        key = (word & KEY_PART) - _ONE
+        unpack(key, shift, mask, state, home, at, count, owner)
+        moves = finished = 0
+        for i in range(robots):
+            q = after[i, at[i]]
+            if q < 0:
+                finished += 1
+                continue
+            s = state[i, q]
+            if s >= 0 and count[s] >= room[s]:
+                continue
+            good = has_flag(table, key + (np.uint64(q - at[i]) << shift[i]), LIVE)
+            safe += good
+            if _admits(
+                i, q, gate, after, state, room, at, count, owner, visits, legs, between, chain
+            ):  # fmt: skip
+                moves += 1
+                accepted += good
+                unsafe += not good
+        blocked += moves == 0 and finished < robots
+        clear(state, at, count)
+        for i in range(robots):
+            if state[i, at[i]] >= 0:
+                owner[state[i, at[i]]] = -1
+    return safe, accepted, unsafe, blocked

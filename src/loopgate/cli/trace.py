@@ -1,0 +1,38 @@
+"""``loopgate trace``: a run move by move, with the gate's answers."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import click
+
+__all__ = ["trace"]
+
+
+@click.command()
+@click.argument("file", type=click.Path(path_type=Path, dir_okay=False))
+@click.option(
+    "--gate", default="algorithm2", show_default=True, help="Gate, with options: name:option=value."
+)
+@click.option("--moves", default="", help="Robots that move, in order, separated by commas.")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON only.")
+def trace(file: Path, gate: str, *, moves: str, as_json: bool) -> None:
+    """Make MOVES in the system in FILE, and say at each step whom the gate admits and why not the others."""
+    from loopgate.gates import make_gate
+    from loopgate.model import RobotId, read_system
+    from loopgate.untimed import trace_moves
+
+    system = read_system(file)
+    names = [RobotId(name.strip()) for name in moves.split(",") if name.strip()]
+    steps = trace_moves(system, make_gate(gate, system), names)
+    if as_json:
+        click.echo(json.dumps([step.as_dict() for step in steps]))
+        return
+    for step in steps:
+        click.echo(f"{step.step:3}  {' '.join(step.configuration)}")
+        click.echo(f"     admitted: {' '.join(step.admitted) or 'nobody'}")
+        for name, refusal in step.refused.items():
+            click.echo(f"     {name}: {refusal.reason}, {refusal.detail}")
+        if step.moved is not None:
+            click.echo(f"     {step.moved} moves")
