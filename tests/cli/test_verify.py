@@ -9,6 +9,7 @@ import pytest
 from click.testing import CliRunner
 
 from loopgate.cli.main import cli
+from loopgate.errors import LoopgateError
 from loopgate.model import write_system
 from loopgate.theory.instances import instance
 from loopgate.theory.random_systems import random_system, sparse
@@ -73,3 +74,36 @@ def test_large_systems_are_walked(tmp_path: Path) -> None:
 def test_wants_either_a_file_or_random_systems() -> None:
     """Neither, or both, is bad input."""
     assert _RUN.invoke(cli, ["verify"]).exit_code == 2
+
+
+def test_certificates_are_written_and_checked(tmp_path: Path) -> None:
+    """What verify writes, check-certificate accepts; a line that was changed is found and named."""
+    file = tmp_path / "certificates.jsonl"
+    arguments = ["verify", _file(tmp_path, "unsound_n5"), "--certificates", str(file)]
+    assert _RUN.invoke(cli, arguments).exit_code == 0
+    result = _RUN.invoke(cli, ["check-certificate", str(file), "--json"])
+    checked = json.loads(result.stdout)
+    assert result.exit_code == 0
+    assert checked["checked"] == sum(checked["kinds"].values()) > 2000
+    lines = file.read_text(encoding="utf-8").splitlines()
+    refused = next(n for n, line in enumerate(lines) if '"refused"' in line)
+    lines[refused] = lines[refused].replace('"refused"', '"admitted"')
+    file.write_text("\n".join(lines), encoding="utf-8")
+    result = _RUN.invoke(cli, ["check-certificate", str(file)])
+    assert result.exit_code == 1
+    assert f"line {refused + 1}" in result.stdout
+
+
+def test_other_gates_give_no_certificates(tmp_path: Path) -> None:
+    """Asking a gate without certificates for some is bad input."""
+    out = str(tmp_path / "c.jsonl")
+    arguments = ["verify", _file(tmp_path, "fig5"), "--gate", "collision", "--certificates", out]
+    assert isinstance(_RUN.invoke(cli, arguments).exception, LoopgateError)
+
+
+def test_no_certificates_in_the_file(tmp_path: Path) -> None:
+    """A file that is none of certificates is bad input."""
+    file = tmp_path / "c.jsonl"
+    for text in ("no json", "[1]", '{"robot": "r1"}', '{"system": {"robots": 3}}'):
+        file.write_text(text, encoding="utf-8")
+        assert isinstance(_RUN.invoke(cli, ["check-certificate", str(file)]).exception, LoopgateError)

@@ -24,6 +24,7 @@ _COMMANDS: dict[str, str] = {
     "trace": "loopgate.cli.trace:trace",
     "montecarlo": "loopgate.cli.montecarlo:montecarlo",
     "verify": "loopgate.cli.verify:verify",
+    "check-certificate": "loopgate.cli.check_certificate:check_certificate",
     "sweep": "loopgate.cli.sweep:sweep",
     "report": "loopgate.cli.report:report",
 }

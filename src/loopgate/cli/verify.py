@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import json
+from contextlib import ExitStack
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, TextIO
 
 import click
 
 from loopgate.cli.progress import Report, show_progress
+from loopgate.errors import GateError, LoopgateError
+from loopgate.model import Configuration, System, system_to_dict
 
 if TYPE_CHECKING:
     from loopgate.gates import Gate
-    from loopgate.model import System
     from loopgate.untimed import Verification
 
 __all__ = ["EXIT_BROKEN", "verify"]
@@ -32,11 +35,16 @@ _SMALL = 5_000
 @click.option("--limit", default=100_000, show_default=True, help="Most configurations to explore.")
 @click.option("--walks", default=20, show_default=True, help="Random walks where exploring does not fit.")
 @click.option("--steps", default=500, show_default=True, help="Moves per walk.")
+@click.option(
+    "--certificates",
+    type=click.Path(path_type=Path, dir_okay=False),
+    help="Write what shows each decision to be right, for `loopgate check-certificate`.",
+)
 @click.option("--json", "as_json", is_flag=True, help="Print JSON only.")
 @click.pass_context
-def verify(  # noqa: PLR0913 - one parameter per option
+def verify(  # noqa: PLR0913, PLR0917 - one parameter per option
     ctx: click.Context,
-    *,
+    /,
     file: Path | None,
     systems: int | None,
     gate: str,
@@ -44,6 +52,8 @@ def verify(  # noqa: PLR0913 - one parameter per option
     limit: int,
     walks: int,
     steps: int,
+    certificates: Path | None,
+    *,
     as_json: bool,
 ) -> None:
     """Check every decision of a gate against the exact answer, on the system in FILE or on random ones.
@@ -55,47 +65,88 @@ def verify(  # noqa: PLR0913 - one parameter per option
     if (file is None) == (systems is None):
         msg = "give either a system FILE or --random N"
         raise click.UsageError(msg)
-    with show_progress("systems" if file is None else "configurations", total=systems) as report:
-        if file is not None:
-            system = read_system(file)
-            found = _check(system, gate, seed=seed, limit=limit, walks=walks, steps=steps, report=report)
-        else:
-            limit = min(limit, _SMALL)
-            found = _check_random(systems or 1, gate, seed=seed, limit=limit, steps=steps, report=report)
+    plan = _Plan(gate, seed, limit, walks, steps)
+    with ExitStack() as stack:
+        if certificates is not None:
+            plan.stream = stack.enter_context(_open_for_writing(certificates))
+        what = "systems" if file is None else "configurations"
+        report = stack.enter_context(show_progress(what, total=systems))
+        found = plan.check(read_system(file), report) if file else plan.check_random(systems or 1, report)
     if as_json:
-        click.echo(json.dumps({"gate": gate, **found.as_dict()}))
+        click.echo(json.dumps({"gate": plan.gate, **found.as_dict()}))
     else:
-        _print(gate, found)
+        _print(plan.gate, found)
     ctx.exit(0 if found.holds else EXIT_BROKEN)
 
 
-def _check(
-    system: System, gate: str, *, seed: int, limit: int, walks: int, steps: int, report: Report
-) -> Verification:
-    from loopgate.gates import make_gate
-    from loopgate.theory.oracle import OracleLimitError
-    from loopgate.untimed import verify_everywhere, verify_walks
-
-    def make(system: System) -> Gate:
-        return make_gate(gate, system)
-
+def _open_for_writing(file: Path) -> TextIO:
     try:
-        return verify_everywhere(system, make, limit=limit, progress=report)
-    except OracleLimitError:
-        return verify_walks(system, make, seed=seed, walks=walks, steps=steps, limit=limit, progress=report)
+        return file.open("w", encoding="utf-8")
+    except OSError as error:
+        msg = f"{file}: cannot write certificates ({error.strerror or error})"
+        raise LoopgateError(msg) from error
 
 
-def _check_random(
-    systems: int, gate: str, *, seed: int, limit: int, steps: int, report: Report
-) -> Verification:
-    from loopgate.untimed import Verification, any_system
+@dataclass(slots=True)
+class _Plan:
+    gate: str
+    seed: int
+    limit: int
+    walks: int
+    steps: int
+    stream: TextIO | None = None
 
-    total = Verification("mixed", "mixed", systems=0)
-    for number in range(seed, seed + systems):
-        report(number - seed)
-        system = any_system(number)
-        total += _check(system, gate, seed=number, limit=limit, walks=1, steps=steps, report=_silent)
-    return total
+    def check(self, system: System, report: Report) -> Verification:
+        """Check one system, everywhere or else by walks; write its certificates if they are asked for."""
+        from loopgate.theory.oracle import OracleLimitError
+        from loopgate.untimed import verify_everywhere, verify_walks
+
+        self._write({"system": system_to_dict(system)})
+        try:
+            return verify_everywhere(
+                system, self._make, limit=self.limit, progress=report, each=self._certify
+            )
+        except OracleLimitError:
+            return verify_walks(
+                system,
+                self._make,
+                seed=self.seed,
+                walks=self.walks,
+                steps=self.steps,
+                limit=self.limit,
+                progress=report,
+                each=self._certify,
+            )
+
+    def check_random(self, systems: int, report: Report) -> Verification:
+        """Check random systems, whose seeds count up from the plan's; one walk each where one is needed."""
+        from loopgate.untimed import Verification, any_system
+
+        total = Verification("mixed", "mixed", systems=0)
+        for number in range(systems):
+            report(number)
+            plan = replace(self, seed=self.seed + number, limit=min(self.limit, _SMALL), walks=1)
+            total += plan.check(any_system(plan.seed), _silent)
+        return total
+
+    def _make(self, system: System) -> Gate:
+        from loopgate.gates import make_gate
+
+        return make_gate(self.gate, system)
+
+    def _certify(self, gate: Gate, configuration: Configuration, robot: int) -> None:
+        if self.stream is None:
+            return
+        if not hasattr(gate, "certificate"):
+            msg = f"gate {self.gate}: it gives no certificates; the gate certified does"
+            raise GateError(msg)
+        certificate = gate.certificate(configuration, robot)
+        if certificate is not None:
+            self._write(certificate)
+
+    def _write(self, line: dict[str, Any]) -> None:
+        if self.stream is not None:
+            self.stream.write(json.dumps(line, separators=(",", ":")) + "\n")
 
 
 def _silent(done: int, total: int | None = None) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import random
 from collections import deque
 from collections.abc import Callable
-from typing import Protocol
+from typing import Protocol, TypeAlias
 
 from loopgate.errors import UnsafeStartError
 from loopgate.gates import Gate, Reason
@@ -16,6 +16,14 @@ from loopgate.theory.oracle import Oracle, OracleLimitError
 from loopgate.untimed.verification import Counterexample, Verification
 
 __all__ = ["verify_everywhere", "verify_walks"]
+
+
+Each: TypeAlias = Callable[[Gate, Configuration, int], None]
+"""What is called with the gate, the configuration and the robot of a decision."""
+
+
+def _nothing(gate: Gate, configuration: Configuration, robot: int) -> None:
+    del gate, configuration, robot
 
 
 class _Judge(Protocol):
@@ -56,9 +64,10 @@ class _ByDeadlocks:
 class _Count:
     """Asks a gate about every robot and keeps count."""
 
-    def __init__(self, system: System, judge: _Judge | None) -> None:
+    def __init__(self, system: System, judge: _Judge | None, each: Each) -> None:
         self._system = system
         self._judge = judge
+        self._each = each
         self._judges_moves = judge is not None and judge.name != "deadlocks"
         self.counts: dict[str, int] = dict.fromkeys(
             ("configurations", "decisions", "safe", "safe_admitted", "unsafe_admitted", "stuck"), 0
@@ -80,6 +89,7 @@ class _Count:
                     broken = ("disabled", robot)
                 continue
             counts["decisions"] += 1
+            self._each(gate, here, robot)
             safe = self._judge is None or self._judge.live(system.moved(here, robot))
             if self._judges_moves:
                 counts["safe"] += safe
@@ -125,6 +135,7 @@ def verify_everywhere(
     *,
     limit: int = 100_000,
     progress: Callable[[int], None] = lambda _: None,
+    each: Each = _nothing,
 ) -> Verification:
     """Check every configuration that the gate lets come about, breadth first from the start.
 
@@ -138,6 +149,8 @@ def verify_everywhere(
         The most configurations to look at.
     progress
         Called with the number of configurations found so far.
+    each
+        Called after each decision about an enabled move.
 
     Raises
     ------
@@ -152,7 +165,7 @@ def verify_everywhere(
     judge: _Judge = oracle if _promises_everyone(gate) else _ByDeadlocks(system)
     if not judge.live(system.initial):
         return Verification("exhaustive", judge.name, dead_starts_accepted=1)
-    count = _Count(system, judge)
+    count = _Count(system, judge, each)
     came: dict[Configuration, tuple[Configuration, int] | None] = {system.initial: None}
     todo = deque([system.initial])
     example: Counterexample | None = None
@@ -211,6 +224,7 @@ def verify_walks(
     steps: int = 100,
     limit: int = 20_000,
     progress: Callable[[int], None] = lambda _: None,
+    each: Each = _nothing,
 ) -> Verification:
     """Check along random walks of admitted moves, each told to the gate.
 
@@ -229,6 +243,8 @@ def verify_walks(
         The most configurations the oracle may look at.
     progress
         Called with the number of moves made so far.
+    each
+        Called after each decision about an enabled move.
     """
     rng = random.Random(seed)
     judge = _judge_for(system, limit)
@@ -243,7 +259,7 @@ def verify_walks(
             judge = _ByDeadlocks(system)
         if not judge.live(system.initial):
             return Verification("walks", judge.name, dead_starts_accepted=1)
-        count = _Count(system, judge)
+        count = _Count(system, judge, each)
         here, moves = system.initial, list[int]()
         for _ in range(steps):
             admitted, broken = count.ask(gate, here)

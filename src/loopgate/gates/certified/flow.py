@@ -43,6 +43,7 @@ class Flow:
         self._coming: dict[int, list[int]] = {}
         self._rest = [self._rests(i) for i in range(len(layout.path))]
         self._after = [self._next_rests(i) for i in range(len(layout.path))]
+        self._straight = [self._straight_on(i) for i in range(len(layout.path))]
 
     @property
     def layout(self) -> Layout:
@@ -59,6 +60,12 @@ class Flow:
         follow = self._layout.follow[robot]
         leaving = [follow[self._rest_position(robot, p)] for p in range(len(follow))]
         return [-1 if q < 0 else self._rest[robot][q] for q in leaving]
+
+    def _straight_on(self, robot: int) -> list[bool]:
+        """Whether one move leads from a rest to a rest that it can leave again, by position."""
+        layout = self._layout
+        path, home, follow = layout.path[robot], layout.home[robot], layout.follow[robot]
+        return [home[p] and q >= 0 and home[q] and layout.never_blocks[path[q]] for p, q in enumerate(follow)]
 
     def _rest_position(self, robot: int, position: int) -> int:
         for _ in range(self._layout.steps[robot][position]):
@@ -128,20 +135,22 @@ class Flow:
                         admitted=False, reason=Reason.OCCUPIED, blockers=coming, detail=detail, stage="chain"
                     )
                 if held == room:
-                    circle = self._closes(stand, robot, target)
+                    circle = self.closes(stand, robot, target)
                     if circle:
                         return self._refuse(stand, circle)
-            if self._layout.home[robot][self._layout.follow[robot][p]]:
+            if self._straight[robot][p]:
                 return _FREE
         return self._narrow.judge(configuration, stand, robot)
 
-    def _closes(self, stand: Stand, robot: int, target: int) -> list[int]:
+    def closes(self, stand: Stand, robot: int, target: int) -> list[int]:
         """Return the full places of the circle that the robot's move to `target`, which fills it, closes."""
         after, at, held, room = self._after, stand.at, self._held, self._layout.room
         left = self._rest[robot][at[robot]]
         chain = [target]
         while True:
-            leavers, _ = self._leavers(stand, chain[-1])
+            leavers, unsure = self._leavers(stand, chain[-1])
+            if chain[-1] == target and (unsure or target not in stand.queue):
+                return self._closes_any(stand, robot, left, target)  # the robot itself may leave it next
             if len(leavers) != 1 or len(chain) > len(held):
                 return self._closes_any(stand, robot, left, target)
             place = after[leavers[0]][at[leavers[0]]]
@@ -154,16 +163,17 @@ class Flow:
     def _closes_any(self, stand: Stand, robot: int, left: int, target: int) -> list[int]:
         """As `_closes` where places have several robots that may leave next: by peeling off what is free."""
         there = stand.copy()
-        at_rest = self._layout.home[robot]
-        while True:
-            there.step(robot)
-            if at_rest[there.at[robot]]:
-                break
+        there.step(robot)
+        on_its_way = not self._layout.home[robot][there.at[robot]]
+        if on_its_way:
+            self._coming[target].append(robot)
         self._held[target] += 1
         self._held[left] -= 1
         stuck = self.jammed(there)
         self._held[target] -= 1
         self._held[left] += 1
+        if on_its_way:
+            self._coming[target].pop()
         return stuck
 
     def _refuse(self, stand: Stand, circle: list[int]) -> Decision:
@@ -183,12 +193,22 @@ class Flow:
             self._held[target] += 1
             if not rests and self._wide[target]:
                 self._coming[target].append(robot)
-            if rests:
+            if self._straight[robot][before]:
                 self._narrow.passed_by()
                 return True
         elif rests and self._wide[target]:
             self._coming[target].remove(robot)
         return self._narrow.moved(robot)
+
+    def target(self, stand: Stand, robot: int) -> int:
+        """Return the rest that `robot` drives to when it leaves the rest where it is."""
+        return self._after[robot][stand.at[robot]]
+
+    def witness_with(self, stand: Stand, robot: int) -> list[int]:
+        """Return moves that bring every robot to a rest, beginning with the admitted one of `robot`."""
+        if self._straight[robot][stand.at[robot]]:
+            return [robot, *(self._narrow.witness or [])]
+        return [robot, *(self._narrow.witness_after(robot) or [])]
 
     @property
     def witness(self) -> list[int] | None:

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 from loopgate.errors import GateError, UnsafeStartError
 from loopgate.gates.base import Decision, Reason
+from loopgate.gates.certified.certify import certify
 from loopgate.gates.certified.deadlock import stuck_for_good
 from loopgate.gates.certified.flow import Flow
 from loopgate.gates.certified.homeward import Homeward
@@ -143,6 +145,16 @@ class CertifiedGate:
         if stand.count[s] >= layout.room[s]:
             return Decision(admitted=False, reason=Reason.OCCUPIED, blockers=tuple(stand.occupants(s)))
         return self._keeper.judge(configuration, stand, robot)
+
+    def certificate(self, configuration: Configuration, robot: int) -> dict[str, Any] | None:
+        """Return what shows that the decision about `robot` is right, to be checked by others.
+
+        None for moves that capacity or order forbid, and where nothing can be shown; see `certify`.
+        """
+        decision = self.decide(configuration, robot)
+        if not self._stand.enabled(robot):
+            return None
+        return certify(self._system, self._keeper, configuration, self._stand, robot=robot, decision=decision)
 
     def moved(self, configuration: Configuration, robot: int) -> None:
         """Take note of a move; a move that was not admitted makes the gate find its witness anew."""

@@ -116,6 +116,16 @@ class Homeward:
         return witness + [robot] * (1 + layout.steps[robot][layout.follow[robot][stand.at[robot]]])
 
     @property
+    def layout(self) -> Layout:
+        """The layout whose homes are meant."""
+        return self._layout
+
+    def witness_after(self, robot: int) -> list[int] | None:
+        """Return moves that bring every robot home after the admitted move of `robot`."""
+        verdict = self._verdicts.get(robot)
+        return None if verdict is None else verdict.witness
+
+    @property
     def witness(self) -> list[int] | None:
         """Moves that bring every robot home from the current configuration."""
         return self._witness

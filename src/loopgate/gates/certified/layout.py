@@ -21,7 +21,8 @@ class Layout:
     others are at home: on a closed path any state that never blocks, on an open path the terminal, and any
     state that never blocks behind which all states are passable.
 
-    A state is *wide* if it can block and holds two or more besides its enders (and has none if it is FIFO).
+    A state is *wide* if it can block, holds two or more besides its enders (and has none if it is FIFO), and
+    all robots can still drive on from it when all others have ended.
     With ``rests`` the wide states count as homes; whoever uses that layout sees to their room by other means
     (see `Flow`).
 
@@ -83,6 +84,10 @@ class Layout:
             and not (self.fifo[s] and enders[s])
             for s in states
         ]
+        for i, path in enumerate(self.path):
+            for p, s in enumerate(path):
+                if self.wide[s] and not self._open_behind(i, p, enders):
+                    self.wide[s] = False  # for this robot it is no home
         if rests:
             self.never_blocks = [a or b for a, b in zip(self.never_blocks, self.wide, strict=True)]
         self.settles = [
@@ -126,13 +131,17 @@ class Layout:
         path = self.path[robot]
         if self.follow[robot][-1] >= 0:
             return [self.never_blocks[s] for s in path]
-        homes = [False] * len(path)
-        homes[-1] = True
-        for p in range(len(path) - 2, -1, -1):
-            if not self._passable(robot, p + 1, enders):
-                break
-            homes[p] = self.never_blocks[path[p]]
-        return homes
+        last = len(path) - 1
+        return [
+            p == last or (self.never_blocks[s] and self._open_behind(robot, p, enders))
+            for p, s in enumerate(path)
+        ]
+
+    def _open_behind(self, robot: int, position: int, enders: list[int]) -> bool:
+        """Return whether the robot can drive to the end of its path once all others have ended theirs."""
+        follow = self.follow[robot]
+        later = range(position + 1, len(follow)) if follow[-1] < 0 else ()
+        return all(self._passable(robot, p, enders) for p in later)
 
     def _walk_home(self, robot: int, position: int) -> list[int] | None:
         if robot in self.homeless:

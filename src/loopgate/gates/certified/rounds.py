@@ -98,7 +98,7 @@ class Rounds:
         self._plan = []
         if not self.live(configuration):
             return False
-        if not brings_round(self._system, configuration, *self._from(configuration)):
+        if not brings_round(self._system, configuration, *self.way_from(configuration)):
             return False
         self._here = configuration
         return True
@@ -127,7 +127,7 @@ class Rounds:
         if not live:
             detail = "not all could go on for ever"
             return Decision(admitted=False, reason=Reason.DEADLOCK, detail=detail, stage=stage)
-        if not brings_round(self._system, there, *self._from(there)):
+        if not brings_round(self._system, there, *self.way_from(there)):
             detail = "witness rejected by the checker"
             return Decision(admitted=False, reason=Reason.BUDGET, detail=detail, stage="checker")
         return Decision(admitted=True, reason=Reason.FREE, stage=stage)
@@ -136,7 +136,7 @@ class Rounds:
         """From now on admit only what keeps open a way on which `robot` moves; -1: end that."""
         self._plan = []
         if robot >= 0 and self._here is not None:
-            approach, circle = self._from(self._here)
+            approach, circle = self.way_from(self._here)
             moves = approach + circle
             self._plan = moves[: moves.index(robot) + 1] if robot in moves else []
 
@@ -165,9 +165,10 @@ class Rounds:
     @property
     def witness(self) -> tuple[list[int], list[int]] | None:
         """An approach and a circle from the current configuration."""
-        return None if self._here is None else self._from(self._here)
+        return None if self._here is None else self.way_from(self._here)
 
-    def _from(self, configuration: Configuration) -> tuple[list[int], list[int]]:
+    def way_from(self, configuration: Configuration) -> tuple[list[int], list[int]]:
+        """Return an approach and a circle from a configuration known to be live."""
         approach: list[int] = []
         while configuration not in self._circle:
             robot = self._next[configuration]

@@ -7,7 +7,7 @@ from loopgate.gates.certified.deadlock import stuck_for_good
 from loopgate.gates.certified.layout import Layout
 from loopgate.gates.certified.stand import Stand
 
-__all__ = ["BudgetError", "Search"]
+__all__ = ["BudgetError", "Search", "parts_of"]
 
 _MEMORY = 200_000
 """Dead cores remembered; the memory is emptied when it is full."""
@@ -64,7 +64,7 @@ class Search:
             return moves
         if stuck_for_good(stand, core):
             return None
-        for part in self._parts(stand, core):
+        for part in parts_of(stand, core):
             found = self._branch(stand, part)
             if found is None:
                 return None
@@ -101,23 +101,24 @@ class Search:
         lines = sorted({stand.state(i) for i in part}.intersection(stand.queue))
         return tuple(part), tuple([at[i] for i in part]), tuple(tuple(stand.queue[s]) for s in lines)
 
-    def _parts(self, stand: Stand, core: list[int]) -> list[list[int]]:
-        """Split the core into robots that share no state from here to their homes, smallest part first."""
-        layout = self._layout
-        leader = {i: i for i in core}
 
-        def find(i: int) -> int:
-            while leader[i] != i:
-                leader[i] = leader[leader[i]]
-                i = leader[i]
-            return i
+def parts_of(stand: Stand, core: list[int]) -> list[list[int]]:
+    """Split robots into those that share no state from here to their homes, smallest part first."""
+    layout = stand.layout
+    leader = {i: i for i in core}
 
-        first: dict[int, int] = {}
-        for i in core:
-            for s in (stand.state(i), *layout.way[i][stand.at[i]]):
-                if not layout.never_blocks[s]:
-                    leader[find(i)] = find(first.setdefault(s, i))
-        parts: dict[int, list[int]] = {}
-        for i in core:
-            parts.setdefault(find(i), []).append(i)
-        return sorted(parts.values(), key=len)
+    def find(i: int) -> int:
+        while leader[i] != i:
+            leader[i] = leader[leader[i]]
+            i = leader[i]
+        return i
+
+    first: dict[int, int] = {}
+    for i in core:
+        for s in (stand.state(i), *layout.way[i][stand.at[i]]):
+            if not layout.never_blocks[s]:
+                leader[find(i)] = find(first.setdefault(s, i))
+    parts: dict[int, list[int]] = {}
+    for i in core:
+        parts.setdefault(find(i), []).append(i)
+    return sorted(parts.values(), key=len)

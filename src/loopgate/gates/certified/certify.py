@@ -1,0 +1,118 @@
+"""Certificates: what shows that a decision is right, as plain data that others can check.
+
+The checker is `loopgate.theory.certificates`; the kinds of certificates are named there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+from loopgate.gates.base import Decision, Reason
+from loopgate.gates.certified.deadlock import stuck_for_good
+from loopgate.gates.certified.flow import Flow
+from loopgate.gates.certified.homeward import Homeward
+from loopgate.gates.certified.layout import Layout
+from loopgate.gates.certified.proof import Prover
+from loopgate.gates.certified.rounds import Rounds
+from loopgate.gates.certified.search import BudgetError
+from loopgate.gates.certified.stand import Stand
+from loopgate.model import Configuration, System
+
+__all__ = ["certify"]
+
+_PROOF_LINES = 100_000
+
+
+def certify(
+    system: System,
+    keeper: Homeward | Rounds | Flow,
+    configuration: Configuration,
+    stand: Stand,
+    *,
+    robot: int,
+    decision: Decision,
+) -> dict[str, Any] | None:
+    """Return the certificate of a decision about an enabled move; None where there is nothing to show.
+
+    Nothing can be shown of a refusal for want of budget or for the sake of another robot.
+    """
+    if decision.reason in {Reason.BUDGET, Reason.NEGOTIATION}:
+        return None
+    if isinstance(keeper, Homeward):
+        body = _homeward(system, keeper, stand, robot, decision)
+    elif isinstance(keeper, Rounds):
+        body = _rounds(system, keeper, configuration, stand, robot=robot, admitted=decision.admitted)
+    else:
+        body = _flow(system, keeper, stand, robot, decision)
+    if body is None:
+        return None
+    names = [r.id for r in system.robots]
+    return {
+        "positions": list(configuration.positions),
+        "queues": [[names[i] for i in queue] for queue in configuration.queues],
+        "robot": names[robot],
+        "verdict": "admitted" if decision.admitted else "refused",
+        **body,
+    }
+
+
+def _names(system: System, robots: Iterable[int]) -> list[str]:
+    return [system.robots[i].id for i in robots]
+
+
+def _homeward(
+    system: System, keeper: Homeward, stand: Stand, robot: int, decision: Decision
+) -> dict[str, Any] | None:
+    if decision.admitted:
+        return {"kind": "home", "moves": _names(system, [robot, *(keeper.witness_after(robot) or [])])}
+    return _dead(keeper.layout, stand, robot, "dead")
+
+
+def _dead(layout: Layout, stand: Stand, robot: int, kind: str) -> dict[str, Any] | None:
+    there = stand.copy()
+    there.step(robot)
+    waiting = _waiting(layout, there)
+    if waiting:
+        return waiting
+    try:
+        lines = Prover(layout, _PROOF_LINES).prove(there)
+    except BudgetError:
+        return None
+    return None if lines is None else {"kind": kind, "proof": lines}
+
+
+def _waiting(layout: Layout, there: Stand) -> dict[str, Any] | None:
+    stuck = stuck_for_good(there, range(len(there.at)))
+    return {"kind": "wait", "robots": _names(layout.system, stuck)} if stuck else None
+
+
+def _rounds(
+    system: System,
+    keeper: Rounds,
+    configuration: Configuration,
+    stand: Stand,
+    *,
+    robot: int,
+    admitted: bool,
+) -> dict[str, Any]:
+    if admitted:
+        approach, circle = keeper.way_from(system.moved(configuration, robot))
+        moves = _names(system, [robot, *approach])
+        return {"kind": "round", "approach": moves, "circle": _names(system, circle)}
+    there = stand.copy()
+    there.step(robot)
+    return _waiting(stand.layout, there) or {"kind": "exhausted"}
+
+
+def _flow(
+    system: System, keeper: Flow, stand: Stand, robot: int, decision: Decision
+) -> dict[str, Any] | None:
+    if decision.admitted:
+        return {"kind": "rest", "moves": _names(system, keeper.witness_with(stand, robot))}
+    if decision.stage != "chain":
+        return _dead(keeper.layout, stand, robot, "no rest")
+    target = keeper.target(stand, robot)
+    if decision.reason is Reason.OCCUPIED:
+        return {"kind": "reserved", "place": system.states[target]}
+    return {"kind": "full", "places": [system.states[s] for s in keeper.closes(stand, robot, target)]}
