@@ -89,6 +89,8 @@ class Abstraction:
     starts_m
         Where the front of each robot's vehicle stands at the beginning, as arc length [m] on its loop: within
         the leg of the robot's start position, the whole vehicle on one normal lane and within that leg.
+    keeps_lane
+        Whether the vehicles never change lanes: the legs lie on the one lane that their loops name.
     warnings
         Lines for the user: what in the network makes this abstraction a bad fit.
     """
@@ -98,3 +100,4 @@ class Abstraction:
     itineraries: tuple[Itinerary, ...]
     starts_m: tuple[float, ...]
     warnings: tuple[str, ...] = field(default=())
+    keeps_lane: bool = False

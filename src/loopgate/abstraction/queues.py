@@ -87,6 +87,7 @@ def make_queues(
         system=System(robots, capacity, capacity.keys()),
         itineraries=tuple(itineraries),
         starts_m=tuple(fronts),
+        keeps_lane=True,
     )
 
 

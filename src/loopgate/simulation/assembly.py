@@ -82,7 +82,7 @@ def assemble(scenario: Scenario) -> Assembly:
     else:
         robots = abstraction.system.robots
         tracks = tuple(
-            make_track(network, start, itinerary, robot.start)
+            make_track(network, start, itinerary, robot.start, keeps_lane=abstraction.keeps_lane)
             for start, itinerary, robot in zip(starts, abstraction.itineraries, robots, strict=True)
         )
     return Assembly(network, tuple({loop.id: loop for loop in loops}.values()), starts, tracks, abstraction)

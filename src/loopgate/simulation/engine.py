@@ -76,7 +76,7 @@ class Engine:
             driver.drives_like(self._traffic.dynamics(driver.id))
             driver.odometer_reads(self._traffic.odometer(driver.id))
             if self._gatekeeper:
-                self._traffic.put_under_gate(driver.id)
+                self._traffic.put_under_gate(driver.id, keeps_lane=driver.track.keeps_lane)
                 place = driver.track.states[driver.track.start_position]
                 self._recorder.note(now, driver.id, Event.START, place)
             self._recorder.note(now, driver.id, Event.EDGE, driver.edge())

@@ -42,6 +42,8 @@ class Track:
         Where to hold the vehicle at the end of each state.
     start_position
         Position of the state it starts in.
+    keeps_lane
+        Whether it never changes lanes.
     """
 
     vehicle: str
@@ -56,3 +58,4 @@ class Track:
     begins_m: tuple[float, ...] = ()
     stop_lines: tuple[StopLine, ...] = ()
     start_position: int = 0
+    keeps_lane: bool = False

@@ -11,7 +11,12 @@ __all__ = ["make_track"]
 
 
 def make_track(
-    network: RoadNetwork, start: Start, itinerary: Itinerary | None = None, position: int = 0
+    network: RoadNetwork,
+    start: Start,
+    itinerary: Itinerary | None = None,
+    position: int = 0,
+    *,
+    keeps_lane: bool = False,
 ) -> Track:
     """Return the track of a vehicle.
 
@@ -25,6 +30,8 @@ def make_track(
         Its states; None for a vehicle under no gate.
     position
         The position on the itinerary in which it starts.
+    keeps_lane
+        Whether it never changes lanes.
     """
     loop = start.loop
     legs = itinerary.legs if itinerary else ()
@@ -41,6 +48,7 @@ def make_track(
         begins_m=tuple(leg.begin_m for leg in legs),
         stop_lines=tuple(_stop_line(loop, leg.end_m) for leg in legs),
         start_position=position,
+        keeps_lane=keeps_lane,
     )
 
 

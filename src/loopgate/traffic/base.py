@@ -61,8 +61,11 @@ class Traffic(Protocol):
         """Return lane id and position of the front on that lane [m]."""
         ...
 
-    def put_under_gate(self, vehicle: str) -> None:
-        """Let the gate rule the vehicle instead of the simulator's right of way."""
+    def put_under_gate(self, vehicle: str, *, keeps_lane: bool = False) -> None:
+        """Let the gate rule the vehicle instead of the simulator's right of way.
+
+        It changes lanes where its route demands it; never if it `keeps_lane`.
+        """
         ...
 
     def hold(self, vehicle: str, edge: str, lane_index: int, position_m: float) -> None:

@@ -20,6 +20,8 @@ already inside a junction are still respected (bit 5 unset)."""
 _LANE_CHANGE_FOR_ROUTE_ONLY = 0b01_00_00_00_01
 """Change lanes only where the route demands it, and never into an occupied gap."""
 
+_NO_LANE_CHANGE = 0b01_00_00_00_00
+
 
 class SumoTraffic:
     """A SUMO simulation behind the `Traffic` protocol.
@@ -80,10 +82,11 @@ class SumoTraffic:
         """Return lane id and position of the front on that lane [m]."""
         return self._vehicle.getLaneID(vehicle), float(self._vehicle.getLanePosition(vehicle))
 
-    def put_under_gate(self, vehicle: str) -> None:
-        """Let the gate rule the vehicle: no right of way, no lane change but for the route."""
+    def put_under_gate(self, vehicle: str, *, keeps_lane: bool = False) -> None:
+        """Let the gate rule the vehicle: no right of way, no lane change but for the route, if at all."""
         self._vehicle.setSpeedMode(vehicle, GATED_SPEED_MODE)
-        self._vehicle.setLaneChangeMode(vehicle, _LANE_CHANGE_FOR_ROUTE_ONLY)
+        mode = _NO_LANE_CHANGE if keeps_lane else _LANE_CHANGE_FOR_ROUTE_ONLY
+        self._vehicle.setLaneChangeMode(vehicle, mode)
 
     def hold(self, vehicle: str, edge: str, lane_index: int, position_m: float) -> None:
         """Set a stop that only `release` ends.
