@@ -45,7 +45,7 @@ class Watch:
     A vehicle that has stood for at least `after_s` is asked whom it waits for: at a gate the gate's
     refusal says it, on the road the leader or the foes at the junction do. Those that wait, directly or
     not, only for each other are in deadlock. A vehicle for whose standing no reason is found counts as
-    able to go on, and so does one at a red light.
+    able to go on, and so does one at a red light, and one that its gate has let go a short while ago.
 
     Parameters
     ----------
@@ -69,6 +69,7 @@ class Watch:
         self._after_s = after_s
         self._at_gate = at_gate
         self._last: dict[str, tuple[float, float]] = {}
+        self._refused_at: dict[str, float] = {}
         self._known: set[str] = set()
 
     def check(self) -> Deadlock | None:
@@ -80,7 +81,9 @@ class Watch:
             before, since = self._last.get(vehicle, (at, now))
             last[vehicle] = (before, since) if at - before <= _MOVED_M else (at, now)
         self._last = last
-        standing = sorted(v for v, (_, since) in last.items() if now - since >= self._after_s)
+        standing = sorted(
+            v for v, (_, since) in last.items() if self._waits_long(v, now) and now - since >= self._after_s
+        )
         self._known.intersection_update(standing)
         if len(standing) < 2 or self._known.issuperset(standing):  # noqa: PLR2004  a circle has two at least
             return None
@@ -100,6 +103,15 @@ class Watch:
             return None
         self._known |= stuck
         return Deadlock(now, tuple(circle), tuple(places[v] for v in circle), len(stuck))
+
+    def _waits_long(self, vehicle: str, now: float) -> bool:
+        """Return whether a standing vehicle is refused, or has had time to go on since it was let go."""
+        if self._at_gate is None:
+            return True
+        if self._at_gate(vehicle) is not None:
+            self._refused_at[vehicle] = now
+            return True
+        return now - self._refused_at.get(vehicle, -self._after_s) >= self._after_s
 
     @property
     def held_up(self) -> frozenset[str]:

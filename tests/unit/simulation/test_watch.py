@@ -1,0 +1,92 @@
+"""The watch names circular waits, and only those."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import cast
+
+import pytest
+
+from loopgate.simulation.watch import Watch
+from loopgate.traffic.base import Traffic
+
+
+class Standing:
+    """Traffic in which nobody moves; `waits` says who waits for whom on the road."""
+
+    def __init__(self, waits: dict[str, list[str]]) -> None:
+        self.waits = waits
+        self.now_s = 0.0
+        self.odometers = dict.fromkeys(waits, 0.0)
+
+    def vehicles(self) -> Sequence[str]:
+        return list(self.waits)
+
+    def odometer(self, vehicle: str) -> float:
+        return self.odometers[vehicle]
+
+    def lane(self, vehicle: str) -> tuple[str, float]:
+        return f"lane of {vehicle}", 0.0
+
+    def waits_for(self, vehicle: str, *, guess: bool = False) -> Sequence[str]:
+        del guess
+        return self.waits[vehicle]
+
+
+class Gates:
+    """Who is refused by a gate, and by whom."""
+
+    def __init__(self, refused: dict[str, list[str]]) -> None:
+        self.refused = refused
+
+    def __call__(self, vehicle: str) -> tuple[list[list[str]], str] | None:
+        others = self.refused.get(vehicle)
+        return None if others is None else ([others], f"state {vehicle} wants")
+
+
+def watched(traffic: Standing, gates: Gates | None, until_s: float) -> list[tuple[float, tuple[str, ...]]]:
+    """Check every ten seconds; return time and circle of what was found."""
+    watch = Watch(cast("Traffic", traffic), after_s=60.0, at_gate=gates)
+    found = []
+    while traffic.now_s < until_s:
+        traffic.now_s += 10.0
+        deadlock = watch.check()
+        if deadlock is not None:
+            found.append((deadlock.at_s, deadlock.vehicles))
+    return found
+
+
+def test_a_circle_on_the_road_is_named_once() -> None:
+    """Three wait for each other, a fourth behind them; they stand from the first check at 10 s on."""
+    traffic = Standing({"a": ["b"], "b": ["c"], "c": ["a"], "d": ["a"]})
+    assert watched(traffic, None, 300.0) == [(70.0, ("a", "b", "c"))]
+
+
+def test_a_queue_is_no_deadlock() -> None:
+    """The head waits for nobody."""
+    assert watched(Standing({"a": ["b"], "b": ["c"], "c": []}), None, 300.0) == []
+
+
+def test_a_circle_may_lead_through_gates_and_road() -> None:
+    """A is refused because of b, and b stands behind a on the road."""
+    assert watched(Standing({"a": [], "b": ["a"]}), Gates({"a": ["b"]}), 300.0) == [(70.0, ("a", "b"))]
+
+
+@pytest.mark.parametrize("let_go_s", [70.0, 100.0])
+def test_who_was_let_go_just_now_is_not_stuck(let_go_s: float) -> None:
+    """B stood at its gate for long; let go, it yields to a for a moment, while a is refused because of b.
+
+    Only if b still stands there a minute after it was last refused do the two block each other.
+    """
+    traffic = Standing({"a": [], "b": ["a"]})
+    gates = Gates({"a": ["b"], "b": ["somebody who drives"]})
+    watch = Watch(cast("Traffic", traffic), after_s=60.0, at_gate=gates)
+    found = []
+    for _ in range(20):
+        traffic.now_s += 10.0
+        if traffic.now_s == let_go_s:
+            del gates.refused["b"]
+        deadlock = watch.check()
+        if deadlock is not None:
+            found.append(deadlock.at_s)
+    assert found == [let_go_s + 50.0]
