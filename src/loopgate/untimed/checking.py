@@ -11,12 +11,16 @@ from loopgate.errors import UnsafeStartError
 from loopgate.gates import Gate, Reason
 from loopgate.model import Configuration, System
 from loopgate.theory.acyclicity import AcyclicityError, live_by_order
-from loopgate.theory.deadlocks import deadlocked_robots
+from loopgate.theory.deadlocks import deadlocked_robots, homes_decide_liveness
+from loopgate.theory.homing import Homing
 from loopgate.theory.oracle import Oracle, OracleLimitError
 from loopgate.untimed.verification import Counterexample, Verification
 
 __all__ = ["verify_everywhere", "verify_walks"]
 
+
+_SEARCHED = 10
+"""Beyond so many robots the solver judges, where it can; below, plain search is quicker."""
 
 Each: TypeAlias = Callable[[Gate, Configuration, int], None]
 """What is called with the gate, the configuration and the robot of a decision."""
@@ -228,8 +232,9 @@ def verify_walks(
 ) -> Verification:
     """Check along random walks of admitted moves, each told to the gate.
 
-    The judge is the oracle; for larger systems the SAT solver, where it is installed and covers the system;
-    else nobody, and only stuck configurations, broken capacities and circular waits are found.
+    The judge is a plain search for a way home where private states decide liveness, or the SAT solver where
+    there are many robots and it covers the system; else the oracle; beyond its limit nobody, and then only
+    stuck configurations, broken capacities and circular waits are found.
 
     Parameters
     ----------
@@ -281,12 +286,20 @@ def verify_walks(
 
 
 def _judge_for(system: System, limit: int) -> _Judge | None:
+    if homes_decide_liveness(system):
+        return _judge_by_homes(system)
     oracle = _ByOracle(system, limit=limit)
     try:
         oracle.live(system.initial)
     except OracleLimitError:
+        return None
+    return oracle
+
+
+def _judge_by_homes(system: System) -> _Judge:
+    if len(system.robots) > _SEARCHED:
         try:
             return _BySat(system)
         except AcyclicityError:
-            return None
-    return oracle
+            pass
+    return Homing(system)

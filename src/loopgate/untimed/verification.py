@@ -37,8 +37,8 @@ class Verification:
     method
         ``exhaustive`` or ``walks``.
     judge
-        Where the exact answer comes from: ``oracle``, ``sat``, ``deadlocks`` (for a gate that promises only
-        that somebody can always move: circular waits) or ``none``.
+        Where the exact answer comes from: ``oracle``, ``homing`` or ``sat``; ``deadlocks`` (circular waits
+        only) for a gate that promises that somebody can always move, or where nothing exact fits.
     systems
         Systems checked.
     configurations

@@ -1,0 +1,57 @@
+"""The plain search for a way home agrees with the oracle, and with the solver."""
+
+from __future__ import annotations
+
+import pytest
+
+from loopgate.model import Robot, RobotId, StateId, System
+from loopgate.theory.acyclicity import AcyclicityError, live_by_order
+from loopgate.theory.homing import Homing
+from loopgate.theory.oracle import Oracle
+from loopgate.theory.random_systems import Shape, random_system
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_oracle_search_and_solver_agree(seed: int) -> None:
+    """On every configuration that any moves can reach, with and without capacities and FIFO states."""
+    plain = seed % 2 == 0
+    capacity = (1, 1) if plain else (1, 2)
+    shape = Shape(robots=4, states=5, path=(2, 3), capacity=capacity, fifo=0.0 if plain else 0.5)
+    system = random_system(shape, seed)
+    oracle, homing = Oracle(system), Homing(system)
+    seen, todo = {system.initial}, [system.initial]
+    dead = 0
+    while todo:
+        here = todo.pop()
+        live = oracle.live(here)
+        dead += not live
+        assert homing.live(here) == live
+        if plain and len(seen) < 200:
+            assert live_by_order(system, here) == live
+        for robot in range(len(system.robots)):
+            if system.enabled(here, robot):
+                there = system.moved(here, robot)
+                if there not in seen:
+                    seen.add(there)
+                    todo.append(there)
+
+
+def test_without_private_states_they_do_not_answer() -> None:
+    """Two robots that share their whole ring: neither the search nor the encoding covers that."""
+    ring = tuple(StateId(s) for s in "abc")
+    system = System([Robot(RobotId("r1"), ring), Robot(RobotId("r2"), ring, start=1)])
+    with pytest.raises(ValueError, match="no private state"):
+        Homing(system)
+    with pytest.raises(AcyclicityError, match="no private state"):
+        live_by_order(system, system.initial)
+
+
+def test_the_encoding_refuses_capacities_and_shared_terminals() -> None:
+    """States that hold two, and ends that others want, are beyond the encoding."""
+    a, b, c = (StateId(s) for s in "abc")
+    pair = [Robot(RobotId("r1"), (a, b)), Robot(RobotId("r2"), (c, b))]
+    with pytest.raises(AcyclicityError, match="hold one"):
+        live_by_order(System(pair, {b: 2}), System(pair, {b: 2}).initial)
+    ending = [Robot(RobotId("r1"), (a, b), closed=False, start=1), Robot(RobotId("r2"), (c, b))]
+    with pytest.raises(AcyclicityError, match="ends in the shared state"):
+        live_by_order(System(ending), System(ending).initial)
