@@ -214,7 +214,6 @@ class Agent:
         """Return whether the own one-step move frees the circuit: ``check`` of Algorithm 1."""
         index = question.circuit.robots.index(self.robot)
         walk = question.circuit.walks[index]
-        if (
         if not walk.intermediate:
             return False
         if self._occupant(walk.states[1], question.asker, question.state) is not None:
