@@ -37,6 +37,7 @@ def run(
     tick: Tick | None = None,
     backend: str = "libsumo",
     overwrite: bool = False,
+    watch: type[Watch] = Watch,
 ) -> dict[str, Any]:
     """Run a scenario and leave a run folder.
 
@@ -52,6 +53,8 @@ def run(
         ``libsumo``, ``traci`` or ``gui``.
     overwrite
         Whether an earlier run in `out` may be replaced.
+    watch
+        What recognises deadlocks, for studies of it.
 
     Returns
     -------
@@ -65,11 +68,13 @@ def run(
     """
     if out is None:
         with tempfile.TemporaryDirectory(prefix="loopgate-") as folder:
-            return _run(scenario, Folder(Path(folder), overwrite=True), tick, backend)
-    return _run(scenario, Folder(Path(out), overwrite=overwrite), tick, backend)
+            return _run(scenario, Folder(Path(folder), overwrite=True), tick, backend, watch)
+    return _run(scenario, Folder(Path(out), overwrite=overwrite), tick, backend, watch)
 
 
-def _run(scenario: Scenario, folder: Folder, tick: Tick | None, backend: str) -> dict[str, Any]:
+def _run(
+    scenario: Scenario, folder: Folder, tick: Tick | None, backend: str, watch_class: type[Watch]
+) -> dict[str, Any]:
     tick = tick or (lambda _now, _course: None)
     if is_as_is(scenario):
         return run_as_is(scenario, folder, tick, backend)
@@ -89,7 +94,7 @@ def _run(scenario: Scenario, folder: Folder, tick: Tick | None, backend: str) ->
     recorder = Recorder(folder / outcome.EVENTS)
     try:
         engine = Engine(traffic, assembly.tracks, keeper, recorder)
-        watch = Watch(traffic, after_s=scenario.deadlock_after_s, at_gate=engine.refused)
+        watch = watch_class(traffic, after_s=scenario.deadlock_after_s, at_gate=engine.refused)
         course = drive(
             engine,
             traffic,

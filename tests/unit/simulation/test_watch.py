@@ -90,3 +90,19 @@ def test_who_was_let_go_just_now_is_not_stuck(let_go_s: float) -> None:
         if deadlock is not None:
             found.append(deadlock.at_s)
     assert found == [let_go_s + 50.0]
+
+
+def test_newcomers_behind_a_named_circle_are_not_named_again() -> None:
+    """A vehicle that joins the queue later is held up by the same circle."""
+    traffic = Standing({"a": ["b"], "b": ["a"], "c": []})
+    watch = Watch(cast("Traffic", traffic), after_s=60.0)
+    found = []
+    for _ in range(30):
+        traffic.now_s += 10.0
+        if traffic.now_s == 150.0:
+            traffic.waits["c"] = ["a"]
+        deadlock = watch.check()
+        if deadlock is not None:
+            found.append(deadlock.vehicles)
+    assert found == [("a", "b")]
+    assert watch.held_up == {"a", "b", "c"}

@@ -1,0 +1,134 @@
+"""`loopgate run` by exit code and output."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+pytestmark = pytest.mark.sumo
+
+ROOT = Path(__file__).parents[2]
+GRID = ROOT / "networks" / "grid5-priority.net.xml"
+
+
+def loopgate(*words: str | Path, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
+    """Run the command as a user does."""
+    command = [sys.executable, "-c", "from loopgate.cli.main import main; main()", *map(str, words)]
+    return subprocess.run(command, capture_output=True, text=True, check=False, cwd=cwd, timeout=300)
+
+
+def test_a_run_prints_a_table_and_exits_with_0(tmp_path: Path) -> None:
+    """Laps, throughput, deadlocks, collisions, audit: all in the table."""
+    done = loopgate(
+        *("run", ROOT / "networks" / "ring3.net.xml", "--routes", ROOT / "routes" / "ring3.rou.xml"),
+        *("--abstraction", "segments", "--gate", "algorithm2", "--duration", "300", "-o", tmp_path / "out"),
+    )
+    assert done.returncode == 0, done.stderr
+    for word in ("laps", "throughput", "deadlocks", "collisions", "longest wait", "audit", "clean"):
+        assert word in done.stdout
+
+
+def test_json_is_only_json(tmp_path: Path) -> None:
+    """For machines: the summary on stdout, nothing else."""
+    done = loopgate(
+        *("run", GRID, "--loops", "2", "--gate", "open", "--duration", "60", "--json", "-o", tmp_path / "out")
+    )
+    assert json.loads(done.stdout) == json.loads((tmp_path / "out" / "summary.json").read_text())
+
+
+def test_a_deadlock_exits_with_3(tmp_path: Path) -> None:
+    """And names the circle."""
+    done = loopgate(
+        *("run", GRID, "--loops", "60", "--loops-seed", "2", "--vehicles", "180", "--gate", "open"),
+        *("--abstraction", "segments", "--seed", "2", "-o", tmp_path / "out"),
+    )
+    assert done.returncode == 3, done.stderr
+    assert "deadlock at" in done.stdout
+
+
+def test_results_are_not_overwritten_unasked(tmp_path: Path) -> None:
+    """A second run into the same folder is refused, then allowed."""
+    words = ("run", GRID, "--loops", "2", "--gate", "open", "--duration", "30", "-o", tmp_path / "out")
+    assert loopgate(*words).returncode == 0
+    again = loopgate(*words)
+    assert again.returncode == 2
+    assert "--overwrite" in again.stderr
+    assert loopgate(*words, "--overwrite").returncode == 0
+
+
+ROUTES = {
+    "broken": ('<route id="r" edges="A0B0 B0C0 C0D0"/>', "does not lead to"),
+    "missing": ('<route id="r" edges="A0B0 nowhere B0A0"/>', "nowhere"),
+    "unconnected": ('<route id="r" edges="A0B0 C3D3 B0A0"/>', "C3D3"),
+    "one-zone": (
+        (
+            '<route id="r1" edges="A0B0 B0B1 B1A1 A1A0"/>'
+            '<route id="r2" edges="A0B0 B0C0 C0C1 C1B1 B1A1 A1A0"/>'
+            '<vehicle id="x" route="r1" depart="0" departPos="20"/>'
+            '<vehicle id="y" route="r2" depart="0" departPos="60"/>'
+        ),
+        "zone",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", ROUTES)
+def test_bad_routes_are_one_clear_line(tmp_path: Path, case: str) -> None:
+    """The file, what is wrong with it, exit code 2, no traceback."""
+    body, words = ROUTES[case]
+    (tmp_path / "bad.rou.xml").write_text(f"<routes>{body}</routes>")
+    done = loopgate(
+        *("run", GRID, "--routes", tmp_path / "bad.rou.xml", "--abstraction", "segments"),
+        *("--gate", "collision", "--duration", "60"),
+    )
+    assert done.returncode == 2, done.stdout
+    assert words in done.stderr
+    assert len(done.stderr.strip().splitlines()) == 1, done.stderr
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        (("no.net.xml",), "no.net.xml"),
+        (("sumo:Atlantis", "--loops", "2"), "sumo:DRT"),
+        ((str(GRID),), "no loops"),
+        ((str(GRID), "--loops", "2", "--gate", "none"), "there is no such gate"),
+        (
+            (
+                str(GRID),
+                "--loops",
+                "2",
+                "--vehicles",
+                "9",
+                "--abstraction",
+                "segments",
+                "--gate",
+                "collision",
+            ),
+            "one",
+        ),
+        ((str(GRID), "--loops", "2", "--negotiation", "luck"), "there is no such negotiation"),
+        ((str(GRID), "--loops", "2", "--duration", "-5"), "duration"),
+        (("no.toml",), "cannot read the scenario"),
+    ],
+)
+def test_bad_input_is_one_clear_line(words: tuple[str, ...], expected: str) -> None:
+    """Exit code 2 and the way out."""
+    done = loopgate("run", *words)
+    assert done.returncode == 2, done.stdout
+    assert expected in done.stderr
+    assert "Traceback" not in done.stderr
+    assert len(done.stderr.strip().splitlines()) == 1, done.stderr
+
+
+def test_a_network_that_is_no_xml(tmp_path: Path) -> None:
+    """Named as such."""
+    (tmp_path / "x.net.xml").write_text("this is no XML")
+    done = loopgate("run", tmp_path / "x.net.xml", "--loops", "2")
+    assert done.returncode == 2
+    assert "x.net.xml" in done.stderr
+    assert len(done.stderr.strip().splitlines()) == 1, done.stderr

@@ -1,0 +1,123 @@
+"""Whole runs in SUMO: gated, open, repeated, interrupted, and a configuration as it is."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from loopgate.audit import audit_events
+from loopgate.model import read_system
+from loopgate.results.columns import EVENT, PLACE, TIME
+from loopgate.results.recorder import read_events
+from loopgate.simulation.run import run
+from loopgate.simulation.scenario import Scenario
+
+pytestmark = pytest.mark.sumo
+
+CITY = Scenario(
+    network="sumo:bs3d", loops=4, max_shared=0.5, duration_s=900.0, gate="algorithm2", abstraction="segments"
+)
+GRID = Path(__file__).parents[2] / "networks" / "grid5-priority.net.xml"
+
+
+def test_a_gated_run_is_clean_and_everybody_gets_round(tmp_path: Path) -> None:
+    """No collision, no teleport, no deadlock, no trespass; every vehicle completes laps."""
+    summary = run(CITY, tmp_path / "run")
+    assert summary["outcome"] == "done"
+    assert (summary["collisions"], summary["teleports"], summary["deadlocks"]) == (0, 0, [])
+    assert summary["audit"] == "clean"
+    assert summary["vehicles_without_a_lap"] == summary["overruns"] == summary["trespasses"] == 0
+    for name in ("events.parquet", "vehicles.parquet", "edges.parquet", "scenario.toml", "system.json"):
+        assert (tmp_path / "run" / name).is_file(), name
+
+
+def test_the_same_seed_gives_the_same_trace_byte_for_byte(tmp_path: Path) -> None:
+    """Twice in this process, and once more through a socket to another."""
+    run(CITY, tmp_path / "a")
+    run(CITY, tmp_path / "b")
+    run(CITY, tmp_path / "c", backend="traci")
+    traces = [(tmp_path / name / "events.parquet").read_bytes() for name in "abc"]
+    assert traces[0] == traces[1] == traces[2]
+
+
+def test_another_seed_gives_another_trace(tmp_path: Path) -> None:
+    """The seed is not ignored."""
+    run(CITY, tmp_path / "a")
+    run(Scenario(**{**CITY.to_dict(), "seed": 2, "loop_length_m": (400.0, 2000.0)}), tmp_path / "b")
+    first, second = ((tmp_path / name / "events.parquet").read_bytes() for name in "ab")
+    assert first != second
+
+
+def test_the_audit_of_a_real_trace_finds_a_grant_taken_away(tmp_path: Path) -> None:
+    """Mutation: without one of its grants, the same trace breaks the rules."""
+    run(CITY, tmp_path / "run")
+    events = read_events(tmp_path / "run" / "events.parquet")
+    system = read_system(tmp_path / "run" / "system.json")
+    assert audit_events(events, system) == []
+    grants = events.index[(events[EVENT] == "grant") & events[PLACE].str.startswith("zone")]
+    assert audit_events(events.drop(index=grants[len(grants) // 2]), system)
+
+
+def test_a_gridlocked_grid_ends_in_a_named_deadlock(tmp_path: Path) -> None:
+    """Under SUMO's priority rules 180 vehicles lock up; the run ends there and names the circle."""
+    scenario = Scenario(
+        network=str(GRID), loops=60, vehicles=180, gate="open", abstraction="segments", loops_seed=2, seed=2
+    )
+    summary = run(scenario, tmp_path / "run")
+    assert summary["outcome"] == "deadlock"
+    (deadlock,) = summary["deadlocks"]
+    assert summary["duration_s"] < 3600.0
+    assert len(deadlock["vehicles"]) == len(deadlock["places"]) >= 2
+    events = read_events(tmp_path / "run" / "events.parquet")
+    named = events[events[EVENT] == "deadlock"]
+    assert set(named["reason"]) == set(named["vehicle"]) == set(deadlock["vehicles"])
+    assert (named[TIME] == deadlock["at_s"]).all()
+
+
+def test_on_deadlock_teleport_goes_on(tmp_path: Path) -> None:
+    """One vehicle of each circle is put ahead, and the hour is driven to its end."""
+    scenario = Scenario(
+        network=str(GRID),
+        loops=60,
+        vehicles=180,
+        gate="open",
+        abstraction="segments",
+        loops_seed=2,
+        seed=2,
+        duration_s=1200.0,
+        on_deadlock="teleport",
+    )
+    summary = run(scenario, tmp_path / "run")
+    assert summary["duration_s"] == pytest.approx(1200.0, abs=1.0)
+    assert summary["deadlocks"]
+
+
+def test_a_configuration_runs_as_it_is(tmp_path: Path) -> None:
+    """Its own vehicles, some of which arrive; the run ends with the last of them."""
+    (tmp_path / "r.rou.xml").write_text(
+        '<routes><route id="r" edges="A0B0 B0C0 C0D0"/>'
+        '<flow id="f" route="r" begin="0" end="100" number="5"/></routes>'
+    )
+    (tmp_path / "s.sumocfg").write_text(
+        f'<configuration><net-file value="{GRID}"/><route-files value="r.rou.xml"/></configuration>'
+    )
+    summary = run(Scenario(network=str(tmp_path / "s.sumocfg"), gate="open"), tmp_path / "run")
+    assert (summary["outcome"], summary["vehicles"], summary["loops"]) == ("done", 5, 0)
+    assert summary["duration_s"] < 300.0
+    assert summary["distance_km"] == pytest.approx(5 * 0.27, abs=0.15)
+
+
+def test_an_interrupted_run_keeps_what_it_has(tmp_path: Path) -> None:
+    """Ctrl-C: results up to then, marked as interrupted."""
+
+    def tick(now_s: float, course: object) -> None:
+        del course
+        if now_s > 300.0:
+            raise KeyboardInterrupt
+
+    summary = run(CITY, tmp_path / "run", tick=tick)
+    assert summary["outcome"] == "interrupted"
+    assert 290.0 < summary["duration_s"] < 320.0
+    assert read_events(tmp_path / "run" / "events.parquet")[TIME].max() > 250.0
+    assert (tmp_path / "run" / "summary.json").is_file()

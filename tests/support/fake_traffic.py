@@ -1,0 +1,167 @@
+"""Traffic without SUMO: point masses on loops of their own edges, with SUMO's step and braking."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+from loopgate.traffic.base import Collision, Dynamics
+
+__all__ = ["FakeTraffic", "FakeVehicle"]
+
+
+@dataclass
+class FakeVehicle:
+    """A vehicle: its edges with their lengths [m], where it starts, how fast it may go."""
+
+    edges: Sequence[tuple[str, float]]
+    start_m: float
+    top_mps: float = 10.0
+    front_m: float = field(init=False)
+    speed_mps: float = 0.0
+    hold_m: float | None = None
+    resting: bool = False
+
+    def __post_init__(self) -> None:
+        self.front_m = self.start_m
+
+    @property
+    def lap_m(self) -> float:
+        """Length of its loop [m]."""
+        return sum(length for _, length in self.edges)
+
+    def arc(self, edge: str, position_m: float) -> float:
+        """Return the first arc length at or after the front at which the edge has that position."""
+        begin = 0.0
+        for name, length in self.edges:
+            if name == edge:
+                break
+            begin += length
+        arc = begin + position_m
+        while arc < self.front_m - 1e-9:
+            arc += self.lap_m
+        return arc
+
+
+class FakeTraffic:
+    """Vehicles that see nobody: only a hold stops them. Records the calls that hold and release."""
+
+    LENGTH_M, ACCEL, DECEL = 5.0, 2.6, 4.5
+
+    def __init__(self, vehicles: Mapping[str, FakeVehicle], *, step_s: float = 1.0) -> None:
+        self.fleet = dict(vehicles)
+        self.now_s = 0.0
+        self.step_s = step_s
+        self.holds: list[tuple[float, str]] = []
+        self.releases: list[tuple[float, str]] = []
+        self.gated: set[str] = set()
+        self.waiting: dict[str, tuple[str, ...]] = {}
+        self.crashes: tuple[Collision, ...] = ()
+        self._halted: list[str] = []
+
+    def step(self) -> None:
+        """Advance all vehicles."""
+        self.now_s += self.step_s
+        self._halted = []
+        if self.now_s == self.step_s:
+            return  # the first step inserts them
+        for name, vehicle in self.fleet.items():
+            self._advance(name, vehicle)
+
+    def _advance(self, name: str, vehicle: FakeVehicle) -> None:
+        speed = min(vehicle.top_mps, vehicle.speed_mps + self.ACCEL * self.step_s)
+        if vehicle.hold_m is not None:
+            left = vehicle.hold_m - vehicle.front_m
+            speed = min(speed, max(0.0, _safe_speed(left, self.DECEL, self.step_s)))
+            if speed * self.step_s > left:
+                speed = max(0.0, left / self.step_s)
+        vehicle.speed_mps = speed
+        vehicle.front_m += speed * self.step_s
+        if vehicle.hold_m is not None and speed < 0.05 and not vehicle.resting:
+            vehicle.resting = True
+            self._halted.append(name)
+
+    def vehicles(self) -> Sequence[str]:
+        """All of them, always."""
+        return tuple(self.fleet)
+
+    def odometer(self, vehicle: str) -> float:
+        """Like SUMO's: from 0 at the start."""
+        return self.fleet[vehicle].front_m - self.fleet[vehicle].start_m
+
+    def speed(self, vehicle: str) -> float:
+        """Return the speed."""
+        return self.fleet[vehicle].speed_mps
+
+    def lane(self, vehicle: str) -> tuple[str, float]:
+        """Return edge and position; an edge has one lane here."""
+        at = self.fleet[vehicle].front_m % self.fleet[vehicle].lap_m
+        for name, length in self.fleet[vehicle].edges:
+            if at < length:
+                return f"{name}_0", at
+            at -= length
+        raise AssertionError(vehicle)
+
+    def put_under_gate(self, vehicle: str, *, keeps_lane: bool = False) -> None:
+        """Take note."""
+        del keeps_lane
+        self.gated.add(vehicle)
+
+    def hold(self, vehicle: str, edge: str, lane_index: int, position_m: float) -> None:
+        """Bind the hold to the next time the vehicle gets there, as SUMO does."""
+        assert lane_index == 0
+        self.holds.append((self.now_s, vehicle))
+        self.fleet[vehicle].hold_m = self.fleet[vehicle].arc(edge, position_m)
+
+    def release(self, vehicle: str) -> None:
+        """Let it go."""
+        self.releases.append((self.now_s, vehicle))
+        self.fleet[vehicle].hold_m = None
+        self.fleet[vehicle].resting = False
+
+    def halted(self) -> Sequence[str]:
+        """Return who came to rest in the last step."""
+        return tuple(self._halted)
+
+    def collisions(self) -> Sequence[Collision]:
+        """Return what a test has put there."""
+        return self.crashes
+
+    def teleports(self) -> Sequence[str]:
+        """Nobody."""
+        return ()
+
+    def waits_for(self, vehicle: str, *, guess: bool) -> Sequence[str]:
+        """Return what a test has put there."""
+        del guess
+        return self.waiting.get(vehicle, ())
+
+    def dynamics(self, vehicle: str) -> Dynamics:
+        """All alike."""
+        del vehicle
+        return Dynamics(self.LENGTH_M, self.ACCEL, self.DECEL, 1.0)
+
+    def jump(self, vehicle: str) -> float | None:
+        """Never."""
+        del vehicle
+        return None
+
+    def expects_more(self) -> bool:
+        """They circulate for ever."""
+        return True
+
+    def configured_end_s(self) -> float | None:
+        """None is configured."""
+        return None
+
+    def close(self) -> None:
+        """Nothing to free."""
+
+
+def _safe_speed(left_m: float, decel: float, step_s: float) -> float:
+    """Return the highest speed from which braking by `decel` per step stops within `left_m`."""
+    steps = 0
+    while decel * step_s * step_s * (steps + 1) * (steps + 2) / 2 <= left_m:
+        steps += 1
+    whole = decel * step_s * step_s * steps * (steps + 1) / 2
+    return decel * step_s * steps + (left_m - whole) / (step_s * (steps + 1))

@@ -1,0 +1,77 @@
+"""The audit: every rule, broken once."""
+
+import pandas as pd
+import pytest
+
+from builders import system
+from loopgate.audit import audit_events
+from loopgate.results.columns import EVENT_COLUMNS
+
+SYSTEM = system({"r1": "p a", "r2": "q a"})
+"""Two robots that share the state a, of capacity 1."""
+
+Row = tuple[float, str, str, str]
+
+START: list[Row] = [(0.0, "r1", "start", "p"), (0.0, "r2", "start", "q")]
+ROUND: list[Row] = [
+    (1.0, "r1", "grant", "a"),
+    (2.0, "r1", "enter", "a"),
+    (3.0, "r1", "leave", "p"),
+    (4.0, "r1", "grant", "p"),
+    (5.0, "r1", "enter", "p"),
+    (6.0, "r1", "leave", "a"),
+    (7.0, "r2", "grant", "a"),
+]
+
+
+def trace(rows: list[Row]) -> pd.DataFrame:
+    """Make an event table; reasons do not matter."""
+    return pd.DataFrame([(*row, "") for row in rows], columns=list(EVENT_COLUMNS))
+
+
+def rules(rows: list[Row], **more: object) -> set[str]:
+    """Return the rules that the audit finds broken."""
+    return {finding.rule for finding in audit_events(trace(rows), SYSTEM, **more)}  # type: ignore[arg-type]
+
+
+def test_a_correct_trace_is_clean() -> None:
+    """One robot goes round, the other follows into the state it left."""
+    assert rules(START + ROUND, laps={"r1": 1}) == set()
+
+
+@pytest.mark.parametrize(
+    ("rows", "rule"),
+    [
+        ([*START, ROUND[0], (1.0, "r2", "grant", "a")], "capacity"),
+        ([*START, *ROUND[:5], (6.0, "r2", "grant", "a")], "capacity"),  # the rear has not left yet
+        ([*START, (1.0, "r1", "grant", "q")], "path"),
+        ([(0.0, "r1", "start", "a"), START[1]], "path"),
+        ([*START, (1.0, "r1", "enter", "a")], "trespass"),
+        ([*START, (1.0, "r1", "leave", "p")], "release"),
+        ([*START, ROUND[0], (2.0, "r1", "leave", "a")], "release"),
+        ([START[0]], "start"),
+        ([*START, (1.0, "r1", "collision", "lane")], "collision"),
+        ([*START, (1.0, "r1", "teleport", "lane")], "teleport"),
+    ],
+)
+def test_each_rule_is_found_broken(rows: list[Row], rule: str) -> None:
+    """A trace with one thing wrong breaks the rule that says so."""
+    assert rule in rules(rows)
+
+
+def test_more_laps_than_grants_allow() -> None:
+    """A lap takes as many grants as the path has states."""
+    assert rules(START + ROUND, laps={"r1": 3}) == {"laps"}
+
+
+def test_starvation_is_found_when_asked_for() -> None:
+    """r2 is granted nothing before 7 s."""
+    assert rules(START + ROUND, starved_after_s=6.0) == {"progress"}
+    assert rules(START + ROUND, starved_after_s=7.0) == set()
+
+
+def test_fifo_order() -> None:
+    """Of two in a FIFO state, the one that came second may not be granted the way out first."""
+    queue = system({"r1": "f x", "r2": "f y"}, capacity={"f": 2}, fifo=("f",))
+    rows = [(0.0, "r1", "start", "f"), (0.0, "r2", "start", "f"), (1.0, "r2", "grant", "y")]
+    assert [finding.rule for finding in audit_events(trace(rows), queue)] == ["order"]

@@ -1,0 +1,26 @@
+"""Events on disk."""
+
+from pathlib import Path
+
+from loopgate.results.columns import EVENT_COLUMNS, Event
+from loopgate.results.recorder import Recorder, read_events
+
+
+def test_events_are_read_back_in_order(tmp_path: Path) -> None:
+    """More than one batch, with reasons."""
+    recorder = Recorder(tmp_path / "e.parquet")
+    for k in range(120_000):
+        recorder.note(float(k), f"v{k % 7}", Event.GRANT, f"s{k % 11}", "free")
+    recorder.close()
+    recorder.close()
+    events = read_events(tmp_path / "e.parquet")
+    assert tuple(events.columns) == EVENT_COLUMNS
+    assert len(events) == 120_000
+    assert events["time_s"].is_monotonic_increasing
+    assert events.iloc[100_000].to_list() == [100_000.0, "v5", "grant", "s10", "free"]
+
+
+def test_no_events_make_an_empty_table(tmp_path: Path) -> None:
+    """The file is there and has its columns."""
+    Recorder(tmp_path / "e.parquet").close()
+    assert tuple(read_events(tmp_path / "e.parquet").columns) == EVENT_COLUMNS

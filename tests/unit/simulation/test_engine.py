@@ -1,0 +1,161 @@
+"""The engine on traffic without SUMO: who holds, who passes, who is looked at."""
+
+from random import Random
+
+import pytest
+from fake_traffic import FakeTraffic, FakeVehicle
+
+from builders import system
+from loopgate.abstraction.itinerary import Abstraction, Itinerary, Leg
+from loopgate.gates import make_gate
+from loopgate.model import StateId
+from loopgate.negotiation.simple import OldestFirst
+from loopgate.results.columns import Event
+from loopgate.simulation.engine import Engine
+from loopgate.simulation.gatekeeper import Gatekeeper
+from loopgate.simulation.track import StopLine, Track
+
+PRIVATE_M, SHARED_M = 200.0, 60.0
+
+
+class Notes:
+    """A recorder that keeps the rows."""
+
+    def __init__(self) -> None:
+        self.rows: list[tuple[float, str, str, str]] = []
+
+    def note(self, time_s: float, vehicle: str, event: Event, place: str, reason: str = "") -> None:
+        """Keep one row."""
+        del reason
+        self.rows.append((time_s, vehicle, event.value, place))
+
+    def of(self, *events: str) -> list[tuple[float, str, str, str]]:
+        """Return the rows of these kinds."""
+        return [row for row in self.rows if row[2] in events]
+
+
+def world(*starts_m: float, gate: str = "collision") -> tuple[Engine, FakeTraffic, Notes]:
+    """Vehicles on loops of 200 m of their own road and one shared state of 60 m.
+
+    Each loop has an edge for its private state and one for the shared state ``s``.
+    """
+    names = [f"v{i}" for i in range(len(starts_m))]
+    robots = system({name: f"p{name} s" for name in names})
+    legs = {name: (Leg(StateId(f"p{name}"), 0.0, 199.0), Leg(StateId("s"), 199.0, 260.0)) for name in names}
+    itineraries = tuple(Itinerary(name, PRIVATE_M + SHARED_M, legs[name]) for name in names)
+    abstraction = Abstraction("segments", robots, itineraries, starts_m)
+    tracks = [
+        Track(
+            vehicle=name,
+            loop=name,
+            lap_m=PRIVATE_M + SHARED_M,
+            start_m=start,
+            top_speed_mps=10.0,
+            rerouted_on=f"{name}p",
+            edges=((0.0, f"{name}p"), (PRIVATE_M, f"{name}s")),
+            states=(f"p{name}", "s"),
+            ends_m=(199.0, 260.0),
+            begins_m=(0.0, 199.0),
+            stop_lines=(StopLine(f"{name}p", 0, 199.0), StopLine(f"{name}s", 0, 59.9)),
+        )
+        for name, start in zip(names, starts_m, strict=True)
+    ]
+    fleet = {
+        name: FakeVehicle([(f"{name}p", PRIVATE_M), (f"{name}s", SHARED_M)], start)
+        for name, start in zip(names, starts_m, strict=True)
+    }
+    traffic = FakeTraffic(fleet)
+    notes = Notes()
+    keeper = Gatekeeper(abstraction, make_gate(gate, robots), OldestFirst(Random(1)))
+    engine = Engine(traffic, tracks, keeper, notes)  # type: ignore[arg-type]  # the notes stand in for a recorder
+    return engine, traffic, notes
+
+
+def drive(engine: Engine, traffic: FakeTraffic, until_s: float) -> None:
+    """Run."""
+    engine.begin()
+    while traffic.now_s < until_s:
+        engine.step()
+
+
+def test_alone_a_vehicle_is_never_held() -> None:
+    """Granted in time, it passes every gate without slowing: no stop is ever set."""
+    engine, traffic, notes = world(10.0)
+    drive(engine, traffic, 300.0)
+    assert traffic.holds == []
+    assert engine.drivers[0].laps == (traffic.fleet["v0"].front_m - 10.0) // 260.0
+    assert len(notes.of("grant")) >= 2 * engine.drivers[0].laps
+
+
+def test_two_never_hold_the_shared_state_at_once() -> None:
+    """From the grant until the rear has left, the state is one vehicle's alone."""
+    engine, traffic, notes = world(120.0, 125.0)
+    holder: set[str] = set()
+    drive(engine, traffic, 600.0)
+    for _, vehicle, event, place in notes.of("grant", "leave"):
+        if place == "s":
+            holder.symmetric_difference_update({vehicle})
+            assert len(holder) <= 1
+            assert (event == "grant") == (vehicle in holder)
+    assert {driver.laps > 10 for driver in engine.drivers} == {True}
+    assert traffic.holds, "they arrive together, so one of them is held"
+    assert engine.overruns == engine.trespasses == 0
+
+
+def test_a_refused_vehicle_rests_before_its_line_and_counts_its_hold() -> None:
+    """It stops with its front at the end of its state, and hold time runs from rest to release."""
+    engine, traffic, notes = world(120.0, 125.0)
+    engine.begin()
+    while not notes.of("hold"):
+        engine.step()
+    (at, vehicle, _, place), *_ = notes.of("hold")
+    front = traffic.fleet[vehicle].front_m
+    assert place == "s"
+    assert 198.0 <= front <= 199.0
+    while not notes.of("go"):
+        engine.step()
+    (released, who, _, _), *_ = notes.of("go")
+    assert who == vehicle
+    driver = next(d for d in engine.drivers if d.id == vehicle)
+    assert driver.total_hold_s(traffic.now_s) == pytest.approx(released - at)
+
+
+def test_the_rear_frees_the_state_behind() -> None:
+    """The private state is left when the rear passes its end, 5 m after the front."""
+    engine, traffic, notes = world(10.0)
+    engine.begin()
+    while not notes.of("leave"):
+        engine.step()
+    (_, _, _, place), *_ = notes.of("leave")
+    assert place == "pv0"
+    assert 204.0 <= traffic.fleet["v0"].front_m < 204.0 + 10.0
+
+
+def test_a_vehicle_beyond_its_grant_is_seen() -> None:
+    """If the simulator lets a held vehicle run on, the trace says so."""
+    engine, traffic, notes = world(120.0, 125.0)
+    engine.begin()
+    while not traffic.holds:
+        engine.step()
+    vehicle = traffic.holds[0][1]
+    traffic.fleet[vehicle].hold_m = None  # the simulator forgets the stop
+    for _ in range(40):
+        engine.step()
+    assert engine.trespasses >= 1
+    assert any(v == vehicle for _, v, _, place in notes.of("enter") if place == "s")
+
+
+def test_cost_follows_events() -> None:
+    """A vehicle far from anything is not looked at: fewer looks than steps by far."""
+    engine, traffic, _ = world(10.0)
+    looks = 0
+    original = traffic.odometer
+
+    def counting(vehicle: str) -> float:
+        nonlocal looks
+        looks += 1
+        return original(vehicle)
+
+    traffic.odometer = counting  # type: ignore[method-assign]
+    drive(engine, traffic, 1000.0)
+    assert looks < 700

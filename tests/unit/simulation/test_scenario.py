@@ -1,0 +1,67 @@
+"""Scenarios: from files, from mappings, and what is wrong with them."""
+
+from pathlib import Path
+
+import pytest
+
+from loopgate.errors import ScenarioError
+from loopgate.simulation.scenario import Scenario, read_scenario
+
+
+def test_a_written_scenario_is_read_back(tmp_path: Path) -> None:
+    """The copy in a run folder repeats the run."""
+    scenario = Scenario(network="sumo:DRT", loops=12, max_shared=0.4, gate="collision", seed=7)
+    scenario.write(tmp_path / "scenario.toml")
+    assert read_scenario(tmp_path / "scenario.toml") == scenario
+
+
+def test_units_may_be_left_out() -> None:
+    """`duration` is `duration_s`, `loop_length` may be written as a range."""
+    scenario = Scenario.from_dict({"network": "n", "duration": 60, "loop_length": "400:900"})
+    assert (scenario.duration_s, scenario.loop_length_m) == (60.0, (400.0, 900.0))
+
+
+def test_paths_are_relative_to_the_file(tmp_path: Path) -> None:
+    """A scenario can be moved together with its network."""
+    (tmp_path / "s.toml").write_text('network = "a.net.xml"\nroutes = "b.rou.xml"\n')
+    scenario = read_scenario(tmp_path / "s.toml")
+    assert (scenario.network, scenario.routes) == (str(tmp_path / "a.net.xml"), str(tmp_path / "b.rou.xml"))
+
+
+@pytest.mark.parametrize(
+    ("data", "words"),
+    [
+        ({}, "'network' is missing"),
+        ({"network": "n", "gaet": "x"}, "unknown key 'gaet'"),
+        ({"network": "n", "vehicles": "many"}, "expected a whole number"),
+        ({"network": "n", "vehicles": -1}, "vehicles: -1 is too small"),
+        ({"network": "n", "duration": 0}, "duration_s: 0 is too small"),
+        ({"network": "n", "max_shared": 1.5}, "max_shared: 1.5 is not between 0 and 1"),
+        ({"network": "n", "loop_length": "9:3"}, "9:3 is no range"),
+        ({"network": "n", "abstraction": "cells"}, "choose from segments, queues"),
+        ({"network": "n", "gate": "collision", "on_deadlock": "teleport"}, "with gate open only"),
+    ],
+)
+def test_what_is_wrong_is_said(data: dict[str, object], words: str) -> None:
+    """One line with the source, the key, what was found and what is expected."""
+    with pytest.raises(ScenarioError) as error:
+        Scenario.from_dict(data, source="mine.toml")
+    assert str(error.value).startswith("mine.toml: ")
+    assert words in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize(("text", "words"), [(None, "cannot read"), ("a = = b", "not a TOML file")])
+def test_unreadable_files(tmp_path: Path, text: str | None, words: str) -> None:
+    """Missing and malformed files are named."""
+    file = tmp_path / "s.toml"
+    if text is not None:
+        file.write_text(text)
+    with pytest.raises(ScenarioError, match=words):
+        read_scenario(file)
+
+
+def test_the_command_repeats_the_run() -> None:
+    """Only what differs from the defaults is spelled out."""
+    command = Scenario(network="sumo:DRT", loops=12, loop_length_m=(400.0, 3000.0), seed=2).command("out")
+    assert command == "loopgate run sumo:DRT --loops 12 --length 400:3000 --seed 2 -o out"
