@@ -5,7 +5,7 @@ BIN    := $(VENV)/bin
 STAMP  := $(VENV)/installed
 
 .DEFAULT_GOAL := help
-.PHONY: help setup test check format bench networks small-networks soak lock clean
+.PHONY: help setup test check format bench bench-sweep networks small-networks soak lock clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-15s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -38,6 +38,9 @@ bench: $(STAMP) ## measure: gated runs against plain SUMO stepping
 
 networks: $(STAMP) ## rebuild networks/*.net.xml and show what changed
 	$(BIN)/python networks/build.py
+
+bench-sweep: $(STAMP) ## measure: sweeps in one process and in one per processor
+	$(BIN)/python analysis/bench_sweep.py
 
 small-networks: $(STAMP) ## deadlocks and collisions on the small networks, gate by gate, 20 seeds
 	$(BIN)/python analysis/small_networks.py

@@ -74,10 +74,16 @@ def sweep(  # noqa: PLR0913 - one argument per option
         "keep_runs": keep_runs,
         "runner": runner,
     }
-    with _pool(executor, scheduler) as (pool, size), _progress(described.name) as report:
-        outcome = run_sweep(
-            described, folder, executor=pool, workers=size or workers, report=report, **options
+    try:
+        with _pool(executor, scheduler) as (pool, size), _progress(described.name) as report:
+            outcome = run_sweep(
+                described, folder, executor=pool, workers=size or workers, report=report, **options
+            )
+    except KeyboardInterrupt:
+        click.echo(
+            f"\n{folder}: all rows so far are kept; the same command goes on where it stopped", err=True
         )
+        raise
     if as_json:
         text = {name: getattr(outcome, name) for name in ("total", "present", "done", "failed", "seconds")}
         click.echo(json.dumps({"results": str(folder), **text}))

@@ -174,7 +174,7 @@ def _finish(figure: Figure, axes: Axes, *, vehicles: bool = True, whole: bool = 
     if vehicles:
         axes.set_xlabel("vehicles")
         if whole:
-            axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+            axes.xaxis.set_major_locator(MaxNLocator(integer=True, steps=[1, 2, 5, 10]))
     handles, labels = axes.get_legend_handles_labels()
     if handles:
         columns = 1 if max(map(len, labels)) > 24 else min(len(labels), 3)  # noqa: PLR2004 - fits a phone

@@ -32,9 +32,11 @@ def map_figure(edges: pd.DataFrame, look: Mapping[str, Look]) -> Figure:
     edges
         From `compute_edge_means` by series: `EDGE_HOLD` [s] and `SHAPE` ("x,y x,y ..." [m]).
     look
-        The series to draw, at most four of them; all share one scale.
+        The series to draw, at most four of those that hold vehicles; all share one scale.
     """
-    names = [series for series in look if (edges[SERIES] == series).any()][:_MAPS]
+    held = edges[edges[run.EDGE_HOLD] > 0][SERIES].unique()
+    known = held if len(held) else edges[SERIES].unique()
+    names = [series for series in look if series in known][:_MAPS]
     columns = min(len(names), 2) or 1
     rows = max(1, -(-len(names) // columns))
     shapes = {str(text): _points(str(text)) for text in edges[run.SHAPE].unique()}

@@ -185,20 +185,17 @@ def _work(pipe: Connection) -> None:
     """Answer calls until the other end of the pipe is closed (in the worker process)."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's to handle
     threading.Thread(target=_end_with_parent, daemon=True).start()
-    pipe.send("ready")
-    while True:
-        try:
+    try:
+        pipe.send("ready")
+        while True:
             function, args, kwargs = pipe.recv()
-        except EOFError:
-            return
-        try:
-            answer: tuple[Any, BaseException | None] = function(*args, **kwargs), None
-        except Exception as error:  # noqa: BLE001 - it travels to the caller
-            answer = None, error
-        try:
+            try:
+                answer: tuple[Any, BaseException | None] = function(*args, **kwargs), None
+            except Exception as error:  # noqa: BLE001 - it travels to the caller
+                answer = None, error
             pipe.send(answer)
-        except BrokenPipeError:
-            return
+    except (EOFError, ConnectionError):
+        return
 
 
 def _end_with_parent() -> None:

@@ -7,6 +7,7 @@ import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from random import Random
 from typing import Any
 
 import pandas as pd
@@ -129,7 +130,8 @@ run_sweep(Sweep("s", {"duration_s": 300, "sleep_s": 0.1}, grid), sys.argv[1], wo
 
 
 def test_killed_five_times_and_resumed_gives_the_undisturbed_table(fake_runner: str, tmp_path: Path) -> None:
-    """Kill -9 once two more rows are there, wherever the sweep is then; its workers end with it."""
+    """Kill -9 some random time after two more rows are there, five times; the workers end with the sweep."""
+    random = Random(1)
     program = [sys.executable, "-c", COMMAND]
     subprocess.run([*program, str(tmp_path / "calm"), fake_runner], check=True)
     rows = tmp_path / "killed" / "rows"
@@ -138,7 +140,8 @@ def test_killed_five_times_and_resumed_gives_the_undisturbed_table(fake_runner: 
         process = subprocess.Popen([*program, str(tmp_path / "killed"), fake_runner], start_new_session=True)
         while len(list(rows.glob("*.parquet"))) < before + 2:
             assert process.poll() is None
-            time.sleep(0.013)
+            time.sleep(0.01)
+        time.sleep(random.uniform(0.0, 0.3))
         process.kill()
         process.wait()
         _wait_until_gone(process.pid)
