@@ -7,6 +7,7 @@ it goes on where it was.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import pandas as pd
@@ -29,7 +30,7 @@ HEADINGS = {
     c.GATE: "gate",
     ac.RUNS: "runs",
     ac.DEADLOCKED: "deadlocked",
-    ac.MEDIAN_TIME: "median time to it [s]",
+    ac.MEDIAN_TIME: "median at [s]",
     c.COLLISIONS: "collisions",
     c.TELEPORTS: "teleports",
     CLEAN: "audit clean",
@@ -50,6 +51,12 @@ def summarise(runs: pd.DataFrame) -> pd.DataFrame:
     return rows.assign(**{c.NETWORK: [Path(name).name.removesuffix(".net.xml") for name in rows[c.NETWORK]]})
 
 
+def _by(gates: list[str]) -> Callable[[pd.Series[str]], pd.Series[str]]:
+    """Return the key that sorts gates as listed, and other names by themselves."""
+    place = {gate: f"{number:03}" for number, gate in enumerate(gates)}
+    return lambda names: names.map(lambda name: place.get(name, name))
+
+
 def _sum_or_none(values: pd.Series[int]) -> int:
     return values.sum(min_count=1)
 
@@ -60,6 +67,7 @@ def main() -> None:
     with show_progress("small networks", total=len(sweep.points())) as report:
         outcome = run_sweep(sweep, OUT, report=lambda p: report(p.present + p.done, p.total))
     rows = summarise(read_results(OUT).runs)
+    rows = rows.sort_values([c.NETWORK, c.GATE], key=_by(list(sweep.grid[c.GATE])))
     title = f"One vehicle per loop, one hour, {outcome.total} runs"
     Console(width=110).print(frame_table(rows, HEADINGS, title=title))
 

@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 
 import pandas as pd
+from rich import box
 from rich.markup import escape
 from rich.table import Table
 
@@ -24,10 +25,10 @@ def frame_table(frame: pd.DataFrame, columns: Mapping[str, str], *, title: str) 
     title
         A line above.
     """
-    table = Table(title=title)
+    table = Table(title=title, box=box.SIMPLE_HEAD)
     for name, heading in columns.items():
         numeric = pd.api.types.is_numeric_dtype(frame[name])
-        table.add_column(escape(heading), justify="right" if numeric else "left")
+        table.add_column(escape(heading), justify="right" if numeric else "left", no_wrap=True)
     for row in frame[list(columns)].itertuples(index=False):
         table.add_row(*(escape(_text(value)) for value in row))
     return table

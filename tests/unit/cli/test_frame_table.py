@@ -24,6 +24,6 @@ def test_a_table_shows_the_columns_asked_for_and_no_others() -> None:
     out = io.StringIO()
     headings = {"gate": "gate", "at_s": "at [s]", "runs": "runs", "clean": "clean"}
     Console(file=out, width=80).print(frame_table(frame, headings, title="Runs"))
-    cells = [[cell.strip() for cell in line.split("│")[1:-1]] for line in out.getvalue().splitlines()]
-    assert [row for row in cells if row] == [["open", "-", "20", "-"], ["collision", "121.0", "19", "20"]]
-    assert "at [s]" in out.getvalue()
+    lines = [line.split() for line in out.getvalue().splitlines() if line.strip()]
+    assert lines[1] == ["gate", "at", "[s]", "runs", "clean"]
+    assert lines[3:] == [["open", "-", "20", "-"], ["collision", "121.0", "19", "20"]]
