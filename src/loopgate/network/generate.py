@@ -16,6 +16,11 @@ from loopgate.network.road import RoadNetwork
 
 __all__ = ["generate_loops"]
 
+_RELAX = 0.9
+_LEAST_REACH = 0.3
+"""Where sharing is bounded, each attempt shortens the walks tried by `_RELAX`, down to `_LEAST_REACH` of the
+range of lengths: short loops fit in where long ones no longer do."""
+
 _TRIES_PER_LOOP = 60
 """Attempts without a new loop, for each loop asked for, after which the search gives up."""
 
@@ -76,10 +81,11 @@ def generate_loops(
     rng = random.Random(seed)
     loops: list[Loop] = []
     known: set[tuple[str, ...]] = set()
-    patience = tries = _TRIES_PER_LOOP * count
+    patience, reach = _TRIES_PER_LOOP * count, 1.0
     while len(loops) < count and patience and search.edges:
         patience -= 1
-        edges = search.attempt(rng, patience / tries)
+        reach = max(reach * _RELAX, _LEAST_REACH) if admits else 1.0
+        edges = search.attempt(rng, reach)
         if edges is None or _canonical(edges) in known:
             continue
         known.add(_canonical(edges))
@@ -94,7 +100,7 @@ def generate_loops(
         if progress:
             progress(len(loops))
         search.use(edges)
-        patience = tries
+        patience = _TRIES_PER_LOOP * count
     if len(loops) < count:
         low, high = length_m
         way_out = "ask for fewer, widen --length" + (", raise --max-shared" if admits else "")
@@ -166,17 +172,16 @@ class _Search:
         for edge in edges:
             self._users[self._number[edge]] += 1
 
-    def attempt(self, rng: random.Random, hope: float) -> tuple[str, ...] | None:
+    def attempt(self, rng: random.Random, reach: float) -> tuple[str, ...] | None:
         """Return a closed edge-simple walk, or None if this attempt found none.
 
-        Where sharing is bounded, `hope`, 1 to 0, shortens the walks that are tried: short loops fit in where
-        long ones no longer do.
+        Walks are about as long as the range of lengths allows, or the part of it, 0 to 1, that `reach` leaves.
         """
         stretch = [1.0 + _DETOUR * rng.random() for _ in self.edges]
         if self._shy:
             stretch = [s * (1.0 + _CROWDED * users) for s, users in zip(stretch, self._users, strict=True)]
         start = rng.randrange(len(self.edges))
-        high = self._low + (self._high - self._low) * (hope if self._shy else 1.0)
+        high = self._low + (self._high - self._low) * reach
         goal_m = rng.uniform(self._low, high)
         out = self._reach(start, stretch, goal_m, banned=frozenset(), target=None)
         # Half of the way out, half of it back; both vary, so any edge about half way will do.

@@ -49,6 +49,18 @@ def test_definition_1_on_two_crossings() -> None:
     assert begins == {(147.5, 47.5), (247.5, 347.5)}
 
 
+def test_definition_1_over_the_beginning() -> None:
+    """A bar 2 m wide on both sides of the corner where one begins: one segment, from 396.5 m to 422.5 m.
+
+    The bar reaches from x = -20 m to x = 20 m and y = -1 m to y = 1 m: one comes down to it over its last
+    1 m + 2.5 m, and then runs within it for 20 m and away from it for 2.5 m.
+    """
+    bar = polygon("bar", [(-20, -1), (20, -1), (20, 1), (-20, 1)])
+    found = collision_segments([ONE, bar], 1.25)
+    rows = [(found.begin_m[k], found.end_m[k]) for k in range(len(found.path)) if found.path[k] == 0]
+    assert rows == [(pytest.approx(396.5), pytest.approx(422.5))]
+
+
 def test_zones_grow_upstream_to_the_vehicles_length() -> None:
     """A state has to hold 5 m of vehicle, 2.5 m of gap and 1 m of clearance: 8.5 m, not 5 m."""
     found = make_segments([ONE, TWO], piece_m=1000.0)

@@ -15,7 +15,7 @@ def lanes(loop_spans: object) -> list[tuple[str, ...]]:
 
 def test_the_lane_that_makes_the_turn() -> None:
     """Two lanes all the way, but only lane 1 turns from b back to a: lane 1 all round, no change."""
-    net = roads({"a": (100, 2), "b": (100, 2)}, ["a_0>b_0", "a_1>b_1", "b_1>a_1", "b_0>a_0"][:3])
+    net = roads({"a": (100, 2), "b": (100, 2)}, ["a_0>b_0", "a_1>b_1", "b_1>a_1"])
     loop = make_loop(net, "l", ["a", "b"])
     assert lanes(loop.spans) == [("a_1",), ("b_1",)]
 
@@ -23,7 +23,7 @@ def test_the_lane_that_makes_the_turn() -> None:
 def test_a_change_sweeps_every_edge_on_which_it_could_happen() -> None:
     """Entered on lane 0 of a, left on lane 1 of c: one change, on a, b or c, whichever SUMO likes."""
     net = roads(
-        {"a": (100, 2), "b": (100, 2), "c": (100, 2), "d": (100, 1)},
+        {"a": (100, 2), "b": (90, 2), "c": (120, 2), "d": (100, 1)},
         ["a_0>b_0", "a_1>b_1", "b_0>c_0", "b_1>c_1", "c_1>d_0", "d_0>a_0"],
     )
     loop = make_loop(net, "l", ["a", "b", "c", "d"])
@@ -35,6 +35,13 @@ def test_a_change_sweeps_every_edge_on_which_it_could_happen() -> None:
     ]
     assert [span.changes for span in loop.spans] == [True, True, True, False]
     assert all(span.lane_ids[0] == span.lane_id for span in loop.spans)
+
+
+def test_lanes_that_are_as_good_count_both() -> None:
+    """Two lanes lead all the way round: the vehicle may keep to either."""
+    net = roads({"a": (100, 2), "b": (100, 2)}, ["a_0>b_0", "a_1>b_1", "b_0>a_0", "b_1>a_1"])
+    loop = make_loop(net, "l", ["a", "b"])
+    assert lanes(loop.spans) == [("a_0", "a_1"), ("b_0", "b_1")]
 
 
 def test_changing_on_the_longer_edge_is_preferred() -> None:
