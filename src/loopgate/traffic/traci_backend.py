@@ -12,6 +12,9 @@ import traci
 
 __all__ = ["ERROR", "start"]
 
+_GUI_DELAY_MS = "20"
+"""Pause per step, so that there is something to see; sumo-gui has a knob for it."""
+
 ERROR: type[Exception] = traci.exceptions.TraCIException
 """What traci raises."""
 
@@ -20,7 +23,7 @@ def start(options: Sequence[str], *, gui: bool) -> Any:  # noqa: ANN401  traci h
     """Start ``sumo`` or ``sumo-gui`` with command-line `options` and return the connection."""
     os.environ.setdefault("SUMO_HOME", sumo.SUMO_HOME)
     binary = Path(sumo.SUMO_HOME) / "bin" / ("sumo-gui" if gui else "sumo")
-    more = ["--start", "--quit-on-end"] if gui else []
+    more = ["--start", "--quit-on-end", "--delay", _GUI_DELAY_MS] if gui else []
     label = f"loopgate-{os.getpid()}"
     traci.start([str(binary), *options, *more], label=label, numRetries=60)
     return traci.getConnection(label)
