@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator, PercentFormatter
+from matplotlib.ticker import LogFormatter, MaxNLocator, PercentFormatter
 
 from loopgate.analysis import columns as a
 from loopgate.report.style import Look
@@ -26,9 +26,8 @@ __all__ = [
 
 SERIES = "series"  # gate, and whatever else varies besides network, vehicles and seed
 _SIZE = (5.2, 3.5)
-_SPREAD = (
-    0.018  # how far series stand apart, as a share of the axis, so that intervals do not hide each other
-)
+# How far series stand apart, as a share of the axis, so that intervals do not hide each other.
+_SPREAD = 0.008
 
 
 def mean_figure(means: pd.DataFrame, look: Mapping[str, Look], label: str) -> Figure:
@@ -136,6 +135,8 @@ def decision_figure(decisions: pd.DataFrame, look: Mapping[str, Look]) -> Figure
         )
     axes.set_ylabel("decision time [µs]")
     axes.set_yscale("log")
+    for which in (axes.yaxis.set_major_formatter, axes.yaxis.set_minor_formatter):
+        which(LogFormatter(minor_thresholds=(2.0, 0.7)))
     return _finish(figure, axes)
 
 

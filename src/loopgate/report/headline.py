@@ -69,10 +69,16 @@ def _pairs(tables: Mapping[str, pd.DataFrame]) -> list[str]:
     for series, part in tables["paired"].groupby(SERIES, sort=True):
         sure = part[part[a.LOW].notna()]
         up, down = sure[sure[a.LOW] > 0], sure[sure[a.HIGH] < 0]
-        counts = f"at {len(up)} and less at {len(down)} of {len(part)} vehicle counts"
+        if sure.empty:
+            counts = f"one run of each at {len(part)} vehicle counts, so luck cannot be told from merit"
+        else:
+            counts = (
+                f"more at {len(up)} and less at {len(down)} of {len(sure)} vehicle counts "
+                "(95 % interval of the difference clear of zero)"
+            )
+        baseline = part[a.BASELINE].iloc[0]
         sentences.append(
-            f"Against {part[a.BASELINE].iloc[0]} on the same seeds, {series} drives more {counts} "
-            f"(95 % interval of the difference clear of zero){_extremes(part)}."
+            f"Against {baseline} on the same seeds, {series} drives {_extremes(part)}: {counts}."
         )
     return sentences
 
@@ -80,13 +86,13 @@ def _pairs(tables: Mapping[str, pd.DataFrame]) -> list[str]:
 def _extremes(part: pd.DataFrame) -> str:
     known = part[part[a.RATIO].notna()].sort_values(a.RATIO, kind="stable")
     if known.empty:
-        return ""
+        return "what cannot be put as a ratio"
     low, high = known.iloc[0], known.iloc[-1]
     if low[c.VEHICLES] == high[c.VEHICLES]:
-        return f": {high[a.RATIO]:.2f} times as much"
+        return f"{high[a.RATIO]:.2f} times as much"
     return (
-        f": {low[a.RATIO]:.2f} times as much with {low[c.VEHICLES]:g} vehicles, "
-        f"{high[a.RATIO]:.2f} times with {high[c.VEHICLES]:g}"
+        f"{low[a.RATIO]:.2f} (with {low[c.VEHICLES]:g} vehicles) to {high[a.RATIO]:.2f} times as much "
+        f"(with {high[c.VEHICLES]:g})"
     )
 
 
