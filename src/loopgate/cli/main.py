@@ -23,6 +23,7 @@ _COMMANDS: dict[str, str] = {
     "explore": "loopgate.cli.explore:explore",
     "trace": "loopgate.cli.trace:trace",
     "montecarlo": "loopgate.cli.montecarlo:montecarlo",
+    "paper": "loopgate.cli.paper:paper",
     "verify": "loopgate.cli.verify:verify",
     "check-certificate": "loopgate.cli.check_certificate:check_certificate",
     "sweep": "loopgate.cli.sweep:sweep",

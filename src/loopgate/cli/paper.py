@@ -1,0 +1,39 @@
+"""``loopgate paper``: Section 5 of Zhou et al. 2020 with our figures beside the printed ones."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import click
+
+from loopgate.cli.progress import show_progress
+
+__all__ = ["paper"]
+
+
+@click.command()
+@click.option("--quick", is_flag=True, help="Fewer experiments and rounds: under a minute.")
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path, file_okay=False),
+    default=Path("analysis/paper/out"),
+    show_default=True,
+    help="Folder for the table and the figures.",
+)
+@click.option("--seed", default=1, show_default=True, help="Where the random numbers begin.")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON only.")
+def paper(out: Path, *, quick: bool, seed: int, as_json: bool) -> None:
+    """Reproduce the experiments of the paper: printed figure, ours, and why they differ."""
+    from loopgate.paper import reproduce
+
+    with show_progress("steps") as report:
+        data = reproduce(out, quick=quick, seed=seed, progress=report)
+    if as_json:
+        click.echo(json.dumps(data))
+        return
+    for row in data["rows"]:
+        click.echo(f"{row['what']}\n    printed {row['printed']}\n    ours    {row['ours']}")
+        if row["why"]:
+            click.echo(f"    why     {row['why']}")
+    click.echo(f"{data['seconds']} s; tables and figures are in {out}")
