@@ -60,6 +60,7 @@ class Driver:
         self._edge = bisect_right([begin for begin, _ in track.edges], start % track.lap_m)
         self._edge_lap = math.floor(start / track.lap_m) * track.lap_m
         self.due_step = -1
+        self.seen_step = -1
         self.trespassing = False
         self.held = False
         self.halted_since: float | None = None

@@ -11,6 +11,7 @@ from loopgate.results.columns import Event
 from loopgate.results.recorder import Recorder
 from loopgate.simulation.driver import Driver
 from loopgate.simulation.gatekeeper import Answer, Gatekeeper
+from loopgate.simulation.sight import Sight
 from loopgate.simulation.track import Track
 from loopgate.traffic.base import Traffic
 
@@ -47,6 +48,8 @@ class Engine:
         self._due: defaultdict[int, list[Driver]] = defaultdict(list)
         self.drivers = [Driver(robot, track) for robot, track in enumerate(tracks)]
         self._driver_of = {driver.id: driver for driver in self.drivers}
+        if gatekeeper:
+            gatekeeper.sight = Sight(self.drivers, gatekeeper.itineraries, self._refresh)
         self.overruns = 0
         """Vehicles that could no longer brake when they were refused: should be none."""
         self.trespasses = 0
@@ -186,10 +189,13 @@ class Engine:
         keeper = self._gatekeeper
         if keeper is None or len(driver.track.states) <= 1 or keeper.pending(driver.robot):
             return False
-        if not keeper.at_head(driver.robot):
-            return False  # looked at again when the vehicle before it is granted
         if not driver.must_ask(self._step_s):
             return True
+        if not keeper.at_head(driver.robot):
+            # It asks when the vehicle before it is granted. That may be too late to stop at the line then,
+            # since it brakes for that vehicle no earlier than it must.
+            self._hold(driver)
+            return False
         keeper.asks(driver.robot, now)
         driver.asked_s = now
         return False
@@ -232,14 +238,16 @@ class Engine:
             self._ask_afresh(self.drivers[follower], now)
 
     def _stay(self, driver: Driver, answer: Answer, now: float) -> None:
-        position = driver.position(driver.granted)
         wanted = driver.track.states[driver.position(driver.granted + 1)]
         self._recorder.note(now, driver.id, Event.REFUSE, wanted, answer.reason.value)
+        self._hold(driver)
+
+    def _hold(self, driver: Driver) -> None:
         if driver.held:
             return
         if not driver.may_brake(self._step_s):
             self.overruns += 1
-        line = driver.track.stop_lines[position]
+        line = driver.track.stop_lines[driver.position(driver.granted)]
         self._traffic.hold(driver.id, line.edge, line.lane_index, line.position_m)
         driver.held = True
 
@@ -251,9 +259,14 @@ class Engine:
         wanted = driver.track.states[driver.position(driver.granted + 1)]
         self._recorder.note(now, vehicle, Event.HOLD, wanted)
 
+    def _refresh(self, driver: Driver) -> None:
+        if driver.seen_step != self._step:
+            driver.seen_step = self._step
+            driver.front_m = self.front_m(driver)
+            driver.speed = self._traffic.speed(driver.id)
+
     def _ask_afresh(self, driver: Driver, now: float) -> None:
-        driver.front_m = self.front_m(driver)
-        driver.speed = self._traffic.speed(driver.id)
+        self._refresh(driver)
         self._ask(driver, now)
         self._look_at(driver, self._step + 1)
 

@@ -13,6 +13,7 @@ from loopgate.model import Configuration
 from loopgate.negotiation.base import Negotiation, Request
 from loopgate.simulation.histogram import Histogram
 from loopgate.simulation.occupancy import Occupancy
+from loopgate.simulation.sight import Sight
 
 __all__ = ["Answer", "Gatekeeper"]
 
@@ -62,11 +63,13 @@ class Gatekeeper:
         self.refusals: Counter[str] = Counter()
         self.stages: Counter[str] = Counter()
         self.messages = 0
-        self._itineraries = abstraction.itineraries
+        self.itineraries = abstraction.itineraries
         self._gate = gate
         self._negotiation = negotiation
         self._pending: dict[int, _Pending] = {}
         self._version = 0
+        self.sight: Sight | None = None
+        """Frees crossings piece by piece if given; else when the rear has passed all of it."""
         for robot, path in enumerate(self.system.paths):
             self.occupancy.take(robot, path[self.configuration.positions[robot]])
 
@@ -103,7 +106,7 @@ class Gatekeeper:
 
     def cleared(self, robot: int, position: int) -> None:
         """Take note that the rear of `robot` has passed the crossings behind `position`."""
-        self.occupancy.clear(robot, self._itineraries[robot].legs[position].crossings)
+        self.occupancy.clear(robot, self.itineraries[robot].legs[position].crossings)
         self._version += 1
 
     def decide(self, now_s: float) -> list[Answer]:
@@ -111,7 +114,9 @@ class Gatekeeper:
         answers: list[Answer] = []
         possible: list[Request] = []
         for pending in self._pending.values():
-            if pending.asked_at_version == self._version and pending.reason is not None:
+            known = pending.asked_at_version == self._version and pending.reason is not None
+            # Vehicles drive on without a word: who is in sight on a crossing has to be looked at again.
+            if known and (self.sight is None or pending.reason is not Reason.CROSSING):
                 continue
             reason = self._in_the_way(pending.request)
             if reason is not None:
@@ -126,7 +131,7 @@ class Gatekeeper:
             for request in possible:
                 still = self._pending.get(request.robot)
                 if still is not None and still.asked_at_s < now_s:
-                    self._refuse(still, still.reason or Reason.NEGOTIATION, answers)
+                    self._refuse(still, Reason.RESERVE, answers)
         return answers
 
     def blockers(self, robot: int) -> list[list[int]]:
@@ -141,13 +146,13 @@ class Gatekeeper:
             queue = self.system.occupants(self.configuration, request.here)
             return [[queue[queue.index(robot) - 1]]]
         if pending.reason is Reason.CROSSING:
-            return [[other] for other in self.occupancy.passing(self._crossings(robot), robot)]
+            return [[other] for other, _, _ in self.occupancy.passing(self._crossings(robot), robot)]
         if pending.decision is not None and pending.decision.blockers:
             return [list(pending.decision.blockers)]
         return [[other for other in range(len(self.system.robots)) if other != robot]]
 
     def _crossings(self, robot: int) -> Sequence[Crossing]:
-        return self._itineraries[robot].legs[self.position(robot)].crossings
+        return self.itineraries[robot].legs[self.position(robot)].crossings
 
     def _in_the_way(self, request: Request) -> Reason | None:
         if not self.system.at_head(self.configuration, request.robot):
@@ -155,7 +160,10 @@ class Gatekeeper:
         if self.occupancy.room(request.wanted) <= 0:
             return Reason.OCCUPIED
         crossings = self._crossings(request.robot)
-        if crossings and self.occupancy.passing(crossings, request.robot):
+        if crossings and any(
+            self.sight is None or self.sight.in_the_way(request.robot, mine, other, foe)
+            for other, mine, foe in self.occupancy.passing(crossings, request.robot)
+        ):
             return Reason.CROSSING
         return None
 

@@ -46,13 +46,15 @@ class Occupancy:
         """Let `robot` hold `state` no longer."""
         self._holders[state].remove(robot)
 
-    def passing(self, crossings: Iterable[Crossing], robot: int) -> list[int]:
-        """Return the other robots on movements that conflict with `crossings`."""
-        found: list[int] = []
-        for crossing in crossings:
-            for foe in self._foes_of(crossing):
-                found += [other for other in self._passing.get(foe, ()) if other != robot]
-        return found
+    def passing(self, crossings: Iterable[Crossing], robot: int) -> list[tuple[int, Crossing, str]]:
+        """Return the other robots on movements that conflict with `crossings`: who, with which, on what."""
+        return [
+            (other, crossing, foe)
+            for crossing in crossings
+            for foe in self._foes_of(crossing)
+            for other in self._passing.get(foe, ())
+            if other != robot
+        ]
 
     def enter(self, robot: int, crossings: Iterable[Crossing]) -> None:
         """Let `robot` be under way on `crossings`."""
