@@ -6,8 +6,9 @@ import random
 
 import pytest
 
+from loopgate.distributed import decide_by_messages
 from loopgate.gates import Reason, make_gate
-from loopgate.model import Configuration, System
+from loopgate.model import Configuration, Robot, System
 from loopgate.theory.circuits import circuits_through
 from loopgate.theory.random_systems import Shape, dense, random_system, sparse
 from loopgate.theory.theorem1 import theorem1
@@ -58,3 +59,39 @@ def test_fast_search_is_the_theory(shape: Shape, lookahead: int) -> None:
                 refused += decision.reason is Reason.DEADLOCK
             here = system.move(here, rng.choice(enabled))
     assert refused > 0
+
+
+def with_repeats(system: System, rng: random.Random) -> System:
+    """Let every robot come back to one of its states once more in a round, not next to itself."""
+    robots = []
+    for robot in system.robots:
+        path = list(robot.path)
+        for _ in range(10):
+            state = rng.choice(path)
+            place = rng.randrange(len(path) + 1)
+            if state not in {path[place - 1], path[place % len(path)]}:
+                path.insert(place, state)
+                break
+        robots.append(Robot(robot.id, tuple(path), start=next(k for k, s in enumerate(path) if s[0] == "p")))
+    return System(robots)
+
+
+def test_states_passed_several_times_in_a_round() -> None:
+    """Section 6: each visit is a place of its own; fast, plain and distributed versions agree."""
+    repeated = 0
+    for seed in range(40):
+        rng = random.Random(seed)
+        system = with_repeats(random_system(Shape(robots=5, states=6, path=(3, 5)), seed), rng)
+        repeated += any(len(set(path)) < len(path) for path in system.paths)
+        gate = make_gate("algorithm2", system)
+        here = system.initial
+        for _ in range(30):
+            enabled = [i for i in range(5) if system.enabled(here, i)]
+            if not enabled:
+                break
+            for robot in enabled:
+                admitted = gate.decide(here, robot).admitted
+                assert admitted == plain_answer(system, here, robot, 1)
+                assert admitted == decide_by_messages(system, here, robot).admitted
+            here = system.move(here, rng.choice(enabled))
+    assert repeated > 30

@@ -43,7 +43,7 @@ class Row:
 
 @dataclass(frozen=True, slots=True)
 class Evolution:
-    """The printed evolution made again: configurations before each move and at the end, and whom it admits."""
+    """The printed evolution made again: configurations before each move and at the end, and the admitted."""
 
     configurations: tuple[Configuration, ...]
     admitted: tuple[tuple[RobotId, ...], ...]

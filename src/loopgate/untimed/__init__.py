@@ -4,6 +4,7 @@ from loopgate.untimed.checking import verify_everywhere, verify_walks
 from loopgate.untimed.exploration import Exploration, ExplorationLimitError, Witness
 from loopgate.untimed.montecarlo import Rounds, run_rounds
 from loopgate.untimed.native import explore
+from loopgate.untimed.path_change import PathChangeError, change_path
 from loopgate.untimed.plain import explore_plainly
 from loopgate.untimed.trace import Refusal, Step, trace_moves
 from loopgate.untimed.variety import any_shape, any_system
@@ -13,6 +14,7 @@ __all__ = [
     "Counterexample",
     "Exploration",
     "ExplorationLimitError",
+    "PathChangeError",
     "Refusal",
     "Rounds",
     "Step",
@@ -20,6 +22,7 @@ __all__ = [
     "Witness",
     "any_shape",
     "any_system",
+    "change_path",
     "explore",
     "explore_plainly",
     "run_rounds",
