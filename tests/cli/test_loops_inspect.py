@@ -134,6 +134,17 @@ def test_vehicles_of_the_file_decide_what_fits(routes: Path, tmp_path: Path) -> 
     assert short >= 18 + 2.5
 
 
+@pytest.mark.parametrize(("option", "name"), [("--plot", "x.png"), ("--plot", "x.what"), ("-o", "x.json")])
+def test_files_that_cannot_be_written(routes: Path, tmp_path: Path, option: str, name: str) -> None:
+    """A file where a folder should be, or a picture of no known kind: one line, exit code 2."""
+    (tmp_path / "file").write_text("", encoding="utf-8")
+    folder = tmp_path if name == "x.what" else tmp_path / "file"
+    done = loopgate("inspect", _NET, "--routes", routes, option, folder / name)
+    assert done.returncode == 2
+    assert "cannot write" in done.stderr
+    assert len(done.stderr.splitlines()) == 1
+
+
 @pytest.mark.parametrize(
     ("arguments", "text"),
     [

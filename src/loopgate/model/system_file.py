@@ -51,11 +51,23 @@ def read_system(file: Path | str) -> System:
 
 
 def write_system(system: System, file: Path | str, *, note: str = "") -> None:
-    """Write a system file that `read_system` reads back to an equal system."""
+    """Write a system file that `read_system` reads back to an equal system, making its folder.
+
+    Raises
+    ------
+    SystemFileError
+        If the file cannot be written.
+    """
     data = system_to_dict(system)
     if note:
         data = {"note": note, **data}
-    Path(file).write_text(json.dumps(data, indent=1) + "\n", encoding="utf-8")
+    path = Path(file)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(json.dumps(data, indent=1) + "\n", encoding="utf-8")
+    except OSError as error:
+        msg = f"{file}: cannot write the system file ({error.strerror or error})"
+        raise SystemFileError(msg) from error
 
 
 def system_to_dict(system: System) -> dict[str, Any]:

@@ -34,6 +34,9 @@ _DASHES: tuple[Literal["solid"] | tuple[float, tuple[float, ...]], ...] = (
     (0, (5, 1.2)),
     (0, (1.2, 1.0)),
 )
+_WIDTHS = (1.6, 1.1, 0.75)
+"""Broad loops lie below narrow ones, so that loops on the same lane are stripes side by side."""
+
 _ZONE = "#D55E00"
 _ROAD, _CASING, _INK = "#ffffff", "#c3c9ce", "#23292e"
 _GROUND = "#f1f2f0"
@@ -101,6 +104,7 @@ def draw_map(
                 weight="bold",
             )
         try:
+            Path(file).parent.mkdir(parents=True, exist_ok=True)
             figure.savefig(file, dpi=170, facecolor=_GROUND)
         except (OSError, ValueError) as error:
             msg = f"{file}: cannot write the picture ({error})"
@@ -194,7 +198,7 @@ def _zones(
 
 
 def _loops(axes: Axes, loops: Sequence[Loop], starts_m: Sequence[float], points_per_m: float) -> None:
-    width = float(np.clip(2.2 * points_per_m, 1.5, 2.6))
+    width = float(np.clip(2.2 * points_per_m, 1.6, 2.6))
     for number, loop in enumerate(loops):
         points, arcs = loop.curve()
         colour, dash = _style(number)
@@ -202,9 +206,8 @@ def _loops(axes: Axes, loops: Sequence[Loop], starts_m: Sequence[float], points_
             *np.vstack((points, points[:1])).T,
             color=colour,
             linestyle=dash,
-            linewidth=width,
-            zorder=6,
-            alpha=0.95,
+            linewidth=width * _WIDTHS[number % len(_WIDTHS)],
+            zorder=6.0 + 0.1 * (number % len(_WIDTHS)),
         )
         _arrows(axes, points, arcs, loop.length_m, colour)
         if number < len(starts_m):
@@ -284,7 +287,7 @@ def _legend(
             [],
             color=_style(k)[0],
             linestyle=_style(k)[1],
-            linewidth=2.4,
+            linewidth=2.0 * _WIDTHS[k % len(_WIDTHS)],
             label=f"{loop.id}  {loop.length_m / 1000.0:.1f} km, {shares[loop.id]:.0%} shared",
         )
         for k, loop in enumerate(loops[:_LEGEND_LOOPS])
