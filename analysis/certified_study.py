@@ -16,7 +16,7 @@ from loopgate.gates import make_gate
 from loopgate.theory.oracle import OracleLimitError
 from loopgate.untimed import any_shape, any_system, verify_everywhere, verify_walks
 
-_EXPLORED = 1_500
+_EXPLORED = 400
 _WALKED = 20_000
 _STEPS = 150
 _COLUMNS = (
