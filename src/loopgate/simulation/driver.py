@@ -16,6 +16,9 @@ _MARGIN_M = 1.0
 _TOLERANCE_M = 0.5
 """Rounding allowed before a front beyond its leg counts as one [m]; stop lines keep more than this clear."""
 
+_ROUNDING = 1e-6
+"""Share of a step that a time may be longer by rounding."""
+
 _REACTION_S = 1.0
 """Headway that SUMO adds to the braking distance before it accepts a stop: tau of its default model [s]."""
 
@@ -169,10 +172,10 @@ class Driver:
                 target = min(target, self.end_m(self.tail) + self.length)
             if self.crossed < self.granted:
                 target = min(target, self.begin_m(self.crossed + 1) + self.length)
-        wait = self._earliest_s(target - front)
+        wait = self._earliest_s(target - front, step_s)
         if asking and self._legs > 1:
             wait = min(wait, self._earliest_ask_s(self.end_m(self.granted) - front, step_s))
-        return max(1, math.floor(wait / step_s))
+        return max(1, math.ceil(wait / step_s - _ROUNDING))
 
     def _braking_m(self, speed: float, step_s: float) -> float:
         # The distance of SUMO's Euler update: a step at each speed on the way down to zero.
@@ -180,10 +183,11 @@ class Driver:
         steps = int(speed / loss)
         return step_s * (steps * speed - loss * steps * (steps + 1) / 2) + speed * max(step_s, _REACTION_S)
 
-    def _earliest_s(self, distance: float) -> float:
+    def _earliest_s(self, distance: float, step_s: float) -> float:
         if distance <= 0:
             return 0.0
-        a, v = self.accel, self.speed
+        # SUMO's Euler update drives a whole step at the speed it ends with: half a step's gain more.
+        a, v = self.accel, self.speed + self.accel * step_s / 2
         accelerating = (math.sqrt(v * v + 2 * a * distance) - v) / a
         return max(accelerating, distance / self.top)
 
@@ -196,10 +200,11 @@ class Driver:
         a, b = self.accel, self.decel
         cruising = (distance - self.top * step_s - self._braking_m(self.top, step_s) - _MARGIN_M) / self.top
         u = self.speed + a * step_s
-        # x(t) + u(t) * ahead + u(t)^2 / 2b + margin = distance, with x = vt + at^2/2 and u(t) = u + at
+        # x(t) + u(t) * ahead + u(t)^2 / 2b + margin = distance, with u(t) = u + at and, by the Euler update,
+        # x(t) = (v + a * step / 2) t + at^2/2 at whole steps.
         ahead = step_s + max(step_s, _REACTION_S)
         quadratic = a / 2 + a * a / (2 * b)
-        linear = self.speed + ahead * a + u * a / b
+        linear = self.speed + a * step_s / 2 + ahead * a + u * a / b
         constant = ahead * u + u * u / (2 * b) + _MARGIN_M - distance
         if constant >= 0:
             return 0.0

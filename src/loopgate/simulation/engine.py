@@ -130,8 +130,8 @@ class Engine:
         return [[self.drivers[r].id for r in robots] for robots in sets], wanted
 
     def _look(self, driver: Driver, now: float) -> None:
-        driver.front_m = front = self.front_m(driver)
-        driver.speed = self._traffic.speed(driver.id)
+        self._refresh(driver)
+        front = driver.front_m
         begin, edge = driver.next_edge()
         while front >= begin:
             self._recorder.note(now, driver.id, Event.EDGE, edge)
@@ -148,8 +148,7 @@ class Engine:
             self._note_entries(driver, now)
             self._free_behind(driver, now)
             asking = self._ask(driver, now)
-        wait = driver.quiet_steps(asking=asking, step_s=self._step_s)
-        self._look_at(driver, self._step + wait)
+        self._look_again(driver, asking=asking)
 
     def _note_entries(self, driver: Driver, now: float) -> None:
         """Record where the front is, as SUMO says: the audit holds the grants against it."""
@@ -267,10 +266,12 @@ class Engine:
 
     def _ask_afresh(self, driver: Driver, now: float) -> None:
         self._refresh(driver)
-        self._ask(driver, now)
-        self._look_at(driver, self._step + 1)
+        self._look_again(driver, asking=self._ask(driver, now))
 
-    def _look_at(self, driver: Driver, step: int) -> None:
+    def _look_again(self, driver: Driver, *, asking: bool) -> None:
+        if driver.halted_since is not None:
+            return  # nothing happens to it until it is let go, and then it is looked at
+        step = self._step + driver.quiet_steps(asking=asking, step_s=self._step_s)
         if driver.due_step <= self._step or step < driver.due_step:
             driver.due_step = step
             self._due[step].append(driver)
