@@ -45,6 +45,12 @@ def test_the_period_clips_idleness_but_remembers_the_last_visit() -> None:
     assert row["idleness_s"] == pytest.approx(11 / 6)
 
 
+def test_idleness_before_the_first_visit_counts_from_time_zero() -> None:
+    """From 1 s: gap 0-2 counts from 1 on, where idleness is 1: (4 - 1) / 2; then 8 + 0.5 + 4.5; over 9 s."""
+    row = compute_revisits(events=THREE_VISITS, begin_s=1, end_s=10).iloc[0]
+    assert row["idleness_s"] == pytest.approx((1.5 + 8 + 0.5 + 4.5) / 9)
+
+
 def test_events_after_the_end_do_not_count() -> None:
     """Up to 6.5 s there are two visits and one interval."""
     row = compute_revisits(events=THREE_VISITS, end_s=6.5).iloc[0]

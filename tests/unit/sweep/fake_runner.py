@@ -1,7 +1,8 @@
 """A runner that needs no SUMO: a run folder whose figures follow from the scenario alone.
 
 Throughput rises with the vehicles and falls past 80; the gate `open` locks up from 60 vehicles on, later for
-greater seeds. Further scenario keys: `sleep_s`, and `trouble` (`raise`, `die`, `hang`, `disk`).
+greater seeds. Further scenario keys: `sleep_s`, `trouble` (`raise`, `bug`, `die`, `hang`,
+`disk`), and `touch`, a file to make when the run begins.
 """
 
 from __future__ import annotations
@@ -27,6 +28,8 @@ EDGES = 12
 
 def run(scenario: Mapping[str, Any], out: Path) -> None:
     """Write a run folder to `out`."""
+    if "touch" in scenario:
+        Path(scenario["touch"]).touch()
     time.sleep(float(scenario.get("sleep_s", 0)))
     _trouble(scenario.get("trouble"))
     vehicles, seed = int(scenario["vehicles"]), int(scenario.get("seed", 0))

@@ -150,6 +150,29 @@ def test_killed_five_times_and_resumed_gives_the_undisturbed_table(fake_runner: 
     pd.testing.assert_frame_equal(table(tmp_path / "killed"), table(tmp_path / "calm"))
 
 
+HANGING = """
+import sys
+from loopgate.sweep import Sweep, run_sweep
+base = {"vehicles": 5, "trouble": "hang", "touch": sys.argv[1] + "/begun"}
+sweep = Sweep("s", base, {"seed": [0, 1]})
+run_sweep(sweep, sys.argv[1], workers=2, runner=sys.argv[2])
+"""
+
+
+def test_workers_in_the_middle_of_a_run_end_with_a_sweep_that_is_killed(
+    fake_runner: str, tmp_path: Path
+) -> None:
+    """A run that would take another minute does not keep its process alive when the sweep is gone."""
+    process = subprocess.Popen(
+        [sys.executable, "-c", HANGING, str(tmp_path), fake_runner], start_new_session=True
+    )
+    while not (tmp_path / "begun").exists():
+        time.sleep(0.1)
+    process.kill()
+    process.wait()
+    _wait_until_gone(process.pid)
+
+
 def _wait_until_gone(group: int) -> None:
     """Wait until no process of the session is left; workers that outlive their sweep fail the test."""
     for _ in range(100):
