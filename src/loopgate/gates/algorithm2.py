@@ -9,7 +9,8 @@ from __future__ import annotations
 
 from loopgate.errors import GateError
 from loopgate.gates.base import Decision, Reason
-from loopgate.gates.circuit_search import BudgetSpent, CircuitSearch, Leg
+from loopgate.gates.circuit_judge import BudgetSpent, Leg
+from loopgate.gates.circuit_search import CircuitSearch
 from loopgate.gates.collision import collision_decision
 from loopgate.model import Configuration, System
 

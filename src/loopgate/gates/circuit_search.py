@@ -7,28 +7,12 @@ circuits that condition (1) makes live anyway. Sets of states are whole numbers,
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
+from loopgate.gates.circuit_judge import SMALLEST_CYCLE, CircuitJudge, Leg
 from loopgate.model import Configuration, System
 from loopgate.theory.walks import default_lookahead
 
-__all__ = ["BudgetSpent", "CircuitSearch", "Leg"]
-
-_SMALLEST_CYCLE = 3
-"""Robots in the smallest deadlock cycle (Prop. 2)."""
-
-
-class BudgetSpent(Exception):  # noqa: N818 - not an error: the gate answers with Reason.BUDGET
-    """The search was not finished within its budget."""
-
-
-@dataclass(frozen=True, slots=True)
-class Leg:
-    """A risky walk: its robot, its states from tail to head, and the set of those between."""
-
-    robot: int
-    states: tuple[int, ...]
-    between: int
+__all__ = ["CircuitSearch"]
 
 
 class CircuitSearch:
@@ -46,8 +30,6 @@ class CircuitSearch:
 
     def __init__(self, system: System, *, lookahead: int, budget: int) -> None:
         self._system = system
-        self._lookahead = lookahead
-        self._budget = budget
         self._most = default_lookahead(system)
         self._fifo = frozenset(system.fifo_states)
         self._windows: dict[tuple[int, int], tuple[int, ...]] = {}
@@ -56,7 +38,7 @@ class CircuitSearch:
         self._standing: dict[int, int] = {}
         self._holders: dict[int, tuple[int, ...]] = {}
         self._legs: dict[int, list[Leg]] = {}
-        self._steps = 0
+        self._judge = CircuitJudge(self._visits, lookahead=lookahead, budget=budget)
 
     def find(self, configuration: Configuration, state: int) -> list[Leg] | None:
         """Return a circuit through the robots that hold `state` which is not live, or None if all are live.
@@ -69,11 +51,11 @@ class CircuitSearch:
         self._configuration = configuration
         self._holders.clear()
         self._legs.clear()
-        self._steps = 0
         self._standing = {
             path[p]: i
             for i, (path, p) in enumerate(zip(self._system.paths, configuration.positions, strict=True))
         }
+        self._judge.begin(self._standing)
         for first in self._held_by(state):
             alive = self._circling(first, state)
             if alive and (circuit := self._search(first, state, alive)) is not None:
@@ -189,7 +171,7 @@ class CircuitSearch:
             for robot in alive:
                 twice |= once & self._visits[robot]
                 once |= self._visits[robot]
-            most = max(0, len(alive) - _SMALLEST_CYCLE)
+            most = max(0, len(alive) - SMALLEST_CYCLE)
             dropped = False
             for robot in alive:
                 legs = self._legs[robot]
@@ -237,7 +219,7 @@ class CircuitSearch:
 
     def _search(self, first: int, state: int, alive: set[int]) -> list[Leg] | None:
         """Extend chains of walks from `first`, depth first, until one closes that is not live."""
-        most = max(0, len(alive) - _SMALLEST_CYCLE)
+        most = max(0, len(alive) - SMALLEST_CYCLE)
         chain: list[Leg] = []
         unions = [0]
         robots = [first]
@@ -252,12 +234,12 @@ class CircuitSearch:
                     chain.pop()
                 continue
             leg, after = option
-            self._spend(1)
+            self._judge.spend(1)
             union = unions[-1] | leg.between
             if union.bit_count() > most:
                 continue
             if after is None:
-                if not self._live([*chain, leg], union):
+                if not self._judge.live([*chain, leg], union):
                     return [*chain, leg]
             elif after in alive and after not in robots:
                 chain.append(leg)
@@ -265,67 +247,3 @@ class CircuitSearch:
                 robots.append(after)
                 stack.append(self._options(after, state, begun=True))
         return None
-
-    def _spend(self, steps: int) -> None:
-        self._steps += steps
-        if self._steps > self._budget:
-            raise BudgetSpent
-
-    def _live(self, circuit: list[Leg], union: int) -> bool:
-        """Judge a circuit by Theorem 1, with the deadlock cycle never live."""
-        if not union:
-            return all(len(leg.states) > 2 for leg in circuit)  # noqa: PLR2004 - tail and head
-        if self._fulfils(circuit, union):
-            return True
-        return any(self._step_frees(circuit, index) for index in range(len(circuit)))
-
-    def _fulfils(self, circuit: list[Leg], union: int) -> bool:
-        """Return whether condition (1) of Theorem 1 holds."""
-        if union.bit_count() > len(circuit) - _SMALLEST_CYCLE:
-            return True
-        once = twice = 0
-        for leg in circuit:
-            visits = self._visits[leg.robot]
-            twice |= once & visits
-            once |= visits
-        return bool(union & ~twice)
-
-    def _step_frees(self, circuit: list[Leg], index: int) -> bool:
-        """Return whether up to `lookahead` steps of the robot of walk `index` fulfil condition (2)."""
-        ring = circuit[index:] + circuit[:index]
-        for _ in range(self._lookahead):
-            mover = ring[0]
-            here = mover.states[1]
-            if len(mover.states) <= 2 or here in self._standing:  # noqa: PLR2004 - tail and head
-                return False
-            left = self._sub_circuit(ring)
-            if left is None:
-                return True
-            union = 0
-            for leg in left:
-                union |= leg.between
-            if union and self._fulfils(left, union):
-                return True
-            ring = left
-        return False
-
-    def _sub_circuit(self, ring: list[Leg]) -> list[Leg] | None:
-        """Return what the first robot's step leaves of the circuit, as function ``check`` has it, or None."""
-        mover = ring[0]
-        here = mover.states[1]
-        left = [Leg(mover.robot, mover.states[1:], _bits(mover.states[2:-1]))]
-        for leg in ring[1:-1]:
-            self._spend(1)
-            if leg.between >> here & 1:
-                states = leg.states[: leg.states.index(here, 1) + 1]
-                left.append(Leg(leg.robot, states, _bits(states[1:-1])))
-                return left
-            left.append(leg)
-        return None
-
-
-def _bits(states: tuple[int, ...]) -> int:
-    bits = 0
-    for state in states:
-        bits |= 1 << state
-    return bits
