@@ -120,6 +120,24 @@ def test_inspect_as_json(routes: Path) -> None:
     assert 0.0 < shares[0] < shares[2] <= 1.0
 
 
+def test_inspect_queues() -> None:
+    """The other abstraction: lanes that hold several vehicles, and how many."""
+    networks = Path(__file__).resolve().parents[2]
+    arguments = [
+        "inspect",
+        f"{networks}/networks/ring3.net.xml",
+        "--routes",
+        f"{networks}/routes/ring3.rou.xml",
+    ]
+    shown = _RUN.invoke(cli, [*arguments, "--abstraction", "queues"])
+    assert shown.exit_code == 0, shown.output
+    assert "lie in shared lanes with others" in shown.stdout
+    found = json.loads(_RUN.invoke(cli, [*arguments, "--abstraction", "queues", "--json"]).stdout)
+    assert {zone["id"] for zone in found["zones"]} == {"s1_0", "s2_0", "s3_0"}
+    for zone in found["zones"]:
+        assert zone["capacity"] == (zone["length_m"] / 2 + 0.1 - 1.0) // 7.5
+
+
 def test_vehicles_of_the_file_decide_what_fits(routes: Path, tmp_path: Path) -> None:
     """A bus of 18 m needs longer states than a car, and so the zones grow."""
     text = routes.read_text(encoding="utf-8")

@@ -81,7 +81,8 @@ class Survey:
     @property
     def shared(self) -> float:
         """Share of all loops' length in shared states, 0 to 1."""
-        return sum(loop.shared_m for loop in self.loops) / sum(loop.length_m for loop in self.loops)
+        length_m = sum(loop.length_m for loop in self.loops)
+        return sum(loop.shared_m for loop in self.loops) / length_m if length_m else 0.0
 
 
 def survey(itineraries: Sequence[Itinerary]) -> Survey:

@@ -103,6 +103,9 @@ def generate_loops(
         patience = _TRIES_PER_LOOP * count
     if len(loops) < count:
         low, high = length_m
+        if not search.edges:
+            msg = f"{network.name}: no way round for {vclass}: no edge open to it can be reached from itself"
+            raise RouteError(msg)
         way_out = "ask for fewer, widen --length" + (", raise --max-shared" if admits else "")
         way_out += "" if u_turns else ", or allow --u-turns"
         msg = (
@@ -175,7 +178,7 @@ class _Search:
     def attempt(self, rng: random.Random, reach: float) -> tuple[str, ...] | None:
         """Return a closed edge-simple walk, or None if this attempt found none.
 
-        Walks are about as long as the range of lengths allows, or the part of it, 0 to 1, that `reach` leaves.
+        Walks are about as long as the range of lengths allows, or as the part of it that `reach` leaves.
         """
         stretch = [1.0 + _DETOUR * rng.random() for _ in self.edges]
         if self._shy:

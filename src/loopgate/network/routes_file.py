@@ -79,6 +79,12 @@ class RoutesFile:
         starts = {v.id: v.depart_m for v in self.vehicles if v.depart_m is not None}
         return [v.id for v in self.vehicles], [by_id[v.loop] for v in self.vehicles], starts
 
+    def robot_types(self) -> list[VehicleType]:
+        """Return the type of each robot of `robots`: its own, else the file's first, else SUMO's default."""
+        if self.vehicles:
+            return [vehicle.type for vehicle in self.vehicles]
+        return [next(iter(self.types.values()), DEFAULT_TYPE)] * len(self.loops)
+
 
 @dataclass(frozen=True, slots=True)
 class _Route:

@@ -62,8 +62,10 @@ def draw_map(
     ----------
     network
         The roads.
-    loops, itineraries
-        One of each per robot.
+    loops
+        One per vehicle.
+    itineraries
+        One per loop, to draw its zones; or none.
     file
         The picture.
     starts_m
@@ -87,7 +89,8 @@ def draw_map(
         _roads(axes, network, points_per_m)
         found = survey(itineraries)
         zones = {zone.state: zone.length_m for zone in found.zones}
-        _zones(axes, loops, itineraries, zones, points_per_m)
+        if itineraries:
+            _zones(axes, loops, itineraries, zones, points_per_m)
         _loops(axes, loops, starts_m, points_per_m)
         _scale_bar(axes)
         shares = {loop.loop: loop.shared for loop in found.loops}
@@ -288,7 +291,8 @@ def _legend(
             color=_style(k)[0],
             linestyle=_style(k)[1],
             linewidth=2.0 * _WIDTHS[k % len(_WIDTHS)],
-            label=f"{loop.id}  {loop.length_m / 1000.0:.1f} km, {shares[loop.id]:.0%} shared",
+            label=f"{loop.id}  {loop.length_m / 1000.0:.1f} km"
+            + (f", {shares[loop.id]:.0%} shared" if loop.id in shares else ""),
         )
         for k, loop in enumerate(loops[:_LEGEND_LOOPS])
     ]
