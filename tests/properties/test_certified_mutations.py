@@ -18,8 +18,9 @@ import pytest
 
 from loopgate.errors import GateError, SystemModelError
 from loopgate.gates import Decision
-from loopgate.gates.certified import CertifiedGate, checker, deadlock
+from loopgate.gates.certified import CertifiedGate, deadlock
 from loopgate.gates.certified.banker import _harmless, fixpoint
+from loopgate.gates.certified.checker import Checker
 from loopgate.gates.certified.flow import Flow
 from loopgate.gates.certified.homeward import Homeward
 from loopgate.gates.certified.layout import Layout
@@ -138,11 +139,13 @@ def test_unbroken_all_pass() -> None:
 @pytest.mark.parametrize(
     ("function", "old", "new"),
     [
-        pytest.param(Homeward._accepts, "return brings_home", "return True or brings_home", id="no checker"),
         pytest.param(
-            checker._Replay.play,
-            "if inside[entered] >= room[entered]:",
-            "if inside[entered] > room[entered]:",
+            Homeward._accepts, "return self._checker", "return True or self._checker", id="no checker"
+        ),
+        pytest.param(
+            Checker._play,
+            "inside[entered] >= room[entered]",
+            "inside[entered] > room[entered]",
             id="checker off by one",
         ),
         pytest.param(

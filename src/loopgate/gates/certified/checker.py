@@ -8,82 +8,101 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterable, Sequence
+from operator import getitem
 
 from loopgate.model import Configuration, System
 
-__all__ = ["brings_home", "brings_round"]
+__all__ = ["Checker"]
 
 
-class _Replay:
-    """The system, moved on from a configuration by legal moves only."""
-
-    def __init__(self, system: System, configuration: Configuration) -> None:
-        self._system = system
-        self.at = list(configuration.positions)
-        self.inside = system.occupancy(configuration)
-        self.order = dict(zip(system.fifo_states, map(deque, configuration.queues), strict=True))
-
-    def play(self, moves: Iterable[int]) -> bool:
-        """Make the moves; False at the first that breaks a capacity, an order, or does not exist."""
-        paths, robots, room = self._system.paths, self._system.robots, self._system.room
-        at, inside, order = self.at, self.inside, self.order
-        for robot in moves:
-            path, here = paths[robot], at[robot]
-            there = here + 1 if here + 1 < len(path) else 0
-            if there == 0 and (not robots[robot].closed or here == 0):
-                return False
-            left, entered = path[here], path[there]
-            if inside[entered] >= room[entered]:
-                return False
-            if left in order and order[left].popleft() != robot:
-                return False
-            if entered in order:
-                order[entered].append(robot)
-            inside[left] -= 1
-            inside[entered] += 1
-            at[robot] = there
-        return True
-
-
-def brings_home(
-    system: System, configuration: Configuration, moves: Sequence[int], home: Sequence[Sequence[bool]]
-) -> bool:
-    """Return whether `moves` are legal one after the other and end with every robot at home.
+class Checker:
+    """Replays moves of one system by its rules and looks at where they lead.
 
     Parameters
     ----------
-    system, configuration
-        Where the moves begin.
-    moves
-        One robot number per move.
-    home
-        Whether a position is a home, per robot and position (see `Layout`).
-
-    Notes
-    -----
-    O(moves + robots + states).
+    system
+        The system.
     """
-    replay = _Replay(system, configuration)
-    return replay.play(moves) and all(at_home[p] for at_home, p in zip(home, replay.at, strict=True))
 
+    def __init__(self, system: System) -> None:
+        self._system = system
+        self._paths = system.paths
+        self._room = system.room
+        self._next = [
+            [-1 if (q := robot.next_position(p)) is None else q for p in range(len(robot.path))]
+            for robot in system.robots
+        ]
 
-def brings_round(
-    system: System, configuration: Configuration, approach: Sequence[int], circle: Sequence[int]
-) -> bool:
-    """Return whether `approach` is legal, and then `circle`, which moves all and leads back to its beginning.
+    def brings_home(
+        self, configuration: Configuration, moves: Sequence[int], home: Sequence[Sequence[bool]]
+    ) -> bool:
+        """Return whether `moves` are legal one after the other and end with every robot at home.
 
-    That is a witness that every robot can go on for ever in a system whose robots have no homes: the
-    circle can be driven again and again. Robots that stay for good at its beginning need not move.
-    O(moves + robots + states).
-    """
-    replay = _Replay(system, configuration)
-    if not replay.play(approach):
-        return False
-    before = list(replay.at), {s: list(q) for s, q in replay.order.items()}
-    if not replay.play(circle) or before != (replay.at, {s: list(q) for s, q in replay.order.items()}):
-        return False
-    moving = set(circle)
-    return all(
-        i in moving or robot.next_position(p) is None
-        for i, (robot, p) in enumerate(zip(system.robots, replay.at, strict=True))
-    )
+        Parameters
+        ----------
+        configuration
+            Where the moves begin.
+        moves
+            One robot number per move.
+        home
+            Whether a position is a home, per robot and position (see `Layout`).
+
+        Notes
+        -----
+        O(moves + robots + states).
+        """
+        at = list(configuration.positions)
+        order = self._order(configuration)
+        if not self._play(at, order, moves):
+            return False
+        return all(map(getitem, home, at))
+
+    def brings_round(
+        self, configuration: Configuration, approach: Sequence[int], circle: Sequence[int]
+    ) -> bool:
+        """Return whether `approach` is legal, and then `circle`, which moves all and leads back to its begin.
+
+        That is a witness that every robot can go on for ever in a system whose robots have no homes: the
+        circle can be driven again and again. Robots that stay for good at its beginning need not move.
+        O(moves + robots + states).
+        """
+        at = list(configuration.positions)
+        order = self._order(configuration)
+        if not self._play(at, order, approach):
+            return False
+        before = list(at), {s: list(queue) for s, queue in order.items()}
+        if not self._play(at, order, circle):
+            return False
+        if before != (at, {s: list(queue) for s, queue in order.items()}):
+            return False
+        moving = set(circle)
+        return all(i in moving or self._next[i][p] < 0 for i, p in enumerate(at))
+
+    def _order(self, configuration: Configuration) -> dict[int, deque[int]]:
+        if not configuration.queues:
+            return {}
+        return dict(zip(self._system.fifo_states, map(deque, configuration.queues), strict=True))
+
+    def _play(self, at: list[int], order: dict[int, deque[int]], moves: Iterable[int]) -> bool:
+        """Make the moves; False at the first that breaks a capacity, an order, or does not exist."""
+        paths, room, following = self._paths, self._room, self._next
+        inside = [0] * len(room)
+        for path, p in zip(paths, at, strict=True):
+            inside[path[p]] += 1
+        for robot in moves:
+            p = at[robot]
+            q = following[robot][p]
+            path = paths[robot]
+            entered = path[q]
+            if q < 0 or inside[entered] >= room[entered]:
+                return False
+            left = path[p]
+            if order:
+                if left in order and order[left].popleft() != robot:
+                    return False
+                if entered in order:
+                    order[entered].append(robot)
+            inside[left] -= 1
+            inside[entered] += 1
+            at[robot] = q
+        return True

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from loopgate.gates.base import Decision, Reason
 from loopgate.gates.certified.banker import fixpoint
-from loopgate.gates.certified.checker import brings_home
+from loopgate.gates.certified.checker import Checker
 from loopgate.gates.certified.deadlock import circle_among, stuck_for_good
 from loopgate.gates.certified.layout import Layout
 from loopgate.gates.certified.search import BudgetError, Search
@@ -16,8 +16,10 @@ from loopgate.model import Configuration
 __all__ = ["Homeward"]
 
 
-@dataclass(frozen=True, slots=True)
-class _Verdict:
+_REPLAYED = Decision(admitted=True, reason=Reason.FREE, stage="replay")
+
+
+class _Verdict(NamedTuple):
     decision: Decision
     witness: list[int] | None
 
@@ -40,6 +42,7 @@ class Homeward:
     def __init__(self, layout: Layout, budget: int) -> None:
         self._layout = layout
         self._search = Search(layout, budget)
+        self._checker = Checker(layout.system)
         self._witness: list[int] | None = None
         self._verdicts: dict[int, _Verdict] = {}
         self._favoured = -1
@@ -63,7 +66,7 @@ class Homeward:
             if rest is None:
                 return False
             moves += rest
-        if not brings_home(self._layout.system, configuration, moves, self._layout.home):
+        if not self._accepts(configuration, moves):
             return False
         self._witness = moves
         return True
@@ -144,7 +147,7 @@ class Homeward:
             return _Verdict(blocked, None)
         for moves in self._pulled_forward(stand, robot):
             if self._accepts(configuration, moves):
-                return self._admit(moves, "replay")
+                return _Verdict(_REPLAYED, moves[1:])
         if self._favoured >= 0:
             name = self._layout.system.robots[self._favoured].id
             decision = Decision(
@@ -189,7 +192,7 @@ class Homeward:
         return tries
 
     def _accepts(self, configuration: Configuration, moves: list[int]) -> bool:
-        return brings_home(self._layout.system, configuration, moves, self._layout.home)
+        return self._checker.brings_home(configuration, moves, self._layout.home)
 
     def _checked(self, configuration: Configuration, moves: list[int], stage: str) -> _Verdict:
         if self._accepts(configuration, moves):

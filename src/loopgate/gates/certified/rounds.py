@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from loopgate.gates.base import Decision, Reason
-from loopgate.gates.certified.checker import brings_round
+from loopgate.gates.certified.checker import Checker
 from loopgate.gates.certified.search import BudgetError
 from loopgate.gates.certified.stand import Stand
 from loopgate.model import Configuration, System
@@ -84,6 +84,7 @@ class Rounds:
 
     def __init__(self, system: System, budget: int) -> None:
         self._system = system
+        self._checker = Checker(system)
         self._budget = budget
         self._next: dict[Configuration, int] = {}
         self._circle: dict[Configuration, list[int]] = {}
@@ -98,7 +99,7 @@ class Rounds:
         self._plan = []
         if not self.live(configuration):
             return False
-        if not brings_round(self._system, configuration, *self.way_from(configuration)):
+        if not self._checker.brings_round(configuration, *self.way_from(configuration)):
             return False
         self._here = configuration
         return True
@@ -127,7 +128,7 @@ class Rounds:
         if not live:
             detail = "not all could go on for ever"
             return Decision(admitted=False, reason=Reason.DEADLOCK, detail=detail, stage=stage)
-        if not brings_round(self._system, there, *self.way_from(there)):
+        if not self._checker.brings_round(there, *self.way_from(there)):
             detail = "witness rejected by the checker"
             return Decision(admitted=False, reason=Reason.BUDGET, detail=detail, stage="checker")
         return Decision(admitted=True, reason=Reason.FREE, stage=stage)

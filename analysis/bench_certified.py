@@ -1,0 +1,117 @@
+"""Decision time of the certified gate over long random walks, beside lazy-cycle SAT from scratch.
+
+    python analysis/bench_certified.py
+    python analysis/bench_certified.py --robots 8,100 --moves 500 --json out/bench-certified.json
+
+At every step a random robot that can move asks; if it is admitted it moves. Every tenth decision is also
+taken by a solver that knows nothing from before; both must agree. p99_cpu_us is the 99th
+percentile of processor time, which other programs on the machine do not disturb.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import random
+import time
+from collections import Counter
+from pathlib import Path
+from statistics import median
+
+from loopgate.gates.certified import CertifiedGate
+from loopgate.theory.acyclicity import live_by_order
+from loopgate.theory.random_systems import dense, random_system, sparse
+
+_EVERY = 10
+"""Every so many decisions are taken by the solver as well."""
+
+_SOLVER_S = 20.0
+"""Time for the solver per row [s]; after that it is not asked any more."""
+
+
+def measure(kind: str, robots: int, moves: int, seed: int) -> dict[str, object]:
+    """Walk `moves` moves in one random system; times are in microseconds."""
+    system = random_system((sparse if kind == "sparse" else dense)(robots), seed)
+    gate = CertifiedGate(system)
+    rng, here = random.Random(seed), system.initial
+    times, busy, solver, stages = list[float](), list[float](), list[float](), Counter[str]()
+    refused = moved = wrong = asked = 0
+    while moved < moves and asked < 20 * moves:
+        robot = rng.choice([i for i in range(robots) if system.enabled(here, i)])
+        worked, began = time.thread_time(), time.perf_counter()
+        decision = gate.decide(here, robot)
+        times.append(time.perf_counter() - began)
+        busy.append(time.thread_time() - worked)
+        asked += 1
+        stages[decision.stage] += 1
+        there = system.moved(here, robot)
+        if asked % _EVERY == 0 and sum(solver) < _SOLVER_S:
+            began = time.perf_counter()
+            live = live_by_order(system, there)
+            solver.append(time.perf_counter() - began)
+            wrong += live != decision.admitted and decision.stage not in {"budget", "steering"}
+        if decision.admitted:
+            here = there
+            gate.moved(here, robot)
+            moved += 1
+        else:
+            refused += 1
+    times.sort()
+    ours, theirs = median(times) * 1e6, median(solver) * 1e6
+    busy.sort()
+    return {
+        "kind": kind,
+        "robots": robots,
+        "decisions": len(times),
+        "refused": refused,
+        "median_us": round(ours, 1),
+        "p99_us": round(times[int(0.99 * len(times))] * 1e6, 1),
+        "p99_cpu_us": round(busy[int(0.99 * len(busy))] * 1e6, 1),
+        "max_us": round(times[-1] * 1e6, 1),
+        "budget_stops": stages["budget"],
+        "stages": {name: round(count / len(times), 4) for name, count in sorted(stages.items())},
+        "sat_decisions": len(solver),
+        "sat_median_us": round(theirs, 1),
+        "times_faster": round(theirs / ours, 1),
+        "disagreements": wrong,
+    }
+
+
+def main() -> None:
+    """Run the benchmark and print a table."""
+    parser = argparse.ArgumentParser(description="Time the certified gate.")
+    parser.add_argument("--robots", default="8,20,50,100,200")
+    parser.add_argument("--moves", type=int, default=3000)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--json", type=Path)
+    arguments = parser.parse_args()
+    rows = []
+    columns = (
+        "robots",
+        "decisions",
+        "median_us",
+        "p99_us",
+        "p99_cpu_us",
+        "max_us",
+        "sat_median_us",
+        "times_faster",
+        "budget_stops",
+    )
+    print(f"{'kind':7}" + "".join(f"{name:>14}" for name in columns) + "  share by stage")
+    for kind in ("sparse", "dense"):
+        for robots in map(int, arguments.robots.split(",")):
+            row = measure(kind, robots, arguments.moves, arguments.seed)
+            rows.append(row)
+            print(
+                f"{kind:7}" + "".join(f"{row[name]!s:>14}" for name in columns) + f"  {row['stages']}",
+                flush=True,
+            )
+    wrong = sum(int(str(row["disagreements"])) for row in rows)
+    print(f"disagreements with the solver: {wrong}")
+    if arguments.json:
+        arguments.json.parent.mkdir(parents=True, exist_ok=True)
+        arguments.json.write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
