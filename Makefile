@@ -36,9 +36,10 @@ format: $(STAMP) ## put the code into the house format
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
 
-bench: $(STAMP) ## measure: gated runs against plain SUMO, decisions of algorithm2, exploration
+bench: $(STAMP) ## measure: gated runs against plain SUMO, decisions of algorithm2 and certified, exploration
 	$(BIN)/python analysis/bench_run.py
 	$(BIN)/python analysis/bench_theory.py
+	$(BIN)/python analysis/bench_certified.py
 
 networks: $(STAMP) ## rebuild networks/*.net.xml and show what changed
 	$(BIN)/python networks/build.py
