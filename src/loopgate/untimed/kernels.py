@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Final
+
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
@@ -90,6 +92,10 @@ def shared_cycle(waits: Numbers, state: Numbers, at: Numbers) -> bool:
     return waiting > 0
 
 
+_BLOCK: Final = 128
+"""Configurations whose successors are computed before any is looked up, so that look-ups overlap in the processor."""
+
+
 @njit(cache=True)
 def expand(
     keys: Words,
@@ -113,39 +119,46 @@ def expand(
     waits = np.full(robots, -1, np.int64)
     mark = np.zeros(robots, np.int64)
     owner = np.zeros(room.size, np.int64)
-    single = room.max() == 1
     count = np.zeros(room.size, np.int64)
+    candidates = np.zeros(_BLOCK * robots, np.uint64)
+    lefts = np.zeros(_BLOCK * robots, np.int64)
+    single = room.max() == 1
     found = at_home = 0
-    for key in keys:
-        away = unpack(key, shift, mask, state, home, at, count, owner)
-        moves = finished = blocked = 0
-        for i in range(robots):
-            p = at[i]
-            q = after[i, p]
-            waits[i] = -1
-            if q < 0:
-                finished += 1
-                continue
-            s = state[i, q]
-            if s >= 0 and count[s] >= room[s]:
-                waits[i] = s
-                blocked += 1
-                continue
-            moves += 1
-            left = away + home[i, p] - home[i, q]
-            there = key + (np.uint64(q - p) << shift[i])
-            if insert(table, there, LIVE if left == 0 else np.uint64(0)):
+    for begin in range(0, keys.size, _BLOCK):
+        several = 0
+        for key in keys[begin : begin + _BLOCK]:
+            away = unpack(key, shift, mask, state, home, at, count, owner)
+            moves = finished = blocked = 0
+            for i in range(robots):
+                p = at[i]
+                q = after[i, p]
+                waits[i] = -1
+                if q < 0:
+                    finished += 1
+                    continue
+                s = state[i, q]
+                if s >= 0 and count[s] >= room[s]:
+                    waits[i] = s
+                    blocked += 1
+                    continue
+                moves += 1
+                candidates[several] = key + (np.uint64(q - p) << shift[i])
+                lefts[several] = away + home[i, p] - home[i, q]
+                several += 1
+            totals[0] += moves
+            if blocked > 1:
+                totals[1] += single_cycle(waits, owner, mark) if single else shared_cycle(waits, state, at)
+            if moves == 0 and finished < robots:
+                totals[2] += 1
+            clear(state, at, count)
+        for k in range(several):
+            there = candidates[k]
+            if insert(table, there, LIVE if lefts[k] == 0 else np.uint64(0)):
                 out[found] = there
                 found += 1
-                if left == 0:
+                if lefts[k] == 0:
                     homes[at_home] = there
                     at_home += 1
-        totals[0] += moves
-        if blocked > 1:
-            totals[1] += single_cycle(waits, owner, mark) if single else shared_cycle(waits, state, at)
-        if moves == 0 and finished < robots:
-            totals[2] += 1
-        clear(state, at, count)
     return found, at_home
 
 
@@ -163,7 +176,7 @@ def spread_live(
     room: Numbers,
     totals: Numbers,
 ) -> int:
-    """Mark the predecessors of the live configurations on `stack` live, `steps` of these; return the new top.
+    """Mark the predecessors of the live configurations on `stack` live, some `steps` of these; return the new top.
 
     ``totals[3]`` counts those marked.
     """
@@ -171,22 +184,27 @@ def spread_live(
     at = np.zeros(robots, np.int64)
     count = np.zeros(room.size, np.int64)
     owner = np.zeros(room.size, np.int64)
+    candidates = np.zeros(_BLOCK * robots, np.uint64)
     while top > 0 and steps > 0:
-        steps -= 1
-        top -= 1
-        key = stack[top]
-        unpack(key, shift, mask, state, home, at, count, owner)
-        for i in range(robots):
-            p = before[i, at[i]]
-            if p < 0:
-                continue
-            s = state[i, p]
-            if s >= 0 and count[s] >= room[s]:
-                continue
-            there = key + (np.uint64(p - at[i]) << shift[i])
-            if set_flag(table, there, LIVE):
-                stack[top] = there
+        block = min(top, _BLOCK)
+        steps -= block
+        several = 0
+        for key in stack[top - block : top]:
+            unpack(key, shift, mask, state, home, at, count, owner)
+            for i in range(robots):
+                p = before[i, at[i]]
+                if p < 0:
+                    continue
+                s = state[i, p]
+                if s >= 0 and count[s] >= room[s]:
+                    continue
+                candidates[several] = key + (np.uint64(p - at[i]) << shift[i])
+                several += 1
+            clear(state, at, count)
+        top -= block
+        for k in range(several):
+            if set_flag(table, candidates[k], LIVE):
+                stack[top] = candidates[k]
                 top += 1
                 totals[3] += 1
-        clear(state, at, count)
     return top
