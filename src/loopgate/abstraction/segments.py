@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from loopgate.abstraction.collision_segments import collision_segments
 from loopgate.abstraction.itinerary import Abstraction, Itinerary, Leg
 from loopgate.abstraction.starts import choose_starts
+from loopgate.abstraction.zone_warnings import zone_warnings
 from loopgate.abstraction.zones import Zones, make_zones
 from loopgate.errors import ScenarioError
 from loopgate.model import Robot, RobotId, StateId, System
@@ -32,9 +33,6 @@ DEFAULT_RHO_M = 1.25
 CLEARANCE_M = 1.0
 """What a state is longer than a standing vehicle and its gap [m]: vehicles stop within centimetres of a line,
 and a vehicle's rear leaves a state between two simulation steps."""
-
-_SWALLOWED = 0.5
-_MOST_NAMES = 6
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,7 +100,7 @@ def lay_out_segments(
     return Layout(
         loops=tuple(loops),
         itineraries=tuple(_itinerary(loop, k, zones, need_m, piece_m) for k, loop in enumerate(loops)),
-        warnings=tuple(_warnings(loops, zones)),
+        warnings=tuple(zone_warnings(loops, zones, zone_state)),
     )
 
 
@@ -248,44 +246,3 @@ def _pieces(
         if cut - cuts[-1] >= need_m and end_m - cut >= need_m:
             cuts.append(cut)
     return list(zip(cuts, [*cuts[1:], end_m], strict=True))
-
-
-def _warnings(loops: Sequence[Loop], zones: Zones) -> list[str]:
-    found = []
-    length: dict[int, dict[str, float]] = {}
-    for loop, visits in zip(loops, zones.visits, strict=True):
-        for visit in visits:
-            of_zone = length.setdefault(visit.zone, {})
-            of_zone[loop.id] = of_zone.get(loop.id, 0.0) + visit.length_m
-    laps = {loop.id: loop.length_m for loop in loops}
-    for zone, metres in length.items():
-        name = zone_state(zone)
-        swallowed = [loop for loop, m in metres.items() if m > _SWALLOWED * laps[loop]]
-        if swallowed:
-            share = sum(metres[loop] for loop in swallowed) / sum(laps[loop] for loop in swallowed)
-            found.append(
-                f"{name} takes {share:.0%} of {_listed(swallowed)}: one vehicle at a time there; "
-                f"bound what loops share (--max-shared), or use --abstraction queues"
-            )
-        most = max(3, len(loops) // 2 + 1)
-        if len(metres) >= most:
-            found.append(
-                f"{name} is shared by {len(metres)} of {len(loops)} loops, {sum(metres.values()):.0f} m "
-                f"in all: they wait for one another"
-            )
-    homeless = [
-        loop.id
-        for loop, visits in zip(loops, zones.visits, strict=True)
-        if sum(v.length_m for v in visits) > loop.length_m - 1.0
-    ]
-    if homeless:
-        found.append(f"no private road on {_listed(homeless)}: always in somebody's way")
-    found += [
-        f"zones that follow each other on {_listed(users)} were made one (Prop. 1)" for users in zones.merged
-    ]
-    return found
-
-
-def _listed(names: Sequence[str]) -> str:
-    more = len(names) - _MOST_NAMES
-    return ", ".join(names[:_MOST_NAMES]) + (f" and {more} more" if more > 0 else "")

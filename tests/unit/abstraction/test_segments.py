@@ -162,10 +162,23 @@ def test_warnings_name_the_zone_that_swallows() -> None:
     found = make_segments([ONE, small])
     assert found.system.robots[1].path == ("zone1",)
     assert any("zone1 takes 100% of small: one vehicle at a time" in line for line in found.warnings)
-    assert any("no private road on small" in line for line in found.warnings)
+    assert (
+        "zone1: small lies in it all the way: its vehicle never leaves, and one can never enter"
+        in found.warnings
+    )
     numbers = survey(found.itineraries)
     assert numbers.loops[1].shared == pytest.approx(1.0)
     assert numbers.zones[0].loops == ("one", "small")
+
+
+def test_a_loop_without_private_road_is_named() -> None:
+    """Two loops lie on its two halves; the 3 m between their segments are too short for a vehicle."""
+    loop = polygon("loop", [(0, 0), (30, 0), (30, 20), (0, 20)])
+    east = polygon("east", [(19, 0), (30, 0), (30, 20), (19, 20)])
+    west = polygon("west", [(0, 0), (11, 0), (11, 20), (0, 20)])
+    found = make_segments([loop, east, west])
+    assert [state for state, _, _ in legs(found.itineraries[0])] == ["zone2", "zone1"]
+    assert "no private road on loop: always in somebody's way" in found.warnings
 
 
 def test_starts_are_private_whole_and_by_seed() -> None:
