@@ -43,10 +43,9 @@ class Driver:
         self.robot = robot
         self.track = track
         self.id = track.vehicle
-        legs = len(track.states)
-        self._legs = legs
+        self._legs = len(track.states)
         start = track.start_m
-        if legs:
+        if self._legs:
             while start > track.ends_m[track.start_position] + 1e-6:
                 start -= track.lap_m
             while start < track.begins_m[track.start_position] - 1e-6:
@@ -72,21 +71,40 @@ class Driver:
         self.hold_s = 0.0
         self.longest_wait_s = 0.0
         self.measured_from_m = start
-        self.length = 0.0
-        self.accel = 1.0
-        self.decel = 1.0
-        self.top = track.top_speed_mps
+        self.drives_like(Dynamics(0.0, 1.0, 1.0, 1.0), 1.0)
 
     def odometer_reads(self, odometer_m: float) -> None:
         """Take note of what the odometer reads [m] while the vehicle stands at its start."""
         self.offset_m = self.start_m - odometer_m
 
-    def drives_like(self, dynamics: Dynamics) -> None:
-        """Take over what the vehicle can do."""
+    def drives_like(self, dynamics: Dynamics, step_s: float) -> None:
+        """Take over what the vehicle can do, and the length of a simulation step [s]."""
         self.length = dynamics.length_m
-        self.accel = dynamics.accel_mps2
-        self.decel = dynamics.decel_mps2
+        self.accel = a = dynamics.accel_mps2
+        self.decel = b = dynamics.decel_mps2
         self.top = self.track.top_speed_mps * max(1.0, dynamics.speed_factor)
+        self._step_s = step_s
+        self._reaction_s = max(step_s, _REACTION_S)
+        # For `_earliest_ask_s`, which is asked at every look.
+        self._cruising_m = self.top * step_s + self.braking_m(self.top) + _MARGIN_M
+        self._ahead_s = step_s + self._reaction_s
+        self._linear_s = self._ahead_s + step_s / 2
+        self._quadratic = a / 2 + a * a / (2 * b)
+        self.aim()
+
+    def aim(self) -> None:
+        """Look up where the next thing to note is, and the stop line; call when any of them has changed."""
+        target = min(self.next_lap_m, self.next_edge()[0])
+        self.line_m = NOWHERE
+        if self._legs > 1:
+            self.line_m = self.end_m(self.granted)
+            if self.entered < self.granted:
+                target = min(target, self.begin_m(self.entered + 1))
+            if self.tail < self.granted:
+                target = min(target, self.end_m(self.tail) + self.length)
+            if self.crossed < self.granted:
+                target = min(target, self.begin_m(self.crossed + 1) + self.length)
+        self.note_m = target
 
     def measure_from(self, front_m: float, now_s: float) -> None:
         """Forget what was counted so far."""
@@ -140,73 +158,61 @@ class Driver:
 
     def trespasses(self) -> bool:
         """Return whether the front is past the last granted leg: no gate let it in there."""
-        return self.front_m > self.end_m(self.granted) + _TOLERANCE_M
+        return self.front_m > self.line_m + _TOLERANCE_M
 
-    def must_ask(self, step_s: float) -> bool:
+    def must_ask(self) -> bool:
         """Return whether the next step could take the vehicle past the point where it must brake."""
-        fast = min(self.top, self.speed + self.accel * step_s)
-        distance = self.end_m(self.granted) - self.front_m
-        return distance < fast * step_s + self._braking_m(fast, step_s) + _MARGIN_M
+        fast = min(self.top, self.speed + self.accel * self._step_s)
+        needed = fast * self._step_s + self.braking_m(fast) + _MARGIN_M
+        return self.line_m - self.front_m < needed
 
-    def may_brake(self, step_s: float) -> bool:
+    def may_brake(self) -> bool:
         """Return whether the vehicle can still stop before the end of its last granted leg."""
-        distance = self.end_m(self.granted) - self.front_m
-        return distance >= self._braking_m(self.speed, step_s)
+        return self.line_m - self.front_m >= self.braking_m(self.speed)
 
-    def quiet_steps(self, *, asking: bool, step_s: float) -> int:
+    def quiet_steps(self, *, asking: bool) -> int:
         """Return in how many steps, at the earliest, anything about the vehicle is to be noted.
 
         Parameters
         ----------
         asking
             Whether the point where it must ask counts.
-        step_s
-            Length of a step [s].
         """
-        front = self.front_m
-        target = min(self.next_lap_m, self.next_edge()[0])
-        if self._legs > 1:
-            if self.entered < self.granted:
-                target = min(target, self.begin_m(self.entered + 1))
-            if self.tail < self.granted:
-                target = min(target, self.end_m(self.tail) + self.length)
-            if self.crossed < self.granted:
-                target = min(target, self.begin_m(self.crossed + 1) + self.length)
-        wait = self._earliest_s(target - front, step_s)
-        if asking and self._legs > 1:
-            wait = min(wait, self._earliest_ask_s(self.end_m(self.granted) - front, step_s))
-        return max(1, math.ceil(wait / step_s - _ROUNDING))
+        # SUMO's Euler update drives a whole step at the speed it ends with: half a step's gain more.
+        a, distance = self.accel, self.note_m - self.front_m
+        v = self.speed + a * self._step_s / 2
+        wait = 0.0
+        if distance > 0:
+            wait = max((math.sqrt(v * v + 2 * a * distance) - v) / a, distance / self.top)
+        if asking:
+            wait = min(wait, self._earliest_ask_s())
+        return max(1, math.ceil(wait / self._step_s - _ROUNDING))
 
-    def _braking_m(self, speed: float, step_s: float) -> float:
-        # The distance of SUMO's Euler update: a step at each speed on the way down to zero.
+    def braking_m(self, speed: float) -> float:
+        """Return the braking distance from `speed` [m], SUMO's reaction time included.
+
+        It is that of SUMO's Euler update: a step at each speed on the way down to zero.
+        """
+        step_s = self._step_s
         loss = self.decel * step_s
         steps = int(speed / loss)
-        return step_s * (steps * speed - loss * steps * (steps + 1) / 2) + speed * max(step_s, _REACTION_S)
+        return step_s * (steps * speed - loss * steps * (steps + 1) / 2) + speed * self._reaction_s
 
-    def _earliest_s(self, distance: float, step_s: float) -> float:
-        if distance <= 0:
-            return 0.0
-        # SUMO's Euler update drives a whole step at the speed it ends with: half a step's gain more.
-        a, v = self.accel, self.speed + self.accel * step_s / 2
-        accelerating = (math.sqrt(v * v + 2 * a * distance) - v) / a
-        return max(accelerating, distance / self.top)
-
-    def _earliest_ask_s(self, distance: float, step_s: float) -> float:
+    def _earliest_ask_s(self) -> float:
         """Return a lower bound of the time until `must_ask`.
 
         Two bounds: the vehicle does not exceed its top speed; and it does not accelerate harder than it
         can, so that after t the braking distance from v + at has to fit into what is left.
         """
-        a, b = self.accel, self.decel
-        cruising = (distance - self.top * step_s - self._braking_m(self.top, step_s) - _MARGIN_M) / self.top
-        u = self.speed + a * step_s
+        a, b, distance = self.accel, self.decel, self.line_m - self.front_m
+        u = self.speed + a * self._step_s
         # x(t) + u(t) * ahead + u(t)^2 / 2b + margin = distance, with u(t) = u + at and, by the Euler update,
         # x(t) = (v + a * step / 2) t + at^2/2 at whole steps.
-        ahead = step_s + max(step_s, _REACTION_S)
-        quadratic = a / 2 + a * a / (2 * b)
-        linear = self.speed + a * step_s / 2 + ahead * a + u * a / b
-        constant = ahead * u + u * u / (2 * b) + _MARGIN_M - distance
+        constant = self._ahead_s * u + u * u / (2 * b) + _MARGIN_M - distance
         if constant >= 0:
             return 0.0
-        pushing = (math.sqrt(linear * linear - 4 * quadratic * constant) - linear) / (2 * quadratic)
-        return max(cruising, pushing)
+        linear = self.speed + self._linear_s * a + u * a / b
+        pushing = (math.sqrt(linear * linear - 4 * self._quadratic * constant) - linear) / (
+            2 * self._quadratic
+        )
+        return max((distance - self._cruising_m) / self.top, pushing)

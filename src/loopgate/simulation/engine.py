@@ -76,7 +76,7 @@ class Engine:
             raise TrafficError(msg)
         now = self._traffic.now_s
         for driver in self.drivers:
-            driver.drives_like(self._traffic.dynamics(driver.id))
+            driver.drives_like(self._traffic.dynamics(driver.id), self._step_s)
             driver.odometer_reads(self._traffic.odometer(driver.id))
             if self._gatekeeper:
                 self._traffic.put_under_gate(driver.id, keeps_lane=driver.track.keeps_lane)
@@ -113,6 +113,7 @@ class Engine:
         driver = self._driver_of[vehicle]
         driver.offset_m += skipped_m
         driver.next_lap_m += skipped_m  # the part of the lap that was skipped is not driven
+        driver.aim()
 
     def front_m(self, driver: Driver) -> float:
         """Return where the front of the vehicle is now, unwrapped [m]."""
@@ -131,6 +132,14 @@ class Engine:
 
     def _look(self, driver: Driver, now: float) -> None:
         self._refresh(driver)
+        if driver.front_m >= driver.note_m:
+            self._note(driver, now)
+        if self._gatekeeper and driver.trespasses() != driver.trespassing:
+            self._note_trespass(driver, now)
+        self._look_again(driver, asking=self._ask(driver, now))
+
+    def _note(self, driver: Driver, now: float) -> None:
+        """Note all that the vehicle has passed since the last look: edges, laps, states."""
         front = driver.front_m
         begin, edge = driver.next_edge()
         while front >= begin:
@@ -143,12 +152,10 @@ class Engine:
             driver.laps += 1
             driver.next_lap_m += driver.track.lap_m
             self._recorder.note(now, driver.id, Event.LAP, driver.track.loop)
-        asking = False
         if self._gatekeeper:
             self._note_entries(driver, now)
             self._free_behind(driver, now)
-            asking = self._ask(driver, now)
-        self._look_again(driver, asking=asking)
+        driver.aim()
 
     def _note_entries(self, driver: Driver, now: float) -> None:
         """Record where the front is, as SUMO says: the audit holds the grants against it."""
@@ -156,11 +163,13 @@ class Engine:
             driver.entered += 1
             place = driver.track.states[driver.position(driver.entered)]
             self._recorder.note(now, driver.id, Event.ENTER, place)
-        if driver.trespasses() and not driver.trespassing:
+
+    def _note_trespass(self, driver: Driver, now: float) -> None:
+        driver.trespassing = driver.trespasses()
+        if driver.trespassing:
             self.trespasses += 1
             place = driver.track.states[driver.position(driver.granted + 1)]
             self._recorder.note(now, driver.id, Event.ENTER, place, "not granted")
-        driver.trespassing = driver.trespasses()
 
     def _hold_again(self, driver: Driver) -> None:
         # A stop on the edge where SUMO renews the route has moved on to the next round with it.
@@ -188,9 +197,12 @@ class Engine:
         keeper = self._gatekeeper
         if keeper is None or len(driver.track.states) <= 1 or keeper.pending(driver.robot):
             return False
-        if not driver.must_ask(self._step_s):
+        first = keeper.first_before(driver.robot)
+        if first is not None and self.drivers[first].halted_since is not None:
+            return False  # it cannot pass the one that rests at the line, and is asked when that one goes
+        if not driver.must_ask():
             return True
-        if not keeper.at_head(driver.robot):
+        if first is not None:
             # It asks when the vehicle before it is granted. That may be too late to stop at the line then,
             # since it brakes for that vehicle no earlier than it must.
             self._hold(driver)
@@ -219,6 +231,7 @@ class Engine:
         if keeper is None:
             return
         driver.granted += 1
+        driver.aim()
         place = driver.track.states[driver.position(driver.granted)]
         self._recorder.note(now, driver.id, Event.GRANT, place, answer.reason.value)
         if driver.asked_s is not None:
@@ -244,7 +257,7 @@ class Engine:
     def _hold(self, driver: Driver) -> None:
         if driver.held:
             return
-        if not driver.may_brake(self._step_s):
+        if not driver.may_brake():
             self.overruns += 1
         line = driver.track.stop_lines[driver.position(driver.granted)]
         self._traffic.hold(driver.id, line.edge, line.lane_index, line.position_m)
@@ -261,8 +274,8 @@ class Engine:
     def _refresh(self, driver: Driver) -> None:
         if driver.seen_step != self._step:
             driver.seen_step = self._step
-            driver.front_m = self.front_m(driver)
-            driver.speed = self._traffic.speed(driver.id)
+            odometer_m, driver.speed = self._traffic.motion(driver.id)
+            driver.front_m = odometer_m + driver.offset_m
 
     def _ask_afresh(self, driver: Driver, now: float) -> None:
         self._refresh(driver)
@@ -271,7 +284,7 @@ class Engine:
     def _look_again(self, driver: Driver, *, asking: bool) -> None:
         if driver.halted_since is not None:
             return  # nothing happens to it until it is let go, and then it is looked at
-        step = self._step + driver.quiet_steps(asking=asking, step_s=self._step_s)
+        step = self._step + driver.quiet_steps(asking=asking)
         if driver.due_step <= self._step or step < driver.due_step:
             driver.due_step = step
             self._due[step].append(driver)

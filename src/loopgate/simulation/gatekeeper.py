@@ -36,6 +36,7 @@ class _Pending:
     reason: Reason | None = None
     decision: Decision | None = None
     asked_at_version: int = -1
+    looked_at_s: float = -1.0
     asked_at_s: float = -1.0
 
 
@@ -78,8 +79,11 @@ class Gatekeeper:
         return self.configuration.positions[robot]
 
     def asks(self, robot: int, now_s: float) -> None:
-        """Take a request of `robot` for its next state; it stays until granted."""
-        if robot in self._pending:
+        """Take a request of `robot`, the head of its state, for its next one; it stays until granted.
+
+        In a FIFO state the head stays the head until it is granted, so others need not ask.
+        """
+        if robot in self._pending or not self.at_head(robot):
             return
         wanted = self.system.next_state(self.configuration, robot)
         if wanted is None:
@@ -90,6 +94,11 @@ class Gatekeeper:
     def at_head(self, robot: int) -> bool:
         """Return whether nobody stands before `robot` in its FIFO state."""
         return self.system.at_head(self.configuration, robot)
+
+    def first_before(self, robot: int) -> int | None:
+        """Return the head of the FIFO state that `robot` is in, if that is another robot."""
+        first = self.system.head(self.configuration, self.system.state_at(self.configuration, robot))
+        return None if first == robot else first
 
     def head(self, state: int) -> int | None:
         """Return who stands first in `state` if it is a FIFO state with anybody in it."""
@@ -115,9 +124,11 @@ class Gatekeeper:
         possible: list[Request] = []
         for pending in self._pending.values():
             known = pending.asked_at_version == self._version and pending.reason is not None
-            # Vehicles drive on without a word: who is in sight on a crossing has to be looked at again.
-            if known and (self.sight is None or pending.reason is not Reason.CROSSING):
+            # Vehicles drive on without a word: who is in sight on a crossing is looked at again every step.
+            looks = self.sight is not None and pending.reason is Reason.CROSSING
+            if known and not (looks and pending.looked_at_s < now_s):
                 continue
+            pending.looked_at_s = now_s
             reason = self._in_the_way(pending.request)
             if reason is not None:
                 self._refuse(pending, reason, answers)
@@ -142,9 +153,6 @@ class Gatekeeper:
         request = pending.request
         if pending.reason is Reason.OCCUPIED:
             return [[other for other in self.occupancy.holders(request.wanted) if other != robot]]
-        if pending.reason is Reason.BEHIND:
-            queue = self.system.occupants(self.configuration, request.here)
-            return [[queue[queue.index(robot) - 1]]]
         if pending.reason is Reason.CROSSING:
             return [[other] for other, _, _ in self.occupancy.passing(self._crossings(robot), robot)]
         if pending.decision is not None and pending.decision.blockers:
@@ -155,8 +163,6 @@ class Gatekeeper:
         return self.itineraries[robot].legs[self.position(robot)].crossings
 
     def _in_the_way(self, request: Request) -> Reason | None:
-        if not self.system.at_head(self.configuration, request.robot):
-            return Reason.BEHIND
         if self.occupancy.room(request.wanted) <= 0:
             return Reason.OCCUPIED
         crossings = self._crossings(request.robot)

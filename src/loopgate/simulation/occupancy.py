@@ -24,7 +24,7 @@ class Occupancy:
         ]
         self._holders: list[list[int]] = [[] for _ in system.states]
         self._passing: dict[str, list[int]] = {}
-        self._foes: dict[str, tuple[str, ...]] = {}
+        self._active: set[str] = set()
 
     def held(self, state: int) -> int:
         """Return how many vehicles hold `state`."""
@@ -48,26 +48,23 @@ class Occupancy:
 
     def passing(self, crossings: Iterable[Crossing], robot: int) -> list[tuple[int, Crossing, str]]:
         """Return the other robots on movements that conflict with `crossings`: who, with which, on what."""
-        return [
-            (other, crossing, foe)
-            for crossing in crossings
-            for foe in self._foes_of(crossing)
-            for other in self._passing.get(foe, ())
-            if other != robot
-        ]
+        found: list[tuple[int, Crossing, str]] = []
+        for crossing in crossings:
+            active = crossing.foes & self._active
+            for foe in sorted(active) if len(active) > 1 else active:
+                found += [(other, crossing, foe) for other in self._passing[foe] if other != robot]
+        return found
 
     def enter(self, robot: int, crossings: Iterable[Crossing]) -> None:
         """Let `robot` be under way on `crossings`."""
         for crossing in crossings:
             self._passing.setdefault(crossing.id, []).append(robot)
+            self._active.add(crossing.id)
 
     def clear(self, robot: int, crossings: Iterable[Crossing]) -> None:
         """Let `robot` be past `crossings`."""
         for crossing in crossings:
-            self._passing[crossing.id].remove(robot)
-
-    def _foes_of(self, crossing: Crossing) -> tuple[str, ...]:
-        foes = self._foes.get(crossing.id)
-        if foes is None:
-            foes = self._foes[crossing.id] = tuple(sorted(crossing.foes))
-        return foes
+            passing = self._passing[crossing.id]
+            passing.remove(robot)
+            if not passing:
+                self._active.discard(crossing.id)

@@ -63,15 +63,17 @@ class Sight:
             for crossing in legs[ahead.position(leg)].crossings:
                 if crossing.id == foe:
                     theirs = crossing.overlaps.get(mine.id)
-                    clear = theirs is not None and _passes_before(ahead, leg, theirs[1], driver, reach_m)
+                    clear = theirs is not None and _passes_before(ahead, leg, theirs, driver, reach_m)
                     if not clear:
                         return True
         return not clear
 
 
-def _passes_before(ahead: Driver, leg: int, exit_m: float, driver: Driver, reach_m: float) -> bool:
+def _passes_before(
+    ahead: Driver, leg: int, shared_m: tuple[float, float], driver: Driver, reach_m: float
+) -> bool:
     inside_m = ahead.front_m - ahead.end_m(leg)
-    left_m = exit_m + ahead.length + _BEYOND_M - inside_m
+    left_m = shared_m[1] + ahead.length + _BEYOND_M - inside_m
     if left_m < 0:
         return True
     if inside_m < _BEYOND_M:

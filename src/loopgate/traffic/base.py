@@ -53,8 +53,8 @@ class Traffic(Protocol):
         """Return the distance driven, counted from an origin of the vehicle's own [m]."""
         ...
 
-    def speed(self, vehicle: str) -> float:
-        """Return the speed [m/s]."""
+    def motion(self, vehicle: str) -> tuple[float, float]:
+        """Return the odometer [m] and the speed [m/s]."""
         ...
 
     def lane(self, vehicle: str) -> tuple[str, float]:

@@ -74,9 +74,9 @@ class SumoTraffic:
         """Return the odometer [m]."""
         return self._odometer(vehicle)
 
-    def speed(self, vehicle: str) -> float:
-        """Return the speed [m/s]."""
-        return self._speed(vehicle)
+    def motion(self, vehicle: str) -> tuple[float, float]:
+        """Return the odometer [m] and the speed [m/s]."""
+        return self._odometer(vehicle), self._speed(vehicle)
 
     def lane(self, vehicle: str) -> tuple[str, float]:
         """Return lane id and position of the front on that lane [m]."""
