@@ -25,8 +25,9 @@ class Sight:
     """Looks at where vehicles are on their crossings, to free these piece by piece and ahead of time.
 
     A vehicle is no longer in the way of another once its rear is past the stretch that the two movements
-    share. If it is on the crossing already, it is enough that its rear will be past that stretch before the
-    other's front can reach it: nothing holds it there, since it has a slot to drive into.
+    share. If its front is on that stretch already, it is enough that its rear will be past it before the
+    other's front can reach it: nothing holds it there, since it has a slot to drive into and SUMO lets no
+    vehicle go first that finds another in its way. Before that, SUMO may let each wait for the other.
 
     Parameters
     ----------
@@ -76,8 +77,8 @@ def _passes_before(
     left_m = shared_m[1] + ahead.length + _BEYOND_M - inside_m
     if left_m < 0:
         return True
-    if inside_m < _BEYOND_M:
-        return False  # not on the crossing yet: it may still be held up by the vehicle before it
+    if inside_m < max(_BEYOND_M, shared_m[0]):
+        return False  # not on the shared stretch yet: the two could stop across each other's way
     return _time_s(ahead, left_m) + _APART_S <= _time_s(driver, reach_m)
 
 
