@@ -3,7 +3,7 @@
     python analysis/counterexamples.py --systems 20000
 
 Systems are numbered by their seed; the seed gives the shape (4 to 8 robots) and the system, so that any of
-them can be drawn again with ``system_of(seed)``. Each is explored exhaustively without a gate, which gives
+them can be drawn again with ``small_system(seed)``. Each is explored exhaustively without a gate, which gives
 every live configuration, and under Algorithm 2 from its start. A run can be stopped and taken up again:
 finished seeds are in the CSV file.
 """
@@ -13,14 +13,13 @@ from __future__ import annotations
 import argparse
 import csv
 import json
-import random
 import sys
 import time
 from pathlib import Path
 
 from loopgate.gates import make_gate
-from loopgate.model import System, write_system
-from loopgate.theory.random_systems import Shape, random_system
+from loopgate.model import write_system
+from loopgate.theory.random_systems import small_system
 from loopgate.untimed.gated import Gated, judge_moves
 from loopgate.untimed.space import Space
 
@@ -39,17 +38,9 @@ COLUMNS = (
 )
 
 
-def system_of(seed: int) -> System:
-    """Return the system of a seed: 4 to 8 robots in turn, and up to half as many states more."""
-    rng = random.Random(seed)
-    robots = 4 + seed % 5
-    states = rng.randint(robots, robots + robots // 2)
-    return random_system(Shape(robots=robots, states=states, path=(2, 5)), seed)
-
-
 def study(seed: int) -> dict[str, int]:
     """Return the row of one seed."""
-    system = system_of(seed)
+    system = small_system(seed)
     space = Space(system, memory_gb=2.0)
     algorithm2 = make_gate("algorithm2", system)
     judged = judge_moves(space, algorithm2)
@@ -125,7 +116,7 @@ def main() -> None:
             writer.writerow(row)
             if row["unsafe"] or row["blocked"]:
                 kind = "unsound" if row["unsafe"] else "blocked"
-                write_system(system_of(seed), out / f"{kind}_n{row['robots']}_seed{seed}.json")
+                write_system(small_system(seed), out / f"{kind}_n{row['robots']}_seed{seed}.json")
             if time.monotonic() - said > 15:  # noqa: PLR2004 - seconds between lines
                 said = time.monotonic()
                 sys.stderr.write(f"{len(rows)} of {arguments.systems} systems\n")

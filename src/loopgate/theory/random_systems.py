@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from loopgate.errors import SystemModelError
 from loopgate.model import Robot, RobotId, StateId, System
 
-__all__ = ["Shape", "dense", "random_system", "sparse"]
+__all__ = ["Shape", "dense", "random_system", "small_system", "sparse"]
 
 _TRIES = 40
 
@@ -82,6 +82,14 @@ def dense(robots: int) -> Shape:
     """Return a shape where a quarter of the robots (two at least) visit each state, about five per path."""
     visiting = min(robots, max(2, robots // 4))
     return Shape(robots=robots, states=max(3, 5 * robots // visiting), sharers=(visiting, visiting))
+
+
+def small_system(seed: int) -> System:
+    """Return a seed's system in the studies: 4 to 8 robots in turn, up to half as many states more."""
+    rng = random.Random(seed)
+    robots = 4 + seed % 5
+    states = rng.randint(robots, robots + robots // 2)
+    return random_system(Shape(robots=robots, states=states, path=(2, 5)), seed)
 
 
 def random_system(shape: Shape, seed: int) -> System:

@@ -93,7 +93,7 @@ def shared_cycle(waits: Numbers, state: Numbers, at: Numbers) -> bool:
 
 
 _BLOCK: Final = 128
-"""Configurations whose successors are computed before any is looked up, so that look-ups overlap in the processor."""
+"""Configurations whose successors are computed before any is looked up, so that look-ups overlap."""
 
 
 @njit(cache=True)
@@ -176,9 +176,9 @@ def spread_live(
     room: Numbers,
     totals: Numbers,
 ) -> int:
-    """Mark the predecessors of the live configurations on `stack` live, some `steps` of these; return the new top.
+    """Mark the predecessors of the live configurations on `stack` live; return the new top.
 
-    ``totals[3]`` counts those marked.
+    Stops after about `steps` of these. ``totals[3]`` counts those marked.
     """
     robots = shift.size
     at = np.zeros(robots, np.int64)

@@ -1,0 +1,69 @@
+"""Check Lemmas 1 to 4 on the circuits that are deadlocks of some order by Definition 11.
+
+    python analysis/lemmas.py --systems 1500
+
+Looks at every configuration of random systems that is neither live nor a deadlock, and there at every circuit
+with an order. The paper considers only simple ones (Remark 1): no circuit of fewer of their robots is a
+deadlock.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections import Counter
+
+import numpy as np
+
+from loopgate.theory.circuits import all_circuits
+from loopgate.theory.orders import Orders
+from loopgate.theory.random_systems import small_system
+from loopgate.theory.theorem1 import lemma1, lemma2, lemma3, lemma4
+from loopgate.untimed.kernel_gated import higher_order_keys
+from loopgate.untimed.space import Space
+
+LEMMAS = ("lemma1", "lemma2", "lemma3", "lemma4")
+
+
+def judge(seed: int) -> Counter[str]:
+    """Count the circuits of one system, and those that break a lemma, simple or not."""
+    system = small_system(seed)
+    space = Space(system, memory_gb=2.0)
+    packed = space.packed
+    orders = Orders(system)
+    keys = np.empty(space.table.size, np.uint64)
+    found = higher_order_keys(
+        space.table, 0, space.table.size, np.uint64(0), keys,
+        packed.shift, packed.mask, packed.after, packed.state, packed.home, packed.room,
+    )  # fmt: skip
+    counts: Counter[str] = Counter()
+    for key in keys[:found].tolist():
+        here = packed.configuration(key)
+        circuits = [(circuit, orders.of_circuit(here, circuit)) for circuit in all_circuits(system, here)]
+        deadlocks = [(set(circuit.robots), circuit, k) for circuit, k in circuits if k is not None]
+        for robots, circuit, k in deadlocks:
+            if k == 0:
+                continue
+            simple = not any(fewer < robots for fewer, _, _ in deadlocks)
+            kind = "simple" if simple else "others"
+            counts[kind] += 1
+            holds = (lemma1(system, circuit), lemma2(circuit, k), lemma3(circuit, k), lemma4(circuit))
+            for name, true in zip(LEMMAS, holds, strict=True):
+                counts[f"{kind}_break_{name}"] += not true
+    return counts
+
+
+def main() -> None:
+    """Run the study and print its counts."""
+    parser = argparse.ArgumentParser(description="Check Lemmas 1 to 4 on random systems.")
+    parser.add_argument("--systems", type=int, default=500, help="number of seeds, from --first on")
+    parser.add_argument("--first", type=int, default=5000)
+    arguments = parser.parse_args()
+    total: Counter[str] = Counter()
+    for seed in range(arguments.first, arguments.first + arguments.systems):
+        total.update(judge(seed))
+    print(json.dumps(dict(sorted(total.items())), indent=1))
+
+
+if __name__ == "__main__":
+    main()
