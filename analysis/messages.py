@@ -2,8 +2,8 @@
 
     python analysis/messages.py
 
-Random runs under Algorithm 2 on sparse and dense systems; every robot that could enter a shared state asks by messages, over
-a network without loss.
+Random runs under Algorithm 2 on sparse and dense systems; every robot that could enter a shared state asks by
+messages, over a network without loss.
 """
 
 from __future__ import annotations

@@ -16,8 +16,8 @@ __all__ = ["AgentsGate"]
 class AgentsGate:
     """Lets the robots decide among themselves; `Decision.messages` says how many messages it took.
 
-    Slow, for studies: each decision simulates its messages. With losses an answer can be missing; then the robot
-    stops, with the reason ``BUDGET``. The same question in the same configuration gets the same answer.
+    Slow, for studies: each decision simulates its messages. With losses an answer can be missing; then the
+    robot stops, with the reason ``BUDGET``. The same question in the same configuration gets the same answer.
 
     Parameters
     ----------
@@ -51,10 +51,10 @@ class AgentsGate:
         if not first.admitted:
             return first
         asked = decide_by_messages(self._system, configuration, robot, link=self._link, seed=self._seed)
-        reason = {Outcome.LIVE: Reason.FREE, Outcome.DEADLOCK: Reason.DEADLOCK}.get(asked.outcome, Reason.BUDGET)
+        known = {Outcome.LIVE: Reason.FREE, Outcome.DEADLOCK: Reason.DEADLOCK}
         return Decision(
             admitted=asked.admitted,
-            reason=reason,
+            reason=known.get(asked.outcome, Reason.BUDGET),
             detail=f"{asked.hops} hops, {asked.depth} states looked ahead",
             messages=sum(asked.messages.values()),
         )
