@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
@@ -20,6 +21,8 @@ class Crossing:
         The movement's name; vehicles on the same movement follow each other.
     foes
         Movements that must not be under way at the same time. Symmetric.
+    speed_mps
+        Lowest speed limit on it.
     overlaps
         For a foe, between which metres after the ``end_m`` of the leg before it a vehicle on this crossing
         can touch a vehicle on the foe: the front is in the way from the first on, the rear is out of the way
@@ -29,6 +32,7 @@ class Crossing:
     id: str
     foes: frozenset[str]
     overlaps: Mapping[str, tuple[float, float]] = field(default_factory=dict, hash=False)
+    speed_mps: float = math.inf
 
 
 @dataclass(frozen=True, slots=True)

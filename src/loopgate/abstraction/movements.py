@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
@@ -28,8 +29,8 @@ class Conflicts:
     overlaps
         By movement id, then foe: between which metres after the movement's beginning the two can touch.
         Missing where only the request matrix knows of the conflict.
-    lengths_m
-        By movement id.
+    lengths_m, speeds_mps
+        Length and lowest speed limit, by movement id.
     unlisted
         Conflicts that the geometry shows and the request matrix does not list.
     """
@@ -37,6 +38,7 @@ class Conflicts:
     foes: Mapping[str, frozenset[str]]
     overlaps: Mapping[str, Mapping[str, Overlap]]
     lengths_m: Mapping[str, float]
+    speeds_mps: Mapping[str, float]
     unlisted: tuple[tuple[str, str], ...]
 
 
@@ -81,7 +83,14 @@ def find_conflicts(
             if _same_end(by_id[one], by_id[other]):
                 touching[other] = (begin, max(end, lengths[one]))
     return Conflicts(
-        {name: frozenset(found) for name, found in foes.items()}, overlaps, lengths, tuple(sorted(unlisted))
+        foes={name: frozenset(found) for name, found in foes.items()},
+        overlaps=overlaps,
+        lengths_m=lengths,
+        speeds_mps={
+            m.id: min((network.lanes[lane].speed_mps for lane in m.via), default=math.inf)
+            for m in by_id.values()
+        },
+        unlisted=tuple(sorted(unlisted)),
     )
 
 

@@ -186,4 +186,5 @@ def _crossing(movement: str, ahead_m: float, conflicts: Conflicts) -> Crossing:
             foe: (ahead_m + begin, ahead_m + end)
             for foe, (begin, end) in sorted(conflicts.overlaps[movement].items())
         },
+        conflicts.speeds_mps[movement],
     )

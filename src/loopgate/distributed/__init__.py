@@ -1,7 +1,6 @@
-"""Robots as agents, with messages only: Algorithm 2 as Zhou et al. 2020 mean it, and the certified gate."""
+"""Algorithm 2 as Zhou et al. 2020 mean it: robots as agents, with local signals and messages only."""
 
 from loopgate.distributed.agent import Agent, Outcome
-from loopgate.distributed.certified import CertifiedRun, components, part, run_certified_agents
 from loopgate.distributed.decision import DistributedDecision, decide_by_messages
 from loopgate.distributed.messages import Kind, Message
 from loopgate.distributed.network import Link, MessageNetwork
@@ -10,7 +9,6 @@ from loopgate.distributed.sensing import Sensing
 
 __all__ = [
     "Agent",
-    "CertifiedRun",
     "DistributedDecision",
     "DistributedRun",
     "Kind",
@@ -19,9 +17,6 @@ __all__ = [
     "MessageNetwork",
     "Outcome",
     "Sensing",
-    "components",
     "decide_by_messages",
-    "part",
     "run_agents",
-    "run_certified_agents",
 ]
