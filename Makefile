@@ -5,7 +5,7 @@ BIN    := $(VENV)/bin
 STAMP  := $(VENV)/installed
 
 .DEFAULT_GOAL := help
-.PHONY: help demo setup test check format bench bench-sweep networks small-networks soak lock clean
+.PHONY: help demo setup test check format bench bench-sweep networks small-networks city soak lock clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-15s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -49,6 +49,9 @@ bench-sweep: $(STAMP) ## measure: sweeps in one process and in one per processor
 
 small-networks: $(STAMP) ## deadlocks and collisions on the small networks, gate by gate, 20 seeds
 	$(BIN)/python analysis/small_networks.py
+
+city: $(STAMP) ## packaged cities under algorithm2, loops of bounded and unbounded sharing
+	$(BIN)/python analysis/city.py
 
 soak: $(STAMP) ## run everything, slow tests included, with many more random examples
 	$(BIN)/python -m pytest -n auto --hypothesis-profile=soak

@@ -14,7 +14,7 @@ import pandas as pd
 from rich.console import Console
 
 from loopgate.analysis import columns as ac
-from loopgate.analysis import compute_deadlock_rate, compute_time_to_deadlock, read_results
+from loopgate.analysis import compute_safety, compute_time_to_deadlock, read_results
 from loopgate.cli.frame_table import frame_table
 from loopgate.cli.progress import show_progress
 from loopgate.results import row_columns as c
@@ -23,7 +23,6 @@ from loopgate.sweep import read_sweep, run_sweep
 HERE = Path(__file__).resolve().parent
 OUT = HERE.parent / "out" / "small-networks"
 BY = (c.NETWORK, c.GATE)
-CLEAN = "clean"
 
 HEADINGS = {
     c.NETWORK: "network",
@@ -33,22 +32,9 @@ HEADINGS = {
     ac.MEDIAN_TIME: "median at [s]",
     c.COLLISIONS: "collisions",
     c.TELEPORTS: "teleports",
-    CLEAN: "audit clean",
+    ac.CLEAN: "audit clean",
     c.LAPS_PER_H: "laps/h",
 }
-
-
-def summarise(runs: pd.DataFrame) -> pd.DataFrame:
-    """Return one row per network and gate; the columns are those of `HEADINGS`."""
-    clean = (runs[c.AUDIT] == "clean").astype("Int64").mask(runs[c.AUDIT] == "not gated")
-    runs = runs.assign(**{CLEAN: clean})
-    rates = compute_deadlock_rate(runs=runs, by=BY)
-    times = compute_time_to_deadlock(runs=runs, by=BY)
-    counts = runs.groupby(list(BY), as_index=False).agg(
-        {c.COLLISIONS: "sum", c.TELEPORTS: "sum", CLEAN: _sum_or_none, c.LAPS_PER_H: "mean"}
-    )
-    rows = rates.merge(times[[*BY, ac.MEDIAN_TIME]], on=list(BY)).merge(counts, on=list(BY))
-    return rows.assign(**{c.NETWORK: [Path(name).name.removesuffix(".net.xml") for name in rows[c.NETWORK]]})
 
 
 def _by(gates: list[str]) -> Callable[[pd.Series[str]], pd.Series[str]]:
@@ -57,16 +43,15 @@ def _by(gates: list[str]) -> Callable[[pd.Series[str]], pd.Series[str]]:
     return lambda names: names.map(lambda name: place.get(name, name))
 
 
-def _sum_or_none(values: pd.Series[int]) -> int:
-    return values.sum(min_count=1)
-
-
 def main() -> None:
     """Run what is missing, then print."""
     sweep = read_sweep(HERE / "small_networks.toml")
     with show_progress("small networks", total=len(sweep.points())) as report:
         outcome = run_sweep(sweep, OUT, report=lambda p: report(p.present + p.done, p.total))
-    rows = summarise(read_results(OUT).runs)
+    runs = read_results(OUT).runs
+    medians = compute_time_to_deadlock(runs=runs, by=BY)[[*BY, ac.MEDIAN_TIME]]
+    rows = compute_safety(runs=runs, by=BY).merge(medians, on=list(BY))
+    rows[c.NETWORK] = [Path(name).name.removesuffix(".net.xml") for name in rows[c.NETWORK]]
     rows = rows.sort_values([c.NETWORK, c.GATE], key=_by(list(sweep.grid[c.GATE])))
     title = f"One vehicle per loop, one hour, {outcome.total} runs"
     Console(width=110).print(frame_table(rows, HEADINGS, title=title))

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import random
+from dataclasses import replace
 
 import pytest
 
 from loopgate.distributed import Kind, Link, Outcome, Sensing, decide_by_messages, run_agents
-from loopgate.errors import SystemModelError
+from loopgate.errors import GateError, SystemModelError
 from loopgate.gates import Reason, make_gate
 from loopgate.theory.instances import instance
 from loopgate.theory.oracle import Oracle
 from loopgate.theory.random_systems import Shape, random_system
 from loopgate.theory.walks import default_lookahead
+from loopgate.untimed import explore
 
 CONFIGURATIONS = 10_000
 RUNS = 100
@@ -114,3 +116,16 @@ def test_states_of_several_robots_are_refused() -> None:
     system = random_system(Shape(robots=4, states=4, path=(2, 4), capacity=(2, 2)), 1)
     with pytest.raises(SystemModelError, match="agents know states of one robot only"):
         decide_by_messages(system, system.initial, 0)
+
+
+def test_agents_as_a_gate() -> None:
+    """The same configurations come about as under the central algorithm, and messages are counted."""
+    system = instance("unsound_n5")
+    found = explore(system, make_gate("agents", system))
+    central = explore(system, make_gate("algorithm2", system))
+    assert replace(found, seconds=0.0) == replace(central, seconds=0.0)
+    fig10 = instance("fig10")
+    assert make_gate("agents", fig10).decide(fig10.initial, 0).messages == 28
+    assert make_gate("agents:loss=1.0", fig10).decide(fig10.initial, 4).reason is Reason.BUDGET
+    with pytest.raises(GateError, match="expected a probability"):
+        make_gate("agents:loss=2", fig10)

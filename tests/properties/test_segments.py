@@ -180,7 +180,7 @@ def test_bounded_sharing_is_bounded(bound: float) -> None:
 
 
 def test_two_hundred_loops_take_seconds() -> None:
-    """200 loops of 2 km in south-east Berlin melt into one zone, found without comparing all pairs of lanes."""
+    """200 loops of 2 km in south-east Berlin melt into one zone, found without looking at all pairs."""
     found = generate_loops(RoadNetwork.open("sumo:DRT"), 200, length_m=(1500, 2500), seed=1)
     began = time.process_time()
     layout = lay_out_segments(found)

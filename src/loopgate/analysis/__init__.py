@@ -23,6 +23,7 @@ from loopgate.analysis.outcomes import (
     compute_survival,
     compute_time_to_deadlock,
 )
+from loopgate.analysis.safety import compute_safety
 from loopgate.analysis.trips import (
     compute_holds,
     compute_laps,
@@ -48,6 +49,7 @@ __all__ = [
     "compute_paired",
     "compute_revisit_intervals",
     "compute_revisits",
+    "compute_safety",
     "compute_survival",
     "compute_throughput",
     "compute_time_to_deadlock",

@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import StrEnum
 
+from loopgate.model import Configuration
 from loopgate.theory.circuits import Circuit
 from loopgate.theory.walks import Walk
 
-__all__ = ["Circuits", "Claim", "Kind", "Message", "Payload", "Question", "Verdict", "Visit"]
+__all__ = ["Circuits", "Claim", "Entry", "Kind", "Message", "Note", "Payload", "Question", "Verdict", "Visit"]
 
 
 class Kind(StrEnum):
@@ -30,6 +31,18 @@ class Kind(StrEnum):
     """The winner asks everybody to stand still for this round."""
     AGREE = "agree"
     """A robot agrees, to one robot a round."""
+    ASK = "ask"
+    """Certified: a robot asks the coordinator for its next move, and so shows that it is there."""
+    ELECT = "elect"
+    """Certified: a robot that misses the coordinator wants to take over."""
+    VOTE = "vote"
+    """Certified: a robot agrees to that, and says what it has accepted last."""
+    PROPOSE = "propose"
+    """Certified: the coordinator makes the next entry known, with its witness."""
+    ACCEPT = "accept"
+    """Certified: a robot has checked the entry and keeps it."""
+    DONE = "done"
+    """Certified: the robot that was granted a move has made it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,7 +96,42 @@ class Claim:
     delay: float = 0.0
 
 
-Payload = Visit | Circuits | Question | Verdict | Claim
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """What the robots of a component agree on.
+
+    Attributes
+    ----------
+    version, term
+        Number of the entry, and of the coordinator's term in which it was proposed.
+    configuration
+        Where the robots stand once ``mover`` has made its move.
+    mover
+        The robot that moves; -1 for none.
+    broken, lost
+        Robots that have broken down for good, and states in which one of them may still stand as well.
+    witness
+        Moves that bring everybody home from there; empty once somebody has broken down.
+    """
+
+    version: int
+    term: int
+    configuration: Configuration
+    mover: int = -1
+    broken: frozenset[int] = frozenset()
+    lost: tuple[int, ...] = ()
+    witness: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Note:
+    """A message of the certified agents: the term it belongs to, and an entry where it is about one."""
+
+    term: int
+    entry: Entry | None = None
+
+
+Payload = Visit | Circuits | Question | Verdict | Claim | Note
 
 
 @dataclass(frozen=True, slots=True)

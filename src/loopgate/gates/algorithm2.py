@@ -1,8 +1,8 @@
 """Algorithm 2 of Zhou et al. 2020, central version: every circuit of the move must be live by Theorem 1.
 
 Faithful to the paper, and therefore neither safe nor free of blocking: there are systems of five robots where
-it admits a move into an inevitable deadlock, and of six where it stops everybody in a live configuration
-(docs/what-is-not-true.md). The gate ``certified`` is neither.
+it admits a move into an inevitable deadlock, and others where it stops everybody in a live configuration
+(docs/what-is-not-true.md). The gate ``certified`` does neither.
 """
 
 from __future__ import annotations

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from loopgate.analysis.columns import BETTER, HIGH, LOW, RATE, REFUSED_SHARE
 from loopgate.report.headline import DASH, number
 
 __all__ = ["Cells", "cells", "write_csv", "write_latex"]
@@ -14,15 +15,15 @@ __all__ = ["Cells", "cells", "write_csv", "write_latex"]
 Cells = tuple[list[str], list[list[str]]]
 """Headings and rows, as text."""
 
-_SHARES = {"rate", "better", "refused_share"}
+_SHARES = {RATE, BETTER, REFUSED_SHARE}
 
 
 def cells(table: pd.DataFrame) -> Cells:
-    """Return the table with three digits that count."""
-    columns = [_texts(table[name], str(name)) for name in table.columns]
-    return [str(name).replace("_", " ") for name in table.columns], [
-        list(row) for row in zip(*columns, strict=True)
-    ]
+    """Return the table with three digits that count, shares and their intervals in percent."""
+    shares = _SHARES | ({LOW, HIGH} if RATE in table.columns else set())
+    columns = [_texts(table[name], share=name in shares) for name in table.columns]
+    headings = [str(name).replace("_", " ") for name in table.columns]
+    return headings, [list(row) for row in zip(*columns, strict=True)]
 
 
 def write_csv(table: pd.DataFrame, file: Path) -> None:
@@ -52,10 +53,10 @@ def write_latex(table: pd.DataFrame, file: Path, *, caption: str) -> None:
     file.write_text(text.replace(DASH, "--").replace("\N{NO-BREAK SPACE}", "~"), encoding="utf-8")
 
 
-def _texts(column: pd.Series, name: str) -> list[str]:
+def _texts(column: pd.Series, *, share: bool) -> list[str]:
     if pd.api.types.is_bool_dtype(column):
         return ["yes" if value else "no" for value in column]
-    if name in _SHARES:
+    if share:
         return [DASH if pd.isna(value) else f"{100 * value:.1f} %" for value in column]
     if pd.api.types.is_integer_dtype(column):
         return [str(value) for value in column]

@@ -168,7 +168,7 @@ class Driver:
 
     def may_brake(self) -> bool:
         """Return whether the vehicle can still stop before the end of its last granted leg."""
-        return self.line_m - self.front_m >= self.braking_m(self.speed)
+        return self.line_m - self.front_m >= self.braking_m(self.speed) - self.speed * self._reaction_s
 
     def quiet_steps(self, *, asking: bool) -> int:
         """Return in how many steps, at the earliest, anything about the vehicle is to be noted.

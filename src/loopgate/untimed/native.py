@@ -60,7 +60,7 @@ def explore(
     O(robots) table look-ups per configuration that can be reached without the gate; 12 to 24 bytes for each.
     """
     if why_not_packed(system):
-        limit = max(1000, int(memory_gb * 500_000))  # about 2 kB per configuration as Python objects
+        limit = max(1000, int(memory_gb * 250_000))  # about 4 kB per configuration as Python objects
         return explore_plainly(system, gate, witness=witness, limit=limit, progress=progress)
     began = time.perf_counter()
     space = Space(system, memory_gb=memory_gb, progress=progress)

@@ -129,15 +129,19 @@ def _step(
             refused[entry.id] = _deadlock(system, here, robot, decision.detail, orders)
         elif decision.reason is not Reason.STAYS:
             reason = Reason.OCCUPIED if decision.admitted else decision.reason
-            refused[entry.id] = Refusal(reason, decision.detail or _occupied(system, here, robot))
+            refused[entry.id] = Refusal(reason, decision.detail or _why(system, here, robot, reason))
     moved = None if mover is None else system.robots[mover].id
     return Step(number, system.describe(here), tuple(admitted), refused, moved)
 
 
-def _occupied(system: System, here: Configuration, robot: int) -> str:
+def _why(system: System, here: Configuration, robot: int, reason: Reason) -> str:
+    """Return what a refusal without words of its own is about."""
     state = system.next_state(here, robot)
-    if state is None:
+    if state is None or reason not in {Reason.OCCUPIED, Reason.BEHIND}:
         return ""
+    if reason is Reason.BEHIND:
+        queue = system.occupants(here, system.state_at(here, robot))
+        return f"it stands behind {system.robots[queue[queue.index(robot) - 1]].id}"
     inside = " ".join(system.robots[other].id for other in system.occupants(here, state))
     return f"{system.states[state]} is taken by {inside}"
 

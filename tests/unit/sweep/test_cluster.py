@@ -57,6 +57,8 @@ class Cluster:
 def cluster(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cluster]:
     made = Cluster(tmp_path_factory.mktemp("cluster"))
     try:
+        with Client(made.address, timeout=60, set_as_default=False) as client:
+            client.wait_for_workers(2, timeout=60)
         yield made
     finally:
         made.end()
@@ -74,8 +76,6 @@ def test_two_workers_one_killed_in_the_middle(fake_runner: str, cluster: Cluster
         if progress.done == 8:
             cluster.processes[-1].send_signal(signal.SIGKILL)
 
-    with Client(cluster.address, set_as_default=False) as client:
-        client.wait_for_workers(2, timeout=60)
     with dask_executor(cluster.address) as (pool, size):
         outcome = run_sweep(
             sweep, tmp_path / "far", executor=pool, workers=size, runner=fake_runner, report=kill_one

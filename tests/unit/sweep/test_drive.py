@@ -65,7 +65,7 @@ def test_failures_are_rows_and_the_sweep_goes_on(fake_runner: str, tmp_path: Pat
     """An error of the package, a bug, a crash and a hang each fail their own run only."""
     trouble = ["none", "raise", "bug", "die", "hang"]
     sweep = Sweep("s", {"vehicles": 5}, {"trouble": trouble})
-    outcome = run_sweep(sweep, tmp_path, workers=2, timeout_s=5, runner=fake_runner)
+    outcome = run_sweep(sweep, tmp_path, workers=2, timeout_s=10, runner=fake_runner)
     assert (outcome.done, outcome.failed) == (5, 4)
     runs = read_results(tmp_path).runs.sort_values("scenario")
     errors = dict(zip([s.split('"')[3] for s in runs["scenario"]], runs["error"], strict=True))
@@ -74,7 +74,7 @@ def test_failures_are_rows_and_the_sweep_goes_on(fake_runner: str, tmp_path: Pat
         "raise": "edge e7: no lane for passenger",
         "bug": "ZeroDivisionError: integer division or modulo by zero",
         "die": "the worker process died (signal SIGKILL; out of memory?)",
-        "hang": "ended after 5 s without a result (time limit)",
+        "hang": "ended after 10 s without a result (time limit)",
     }
 
 
