@@ -93,6 +93,7 @@ def test_montecarlo() -> None:
     assert set(gated["decision_us"]) == {f"r{k}" for k in range(1, 9)}
     first, second = (run_json("montecarlo", file, "--rounds", "50", "--seed", "3") for _ in range(2))
     assert first["live"] == second["live"] < 50
+    assert (first["deadlocked"], first["stuck"]) == (50 - first["live"], 0)
     assert first["confidence"][0] < first["live_rate"] < first["confidence"][1]
 
 

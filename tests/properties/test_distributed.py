@@ -111,6 +111,26 @@ def test_monitors_let_a_robot_see_beyond_its_range() -> None:
     assert seeing.admitted
 
 
+def test_without_everybodys_agreement_nobody_moves() -> None:
+    """One robot off the network, far from the others' circuits: all decide, one wins, and stands still."""
+    shape = Shape(robots=4, states=12, path=(2, 3))
+    moved = 0
+    for seed in range(5):
+        system = random_system(shape, seed)
+        cut_off = Link(reaches=lambda sender, receiver: 3 not in {sender, receiver})
+        assert run_agents(system, rounds=6, seed=seed, link=cut_off).moves == ()
+        moved += len(run_agents(system, rounds=6, seed=seed).moves)
+    assert moved > 5
+
+
+def test_copies_of_a_message_are_taken_once() -> None:
+    """With every copy doubled, each visit is still answered once."""
+    system = instance("fig10")
+    asked = decide_by_messages(system, system.initial, 0, link=Link(duplicate=1.0))
+    assert asked.outcome is Outcome.DEADLOCK
+    assert asked.messages[Kind.VISIT] == asked.messages[Kind.REPLY] == 7
+
+
 def test_states_of_several_robots_are_refused() -> None:
     """The distributed algorithm is the paper's."""
     system = random_system(Shape(robots=4, states=4, path=(2, 4), capacity=(2, 2)), 1)

@@ -5,11 +5,13 @@ from __future__ import annotations
 import pytest
 
 from loopgate.model import RobotId, StateId
-from loopgate.theory.circuits import all_circuits, circuits_through, shared_states, sub_circuit
+from loopgate.theory.circuits import Circuit, all_circuits, circuits_through, shared_states, sub_circuit
 from loopgate.theory.instances import fig7, instance
 from loopgate.theory.oracle import Oracle
-from loopgate.theory.orders import order
+from loopgate.theory.orders import Orders, order
+from loopgate.theory.random_systems import small_system
 from loopgate.theory.theorem1 import Condition, lemma1, lemma2, lemma3, lemma4, theorem1
+from loopgate.theory.walks import Walk
 
 
 def test_fig2a_is_a_deadlock() -> None:
@@ -96,3 +98,34 @@ def test_fig10_r1_would_cause_a_deadlock_of_order_5() -> None:
     (circuit,) = circuits_through(system, after, system.states.index(StateId("s2")))
     assert set(circuit.robots) == set(range(8))
     assert order(system, after, circuit) == 5
+
+
+def test_the_walk_behind_the_mover_is_not_asked() -> None:
+    """As printed, ``check`` asks the walks j+1 to j+m-2: the one that ends where the mover stood is released.
+
+    r1 moves from 0 to 1; of the others only r3's walk 3 1 4 0 passes state 1, and it ends at 0.
+    """
+    walks = (Walk(0, (0, 1, 2)), Walk(1, (2, 3)), Walk(2, (3, 1, 4, 0)))
+    assert sub_circuit(Circuit(walks), 0) is None
+    passing = (Walk(0, (0, 1, 2)), Walk(1, (2, 1, 3)), Walk(2, (3, 0)))
+    left = sub_circuit(Circuit(passing), 0)
+    assert left is not None
+    assert [walk.states for walk in left.walks] == [(1, 2), (2, 1)]
+
+
+def test_the_lowest_order_counts() -> None:
+    """Where circuits of several orders are there, the configuration has the lowest (Remark 1)."""
+    several = 0
+    for seed in range(5000, 5150):
+        system = small_system(seed)
+        orders = Orders(system)
+        here = system.initial
+        for step in range(40):
+            enabled = [i for i in range(len(system.robots)) if system.enabled(here, i)]
+            if not enabled:
+                break
+            here = system.move(here, enabled[(seed + 7 * step) % len(enabled)])
+            found = {orders.of_circuit(here, circuit) for circuit in all_circuits(system, here)} - {None}
+            assert orders.of_configuration(here) == min((k for k in found if k is not None), default=None)
+            several += len(found) > 1
+    assert several > 0
