@@ -29,7 +29,12 @@ from loopgate.simulation.sumo_start import plain_options, start_traffic
 
 ROOT = Path(__file__).resolve().parent.parent
 OUT = ROOT / "out" / "bench"
-SCENARIO = Scenario(network=str(OUT / "grid20.net.xml"), routes=str(OUT / "grid20.rou.xml"), lights="off")
+SCENARIO = Scenario(
+    network=str(OUT / "grid20.net.xml"),
+    routes=str(OUT / "grid20.rou.xml"),
+    abstraction="segments",
+    lights="off",
+)
 VEHICLES = (10, 50, 100)
 GATES = ("algorithm2", "certified")
 REPEATS = 3

@@ -25,9 +25,11 @@ ROOT = Path(__file__).resolve().parent.parent
 OUT = ROOT / "out" / "demo"
 GATES = ("open", "collision", "algorithm2")
 SCENARIOS = {
-    "city": Scenario(network="sumo:DRT", routes=str(ROOT / "routes" / "drt.rou.xml")),
+    "city": Scenario(network="sumo:DRT", routes=str(ROOT / "routes" / "drt.rou.xml"), abstraction="segments"),
     "small": Scenario(
-        network=str(ROOT / "networks" / "order2.net.xml"), routes=str(ROOT / "routes" / "order2.rou.xml")
+        network=str(ROOT / "networks" / "order2.net.xml"),
+        routes=str(ROOT / "routes" / "order2.rou.xml"),
+        abstraction="segments",
     ),
 }
 

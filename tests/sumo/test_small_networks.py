@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -20,6 +21,7 @@ def small(network: str, gate: str, duration_s: float, seed: int = 1) -> Scenario
         network=str(ROOT / "networks" / f"{network}.net.xml"),
         routes=str(ROOT / "routes" / f"{network}.rou.xml"),
         gate=gate,
+        abstraction="segments",
         duration_s=duration_s,
         seed=seed,
     )
@@ -58,3 +60,10 @@ def test_gates_without_foresight_lock_up(network: str, gate: str, fewest: int) -
 def test_one_step_is_enough_for_a_plain_circle() -> None:
     """ring3 has no deadlock of higher order."""
     assert run(small("ring3", "one-step", 1800))["outcome"] == "done"
+
+
+def test_every_figure_of_the_summary_is_explained() -> None:
+    """docs/formats.md names each key, so that nobody has to guess what a figure means."""
+    summary = run(small("ring3", "algorithm2", 60))
+    explained = set(re.findall(r"`([^`]+)`", (ROOT / "docs" / "formats.md").read_text(encoding="utf-8")))
+    assert set(summary) <= explained

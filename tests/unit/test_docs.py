@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import re
 from pathlib import Path
 
@@ -9,6 +10,7 @@ import pytest
 
 from loopgate.gates import Reason, gate_names
 from loopgate.results import columns
+from loopgate.simulation.scenario import Scenario
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 
@@ -22,6 +24,11 @@ def coded(page: str) -> set[str]:
 def test_every_column_is_explained(table: str) -> None:
     """A column that is added has to be written up."""
     assert set(getattr(columns, table)) <= coded("formats.md")
+
+
+def test_every_scenario_key_is_explained() -> None:
+    """So has a key."""
+    assert {field.name for field in dataclasses.fields(Scenario)} <= coded("formats.md")
 
 
 def test_every_event_is_explained() -> None:
