@@ -112,6 +112,7 @@ def run_sweep(  # noqa: PLR0913 - each is a choice of the caller's, all but two 
             Task(
                 point,
                 runner,
+                names={key: _from_here(path) for key, path in point.files.items()},
                 attempt=store.attempts(point.key) + 1,
                 keep=folder.resolve() / "runs" / point.key if keep_runs else None,
             )
@@ -220,6 +221,12 @@ def _executor(
         local.shutdown(cancel_futures=True)
         raise
     local.shutdown()
+
+
+def _from_here(path: Path) -> str:
+    """Return the path as one would write it in the working directory."""
+    here = Path.cwd()
+    return str(path.relative_to(here) if path.is_relative_to(here) else path)
 
 
 def _is_missing(status: str | None, *, retry_failed: bool) -> bool:

@@ -53,6 +53,8 @@ class Task:
     runner: str = DEFAULT_RUNNER
     """``module:function`` or ``file.py:function``."""
     files: Mapping[str, PackedFile] = field(default_factory=dict)
+    names: Mapping[str, str] = field(default_factory=dict)
+    """What a command calls the files, where the sweep was started."""
     attempt: int = 1
     keep: Path | None = None
     """Where to keep the run folder; default: nowhere, once its row is made."""
@@ -108,7 +110,7 @@ def _run(task: Task) -> Result:
                 out.rmdir()  # only if the run failed before it wrote anything
         row, edges = read_run_row(out)
     # The command that reproduces the run names the user's files, not the worker's.
-    names = {place: str(task.point.scenario[key]) for key, place in places.items()}
+    names = {place: task.names.get(key, place) for key, place in places.items()}
     for place, name in {**names, str(out): f"out/{task.point.key}"}.items():
         row[c.COMMAND] = (row.get(c.COMMAND) or "").replace(place, name) or None
     return Result({**row, **_identity(task)}, edges)

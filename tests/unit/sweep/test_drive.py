@@ -52,7 +52,7 @@ def test_rows_say_what_determines_them(fake_runner: str, tmp_path: Path) -> None
     assert row["network"] == "n.net.xml"
     assert len(row["network_hash"]) == 64
     assert row["scenario"] == '{"extra": 1.5, "network": "n.net.xml", "vehicles": 60}'
-    assert row["command"] == "loopgate run n.net.xml --vehicles 60 --seed 0"
+    assert row["command"] == f"loopgate run {tmp_path / 'n.net.xml'} --vehicles 60 --seed 0"
     assert (row["sumo_version"], row["refusals"], row["edge_km"]) == ("1.28.0", row["laps"] + 2, 0.624)
     assert row["first_deadlock_s"] == row["observed_s"] == pytest.approx(100 + 5000 / 60)
     assert (row["duration_s"], row["measured_s"]) == (600, row["observed_s"])
