@@ -70,7 +70,8 @@ class Sweep:
     base
         Scenario keys and values common to all runs.
     grid
-        For each axis its values; every combination is a run.
+        For each axis its values; every combination is a run. Without a grid the includes are the runs, and
+        without either the base is the only one.
     include, exclude
         Points to add, and points of the grid to leave out; lists stand for any of their values.
     folder
@@ -101,7 +102,7 @@ class Sweep:
         excluded = [{axis: _values(value) for axis, value in rule.items()} for rule in self.exclude]
         chosen = [
             point
-            for point in _combine(self.grid)
+            for point in (_combine(self.grid) if self.grid or not self.include else [])
             if not any(all(point[axis] in values for axis, values in rule.items()) for rule in excluded)
         ]
         for extra in self.include:

@@ -39,6 +39,12 @@ def test_exclude_leaves_out_and_include_adds(tmp_path: Path) -> None:
     assert found == [(5, "a"), (5, "b"), (9, "a"), (20, "a", 7), (20, "b", 7)]
 
 
+def test_without_a_grid_the_includes_are_the_runs(tmp_path: Path) -> None:
+    """The base alone is a run only if nothing else is asked for."""
+    assert points("[base]\nseed = 1\n[[include]]\nvehicles = 5", tmp_path) == [{"seed": 1, "vehicles": 5}]
+    assert points("[base]\nseed = 1", tmp_path) == [{"seed": 1}]
+
+
 def test_an_include_that_is_in_the_grid_already_is_one_run(tmp_path: Path) -> None:
     """Equal scenarios are one run, also when a number is written 5.0."""
     text = "[grid]\nvehicles = [5]\n[[include]]\nvehicles = 5.0"
