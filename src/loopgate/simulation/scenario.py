@@ -72,7 +72,7 @@ class Scenario:
     max_shared: float = 1.0
     loops_seed: int = 1
     vehicles: int = 0
-    gate: str = "algorithm2"
+    gate: str = "certified"
     abstraction: str = "segments"
     negotiation: str = "random"
     lights: str = ""
