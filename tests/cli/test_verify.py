@@ -97,7 +97,7 @@ def test_certificates_are_written_and_checked(tmp_path: Path) -> None:
 def test_other_gates_give_no_certificates(tmp_path: Path) -> None:
     """Asking a gate without certificates for some is bad input."""
     out = str(tmp_path / "c.jsonl")
-    arguments = ["verify", _file(tmp_path, "fig5"), "--gate", "collision", "--certificates", out]
+    arguments = ["verify", _file(tmp_path, "unsound_n5"), "--gate", "collision", "--certificates", out]
     assert isinstance(_RUN.invoke(cli, arguments).exception, LoopgateError)
 
 
