@@ -52,6 +52,7 @@ def main() -> None:
     with show_progress("cities", total=len(sweep.points())) as report:
         run_sweep(sweep, OUT, keep_runs=True, report=lambda p: report(p.present + p.done, p.total))
     runs = read_results(OUT).runs
+    runs = runs[runs[c.KEY].isin({point.key for point in sweep.points()})]  # not those of earlier versions
     runs[FEWEST] = [fewest_laps(key) for key in runs[c.KEY]]
     slowest = runs.groupby(list(BY), as_index=False)[FEWEST].min()
     rows = compute_safety(runs=runs, by=BY).merge(slowest, on=list(BY))

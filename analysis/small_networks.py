@@ -49,6 +49,7 @@ def main() -> None:
     with show_progress("small networks", total=len(sweep.points())) as report:
         outcome = run_sweep(sweep, OUT, report=lambda p: report(p.present + p.done, p.total))
     runs = read_results(OUT).runs
+    runs = runs[runs[c.KEY].isin({point.key for point in sweep.points()})]  # not those of earlier versions
     medians = compute_time_to_deadlock(runs=runs, by=BY)[[*BY, ac.MEDIAN_TIME]]
     rows = compute_safety(runs=runs, by=BY).merge(medians, on=list(BY))
     rows[c.NETWORK] = [Path(name).name.removesuffix(".net.xml") for name in rows[c.NETWORK]]
