@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from loopgate.errors import GateError, SystemModelError
 from loopgate.gates.certified import CertifiedGate
 from loopgate.model import System
+from loopgate.theory.deadlocks import deadlocked_robots
 from loopgate.theory.oracle import Oracle, OracleLimitError
 from loopgate.theory.random_systems import Shape, random_system
 
@@ -93,3 +94,26 @@ def test_flow_never_blocks_everyone(seed: int) -> None:
             if there not in seen:
                 seen.add(there)
                 todo.append(there)
+
+
+@pytest.mark.parametrize("fifo", [0.0, 0.5, 1.0])
+def test_the_chain_rule_is_exact_where_all_places_are_wide(fifo: float) -> None:
+    """With two slots or more everywhere, a move is refused iff it closes a circular wait."""
+    refused = 0
+    for seed in range(60):
+        shape = Shape(6, 5, path=(2, 4), private=0, capacity=(2, 3), fifo=fifo, proposition1=False)
+        try:
+            system = random_system(shape, seed)
+            gate = CertifiedGate(system, promise="somebody")
+        except (GateError, SystemModelError):
+            continue
+        rng, here = random.Random(seed), system.initial
+        for _ in range(_STEPS):
+            enabled = [i for i in range(6) if system.enabled(here, i)]
+            safe = [i for i in enabled if not deadlocked_robots(system, system.moved(here, i))]
+            assert [i for i in enabled if gate.decide(here, i).admitted] == safe
+            refused += len(enabled) - len(safe)
+            robot = rng.choice(safe)
+            here = system.moved(here, robot)
+            gate.moved(here, robot)
+    assert refused > 0
