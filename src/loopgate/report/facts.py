@@ -27,7 +27,9 @@ def progress(results: Results) -> str:
     text = f"{there} of {planned} planned are there" if planned > len(runs) else f"{there}"
     if failed == len(runs):
         return f"{text}; all failed, so there is nothing to compare. The reasons are below."
-    return f"{text}{f'; {failed} failed' if failed else ', none failed'}."
+    codes = len(runs[c.LOOPGATE_CODE].dropna().unique())
+    mixed = f" They were made by {codes} different codes of loopgate: compare with care." if codes > 1 else ""
+    return f"{text}{f'; {failed} failed' if failed else ', none failed'}.{mixed}"
 
 
 def facts(results: Results) -> list[tuple[str, str]]:
@@ -46,6 +48,7 @@ def facts(results: Results) -> list[tuple[str, str]]:
         ("Simulated time [s]", c.DURATION),
         ("Warm-up [s]", c.WARMUP),
         ("loopgate", c.LOOPGATE_VERSION),
+        ("loopgate, its code", c.LOOPGATE_CODE),
         ("SUMO", c.SUMO_VERSION),
         ("Python", c.PYTHON_VERSION),
     ):

@@ -83,6 +83,7 @@ EDGE_LISTS: Final = (EDGE_VISITS, EDGE_HOLD, EDGE_MEAN_REVISIT, EDGE_MAX_REVISIT
 
 # What it was made with
 LOOPGATE_VERSION: Final = "loopgate_version"
+LOOPGATE_CODE: Final = "loopgate_code"  # hash of the package's sources: a version under work is many
 SUMO_VERSION: Final = "sumo_version"
 PYTHON_VERSION: Final = "python_version"
 COMMAND: Final = "command"  # reproduces the run

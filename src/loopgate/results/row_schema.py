@@ -25,6 +25,7 @@ _TEXT = (
     c.AUDIT,
     c.EDGE_SET,
     c.LOOPGATE_VERSION,
+    c.LOOPGATE_CODE,
     c.SUMO_VERSION,
     c.PYTHON_VERSION,
     c.COMMAND,

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import functools
+import hashlib
 import importlib
 import importlib.util
 import json
@@ -143,11 +145,22 @@ def _identity(task: Task) -> dict[str, Any]:
         c.SCENARIO: json.dumps(dict(point.scenario), sort_keys=True, default=str),
         c.NETWORK_HASH: point.hashes.get("network"),
         c.ROUTES_HASH: point.hashes.get("routes"),
+        c.LOOPGATE_CODE: _code(),
         c.LOOPGATE_VERSION: metadata.version("loopgate"),
         c.SUMO_VERSION: metadata.version("eclipse-sumo"),
         c.PYTHON_VERSION: platform.python_version(),
         c.FINISHED: datetime.now(UTC),
     }
+
+
+@functools.cache
+def _code() -> str:
+    """Return a hash of the package's sources, as they are when this process first asks."""
+    root = Path(__file__).parents[1]
+    digest = hashlib.sha256()
+    for file in sorted(root.rglob("*.py")):
+        digest.update(file.relative_to(root).as_posix().encode() + file.read_bytes())
+    return digest.hexdigest()[:12]
 
 
 def load_runner(name: str) -> Runner:

@@ -164,6 +164,14 @@ def test_partial_results_with_a_failure(make: Make, tmp_path: Path) -> None:
     assert "4 runs of 9 planned are there; 2 failed." in text
 
 
+def test_rows_of_different_codes_are_pointed_out(make: Make, tmp_path: Path) -> None:
+    """A package changed in the middle of a sweep makes rows that are not of one kind."""
+    results = make({"vehicles": [10, 20]})
+    mixed = results.runs.assign(loopgate_code=["a", "b"])
+    text = page(Results(results.folder, mixed, results.edge_sets), tmp_path).text
+    assert "made by 2 different codes of loopgate" in text
+
+
 def test_whatever_varies_besides_becomes_a_series(make: Make, tmp_path: Path) -> None:
     """A scenario key of the user's own tells series apart; each network has a section of its own."""
     grid = {
