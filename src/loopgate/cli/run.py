@@ -72,7 +72,7 @@ def run(
     NETWORK is a .net.xml or .net.xml.gz file, sumo:NAME for a network of the SUMO package (sumo:DRT,
     sumo:bs3d), a .sumocfg, or a scenario.toml; options given here go before what the scenario says.
 
-    Defaults: certified on segments, one hour, seed 1.
+    Defaults: certified on queues, negotiation by pressure, one hour, seed 1.
     """
     from loopgate.cli.progress import show_progress
     from loopgate.cli.summary_table import print_summary

@@ -73,8 +73,8 @@ class Scenario:
     loops_seed: int = 1
     vehicles: int = 0
     gate: str = "certified"
-    abstraction: str = "segments"
-    negotiation: str = "random"
+    abstraction: str = "queues"
+    negotiation: str = "pressure"
     lights: str = ""
     duration_s: float = 3600.0
     warmup_s: float = 0.0
