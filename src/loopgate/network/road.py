@@ -127,7 +127,8 @@ class RoadNetwork:
         """Return whether the request matrix of their junction says that two movements conflict."""
         if one.junction != other.junction or one.link < 0 or other.link < 0:
             return False
-        return other.link in self.junctions[one.junction].foes[one.link]
+        rows = self.junctions[one.junction].foes  # none at junctions without right of way
+        return one.link < len(rows) and other.link in rows[one.link]
 
 
 def packaged_networks() -> dict[str, Path]:
