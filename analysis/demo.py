@@ -24,12 +24,13 @@ from loopgate.simulation.scenario import Scenario
 ROOT = Path(__file__).resolve().parent.parent
 OUT = ROOT / "out" / "demo"
 GATES = ("open", "collision", "algorithm2")
+PAPER: Any = {"abstraction": "segments", "negotiation": "random"}
 SCENARIOS = {
-    "city": Scenario(network="sumo:DRT", routes=str(ROOT / "routes" / "drt.rou.xml"), abstraction="segments"),
+    "city": Scenario(network="sumo:DRT", routes=str(ROOT / "routes" / "drt.rou.xml"), **PAPER),
     "small": Scenario(
         network=str(ROOT / "networks" / "order2.net.xml"),
         routes=str(ROOT / "routes" / "order2.rou.xml"),
-        abstraction="segments",
+        **PAPER,
     ),
 }
 

@@ -22,6 +22,7 @@ def small(network: str, gate: str, duration_s: float, seed: int = 1) -> Scenario
         routes=str(ROOT / "routes" / f"{network}.rou.xml"),
         gate=gate,
         abstraction="segments",
+        negotiation="random",
         duration_s=duration_s,
         seed=seed,
     )

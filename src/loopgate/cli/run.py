@@ -20,7 +20,8 @@ __all__ = ["run"]
     epilog="""
     \b
     Examples:
-      loopgate run sumo:DRT --loops 12 --max-shared 0.4 -o out/drt
+      loopgate run sumo:DRT --loops 60 --vehicles 400 -o out/drt
+      loopgate run sumo:DRT --loops 12 --max-shared 0.4 --abstraction segments --gate algorithm2
       loopgate run my.net.xml --routes loops.rou.xml --gate open -o out/open
       loopgate run some.sumocfg --gate open
       loopgate run scenario.toml --seed 2 -o out/seed2
@@ -72,7 +73,8 @@ def run(
     NETWORK is a .net.xml or .net.xml.gz file, sumo:NAME for a network of the SUMO package (sumo:DRT,
     sumo:bs3d), a .sumocfg, or a scenario.toml; options given here go before what the scenario says.
 
-    Defaults: certified on queues, negotiation by pressure, one hour, seed 1.
+    Defaults: the certified gate on queues, ordered by pressure, one hour, seed 1. That works on any road
+    network; segments is the abstraction of the paper, with one vehicle per loop.
     """
     from loopgate.cli.progress import show_progress
     from loopgate.cli.summary_table import print_summary

@@ -55,6 +55,8 @@ MEAN_SPEED: Final = "mean_speed_mps"
 HOLD: Final = "hold_s"  # total time standing at gates
 LONGEST_WAIT: Final = "longest_wait_s"  # longest time from asking to being granted
 STANDING: Final = "standing_s"  # time since it last moved, at the end of the run
+X: Final = "x_m"  # where its front is at the end of the run, network coordinates; NaN if it has arrived
+Y: Final = "y_m"
 VEHICLE_COLUMNS: Final = (
     VEHICLE,
     LOOP,
@@ -65,6 +67,8 @@ VEHICLE_COLUMNS: Final = (
     HOLD,
     LONGEST_WAIT,
     STANDING,
+    X,
+    Y,
 )
 
 # edges.parquet: one row per edge on some loop

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import nan
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -21,6 +22,7 @@ __all__ = ["run_as_is"]
 
 _WATCH_EVERY_S = 10.0
 _TRIPS = "tripinfo.xml"
+_GONE = (0.0, (nan, nan))
 
 
 def run_as_is(scenario: Scenario, folder: Folder, tick: Tick, backend: str) -> dict[str, Any]:
@@ -53,10 +55,10 @@ def run_as_is(scenario: Scenario, folder: Folder, tick: Tick, backend: str) -> d
     recorder = Recorder(folder / outcome.EVENTS)
     course = Course(begin_s=traffic.now_s)
     watch = Watch(traffic, after_s=scenario.deadlock_after_s)
-    standing: dict[str, float] = {}
+    standing: dict[str, tuple[float, tuple[float, float]]] = {}
     try:
         _drive(scenario, traffic, watch, recorder, course, tick)
-        standing = {vehicle: watch.standing_s(vehicle) for vehicle in traffic.vehicles()}
+        standing = {v: (watch.standing_s(v), traffic.position(v)) for v in traffic.vehicles()}
     except KeyboardInterrupt:
         course.outcome = "interrupted"
     finally:
@@ -101,7 +103,7 @@ def _drive(
             next((v for v in deadlock.vehicles if traffic.jump(v) is not None), None)
 
 
-def _trips(file: Path, standing: dict[str, float]) -> list[Tally]:
+def _trips(file: Path, standing: dict[str, tuple[float, tuple[float, float]]]) -> list[Tally]:
     try:
         top = ET.parse(file).getroot()  # noqa: S314  SUMO has just written it
     except (OSError, ET.ParseError):
@@ -115,7 +117,8 @@ def _trips(file: Path, standing: dict[str, float]) -> list[Tally]:
             distance_m=float(trip.get("routeLength", "0")),
             hold_s=float(trip.get("stopTime", "0")),
             longest_wait_s=0.0,
-            standing_s=standing.get(trip.get("id", ""), 0.0),
+            standing_s=standing.get(trip.get("id", ""), _GONE)[0],
+            position_m=standing.get(trip.get("id", ""), _GONE)[1],
         )
         for trip in top.iter("tripinfo")
     ]

@@ -6,6 +6,7 @@ import json
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.metadata import version
+from math import nan
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +28,8 @@ from loopgate.results.columns import (
     STANDING,
     VEHICLE,
     VEHICLE_COLUMNS,
+    X,
+    Y,
 )
 from loopgate.results.recorder import read_events
 from loopgate.simulation.gatekeeper import Gatekeeper
@@ -57,6 +60,7 @@ class Tally:
     hold_s: float
     longest_wait_s: float
     standing_s: float
+    position_m: tuple[float, float] = (nan, nan)
 
 
 class Folder:
@@ -104,6 +108,8 @@ class Folder:
                 HOLD: tally.hold_s,
                 LONGEST_WAIT: tally.longest_wait_s,
                 STANDING: tally.standing_s,
+                X: tally.position_m[0],
+                Y: tally.position_m[1],
             }
             for tally in tallies
         ]

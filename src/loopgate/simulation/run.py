@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tempfile
+from math import nan
 from pathlib import Path
 from random import Random
 from time import perf_counter
@@ -145,6 +146,7 @@ def _tallies(engine: Engine, traffic: Traffic, watch: Watch, course: Course) -> 
             hold_s=driver.total_hold_s(now),
             longest_wait_s=driver.worst_wait_s(now),
             standing_s=watch.standing_s(driver.id),
+            position_m=traffic.position(driver.id) if driver.id in on_road else (nan, nan),
         )
         for driver in engine.drivers
     ]

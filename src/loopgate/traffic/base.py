@@ -61,6 +61,10 @@ class Traffic(Protocol):
         """Return lane id and position of the front on that lane [m]."""
         ...
 
+    def position(self, vehicle: str) -> tuple[float, float]:
+        """Return where the front is, in network coordinates [m]."""
+        ...
+
     def put_under_gate(self, vehicle: str, *, keeps_lane: bool = False) -> None:
         """Let the gate rule the vehicle instead of the simulator's right of way.
 

@@ -82,6 +82,11 @@ class SumoTraffic:
         """Return lane id and position of the front on that lane [m]."""
         return self._vehicle.getLaneID(vehicle), float(self._vehicle.getLanePosition(vehicle))
 
+    def position(self, vehicle: str) -> tuple[float, float]:
+        """Return where the front is, in network coordinates [m]."""
+        x, y = self._vehicle.getPosition(vehicle)
+        return float(x), float(y)
+
     def put_under_gate(self, vehicle: str, *, keeps_lane: bool = False) -> None:
         """Let the gate rule the vehicle: no right of way, no lane change but for the route, if at all."""
         self._vehicle.setSpeedMode(vehicle, GATED_SPEED_MODE)
