@@ -33,6 +33,7 @@ SCENARIO = Scenario(
     network=str(OUT / "grid20.net.xml"),
     routes=str(OUT / "grid20.rou.xml"),
     abstraction="segments",
+    negotiation="random",
     lights="off",
 )
 VEHICLES = (10, 50, 100)
