@@ -17,7 +17,7 @@ $(STAMP): requirements.lock pyproject.toml
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
 	@touch $@
 
-demo: $(STAMP) ## one hour under three gates in south-east Berlin and on a small network
+demo: $(STAMP) ## one hour in south-east Berlin, SUMO beside loopgate; and the method of the paper
 	$(BIN)/python analysis/demo.py
 
 setup: $(STAMP) ## make .venv with everything that requirements.lock names
@@ -53,7 +53,9 @@ small-networks: $(STAMP) ## deadlocks and collisions on the small networks, gate
 city: $(STAMP) ## packaged cities under algorithm2, loops of bounded and unbounded sharing
 	$(BIN)/python analysis/city.py
 
-soak: $(STAMP) ## run everything, slow tests included, with many more random examples
+soak: $(STAMP) ## ten simulated hours per network and gate; all tests, slow ones too, with many more examples
+	$(BIN)/loopgate sweep analysis/soak.toml -o out/soak
+	$(BIN)/loopgate report out/soak -o out/soak/report.html
 	$(BIN)/python -m pytest -n auto --hypothesis-profile=soak
 
 lock: ## renew requirements.lock (needs uv)
