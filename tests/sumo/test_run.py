@@ -8,7 +8,7 @@ import pytest
 
 from loopgate.audit import audit_events
 from loopgate.model import read_system
-from loopgate.results.columns import EVENT, PLACE, TIME
+from loopgate.results.columns import EVENT, PLACE, STAGE, TIME
 from loopgate.results.recorder import read_events
 from loopgate.simulation.run import run
 from loopgate.simulation.scenario import Scenario
@@ -39,6 +39,20 @@ def test_the_same_seed_gives_the_same_trace_byte_for_byte(tmp_path: Path) -> Non
     run(CITY, tmp_path / "c", backend="traci")
     traces = [(tmp_path / name / "events.parquet").read_bytes() for name in "abc"]
     assert traces[0] == traces[1] == traces[2]
+
+
+def test_stages_are_traced_and_leave_the_trace_the_same(tmp_path: Path) -> None:
+    """The trace names the stage of each grant; times, which differ, are in the summary alone."""
+    scenario = Scenario(**{**CITY.to_dict(), "gate": "certified", "duration_s": 300.0})
+    summary = run(scenario, tmp_path / "a")
+    run(scenario, tmp_path / "b")
+    first, second = ((tmp_path / name / "events.parquet").read_bytes() for name in "ab")
+    assert first == second
+    assert {s: times["count"] for s, times in summary["stage_us"].items()} == summary["stages"]
+    events = read_events(tmp_path / "a" / "events.parquet")
+    granted = events[events[EVENT] == "grant"]
+    assert not granted.empty
+    assert set(granted[STAGE]) <= set(summary["stages"])
 
 
 def test_another_seed_gives_another_trace(tmp_path: Path) -> None:

@@ -14,7 +14,8 @@ VEHICLE: Final = "vehicle"
 EVENT: Final = "event"  # one of Event
 PLACE: Final = "place"  # state the event is about (segment, place), or edge where there are no states
 REASON: Final = "reason"
-EVENT_COLUMNS: Final = (TIME, VEHICLE, EVENT, PLACE, REASON)
+STAGE: Final = "stage"  # which stage of a staged gate decided a grant or a refusal
+EVENT_COLUMNS: Final = (TIME, VEHICLE, EVENT, PLACE, REASON, STAGE)
 
 
 class Event(StrEnum):

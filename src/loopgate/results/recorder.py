@@ -8,13 +8,14 @@ import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from loopgate.results.columns import EVENT, PLACE, REASON, TIME, VEHICLE, Event
+from loopgate.results.columns import EVENT, EVENT_COLUMNS, PLACE, REASON, STAGE, TIME, VEHICLE, Event
 
 __all__ = ["Recorder", "read_events"]
 
 _BATCH = 50_000
 _WORD = pa.dictionary(pa.int32(), pa.string())
-_SCHEMA = pa.schema([(TIME, pa.float64()), (VEHICLE, _WORD), (EVENT, _WORD), (PLACE, _WORD), (REASON, _WORD)])
+_WORDS = (VEHICLE, EVENT, PLACE, REASON, STAGE)
+_SCHEMA = pa.schema([(TIME, pa.float64()), *((name, _WORD) for name in _WORDS)])
 
 
 class Recorder:
@@ -28,13 +29,15 @@ class Recorder:
 
     def __init__(self, file: Path | None) -> None:
         self._writer = pq.ParquetWriter(file, _SCHEMA, compression="zstd") if file else None
-        self._rows: list[tuple[float, str, str, str, str]] = []
+        self._rows: list[tuple[float, str, str, str, str, str]] = []
 
-    def note(self, time_s: float, vehicle: str, event: Event, place: str, reason: str = "") -> None:
+    def note(
+        self, time_s: float, vehicle: str, event: Event, place: str, reason: str = "", stage: str = ""
+    ) -> None:
         """Record one event."""
         if self._writer is None:
             return
-        self._rows.append((time_s, vehicle, event.value, place, reason))
+        self._rows.append((time_s, vehicle, event.value, place, reason, stage))
         if len(self._rows) >= _BATCH:
             self._flush()
 
@@ -59,6 +62,11 @@ class Recorder:
 
 
 def read_events(file: Path) -> pd.DataFrame:
-    """Read ``events.parquet``: `EVENT_COLUMNS`, the words as plain strings."""
+    """Read ``events.parquet``: `EVENT_COLUMNS`, the words as plain strings.
+
+    Files written before there was a column of stages get an empty one.
+    """
     frame = pd.read_parquet(file)
-    return frame.astype(dict.fromkeys((VEHICLE, EVENT, PLACE, REASON), "str"))
+    if STAGE not in frame:
+        frame[STAGE] = ""
+    return frame.astype(dict.fromkeys(_WORDS, "str"))[list(EVENT_COLUMNS)]

@@ -233,7 +233,7 @@ class Engine:
         driver.granted += 1
         driver.aim()
         place = driver.track.states[driver.position(driver.granted)]
-        self._recorder.note(now, driver.id, Event.GRANT, place, answer.reason.value)
+        self._recorder.note(now, driver.id, Event.GRANT, place, answer.reason.value, answer.stage)
         if driver.asked_s is not None:
             driver.longest_wait_s = max(driver.longest_wait_s, now - driver.asked_s)
             driver.asked_s = None
@@ -251,7 +251,7 @@ class Engine:
 
     def _stay(self, driver: Driver, answer: Answer, now: float) -> None:
         wanted = driver.track.states[driver.position(driver.granted + 1)]
-        self._recorder.note(now, driver.id, Event.REFUSE, wanted, answer.reason.value)
+        self._recorder.note(now, driver.id, Event.REFUSE, wanted, answer.reason.value, answer.stage)
         self._hold(driver)
 
     def _hold(self, driver: Driver) -> None:

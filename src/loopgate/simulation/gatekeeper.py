@@ -23,11 +23,15 @@ _REASK_S = 1.0
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """What became of a request in this step: granted, or refused for a new reason."""
+    """What became of a request in this step: granted, or refused for a new reason.
+
+    The stage is the gate's, empty where the gate has none or was not asked.
+    """
 
     request: Request
     granted: bool
     reason: Reason
+    stage: str = ""
 
 
 @dataclass(slots=True)
@@ -62,7 +66,8 @@ class Gatekeeper:
         self.configuration: Configuration = self.system.initial
         self.decision_us = Histogram()
         self.refusals: Counter[str] = Counter()
-        self.stages: Counter[str] = Counter()
+        self.stage_us: dict[str, Histogram] = {}
+        """Times of the decisions by the stage that made them, where the gate has stages."""
         self.messages = 0
         self.itineraries = abstraction.itineraries
         self._gate = gate
@@ -184,17 +189,18 @@ class Gatekeeper:
             return
         begin = perf_counter_ns()
         decision = self._gate.decide(self.configuration, robot)
-        self.decision_us.add((perf_counter_ns() - begin) / 1000.0)
+        spent_us = (perf_counter_ns() - begin) / 1000.0
+        self.decision_us.add(spent_us)
         self.messages += decision.messages
         if decision.stage:
-            self.stages[decision.stage] += 1
+            self.stage_us.setdefault(decision.stage, Histogram()).add(spent_us)
         pending.decision = decision
         if not decision.admitted:
-            self._refuse(pending, decision.reason, answers)
+            self._refuse(pending, decision.reason, answers, decision.stage)
             return
-        self._grant(pending.request, decision.reason, answers)
+        self._grant(pending.request, decision, answers)
 
-    def _grant(self, request: Request, reason: Reason, answers: list[Answer]) -> None:
+    def _grant(self, request: Request, decision: Decision, answers: list[Answer]) -> None:
         robot = request.robot
         self.occupancy.enter(robot, self._crossings(robot))
         self.configuration = self.system.moved(self.configuration, robot)
@@ -202,10 +208,10 @@ class Gatekeeper:
         self._gate.moved(self.configuration, robot)
         self._version += 1
         del self._pending[robot]
-        answers.append(Answer(request, granted=True, reason=reason))
+        answers.append(Answer(request, granted=True, reason=decision.reason, stage=decision.stage))
 
-    def _refuse(self, pending: _Pending, reason: Reason, answers: list[Answer]) -> None:
+    def _refuse(self, pending: _Pending, reason: Reason, answers: list[Answer], stage: str = "") -> None:
         if pending.reason is not reason:
             pending.reason = reason
             self.refusals[reason.value] += 1
-            answers.append(Answer(pending.request, granted=False, reason=reason))
+            answers.append(Answer(pending.request, granted=False, reason=reason, stage=stage))

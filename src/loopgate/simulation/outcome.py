@@ -160,6 +160,7 @@ def summary(
     """
     duration = max(0.0, course.end_s - course.begin_s)
     none = {"median": 0.0, "p99": 0.0, "max": 0.0}
+    stage_us = _stage_times(keeper) if keeper else {}
     return {
         "network": scenario.network,
         "abstraction": scenario.abstraction,
@@ -177,9 +178,10 @@ def summary(
         "teleports": course.teleports,
         "decisions": keeper.decision_us.count if keeper else 0,
         "refusals": dict(sorted(keeper.refusals.items())) if keeper else {},
-        "stages": dict(sorted(keeper.stages.items())) if keeper else {},
+        "stages": {stage: times["count"] for stage, times in stage_us.items()},
         "messages": keeper.messages if keeper else 0,
         "decision_us": keeper.decision_us.summary() if keeper else none,
+        "stage_us": stage_us,
         "wall_s": {
             "sumo": round(course.sumo_s, 3),
             "gate": round(course.total_s - course.sumo_s, 3),
@@ -190,6 +192,10 @@ def summary(
         "versions": _versions(),
         "command": scenario.command(str(folder.path)),
     }
+
+
+def _stage_times(keeper: Gatekeeper) -> dict[str, dict[str, float]]:
+    return {s: {"count": h.count, **h.summary()} for s, h in sorted(keeper.stage_us.items())}
 
 
 def _versions() -> dict[str, str]:

@@ -9,7 +9,7 @@ from loopgate.results.columns import EDGE_COLUMNS, EVENT_COLUMNS
 
 
 def events(*rows: tuple[float, str, str, str]) -> pd.DataFrame:
-    return pd.DataFrame([(*row, "") for row in rows], columns=list(EVENT_COLUMNS))
+    return pd.DataFrame([(*row, "") for row in rows], columns=list(EVENT_COLUMNS[:5]))
 
 
 THREE_VISITS = events((6.0, "v2", "edge", "a"), (2.0, "v1", "edge", "a"), (7.0, "v1", "edge", "a"))

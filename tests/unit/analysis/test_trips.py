@@ -14,7 +14,7 @@ from loopgate.results.columns import EVENT_COLUMNS
 
 
 def events(*rows: tuple[float, str, str, str]) -> pd.DataFrame:
-    return pd.DataFrame([(*row, "") for row in rows], columns=list(EVENT_COLUMNS))
+    return pd.DataFrame([(*row, "") for row in rows], columns=list(EVENT_COLUMNS[:5]))
 
 
 LAPS = events(

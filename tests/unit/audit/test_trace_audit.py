@@ -26,7 +26,7 @@ ROUND: list[Row] = [
 
 def trace(rows: list[Row]) -> pd.DataFrame:
     """Make an event table; reasons do not matter."""
-    return pd.DataFrame([(*row, "") for row in rows], columns=list(EVENT_COLUMNS))
+    return pd.DataFrame([(*row, "") for row in rows], columns=list(EVENT_COLUMNS[:5]))
 
 
 def rules(rows: list[Row], **more: object) -> set[str]:

@@ -1,5 +1,6 @@
 """The engine on traffic without SUMO: who holds, who passes, who is looked at."""
 
+from collections import Counter
 from random import Random
 
 import pytest
@@ -23,11 +24,15 @@ class Notes:
 
     def __init__(self) -> None:
         self.rows: list[tuple[float, str, str, str]] = []
+        self.stages: list[tuple[str, str]] = []
 
-    def note(self, time_s: float, vehicle: str, event: Event, place: str, reason: str = "") -> None:
+    def note(
+        self, time_s: float, vehicle: str, event: Event, place: str, reason: str = "", stage: str = ""
+    ) -> None:
         """Keep one row."""
         del reason
         self.rows.append((time_s, vehicle, event.value, place))
+        self.stages.append((event.value, stage))
 
     def of(self, *events: str) -> list[tuple[float, str, str, str]]:
         """Return the rows of these kinds."""
@@ -100,6 +105,21 @@ def test_two_never_hold_the_shared_state_at_once() -> None:
     assert {driver.laps > 10 for driver in engine.drivers} == {True}
     assert traffic.holds, "they arrive together, so one of them is held"
     assert engine.overruns == engine.trespasses == 0
+
+
+def test_the_stage_that_decided_is_in_the_trace_and_in_the_times() -> None:
+    """A grant bears the stage of its decision, no other event does, and each decision is timed once."""
+    engine, traffic, notes = world(120.0, 125.0, gate="certified")
+    drive(engine, traffic, 300.0)
+    granted = Counter(stage for event, stage in notes.stages if event == "grant")
+    assert granted["replay"] > 0
+    assert "" not in granted
+    assert {stage for event, stage in notes.stages if event not in {"grant", "refuse"}} == {""}
+    keeper = engine._gatekeeper
+    assert keeper is not None
+    times = keeper.stage_us
+    assert {stage: h.count for stage, h in times.items()} == granted  # the only refusals are a taken state
+    assert sum(h.count for h in times.values()) == keeper.decision_us.count
 
 
 def test_a_refused_vehicle_rests_before_its_line_and_counts_its_hold() -> None:

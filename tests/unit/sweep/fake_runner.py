@@ -44,7 +44,7 @@ def run(scenario: Mapping[str, Any], out: Path) -> None:
         rows.append((0.0, f"v{vehicle}", "start", "p0", ""))
         times = np.arange(lap, end, lap) + random.uniform(0, lap / 4, len(np.arange(lap, end, lap)))
         rows += [(float(t), f"v{vehicle}", "lap", "p0", "") for t in times if t <= end]
-    events = pd.DataFrame(rows, columns=list(EVENT_COLUMNS))
+    events = pd.DataFrame(rows, columns=list(EVENT_COLUMNS[:5]))
     events.to_parquet(out / "events.parquet", index=False)
     _edges(random, vehicles).to_parquet(out / "edges.parquet", index=False)
     laps = int((events["event"] == "lap").sum())
