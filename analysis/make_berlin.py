@@ -1,7 +1,8 @@
 """Make ``routes/berlin60.rou.xml``: sixty random loops in south-east Berlin that queues can hold.
 
-They are 0.4 to 3 km long, the first sixty of the loops of ``loopgate loops sumo:DRT --count 160 --length 400:3000 --seed 2``
-whose vehicles need not change lanes. The file comes out the same byte for byte.
+They are 0.4 to 3 km long: the first sixty of the loops of
+``loopgate loops sumo:DRT --count 160 --length 400:3000 --seed 2`` whose vehicles need not change lanes.
+The file comes out the same byte for byte.
 """
 
 from __future__ import annotations
