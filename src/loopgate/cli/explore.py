@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from time import perf_counter
 from typing import Any
 
 import click
@@ -33,7 +34,7 @@ def explore(file: Path, gate: str, *, witness: bool, as_json: bool, plain: bool,
 
     system = read_system(file)
     with show_progress("configurations") as report:
-        made = make_gate(gate, system)
+        made = make_gate(gate, system, perf_counter)
         if plain:
             found = explore_plainly(system, made, witness=witness, progress=report)
         else:

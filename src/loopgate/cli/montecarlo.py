@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from time import perf_counter
 
 import click
 
@@ -26,7 +27,9 @@ def montecarlo(file: Path, gate: str, *, rounds: int, seed: int, as_json: bool) 
 
     system = read_system(file)
     with show_progress("rounds", total=rounds) as report:
-        found = run_rounds(system, lambda: make_gate(gate, system), rounds=rounds, seed=seed, progress=report)
+        found = run_rounds(
+            system, lambda: make_gate(gate, system, perf_counter), rounds=rounds, seed=seed, progress=report
+        )
     if as_json:
         click.echo(json.dumps(found.as_dict()))
         return

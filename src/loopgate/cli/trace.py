@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from time import perf_counter
 
 import click
 
@@ -25,7 +26,7 @@ def trace(file: Path, gate: str, *, moves: str, as_json: bool) -> None:
 
     system = read_system(file)
     names = [RobotId(name.strip()) for name in moves.split(",") if name.strip()]
-    steps = trace_moves(system, make_gate(gate, system), names)
+    steps = trace_moves(system, make_gate(gate, system, perf_counter), names)
     if as_json:
         click.echo(json.dumps([step.as_dict() for step in steps]))
         return

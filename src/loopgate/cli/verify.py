@@ -6,6 +6,7 @@ import json
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
+from time import perf_counter
 from typing import TYPE_CHECKING, Any, TextIO
 
 import click
@@ -132,7 +133,7 @@ class _Plan:
     def _make(self, system: System) -> Gate:
         from loopgate.gates import make_gate
 
-        return make_gate(self.gate, system)
+        return make_gate(self.gate, system, perf_counter)
 
     def _certify(self, gate: Gate, configuration: Configuration, robot: int) -> None:
         if self.stream is None:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Protocol, runtime_checkable
 
 from loopgate.model import Configuration
 
-__all__ = ["Decision", "Gate", "Reason"]
+__all__ = ["Decision", "Gate", "Reason", "TimedGate"]
 
 
 class Reason(StrEnum):
@@ -82,4 +83,13 @@ class Gate(Protocol):
 
     def moved(self, configuration: Configuration, robot: int) -> None:
         """Take note that `robot` has made an admitted move, which led to `configuration`."""
+        ...
+
+
+@runtime_checkable
+class TimedGate(Gate, Protocol):
+    """A gate with a budget of time, which it measures with its caller's clock since it has none."""
+
+    def use_clock(self, clock: Callable[[], float]) -> None:
+        """Measure time with `clock`, which tells the time [s] from any origin."""
         ...

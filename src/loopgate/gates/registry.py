@@ -10,11 +10,12 @@ and it works wherever a gate is named: ``loopgate run --gate mine``, ``mine:opti
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from importlib.metadata import entry_points
 from typing import cast
 
 from loopgate.errors import GateError
-from loopgate.gates.base import Gate
+from loopgate.gates.base import Gate, TimedGate
 from loopgate.model import System
 from loopgate.spec import SpecError, make_from_spec
 
@@ -28,8 +29,10 @@ def gate_names() -> list[str]:
     return sorted({point.name for point in entry_points(group=_GROUP)})
 
 
-def make_gate(spec: str, system: System) -> Gate:
+def make_gate(spec: str, system: System, clock: Callable[[], float] | None = None) -> Gate:
     """Make the gate that `spec` names (``name`` or ``name:option=value,...``), for `system`.
+
+    A gate with a budget of time measures it with `clock` [s]; without one its time has no limit.
 
     Raises
     ------
@@ -37,6 +40,9 @@ def make_gate(spec: str, system: System) -> Gate:
         If no gate has that name, the gate has no such option, or the gate refuses the system's start.
     """
     try:
-        return make_from_spec("gate", _GROUP, spec, lambda f, o: cast("Gate", f(system, **o)))
+        gate = make_from_spec("gate", _GROUP, spec, lambda f, o: cast("Gate", f(system, **o)))
     except SpecError as error:
         raise GateError(str(error)) from error
+    if clock is not None and isinstance(gate, TimedGate):
+        gate.use_clock(clock)
+    return gate

@@ -127,7 +127,7 @@ def is_as_is(scenario: Scenario) -> bool:
 def _gatekeeper(scenario: Scenario, assembly: Assembly) -> Gatekeeper | None:
     if not scenario.gated or assembly.abstraction is None:
         return None
-    gate = make_gate(scenario.gate, assembly.abstraction.system)
+    gate = make_gate(scenario.gate, assembly.abstraction.system, perf_counter)
     negotiation = make_negotiation(scenario.negotiation, Random(scenario.seed))
     return Gatekeeper(assembly.abstraction, gate, negotiation)
 

@@ -9,13 +9,13 @@ from collections.abc import Iterable
 from typing import Any
 
 from loopgate.gates.base import Decision, Reason
+from loopgate.gates.certified.budget import BudgetError
 from loopgate.gates.certified.deadlock import stuck_for_good
 from loopgate.gates.certified.flow import Flow
 from loopgate.gates.certified.homeward import Homeward
 from loopgate.gates.certified.layout import Layout
 from loopgate.gates.certified.proof import Prover
 from loopgate.gates.certified.rounds import Rounds
-from loopgate.gates.certified.search import BudgetError
 from loopgate.gates.certified.stand import Stand
 from loopgate.model import Configuration, System
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from loopgate.gates.base import Decision, Reason
+from loopgate.gates.certified.budget import Budget
 from loopgate.gates.certified.homeward import Homeward
 from loopgate.gates.certified.layout import Layout
 from loopgate.gates.certified.stand import Stand
@@ -35,7 +36,7 @@ class Flow:
     per decision where all places are wide.
     """
 
-    def __init__(self, system: System, budget: int) -> None:
+    def __init__(self, system: System, budget: Budget) -> None:
         self._layout = layout = Layout(system, rests=True)
         self._wide = layout.wide
         self._narrow = Homeward(layout, budget)

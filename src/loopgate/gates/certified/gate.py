@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 from loopgate.errors import GateError, UnsafeStartError
 from loopgate.gates.base import Decision, Reason
+from loopgate.gates.certified.budget import Budget, BudgetError
 from loopgate.gates.certified.certify import certify
 from loopgate.gates.certified.deadlock import stuck_for_good
 from loopgate.gates.certified.flow import Flow
@@ -14,7 +16,6 @@ from loopgate.gates.certified.homeward import Homeward
 from loopgate.gates.certified.layout import Layout
 from loopgate.gates.certified.patience import Patience
 from loopgate.gates.certified.rounds import Rounds
-from loopgate.gates.certified.search import BudgetError
 from loopgate.gates.certified.stand import Stand
 from loopgate.model import Configuration, System
 
@@ -27,6 +28,10 @@ _SMALL = 200_000
 
 def _is_count(value: object) -> bool:
     return isinstance(value, int) and value >= 1
+
+
+def _is_time(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and 0 <= value < math.inf
 
 
 _STAYS = Decision(admitted=False, reason=Reason.STAYS)
@@ -54,6 +59,10 @@ class CertifiedGate:
         After so many moves of others per robot without one of its own, a robot is worked towards: only
         moves that keep open a way on which it moves soon are admitted, until it has moved (where the
         promise is to everyone). 0: never.
+    budget_ms
+        The longest time of an exact search for one decision [ms] by the clock given to `use_clock`; beyond,
+        the move is refused for now. 0, the default: no limit, since with one the same seed need not give
+        the same run. Looking for a witness of the start is limited by `budget` alone.
 
     Raises
     ------
@@ -64,7 +73,12 @@ class CertifiedGate:
     """
 
     def __init__(
-        self, system: System, promise: str = "auto", budget: int = 2_000, patience: int = 50
+        self,
+        system: System,
+        promise: str = "auto",
+        budget: int = 2_000,
+        patience: int = 50,
+        budget_ms: float = 0,
     ) -> None:
         if promise not in _PROMISES:
             msg = f"gate certified: promise is {promise!r}; expected {', '.join(_PROMISES)}"
@@ -75,7 +89,11 @@ class CertifiedGate:
         if patience and not _is_count(patience):
             msg = f"gate certified: patience is {patience!r}; expected a whole number from 0 up"
             raise GateError(msg)
+        if not _is_time(budget_ms):
+            msg = f"gate certified: budget_ms is {budget_ms!r}; expected a number of milliseconds from 0 up"
+            raise GateError(msg)
         self._system = system
+        self._budget = Budget(budget, budget_ms / 1000)
         self._patience = Patience(len(system.robots), patience)
         self._layout = layout = Layout(system)
         if layout.hopeless:
@@ -84,19 +102,20 @@ class CertifiedGate:
                 f"{layout.names(layout.hopeless)} for ever; end their paths elsewhere"
             )
             raise UnsafeStartError(msg)
-        self._keeper = self._choose(promise, budget)
+        self._keeper = self._choose(promise)
         self._configuration = system.initial
         self._stand = Stand.of(self._layout, self._configuration)
         self._begin_at_start()
 
-    def _choose(self, promise: str, budget: int) -> Homeward | Rounds | Flow:
+    def _choose(self, promise: str) -> Homeward | Rounds | Flow:
         layout = self._layout
         small = math.prod(len(path) for path in layout.path) <= _SMALL
         if not layout.homeless and promise != "somebody":
-            return Homeward(layout, budget)
+            return Homeward(layout, self._budget)
         if promise == "everyone" or (promise == "auto" and small):
-            return Rounds(self._system, max(budget, _SMALL))
-        flow = Flow(self._system, budget)
+            self._budget.nodes = max(self._budget.nodes, _SMALL)
+            return Rounds(self._system, self._budget)
+        flow = Flow(self._system, self._budget)
         self._layout = flow.layout
         restless = flow.layout.homeless
         if restless:
@@ -127,6 +146,10 @@ class CertifiedGate:
     def promise(self) -> str:
         """``everyone`` or ``somebody``: who can go on for ever."""
         return "somebody" if isinstance(self._keeper, Flow) else "everyone"
+
+    def use_clock(self, clock: Callable[[], float]) -> None:
+        """Measure `budget_ms` with `clock`, which tells the time [s] from any origin."""
+        self._budget.clock = clock
 
     def decide(self, configuration: Configuration, robot: int) -> Decision:
         """Decide the next move of `robot`; fast for the configuration that `moved` told last."""

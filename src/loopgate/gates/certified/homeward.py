@@ -6,10 +6,11 @@ from typing import NamedTuple
 
 from loopgate.gates.base import Decision, Reason
 from loopgate.gates.certified.banker import fixpoint
+from loopgate.gates.certified.budget import Budget, BudgetError
 from loopgate.gates.certified.checker import Checker
 from loopgate.gates.certified.deadlock import circle_among, stuck_for_good
 from loopgate.gates.certified.layout import Layout
-from loopgate.gates.certified.search import BudgetError, Search
+from loopgate.gates.certified.search import Search
 from loopgate.gates.certified.stand import Stand
 from loopgate.model import Configuration
 
@@ -32,14 +33,15 @@ class Homeward:
     layout
         The system's layout; no robot is homeless.
     budget
-        The most cores the exact search may branch on for one decision.
+        The most cores the exact search may branch on, and its longest time, for one decision; `begin` has
+        no limit of time.
 
     Notes
     -----
     With a budget that is never used up this is exact: a move is admitted iff it is safe.
     """
 
-    def __init__(self, layout: Layout, budget: int) -> None:
+    def __init__(self, layout: Layout, budget: Budget) -> None:
         self._layout = layout
         self._search = Search(layout, budget)
         self._checker = Checker(layout.system)
@@ -174,7 +176,7 @@ class Homeward:
         if not left:
             return self._checked(configuration, [robot, *moves], "banker")
         try:
-            rest = self._search.solve(there, left)
+            rest = self._search.solve(there, left, timed=True)
         except BudgetError:
             return _Verdict(Decision(admitted=False, reason=Reason.BUDGET, stage="budget"), None)
         if rest is None:

@@ -6,9 +6,10 @@ from itertools import groupby
 from typing import Any
 
 from loopgate.gates.certified.banker import reduce_to_core
+from loopgate.gates.certified.budget import BudgetError
 from loopgate.gates.certified.deadlock import stuck_for_good
 from loopgate.gates.certified.layout import Layout
-from loopgate.gates.certified.search import BudgetError, parts_of
+from loopgate.gates.certified.search import parts_of
 from loopgate.gates.certified.stand import Stand
 
 __all__ = ["Prover"]

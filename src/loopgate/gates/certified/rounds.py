@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterator
+from math import inf
 from typing import NamedTuple
 
 from loopgate.gates.base import Decision, Reason
+from loopgate.gates.certified.budget import Budget, BudgetError
 from loopgate.gates.certified.checker import Checker
-from loopgate.gates.certified.search import BudgetError
 from loopgate.gates.certified.stand import Stand
 from loopgate.model import Configuration, System
 
@@ -75,14 +76,15 @@ class Rounds:
     system
         The system.
     budget
-        The most configurations to look at for one decision.
+        The most configurations to look at, and the longest time, for one decision; `begin` has no limit
+        of time.
 
     Notes
     -----
     Linear in the configurations that can be reached, which are exponentially many in the robots.
     """
 
-    def __init__(self, system: System, budget: int) -> None:
+    def __init__(self, system: System, budget: Budget) -> None:
         self._system = system
         self._checker = Checker(system)
         self._budget = budget
@@ -122,7 +124,7 @@ class Rounds:
         known = there in self._dead or self._known_live(there)
         stage = "memory" if known else "search"
         try:
-            live = self.live(there)
+            live = self.live(there, timed=True)
         except BudgetError:
             return Decision(admitted=False, reason=Reason.BUDGET, stage="budget")
         if not live:
@@ -148,7 +150,7 @@ class Rounds:
                 return False
             there = self._system.moved(there, i)
         try:
-            return self.live(there)
+            return self.live(there, timed=True)
         except BudgetError:
             return False
 
@@ -183,18 +185,19 @@ class Rounds:
             if system.enabled(configuration, robot):
                 yield robot, system.moved(configuration, robot)
 
-    def live(self, root: Configuration) -> bool:
+    def live(self, root: Configuration, *, timed: bool = False) -> bool:
         """Return whether every robot can go on for ever from `root` (Tarjan's components, depth first).
 
         Raises
         ------
         BudgetError
-            If more configurations than the budget would have to be looked at.
+            If more configurations than the budget would have to be looked at, or, if `timed`, for longer.
         """
         if self._known_live(root):
             return True
         if root in self._dead:
             return False
+        deadline_s = self._budget.deadline_s() if timed else inf
         walk = _Walk(root, self._moves(root))
         while walk.frames:
             for robot, there in walk.frames[-1].moves:
@@ -203,8 +206,7 @@ class Rounds:
                 if self._known_live(there):
                     self._mark(walk, robot)
                     return True
-                if len(walk.index) >= self._budget:
-                    raise BudgetError
+                self._budget.check(len(walk.index) + 1, deadline_s)
                 walk.enter(there, robot, self._moves(there))
                 break
             else:

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
+from math import inf
+
 from loopgate.gates.certified.banker import reduce_to_core
+from loopgate.gates.certified.budget import Budget
 from loopgate.gates.certified.deadlock import stuck_for_good
 from loopgate.gates.certified.layout import Layout
 from loopgate.gates.certified.stand import Stand
 
-__all__ = ["BudgetError", "Search", "parts_of"]
+__all__ = ["Search", "parts_of"]
 
 _MEMORY = 200_000
 """Dead cores remembered; the memory is emptied when it is full."""
-
-
-class BudgetError(Exception):
-    """The search has looked at as many cores as it may."""
 
 
 class Search:
@@ -30,25 +29,26 @@ class Search:
     layout
         The system's layout; every robot must have a home.
     budget
-        The most cores to branch on in one call.
+        The most cores to branch on, and the longest time, in one call.
 
     Notes
     -----
     Exponential in the size of the core at worst; the problem is NP-complete (Lawley and Reveliotis 2001).
     """
 
-    def __init__(self, layout: Layout, budget: int) -> None:
+    def __init__(self, layout: Layout, budget: Budget) -> None:
         self._layout = layout
         self._budget = budget
+        self._deadline_s = inf
         self._dead: set[tuple[tuple[int, ...], tuple[int, ...], tuple[tuple[int, ...], ...]]] = set()
         self._settlers = [i for i, s in enumerate(layout.settles) if s >= 0]
         self.nodes = 0
         """Cores branched on in the last call."""
 
-    def solve(self, stand: Stand, robots: list[int]) -> list[int] | None:
+    def solve(self, stand: Stand, robots: list[int], *, timed: bool = False) -> list[int] | None:
         """Return moves that bring `robots` home from `stand` (which is changed), or None if there are none.
 
-        The other robots must be at home already.
+        The other robots must be at home already. Only a `timed` search has the budget's limit of time.
 
         Raises
         ------
@@ -56,6 +56,7 @@ class Search:
             If the budget is used up before the answer is known.
         """
         self.nodes = 0
+        self._deadline_s = self._budget.deadline_s() if timed else inf
         return self._solve(stand, robots)
 
     def _solve(self, stand: Stand, robots: list[int]) -> list[int] | None:
@@ -76,8 +77,7 @@ class Search:
         if key in self._dead:
             return None
         self.nodes += 1
-        if self.nodes > self._budget:
-            raise BudgetError
+        self._budget.check(self.nodes, self._deadline_s)
         for i in part:
             if not stand.enabled(i):
                 continue
