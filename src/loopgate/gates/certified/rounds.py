@@ -111,7 +111,12 @@ class Rounds:
         del stand
         if self._here is None:
             return Decision(admitted=False, reason=Reason.DEADLOCK, detail="no way on for all", stage="begin")
-        there = self._system.moved(configuration, robot)
+        try:
+            return self._judge(self._system.moved(configuration, robot), robot)
+        except BudgetError:
+            return Decision(admitted=False, reason=Reason.BUDGET, stage="budget")
+
+    def _judge(self, there: Configuration, robot: int) -> Decision:
         if self._plan and not self._keeps_plan(robot, there):
             detail = f"{self._system.robots[self._plan[-1]].id} has waited too long and goes first"
             return Decision(
@@ -123,11 +128,7 @@ class Rounds:
             )
         known = there in self._dead or self._known_live(there)
         stage = "memory" if known else "search"
-        try:
-            live = self.live(there, timed=True)
-        except BudgetError:
-            return Decision(admitted=False, reason=Reason.BUDGET, stage="budget")
-        if not live:
+        if not self.live(there, timed=True):
             detail = "not all could go on for ever"
             return Decision(admitted=False, reason=Reason.DEADLOCK, detail=detail, stage=stage)
         if not self._checker.brings_round(there, *self.way_from(there)):
@@ -149,10 +150,7 @@ class Rounds:
             if not self._system.enabled(there, i):
                 return False
             there = self._system.moved(there, i)
-        try:
-            return self.live(there, timed=True)
-        except BudgetError:
-            return False
+        return self.live(there, timed=True)
 
     def _without(self, robot: int) -> list[int]:
         k = self._plan.index(robot) if robot in self._plan else len(self._plan)

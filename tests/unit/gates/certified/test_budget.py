@@ -98,6 +98,16 @@ def test_robots_without_homes_have_the_same_budget(tick_s: float, stage: str) ->
     assert decision.reason is (Reason.BUDGET if stage == "budget" else Reason.FREE)
 
 
+def test_steering_says_so_too_when_it_is_out_of_budget() -> None:
+    """While a robot is worked towards, a move whose effect cannot be looked at in time is no mere waiting."""
+    system, elsewhere = _sharing_all(0, 1, 2), _sharing_all(0, 2, 1).initial
+    rounds = Rounds(system, Budget(1000, 0.005, Ticking(0.006)))
+    layout = Layout(system)
+    assert rounds.begin(system.initial, Stand.of(layout, system.initial))
+    rounds.favour(2)
+    assert rounds.judge(elsewhere, Stand.of(layout, elsewhere), 1).reason is Reason.BUDGET
+
+
 def test_the_deadline_is_a_moment_of_the_clock() -> None:
     """The last node in time is looked at, the first one late is not; so are nodes."""
     now = [10.0]
