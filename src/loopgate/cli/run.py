@@ -39,7 +39,10 @@ __all__ = ["run"]
 @click.option("--vehicles", type=int, help="Number of vehicles; default one per loop.")
 @click.option("--gate", help="Gate by name, name:option=value; 'open' leaves all to SUMO's right of way.")
 @click.option("--abstraction", type=click.Choice(ABSTRACTIONS), help="How roads become states.")
-@click.option("--negotiation", help="Who goes first among those who may, by name.")
+@click.option(
+    "--negotiation",
+    help="Who goes first: oldest (default on segments), pressure (default on queues), random.",
+)
 @click.option(
     "--lights", type=click.Choice(LIGHTS), help="Traffic lights; default off under a gate, else keep."
 )

@@ -165,7 +165,7 @@ def summary(
         "network": scenario.network,
         "abstraction": scenario.abstraction,
         "gate": scenario.gate,
-        "negotiation": scenario.negotiation if keeper else "",
+        "negotiation": scenario.rule_for_negotiation if keeper else "",
         "lights": scenario.rule_for_lights,
         "seed": scenario.seed,
         "vehicles": len(tallies),

@@ -128,7 +128,7 @@ def _gatekeeper(scenario: Scenario, assembly: Assembly) -> Gatekeeper | None:
     if not scenario.gated or assembly.abstraction is None:
         return None
     gate = make_gate(scenario.gate, assembly.abstraction.system, perf_counter)
-    negotiation = make_negotiation(scenario.negotiation, Random(scenario.seed))
+    negotiation = make_negotiation(scenario.rule_for_negotiation, Random(scenario.seed))
     return Gatekeeper(assembly.abstraction, gate, negotiation)
 
 

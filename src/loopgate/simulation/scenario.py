@@ -46,7 +46,8 @@ class Scenario:
     abstraction
         ``segments`` or ``queues``.
     negotiation
-        A negotiation's name, with options behind a colon.
+        A negotiation's name, with options behind a colon; empty for ``oldest`` on segments and
+        ``pressure``, which counts waiting too, on queues.
     lights
         ``off``, ``keep`` or ``obey``; empty for ``off`` under a gate and ``keep`` under ``open``.
     duration_s, warmup_s
@@ -74,7 +75,7 @@ class Scenario:
     vehicles: int = 0
     gate: str = "certified"
     abstraction: str = "queues"
-    negotiation: str = "pressure"
+    negotiation: str = ""
     lights: str = ""
     duration_s: float = 3600.0
     warmup_s: float = 0.0
@@ -117,6 +118,11 @@ class Scenario:
     def rule_for_lights(self) -> str:
         """What happens to traffic lights: ``off``, ``keep`` or ``obey``."""
         return self.lights or ("off" if self.gated else "keep")
+
+    @property
+    def rule_for_negotiation(self) -> str:
+        """Who goes first among those who may: a negotiation's name, with options behind a colon."""
+        return self.negotiation or ("oldest" if self.abstraction == "segments" else "pressure")
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any], *, source: str = "scenario") -> Scenario:
