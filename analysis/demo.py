@@ -4,7 +4,7 @@ First the headline, 400 vehicles in south-east Berlin under SUMO's own rules and
 Then the paper's method: the same vehicles under three gates. In the city twelve loops share at most 40 % of
 their length each; on ``networks/order2.net.xml`` they share so much that vehicles lock up unless somebody
 looks ahead.
-Prints two tables, draws the maps, and leaves the run folders; all under ``out/demo``.
+Prints two tables, draws the maps, writes a report on Berlin, leaves the run folders; all in ``out/demo``.
 """
 
 from __future__ import annotations
@@ -17,9 +17,11 @@ import headline
 import pandas as pd
 from rich.console import Console
 
+from loopgate.analysis import read_results
 from loopgate.cli.frame_table import frame_table
 from loopgate.cli.progress import show_progress
 from loopgate.report.network_map import draw_map
+from loopgate.report.page import write_report
 from loopgate.simulation.assembly import assemble
 from loopgate.simulation.run import run
 from loopgate.simulation.scenario import Scenario
@@ -90,7 +92,9 @@ def main() -> None:
     console = Console(highlight=False)
     wide = Console(highlight=False, width=max(console.width, 110))
     wide.print(frame_table(table, headline.HEADINGS, title=headline.TITLE))
-    console.print(f"picture: {picture.relative_to(ROOT)}")
+    page = OUT / "berlin.html"
+    write_report(read_results(OUT / "berlin"), page)
+    console.print(f"picture: {picture.relative_to(ROOT)}, report: {page.relative_to(ROOT)}")
     rows = [simulate(name, gate) for name in SCENARIOS for gate in GATES]
     files = [draw(name) for name in SCENARIOS]
     wide.print(
