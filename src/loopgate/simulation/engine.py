@@ -128,7 +128,8 @@ class Engine:
             return None
         sets = self._gatekeeper.blockers(driver.robot)
         wanted = driver.track.states[driver.position(driver.granted + 1)]
-        return [[self.drivers[r].id for r in robots] for robots in sets], wanted
+        inside = [[self.drivers[r].id for r in robots] for robots in sets]
+        return inside + self._gatekeeper.outside_blockers(driver.robot), wanted
 
     def _look(self, driver: Driver, now: float) -> None:
         self._refresh(driver)

@@ -12,6 +12,7 @@ from loopgate.gates import Decision, Gate, Reason
 from loopgate.model import Configuration
 from loopgate.negotiation.base import Negotiation, Request
 from loopgate.simulation.histogram import Histogram
+from loopgate.simulation.obstacles import Obstacle
 from loopgate.simulation.occupancy import Occupancy
 from loopgate.simulation.sight import Sight
 
@@ -19,6 +20,9 @@ __all__ = ["Answer", "Gatekeeper"]
 
 _REASK_S = 1.0
 """A refusal that any change may lift is asked again at most this often [s]."""
+
+_OUTSIDE = frozenset({Reason.RED, Reason.TRAFFIC})
+"""What lifts these refusals happens outside the system, so they are looked at again every step."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,6 +80,8 @@ class Gatekeeper:
         self._version = 0
         self.sight: Sight | None = None
         """Frees crossings piece by piece if given; else when the rear has passed all of it."""
+        self.obstacles: tuple[Obstacle, ...] = ()
+        """What else can be in the way; asked in this order, after room and crossings."""
         for robot, path in enumerate(self.system.paths):
             self.occupancy.take(robot, path[self.configuration.positions[robot]])
 
@@ -130,7 +136,9 @@ class Gatekeeper:
         for pending in self._pending.values():
             known = pending.asked_at_version == self._version and pending.reason is not None
             # Vehicles drive on without a word: who is in sight on a crossing is looked at again every step.
-            looks = self.sight is not None and pending.reason is Reason.CROSSING
+            looks = pending.reason in _OUTSIDE or (
+                self.sight is not None and pending.reason is Reason.CROSSING
+            )
             if known and not (looks and pending.looked_at_s < now_s):
                 continue
             pending.looked_at_s = now_s
@@ -153,7 +161,7 @@ class Gatekeeper:
     def blockers(self, robot: int) -> list[list[int]]:
         """Return whom the request of `robot` waits for: of every set, some robot has to move on."""
         pending = self._pending.get(robot)
-        if pending is None or pending.reason is None:
+        if pending is None or pending.reason is None or pending.reason in _OUTSIDE:
             return []
         request = pending.request
         if pending.reason is Reason.OCCUPIED:
@@ -163,6 +171,13 @@ class Gatekeeper:
         if pending.decision is not None and pending.decision.blockers:
             return [list(pending.decision.blockers)]
         return [[other for other in range(len(self.system.robots)) if other != robot]]
+
+    def outside_blockers(self, robot: int) -> list[list[str]]:
+        """Return as `blockers` does, by name, who keeps `robot` from a grant as the obstacles say."""
+        pending = self._pending.get(robot)
+        if pending is None or pending.reason not in _OUTSIDE:
+            return []
+        return [list(some) for obstacle in self.obstacles for some in obstacle.blockers(robot)]
 
     def _crossings(self, robot: int) -> Sequence[Crossing]:
         return self.itineraries[robot].legs[self.position(robot)].crossings
@@ -176,6 +191,10 @@ class Gatekeeper:
             for other, mine, foe in self.occupancy.passing(crossings, request.robot)
         ):
             return Reason.CROSSING
+        for obstacle in self.obstacles:
+            reason = obstacle.in_the_way(request.robot)
+            if reason is not None:
+                return reason
         return None
 
     def _decide_one(self, pending: _Pending, now_s: float, answers: list[Answer]) -> None:
@@ -202,6 +221,8 @@ class Gatekeeper:
 
     def _grant(self, request: Request, decision: Decision, answers: list[Answer]) -> None:
         robot = request.robot
+        for obstacle in self.obstacles:
+            obstacle.granted(robot)
         self.occupancy.enter(robot, self._crossings(robot))
         self.configuration = self.system.moved(self.configuration, robot)
         self.occupancy.take(robot, request.wanted)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from time import perf_counter
 
@@ -59,6 +59,7 @@ def drive(
     warmup_s: float,
     on_deadlock: str,
     tick: Tick,
+    each_step: Sequence[Callable[[], None]] = (),
 ) -> Course:
     """Run until the time is over, a deadlock ends the run, or the user interrupts.
 
@@ -72,6 +73,8 @@ def drive(
         ``stop``, ``continue`` or ``teleport``.
     tick
         Called every ten simulated seconds with the simulated time.
+    each_step
+        Called after each step.
     """
     course = Course()
     began = perf_counter()
@@ -88,6 +91,8 @@ def drive(
             engine.step()
             now = traffic.now_s
             mishaps.note()
+            for look in each_step:
+                look()
             if now >= course.begin_s > now - traffic.step_s and warmup_s > 0:
                 engine.measure_from_now()
                 course.collisions = course.teleports = 0
