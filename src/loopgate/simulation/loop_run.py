@@ -9,6 +9,7 @@ from time import perf_counter
 from loopgate.results.columns import Event
 from loopgate.results.recorder import Recorder
 from loopgate.simulation.engine import Engine
+from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.watch import Deadlock, Watch
 from loopgate.traffic.base import Traffic
 
@@ -55,9 +56,7 @@ def drive(
     watch: Watch,
     recorder: Recorder,
     *,
-    duration_s: float,
-    warmup_s: float,
-    on_deadlock: str,
+    scenario: Scenario,
     tick: Tick,
     each_step: Sequence[Callable[[], None]] = (),
 ) -> Course:
@@ -67,10 +66,8 @@ def drive(
     ----------
     engine, traffic, watch, recorder
         Made for each other; the engine has not begun.
-    duration_s, warmup_s
-        Measured time and the time before it [s].
-    on_deadlock
-        ``stop``, ``continue`` or ``teleport``.
+    scenario
+        Says how long to measure, how long to warm up before, and what a deadlock does to the run.
     tick
         Called every ten simulated seconds with the simulated time.
     each_step
@@ -81,10 +78,10 @@ def drive(
     try:
         engine.begin()
         start = traffic.now_s
-        if warmup_s <= 0:
+        if scenario.warmup_s <= 0:
             engine.measure_from_now()
-        course.begin_s = start + warmup_s
-        end = course.begin_s + duration_s
+        course.begin_s = start + scenario.warmup_s
+        end = course.begin_s + scenario.duration_s
         next_watch = start + _WATCH_EVERY_S
         mishaps = Mishaps(traffic, recorder, course)
         while traffic.now_s < end:
@@ -93,7 +90,7 @@ def drive(
             mishaps.note()
             for look in each_step:
                 look()
-            if now >= course.begin_s > now - traffic.step_s and warmup_s > 0:
+            if now >= course.begin_s > now - traffic.step_s and scenario.warmup_s > 0:
                 engine.measure_from_now()
                 course.collisions = course.teleports = 0
             if now >= next_watch:
@@ -102,9 +99,9 @@ def drive(
                 deadlock = watch.check()
                 if deadlock is not None:
                     note_deadlock(deadlock, course, recorder)
-                    if on_deadlock == "stop":
+                    if scenario.on_deadlock == "stop":
                         break
-                    if on_deadlock == "teleport":
+                    if scenario.on_deadlock == "teleport":
                         _teleport_one(deadlock, engine, traffic)
     except KeyboardInterrupt:
         course.outcome = "interrupted"

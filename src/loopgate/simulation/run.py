@@ -101,9 +101,7 @@ def _run(
             traffic,
             watch,
             recorder,
-            duration_s=scenario.duration_s,
-            warmup_s=scenario.warmup_s,
-            on_deadlock=scenario.on_deadlock,
+            scenario=scenario,
             tick=tick,
         )
         tallies = _tallies(engine, traffic, watch, course)
