@@ -17,6 +17,7 @@ from loopgate.results.row_columns import (
     DECISION_P99,
     DECISIONS,
     EDGE_HOLD,
+    EDGE_IDLENESS,
     EDGE_MAX_REVISIT,
     EDGE_MEAN_REVISIT,
     EDGE_SET,
@@ -148,14 +149,19 @@ def compute_edge_means(
     DataFrame
         One row per group and edge: `by`, `EDGE`, `RUNS` (with the edge on a loop), `VISITS` (mean per run),
         `HOLD` [s] (mean per run), `MEAN_REVISIT` [s] (mean over the runs that revisit it), `MAX_REVISIT` [s]
-        (greatest of all runs), `SHAPE`.
+        (greatest of all runs), `IDLENESS` [s] (mean per run), `SHAPE`.
 
     Raises
     ------
     AnalysisError
         On a missing column.
     """
-    lists = {run.VISITS: EDGE_VISITS, run.EDGE_HOLD: EDGE_HOLD, run.MEAN_REVISIT: EDGE_MEAN_REVISIT}
+    lists = {
+        run.VISITS: EDGE_VISITS,
+        run.EDGE_HOLD: EDGE_HOLD,
+        run.MEAN_REVISIT: EDGE_MEAN_REVISIT,
+        run.IDLENESS: EDGE_IDLENESS,
+    }
     check_columns(runs, [EDGE_SET, EDGE_MAX_REVISIT, *lists.values()], "runs")
     parts = []
     for names, group in groups(succeeded(runs).dropna(subset=[EDGE_SET]), [*by, EDGE_SET], "runs"):
@@ -171,7 +177,7 @@ def compute_edge_means(
         longest = _stack(group[EDGE_MAX_REVISIT], len(edges))
         part[run.MAX_REVISIT] = np.where(np.isfinite(longest), longest, -np.inf).max(axis=0, initial=-np.inf)
         parts.append(part.assign(**names))
-    columns = [*by, run.EDGE, RUNS, run.VISITS, run.EDGE_HOLD, run.MEAN_REVISIT, run.MAX_REVISIT, run.SHAPE]
+    columns = [*by, run.EDGE, RUNS, *lists, run.MAX_REVISIT, run.SHAPE]
     if not parts:
         return table([], columns)
     how: dict[str, str] = {RUNS: "sum", run.MAX_REVISIT: "max", run.SHAPE: "first"}

@@ -2,7 +2,11 @@
 
 A *visit* is an `Event.EDGE` row: a vehicle enters the edge. The *revisit interval* is the time between
 two visits in a row, whoever makes them. The *idleness* of an edge at time t is the time since its last
-visit, counted from time 0 before the first one (Machado et al. 2002, multi-agent patrolling).
+visit, counted from time 0 before the first one. Over all edges and all moments of the measured time its
+mean is the run's mean idleness and its maximum the run's worst idleness (Machado, Ramalho, Zucker, Drogoul,
+"Multi-agent patrolling: an empirical analysis of alternative architectures", MABS 2002: instantaneous graph
+idleness, averaged over time, and worst idleness). What lies before the measured time counts in one way only:
+it says when an edge was visited last.
 """
 
 from __future__ import annotations
@@ -31,6 +35,8 @@ from loopgate.results.columns import (
     TIME,
     VEHICLE,
     VISITS,
+    WEIGHTED_REVISIT,
+    WORST_IDLENESS,
     Event,
 )
 
@@ -90,8 +96,10 @@ def compute_revisits(
     Returns
     -------
     DataFrame
-        One row per edge: `EDGE`, `VISITS` (in the period), `MEAN_REVISIT` [s] and `MAX_REVISIT` [s] (NaN
-        without an interval), `IDLENESS` [s] (mean over the period's time).
+        One row per edge: `EDGE`, `VISITS` (in the period), `MEAN_REVISIT`, `MAX_REVISIT` and
+        `WEIGHTED_REVISIT` [s] (NaN without an interval; the last weights each interval by its length: the
+        interval in which a moment lies), `IDLENESS` [s] (mean over the period's time), `WORST_IDLENESS` [s]
+        (greatest at any moment of the period, both ends included).
 
     Raises
     ------
@@ -101,12 +109,14 @@ def compute_revisits(
     visits = _visits(events, begin_s, end_s)
     wanted = sorted(visits[PLACE].unique()) if edges is None else list(dict.fromkeys(edges))
     index = pd.Index(wanted, name=EDGE, dtype=object)
-    intervals = compute_revisit_intervals(events=events, begin_s=begin_s, end_s=end_s).groupby(EDGE)[INTERVAL]
+    between = compute_revisit_intervals(events=events, begin_s=begin_s, end_s=end_s)
+    intervals = between.groupby(EDGE)[INTERVAL]
     result = pd.DataFrame(index=index)
     inside = visits[visits[TIME] > begin_s]
     result[VISITS] = inside.groupby(PLACE).size().reindex(index, fill_value=0).astype("int64")
     result[MEAN_REVISIT] = intervals.mean().reindex(index).astype(float)
     result[MAX_REVISIT] = intervals.max().reindex(index).astype(float)
+    result[WEIGHTED_REVISIT] = _weighted(between).reindex(index).astype(float)
 
     # Idleness rises from 0 along each gap between visits; its integral over the part of the gap inside the
     # period is a difference of squares. The gaps tile [0, end]: from 0, between visits, and to the end.
@@ -115,6 +125,13 @@ def compute_revisits(
     last = visits.groupby(PLACE)[TIME].max().reindex(index).fillna(0.0)
     total = area.reindex(index).fillna(0.0) + _gap_area(last, np.full(len(last), float(end_s)), begin_s)
     result[IDLENESS] = (total / (end_s - begin_s)).astype(float)
+
+    # It is greatest just before a visit, or at the end; gaps that were over by the beginning do not count.
+    gaps = pd.Series((visits[TIME] - previous).to_numpy(), index=visits[PLACE])[
+        (visits[TIME] > begin_s).to_numpy()
+    ]
+    worst = gaps.groupby(level=0).max().reindex(index).fillna(0.0)
+    result[WORST_IDLENESS] = np.maximum(worst, float(end_s) - last).astype(float)
     return result.reset_index()
 
 
@@ -190,6 +207,13 @@ def _visits(events: pd.DataFrame, begin_s: float, end_s: float) -> pd.DataFrame:
     check_period(begin_s, end_s)
     chosen = events.loc[(events[EVENT] == Event.EDGE) & (events[TIME] <= end_s), [TIME, PLACE]]
     return chosen.astype({TIME: float, PLACE: str}).sort_values([PLACE, TIME], kind="stable")
+
+
+def _weighted(intervals: pd.DataFrame) -> pd.Series:
+    """Return the mean interval per edge, each weighted by its own length [s]."""
+    sums = intervals.assign(square=intervals[INTERVAL] ** 2).groupby(EDGE)[["square", INTERVAL]].sum()
+    # Two visits in one step are 0 s apart; where all are, so is their mean.
+    return (sums["square"] / sums[INTERVAL].where(sums[INTERVAL] > 0.0)).fillna(0.0)
 
 
 def _gap_area(start: pd.Series, stop: pd.Series | np.ndarray, begin_s: float) -> np.ndarray:

@@ -31,6 +31,10 @@ _SAME_NAME = (
     c.KM_PER_H,
     c.HOLD,
     c.LONGEST_WAIT,
+    c.WORST_IDLENESS,
+    c.UNVISITED,
+    c.COVERAGE_EDGES,
+    c.COVERAGE_LANE_KM,
     c.OUTCOME,
     c.COLLISIONS,
     c.TELEPORTS,
@@ -163,6 +167,7 @@ def _edges(edges: pd.DataFrame) -> dict[str, Any]:
         c.EDGE_HOLD: edges[run.EDGE_HOLD].astype(float).tolist(),
         c.EDGE_MEAN_REVISIT: edges[run.MEAN_REVISIT].astype(float).tolist(),
         c.EDGE_MAX_REVISIT: edges[run.MAX_REVISIT].astype(float).tolist(),
+        c.EDGE_IDLENESS: edges[run.IDLENESS].astype(float).tolist(),
     }
 
 

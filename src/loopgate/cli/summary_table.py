@@ -24,6 +24,8 @@ def summary_rows(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
         ("mean speed", f"{summary['mean_speed_mps']:.2f} m/s"),
         ("throughput", f"{summary['laps_per_h']:.1f} laps/h, {summary['km_per_h']:.1f} vehicle-km/h"),
         ("hold time", f"{summary['hold_s']:.0f} s in all, longest wait {summary['longest_wait_s']:.0f} s"),
+        ("coverage", _coverage(summary)),
+        ("idleness", _idleness(summary)),
         ("deadlocks", _deadlocks(summary)),
         ("collisions, teleports", f"{summary['collisions']}, {summary['teleports']}"),
         ("decisions", f"{summary['decisions']}"),
@@ -35,6 +37,8 @@ def summary_rows(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
         ("wall time", f"SUMO {wall['sumo']:.1f} s, gate {wall['gate']:.1f} s, total {wall['total']:.1f} s"),
         ("audit", _audit(summary["audit"])),
     ]
+    if not summary["loops"]:
+        rows = [row for row in rows if row[0] not in {"coverage", "idleness"}]
     if not summary["decisions"]:
         rows = [row for row in rows if row[0] not in {"decisions", "refusals", "decision time"}]
     return rows
@@ -68,6 +72,19 @@ def _deadlocks(summary: Mapping[str, Any]) -> str:
         return "none"
     first = found[0]
     return f"{len(found)}; the first at {first['at_s']:.0f} s, {len(first['vehicles'])} vehicles in a circle"
+
+
+def _coverage(summary: Mapping[str, Any]) -> str:
+    edges, lane_km = summary["coverage_edges"] or 0.0, summary["coverage_lane_km"] or 0.0
+    return f"loops reach {edges:.0%} of the network's edges, {lane_km:.0%} of its lane-km"
+
+
+def _idleness(summary: Mapping[str, Any]) -> str:
+    if summary["idleness_s"] is None:
+        return "nothing measured"
+    mean, worst, never = summary["idleness_s"], summary["worst_idleness_s"], summary["unvisited_edges"]
+    text = f"mean {mean:.0f} s, worst {worst:.0f} s (edge {summary['worst_idleness_edge']})"
+    return f"{text}, {never} edge{'s' if never != 1 else ''} never visited" if never else text
 
 
 def _audit(audit: str | list[str]) -> str:

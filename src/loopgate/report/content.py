@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import pandas as pd
@@ -27,49 +27,17 @@ from loopgate.analysis.frames import succeeded
 from loopgate.analysis.load import Results
 from loopgate.report import figures as draw
 from loopgate.report.figures import SERIES
+from loopgate.report.items import FigureItem, Section, TableItem
 from loopgate.report.road_map import map_figure
 from loopgate.report.style import Look, looks
+from loopgate.results import columns as run
 from loopgate.results import row_columns as c
 from loopgate.results.row_schema import ROW_SCHEMA
 
-__all__ = ["FigureItem", "Section", "TableItem", "add_series", "network_sections"]
+__all__ = ["add_series", "network_sections"]
 
 _BY = [SERIES, c.VEHICLES]
 _PERCENT = (0.05, 0.25, 0.5, 0.75, 0.95)
-
-
-@dataclass(frozen=True, slots=True)
-class FigureItem:
-    """A figure with its words."""
-
-    name: str
-    title: str
-    caption: str
-    figure: Figure
-    code: str
-    """Python that makes the table behind it."""
-
-
-@dataclass(frozen=True, slots=True)
-class TableItem:
-    """A table with its words."""
-
-    name: str
-    title: str
-    table: pd.DataFrame
-    code: str
-
-
-@dataclass(frozen=True, slots=True)
-class Section:
-    """All about one network."""
-
-    network: str
-    runs: pd.DataFrame
-    figures: Sequence[FigureItem]
-    tables: Sequence[TableItem]
-    hidden: Sequence[str]
-    """Series that the figures leave out, since nobody could tell them apart."""
 
 
 def add_series(runs: pd.DataFrame) -> pd.DataFrame:
@@ -135,7 +103,6 @@ def _tables(runs: pd.DataFrame, names: Sequence[str]) -> list[TableItem]:
     wide = laps.pivot_table(index=[*_BY, c.LAPS], columns=a.QUANTILE, values=a.LAP_TIME, observed=True)
     wide.columns = pd.Index([f"{100 * float(str(q)):.0f} % [s]" for q in wide.columns])
     revisits = compute_mean(runs=runs, value=c.MEAN_REVISIT, by=_BY)
-    idle = compute_mean(runs=runs, value=c.IDLENESS, by=_BY)[[*_BY, a.MEAN]]
     gated = runs[runs[c.DECISIONS] > 0]
     tables = [
         TableItem(
@@ -194,9 +161,21 @@ def _tables(runs: pd.DataFrame, names: Sequence[str]) -> list[TableItem]:
         ),
         TableItem(
             "revisits",
-            "Revisit interval, mean over edges [s], and idleness [s]",
-            revisits.merge(idle.rename(columns={a.MEAN: c.IDLENESS}), on=_BY),
+            "Revisit interval, mean over edges [s]",
+            revisits,
             'compute_mean(runs=runs, value="mean_revisit_s", by=["gate", "vehicles"])',
+        ),
+        TableItem(
+            "idleness",
+            "Idleness: time since an edge's last visit, mean over edges and time [s]",
+            compute_mean(runs=runs, value=c.IDLENESS, by=_BY),
+            'compute_mean(runs=runs, value="idleness_s", by=["gate", "vehicles"])',
+        ),
+        TableItem(
+            "worst-idleness",
+            "Worst idleness: longest time that some edge had no visit [s]",
+            compute_mean(runs=runs, value=c.WORST_IDLENESS, by=_BY),
+            'compute_mean(runs=runs, value="worst_idleness_s", by=["gate", "vehicles"])',
         ),
     ]
     return [item for item in tables if len(item.table)]
@@ -256,7 +235,7 @@ def _figures(
             "map",
             "Where vehicles are held",
             "Hold time per edge, mean over all runs; dark and thick is long. Roads on no loop are not drawn.",
-            lambda: map_figure(edges, look),
+            lambda: map_figure(edges, look, run.EDGE_HOLD, "hold time per edge and run [s]"),
             'compute_edge_means(runs=runs, edge_sets=results.edge_sets, by=["gate"])',
         )
     if "decisions" in tables:
@@ -274,6 +253,31 @@ def _figures(
             f"Time between two visits of an edge, mean over edges. {bars}",
             lambda: draw.mean_figure(tables["revisits"], look, "revisit interval [s]"),
             'compute_mean(runs=runs, value="mean_revisit_s", by=["gate", "vehicles"])',
+        )
+    for name, title, what in (
+        (
+            "idleness",
+            "Idleness",
+            "Time since an edge's last visit, mean over the edges on loops and over time.",
+        ),
+        ("worst-idleness", "Worst idleness", "The longest time that some edge on a loop had no visit."),
+    ):
+        if tables[name][a.MEAN].notna().any():
+            means = tables[name]
+            add(
+                name,
+                title,
+                f"{what} {bars}",
+                partial(draw.mean_figure, means, look, f"{title.lower()} [s]"),
+                f'compute_mean(runs=runs, value="{name.replace("-", "_")}_s", by=["gate", "vehicles"])',
+            )
+    if len(edges) and edges[run.IDLENESS].notna().any():
+        add(
+            "idleness-map",
+            "Which roads go unwatched",
+            "Idleness per edge, mean over all runs; dark and thick is long.",
+            lambda: map_figure(edges, look, run.IDLENESS, "idleness per edge [s]"),
+            'compute_edge_means(runs=runs, edge_sets=results.edge_sets, by=["gate"])',
         )
     fundamental = compute_fundamental(runs=runs)
     if len(fundamental[c.VEHICLES].unique()) > 1:

@@ -7,7 +7,7 @@ from typing import Any
 import pandas as pd
 
 from loopgate.analysis.load import Results
-from loopgate.report.content import TableItem
+from loopgate.report.items import TableItem
 from loopgate.results import row_columns as c
 
 __all__ = ["commands", "facts", "failures", "progress"]

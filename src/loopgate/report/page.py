@@ -20,9 +20,10 @@ from matplotlib.figure import Figure
 
 from loopgate.analysis.load import Results
 from loopgate.errors import ResultsError
-from loopgate.report.content import FigureItem, Section, TableItem, network_sections
+from loopgate.report.content import network_sections
 from loopgate.report.facts import commands, facts, failures, progress
 from loopgate.report.headline import headline
+from loopgate.report.items import FigureItem, Section, TableItem
 from loopgate.report.style import RC
 from loopgate.report.tables import cells, write_csv, write_latex
 

@@ -24,18 +24,20 @@ _SHIFT = 0.006  # of the extent: both directions of a road stay apart
 _MAPS = 4
 
 
-def map_figure(edges: pd.DataFrame, look: Mapping[str, Look]) -> Figure:
-    """Draw each series' hold time per edge, dark and thick where vehicles stand long.
+def map_figure(edges: pd.DataFrame, look: Mapping[str, Look], value: str, label: str) -> Figure:
+    """Draw a figure per edge for each series, dark and thick where it is great.
 
     Parameters
     ----------
     edges
-        From `compute_edge_means` by series: `EDGE_HOLD` [s] and `SHAPE` ("x,y x,y ..." [m]).
+        From `compute_edge_means` by series: the figure and `SHAPE` ("x,y x,y ..." [m]).
     look
-        The series to draw, at most four of those that hold vehicles; all share one scale.
+        The series to draw, at most four of those in which the figure is above 0; all share one scale.
+    value, label
+        The column with the figure, and what the scale says.
     """
-    held = edges[edges[run.EDGE_HOLD] > 0][SERIES].unique()
-    known = held if len(held) else edges[SERIES].unique()
+    above = edges[edges[value] > 0][SERIES].unique()
+    known = above if len(above) else edges[SERIES].unique()
     names = [series for series in look if series in known][:_MAPS]
     columns = min(len(names), 2) or 1
     rows = max(1, -(-len(names) // columns))
@@ -47,9 +49,9 @@ def map_figure(edges: pd.DataFrame, look: Mapping[str, Look]) -> Figure:
     height = min(max(tall, 0.35), 1.4) * _WIDTH / columns * rows
     figure = Figure(figsize=(_WIDTH, height + 0.9))
     grid = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
-    scale = Normalize(0.0, float(np.nanmax([edges[run.EDGE_HOLD].max(), 1e-9])))
+    scale = Normalize(0.0, float(np.nanmax([edges[value].max(), 1e-9])))
     for axes, series in zip(grid.flat, names, strict=False):
-        _draw(axes, edges[edges[SERIES] == series], shapes, scale, extent)
+        _draw(axes, edges[edges[SERIES] == series], value, shapes, scale, extent)
         axes.set_title(series, fontsize=10)
         axes.set_xlim(low[0] - 0.03 * extent, high[0] + 0.03 * extent)
         axes.set_ylim(low[1] - 0.03 * extent, high[1] + 0.03 * extent)
@@ -64,18 +66,23 @@ def map_figure(edges: pd.DataFrame, look: Mapping[str, Look]) -> Figure:
         aspect=35,
         pad=0.02,
     )
-    bar.set_label("hold time per edge and run [s]")
+    bar.set_label(label)
     bar.outline.set_visible(False)
     return figure
 
 
 def _draw(
-    axes: Axes, edges: pd.DataFrame, shapes: Mapping[str, np.ndarray], scale: Normalize, extent: float
+    axes: Axes,
+    edges: pd.DataFrame,
+    value: str,
+    shapes: Mapping[str, np.ndarray],
+    scale: Normalize,
+    extent: float,
 ) -> None:
-    ordered = edges.sort_values(run.EDGE_HOLD, kind="stable", na_position="first")
-    hold = ordered[run.EDGE_HOLD].fillna(0.0).to_numpy(dtype=float)
+    ordered = edges.sort_values(value, kind="stable", na_position="first")
+    values = ordered[value].fillna(0.0).to_numpy(dtype=float)
     lines = [_beside(shapes[str(text)], _SHIFT * extent) for text in ordered[run.SHAPE]]
-    share = np.asarray(scale(hold), dtype=float)
+    share = np.asarray(scale(values), dtype=float)
     axes.add_collection(
         LineCollection(
             lines,

@@ -78,7 +78,20 @@ EDGE_LENGTH: Final = "length_m"
 VISITS: Final = "visits"
 MEAN_REVISIT: Final = "mean_revisit_s"  # mean time between two visits
 MAX_REVISIT: Final = "max_revisit_s"
+WEIGHTED_REVISIT: Final = "weighted_revisit_s"  # mean time between two visits, weighted by its length
 IDLENESS: Final = "idleness_s"  # time-weighted mean time since the last visit
+WORST_IDLENESS: Final = "worst_idleness_s"  # longest time since the last visit
 EDGE_HOLD: Final = "hold_s"  # vehicles' hold time on the edge
 SHAPE: Final = "shape"  # "x,y x,y ..." [m], network coordinates
-EDGE_COLUMNS: Final = (EDGE, EDGE_LENGTH, VISITS, MEAN_REVISIT, MAX_REVISIT, IDLENESS, EDGE_HOLD, SHAPE)
+EDGE_COLUMNS: Final = (
+    EDGE,
+    EDGE_LENGTH,
+    VISITS,
+    MEAN_REVISIT,
+    MAX_REVISIT,
+    WEIGHTED_REVISIT,
+    IDLENESS,
+    WORST_IDLENESS,
+    EDGE_HOLD,
+    SHAPE,
+)

@@ -72,14 +72,25 @@ LAP_MEAN: Final = "lap_mean_s"
 LAP_QUANTILES: Final = "lap_quantiles_s"  # list: quantiles 0, 5, ..., 100 % of the run's lap times
 MEAN_REVISIT: Final = "mean_revisit_s"  # mean over the edges visited twice
 MAX_REVISIT: Final = "max_revisit_s"
-IDLENESS: Final = "idleness_s"  # mean over the edges
+IDLENESS: Final = "idleness_s"  # mean over the edges and the time
+WORST_IDLENESS: Final = "worst_idleness_s"  # longest time that some edge had no visit
+UNVISITED: Final = "unvisited_edges"  # edges on loops without a visit in the measured time
+COVERAGE_EDGES: Final = "coverage_edges"  # share of the network's passenger edges that are on some loop
+COVERAGE_LANE_KM: Final = "coverage_lane_km"  # the same, of the length of its lanes
 EDGE_KM: Final = "edge_km"  # length of all edges on some loop
 EDGE_SET: Final = "edge_set"  # names the table of these edges, in the order of the lists below
 EDGE_VISITS: Final = "edge_visits"
 EDGE_HOLD: Final = "edge_hold_s"
 EDGE_MEAN_REVISIT: Final = "edge_mean_revisit_s"
 EDGE_MAX_REVISIT: Final = "edge_max_revisit_s"
-EDGE_LISTS: Final = (EDGE_VISITS, EDGE_HOLD, EDGE_MEAN_REVISIT, EDGE_MAX_REVISIT)
+EDGE_IDLENESS: Final = "edge_idleness_s"
+EDGE_LISTS: Final = (
+    EDGE_VISITS,
+    EDGE_HOLD,
+    EDGE_MEAN_REVISIT,
+    EDGE_MAX_REVISIT,
+    EDGE_IDLENESS,
+)
 
 # What it was made with
 LOOPGATE_VERSION: Final = "loopgate_version"

@@ -43,6 +43,7 @@ _WHOLE = (
     c.TELEPORTS,
     c.DECISIONS,
     c.REFUSALS,
+    c.UNVISITED,
 )
 _NUMBER = (
     c.DURATION,
@@ -61,6 +62,9 @@ _NUMBER = (
     c.MEAN_REVISIT,
     c.MAX_REVISIT,
     c.IDLENESS,
+    c.WORST_IDLENESS,
+    c.COVERAGE_EDGES,
+    c.COVERAGE_LANE_KM,
     c.EDGE_KM,
     c.DECISION_MEDIAN,
     c.DECISION_P99,

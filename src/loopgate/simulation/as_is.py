@@ -12,6 +12,7 @@ from loopgate.network import read_sumo_config
 from loopgate.results.recorder import Recorder
 from loopgate.simulation import outcome
 from loopgate.simulation.loop_run import Course, Mishaps, Tick, note_deadlock
+from loopgate.simulation.monitoring import monitoring_figures
 from loopgate.simulation.outcome import Folder, Tally
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.sumo_start import plain_options, start_traffic
@@ -71,6 +72,7 @@ def run_as_is(scenario: Scenario, folder: Folder, tick: Tick, backend: str) -> d
     folder.write_vehicles(tallies, duration)
     folder.write_edges([], begin_s=course.begin_s, end_s=max(course.end_s, course.begin_s + 1.0))
     summary = outcome.summary(scenario, course, tallies, loops=0, folder=folder)
+    summary |= monitoring_figures(None, None)
     folder.write_summary(summary)
     return summary
 

@@ -13,6 +13,7 @@ from loopgate.audit import audit_events
 from loopgate.gates import make_gate
 from loopgate.model import write_system
 from loopgate.negotiation.registry import make_negotiation
+from loopgate.network.coverage import measure_coverage
 from loopgate.network.sumo_config import is_sumo_config
 from loopgate.results.recorder import Recorder, read_events
 from loopgate.simulation import outcome
@@ -21,6 +22,7 @@ from loopgate.simulation.assembly import Assembly, assemble
 from loopgate.simulation.engine import Engine
 from loopgate.simulation.gatekeeper import Gatekeeper
 from loopgate.simulation.loop_run import Course, Tick, drive
+from loopgate.simulation.monitoring import monitoring_figures
 from loopgate.simulation.outcome import Folder, Tally
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.sumo_input import write_sumo_input
@@ -165,14 +167,15 @@ def _summary(
         for loop in assembly.loops
         for edge in loop.edges
     }
+    edges = None
     if duration > 0:
-        folder.write_edges(list(shapes.values()), begin_s=course.begin_s, end_s=course.end_s)
+        edges = folder.write_edges(list(shapes.values()), begin_s=course.begin_s, end_s=course.end_s)
     findings: list[str] = []
     if keeper is not None:
         events = read_events(folder / outcome.EVENTS)
         laps = {tally.vehicle: tally.laps for tally in tallies}
         findings = [finding.text for finding in audit_events(events, keeper.system, laps=laps)]
-    return outcome.summary(
+    figures = outcome.summary(
         scenario,
         course,
         tallies,
@@ -182,6 +185,7 @@ def _summary(
         findings=findings,
         warnings=assembly.abstraction.warnings if assembly.abstraction else (),
     )
+    return figures | monitoring_figures(edges, measure_coverage(assembly.network, assembly.loops))
 
 
 def _shape(assembly: Assembly, edge: str) -> str:

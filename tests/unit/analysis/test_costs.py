@@ -65,9 +65,11 @@ def test_edge_means_over_runs_with_different_loops() -> None:
             "edge_visits": [[1, 2], [3, 4], [6], [1]],
             "edge_hold_s": [[0.0, 2.0], [1.0, 4.0], [9.0], [1.0]],
             "edge_mean_revisit_s": [[5.0, 1.0], [np.nan, 2.0], [3.0], [1.0]],
+            "edge_idleness_s": [[4.0, 1.0], [2.0, 2.0], [6.0], [1.0]],
             "edge_max_revisit_s": [[7.0, 1.0], [np.nan, 2.0], [8.0], [1.0]],
         }
     )
     table = compute_edge_means(runs=runs, edge_sets=sets).set_index("edge")
     assert list(table.loc["a", FIGURES]) == [2, 2.0, 0.5, 5.0, 7.0]
     assert list(table.loc["b", FIGURES]) == [3, 4.0, 5.0, 2.0, 8.0]
+    assert list(table["idleness_s"]) == [3.0, 3.0]

@@ -2,6 +2,8 @@
 
 import pandas as pd
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from loopgate.analysis import compute_edge_holds, compute_edges, compute_revisit_intervals, compute_revisits
 from loopgate.errors import AnalysisError
@@ -30,8 +32,58 @@ def test_revisits_by_hand() -> None:
         "visits": 3,
         "mean_revisit_s": 2.5,
         "max_revisit_s": 4.0,
+        "weighted_revisit_s": (16 + 1) / (4 + 1),
         "idleness_s": 1.5,
+        "worst_idleness_s": 4.0,
     }
+
+
+@given(
+    visits=st.lists(st.tuples(st.integers(0, 60), st.sampled_from("abc"))),
+    begin=st.integers(0, 40),
+    lasts=st.integers(1, 20),
+)
+def test_idleness_against_counting_by_the_quarter_second(
+    visits: list[tuple[int, str]], begin: int, lasts: int
+) -> None:
+    """Brute force: how long ago the last visit was, at every quarter of a second of the measured time.
+
+    Between visits the time since the last one grows evenly, so the mean of its values in the middles of
+    the quarters is its mean, and its greatest value is that at the end of some quarter.
+    """
+    table = compute_revisits(
+        events=events(*((float(t), "v", "edge", edge) for t, edge in visits)),
+        begin_s=begin,
+        end_s=begin + lasts,
+        edges="abcd",
+    ).set_index("edge")
+    for edge in "abcd":
+        times = [t for t, visited in visits if visited == edge]
+
+        def since(moment: float, times: list[int] = times) -> float:
+            return moment - max((t for t in times if t < moment), default=0)
+
+        quarters = [begin + k / 4 for k in range(4 * lasts)]
+        mean = sum(since(q + 0.125) for q in quarters) / len(quarters)
+        assert table.loc[edge, "idleness_s"] == pytest.approx(mean)
+        assert table.loc[edge, "worst_idleness_s"] == max(since(q + 0.25) for q in quarters)
+        assert table.loc[edge, "visits"] == sum(begin < t <= begin + lasts for t in times)
+
+
+def test_the_worst_idleness_is_that_of_the_measured_time() -> None:
+    """Visits at 2, 6 and 7 s. The gap 2-6 counts whole if it ends in the period, not if it ended before.
+
+    In (4, 8] it is 4 s; in (6, 8] 1 s, the end of the period included; in (7, 30] 23 s, though open.
+    """
+    for begin, end, worst in ((4, 8, 4.0), (6, 8, 1.0), (7, 30, 23.0)):
+        row = compute_revisits(events=THREE_VISITS, begin_s=begin, end_s=end).iloc[0]
+        assert row["worst_idleness_s"] == worst
+
+
+def test_visits_in_the_same_step_are_no_time_apart() -> None:
+    """Two vehicles enter at once: one interval, of 0 s; weighted by its length it is still 0 s."""
+    both = events((2.0, "v", "edge", "a"), (2.0, "w", "edge", "a"))
+    assert compute_revisits(events=both, end_s=4).iloc[0]["weighted_revisit_s"] == 0.0
 
 
 def test_the_period_clips_idleness_but_remembers_the_last_visit() -> None:

@@ -106,7 +106,18 @@ def test_figures_and_tables_are_files_too(make: Make, tmp_path: Path) -> None:
     results = make(FULL)
     made = write_report(results, tmp_path / "r.html", files=tmp_path / "f")
     names = {file.name for file in (tmp_path / "f").iterdir()}
-    for figure in ("throughput", "deadlock-rate", "survival", "laps", "map", "decision-time", "revisits"):
+    for figure in (
+        "throughput",
+        "deadlock-rate",
+        "survival",
+        "laps",
+        "map",
+        "decision-time",
+        "revisits",
+        "idleness",
+        "worst-idleness",
+        "idleness-map",
+    ):
         assert {f"{figure}.svg", f"{figure}.png"} <= names
     assert len([name for name in names if name.endswith(".csv")]) == made.tables + 1
     table = pd.read_csv(tmp_path / "f" / "throughput.csv")

@@ -1,0 +1,62 @@
+"""How much of a network closed loops reach: what a monitoring scenario can see at all."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from loopgate.network.loop import Loop
+from loopgate.network.road import RoadNetwork
+
+__all__ = ["Coverage", "measure_coverage"]
+
+
+@dataclass(frozen=True, slots=True)
+class Coverage:
+    """Edges and lanes of a network that some loop visits, of those that a vehicle class may use.
+
+    Attributes
+    ----------
+    edges, lane_km
+        How many edges, and the length of their lanes [km], that are open to the class.
+    visited_edges, visited_lane_km
+        How much of them lies on some loop.
+    """
+
+    edges: int
+    lane_km: float
+    visited_edges: int
+    visited_lane_km: float
+
+    @property
+    def of_edges(self) -> float:
+        """Share of the edges, 0 to 1; 0 where there are none."""
+        return self.visited_edges / self.edges if self.edges else 0.0
+
+    @property
+    def of_lane_km(self) -> float:
+        """Share of the lanes' length, 0 to 1; 0 where there are none."""
+        return self.visited_lane_km / self.lane_km if self.lane_km > 0.0 else 0.0
+
+
+def measure_coverage(network: RoadNetwork, loops: Iterable[Loop], *, vclass: str = "passenger") -> Coverage:
+    """Measure how much of a network lies on loops; O(lanes + spans).
+
+    An edge counts as soon as one of its lanes is open to the class and a loop names it; of the lanes those
+    count on which a vehicle on the loop may be. Roads inside junctions are left out.
+    """
+    lanes = {
+        lane.id: lane.length_m
+        for edge in network.edges.values()
+        for lane in edge.lanes
+        if vclass in lane.allowed
+    }
+    edges = {network.lanes[lane].edge for lane in lanes}
+    spans = [span for loop in loops for span in loop.spans if not span.internal]
+    visited = {lane for span in spans for lane in span.lane_ids} & lanes.keys()
+    return Coverage(
+        edges=len(edges),
+        lane_km=sum(lanes.values()) / 1000.0,
+        visited_edges=len({span.edge for span in spans} & edges),
+        visited_lane_km=sum(length for lane, length in lanes.items() if lane in visited) / 1000.0,
+    )
