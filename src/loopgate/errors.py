@@ -13,6 +13,7 @@ __all__ = [
     "IllegalMoveError",
     "LoopgateError",
     "NetworkError",
+    "RefusedLoopError",
     "ResultsError",
     "RouteError",
     "ScenarioError",
@@ -58,6 +59,23 @@ class RouteError(LoopgateError):
 
 class ScenarioError(LoopgateError):
     """A scenario whose parts do not fit together."""
+
+
+class RefusedLoopError(ScenarioError):
+    """A loop that an abstraction cannot work with.
+
+    Attributes
+    ----------
+    loop
+        Its name.
+    reason
+        Why, as the end of a sentence that begins with the loop.
+    """
+
+    def __init__(self, abstraction: str, loop: str, reason: str) -> None:
+        super().__init__(f"abstraction {abstraction}: loop {loop} {reason}")
+        self.loop = loop
+        self.reason = reason
 
 
 class TrafficError(LoopgateError):

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from loopgate.abstraction.itinerary import Crossing, Itinerary, Leg
 from loopgate.abstraction.movements import Conflicts, find_conflicts
-from loopgate.errors import RouteError, ScenarioError
+from loopgate.errors import RefusedLoopError, RouteError
 from loopgate.model import StateId
 from loopgate.network.loop import HOLD_MARGIN_M, LaneSpan, Loop
 from loopgate.network.records import Connection
@@ -59,7 +59,7 @@ def lay_out_queues(network: RoadNetwork, users: Sequence[tuple[Loop, VehicleType
 
     Raises
     ------
-    ScenarioError
+    RefusedLoopError
         If a loop cannot work as queues; the text says why.
     """
     loops = {loop.id: loop for loop, _ in users}
@@ -79,8 +79,7 @@ def lay_out_queues(network: RoadNetwork, users: Sequence[tuple[Loop, VehicleType
     for name, loop in loops.items():
         reason = _why_not(network, loop, movements[name], capacity, classes[name])
         if reason:
-            msg = f"abstraction queues: loop {name} {reason}"
-            raise ScenarioError(msg)
+            raise RefusedLoopError("queues", name, reason)
     conflicts = find_conflicts(network, (m for chain in movements.values() for m in chain))
     return QueueLayout(
         capacity={lane: room for lane, room in capacity.items() if room >= LEAST_CAPACITY},
