@@ -72,7 +72,7 @@ class RefusedLoopError(ScenarioError):
         Why, as the end of a sentence that begins with the loop.
     """
 
-    def __init__(self, abstraction: str, loop: str, reason: str) -> None:
+    def __init__(self, loop: str, reason: str, *, abstraction: str) -> None:
         super().__init__(f"abstraction {abstraction}: loop {loop} {reason}")
         self.loop = loop
         self.reason = reason

@@ -79,7 +79,7 @@ def lay_out_queues(network: RoadNetwork, users: Sequence[tuple[Loop, VehicleType
     for name, loop in loops.items():
         reason = _why_not(network, loop, movements[name], capacity, classes[name])
         if reason:
-            raise RefusedLoopError("queues", name, reason)
+            raise RefusedLoopError(name, reason, abstraction="queues")
     conflicts = find_conflicts(network, (m for chain in movements.values() for m in chain))
     return QueueLayout(
         capacity={lane: room for lane, room in capacity.items() if room >= LEAST_CAPACITY},
