@@ -89,9 +89,9 @@ class FakeTraffic:
         """Like SUMO's: from 0 at the start."""
         return self.fleet[vehicle].front_m - self.fleet[vehicle].start_m
 
-    def motion(self, vehicle: str) -> tuple[float, float]:
-        """Return odometer and speed."""
-        return self.odometer(vehicle), self.fleet[vehicle].speed_mps
+    def odometers(self, vehicles: Sequence[str]) -> Sequence[float]:
+        """Return the odometers."""
+        return [self.odometer(vehicle) for vehicle in vehicles]
 
     def lane(self, vehicle: str) -> tuple[str, float]:
         """Return edge and position; an edge has one lane here."""

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
+from numpy.typing import NDArray
 
 from loopgate.results.columns import EVENT, EVENT_COLUMNS, PLACE, REASON, STAGE, TIME, VEHICLE, Event
 
@@ -16,6 +18,7 @@ _BATCH = 50_000
 _WORD = pa.dictionary(pa.int32(), pa.string())
 _WORDS = (VEHICLE, EVENT, PLACE, REASON, STAGE)
 _SCHEMA = pa.schema([(TIME, pa.float64()), *((name, _WORD) for name in _WORDS)])
+_WIDTH = len(_SCHEMA)
 
 
 class Recorder:
@@ -25,11 +28,23 @@ class Recorder:
     ----------
     file
         The file to write; None keeps nothing.
+
+    Notes
+    -----
+    Words are kept as numbers from the moment they come in: most rows arrive by the thousand, from compiled
+    code that knows no words.
     """
 
     def __init__(self, file: Path | None) -> None:
         self._writer = pq.ParquetWriter(file, _SCHEMA, compression="zstd") if file else None
-        self._rows: list[tuple[float, str, str, str, str, str]] = []
+        self._codes: dict[str, int] = {"": 0}
+        self._flat: list[float] = []
+        self._passed: list[tuple[int, float, NDArray[np.int32]]] = []
+        self._passed_rows = 0
+
+    def code(self, word: str) -> int:
+        """Return the number of a word, for `passed`."""
+        return self._codes.setdefault(word, len(self._codes))
 
     def note(
         self, time_s: float, vehicle: str, event: Event, place: str, reason: str = "", stage: str = ""
@@ -37,8 +52,18 @@ class Recorder:
         """Record one event."""
         if self._writer is None:
             return
-        self._rows.append((time_s, vehicle, event.value, place, reason, stage))
-        if len(self._rows) >= _BATCH:
+        code = self.code
+        self._flat += (time_s, code(vehicle), code(event.value), code(place), code(reason), code(stage))
+        if len(self._flat) >= _WIDTH * _BATCH:
+            self._flush()
+
+    def passed(self, time_s: float, rows: NDArray[np.int32]) -> None:
+        """Record what vehicles passed in one step: rows of the codes of vehicle, event and place."""
+        if self._writer is None:
+            return
+        self._passed.append((len(self._flat) // _WIDTH, time_s, rows.copy()))
+        self._passed_rows += len(rows)
+        if self._passed_rows >= _BATCH:
             self._flush()
 
     def close(self) -> None:
@@ -49,16 +74,31 @@ class Recorder:
             self._writer = None
 
     def _flush(self) -> None:
-        if self._writer is None or not self._rows:
+        if self._writer is None or not (self._flat or self._passed):
             return
-        columns = zip(*self._rows, strict=True)
-        arrays = [
-            pa.array(column, type=field.type.value_type if pa.types.is_dictionary(field.type) else field.type)
-            for column, field in zip(columns, _SCHEMA, strict=True)
+        table = self._rows()
+        words = pa.array(list(self._codes), type=pa.string())
+        arrays = [pa.array(table[:, 0])]
+        arrays += [
+            pa.DictionaryArray.from_arrays(pa.array(table[:, k].astype(np.int32)), words)
+            for k in range(1, _WIDTH)
         ]
-        encoded = [a.dictionary_encode() if pa.types.is_string(a.type) else a for a in arrays]
-        self._writer.write_table(pa.Table.from_arrays(encoded, schema=_SCHEMA))
-        self._rows.clear()
+        self._writer.write_table(pa.Table.from_arrays(arrays, schema=_SCHEMA))
+        self._flat.clear()
+        self._passed.clear()
+        self._passed_rows = 0
+
+    def _rows(self) -> NDArray[np.float64]:
+        """Return all rows that wait to be written, in the order in which they came."""
+        noted = np.array(self._flat).reshape(-1, _WIDTH)
+        if not self._passed:
+            return noted
+        passed = np.zeros((self._passed_rows, _WIDTH))
+        sizes = [len(rows) for _, _, rows in self._passed]
+        passed[:, 0] = np.repeat([time_s for _, time_s, _ in self._passed], sizes)
+        passed[:, 1:4] = np.concatenate([rows for _, _, rows in self._passed])
+        before = np.repeat([place for place, _, _ in self._passed], sizes)
+        return np.insert(noted, before, passed, axis=0)
 
 
 def read_events(file: Path) -> pd.DataFrame:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from time import perf_counter_ns
 
 from loopgate.abstraction.itinerary import Abstraction, Crossing
-from loopgate.gates import Decision, Gate, Reason
+from loopgate.gates import Decision, FollowingGate, Gate, Reason
 from loopgate.model import Configuration
 from loopgate.negotiation.base import Negotiation, Request
 from loopgate.simulation.histogram import Histogram
@@ -67,14 +67,24 @@ class Gatekeeper:
     def __init__(self, abstraction: Abstraction, gate: Gate, negotiation: Negotiation) -> None:
         self.system = abstraction.system
         self.occupancy = Occupancy(self.system)
-        self.configuration: Configuration = self.system.initial
+        self._at = list(self.system.initial.positions)
+        queues = zip(self.system.fifo_states, self.system.initial.queues, strict=True)
+        self._lines = {state: list(robots) for state, robots in queues}
+        self._configuration: Configuration | None = self.system.initial
+        self._follow = [
+            tuple(-1 if (q := robot.next_position(p)) is None else q for p in range(len(robot.path)))
+            for robot in self.system.robots
+        ]
         self.decision_us = Histogram()
         self.refusals: Counter[str] = Counter()
         self.stage_us: dict[str, Histogram] = {}
         """Times of the decisions by the stage that made them, where the gate has stages."""
         self.messages = 0
         self.itineraries = abstraction.itineraries
+        by_loop = {id(way): [leg.crossings for leg in way.legs] for way in abstraction.itineraries}
+        self._crossings_of = [by_loop[id(way)] for way in abstraction.itineraries]
         self._gate = gate
+        self._following = gate if isinstance(gate, FollowingGate) else None
         self._negotiation = negotiation
         self._pending: dict[int, _Pending] = {}
         self._version = 0
@@ -83,37 +93,36 @@ class Gatekeeper:
         self.obstacles: tuple[Obstacle, ...] = ()
         """What else can be in the way; asked in this order, after room and crossings."""
         for robot, path in enumerate(self.system.paths):
-            self.occupancy.take(robot, path[self.configuration.positions[robot]])
+            self.occupancy.take(robot, path[self._at[robot]])
 
-    def position(self, robot: int) -> int:
-        """Return the position of `robot` on its path: the last state it was granted."""
-        return self.configuration.positions[robot]
+    @property
+    def configuration(self) -> Configuration:
+        """The configuration, written out if need be. O(robots) after a move."""
+        if self._configuration is None:
+            queues = tuple(tuple(self._lines[state]) for state in self.system.fifo_states)
+            self._configuration = Configuration(tuple(self._at), queues)
+        return self._configuration
 
     def asks(self, robot: int, now_s: float) -> None:
         """Take a request of `robot`, the head of its state, for its next one; it stays until granted.
 
         In a FIFO state the head stays the head until it is granted, so others need not ask.
         """
-        if robot in self._pending or not self.at_head(robot):
+        if robot in self._pending or self.first_before(robot) is not None:
             return
-        wanted = self.system.next_state(self.configuration, robot)
-        if wanted is None:
-            return
-        here = self.system.state_at(self.configuration, robot)
-        self._pending[robot] = _Pending(Request(robot, here, wanted, now_s))
-
-    def at_head(self, robot: int) -> bool:
-        """Return whether nobody stands before `robot` in its FIFO state."""
-        return self.system.at_head(self.configuration, robot)
+        path, here = self.system.paths[robot], self._at[robot]
+        there = self._follow[robot][here]
+        if there >= 0:
+            self._pending[robot] = _Pending(Request(robot, path[here], path[there], now_s))
 
     def first_before(self, robot: int) -> int | None:
         """Return the head of the FIFO state that `robot` is in, if that is another robot."""
-        first = self.system.head(self.configuration, self.system.state_at(self.configuration, robot))
-        return None if first == robot else first
+        line = self._lines.get(self.system.paths[robot][self._at[robot]])
+        return None if line is None or line[0] == robot else line[0]
 
-    def head(self, state: int) -> int | None:
-        """Return who stands first in `state` if it is a FIFO state with anybody in it."""
-        return self.system.head(self.configuration, state)
+    def line(self, state: int) -> Sequence[int]:
+        """Return who stands in `state`, head first, if it is a shared FIFO state."""
+        return self._lines.get(state, ())
 
     def pending(self, robot: int) -> bool:
         """Return whether `robot` waits for an answer."""
@@ -126,8 +135,10 @@ class Gatekeeper:
 
     def cleared(self, robot: int, position: int) -> None:
         """Take note that the rear of `robot` has passed the crossings behind `position`."""
-        self.occupancy.clear(robot, self.itineraries[robot].legs[position].crossings)
-        self._version += 1
+        crossings = self._crossings_of[robot][position]
+        if crossings:
+            self.occupancy.clear(robot, crossings)
+            self._version += 1
 
     def decide(self, now_s: float) -> list[Answer]:
         """Answer the requests, in the negotiation's order; return grants and new reasons of refusal."""
@@ -180,7 +191,7 @@ class Gatekeeper:
         return [list(some) for obstacle in self.obstacles for some in obstacle.blockers(robot)]
 
     def _crossings(self, robot: int) -> Sequence[Crossing]:
-        return self.itineraries[robot].legs[self.position(robot)].crossings
+        return self._crossings_of[robot][self._at[robot]]
 
     def _in_the_way(self, request: Request) -> Reason | None:
         if self.occupancy.room(request.wanted) <= 0:
@@ -207,7 +218,10 @@ class Gatekeeper:
             self._refuse(pending, reason, answers)
             return
         begin = perf_counter_ns()
-        decision = self._gate.decide(self.configuration, robot)
+        if self._following is not None:
+            decision = self._following.decide_here(robot)
+        else:
+            decision = self._gate.decide(self.configuration, robot)
         spent_us = (perf_counter_ns() - begin) / 1000.0
         self.decision_us.add(spent_us)
         self.messages += decision.messages
@@ -224,9 +238,19 @@ class Gatekeeper:
         for obstacle in self.obstacles:
             obstacle.granted(robot)
         self.occupancy.enter(robot, self._crossings(robot))
-        self.configuration = self.system.moved(self.configuration, robot)
+        self._at[robot] = self._follow[robot][self._at[robot]]
+        line = self._lines.get(request.here)
+        if line is not None:
+            line.remove(robot)
+        line = self._lines.get(request.wanted)
+        if line is not None:
+            line.append(robot)
+        self._configuration = None
         self.occupancy.take(robot, request.wanted)
-        self._gate.moved(self.configuration, robot)
+        if self._following is not None:
+            self._following.moved_here(robot)
+        else:
+            self._gate.moved(self.configuration, robot)
         self._version += 1
         del self._pending[robot]
         answers.append(Answer(request, granted=True, reason=decision.reason, stage=decision.stage))

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 __all__ = ["Histogram"]
 
 _PER_DECADE = 100
 _DECADES = 10
 _LOWEST = 1e-2
+_BATCH = 4096
 
 
 class Histogram:
@@ -18,28 +21,42 @@ class Histogram:
     """
 
     def __init__(self) -> None:
-        self._counts = [0] * (_PER_DECADE * _DECADES + 1)
-        self.count = 0
-        self.total = 0.0
-        self.max = 0.0
+        self._counts = np.zeros(_PER_DECADE * _DECADES + 1, dtype=np.int64)
+        self._recent: list[float] = []
+        self._total = 0.0
+        self._max = 0.0
 
     def add(self, value: float) -> None:
         """Count `value`."""
-        self.count += 1
-        self.total += value
-        self.max = max(self.max, value)
-        index = int(math.log10(max(value, _LOWEST) / _LOWEST) * _PER_DECADE)
-        self._counts[min(index, _PER_DECADE * _DECADES)] += 1
+        self._recent.append(value)
+        if len(self._recent) >= _BATCH:
+            self._sort_in()
+
+    @property
+    def count(self) -> int:
+        """How many numbers were counted."""
+        return int(self._counts.sum()) + len(self._recent)
+
+    @property
+    def total(self) -> float:
+        """Their sum."""
+        self._sort_in()
+        return self._total
+
+    @property
+    def max(self) -> float:
+        """The largest of them; 0 if nothing was counted."""
+        self._sort_in()
+        return self._max
 
     def quantile(self, q: float) -> float:
         """Return the `q`-quantile, ``0 <= q <= 1``; 0 if nothing was counted."""
-        rank = math.ceil(q * self.count)
-        seen = 0
-        for index, count in enumerate(self._counts):
-            seen += count
-            if count and seen >= rank:
-                return min(self.max, _LOWEST * 10 ** ((index + 0.5) / _PER_DECADE))
-        return 0.0
+        self._sort_in()
+        if not self._counts.any():
+            return 0.0
+        rank = max(1, math.ceil(q * self.count))
+        index = int(np.searchsorted(np.cumsum(self._counts), rank))
+        return min(self._max, _LOWEST * 10 ** ((index + 0.5) / _PER_DECADE))
 
     def summary(self) -> dict[str, float]:
         """Return ``median``, ``p99`` and ``max``."""
@@ -48,3 +65,13 @@ class Histogram:
             "p99": round(self.quantile(0.99), 3),
             "max": round(self.max, 3),
         }
+
+    def _sort_in(self) -> None:
+        if not self._recent:
+            return
+        values = np.array(self._recent)
+        self._recent.clear()
+        self._total += float(values.sum())
+        self._max = max(self._max, float(values.max()))
+        classes = (np.log10(np.maximum(values, _LOWEST) / _LOWEST) * _PER_DECADE).astype(np.int64)
+        np.add.at(self._counts, np.minimum(classes, _PER_DECADE * _DECADES), 1)

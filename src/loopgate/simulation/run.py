@@ -140,9 +140,8 @@ def _tallies(engine: Engine, traffic: Traffic, watch: Watch, course: Course) -> 
             vehicle=driver.id,
             loop=driver.track.loop,
             loop_length_m=driver.track.lap_m,
-            laps=driver.laps,
-            distance_m=(engine.front_m(driver) if driver.id in on_road else driver.front_m)
-            - driver.measured_from_m,
+            laps=engine.laps(driver),
+            distance_m=engine.front_m(driver) - driver.measured_from_m,
             hold_s=driver.total_hold_s(now),
             longest_wait_s=driver.worst_wait_s(now),
             standing_s=watch.standing_s(driver.id),

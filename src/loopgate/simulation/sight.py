@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 from loopgate.abstraction.itinerary import Crossing, Itinerary
 from loopgate.simulation.driver import Driver
+from loopgate.simulation.fleet import Fleet
 
 __all__ = ["Sight"]
 
@@ -35,19 +36,19 @@ class Sight:
         One per robot.
     itineraries
         One per robot.
-    refresh
-        Brings a driver's front and speed up to date.
+    fleet
+        Where the vehicles are.
     """
 
     def __init__(
         self,
         drivers: Sequence[Driver],
         itineraries: Sequence[Itinerary],
-        refresh: Callable[[Driver], None],
+        fleet: Fleet,
     ) -> None:
         self._drivers = drivers
         self._itineraries = itineraries
-        self._refresh = refresh
+        self._fleet = fleet
 
     def in_the_way(self, robot: int, mine: Crossing, other: int, foe: str) -> bool:
         """Return whether `other`, under way on `foe`, keeps `robot` from setting out on `mine`."""
@@ -55,9 +56,8 @@ class Sight:
         shared = mine.overlaps.get(foe)
         if shared is None:
             return True
-        self._refresh(ahead)
-        self._refresh(driver)
-        reach_m = driver.end_m(driver.granted) - driver.front_m + shared[0]
+        fronts, speeds = self._fleet.fronts, self._fleet.speeds
+        reach_m = driver.end_m(driver.granted) - fronts[robot] + shared[0]
         legs = self._itineraries[other].legs
         clear = False  # a vehicle granted in this very step has not set out
         for leg in range(ahead.crossed, ahead.granted):
@@ -65,7 +65,14 @@ class Sight:
                 if crossing.id == foe:
                     theirs = crossing.overlaps.get(mine.id)
                     clear = theirs is not None and _passes_before(
-                        ahead, ahead.front_m - ahead.end_m(leg), crossing.speed_mps, theirs, driver, reach_m
+                        ahead,
+                        speeds[other],
+                        fronts[other] - ahead.end_m(leg),
+                        crossing.speed_mps,
+                        theirs,
+                        driver,
+                        speeds[robot],
+                        reach_m,
                     )
                     if not clear:
                         return True
@@ -74,10 +81,12 @@ class Sight:
 
 def _passes_before(
     ahead: Driver,
+    speed: float,
     inside_m: float,
-    speed_mps: float,
+    limit_mps: float,
     shared_m: tuple[float, float],
     driver: Driver,
+    its_speed: float,
     reach_m: float,
 ) -> bool:
     left_m = shared_m[1] + ahead.length + _BEYOND_M - inside_m
@@ -85,15 +94,16 @@ def _passes_before(
         return True
     if inside_m < max(_BEYOND_M, shared_m[0]):
         return False  # not on the shared stretch yet: the two could stop across each other's way
-    slow = min(ahead.top, _SLOW * speed_mps)
-    return _time_s(ahead, left_m, slow) + _APART_S <= _time_s(driver, reach_m, driver.top)
+    slow = min(ahead.top, _SLOW * limit_mps)
+    passed_s = _time_s(left_m, speed, ahead.accel, slow) + _APART_S
+    return passed_s <= _time_s(reach_m, its_speed, driver.accel, driver.top)
 
 
-def _time_s(driver: Driver, distance_m: float, top_mps: float) -> float:
+def _time_s(distance_m: float, speed: float, accel: float, top_mps: float) -> float:
     """Return the time to drive a distance, gaining speed up to a top speed."""
     if distance_m <= 0:
         return 0.0
-    speed, accel = min(driver.speed, top_mps), driver.accel
+    speed = min(speed, top_mps)
     gaining_m = (top_mps * top_mps - speed * speed) / (2 * accel)
     if gaining_m >= distance_m:
         return (math.sqrt(speed * speed + 2 * accel * distance_m) - speed) / accel

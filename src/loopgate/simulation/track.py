@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from dataclasses import dataclass
 
 __all__ = ["StopLine", "Track"]
@@ -59,3 +60,9 @@ class Track:
     stop_lines: tuple[StopLine, ...] = ()
     start_position: int = 0
     keeps_lane: bool = False
+
+    @property
+    def first_edge(self) -> str:
+        """The edge on which the front stands at the beginning."""
+        begins = [begin for begin, _ in self.edges]
+        return self.edges[bisect_right(begins, self.start_m % self.lap_m) - 1][1]

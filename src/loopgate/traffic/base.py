@@ -53,8 +53,8 @@ class Traffic(Protocol):
         """Return the distance driven, counted from an origin of the vehicle's own [m]."""
         ...
 
-    def motion(self, vehicle: str) -> tuple[float, float]:
-        """Return the odometer [m] and the speed [m/s]."""
+    def odometers(self, vehicles: Sequence[str]) -> Sequence[float]:
+        """Return the odometers [m] of `vehicles`, in their order; the same vehicles at every call."""
         ...
 
     def lane(self, vehicle: str) -> tuple[str, float]:

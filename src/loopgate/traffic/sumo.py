@@ -42,7 +42,6 @@ class SumoTraffic:
         self._vehicle = api.vehicle
         self._simulation = api.simulation
         self._odometer: Callable[[str], float] = api.vehicle.getDistance
-        self._speed: Callable[[str], float] = api.vehicle.getSpeed
         self._now = float(api.simulation.getTime())
         self._step_s = float(api.simulation.getDeltaT())
 
@@ -74,9 +73,10 @@ class SumoTraffic:
         """Return the odometer [m]."""
         return self._odometer(vehicle)
 
-    def motion(self, vehicle: str) -> tuple[float, float]:
-        """Return the odometer [m] and the speed [m/s]."""
-        return self._odometer(vehicle), self._speed(vehicle)
+    def odometers(self, vehicles: Sequence[str]) -> Sequence[float]:
+        """Return the odometers [m] of `vehicles`, in their order."""
+        get = self._odometer
+        return [get(vehicle) for vehicle in vehicles]
 
     def lane(self, vehicle: str) -> tuple[str, float]:
         """Return lane id and position of the front on that lane [m]."""

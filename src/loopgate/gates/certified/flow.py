@@ -123,6 +123,10 @@ class Flow:
 
     def judge(self, configuration: Configuration, stand: Stand, robot: int) -> Decision:
         """Decide the next move of `robot`, which is enabled."""
+        return self.chain(stand, robot) or self._narrow.judge(configuration, stand, robot)
+
+    def chain(self, stand: Stand, robot: int) -> Decision | None:
+        """Decide by the chain rule alone; None if the way home over narrow places has to be looked at too."""
         p = stand.at[robot]
         if self._layout.home[robot][p]:
             target = self._after[robot][p]
@@ -141,7 +145,7 @@ class Flow:
                         return self._refuse(stand, circle)
             if self._straight[robot][p]:
                 return _FREE
-        return self._narrow.judge(configuration, stand, robot)
+        return None
 
     def closes(self, stand: Stand, robot: int, target: int) -> list[int]:
         """Return the full places of the circle that the robot's move to `target`, which fills it, closes."""

@@ -103,7 +103,7 @@ class CertifiedGate:
             )
             raise UnsafeStartError(msg)
         self._keeper = self._choose(promise)
-        self._configuration = system.initial
+        self._configuration: Configuration | None = system.initial
         self._stand = Stand.of(self._layout, self._configuration)
         self._begin_at_start()
 
@@ -128,7 +128,7 @@ class CertifiedGate:
 
     def _begin_at_start(self) -> None:
         try:
-            if self._keeper.begin(self._configuration, self._stand):
+            if self._keeper.begin(self._here(), self._stand):
                 return
         except BudgetError:
             msg = "gate certified: the start could not be shown to be live within the budget; raise budget"
@@ -155,6 +155,10 @@ class CertifiedGate:
         """Decide the next move of `robot`; fast for the configuration that `moved` told last."""
         if configuration is not self._configuration:
             self._follow(configuration)
+        return self.decide_here(robot)
+
+    def decide_here(self, robot: int) -> Decision:
+        """Decide the next move of `robot` in the configuration reached by the moves told so far."""
         stand, layout = self._stand, self._layout
         here = stand.at[robot]
         there = layout.follow[robot][here]
@@ -167,7 +171,12 @@ class CertifiedGate:
         s = path[there]
         if stand.count[s] >= layout.room[s]:
             return Decision(admitted=False, reason=Reason.OCCUPIED, blockers=tuple(stand.occupants(s)))
-        return self._keeper.judge(configuration, stand, robot)
+        keeper = self._keeper
+        if isinstance(keeper, Flow):
+            decision = keeper.chain(stand, robot)
+            if decision is not None:
+                return decision
+        return keeper.judge(self._here(), stand, robot)
 
     def certificate(self, configuration: Configuration, robot: int) -> dict[str, Any] | None:
         """Return what shows that the decision about `robot` is right, to be checked by others.
@@ -181,18 +190,27 @@ class CertifiedGate:
 
     def moved(self, configuration: Configuration, robot: int) -> None:
         """Take note of a move; a move that was not admitted makes the gate find its witness anew."""
-        stand, keeper = self._stand, self._keeper
-        before = stand.at[robot]
-        after = self._layout.follow[robot][before]
+        stand = self._stand
+        after = self._layout.follow[robot][stand.at[robot]]
         if configuration.positions[robot] != after or not stand.enabled(robot):
             self._follow(configuration)
             return
+        self._move(robot, configuration)
+
+    def moved_here(self, robot: int) -> None:
+        """Take note of an admitted move in the configuration reached by the moves told so far."""
+        self._move(robot, None)
+
+    def _move(self, robot: int, configuration: Configuration | None) -> None:
+        stand, keeper = self._stand, self._keeper
+        before = stand.at[robot]
         stand.step(robot)
+        after = stand.at[robot]
         self._configuration = configuration
         if isinstance(keeper, Flow):
             known = keeper.moved(robot, before, after)
         elif isinstance(keeper, Rounds):
-            known = keeper.moved(robot, configuration)
+            known = keeper.moved(robot, self._here())
         else:
             known = keeper.moved(robot)
         if not known:
@@ -200,15 +218,21 @@ class CertifiedGate:
         if self._patience.moved(robot, for_good=self._layout.follow[robot][after] < 0):
             self._favour(self._patience.favoured)
 
+    def _here(self) -> Configuration:
+        """Return the configuration in which the robots stand, written out if need be. O(robots)."""
+        if self._configuration is None:
+            self._configuration = Configuration(tuple(self._stand.at), self._stand.queues())
+        return self._configuration
+
     def _favour(self, robot: int) -> None:
         keeper = self._keeper
         if isinstance(keeper, Homeward):
-            keeper.favour(self._configuration, self._stand, robot)
+            keeper.favour(self._here(), self._stand, robot)
         elif isinstance(keeper, Rounds):
             keeper.favour(robot)
 
     def _follow(self, configuration: Configuration) -> None:
-        if configuration != self._configuration:
+        if configuration != self._here():
             self._stand = Stand.of(self._layout, configuration)
             self._configuration = configuration
             self._begin()
@@ -217,6 +241,6 @@ class CertifiedGate:
     def _begin(self) -> None:
         self._patience.forget()
         try:
-            self._keeper.begin(self._configuration, self._stand)
+            self._keeper.begin(self._here(), self._stand)
         except BudgetError:
             return
