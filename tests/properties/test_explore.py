@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import replace
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
+from loopgate.errors import SystemModelError
 from loopgate.gates import make_gate
-from loopgate.model import System
+from loopgate.model import Robot, RobotId, StateId, System
 from loopgate.theory.instances import fig7, instance
-from loopgate.theory.oracle import Oracle
+from loopgate.theory.oracle import Oracle, OracleLimitError
 from loopgate.theory.random_systems import Shape, random_system
-from loopgate.untimed import ExplorationLimitError, explore, explore_plainly
+from loopgate.untimed import ExplorationLimitError, any_system, explore, explore_plainly
+from loopgate.untimed.numbered import Numbered, why_not_numbered
+from loopgate.untimed.numbered_exploration import explore_numbered
 from loopgate.untimed.packed import why_not_packed
 
 GATES = ["open", "collision", "banker", "algorithm2", "algorithm2:lookahead=2", "certified"]
@@ -71,15 +77,51 @@ def test_fig7_from_its_start() -> None:
     assert found.higher_order["5"] == 1
 
 
-def test_other_systems_are_explored_plainly() -> None:
-    """Queues of several robots, and robots without private states, do not fit into words."""
-    for shape in (
-        Shape(robots=4, states=6, path=(3, 4), private=0),
-        Shape(robots=4, states=4, path=(2, 3), capacity=(2, 2), fifo=1.0),
-    ):
-        system = random_system(shape, 1)
-        assert why_not_packed(system)
-        check(system, "collision")
+OTHERS = [
+    Shape(robots=4, states=6, path=(3, 4), private=0),
+    Shape(robots=4, states=4, path=(2, 3), capacity=(2, 2), fifo=1.0),
+    Shape(robots=5, states=3, path=(2, 3), private=0, capacity=(2, 3), fifo=1.0),
+    Shape(robots=4, states=5, path=(2, 4), private=0, capacity=(1, 3), fifo=0.5, proposition1=False),
+    Shape(robots=4, states=5, path=(2, 4), closed=False, private=0, capacity=(2, 3), fifo=1.0),
+]
+
+
+@pytest.mark.parametrize("gate", ["collision", "banker", "algorithm2", "certified"])
+@pytest.mark.parametrize("shape", OTHERS)
+def test_others_are_numbered(shape: Shape, gate: str) -> None:
+    """Queues of several robots, and robots without private states, with the order in the queues."""
+    others = []
+    for seed in range(40):
+        with suppress(SystemModelError):  # no room for all
+            system = random_system(shape, seed)
+            if why_not_packed(system):
+                others.append(system)
+    assert len(others) >= 4
+    for system in others[:4]:
+        assert not why_not_numbered(system)
+        check(system, gate)
+
+
+@given(seed=st.integers(0, 2**32))
+def test_numbered_is_plain_on_any_system(seed: int) -> None:
+    """Whatever the system is: the figures of both, and each configuration's word leads back to it."""
+    system = any_system(seed, robots=(3, 5))
+    gate = make_gate("collision", system)
+    try:
+        plain = explore_plainly(system, gate, witness=True, limit=1_500)
+    except OracleLimitError:
+        return
+    numbered = Numbered(system)
+    assert replace(explore_numbered(system, gate, witness=True), seconds=0.0) == replace(plain, seconds=0.0)
+    assert all(numbered.number(numbered.configuration(k)) == k for k in range(numbered.count))
+
+
+def test_what_fits_nowhere_is_explored_plainly() -> None:
+    """Twenty robots on a long ring: too many bits for a word, not too many configurations."""
+    path = tuple(StateId(f"s{k}") for k in range(21))
+    system = System(Robot(RobotId(f"r{k}"), path, start=k) for k in range(20))
+    assert "bits" in why_not_numbered(system)
+    assert explore(system, make_gate("collision", system)).configurations == 21 * 20
 
 
 def test_memory_is_bounded() -> None:

@@ -165,6 +165,8 @@ def _print(gate: str, found: Verification) -> None:
         ("decisions", found.decisions),
         ("unsafe admitted", found.unsafe_admitted),
         ("stuck", found.stuck),
+        ("deadlocks", found.deadlocks),
+        ("not for everyone", found.starving),
         ("budget stops", found.budget_stops),
         ("permissiveness", "not judged" if found.permissiveness is None else f"{found.permissiveness:.6f}"),
         ("coverage", "not known" if found.coverage is None else f"{found.coverage:.6f}"),

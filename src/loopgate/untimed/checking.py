@@ -5,22 +5,21 @@ from __future__ import annotations
 import random
 from collections import deque
 from collections.abc import Callable
-from typing import Protocol, TypeAlias
+from typing import TypeAlias
 
 from loopgate.errors import UnsafeStartError
 from loopgate.gates import Gate, Reason
 from loopgate.model import Configuration, System
-from loopgate.theory.acyclicity import AcyclicityError, live_by_order
-from loopgate.theory.deadlocks import deadlocked_robots, homes_decide_liveness
-from loopgate.theory.homing import Homing
-from loopgate.theory.oracle import Oracle, OracleLimitError
+from loopgate.theory.deadlocks import deadlocked_robots
+from loopgate.theory.oracle import OracleLimitError
+from loopgate.untimed.exploration import ExplorationLimitError
+from loopgate.untimed.judges import ByDeadlocks, ByOracle, Judge, judge_for
+from loopgate.untimed.numbered import Numbered, why_not_numbered
+from loopgate.untimed.numbered_checking import verify_numbered
 from loopgate.untimed.verification import Counterexample, Verification
 
-__all__ = ["verify_everywhere", "verify_walks"]
+__all__ = ["verify_everywhere", "verify_plainly", "verify_walks"]
 
-
-_SEARCHED = 10
-"""Beyond so many robots the solver judges, where it can; below, plain search is quicker."""
 
 Each: TypeAlias = Callable[[Gate, Configuration, int], None]
 """What is called with the gate, the configuration and the robot of a decision."""
@@ -30,45 +29,10 @@ def _nothing(gate: Gate, configuration: Configuration, robot: int) -> None:
     del gate, configuration, robot
 
 
-class _Judge(Protocol):
-    """The exact answer: may the robots go on for ever from here."""
-
-    name: str
-
-    def live(self, configuration: Configuration) -> bool: ...
-
-
-class _BySat:
-    name = "sat"
-
-    def __init__(self, system: System) -> None:
-        self._system = system
-        self.live(system.initial)  # raises at once where the system is not of a kind it covers
-
-    def live(self, configuration: Configuration) -> bool:
-        return live_by_order(self._system, configuration)
-
-
-class _ByOracle(Oracle):
-    name = "oracle"
-
-
-class _ByDeadlocks:
-    """Judges a gate that promises that somebody can always move: there must be no circular wait."""
-
-    name = "deadlocks"
-
-    def __init__(self, system: System) -> None:
-        self._system = system
-
-    def live(self, configuration: Configuration) -> bool:
-        return not deadlocked_robots(self._system, configuration)
-
-
 class _Count:
     """Asks a gate about every robot and keeps count."""
 
-    def __init__(self, system: System, judge: _Judge | None, each: Each) -> None:
+    def __init__(self, system: System, judge: Judge | None, each: Each) -> None:
         self._system = system
         self._judge = judge
         self._each = each
@@ -119,7 +83,7 @@ class _Count:
 
 
 def _make(
-    make: Callable[[System], Gate], system: System, judge: _Judge | None, method: str
+    make: Callable[[System], Gate], system: System, judge: Judge | None, method: str
 ) -> Gate | Verification:
     try:
         return make(system)
@@ -160,13 +124,39 @@ def verify_everywhere(
     ------
     OracleLimitError
         If there are more than `limit` configurations.
+
+    Notes
+    -----
+    Systems that fit into words are checked by `verify_numbered`, the others by `verify_plainly`, with the
+    same result.
     """
-    oracle = _ByOracle(system, limit=limit)
+    if why_not_numbered(system):
+        return verify_plainly(system, make, limit=limit, progress=progress, each=each)
+    try:
+        numbered = Numbered(system, limit=limit)
+    except ExplorationLimitError as error:
+        raise OracleLimitError(str(error)) from error
+    return verify_numbered(numbered, make, progress=progress, each=each)
+
+
+def verify_plainly(
+    system: System,
+    make: Callable[[System], Gate],
+    *,
+    limit: int = 100_000,
+    progress: Callable[[int], None] = lambda _: None,
+    each: Each = _nothing,
+) -> Verification:
+    """Check as `verify_everywhere` does, with the plain oracle.
+
+    Without `starving`; and of gates that promise somebody only circular waits and stops are seen.
+    """
+    oracle = ByOracle(system, limit=limit)
     oracle.live(system.initial)
     gate = _make(make, system, oracle, "exhaustive")
     if isinstance(gate, Verification):
         return gate
-    judge: _Judge = oracle if _promises_everyone(gate) else _ByDeadlocks(system)
+    judge: Judge = oracle if _promises_everyone(gate) else ByDeadlocks(system)
     if not judge.live(system.initial):
         return Verification("exhaustive", judge.name, dead_starts_accepted=1)
     count = _Count(system, judge, each)
@@ -189,6 +179,7 @@ def verify_everywhere(
         judge.name,
         explored=len(came),
         reachable_live=_reachable_live(system, judge),
+        deadlocks=sum(bool(deadlocked_robots(system, here)) for here in came),
         counterexample=example,
         **count.counts,
     )
@@ -204,7 +195,7 @@ def _way(came: dict[Configuration, tuple[Configuration, int] | None], here: Conf
     return moves[::-1]
 
 
-def _reachable_live(system: System, judge: _Judge) -> int:
+def _reachable_live(system: System, judge: Judge) -> int:
     if not judge.live(system.initial):
         return 0
     seen, todo = {system.initial}, [system.initial]
@@ -252,7 +243,7 @@ def verify_walks(
         Called after each decision about an enabled move.
     """
     rng = random.Random(seed)
-    judge = _judge_for(system, limit)
+    judge = judge_for(system, limit)
     total: Verification | None = None
     example: Counterexample | None = None
     done = 0
@@ -261,7 +252,7 @@ def verify_walks(
         if isinstance(gate, Verification):
             return gate
         if judge is None or not _promises_everyone(gate):
-            judge = _ByDeadlocks(system)
+            judge = ByDeadlocks(system)
         if not judge.live(system.initial):
             return Verification("walks", judge.name, dead_starts_accepted=1)
         count = _Count(system, judge, each)
@@ -283,23 +274,3 @@ def verify_walks(
     return (total or Verification("walks", "none", systems=0)) + Verification(
         "walks", judge.name if judge else "none", systems=1
     )
-
-
-def _judge_for(system: System, limit: int) -> _Judge | None:
-    if homes_decide_liveness(system):
-        return _judge_by_homes(system)
-    oracle = _ByOracle(system, limit=limit)
-    try:
-        oracle.live(system.initial)
-    except OracleLimitError:
-        return None
-    return oracle
-
-
-def _judge_by_homes(system: System) -> _Judge:
-    if len(system.robots) > _SEARCHED:
-        try:
-            return _BySat(system)
-        except AcyclicityError:
-            pass
-    return Homing(system)

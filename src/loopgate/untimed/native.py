@@ -16,6 +16,8 @@ from loopgate.theory.orders import Orders
 from loopgate.untimed.exploration import Exploration, Witness
 from loopgate.untimed.gated import Gated
 from loopgate.untimed.kernel_gated import higher_order_keys
+from loopgate.untimed.numbered import why_not_numbered
+from loopgate.untimed.numbered_exploration import explore_numbered
 from loopgate.untimed.packed import Packed, why_not_packed
 from loopgate.untimed.plain import explore_plainly
 from loopgate.untimed.space import Space
@@ -36,8 +38,10 @@ def explore(
 
     The figures are those of `explore_plainly`. The gates ``open``, ``collision``, ``banker`` and
     ``algorithm2`` are compiled, others asked one decision at a time; either way liveness is found by going
-    back from the configurations in which everyone is at home. Systems where that does not decide it, or whose
-    configurations do not fit into a word, are explored plainly.
+    back from the configurations in which everyone is at home. Where that does not decide it, or several
+    robots queue in one state, so that their order counts, the configurations are numbered, and liveness is
+    found by their strongly connected components (`loopgate.untimed.numbered`). Only systems whose
+    configurations do not fit into a word are explored plainly.
 
     Parameters
     ----------
@@ -60,6 +64,8 @@ def explore(
     O(robots) table look-ups per configuration that can be reached without the gate; 12 to 24 bytes for each.
     """
     if why_not_packed(system):
+        if not why_not_numbered(system):
+            return explore_numbered(system, gate, witness=witness, memory_gb=memory_gb, progress=progress)
         limit = max(1000, int(memory_gb * 250_000))  # about 4 kB per configuration as Python objects
         return explore_plainly(system, gate, witness=witness, limit=limit, progress=progress)
     began = time.perf_counter()

@@ -37,8 +37,9 @@ class Verification:
     method
         ``exhaustive`` or ``walks``.
     judge
-        Where the exact answer comes from: ``oracle``, ``homing`` or ``sat``; ``deadlocks`` (circular waits
-        only) for a gate that promises that somebody can always move, or where nothing exact fits.
+        Where the exact answer comes from: ``oracle``, ``homing`` or ``sat``; for a gate that promises that
+        somebody can always move ``somebody``, exact too, or, where that does not fit, ``deadlocks``
+        (circular waits only).
     systems
         Systems checked.
     configurations
@@ -57,6 +58,12 @@ class Verification:
     explored, reachable_live
         Configurations that the gate lets come about, and that some gate could let come about without ever
         being unsafe (exhaustive checks only).
+    deadlocks
+        Configurations with a circular wait that the gate lets come about (exhaustive checks only).
+    starving
+        Configurations that the gate lets come about and from which, by moves that it admits, not every robot
+        can go on for ever (exhaustive checks of systems that fit into words only). Not part of `holds`: a
+        gate that promises that somebody can move does not promise more.
     counterexample
         The first found, if any.
     """
@@ -77,6 +84,8 @@ class Verification:
     dead_starts_accepted: int = 0
     explored: int = 0
     reachable_live: int = 0
+    deadlocks: int = 0
+    starving: int = 0
     counterexample: Counterexample | None = field(default=None)
 
     @property
