@@ -21,6 +21,8 @@ class FakeVehicle:
     speed_mps: float = 0.0
     hold_m: float | None = None
     resting: bool = False
+    lane: int = 0
+    still: bool = False
 
     def __post_init__(self) -> None:
         self.front_m = self.start_m
@@ -55,6 +57,7 @@ class FakeTraffic:
         self.holds: list[tuple[float, str]] = []
         self.releases: list[tuple[float, str]] = []
         self.gated: set[str] = set()
+        self.gaps = True
         self.waiting: dict[str, tuple[str, ...]] = {}
         self.crashes: tuple[Collision, ...] = ()
         self._halted: list[str] = []
@@ -69,7 +72,7 @@ class FakeTraffic:
             self._advance(name, vehicle)
 
     def _advance(self, name: str, vehicle: FakeVehicle) -> None:
-        speed = min(vehicle.top_mps, vehicle.speed_mps + self.ACCEL * self.step_s)
+        speed = 0.0 if vehicle.still else min(vehicle.top_mps, vehicle.speed_mps + self.ACCEL * self.step_s)
         if vehicle.hold_m is not None:
             left = vehicle.hold_m - vehicle.front_m
             speed = min(speed, max(0.0, _safe_speed(left, self.DECEL, self.step_s)))
@@ -111,9 +114,22 @@ class FakeTraffic:
         del keeps_lane
         self.gated.add(vehicle)
 
+    def lane_index(self, vehicle: str) -> int:
+        """Return the lane last changed to."""
+        return self.fleet[vehicle].lane
+
+    def change_lane(self, vehicle: str, lane_index: int) -> None:
+        """Change at once, unless a test forbids it or the vehicle stands at a stop."""
+        if self.gaps and not self.fleet[vehicle].resting:
+            self.fleet[vehicle].lane = lane_index
+
+    def stand(self, vehicle: str, *, still: bool) -> None:
+        """Take note."""
+        self.fleet[vehicle].still = still
+
     def hold(self, vehicle: str, edge: str, lane_index: int, position_m: float) -> None:
         """Bind the hold to the next time the vehicle gets there, as SUMO does."""
-        assert lane_index == 0
+        assert lane_index == self.fleet[vehicle].lane
         self.holds.append((self.now_s, vehicle))
         self.fleet[vehicle].hold_m = self.fleet[vehicle].arc(edge, position_m)
 

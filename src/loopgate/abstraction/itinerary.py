@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 from loopgate.model import StateId, System
 
-__all__ = ["Abstraction", "Crossing", "Itinerary", "Leg"]
+__all__ = ["Abstraction", "Crossing", "Itinerary", "Leg", "Pin"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,6 +36,31 @@ class Crossing:
 
 
 @dataclass(frozen=True, slots=True)
+class Pin:
+    """Where the simulator is told to stop a vehicle, so that it takes the lanes of its loop on the way there.
+
+    A vehicle that is to stop on a lane drives to that lane and no other. The stop is dropped, before the
+    vehicle has to brake for it as a rule, once it is on the lane, or once it has changed to another one.
+
+    Attributes
+    ----------
+    edge, lane, position_m
+        The stop.
+    from_m
+        Metres after the ``end_m`` of the leg before. Without `to_lane`, the stop has done its work when the
+        front is there; else the vehicle may change lanes from when its rear is there.
+    to_lane
+        The lane to change to, beside `lane`.
+    """
+
+    edge: str
+    lane: int
+    position_m: float
+    from_m: float
+    to_lane: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class Leg:
     """One state on a vehicle's loop, in arc length from the beginning of the loop.
 
@@ -51,12 +76,18 @@ class Leg:
         upstream to the stop line, which only lengthens the state behind it.
     crossings
         What lies between ``end_m`` and the next leg's ``begin_m``; empty where states touch.
+    lane
+        Index of the lane on which the vehicle is; None: the one that its loop names there.
+    pins
+        What keeps the vehicle to the lanes of its loop between ``end_m`` and the next leg, in order.
     """
 
     state: StateId
     begin_m: float
     end_m: float
     crossings: tuple[Crossing, ...] = ()
+    lane: int | None = None
+    pins: tuple[Pin, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,7 +125,7 @@ class Abstraction:
         Where the front of each robot's vehicle stands at the beginning, as arc length [m] on its loop: within
         the leg of the robot's start position, the whole vehicle on one normal lane and within that leg.
     keeps_lane
-        Whether the vehicles never change lanes: the legs lie on the one lane that their loops name.
+        Whether the vehicles change lanes only where a `Pin` says so.
     warnings
         Lines for the user: what in the network makes this abstraction a bad fit.
     """

@@ -212,7 +212,7 @@ def _spans(network: RoadNetwork, edges: Sequence[str], ways: _Ways) -> list[Lane
             for s in steps
             for index in range(min(s.enter, s.onward.from_lane), max(s.enter, s.onward.from_lane) + 1)
         }
-        _append(spans, lanes[leave], [lanes[index] for index in sorted(swept - {leave})])
+        _append(spans, lanes[leave], [lanes[index] for index in sorted(swept - {leave})], entered=step.enter)
         others = [s.onward for s in steps if s.onward != step.onward]
         for k, lane_id in enumerate(step.onward.via):
             beside = {c.via[min(k, len(c.via) - 1)]: None for c in others if c.via}
@@ -220,7 +220,7 @@ def _spans(network: RoadNetwork, edges: Sequence[str], ways: _Ways) -> list[Lane
     return spans
 
 
-def _append(spans: list[LaneSpan], lane: Lane, beside: Sequence[Lane]) -> None:
+def _append(spans: list[LaneSpan], lane: Lane, beside: Sequence[Lane], *, entered: int | None = None) -> None:
     begin = spans[-1].end_m if spans else 0.0
     spans.append(
         LaneSpan(
@@ -232,5 +232,6 @@ def _append(spans: list[LaneSpan], lane: Lane, beside: Sequence[Lane]) -> None:
             end_m=begin + lane.length_m,
             lane_ids=(lane.id, *(other.id for other in beside)),
             shapes=(lane.shape, *(other.shape for other in beside)),
+            entered=None if entered == lane.index else entered,
         )
     )

@@ -46,6 +46,8 @@ class LaneSpan:
         well take another lane (`changes`).
     shapes
         Centre lines of these lanes.
+    entered
+        Index of the lane on which the vehicle comes onto it; None if that is `lane`.
     """
 
     edge: str
@@ -56,6 +58,12 @@ class LaneSpan:
     end_m: float
     lane_ids: tuple[str, ...]
     shapes: tuple[Points, ...]
+    entered: int | None = None
+
+    @property
+    def lane_in(self) -> int:
+        """Index of the lane on which the vehicle comes onto it."""
+        return self.lane if self.entered is None else self.entered
 
     @property
     def length_m(self) -> float:

@@ -73,8 +73,9 @@ def assemble(scenario: Scenario) -> Assembly:
         fronts = dict(enumerate(spread(loops, kinds, Random(scenario.seed))))
     else:
         fronts = dict(enumerate(abstraction.starts_m))
+    lanes = _start_lanes(abstraction) if abstraction else [None] * len(vehicles)
     starts = tuple(
-        Start(vehicle.id, vehicle.loop, fronts[number], vehicle.type)
+        Start(vehicle.id, vehicle.loop, fronts[number], vehicle.type, lanes[number])
         for number, vehicle in enumerate(vehicles)
     )
     if abstraction is None or not scenario.gated:
@@ -86,6 +87,11 @@ def assemble(scenario: Scenario) -> Assembly:
             for start, itinerary, robot in zip(starts, abstraction.itineraries, robots, strict=True)
         )
     return Assembly(network, tuple({loop.id: loop for loop in loops}.values()), starts, tracks, abstraction)
+
+
+def _start_lanes(abstraction: Abstraction) -> list[int | None]:
+    robots = abstraction.system.robots
+    return [way.legs[robot.start].lane for way, robot in zip(abstraction.itineraries, robots, strict=True)]
 
 
 @dataclass(frozen=True, slots=True)

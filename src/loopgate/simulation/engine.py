@@ -13,6 +13,7 @@ from loopgate.simulation.fleet import NOWHERE, Fleet
 from loopgate.simulation.gatekeeper import Answer, Gatekeeper
 from loopgate.simulation.sensing import MUST_ASK, PIVOTED, REAR_PASSED
 from loopgate.simulation.sight import Sight
+from loopgate.simulation.steering import Steering
 from loopgate.simulation.track import Track
 from loopgate.traffic.base import Traffic
 
@@ -49,6 +50,7 @@ class Engine:
         self.fleet = Fleet(tracks, [driver.start_m for driver in self.drivers], traffic, recorder)
         if gatekeeper:
             gatekeeper.sight = Sight(self.drivers, gatekeeper.itineraries, self.fleet)
+        self._steering = Steering(traffic, self.fleet)
         self.overruns = 0
         """Vehicles that could no longer brake when they were refused: should be none."""
         self.trespasses = 0
@@ -110,8 +112,11 @@ class Engine:
                 self._free_behind(driver, now)
             elif call == PIVOTED:
                 self._hold_again(driver)
+                self._steering.renew(driver)
             else:
                 self._note_trespass(driver, now)
+        for driver in self._steering.step():
+            self._consider(driver, now)
         self._answer(now)
 
     def measure_from_now(self) -> None:
@@ -195,7 +200,7 @@ class Engine:
     def _consider(self, driver: Driver, now: float) -> None:
         """Let a vehicle ask now if it must, else when it must: its line is new, or it is first in it now."""
         keeper, robot = self._gatekeeper, driver.robot
-        if keeper is None or driver.legs <= 1 or keeper.pending(robot):
+        if keeper is None or driver.legs <= 1 or keeper.pending(robot) or self._steering.busy(driver):
             return
         left_m = driver.end_m(driver.granted) - self.fleet.fronts[robot]
         if driver.must_ask(left_m, self.fleet.speeds[robot]):
@@ -208,6 +213,8 @@ class Engine:
         if keeper is None:
             return
         self.fleet.vehicles.asking[driver.robot] = False
+        if self._steering.busy(driver):
+            return  # it is considered when it is on its lane
         first = keeper.first_before(driver.robot)
         if first is None:
             keeper.asks(driver.robot, now)
@@ -252,6 +259,7 @@ class Engine:
                 self._recorder.note(now, driver.id, Event.GO, place)
         if keeper.occupancy.room(answer.request.wanted) <= 0:
             self._hurry_out(answer.request.wanted)
+        self._steering.begin(driver)
         self._consider(driver, now)  # the next state may begin within the braking distance
         line = keeper.line(answer.request.here)
         if line:

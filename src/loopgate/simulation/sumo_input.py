@@ -28,12 +28,15 @@ class Start:
         Arc length of its front [m].
     type
         Its vehicle type.
+    lane
+        Index of the lane it stands on; None: the one that its loop names there.
     """
 
     vehicle: str
     loop: Loop
     front_m: float
     type: VehicleType
+    lane: int | None = None
 
 
 def write_sumo_input(starts: Sequence[Start], folder: Path) -> list[str]:
@@ -90,7 +93,7 @@ def _add_vehicle(top: ET.Element, start: Start, kind: str) -> None:
         id=start.vehicle,
         type=kind,
         depart="0",
-        departLane=str(place.lane),
+        departLane=str(place.lane if start.lane is None else start.lane),
         departPos=f"{place.position_m:.3f}",
         departSpeed="0",
         insertionChecks="none",

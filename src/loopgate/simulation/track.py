@@ -5,6 +5,8 @@ from __future__ import annotations
 from bisect import bisect_right
 from dataclasses import dataclass
 
+from loopgate.abstraction.itinerary import Pin
+
 __all__ = ["StopLine", "Track"]
 
 
@@ -41,10 +43,12 @@ class Track:
         Where each state ends and begins, in arc length [m]; see `loopgate.abstraction.itinerary.Leg`.
     stop_lines
         Where to hold the vehicle at the end of each state.
+    pins
+        What keeps the vehicle to its lanes behind each state; see `loopgate.simulation.steering`.
     start_position
         Position of the state it starts in.
     keeps_lane
-        Whether it never changes lanes.
+        Whether it changes lanes only where a pin says so.
     """
 
     vehicle: str
@@ -58,6 +62,7 @@ class Track:
     ends_m: tuple[float, ...] = ()
     begins_m: tuple[float, ...] = ()
     stop_lines: tuple[StopLine, ...] = ()
+    pins: tuple[tuple[Pin, ...], ...] = ()
     start_position: int = 0
     keeps_lane: bool = False
 

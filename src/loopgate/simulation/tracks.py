@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from loopgate.abstraction.itinerary import Itinerary
+from loopgate.abstraction.itinerary import Itinerary, Leg
 from loopgate.network import Loop, RoadNetwork
 from loopgate.simulation.sumo_input import Start, pivot
 from loopgate.simulation.track import StopLine, Track
@@ -31,7 +31,7 @@ def make_track(
     position
         The position on the itinerary in which it starts.
     keeps_lane
-        Whether it never changes lanes.
+        Whether it changes lanes only where a pin says so.
     """
     loop = start.loop
     legs = itinerary.legs if itinerary else ()
@@ -46,12 +46,13 @@ def make_track(
         states=tuple(leg.state for leg in legs),
         ends_m=tuple(leg.end_m for leg in legs),
         begins_m=tuple(leg.begin_m for leg in legs),
-        stop_lines=tuple(_stop_line(loop, leg.end_m) for leg in legs),
+        stop_lines=tuple(_stop_line(loop, leg) for leg in legs),
+        pins=tuple(leg.pins for leg in legs),
         start_position=position,
         keeps_lane=keeps_lane,
     )
 
 
-def _stop_line(loop: Loop, arc_m: float) -> StopLine:
-    place = loop.locate(arc_m)
-    return StopLine(place.edge, place.lane, place.position_m)
+def _stop_line(loop: Loop, leg: Leg) -> StopLine:
+    place = loop.locate(leg.end_m)
+    return StopLine(place.edge, place.lane if leg.lane is None else leg.lane, place.position_m)

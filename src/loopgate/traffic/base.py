@@ -68,8 +68,20 @@ class Traffic(Protocol):
     def put_under_gate(self, vehicle: str, *, keeps_lane: bool = False) -> None:
         """Let the gate rule the vehicle instead of the simulator's right of way.
 
-        It changes lanes where its route demands it; never if it `keeps_lane`.
+        It changes lanes where its route demands it; if it `keeps_lane`, only by `change_lane`.
         """
+        ...
+
+    def lane_index(self, vehicle: str) -> int:
+        """Return the index of the lane that the vehicle is on, of those of its edge."""
+        ...
+
+    def change_lane(self, vehicle: str, lane_index: int) -> None:
+        """Let the vehicle change lanes in the next step, if gaps and speeds allow it; else ask again."""
+        ...
+
+    def stand(self, vehicle: str, *, still: bool) -> None:
+        """Keep a vehicle standing without a stop, or let it drive again: one at a stop changes no lanes."""
         ...
 
     def hold(self, vehicle: str, edge: str, lane_index: int, position_m: float) -> None:

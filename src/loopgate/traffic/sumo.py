@@ -20,7 +20,8 @@ already inside a junction are still respected (bit 5 unset)."""
 _LANE_CHANGE_FOR_ROUTE_ONLY = 0b01_00_00_00_01
 """Change lanes only where the route demands it, and never into an occupied gap."""
 
-_NO_LANE_CHANGE = 0b01_00_00_00_00
+_LANE_CHANGE_AS_TOLD_ONLY = 0b11_00_00_00_00
+"""Change lanes only by `SumoTraffic.change_lane`, and only where that makes nobody brake hard."""
 
 
 class SumoTraffic:
@@ -90,8 +91,20 @@ class SumoTraffic:
     def put_under_gate(self, vehicle: str, *, keeps_lane: bool = False) -> None:
         """Let the gate rule the vehicle: no right of way, no lane change but for the route, if at all."""
         self._vehicle.setSpeedMode(vehicle, GATED_SPEED_MODE)
-        mode = _NO_LANE_CHANGE if keeps_lane else _LANE_CHANGE_FOR_ROUTE_ONLY
+        mode = _LANE_CHANGE_AS_TOLD_ONLY if keeps_lane else _LANE_CHANGE_FOR_ROUTE_ONLY
         self._vehicle.setLaneChangeMode(vehicle, mode)
+
+    def lane_index(self, vehicle: str) -> int:
+        """Return the index of the lane that the vehicle is on."""
+        return int(self._vehicle.getLaneIndex(vehicle))
+
+    def change_lane(self, vehicle: str, lane_index: int) -> None:
+        """Ask for the lane until the end of the next step."""
+        self._vehicle.changeLane(vehicle, lane_index, self._step_s)
+
+    def stand(self, vehicle: str, *, still: bool) -> None:
+        """Set its speed to zero, or free it."""
+        self._vehicle.setSpeed(vehicle, 0.0 if still else -1.0)
 
     def hold(self, vehicle: str, edge: str, lane_index: int, position_m: float) -> None:
         """Set a stop that only `release` ends.

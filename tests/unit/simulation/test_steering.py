@@ -1,0 +1,112 @@
+"""Steering on traffic without SUMO: when stops are set and dropped, and when vehicles change lanes."""
+
+from dataclasses import dataclass
+
+import pytest
+from fake_traffic import FakeTraffic, FakeVehicle
+
+from loopgate.abstraction.itinerary import Pin
+from loopgate.errors import TrafficError
+from loopgate.results.recorder import Recorder
+from loopgate.simulation.driver import Driver
+from loopgate.simulation.fleet import Fleet
+from loopgate.simulation.steering import Steering
+from loopgate.simulation.track import StopLine, Track
+
+ROAD_M, CHANGE_AT_M, PIN_M = 400.0, 100.0, 130.0
+
+
+@dataclass
+class World:
+    """A vehicle under way."""
+
+    traffic: FakeTraffic
+    driver: Driver
+    steering: Steering
+    fleet: Fleet
+
+    @property
+    def vehicle(self) -> FakeVehicle:
+        """The vehicle in the traffic."""
+        return self.traffic.fleet["v"]
+
+    def busy(self) -> bool:
+        """Whether it is steered."""
+        return self.steering.busy(self.driver)
+
+    def step(self) -> list[Driver]:
+        """One step; who has arrived on its lane."""
+        self.traffic.step()
+        self.fleet.advance(self.traffic.now_s)
+        return self.steering.step()
+
+
+def world(pin: Pin) -> World:
+    """One vehicle on a road of 400 m, granted the way from its first state (to 100 m) to the next."""
+    traffic = FakeTraffic({"v": FakeVehicle([("e", ROAD_M)], 20.0)})
+    track = Track(
+        vehicle="v",
+        loop="loop",
+        lap_m=ROAD_M,
+        start_m=20.0,
+        top_speed_mps=10.0,
+        rerouted_on="e",
+        edges=((0.0, "e"),),
+        states=("e/1", "e/2"),
+        ends_m=(CHANGE_AT_M, ROAD_M),
+        begins_m=(0.0, PIN_M),
+        stop_lines=(StopLine("e", 0, CHANGE_AT_M), StopLine("e", 0, ROAD_M)),
+        pins=((pin,), ()),
+    )
+    driver = Driver(0, track)
+    fleet = Fleet([track], [20.0], traffic, Recorder(None))
+    traffic.step()
+    dynamics = traffic.dynamics("v")
+    driver.drives_like(dynamics, traffic.step_s)
+    fleet.take_over([dynamics], [driver.top])
+    driver.granted = 1
+    steering = Steering(traffic, fleet)
+    steering.begin(driver)
+    return World(traffic, driver, steering, fleet)
+
+
+def test_it_changes_lanes_behind_the_place_and_is_then_free() -> None:
+    """Not before its rear is past 100 m; the stop goes as soon as it is on the other lane."""
+    one = world(Pin("e", 0, PIN_M, 0.0, to_lane=1))
+    assert one.busy()
+    assert one.vehicle.hold_m == PIN_M
+    changed_at = 0.0
+    while one.busy():
+        before = one.vehicle.lane
+        one.step()
+        if one.vehicle.lane != before:
+            changed_at = one.vehicle.front_m
+    assert CHANGE_AT_M + one.driver.length <= changed_at < PIN_M
+    assert one.vehicle.hold_m is None
+
+
+def test_without_a_gap_it_stands_at_the_pin_and_changes_when_there_is_one() -> None:
+    """It stands without a stop, since SUMO lets no vehicle at a stop change lanes, and goes on afterwards."""
+    one = world(Pin("e", 0, PIN_M, 0.0, to_lane=1))
+    one.traffic.gaps = False
+    for _ in range(60):
+        assert not one.step()
+    assert (one.vehicle.lane, one.vehicle.still, one.vehicle.hold_m) == (0, True, None)
+    assert one.vehicle.front_m == pytest.approx(PIN_M, abs=1.0)
+    one.traffic.gaps = True
+    one.step()
+    assert one.step() == [one.driver]
+    assert (one.vehicle.lane, one.vehicle.still) == (1, False)
+
+
+def test_a_stop_that_only_leads_to_a_lane_is_dropped_on_it() -> None:
+    """At 30 m behind the first state; another lane than the one asked for is an error, never passed over."""
+    one = world(Pin("e", 0, ROAD_M, 30.0))
+    while one.busy():
+        assert one.vehicle.front_m < CHANGE_AT_M + 30.0
+        one.step()
+    one = world(Pin("e", 0, ROAD_M, 30.0))
+    one.vehicle.lane = 1
+    one.vehicle.front_m = CHANGE_AT_M + 30.0
+    with pytest.raises(TrafficError, match="took it to lane 1 of e, not lane 0"):
+        one.step()
