@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from loopgate.traffic.base import Collision, Dynamics
+from loopgate.traffic.base import Collision, Dynamics, Light, Program
 
 __all__ = ["FakeTraffic", "FakeVehicle"]
 
@@ -60,6 +60,8 @@ class FakeTraffic:
         self.gaps = True
         self.waiting: dict[str, tuple[str, ...]] = {}
         self.crashes: tuple[Collision, ...] = ()
+        self.lights: dict[str, Light] = {}
+        self.programs: dict[str, Program] = {}
         self._halted: list[str] = []
 
     def step(self) -> None:
@@ -165,6 +167,14 @@ class FakeTraffic:
         """Never."""
         del vehicle
         return None
+
+    def light(self, light: str) -> Light:
+        """Return what a test has put there."""
+        return self.lights[light]
+
+    def light_program(self, light: str) -> Program:
+        """Return what a test has put there."""
+        return self.programs[light]
 
     def expects_more(self) -> bool:
         """They circulate for ever."""

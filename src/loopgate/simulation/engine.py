@@ -202,6 +202,8 @@ class Engine:
         keeper, robot = self._gatekeeper, driver.robot
         if keeper is None or driver.legs <= 1 or keeper.pending(robot) or self._steering.busy(driver):
             return
+        if keeper.position(robot) != driver.position(driver.granted):
+            return  # it has been granted in this step and is about to be told
         left_m = driver.end_m(driver.granted) - self.fleet.fronts[robot]
         if driver.must_ask(left_m, self.fleet.speeds[robot]):
             self._ask(driver, now)

@@ -103,6 +103,10 @@ class Gatekeeper:
             self._configuration = Configuration(tuple(self._at), queues)
         return self._configuration
 
+    def position(self, robot: int) -> int:
+        """Return the position of `robot` on its path: the last state it was granted."""
+        return self._at[robot]
+
     def asks(self, robot: int, now_s: float) -> None:
         """Take a request of `robot`, the head of its state, for its next one; it stays until granted.
 

@@ -21,6 +21,7 @@ from loopgate.simulation.as_is import run_as_is
 from loopgate.simulation.assembly import Assembly, assemble
 from loopgate.simulation.engine import Engine
 from loopgate.simulation.gatekeeper import Gatekeeper
+from loopgate.simulation.lights import Lights, signals_of
 from loopgate.simulation.loop_run import Course, Tick, drive
 from loopgate.simulation.monitoring import monitoring_figures
 from loopgate.simulation.outcome import Folder, Tally
@@ -97,6 +98,9 @@ def _run(
     recorder = Recorder(folder / outcome.EVENTS)
     try:
         engine = Engine(traffic, assembly.tracks, keeper, recorder)
+        lights = _lights(scenario, assembly, traffic, engine)
+        if keeper is not None and lights is not None:
+            keeper.obstacles += (lights,)
         watch = watch_class(traffic, after_s=scenario.deadlock_after_s, at_gate=engine.refused)
         course = drive(
             engine,
@@ -105,14 +109,19 @@ def _run(
             recorder,
             scenario=scenario,
             tick=tick,
+            each_step=[lights.look] if lights else [],
         )
         tallies = _tallies(engine, traffic, watch, course)
+        light_warnings = lights.warnings() if lights else []
     finally:
         recorder.close()
         traffic.close()
     summary = _summary(scenario, assembly, keeper, course, tallies, folder)
     summary["overruns"] = engine.overruns
     summary["trespasses"] = engine.trespasses
+    if lights is not None:
+        summary["at_lights"] = lights.figures()
+        summary["warnings"] += light_warnings
     summary["wall_s"]["total"] = round(perf_counter() - began, 3)
     folder.write_summary(summary)
     return summary
@@ -130,6 +139,15 @@ def _gatekeeper(scenario: Scenario, assembly: Assembly) -> Gatekeeper | None:
     gate = make_gate(scenario.gate, assembly.abstraction.system, perf_counter)
     negotiation = make_negotiation(scenario.rule_for_negotiation, Random(scenario.seed))
     return Gatekeeper(assembly.abstraction, gate, negotiation)
+
+
+def _lights(scenario: Scenario, assembly: Assembly, traffic: Traffic, engine: Engine) -> Lights | None:
+    abstraction = assembly.abstraction
+    if not scenario.gated or scenario.rule_for_lights != "obey" or abstraction is None:
+        return None
+    return Lights(
+        traffic, engine.drivers, engine.fleet, signals_of(assembly.network, abstraction.itineraries)
+    )
 
 
 def _tallies(engine: Engine, traffic: Traffic, watch: Watch, course: Course) -> list[Tally]:

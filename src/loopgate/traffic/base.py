@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-__all__ = ["Collision", "Dynamics", "Traffic"]
+__all__ = ["Collision", "Dynamics", "Light", "Phase", "Program", "Traffic"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,6 +26,46 @@ class Dynamics:
     accel_mps2: float
     decel_mps2: float
     speed_factor: float
+
+
+@dataclass(frozen=True, slots=True)
+class Light:
+    """What a traffic light shows.
+
+    Attributes
+    ----------
+    state
+        SUMO's letter for each link: ``G`` and ``g`` green, ``y`` yellow, ``r`` red, ``o`` and ``O`` off.
+    changes_s
+        When it may change next [s]: certain for a program that is fixed, else the earliest.
+    program, phase
+        Which program it follows and the number of the phase.
+    spent_s
+        For how long the phase has lasted [s].
+    """
+
+    state: str
+    changes_s: float
+    program: str = ""
+    phase: int = 0
+    spent_s: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Phase:
+    """A phase of a light: the letters, how long at most [s], and the number of the phase after it."""
+
+    state: str
+    longest_s: float
+    following: int
+
+
+@dataclass(frozen=True, slots=True)
+class Program:
+    """The phases of a light, and whether they last as long as planned, whatever the traffic does."""
+
+    phases: tuple[Phase, ...]
+    fixed: bool
 
 
 class Traffic(Protocol):
@@ -120,6 +160,14 @@ class Traffic(Protocol):
 
         None if there is no room anywhere ahead.
         """
+        ...
+
+    def light(self, light: str) -> Light:
+        """Return what a traffic light shows."""
+        ...
+
+    def light_program(self, light: str) -> Program:
+        """Return the program that a traffic light follows now; without phases if it follows none."""
         ...
 
     def expects_more(self) -> bool:

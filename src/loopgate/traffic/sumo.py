@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from loopgate.errors import TrafficError
-from loopgate.traffic.base import Collision, Dynamics
+from loopgate.traffic.base import Collision, Dynamics, Light, Phase, Program
 from loopgate.traffic.sumo_waits import RoadWaits
 
 __all__ = ["GATED_SPEED_MODE", "SumoTraffic"]
@@ -22,6 +22,8 @@ _LANE_CHANGE_FOR_ROUTE_ONLY = 0b01_00_00_00_01
 
 _LANE_CHANGE_AS_TOLD_ONLY = 0b11_00_00_00_00
 """Change lanes only by `SumoTraffic.change_lane`, and only where that makes nobody brake hard."""
+
+_STATIC = 0  # SUMO's number for lights that follow a timetable
 
 
 class SumoTraffic:
@@ -172,6 +174,38 @@ class SumoTraffic:
                     continue
                 return skipped
         return None
+
+    def light(self, light: str) -> Light:
+        """Return what a traffic light shows."""
+        get = self._api.trafficlight
+        return Light(
+            state=get.getRedYellowGreenState(light),
+            changes_s=float(get.getNextSwitch(light)),
+            program=get.getProgram(light),
+            phase=int(get.getPhase(light)),
+            spent_s=float(get.getSpentDuration(light)),
+        )
+
+    def light_program(self, light: str) -> Program:
+        """Return the program that a traffic light follows now."""
+        get = self._api.trafficlight
+        name = get.getProgram(light)
+        logic = next((one for one in get.getAllProgramLogics(light) if one.programID == name), None)
+        if logic is None:
+            return Program((), fixed=False)
+        fixed = int(logic.type) == _STATIC
+        count = len(logic.phases)
+        return Program(
+            tuple(
+                Phase(
+                    state=phase.state,
+                    longest_s=float(phase.duration if fixed else phase.maxDur),
+                    following=int(phase.next[0]) if phase.next else (number + 1) % count,
+                )
+                for number, phase in enumerate(logic.phases)
+            ),
+            fixed=fixed,
+        )
 
     def expects_more(self) -> bool:
         """Return whether there are vehicles on the road or still to come."""

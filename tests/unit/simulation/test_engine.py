@@ -197,3 +197,51 @@ def test_cost_follows_events() -> None:
     legs = 2 * int(engine.fleet.vehicles.laps[0])
     assert looks <= 3 * legs + 3
     assert looks < 300
+
+
+def test_a_vehicle_granted_in_the_same_step_does_not_ask_for_the_state_after() -> None:
+    """It becomes the head of the state it may enter when the vehicle there leaves: too early to ask on.
+
+    Both are granted in one go: x leaves p for its own road, y enters p, which is 200 m long.
+    """
+    paths = {"x": ("p", "rx"), "y": ("p", "qy")}
+    robots = system(
+        {name: " ".join(states) for name, states in paths.items()},
+        starts={"x": 0, "y": 1},
+        capacity={"p": 2},
+        fifo=("p",),
+    )
+    starts = {"x": 195.0, "y": 395.0}
+    tracks = [
+        Track(
+            vehicle=name,
+            loop=name,
+            lap_m=400.0,
+            start_m=starts[name],
+            top_speed_mps=10.0,
+            rerouted_on=f"{name}p",
+            edges=((0.0, f"{name}p"), (200.0, f"{name}q")),
+            states=states,
+            ends_m=(199.0, 399.0),
+            begins_m=(0.0, 200.0),
+            stop_lines=(StopLine(f"{name}p", 0, 199.0), StopLine(f"{name}q", 0, 199.0)),
+            start_position=0 if name == "x" else 1,
+        )
+        for name, states in paths.items()
+    ]
+    itineraries = tuple(
+        Itinerary(name, 400.0, (Leg(StateId(states[0]), 0.0, 199.0), Leg(StateId(states[1]), 200.0, 399.0)))
+        for name, states in paths.items()
+    )
+    fleet = {
+        name: FakeVehicle([(f"{name}p", 200.0), (f"{name}q", 200.0)], start) for name, start in starts.items()
+    }
+    keeper = Gatekeeper(
+        Abstraction("queues", robots, itineraries, (195.0, 395.0)),
+        make_gate("collision", robots),
+        OldestFirst(Random(1)),
+    )
+    notes = Notes()
+    engine = Engine(FakeTraffic(fleet), tracks, keeper, notes)  # type: ignore[arg-type]  # as in `world`
+    engine.begin()
+    assert [(vehicle, place) for _, vehicle, _, place in notes.of("grant")] == [("x", "rx"), ("y", "p")]

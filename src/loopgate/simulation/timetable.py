@@ -1,0 +1,108 @@
+"""When the links of traffic lights are open: what they show now, and what their programs say of later."""
+
+from __future__ import annotations
+
+import math
+
+from loopgate.traffic.base import Light, Program, Traffic
+
+__all__ = ["Timetable"]
+
+_OPEN = frozenset("GgoOs")
+"""Letters with which a vehicle may drive: green, lights off, and the green arrow."""
+
+
+class Timetable:
+    """The traffic lights of a running simulation, each read at most once a step, and only if it is asked for.
+
+    Parameters
+    ----------
+    traffic
+        The running simulation.
+    """
+
+    def __init__(self, traffic: Traffic) -> None:
+        self._traffic = traffic
+        self._seen: dict[str, tuple[float, Light]] = {}
+        self._programs: dict[tuple[str, str], Program] = {}
+
+    def is_open(self, light: str, link: int) -> bool:
+        """Return whether a vehicle may drive now."""
+        return self._now(light).state[link] in _OPEN
+
+    def may_be_open(self, light: str, link: int, from_s: float, to_s: float) -> bool:
+        """Return whether the link is open all the time between two times, as far as can be known.
+
+        That is certain where the program is fixed. Of others, which change as the traffic does, only what
+        they show now is known, and when at the latest they have to change.
+
+        Parameters
+        ----------
+        light, link
+            The light and the number of its link.
+        from_s, to_s
+            From now on [s]; 0 is now.
+        """
+        shown = self._now(light)
+        program = self._program(light, shown)
+        open_now = shown.state[link] in _OPEN
+        if not program.phases:
+            return open_now
+        if not program.fixed and not open_now:
+            return False
+        if program.fixed:
+            left_s = shown.changes_s - self._traffic.now_s
+        else:
+            spent_s = shown.spent_s + self._traffic.now_s - self._seen[light][0]
+            left_s = program.phases[shown.phase].longest_s - spent_s
+        state, phase = shown.state, shown.phase
+        for _ in range(len(program.phases) + 1):
+            if left_s > from_s and state[link] not in _OPEN:
+                return False
+            if left_s >= to_s:
+                return True
+            phase = program.phases[phase].following
+            state = program.phases[phase].state
+            left_s += program.phases[phase].longest_s
+        return True
+
+    def ever_open(self, light: str, link: int) -> bool:
+        """Return whether the program that the light follows now opens the link in any phase."""
+        shown = self._now(light)
+        program = self._program(light, shown)
+        if not program.phases:
+            return True
+        return any(phase.state[link] in _OPEN for phase in program.phases)
+
+    def longest_closed_s(self, light: str, link: int) -> float:
+        """Return for how long a fixed program keeps the link closed on end [s]; 0 where it is not fixed."""
+        program = self._program(light, self._now(light))
+        if not program.fixed or not program.phases:
+            return 0.0
+        if not self.ever_open(light, link):
+            return math.inf
+        longest = closed = 0.0
+        phase = 0
+        for _ in range(2 * len(program.phases)):
+            here = program.phases[phase]
+            closed = 0.0 if here.state[link] in _OPEN else closed + here.longest_s
+            longest = max(longest, closed)
+            phase = here.following
+        return longest
+
+    def _now(self, light: str) -> Light:
+        now_s = self._traffic.now_s
+        known = self._seen.get(light)
+        # A change that is due now is made at the beginning of the next step.
+        if known is not None and (known[0] == now_s or now_s <= known[1].changes_s):
+            return known[1]
+        shown = self._traffic.light(light)
+        self._seen[light] = now_s, shown
+        return shown
+
+    def _program(self, light: str, shown: Light) -> Program:
+        key = light, shown.program
+        found = self._programs.get(key)
+        if found is None:
+            found = self._programs[key] = self._traffic.light_program(light)
+        return found
