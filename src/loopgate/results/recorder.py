@@ -52,8 +52,13 @@ class Recorder:
         """Record one event."""
         if self._writer is None:
             return
-        code = self.code
-        self._flat += (time_s, code(vehicle), code(event.value), code(place), code(reason), code(stage))
+        codes = self._codes
+        try:
+            row = (time_s, codes[vehicle], codes[event], codes[place], codes[reason], codes[stage])
+        except KeyError:
+            code = self.code
+            row = (time_s, code(vehicle), code(event), code(place), code(reason), code(stage))
+        self._flat += row
         if len(self._flat) >= _WIDTH * _BATCH:
             self._flush()
 
@@ -77,7 +82,7 @@ class Recorder:
         if self._writer is None or not (self._flat or self._passed):
             return
         table = self._rows()
-        words = pa.array(list(self._codes), type=pa.string())
+        words = pa.array([str(word) for word in self._codes], type=pa.string())
         arrays = [pa.array(table[:, 0])]
         arrays += [
             pa.DictionaryArray.from_arrays(pa.array(table[:, k].astype(np.int32)), words)

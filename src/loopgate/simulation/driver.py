@@ -39,6 +39,8 @@ class Driver:
         self.granted = track.start_position
         self.tail = track.start_position
         self.crossed = track.start_position
+        self.line_m = NOWHERE
+        """Where the last granted leg ends [m]."""
         self.held = False
         self.halted_since: float | None = None
         self.asked_s: float | None = None

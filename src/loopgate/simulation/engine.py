@@ -155,21 +155,24 @@ class Engine:
 
     def _aim(self, driver: Driver) -> None:
         """Tell the fleet where the vehicle's grants end, and where it gives back what it leaves."""
-        self.fleet.vehicles.granted[driver.robot] = driver.granted
-        self.fleet.vehicles.line_m[driver.robot] = driver.end_m(driver.granted)
-        self._aim_rear(driver)
+        robot, vehicles = driver.robot, self.fleet.vehicles
+        driver.line_m = driver.end_m(driver.granted)
+        vehicles.granted[robot] = driver.granted
+        vehicles.line_m[robot] = driver.line_m
+        if driver.granted - 1 <= driver.crossed:  # else it still leaves an earlier leg
+            self._aim_rear(driver)
 
     def _aim_rear(self, driver: Driver) -> None:
         keeper, leg = self._gatekeeper, driver.tail
-        if keeper is None or leg >= driver.granted > driver.crossed:
-            target = driver.begin_m(driver.crossed + 1) + driver.length
-        elif leg >= driver.granted:
+        if driver.crossed >= driver.granted:
             target = NOWHERE
+        elif leg > driver.crossed or keeper is None:
+            target = driver.begin_m(driver.crossed + 1) + driver.length
         else:
             target = driver.end_m(leg) + driver.length
-            here = keeper.system.paths[driver.robot][driver.position(leg)]
+            here = keeper.system.paths[driver.robot][leg % driver.legs]
             # Nobody waits for a slot behind while there are others: one look for slot and crossing together.
-            if driver.crossed <= leg and keeper.occupancy.room(here) > 0:
+            if keeper.occupancy.room(here) > 0:
                 target = max(target, driver.begin_m(leg + 1) + driver.length)
         self.fleet.vehicles.rear_m[driver.robot] = target
 
@@ -177,15 +180,15 @@ class Engine:
         keeper = self._gatekeeper
         if keeper is None:
             return
-        robot = driver.robot
+        robot, legs = driver.robot, driver.legs
         rear = self.fleet.fronts[robot] - driver.length
         while driver.tail < driver.granted and rear >= driver.end_m(driver.tail):
-            position = driver.position(driver.tail)
+            position = driver.tail % legs
             keeper.left(robot, keeper.system.paths[robot][position])
             self._recorder.note(now, driver.id, Event.LEAVE, driver.track.states[position])
             driver.tail += 1
-        while driver.crossed < driver.granted and rear >= driver.begin_m(driver.crossed + 1):
-            keeper.cleared(robot, driver.position(driver.crossed))
+        while driver.crossed < driver.tail and rear >= driver.begin_m(driver.crossed + 1):
+            keeper.cleared(robot, driver.crossed % legs)
             driver.crossed += 1
         self._aim_rear(driver)
 
@@ -204,7 +207,7 @@ class Engine:
             return
         if keeper.position(robot) != driver.position(driver.granted):
             return  # it has been granted in this step and is about to be told
-        left_m = driver.end_m(driver.granted) - self.fleet.fronts[robot]
+        left_m = driver.line_m - self.fleet.fronts[robot]
         if driver.must_ask(left_m, self.fleet.speeds[robot]):
             self._ask(driver, now)
         else:
@@ -289,7 +292,7 @@ class Engine:
         if driver.held:
             return
         robot = driver.robot
-        left_m = driver.end_m(driver.granted) - self.fleet.fronts[robot]
+        left_m = driver.line_m - self.fleet.fronts[robot]
         if not driver.may_brake(left_m, self.fleet.speeds[robot]):
             self.overruns += 1
         line = driver.track.stop_lines[driver.position(driver.granted)]

@@ -64,6 +64,7 @@ class Fleet:
         rows = _ROWS_PER_VEHICLE * len(tracks)
         self._rows = np.zeros((rows, 3), dtype=np.int32)
         self._calls = np.zeros((4 * len(tracks), 2), dtype=np.int32)
+        self._sense(np.zeros(0))  # so that compiling, or loading what was compiled, is no part of the run
 
     def take_over(self, dynamics: Sequence[Dynamics], top_mps: Sequence[float]) -> None:
         """Learn what the vehicles can do, and what their odometers read while they stand at their starts."""
@@ -82,8 +83,16 @@ class Fleet:
             Vehicles that the caller has to look at, and why: a constant of `loopgate.simulation.sensing`.
         """
         self._odometer[:] = self._traffic.odometers(self._ids)
-        noted, called = sense(
-            self._odometer,
+        noted, called = self._sense(self._odometer)
+        self.fronts = self.vehicles.front.tolist()
+        self.speeds = self.vehicles.speed.tolist()
+        if noted:
+            self._recorder.passed(now_s, self._rows[:noted])
+        return iter(self._calls[:called].tolist())
+
+    def _sense(self, odometer: NDArray[np.float64]) -> tuple[int, int]:
+        return sense(
+            odometer,
             self.vehicles,
             self._ways,
             self._step_s,
@@ -92,11 +101,6 @@ class Fleet:
             self._rows,
             self._calls,
         )
-        self.fronts = self.vehicles.front.tolist()
-        self.speeds = self.vehicles.speed.tolist()
-        if noted:
-            self._recorder.passed(now_s, self._rows[:noted])
-        return iter(self._calls[:called].tolist())
 
 
 def _ways(tracks: Sequence[Track], code: Callable[[str], int]) -> Ways:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from time import perf_counter_ns
+from typing import NamedTuple
 
-from loopgate.abstraction.itinerary import Abstraction, Crossing
+from loopgate.abstraction.itinerary import Abstraction
 from loopgate.gates import Decision, FollowingGate, Gate, Reason
 from loopgate.model import Configuration
 from loopgate.negotiation.base import Negotiation, Request
@@ -25,8 +26,7 @@ _OUTSIDE = frozenset({Reason.RED, Reason.TRAFFIC})
 """What lifts these refusals happens outside the system, so they are looked at again every step."""
 
 
-@dataclass(frozen=True, slots=True)
-class Answer:
+class Answer(NamedTuple):
     """What became of a request in this step: granted, or refused for a new reason.
 
     The stage is the gate's, empty where the gate has none or was not asked.
@@ -43,8 +43,7 @@ class _Pending:
     request: Request
     reason: Reason | None = None
     decision: Decision | None = None
-    asked_at_version: int = -1
-    looked_at_s: float = -1.0
+    looked_at_version: int = -1
     asked_at_s: float = -1.0
 
 
@@ -87,6 +86,8 @@ class Gatekeeper:
         self._following = gate if isinstance(gate, FollowingGate) else None
         self._negotiation = negotiation
         self._pending: dict[int, _Pending] = {}
+        self._new: list[_Pending] = []
+        self._decided_s = -1.0
         self._version = 0
         self.sight: Sight | None = None
         """Frees crossings piece by piece if given; else when the rear has passed all of it."""
@@ -117,7 +118,9 @@ class Gatekeeper:
         path, here = self.system.paths[robot], self._at[robot]
         there = self._follow[robot][here]
         if there >= 0:
-            self._pending[robot] = _Pending(Request(robot, path[here], path[there], now_s))
+            pending = _Pending(Request(robot, path[here], path[there], now_s))
+            self._pending[robot] = pending
+            self._new.append(pending)
 
     def first_before(self, robot: int) -> int | None:
         """Return the head of the FIFO state that `robot` is in, if that is another robot."""
@@ -145,33 +148,43 @@ class Gatekeeper:
             self._version += 1
 
     def decide(self, now_s: float) -> list[Answer]:
-        """Answer the requests, in the negotiation's order; return grants and new reasons of refusal."""
+        """Answer the requests, in the negotiation's order; return grants and new reasons of refusal.
+
+        Each request is looked at once per step: within it grants take room and give none back.
+        """
+        if now_s > self._decided_s:
+            self._decided_s = now_s
+            looked_at: Iterable[_Pending] = self._pending.values()
+        else:
+            looked_at = self._new
+        self._new = []
         answers: list[Answer] = []
-        possible: list[Request] = []
-        for pending in self._pending.values():
-            known = pending.asked_at_version == self._version and pending.reason is not None
-            # Vehicles drive on without a word: who is in sight on a crossing is looked at again every step.
-            looks = pending.reason in _OUTSIDE or (
-                self.sight is not None and pending.reason is Reason.CROSSING
-            )
-            if known and not (looks and pending.looked_at_s < now_s):
-                continue
-            pending.looked_at_s = now_s
-            reason = self._in_the_way(pending.request)
-            if reason is not None:
-                self._refuse(pending, reason, answers)
-                pending.asked_at_version = self._version
-            elif now_s - pending.asked_at_s >= _REASK_S or pending.decision is None:
-                possible.append(pending.request)
+        possible = [pending.request for pending in looked_at if self._possible(pending, now_s, answers)]
         if possible:
-            ordered = self._negotiation.order(possible, self.occupancy, now_s)
-            for request in ordered:
+            for request in self._negotiation.order(possible, self.occupancy, now_s):
                 self._decide_one(self._pending[request.robot], now_s, answers)
             for request in possible:
                 still = self._pending.get(request.robot)
                 if still is not None and still.asked_at_s < now_s:
                     self._refuse(still, Reason.RESERVE, answers)
         return answers
+
+    def _possible(self, pending: _Pending, now_s: float, answers: list[Answer]) -> bool:
+        """Return whether it is for the negotiation and the gate to say; else note the refusal."""
+        reason = pending.reason
+        if reason is Reason.OCCUPIED and self.occupancy.room(pending.request.wanted) <= 0:
+            return False
+        # Vehicles drive on without a word: who is in sight on a crossing is looked at again every step.
+        if pending.looked_at_version == self._version and not (
+            reason is None or reason in _OUTSIDE or (reason is Reason.CROSSING and self.sight is not None)
+        ):
+            return False
+        pending.looked_at_version = self._version
+        reason = self._in_the_way(pending.request)
+        if reason is not None:
+            self._refuse(pending, reason, answers)
+            return False
+        return pending.decision is None or now_s - pending.asked_at_s >= _REASK_S
 
     def blockers(self, robot: int) -> list[list[int]]:
         """Return whom the request of `robot` waits for: of every set, some robot has to move on."""
@@ -182,7 +195,8 @@ class Gatekeeper:
         if pending.reason is Reason.OCCUPIED:
             return [[other for other in self.occupancy.holders(request.wanted) if other != robot]]
         if pending.reason is Reason.CROSSING:
-            return [[other] for other, _, _ in self.occupancy.passing(self._crossings(robot), robot)]
+            crossings = self._crossings_of[robot][self._at[robot]]
+            return [[other] for mine in crossings for other, _ in self.occupancy.foes_on_way(mine, robot)]
         if pending.decision is not None and pending.decision.blockers:
             return [list(pending.decision.blockers)]
         return [[other for other in range(len(self.system.robots)) if other != robot]]
@@ -194,20 +208,16 @@ class Gatekeeper:
             return []
         return [list(some) for obstacle in self.obstacles for some in obstacle.blockers(robot)]
 
-    def _crossings(self, robot: int) -> Sequence[Crossing]:
-        return self._crossings_of[robot][self._at[robot]]
-
     def _in_the_way(self, request: Request) -> Reason | None:
+        robot = request.robot
         if self.occupancy.room(request.wanted) <= 0:
             return Reason.OCCUPIED
-        crossings = self._crossings(request.robot)
-        if crossings and any(
-            self.sight is None or self.sight.in_the_way(request.robot, mine, other, foe)
-            for other, mine, foe in self.occupancy.passing(crossings, request.robot)
-        ):
-            return Reason.CROSSING
+        for mine in self._crossings_of[robot][self._at[robot]]:
+            for other, foe in self.occupancy.foes_on_way(mine, robot):
+                if self.sight is None or self.sight.in_the_way(robot, mine, other, foe):
+                    return Reason.CROSSING
         for obstacle in self.obstacles:
-            reason = obstacle.in_the_way(request.robot)
+            reason = obstacle.in_the_way(robot)
             if reason is not None:
                 return reason
         return None
@@ -215,12 +225,12 @@ class Gatekeeper:
     def _decide_one(self, pending: _Pending, now_s: float, answers: list[Answer]) -> None:
         robot = pending.request.robot
         pending.asked_at_s = now_s
-        pending.asked_at_version = self._version
-        reason = self._in_the_way(pending.request)
-        if reason is not None:
-            pending.asked_at_version = -1
-            self._refuse(pending, reason, answers)
-            return
+        if pending.looked_at_version != self._version:  # another one of this step was granted before
+            reason = self._in_the_way(pending.request)
+            if reason is not None:
+                self._refuse(pending, reason, answers)
+                return
+            pending.looked_at_version = self._version
         begin = perf_counter_ns()
         if self._following is not None:
             decision = self._following.decide_here(robot)
@@ -241,8 +251,9 @@ class Gatekeeper:
         robot = request.robot
         for obstacle in self.obstacles:
             obstacle.granted(robot)
-        self.occupancy.enter(robot, self._crossings(robot))
-        self._at[robot] = self._follow[robot][self._at[robot]]
+        here = self._at[robot]
+        self.occupancy.enter(robot, self._crossings_of[robot][here])
+        self._at[robot] = self._follow[robot][here]
         line = self._lines.get(request.here)
         if line is not None:
             line.remove(robot)

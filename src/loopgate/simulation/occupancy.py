@@ -46,14 +46,17 @@ class Occupancy:
         """Let `robot` hold `state` no longer."""
         self._holders[state].remove(robot)
 
-    def passing(self, crossings: Iterable[Crossing], robot: int) -> list[tuple[int, Crossing, str]]:
-        """Return the other robots on movements that conflict with `crossings`: who, with which, on what."""
-        found: list[tuple[int, Crossing, str]] = []
-        for crossing in crossings:
-            active = crossing.foes & self._active
-            for foe in sorted(active) if len(active) > 1 else active:
-                found += [(other, crossing, foe) for other in self._passing[foe] if other != robot]
-        return found
+    def foes_on_way(self, crossing: Crossing, robot: int) -> list[tuple[int, str]]:
+        """Return the other robots on movements that conflict with `crossing`: who, and on what."""
+        foes = crossing.foes
+        if self._active.isdisjoint(foes):
+            return []
+        return [
+            (other, foe)
+            for foe in sorted(foes & self._active)
+            for other in self._passing[foe]
+            if other != robot
+        ]
 
     def enter(self, robot: int, crossings: Iterable[Crossing]) -> None:
         """Let `robot` be under way on `crossings`."""

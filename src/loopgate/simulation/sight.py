@@ -57,7 +57,7 @@ class Sight:
         if shared is None:
             return True
         fronts, speeds = self._fleet.fronts, self._fleet.speeds
-        reach_m = driver.end_m(driver.granted) - fronts[robot] + shared[0]
+        reach_m = driver.line_m - fronts[robot] + shared[0]
         legs = self._itineraries[other].legs
         clear = False  # a vehicle granted in this very step has not set out
         for leg in range(ahead.crossed, ahead.granted):
