@@ -56,6 +56,12 @@ __all__ = ["run"]
 @click.option(
     "--deadlock-after", "deadlock_after_s", type=float, help="Standing in a circle for this long [s]."
 )
+@click.option(
+    "--positions",
+    is_flag=True,
+    default=None,
+    help="Record where every vehicle is at every step, and audit crossings and bodies from that.",
+)
 @click.option("-o", "--out", type=click.Path(path_type=Path), help="Run folder; without it nothing is kept.")
 @click.option("--overwrite", is_flag=True, help="Replace an earlier run in the run folder.")
 @click.option("--gui", is_flag=True, help="Show the run in sumo-gui (through traci).")

@@ -37,7 +37,7 @@ from loopgate.simulation.loop_run import Course
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.watch import Deadlock
 
-__all__ = ["EVENTS", "SCENARIO", "SUMO_LOG", "SYSTEM", "Folder", "Tally", "summary"]
+__all__ = ["EVENTS", "LAYOUT", "POSITIONS", "SCENARIO", "SUMO_LOG", "SYSTEM", "Folder", "Tally", "summary"]
 
 EVENTS = "events.parquet"
 VEHICLES = "vehicles.parquet"
@@ -46,6 +46,8 @@ SUMMARY = "summary.json"
 SCENARIO = "scenario.toml"
 SYSTEM = "system.json"
 SUMO_LOG = "sumo.log"
+POSITIONS = "positions.csv.gz"
+LAYOUT = "layout.json"
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,7 +88,7 @@ class Folder:
             raise ScenarioError(msg)
         try:
             path.mkdir(parents=True, exist_ok=True)
-            for name in (SUMMARY, EVENTS, VEHICLES, EDGES, SYSTEM):
+            for name in (SUMMARY, EVENTS, VEHICLES, EDGES, SYSTEM, POSITIONS, LAYOUT):
                 (path / name).unlink(missing_ok=True)
         except OSError as error:
             msg = f"{path}: cannot make the run folder ({error.strerror or error})"

@@ -9,22 +9,24 @@ from random import Random
 from time import perf_counter
 from typing import Any
 
-from loopgate.audit import audit_events
+from loopgate.audit import write_layout
 from loopgate.gates import make_gate
 from loopgate.model import write_system
 from loopgate.negotiation.registry import make_negotiation
 from loopgate.network.coverage import measure_coverage
 from loopgate.network.sumo_config import is_sumo_config
-from loopgate.results.recorder import Recorder, read_events
+from loopgate.results.recorder import Recorder
 from loopgate.simulation import outcome
 from loopgate.simulation.as_is import run_as_is
 from loopgate.simulation.assembly import Assembly, assemble
+from loopgate.simulation.checking import audit_run
 from loopgate.simulation.engine import Engine
 from loopgate.simulation.gatekeeper import Gatekeeper
 from loopgate.simulation.lights import Lights, signals_of
 from loopgate.simulation.loop_run import Course, Tick, drive
 from loopgate.simulation.monitoring import monitoring_figures
 from loopgate.simulation.outcome import Folder, Tally
+from loopgate.simulation.positions import make_layout, record_positions
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.sumo_input import write_sumo_input
 from loopgate.simulation.sumo_start import plain_options, start_traffic
@@ -93,7 +95,10 @@ def _run(
         *("--net-file", str(assembly.network.file)),
         *write_sumo_input(assembly.starts, folder.path),
         *plain_options(scenario, log),
+        *(record_positions(folder / outcome.POSITIONS) if scenario.positions else ()),
     ]
+    if scenario.positions and keeper is not None:
+        write_layout(make_layout(assembly, scenario.step_s), folder / outcome.LAYOUT)
     traffic = start_traffic(options, backend=backend, log=log)
     recorder = Recorder(folder / outcome.EVENTS)
     try:
@@ -188,10 +193,9 @@ def _summary(
     if duration > 0:
         edges = folder.write_edges(list(shapes.values()), begin_s=course.begin_s, end_s=course.end_s)
     findings: list[str] = []
+    audited: dict[str, Any] = {}
     if keeper is not None:
-        events = read_events(folder / outcome.EVENTS)
-        laps = {tally.vehicle: tally.laps for tally in tallies}
-        findings = [finding.text for finding in audit_events(events, keeper.system, laps=laps)]
+        findings, audited = audit_run(scenario, keeper.system, tallies, folder)
     figures = outcome.summary(
         scenario,
         course,
@@ -202,7 +206,7 @@ def _summary(
         findings=findings,
         warnings=assembly.abstraction.warnings if assembly.abstraction else (),
     )
-    return figures | monitoring_figures(edges, measure_coverage(assembly.network, assembly.loops))
+    return figures | audited | monitoring_figures(edges, measure_coverage(assembly.network, assembly.loops))
 
 
 def _shape(assembly: Assembly, edge: str) -> str:

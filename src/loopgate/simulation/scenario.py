@@ -64,6 +64,8 @@ class Scenario:
         ``stop``, ``continue`` or ``teleport`` (the latter under ``open`` only).
     deadlock_after_s
         How long vehicles must have been standing in a circle [s].
+    positions
+        Whether SUMO records where every vehicle is at every step, and the audit checks it.
     """
 
     network: str
@@ -85,6 +87,7 @@ class Scenario:
     piece_m: float = 100.0
     on_deadlock: str = "stop"
     deadlock_after_s: float = 60.0
+    positions: bool = False
 
     def __post_init__(self) -> None:
         self._one_of("abstraction", ABSTRACTIONS)
@@ -171,6 +174,9 @@ class Scenario:
             value = getattr(self, field.name)
             if field.name == "network" or value == getattr(default, field.name):
                 continue
+            if value is True:
+                words.append("--" + field.name.replace("_", "-"))
+                continue
             if field.name == "loop_length_m":
                 value = f"{value[0]:g}:{value[1]:g}"
             words += ["--" + _OPTION.get(field.name, field.name).replace("_", "-"), f"{value}"]
@@ -229,7 +235,7 @@ def _convert(name: str, value: object, kind: Any, source: str) -> Any:  # noqa: 
         return float(value)
     if kind is int and isinstance(value, int) and not isinstance(value, bool):
         return value
-    if kind is str and isinstance(value, str):
+    if (kind is str or kind is bool) and isinstance(value, kind):
         return value
     if get_args(kind) == (float, float):
         pair = value.split(":") if isinstance(value, str) else value
@@ -241,6 +247,6 @@ def _convert(name: str, value: object, kind: Any, source: str) -> Any:  # noqa: 
             return (low, high)
         wanted = "two numbers, shortest and longest"
     else:
-        wanted = {float: "a number", int: "a whole number", str: "a text"}[kind]
+        wanted = {float: "a number", int: "a whole number", str: "a text", bool: "true or false"}[kind]
     msg = f"{source}: {name} is {value!r}; expected {wanted}"
     raise ScenarioError(msg)

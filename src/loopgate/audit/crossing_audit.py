@@ -1,0 +1,276 @@
+"""The exclusion of crossings and the room of places, checked from recorded positions alone."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+from loopgate.audit.bodies import overlapping
+from loopgate.audit.drawing import find_drawn, unsaid
+from loopgate.audit.exclusion import Clash, Exclusion, Passages
+from loopgate.audit.layout import Layout
+from loopgate.audit.position_table import Positions, read_positions
+from loopgate.audit.stretches import lay_stretches
+from loopgate.audit.trace_audit import Finding
+from loopgate.audit.travel import LoopTable, Traveller
+from loopgate.results.columns import EVENT, TIME, VEHICLE, Event
+
+__all__ = ["PositionAudit", "audit_positions"]
+
+_MOST_FINDINGS = 200
+"""Findings of one rule that are told in full; the rest are counted."""
+
+_TOLERANCE_M = 0.1
+"""How far a front may be beyond the end of its leg [m]: SUMO's own tolerance for stops."""
+
+_LONG_STAND_S = 3.0
+"""A stand in a crossing for longer than this is counted [s]: for less, a vehicle may follow another."""
+
+
+@dataclass(frozen=True, slots=True)
+class PositionAudit:
+    """What was found, and figures for the summary."""
+
+    findings: Sequence[Finding]
+    figures: dict[str, Any]
+
+
+def audit_positions(
+    file: Path,
+    layout: Layout,
+    events: pd.DataFrame,
+    *,
+    tick: Callable[[float], None] | None = None,
+) -> PositionAudit:
+    """Hold the recorded positions of all vehicles against the layout and the grants.
+
+    A vehicle's body is its front and all behind it, as long as it is, along its loop. Between two steps it
+    is taken to keep its speed, as SUMO moves it. The rules:
+
+    - *crossing*: bodies of two conflicting movements are never on the stretch that the two share at once;
+    - *drawn*: the same for the stretches found anew from the drawn lanes, so that a conflict or a part of
+      a stretch that the abstraction has missed shows;
+    - *conflict*: of a crossing as drawn, the abstraction knows the foes and the whole stretch (no positions
+      needed);
+    - *bodies*: no two bodies, as rectangles on the ground where SUMO says they are, overlap on one junction;
+    - *room*: never more bodies on a place than it holds;
+    - *ahead*: no front is beyond the place last granted before that step;
+    - *behind*: no rear is in a place that the trace says it has left;
+    - *lane*: no vehicle is on a lane that is not on its loop.
+
+    Parameters
+    ----------
+    file
+        What SUMO recorded, see `loopgate.audit.position_table`.
+    layout
+        States, crossings and vehicles.
+    events
+        `EVENT_COLUMNS` of the same run.
+    tick
+        Told the time that has been audited [s].
+
+    Returns
+    -------
+    PositionAudit
+        Findings in the order of time, the conflicts first. Time O(n log n) in rows; memory does not grow
+        with the length of the run.
+    """
+    return _Audit(layout, events).check(file, tick or (lambda _time_s: None))
+
+
+class _Audit:
+    def __init__(self, layout: Layout, events: pd.DataFrame) -> None:
+        self._layout = layout
+        self._names = list(layout.vehicles)
+        lanes = dict.fromkeys(
+            lane for loop in layout.loops.values() for span in loop.spans for lane in span.lanes
+        )
+        self._lanes = {lane: number for number, lane in enumerate(lanes)}
+        self._lane_names = list(lanes)
+        drawn = find_drawn(layout)
+        self._findings: list[Finding] = []
+        self._told: Counter[str] = Counter()
+        for one, other, text in unsaid(layout, drawn):
+            self._add(0.0, "", one, "conflict", f"{one} and {other} {text}")
+        stretches = lay_stretches(layout, drawn)
+        self._exclusion = Exclusion(stretches.groups)
+        self._groups = stretches.groups
+        tables = {
+            name: LoopTable(loop, self._lanes, stretches.loops[name]) for name, loop in layout.loops.items()
+        }
+        grants, leaves = (_times(events, kind) for kind in (Event.GRANT, Event.LEAVE))
+        none = np.zeros(0)
+        self._travellers = [
+            Traveller(number, body, tables[body.loop], grants.get(name, none), leaves.get(name, none))
+            for number, (name, body) in enumerate(layout.vehicles.items())
+        ]
+        bodies = layout.vehicles.values()
+        self._length_m = np.array([body.length_m for body in bodies])
+        self._width_m = np.array([body.width_m for body in bodies])
+        self._touching: set[tuple[int, int]] = set()
+        self._astray: dict[int, str] = {}
+        self._rows = 0
+        self._stands = 0
+        self._longest_stand: tuple[float, int, int, float] = (0.0, -1, -1, 0.0)
+
+    def check(self, file: Path, tick: Callable[[float], None]) -> PositionAudit:
+        numbers = {name: number for number, name in enumerate(self._names)}
+        for positions in read_positions(file, numbers, self._lanes, self._layout.step_s):
+            self._piece(positions)
+            tick(float(positions.time_s[-1]))
+        for traveller in self._travellers:
+            self._note_stands(traveller.number, traveller.last_stand())
+        order = sorted(self._findings, key=lambda f: f.at_s)
+        more = [
+            Finding(0.0, "", "", rule, f"{count - _MOST_FINDINGS} more findings of the rule {rule!r}")
+            for rule, count in sorted(self._told.items())
+            if count > _MOST_FINDINGS
+        ]
+        return PositionAudit([*order, *more], self._figures())
+
+    def _figures(self) -> dict[str, Any]:
+        longest, vehicle, lane, from_s = self._longest_stand
+        figures: dict[str, Any] = {
+            "rows": self._rows,
+            "margin_s": self._exclusion.margins["crossing"].summary(),
+            "drawn_margin_s": self._exclusion.margins["drawn"].summary(),
+            "stands_in_crossings": self._stands,
+            "longest_stand_s": round(longest, 3),
+        }
+        if vehicle >= 0:
+            figures["longest_stand"] = {
+                "vehicle": self._names[vehicle],
+                "lane": self._lane_names[lane],
+                "at_s": from_s,
+            }
+        return figures
+
+    def _piece(self, positions: Positions) -> None:
+        self._rows += len(positions.time_s)
+        self._bodies(positions)
+        order = np.argsort(positions.vehicle, kind="stable")
+        vehicle = positions.vehicle[order]
+        cuts = np.flatnonzero(np.diff(vehicle)) + 1
+        entered: list[Passages] = []
+        left: list[Passages] = []
+        for rows in np.split(order, cuts):
+            number = int(positions.vehicle[rows[0]])
+            if number >= 0:
+                self._vehicle(self._travellers[number], positions, rows, entered, left)
+        for clash in self._exclusion.judge(Passages.join(entered), Passages.join(left)):
+            self._clash(clash)
+
+    def _vehicle(
+        self,
+        traveller: Traveller,
+        positions: Positions,
+        rows: npt.NDArray[np.int64],
+        entered: list[Passages],
+        left: list[Passages],
+    ) -> None:
+        name = self._names[traveller.number]
+        lane, time, speed = positions.lane[rows], positions.time_s[rows], positions.speed_mps[rows]
+        arcs = traveller.arcs(lane, positions.pos_m[rows], positions.odometer_m[rows])
+        known = ~np.isnan(arcs)
+        if not known.all():
+            self._stray(traveller.number, positions, rows[~known])
+            arcs, lane, time, speed = arcs[known], lane[known], time[known], speed[known]
+            if not len(arcs):
+                return
+        came, went = traveller.pass_over(time, arcs)
+        entered.append(came)
+        left.append(went)
+        for rule, (at, by) in (
+            ("ahead", traveller.ungranted(time, arcs, _TOLERANCE_M)),
+            ("behind", traveller.left_too_early(time, arcs)),
+        ):
+            for k, metres in zip(at.tolist(), by.tolist(), strict=True):
+                where = self._lane_names[int(lane[k])]
+                what = "beyond its grant" if rule == "ahead" else "still in a place it is said to have left"
+                self._add(float(time[k]), name, where, rule, f"{name}: on {where}, {metres:.1f} m {what}")
+        self._note_stands(traveller.number, traveller.stands(time, arcs, speed, lane))
+
+    def _stray(self, number: int, positions: Positions, rows: npt.NDArray[np.int64]) -> None:
+        for row in rows.tolist():
+            lane = str(positions.lane_name[row])
+            if self._astray.get(number) != lane:
+                self._astray[number] = lane
+                text = f"{self._names[number]}: on {lane}, which is not on its loop"
+                self._add(float(positions.time_s[row]), self._names[number], lane, "lane", text)
+
+    def _note_stands(self, vehicle: int, stands: Iterable[tuple[float, float, int]]) -> None:
+        for begin, end, lane in stands:
+            lasted = end - begin + self._layout.step_s
+            self._stands += lasted > _LONG_STAND_S
+            if lasted > self._longest_stand[0]:
+                self._longest_stand = (lasted, vehicle, lane, begin)
+
+    def _clash(self, clash: Clash) -> None:
+        group = self._groups[clash.group]
+        name = self._names[clash.vehicle]
+        if group.kind == "place":
+            place = group.names[0]
+            text = f"{place}: holds {group.room}, but {name} is number {clash.by:.0f} on it"
+            self._add(clash.time_s, name, place, "room", text)
+            return
+        one, two = group.names
+        early = "is still there" if np.isinf(clash.by) else f"leaves {clash.by:.2f} s later"
+        text = f"{name}: on the stretch that {one} and {two} share, while {self._names[clash.other]} {early}"
+        self._add(clash.time_s, name, one, group.kind, text)
+
+    def _bodies(self, positions: Positions) -> None:
+        known = positions.vehicle >= 0
+        if not known.all():
+            positions = _choose(positions, known)
+        if not len(positions.time_s):
+            return
+        vehicle = positions.vehicle
+        last = positions.time_s[-1]
+        now: set[tuple[int, int]] = set()
+        before: dict[tuple[int, int], float] = dict.fromkeys(self._touching, -np.inf)
+        hits = overlapping(positions, self._length_m[vehicle], self._width_m[vehicle])
+        for a, b in hits[np.argsort(positions.time_s[hits[:, 0]], kind="stable")].tolist():
+            lanes = str(positions.lane_name[a]), str(positions.lane_name[b])
+            if not _on_one_junction(*lanes) and lanes[0] != lanes[1]:
+                continue
+            time = float(positions.time_s[a])
+            pair = (int(vehicle[a]), int(vehicle[b]))
+            pair = (min(pair), max(pair))
+            if time == last:
+                now.add(pair)
+            since = before.get(pair)
+            before[pair] = time
+            if since is not None and (np.isinf(since) or time - since <= self._layout.step_s + 1e-6):
+                continue  # told when it began
+            names = self._names[int(vehicle[a])], self._names[int(vehicle[b])]
+            text = f"{names[0]} on {lanes[0]} and {names[1]} on {lanes[1]}: their bodies overlap"
+            self._add(time, names[0], lanes[0], "bodies", text)
+        self._touching = now
+
+    def _add(self, at_s: float, vehicle: str, place: str, rule: str, text: str) -> None:
+        self._told[rule] += 1
+        if self._told[rule] <= _MOST_FINDINGS:
+            self._findings.append(Finding(at_s, vehicle, place, rule, f"{at_s:.0f} s: {text}"))
+
+
+def _times(events: pd.DataFrame, kind: Event) -> dict[str, npt.NDArray[np.float64]]:
+    rows = events[events[EVENT] == kind.value]
+    return {
+        str(name): times.to_numpy(dtype=np.float64) for name, times in rows.groupby(VEHICLE, sort=False)[TIME]
+    }
+
+
+def _on_one_junction(one: str, other: str) -> bool:
+    inside = [lane.rsplit("_", 2)[0] for lane in (one, other) if lane.startswith(":")]
+    return len(inside) == 2 and inside[0] == inside[1]  # noqa: PLR2004  both
+
+
+def _choose(positions: Positions, mask: npt.NDArray[np.bool_]) -> Positions:
+    return Positions(*(getattr(positions, name)[mask] for name in Positions.__slots__))

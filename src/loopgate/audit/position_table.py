@@ -1,0 +1,142 @@
+"""Recorded positions, read in pieces that end between two steps."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+import pyarrow as pa
+import pyarrow.csv
+
+from loopgate.errors import ResultsError
+
+__all__ = ["ATTRIBUTES", "Positions", "read_positions"]
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+
+ATTRIBUTES = ("id", "lane", "pos", "speed", "odometer", "x", "y", "angle")
+"""What SUMO is asked to write of every vehicle at every step."""
+
+_BLOCK_BYTES = 8_000_000
+_WORD = pa.dictionary(pa.int32(), pa.string())
+_TYPES = {
+    "timestep_time": pa.float64(),
+    "vehicle_id": _WORD,
+    "vehicle_lane": _WORD,
+    **{f"vehicle_{name}": pa.float64() for name in ("pos", "speed", "odometer", "x", "y", "angle")},
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Positions:
+    """Rows in the order of time: one per vehicle and step.
+
+    Attributes
+    ----------
+    time_s
+        When the step had been driven, on the clock of the events [s].
+    vehicle, lane
+        Numbers in the lists that were given; -1 for others.
+    lane_name
+        The lanes' names as recorded.
+    pos_m, odometer_m, x_m, y_m
+        Position of the front on its lane, distance driven, network coordinates [m].
+    speed_mps
+        Speed.
+    angle_deg
+        Direction from rear to front, clockwise from north.
+    """
+
+    time_s: Floats
+    vehicle: Ints
+    lane: Ints
+    lane_name: npt.NDArray[np.object_]
+    pos_m: Floats
+    speed_mps: Floats
+    odometer_m: Floats
+    x_m: Floats
+    y_m: Floats
+    angle_deg: Floats
+
+
+def read_positions(
+    file: Path, vehicles: dict[str, int], lanes: dict[str, int], step_s: float
+) -> Iterator[Positions]:
+    """Read what SUMO wrote (``positions.csv.gz``), whole steps at a time.
+
+    Parameters
+    ----------
+    file
+        The table; compressed if its name ends in ``.gz``.
+    vehicles, lanes
+        Numbers by name.
+    step_s
+        Length of a step [s]: SUMO writes the time at which the step began.
+
+    Raises
+    ------
+    ResultsError
+        If it cannot be read.
+    """
+    try:
+        rest: pd.DataFrame | None = None
+        with _open(file) as reader:
+            for batch in reader:
+                frame = batch.to_pandas()
+                for name in ("vehicle_id", "vehicle_lane"):
+                    frame[name] = frame[name].astype("category")
+                if rest is not None and len(rest):
+                    frame = pd.concat([_plain(rest), _plain(frame)], ignore_index=True)
+                last = frame["timestep_time"].iloc[-1]
+                whole = frame["timestep_time"].to_numpy() < last
+                rest = frame[~whole]
+                if whole.any():
+                    yield _positions(frame[whole], vehicles, lanes, step_s)
+        if rest is not None and len(rest):
+            yield _positions(rest, vehicles, lanes, step_s)
+    except (OSError, pa.ArrowException) as error:
+        msg = f"{file}: cannot read the positions ({error})"
+        raise ResultsError(msg) from error
+
+
+def _open(file: Path) -> pyarrow.csv.CSVStreamingReader:
+    return pyarrow.csv.open_csv(
+        file,
+        read_options=pyarrow.csv.ReadOptions(block_size=_BLOCK_BYTES, use_threads=False),
+        parse_options=pyarrow.csv.ParseOptions(delimiter=";"),
+        convert_options=pyarrow.csv.ConvertOptions(column_types=_TYPES, include_columns=list(_TYPES)),
+    )
+
+
+def _plain(frame: pd.DataFrame) -> pd.DataFrame:
+    return frame.astype({"vehicle_id": object, "vehicle_lane": object})
+
+
+def _positions(
+    frame: pd.DataFrame, vehicles: dict[str, int], lanes: dict[str, int], step_s: float
+) -> Positions:
+    def numbers(name: str, known: dict[str, int]) -> Ints:
+        codes, words = pd.factorize(frame[name])
+        table = np.array([known.get(str(word), -1) for word in words], dtype=np.int64)
+        return np.asarray(table[codes])
+
+    def column(name: str) -> Floats:
+        return frame[f"vehicle_{name}"].to_numpy(dtype=np.float64)
+
+    return Positions(
+        time_s=frame["timestep_time"].to_numpy(dtype=np.float64) + step_s,
+        vehicle=numbers("vehicle_id", vehicles),
+        lane=numbers("vehicle_lane", lanes),
+        lane_name=frame["vehicle_lane"].to_numpy(dtype=object),
+        pos_m=column("pos"),
+        speed_mps=column("speed"),
+        odometer_m=column("odometer"),
+        x_m=column("x"),
+        y_m=column("y"),
+        angle_deg=column("angle"),
+    )

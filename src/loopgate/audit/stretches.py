@@ -1,0 +1,125 @@
+"""Stretches of loops that only so many bodies, or only one of two sides, may be on at once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from loopgate.audit.drawing import DrawnConflict
+from loopgate.audit.layout import Layout, LoopWay
+
+__all__ = ["Group", "LoopStretches", "Stretches", "lay_stretches"]
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+
+ROUNDING_M = 0.02
+"""Recorded positions are rounded to centimetres: stretches are taken this much shorter at either end [m]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Group:
+    """What the stretches of one group have in common.
+
+    Attributes
+    ----------
+    kind
+        ``place``, ``crossing`` (as the abstraction says) or ``drawn`` (as the lanes are drawn).
+    names
+        The state; or the two movements, of which only one may have bodies on the stretch.
+    room
+        How many bodies a place holds; 0 for the other kinds.
+    """
+
+    kind: str
+    names: tuple[str, ...]
+    room: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class LoopStretches:
+    """The stretches of one loop: arc lengths [m] at begin and end, number of the group, side (0 or 1)."""
+
+    begin_m: Floats
+    end_m: Floats
+    group: Ints
+    side: Ints
+    first: int
+    """Number of its first stretch among those of all loops."""
+
+
+@dataclass(frozen=True, slots=True)
+class Stretches:
+    """All stretches of a layout.
+
+    Attributes
+    ----------
+    groups
+        By number.
+    loops
+        By name.
+    count
+        How many stretches there are in all.
+    """
+
+    groups: tuple[Group, ...]
+    loops: Mapping[str, LoopStretches]
+    count: int
+
+
+def lay_stretches(layout: Layout, drawn: Mapping[str, list[DrawnConflict]]) -> Stretches:
+    """Return the stretches of places, of crossings as the abstraction says, and of conflicts as drawn.
+
+    Parameters
+    ----------
+    layout
+        The layout.
+    drawn
+        By loop, see `loopgate.audit.drawing.find_drawn`.
+    """
+    numbers: dict[Group, int] = {}
+    loops: dict[str, LoopStretches] = {}
+    count = 0
+    for name, loop in layout.loops.items():
+        rows = [
+            (begin + ROUNDING_M, end - ROUNDING_M, numbers.setdefault(group, len(numbers)), side)
+            for group, side, begin, end in (*_places(layout, loop), *_crossings(loop), *_drawn(drawn[name]))
+        ]
+        table = np.array(rows, dtype=np.float64).reshape(-1, 4)
+        loops[name] = LoopStretches(
+            table[:, 0], table[:, 1], table[:, 2].astype(np.int64), table[:, 3].astype(np.int64), count
+        )
+        count += len(rows)
+    return Stretches(tuple(numbers), loops, count)
+
+
+_Row = tuple[Group, int, float, float]
+
+
+def _places(layout: Layout, loop: LoopWay) -> Iterator[_Row]:
+    for leg in loop.legs:
+        room = layout.room.get(leg.state)
+        if room is not None:
+            yield Group("place", (leg.state,), room), 0, leg.begin_m, leg.end_m
+
+
+def _crossings(loop: LoopWay) -> Iterator[_Row]:
+    for number, leg in enumerate(loop.legs):
+        following = (number + 1) % len(loop.legs)
+        behind = loop.legs[following].begin_m + (0.0 if following else loop.length_m)
+        for movement, foes in leg.crossings:
+            for foe, stretch in foes.items():
+                begin, end = stretch or (leg.end_m, behind)
+                yield _pair("crossing", movement, foe), int(movement > foe), begin, end
+
+
+def _drawn(conflicts: list[DrawnConflict]) -> Iterator[_Row]:
+    for c in conflicts:
+        yield _pair("drawn", c.movement, c.foe), int(c.movement > c.foe), c.begin_m, c.end_m
+
+
+def _pair(kind: str, one: str, other: str) -> Group:
+    return Group(kind, (min(one, other), max(one, other)))

@@ -1,0 +1,264 @@
+"""The audit of positions: every rule, broken once, on two loops that cross at one junction."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from loopgate.audit import Layout, PositionAudit, audit_positions, position_table, read_layout, write_layout
+from loopgate.audit.layout import Leg, LoopWay, Span, VehicleBody
+from loopgate.errors import ResultsError
+from loopgate.results.columns import EVENT_COLUMNS
+
+Arc = Callable[[float], float]
+"""Where a front is on its loop [m] at a time [s]."""
+
+ACROSS, ALONG = "A_0>B_0", "C_0>D_0"
+"""The movements that cross in the middle of junction J, 55 m after the beginning of either loop."""
+
+SHARED = (52.8, 57.2)
+"""The stretch of either that the abstraction says they share [m]; as drawn it is 54.1 to 55.9 m."""
+
+
+def loop(first: str, second: str, number: int, foes: dict[str, tuple[float, float] | None]) -> LoopWay:
+    """Two lanes of 50 m, joined by 10 m inside junction J and 10 m inside junction K."""
+    return LoopWay(
+        120.0,
+        (
+            Span(0.0, 50.0, (first,)),
+            Span(50.0, 60.0, (f":J_{number}_0",)),
+            Span(60.0, 110.0, (second,)),
+            Span(110.0, 120.0, (f":K_{number}_0",)),
+        ),
+        (
+            Leg(first, 0.0, 49.9, ((f"{first}>{second}", foes),)),
+            Leg(second, 60.0, 109.9, ((f"{second}>{first}", {}),)),
+        ),
+    )
+
+
+def layout(
+    across: dict[str, tuple[float, float] | None] | None = None,
+    along: dict[str, tuple[float, float] | None] | None = None,
+) -> Layout:
+    """Two vehicles on each loop; the movements over J are foes unless told otherwise."""
+    return Layout(
+        step_s=1.0,
+        room={"A_0": 2, "B_0": 1, "C_0": 2, "D_0": 2},
+        loops={
+            "a": loop("A_0", "B_0", 0, {ALONG: SHARED} if across is None else across),
+            "c": loop("C_0", "D_0", 1, {ACROSS: SHARED} if along is None else along),
+        },
+        vehicles={
+            "v1": VehicleBody("a", 5.0, 1.8, 20.0, 0),
+            "v2": VehicleBody("c", 5.0, 1.8, 20.0, 0),
+            "v3": VehicleBody("a", 5.0, 1.8, 10.0, 0),
+        },
+        shapes={
+            ":J_0_0": ((-5.0, 0.0), (5.0, 0.0)),
+            ":J_1_0": ((0.0, -5.0), (0.0, 5.0)),
+            ":K_0_0": ((500.0, 0.0), (510.0, 0.0)),
+            ":K_1_0": ((0.0, 500.0), (0.0, 510.0)),
+        },
+    )
+
+
+def drive(begin_m: float, speed: float, *, from_s: float = 1.0, until_m: float = 1e9) -> Arc:
+    """Stand until a time, then drive at a constant speed up to a place."""
+    return lambda t: min(begin_m + speed * max(0.0, t - from_s), until_m)
+
+
+def audit(
+    folder: Path,
+    ways: dict[str, Arc],
+    events: list[tuple[float, str, str, str]],
+    plan: Layout | None = None,
+    *,
+    steps: int = 40,
+    stray: tuple[float, str, str] | None = None,
+) -> PositionAudit:
+    """Write the record that SUMO would have written, and audit it."""
+    plan = plan or layout()
+    rows = []
+    for step in range(steps):
+        for name, way in ways.items():
+            body, time = plan.vehicles[name], step + plan.step_s
+            arc, before = way(time), way(time - 1.0)
+            where = arc % 120.0
+            span = next(s for s in plan.loops[body.loop].spans if s.begin_m <= where <= s.end_m)
+            lane = span.lanes[0]
+            if stray and stray[:2] == (time, name):
+                lane = stray[2]
+            x, y, angle = (where - 55.0, 0.0, 90.0) if body.loop == "a" else (0.0, where - 55.0, 0.0)
+            speed, odometer = arc - before, arc - way(1.0)
+            pos = where - span.begin_m
+            rows.append(
+                f"{step:.2f};{name};{x:.2f};{y:.2f};{angle:.2f};{speed:.2f};{pos:.2f};{lane};{odometer:.2f}"
+            )
+    names = ("x", "y", "angle", "speed", "pos", "lane", "odometer")
+    head = ";".join(("timestep_time", "vehicle_id", *(f"vehicle_{name}" for name in names)))
+    file = folder / "positions.csv"
+    file.write_text("\n".join((head, *rows)) + "\n", encoding="utf-8")
+    trace = pd.DataFrame([(*event, "", "") for event in events], columns=list(EVENT_COLUMNS))
+    return audit_positions(file, plan, trace)
+
+
+def rules(found: PositionAudit) -> list[str]:
+    """Return the rules broken, in order."""
+    return [finding.rule for finding in found.findings]
+
+
+GRANTED = [(1.0, "v1", "grant", "B_0"), (1.0, "v2", "grant", "D_0"), (1.0, "v3", "grant", "B_0")]
+
+
+def test_one_after_the_other_is_clean(tmp_path: Path) -> None:
+    """v1's rear leaves the stretch when its front is at 62.2 m, v2's front reaches it 1.88 s later."""
+    ways = {"v1": drive(20.0, 5.0, until_m=90.0), "v2": drive(20.0, 4.0, from_s=3.12, until_m=90.0)}
+    found = audit(tmp_path, ways, GRANTED)
+    assert rules(found) == []
+    assert found.figures["rows"] == 80
+    assert found.figures["margin_s"]["count"] == 1
+    assert found.figures["margin_s"]["least"] == pytest.approx(1.88, abs=0.03)
+    # From the rear past 55.9 m to the front at 54.1 m.
+    assert found.figures["drawn_margin_s"]["least"] == pytest.approx(1.88 + 1.3 / 5 + 1.3 / 4, abs=0.03)
+
+
+def test_both_on_the_shared_stretch(tmp_path: Path) -> None:
+    """v2 comes 0.24 s before v1 has left the stretch; as drawn, they just miss each other."""
+    ways = {"v1": drive(20.0, 5.0, until_m=90.0), "v2": drive(20.0, 4.0, until_m=90.0)}
+    found = audit(tmp_path, ways, GRANTED)
+    assert rules(found) == ["crossing"]
+    assert found.findings[0].vehicle == "v2"
+    assert found.findings[0].at_s == pytest.approx(9.2, abs=0.01)
+    assert "v1 leaves 0.2" in found.findings[0].text
+
+
+def test_who_stays_on_the_stretch_is_in_the_way(tmp_path: Path) -> None:
+    """v1 stops with its rear on the stretch and stays: v2 may never come, however late."""
+    ways = {"v1": drive(20.0, 5.0, until_m=60.0), "v2": drive(20.0, 5.0, from_s=25.0, until_m=53.5)}
+    found = audit(tmp_path, ways, GRANTED)
+    assert rules(found) == ["crossing"]
+    assert "v1 is still there" in found.findings[0].text
+    assert found.figures["stands_in_crossings"] == 2
+    assert found.figures["longest_stand"] == {"vehicle": "v1", "lane": ":J_0_0", "at_s": 10.0}
+
+
+def test_bodies_that_overlap(tmp_path: Path) -> None:
+    """Both in the middle at once: said, drawn, and seen on the ground, once."""
+    ways = {"v1": drive(20.0, 5.0, until_m=90.0), "v2": drive(20.0, 5.0, until_m=90.0)}
+    found = audit(tmp_path, ways, GRANTED)
+    assert sorted(rules(found)) == ["bodies", "crossing", "drawn"]
+
+
+def test_a_foe_forgotten(tmp_path: Path) -> None:
+    """The abstraction says nothing of the crossing: the drawing shows it, and the meeting."""
+    ways = {"v1": drive(20.0, 5.0, until_m=90.0), "v2": drive(20.0, 4.2, until_m=90.0)}
+    found = audit(tmp_path, ways, GRANTED, layout({}, {}))
+    assert sorted(rules(found)) == ["conflict", "conflict", "drawn"]
+    assert "are no foes" in found.findings[0].text
+    found = audit(tmp_path, {"v1": ways["v1"]}, GRANTED, layout({}, {}))
+    assert rules(found) == ["conflict", "conflict"]
+
+
+def test_a_stretch_halved(tmp_path: Path) -> None:
+    """The stretch ends in the middle of the crossing: 0.9 m are missing as drawn."""
+    half = (52.8, 55.0)
+    found = audit(tmp_path, {"v1": drive(20.0, 5.0, until_m=90.0)}, GRANTED, layout({ALONG: half}, None))
+    assert rules(found) == ["conflict"]
+    assert "0.9 m beyond" in found.findings[0].text
+
+
+def test_a_foe_in_the_way_all_along(tmp_path: Path) -> None:
+    """Without a stretch the foe is in the way from the end of one place to the beginning of the next."""
+    ways = {"v1": drive(20.0, 5.0, until_m=90.0), "v2": drive(20.0, 3.8, until_m=90.0)}
+    assert rules(audit(tmp_path, ways, GRANTED)) == []
+    assert rules(audit(tmp_path, ways, GRANTED, layout({ALONG: None}, {ACROSS: None}))) == ["crossing"]
+
+
+def test_more_bodies_than_a_place_holds(tmp_path: Path) -> None:
+    """B_0 holds one: the front of v3 is there before the rear of v1 has left."""
+    ways = {"v1": drive(20.0, 5.0, until_m=112.0), "v3": drive(10.0, 5.0, until_m=70.0)}
+    found = audit(tmp_path, ways, [*GRANTED, (5.0, "v1", "grant", "A_0")])
+    assert rules(found) == ["room"]
+    assert found.findings[0].at_s == pytest.approx(11.0, abs=0.01)
+
+
+def test_a_front_beyond_its_grant(tmp_path: Path) -> None:
+    """v1 is granted B_0 after the step in which it came 6.1 m beyond A_0: too late for that step."""
+    found = audit(tmp_path, {"v1": drive(20.0, 12.0, until_m=90.0)}, [(4.0, "v1", "grant", "B_0")], steps=20)
+    assert rules(found) == ["ahead"]
+    assert found.findings[0].at_s == 4.0
+    assert "6.1 m beyond" in found.findings[0].text
+
+
+def test_a_rear_where_it_is_said_to_have_left(tmp_path: Path) -> None:
+    """v1's rear leaves A_0 when its front is at 54.9 m, at 7.98 s: at 7 s it had not, at 8 s it has."""
+    way = {"v1": drive(20.0, 5.0, until_m=90.0)}
+    assert rules(audit(tmp_path, way, [*GRANTED, (7.0, "v1", "leave", "A_0")])) == ["behind"]
+    assert rules(audit(tmp_path, way, [*GRANTED, (8.0, "v1", "leave", "A_0")])) == []
+
+
+def test_a_lane_that_is_not_on_the_loop(tmp_path: Path) -> None:
+    """Told once for each such lane."""
+    found = audit(tmp_path, {"v1": drive(20.0, 5.0, until_m=45.0)}, [], stray=(4.0, "v1", "Z_0"))
+    assert rules(found) == ["lane"]
+
+
+def test_laps_are_told_apart(tmp_path: Path) -> None:
+    """v1 passes three times, v2 once, after the first: one margin for v2 and two for v1."""
+    grants = [(1.0, "v1", "grant", place) for place in ("B_0", "A_0", "B_0", "A_0", "B_0", "A_0")]
+    ways = {"v1": drive(20.0, 10.0, until_m=330.0), "v2": drive(20.0, 10.0, from_s=6.5, until_m=160.0)}
+    found = audit(tmp_path, ways, [*grants, *[(1.0, "v2", "grant", p) for p in ("D_0", "C_0")]])
+    assert rules(found) == []
+    assert found.figures["margin_s"]["count"] == 3
+
+
+def test_the_size_of_the_pieces_does_not_matter(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The same record read in pieces of a few rows gives the same findings and figures."""
+    ways = {
+        "v1": drive(20.0, 5.0, until_m=112.0),
+        "v2": drive(20.0, 5.0, until_m=90.0),
+        "v3": drive(10.0, 5.0, until_m=70.0),
+    }
+    whole = audit(tmp_path, ways, GRANTED)
+    monkeypatch.setattr(position_table, "_BLOCK_BYTES", 400)
+    assert audit(tmp_path, ways, GRANTED) == whole
+    assert {"room", "bodies", "crossing", "drawn", "ahead"} == set(rules(whole))
+
+
+def test_many_findings_of_one_rule_are_counted(tmp_path: Path) -> None:
+    """The first two hundred are told."""
+    found = audit(tmp_path, {"v1": drive(20.0, 1.0, until_m=90.0)}, [], steps=250)
+    assert len(found.findings) == 201
+    assert found.findings[-1].text.endswith("more findings of the rule 'ahead'")
+
+
+def test_a_layout_is_read_back(tmp_path: Path) -> None:
+    """What is written is what is read; what is no layout is an error that names the file."""
+    plan = layout({ALONG: None}, None)
+    write_layout(plan, tmp_path / "layout.json")
+    assert read_layout(tmp_path / "layout.json") == plan
+    (tmp_path / "layout.json").write_text("{}")
+    with pytest.raises(ResultsError, match=r"layout\.json: no layout"):
+        read_layout(tmp_path / "layout.json")
+
+
+def test_a_record_that_cannot_be_read(tmp_path: Path) -> None:
+    """An error that names the file."""
+    (tmp_path / "p.csv").write_text("a;b\n1;2\n")
+    with pytest.raises(ResultsError, match=r"p\.csv: cannot read the positions"):
+        audit_positions(tmp_path / "p.csv", layout(), pd.DataFrame(columns=list(EVENT_COLUMNS)))
+
+
+def test_wide_bodies_reach_farther() -> None:
+    """A bus of 2.5 m touches at 1.25 m on either side of the middle."""
+    from loopgate.audit.drawing import find_drawn  # noqa: PLC0415
+
+    plan = layout()
+    plan = dataclasses.replace(plan, vehicles={"b": VehicleBody("a", 12.0, 2.5, 20.0, 0)})
+    (conflict,) = find_drawn(plan)["a"]
+    assert (conflict.begin_m, conflict.end_m) == pytest.approx((53.75, 56.25))
