@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from loopgate.simulation.fleet import NOWHERE, REACTION_S
+from loopgate.simulation.fleet import NOWHERE
 from loopgate.simulation.sensing import braking_m, must_ask
 from loopgate.simulation.track import Track
 from loopgate.traffic.base import Dynamics
@@ -57,7 +57,6 @@ class Driver:
         self.decel = dynamics.decel_mps2
         self.top = self.track.top_speed_mps * max(1.0, dynamics.speed_factor)
         self._step_s = step_s
-        self._reaction_s = max(step_s, REACTION_S)
 
     def measure_from(self, front_m: float, laps: int, now_s: float) -> None:
         """Forget what was counted so far."""
@@ -94,9 +93,8 @@ class Driver:
 
     def must_ask(self, left_m: float, speed: float) -> bool:
         """Return whether the next step could take it past the point where it must brake."""
-        return must_ask(left_m, speed, self.top, self.accel, self.decel, self._step_s, self._reaction_s)
+        return must_ask(left_m, speed, self.top, self.accel, self.decel, self._step_s)
 
     def may_brake(self, left_m: float, speed: float) -> bool:
         """Return whether it can still stop within the distance left [m] from its speed [m/s]."""
-        needed = braking_m(speed, self.decel, self._step_s, self._reaction_s)
-        return left_m >= needed - speed * self._reaction_s
+        return left_m >= braking_m(speed, self.decel, self._step_s)

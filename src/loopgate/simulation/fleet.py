@@ -15,12 +15,9 @@ from loopgate.simulation.sensing import Vehicles, Ways, sense
 from loopgate.simulation.track import Track
 from loopgate.traffic.base import Dynamics, Traffic
 
-__all__ = ["NOWHERE", "REACTION_S", "Fleet"]
+__all__ = ["NOWHERE", "Fleet"]
 
 NOWHERE = math.inf
-
-REACTION_S = 1.0
-"""Headway that SUMO adds to the braking distance before it accepts a stop: tau of its default model [s]."""
 
 _ROWS_PER_VEHICLE = 16
 
@@ -50,7 +47,6 @@ class Fleet:
         self._recorder = recorder
         self._ids = [track.vehicle for track in tracks]
         self._step_s = traffic.step_s
-        self._reaction_s = max(traffic.step_s, REACTION_S)
         code = recorder.code
         self._events = (code(Event.EDGE.value), code(Event.LAP.value), code(Event.ENTER.value))
         self._ways = _ways(tracks, code)
@@ -96,7 +92,6 @@ class Fleet:
             self.vehicles,
             self._ways,
             self._step_s,
-            self._reaction_s,
             self._events,
             self._rows,
             self._calls,

@@ -44,23 +44,22 @@ MUST_ASK: Final = 3
 
 
 @njit(cache=True)
-def braking_m(speed: float, decel: float, step_s: float, reaction_s: float) -> float:
-    """Return the braking distance from `speed` [m], SUMO's reaction time included.
+def braking_m(speed: float, decel: float, step_s: float) -> float:
+    """Return the braking distance from `speed` [m].
 
-    It is that of SUMO's Euler update: a step at each speed on the way down to zero.
+    It is that of SUMO's Euler update: a step at each speed on the way down to zero. A stop nearer than that
+    is refused by SUMO; it adds no reaction time, which it keeps to vehicles ahead only.
     """
     loss = decel * step_s
     steps = int(speed / loss)
-    return step_s * (steps * speed - loss * steps * (steps + 1) / 2) + speed * reaction_s
+    return step_s * (steps * speed - loss * steps * (steps + 1) / 2)
 
 
 @njit(cache=True)
-def must_ask(
-    left_m: float, speed: float, top: float, accel: float, decel: float, step_s: float, reaction_s: float
-) -> bool:
+def must_ask(left_m: float, speed: float, top: float, accel: float, decel: float, step_s: float) -> bool:
     """Return whether the next step could take a vehicle past the point where it must brake."""
     fast = min(top, speed + accel * step_s)
-    return left_m < fast * step_s + braking_m(fast, decel, step_s, reaction_s) + MARGIN_M
+    return left_m < fast * step_s + braking_m(fast, decel, step_s) + MARGIN_M
 
 
 class Vehicles(NamedTuple):
@@ -188,7 +187,6 @@ def sense(
     v: Vehicles,
     w: Ways,
     step_s: float,
-    reaction_s: float,
     events: tuple[int, int, int],
     rows: Codes,
     calls: Codes,
@@ -201,8 +199,8 @@ def sense(
         What SUMO says, by vehicle [m].
     v, w
         The vehicles and their ways.
-    step_s, reaction_s
-        Length of a step, and see `must_ask` [s].
+    step_s
+        Length of a step [s].
     events
         The events for an edge, a lap, and a state entered, by number.
     rows
@@ -226,6 +224,6 @@ def sense(
         if (front > v.line_m[i] + TOLERANCE_M) != v.trespassing[i]:
             called = _call(calls, called, i, TRESPASS)
         left_m = v.line_m[i] - front
-        if v.asking[i] and must_ask(left_m, v.speed[i], w.top[i], w.accel[i], w.decel[i], step_s, reaction_s):
+        if v.asking[i] and must_ask(left_m, v.speed[i], w.top[i], w.accel[i], w.decel[i], step_s):
             called = _call(calls, called, i, MUST_ASK)
     return noted, called

@@ -211,7 +211,7 @@ def test_a_vehicle_granted_in_the_same_step_does_not_ask_for_the_state_after() -
         capacity={"p": 2},
         fifo=("p",),
     )
-    starts = {"x": 195.0, "y": 395.0}
+    starts = {"x": 198.0, "y": 398.0}
     tracks = [
         Track(
             vehicle=name,
@@ -237,7 +237,7 @@ def test_a_vehicle_granted_in_the_same_step_does_not_ask_for_the_state_after() -
         name: FakeVehicle([(f"{name}p", 200.0), (f"{name}q", 200.0)], start) for name, start in starts.items()
     }
     keeper = Gatekeeper(
-        Abstraction("queues", robots, itineraries, (195.0, 395.0)),
+        Abstraction("queues", robots, itineraries, (198.0, 398.0)),
         make_gate("collision", robots),
         OldestFirst(Random(1)),
     )
