@@ -3,11 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from loopgate.abstraction.itinerary import Crossing, Itinerary, Leg
+from loopgate.abstraction.itinerary import Crossing, Itinerary, Leg, Pin
 from loopgate.abstraction.movements import Conflicts, find_conflicts
+from loopgate.abstraction.pins import Target, Turn, find_pins
+from loopgate.abstraction.stretches import (
+    CLEARANCE_M,
+    LEAST_CAPACITY,
+    Foes,
+    Passage,
+    Stretch,
+    find_foes,
+    lay_stretches,
+    least_change_m,
+)
 from loopgate.errors import RefusedLoopError, RouteError
 from loopgate.model import StateId
 from loopgate.network.loop import HOLD_MARGIN_M, LaneSpan, Loop
@@ -15,14 +26,31 @@ from loopgate.network.records import Connection
 from loopgate.network.road import RoadNetwork
 from loopgate.network.vehicle_type import DEFAULT_TYPE, VehicleType
 
-__all__ = ["CLEARANCE_M", "LEAST_CAPACITY", "QueueLayout", "lay_out_queues", "why_not"]
+__all__ = ["QueueLayout", "QueuePlace", "lay_out_queues", "why_not"]
 
-CLEARANCE_M = 1.0
-"""What a lane is longer than the vehicles and gaps it holds [m]: vehicles stop centimetres off a line."""
 
-LEAST_CAPACITY = 2
-"""A lane that holds fewer joins the crossing it lies in: where every place holds two, one walk along the
-heads of full queues decides liveness (Reveliotis, Lawley, Ferreira 1997)."""
+@dataclass(frozen=True, slots=True)
+class QueuePlace:
+    """Where vehicles queue: a lane, or the part of it before or behind a stretch for changing lanes.
+
+    Attributes
+    ----------
+    name
+        The lane's id; with ``/1`` for the part before a stretch, ``/2`` for the part behind it.
+    length_m
+        Its length [m].
+    needed_m
+        Length of the longest vehicle that visits it, with its gap [m].
+    """
+
+    name: str
+    length_m: float
+    needed_m: float
+
+    @property
+    def capacity(self) -> int:
+        """How many vehicles it holds."""
+        return math.floor((self.length_m - HOLD_MARGIN_M - CLEARANCE_M) / self.needed_m)
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,24 +59,24 @@ class QueueLayout:
 
     Attributes
     ----------
-    capacity
-        How many vehicles a place holds, by lane id; in the order of first use.
+    places
+        By name; in the order of first use.
     itineraries
         By loop id.
     conflicts
-        Among all movements that the loops use.
-    needed_m
-        Length of the longest vehicle that visits a place, with its gap, by lane id.
+        Among all movements over junctions that the loops use.
+    stretches
+        By edge: where loops change lanes, and narrow streets.
     """
 
-    capacity: Mapping[str, int]
+    places: Mapping[str, QueuePlace]
     itineraries: Mapping[str, Itinerary]
     conflicts: Conflicts
-    needed_m: Mapping[str, float]
+    stretches: Mapping[str, Stretch]
 
 
 def lay_out_queues(network: RoadNetwork, users: Sequence[tuple[Loop, VehicleType]]) -> QueueLayout:
-    """Cut loops into places (lanes) and crossings (movements, with the lanes too short to wait on).
+    """Cut loops into places (lanes) and crossings (movements, with what lies between that nobody waits on).
 
     Parameters
     ----------
@@ -62,70 +90,134 @@ def lay_out_queues(network: RoadNetwork, users: Sequence[tuple[Loop, VehicleType
     RefusedLoopError
         If a loop cannot work as queues; the text says why.
     """
+    plan = _Plan(network, users)
     loops = {loop.id: loop for loop, _ in users}
-    classes = {loop.id: kind.vclass for loop, kind in users}
-    movements = {name: _movements(network, loop) for name, loop in loops.items()}
-    needed: dict[str, float] = {}
-    for loop, kind in users:
-        for span in loop.spans:
-            if not span.internal:
-                needed[span.lane_id] = max(needed.get(span.lane_id, 0.0), kind.length_m + kind.min_gap_m)
-    capacity = {
-        span.lane_id: _capacity(span, needed[span.lane_id])
-        for loop in loops.values()
-        for span in loop.spans
-        if not span.internal
-    }
-    for name, loop in loops.items():
-        reason = _why_not(network, loop, movements[name], capacity, classes[name])
+    chains = {name: plan.chain(loop) for name, loop in loops.items()}
+    classes: dict[str, dict[str, None]] = {}
+    for loop, kind in {(loop.id, kind): (loop, kind) for loop, kind in users}.values():
+        classes.setdefault(loop.id, {})[kind.vclass] = None
+        reason = plan.why_not(loop, chains[loop.id], kind)
         if reason:
-            raise RefusedLoopError(name, reason, abstraction="queues")
-    conflicts = find_conflicts(network, (m for chain in movements.values() for m in chain))
+            raise RefusedLoopError(loop.id, reason, abstraction="queues")
+    pieces = [piece for chain in chains.values() for piece in chain]
+    conflicts = find_conflicts(network, (p.movement for p in pieces if p.movement is not None))
+    foes = find_foes((p.passage for p in pieces if p.passage is not None), plan.narrow)
     return QueueLayout(
-        capacity={lane: room for lane, room in capacity.items() if room >= LEAST_CAPACITY},
+        places={p.place.name: p.place for p in pieces if p.place is not None},
         itineraries={
-            name: _itinerary(loop, movements[name], capacity, conflicts) for name, loop in loops.items()
+            name: Itinerary(
+                name,
+                loops[name].length_m,
+                tuple(_legs(network, chain, conflicts, foes, tuple(classes[name]))),
+            )
+            for name, chain in chains.items()
         },
         conflicts=conflicts,
-        needed_m=needed,
+        stretches=plan.stretches,
     )
 
 
 def why_not(network: RoadNetwork, loop: Loop, kind: VehicleType = DEFAULT_TYPE) -> str:
     """Return why a loop cannot work as queues, as the end of a sentence; empty if it can."""
-    spans = [span for span in loop.spans if not span.internal]
-    capacity = {span.lane_id: _capacity(span, kind.length_m + kind.min_gap_m) for span in spans}
-    return _why_not(network, loop, _movements(network, loop), capacity, kind.vclass)
+    plan = _Plan(network, [(loop, kind)])
+    return plan.why_not(loop, plan.chain(loop), kind)
 
 
-def _capacity(span: LaneSpan, needed_m: float) -> int:
-    return math.floor((span.length_m - HOLD_MARGIN_M - CLEARANCE_M) / needed_m)
+@dataclass(frozen=True, slots=True)
+class _Piece:
+    """A part of a loop: a place, a passage over a stretch, a movement, or a lane too short to wait on.
+
+    `begin_m` is an arc length on the loop, `at_m` where on its edge the piece ends [m].
+    """
+
+    begin_m: float
+    length_m: float
+    edge: str
+    lane: int
+    at_m: float
+    place: QueuePlace | None = None
+    passage: Passage | None = None
+    movement: Connection | None = None
 
 
-def _why_not(
-    network: RoadNetwork,
-    loop: Loop,
-    movements: Sequence[Connection],
-    capacity: Mapping[str, int],
-    vclass: str,
-) -> str:
-    """Vehicles keep their lanes here, so a loop must neither need a change nor leave SUMO a choice."""
-    spans = [span for span in loop.spans if not span.internal]
-    for before, movement, span in zip((movements[-1], *movements[:-1]), movements, spans, strict=True):
-        if before.to_lane != span.lane:
-            return (
-                f"must change from lane {before.to_lane} to lane {span.lane} on edge {span.edge}; "
-                "vehicles in queues keep their lanes: lead it another way"
-            )
-        ways = [c for c in network.between(span.edge, movement.to_edge, vclass) if c.from_lane == span.lane]
-        if len(ways) > 1:
-            return (
-                f"leads from lane {span.lane_id} to edge {movement.to_edge}, where SUMO may choose among "
-                f"lanes {', '.join(str(c.to_lane) for c in ways)}; lead it another way"
-            )
-    if len({span.lane_id for span in spans if capacity[span.lane_id] >= LEAST_CAPACITY}) < LEAST_CAPACITY:
-        return "has fewer than two lanes on which two vehicles can queue; make it longer"
-    return ""
+class _Plan:
+    """What of the network a set of loops uses as stretches, and how long their vehicles are."""
+
+    def __init__(self, network: RoadNetwork, users: Sequence[tuple[Loop, VehicleType]]) -> None:
+        self._network = network
+        self.stretches, self.narrow = lay_stretches(network, users)
+        self._needed: dict[str, float] = {}
+        for loop, kind in users:
+            for span in loop.spans:
+                if not span.internal:
+                    # A stretch cuts all lanes of its edge at the same places, so the edge's longest counts.
+                    on = span.edge if span.edge in self.stretches else span.lane_id
+                    self._needed[on] = max(self._needed.get(on, 0.0), kind.length_m + kind.min_gap_m)
+
+    def chain(self, loop: Loop) -> list[_Piece]:
+        """Cut a loop into pieces, in driving order from its beginning."""
+        pieces: list[_Piece] = []
+        for movement, span in zip(_movements(self._network, loop), _roads(loop), strict=True):
+            pieces += self._on_edge(span)
+            length = sum(self._network.lanes[lane].length_m for lane in movement.via)
+            pieces.append(_Piece(span.end_m, length, span.edge, span.lane, span.length_m, movement=movement))
+        return pieces
+
+    def _on_edge(self, span: LaneSpan) -> Iterator[_Piece]:
+        stretch = self.stretches.get(span.edge)
+        if stretch is None:
+            yield self._waiting(span, span.lane, 0.0, span.length_m, span.lane_id)
+            return
+        if stretch.begin_m > 0:
+            name = f"{span.edge}_{span.lane_in}/1"
+            yield self._waiting(span, span.lane_in, 0.0, stretch.begin_m, name)
+        yield _Piece(
+            span.begin_m + stretch.begin_m,
+            stretch.end_m - stretch.begin_m,
+            span.edge,
+            span.lane_in,
+            stretch.end_m,
+            passage=stretch.passage(span.lane_in, span.lane),
+        )
+        if stretch.end_m < span.length_m:
+            yield self._waiting(span, span.lane, stretch.end_m, span.length_m, f"{span.lane_id}/2")
+
+    def _waiting(self, span: LaneSpan, lane: int, begin: float, end: float, name: str) -> _Piece:
+        needed = self._needed[span.edge if span.edge in self.stretches else span.lane_id]
+        place = QueuePlace(name, end - begin, needed)
+        return _Piece(
+            span.begin_m + begin,
+            end - begin,
+            span.edge,
+            lane,
+            end,
+            place=place if place.capacity >= LEAST_CAPACITY else None,
+        )
+
+    def why_not(self, loop: Loop, chain: Sequence[_Piece], kind: VehicleType) -> str:
+        """Return what keeps a loop from working as queues; empty if nothing does."""
+        for span in _roads(loop):
+            needed = kind.length_m + kind.min_gap_m
+            if span.lane_in != span.lane and span.length_m < least_change_m(needed):
+                return (
+                    f"must change from lane {span.lane_in} to lane {span.lane} on edge {span.edge}, which is "
+                    f"{span.length_m:.1f} m long; that takes {least_change_m(needed):.1f} m: "
+                    "lead it another way"
+                )
+        if len({piece.place.name for piece in chain if piece.place is not None}) < LEAST_CAPACITY:
+            return "has fewer than two places in which two vehicles can queue; make it longer"
+        for _, between, after in _ways_on(chain):
+            pins = find_pins(self._network, list(_course(between, after)), kind.vclass)
+            if isinstance(pins, Connection):
+                return (
+                    f"leads from lane {pins.from_edge}_{pins.from_lane} to edge {pins.to_edge}, which is too "
+                    f"short to tell SUMO on which of its lanes to go on; lead it another way"
+                )
+        return ""
+
+
+def _roads(loop: Loop) -> list[LaneSpan]:
+    return [span for span in loop.spans if not span.internal]
 
 
 def _movements(network: RoadNetwork, loop: Loop) -> list[Connection]:
@@ -142,7 +234,9 @@ def _movements(network: RoadNetwork, loop: Loop) -> list[Connection]:
             k += 1
         following = spans[k % len(spans)]
         for c in network.outgoing(span.edge):
-            if c.to_edge == following.edge and c.from_lane == span.lane and c.via == tuple(via):
+            if (c.from_lane, c.to_edge, c.to_lane) == (span.lane, following.edge, following.lane_in) and (
+                c.via == tuple(via)
+            ):
                 found.append(c)
                 break
         else:
@@ -151,39 +245,74 @@ def _movements(network: RoadNetwork, loop: Loop) -> list[Connection]:
     return found
 
 
-def _itinerary(
-    loop: Loop, movements: Sequence[Connection], capacity: Mapping[str, int], conflicts: Conflicts
-) -> Itinerary:
-    spans = [span for span in loop.spans if not span.internal]
-    count = len(spans)
-    legs: list[Leg] = []
-    for k, span in enumerate(spans):
-        if capacity[span.lane_id] < LEAST_CAPACITY:
+def _ways_on(chain: Sequence[_Piece]) -> Iterator[tuple[_Piece, list[_Piece], _Piece]]:
+    """Yield each place of a loop, what lies between it and the next, and the next."""
+    first = next(k for k, piece in enumerate(chain) if piece.place is not None)
+    here, between = chain[first], list[_Piece]()
+    found: list[tuple[_Piece, list[_Piece], _Piece]] = []
+    for piece in (*chain[first + 1 :], *chain[: first + 1]):
+        if piece.place is None:
+            between.append(piece)
             continue
-        end = span.end_m - HOLD_MARGIN_M
+        found.append((here, between, piece))
+        here, between = piece, []
+    yield from found
+
+
+def _course(between: Sequence[_Piece], after: _Piece) -> Iterator[Turn | Target]:
+    """Yield what `find_pins` has to know of the way from one place to the next."""
+    ahead = HOLD_MARGIN_M
+    for piece in between:
+        passage = piece.passage
+        if piece.movement is not None:
+            yield Turn(piece.movement, ahead + piece.length_m)
+        elif passage is not None and passage.changes:
+            yield Target(piece.edge, piece.lane, piece.at_m, ahead, passage.to_lane)
+        ahead += piece.length_m
+    yield Target(after.edge, after.lane, after.at_m, ahead)
+
+
+def _legs(
+    network: RoadNetwork,
+    chain: Sequence[_Piece],
+    conflicts: Conflicts,
+    foes: Mapping[str, Foes],
+    classes: Sequence[str],
+) -> Iterator[Leg]:
+    for here, between, after in _ways_on(chain):
         crossings: list[Crossing] = []
         ahead = HOLD_MARGIN_M
-        j = k
-        while True:
-            movement = movements[j % count]
-            crossings.append(_crossing(movement.id, ahead, conflicts))
-            ahead += conflicts.lengths_m[movement.id]
-            j += 1
-            following = spans[j % count]
-            if capacity[following.lane_id] >= LEAST_CAPACITY:
-                break
-            ahead += following.length_m
-        legs.append(Leg(StateId(span.lane_id), span.begin_m, end, tuple(crossings)))
-    return Itinerary(loop.id, loop.length_m, tuple(legs))
+        for piece in between:
+            if piece.movement is not None:
+                name = piece.movement.id
+                speed = conflicts.speeds_mps[name]
+                crossings.append(
+                    _crossing(name, conflicts.foes[name], conflicts.overlaps[name], speed, ahead)
+                )
+            elif piece.passage is not None:
+                name = piece.passage.id
+                speed = network.edges[piece.edge].lanes[piece.lane].speed_mps
+                crossings.append(_crossing(name, foes[name].ids, foes[name].overlaps, speed, ahead))
+            ahead += piece.length_m
+        course = list(_course(between, after))
+        # A stop too many does no harm: it lies on the loop's own lane.
+        pins = max((find_pins(network, course, vclass) for vclass in classes), key=_number)
+        yield Leg(
+            StateId(here.place.name if here.place else ""),
+            here.begin_m,
+            here.begin_m + here.length_m - HOLD_MARGIN_M,
+            tuple(crossings),
+            lane=here.lane,
+            pins=() if isinstance(pins, Connection) else pins,
+        )
 
 
-def _crossing(movement: str, ahead_m: float, conflicts: Conflicts) -> Crossing:
-    return Crossing(
-        movement,
-        conflicts.foes[movement],
-        {
-            foe: (ahead_m + begin, ahead_m + end)
-            for foe, (begin, end) in sorted(conflicts.overlaps[movement].items())
-        },
-        conflicts.speeds_mps[movement],
-    )
+def _number(pins: tuple[Pin, ...] | Connection) -> int:
+    return 0 if isinstance(pins, Connection) else len(pins)
+
+
+def _crossing(
+    name: str, foes: frozenset[str], overlaps: Mapping[str, tuple[float, float]], speed: float, ahead_m: float
+) -> Crossing:
+    moved = {foe: (ahead_m + begin, ahead_m + end) for foe, (begin, end) in sorted(overlaps.items())}
+    return Crossing(name, foes, moved, speed)

@@ -29,8 +29,9 @@ def make_queues(
 
     A lane that holds at least two vehicles is a place: a FIFO state whose capacity is
     ``floor(usable length / (vehicle length + gap))`` for its longest visitor. All between two places is
-    crossing: the movements over junctions, and lanes too short to wait on. A vehicle on a crossing never
-    waits: it takes the whole crossing and a slot of the next place at once.
+    crossing: the movements over junctions, stretches for changing lanes, narrow streets, and lanes too short
+    to wait on. A vehicle on a crossing never waits: it takes the whole crossing and a slot of the next place
+    at once.
 
     Parameters
     ----------
@@ -65,23 +66,24 @@ def make_queues(
         if name in given
     }
     most = {
-        lane: startable(network.lanes[lane].length_m, layout.needed_m[lane], room)
-        for lane, room in layout.capacity.items()
+        name: startable(place.length_m, place.needed_m, place.capacity)
+        for name, place in layout.places.items()
     }
     positions = choose_places(itineraries, most, names=called, wishes=wishes, rng=random.Random(seed))
     lines: dict[str, list[int]] = {}
     for k, (itinerary, position) in enumerate(zip(itineraries, positions, strict=True)):
         lines.setdefault(str(itinerary.legs[position].state), []).append(k)
     fronts = [0.0] * len(loops)
-    for lane, line in lines.items():
-        slots = slots_m(network.lanes[lane].length_m, layout.needed_m[lane], [kinds[k] for k in line])
+    for name, line in lines.items():
+        place = layout.places[name]
+        slots = slots_m(place.length_m, place.needed_m, [kinds[k] for k in line])
         for k, slot in zip(line, slots, strict=True):
             fronts[k] = itineraries[k].legs[positions[k]].begin_m + slot
     robots = [
         Robot(RobotId(name), tuple(leg.state for leg in itinerary.legs), start=position)
         for name, itinerary, position in zip(called, itineraries, positions, strict=True)
     ]
-    capacity = {StateId(lane): room for lane, room in layout.capacity.items()}
+    capacity = {StateId(name): place.capacity for name, place in layout.places.items()}
     return Abstraction(
         name="queues",
         system=System(robots, capacity, capacity.keys()),

@@ -11,6 +11,7 @@ import pytest
 import shapely
 from roads import roads
 
+from loopgate.abstraction.itinerary import Pin
 from loopgate.abstraction.movements import REACH_M, find_conflicts
 from loopgate.abstraction.queue_layout import lay_out_queues, why_not
 from loopgate.abstraction.queues import make_queues
@@ -56,7 +57,8 @@ def test_the_longest_visitor_of_a_lane_says_how_many_it_holds() -> None:
     """A bus of 12 m with a gap of 3 m: floor(78.9 / 15) = 5."""
     loop = make_loop(RING, "ring", ["a", "b", "c"])
     bus = VehicleType(id="bus", length_m=12.0, min_gap_m=3.0)
-    assert lay_out_queues(RING, [(loop, DEFAULT_TYPE), (loop, bus)]).capacity == {"a_0": 5, "c_0": 2}
+    places = lay_out_queues(RING, [(loop, DEFAULT_TYPE), (loop, bus)]).places
+    assert {name: place.capacity for name, place in places.items()} == {"a_0": 5, "c_0": 2}
 
 
 def test_more_vehicles_than_can_start_are_refused_with_the_number_that_can() -> None:
@@ -67,16 +69,122 @@ def test_more_vehicles_than_can_start_are_refused_with_the_number_that_can() -> 
         make_queues(RING, [loop] * 14)
 
 
-def test_loops_that_change_lanes_are_told_so() -> None:
-    """Two lanes, entered on one and left on the other; and a fork where SUMO has the choice."""
-    change = roads({"a": (80.0, 2), "b": (80.0, 1)}, ["a_0>b_0", "b_0>a_1"])
-    fork = roads({"a": (80.0, 2), "b": (80.0, 1)}, ["a_0>b_0", "a_1>b_0", "b_0>a_0", "b_0>a_1"])
-    assert "must change from lane 1 to lane 0 on edge a" in why_not(
-        change, make_loop(change, "l", ["a", "b"])
+CHANGE = apart(roads({"a": (100.0, 2), "b": (80.0, 1)}, ["a_0>b_0", "b_0>a_1"]))
+
+
+def test_where_a_loop_changes_lanes_its_edge_becomes_place_stretch_and_place() -> None:
+    """100 m: a stretch of 10 + 15 m in the middle, and floor((37.5 - 1.1) / 7.5) = 4 vehicles on each side.
+
+    Entered on lane 1, left on lane 0: it is held on lane 1 and the stop at the stretch's end lies there, too.
+    """
+    abstraction = make_queues(CHANGE, [make_loop(CHANGE, "l", ["a", "b"])])
+    before, behind, other = abstraction.itineraries[0].legs
+    assert [(leg.state, leg.lane) for leg in (before, behind, other)] == [
+        ("a_1/1", 1),
+        ("a_0/2", 0),
+        ("b_0", 0),
+    ]
+    assert (before.begin_m, before.end_m, behind.begin_m, behind.end_m) == (0.0, 37.4, 62.5, 99.9)
+    assert [crossing.id for crossing in before.crossings] == ["a:1>0"]
+    assert before.pins == (Pin("a", 1, 62.4, 0.1, to_lane=0),)
+    assert not behind.pins
+    assert not other.pins
+    assert [abstraction.system.capacity[leg.state] for leg in (before, behind)] == [4, 4]
+
+
+@pytest.mark.parametrize(
+    ("length_m", "states", "crossings"),
+    [
+        (42.3, ["a_1/1", "a_0/2", "b_0", "c_0"], [["a:1>0"], ["a_0>b_0"], ["b_0>c_0"], ["c_0>a_1"]]),
+        (42.1, ["a_0/2", "b_0", "c_0"], [["a_0>b_0"], ["b_0>c_0"], ["c_0>a_1", "a:1>0"]]),
+        (26.1, ["a_0/2", "b_0", "c_0"], [["a_0>b_0"], ["b_0>c_0"], ["c_0>a_1", "a:1>0"]]),
+        (26.0, ["b_0", "c_0"], [["b_0>c_0"], ["c_0>a_1", "a:1>0", "a_0>b_0"]]),
+    ],
+)
+def test_on_a_short_edge_the_stretch_joins_the_crossings_beside_it(
+    length_m: float, states: list[str], crossings: list[list[str]]
+) -> None:
+    """A place takes 2 * 7.5 + 1.1 m, a stretch 10 m: 42.2 m for both places, 26.1 m for one."""
+    edges = {"a": (length_m, 2), "b": (80.0, 1), "c": (80.0, 1)}
+    network = apart(roads(edges, ["a_0>b_0", "b_0>c_0", "c_0>a_1"]))
+    legs = make_queues(network, [make_loop(network, "l", ["a", "b", "c"])]).itineraries[0].legs
+    assert [leg.state for leg in legs] == states
+    assert [[crossing.id for crossing in leg.crossings] for leg in legs] == crossings
+    for leg, after in zip(legs, (*legs[1:], legs[0]), strict=True):
+        for pin in leg.pins:
+            assert pin == Pin("a", 1, pin.position_m, pin.from_m, to_lane=0)
+            lap = 160.0 + length_m
+            assert pin.position_m == pytest.approx(
+                (after.begin_m - 0.1) % lap if "/2" in after.state else length_m - 0.1
+            )
+
+
+def test_an_edge_too_short_to_change_lanes_on_is_named_with_what_it_takes() -> None:
+    """Nine metres, where a car with its gap and 2.5 m to spare takes ten."""
+    edges = {"a": (9.0, 2), "b": (80.0, 1), "c": (80.0, 1)}
+    network = apart(roads(edges, ["a_0>b_0", "b_0>c_0", "c_0>a_1"]))
+    loop = make_loop(network, "l", ["a", "b", "c"])
+    assert why_not(network, loop).startswith(
+        "must change from lane 1 to lane 0 on edge a, which is 9.0 m long"
     )
-    assert "SUMO may choose among lanes 0, 1" in why_not(fork, make_loop(fork, "l", ["a", "b"]))
-    with pytest.raises(ScenarioError, match="loop l must change"):
-        make_queues(change, [make_loop(change, "l", ["a", "b"])])
+    with pytest.raises(ScenarioError, match="loop l must change from lane 1 to lane 0"):
+        make_queues(network, [loop])
+
+
+def test_where_one_loop_changes_lanes_the_others_cross_its_stretch() -> None:
+    """All lanes of the edge are cut; one that stays on lane 0 and one that comes to it exclude each other."""
+    network = apart(roads({"a": (100.0, 2), "b": (80.0, 1)}, ["a_0>b_0", "b_0>a_1", "b_0>a_0"]))
+    edges = ["a", "b"]
+    change = roads({"a": (100.0, 2), "b": (80.0, 1)}, ["a_0>b_0", "b_0>a_1"])
+    changes, stays = make_loop(change, "changes", edges), make_loop(network, "stays", edges)
+    layout = lay_out_queues(network, [(changes, DEFAULT_TYPE), (stays, DEFAULT_TYPE)])
+    one, other = layout.itineraries["changes"].legs, layout.itineraries["stays"].legs
+    assert [leg.state for leg in one] == ["a_1/1", "a_0/2", "b_0"]
+    assert [leg.state for leg in other] == ["a_0/1", "a_0/2", "b_0"]
+    assert one[0].crossings[0].foes == {"a:0>0", "a:1>0"}
+    assert other[0].crossings[0].foes == {"a:1>0"}
+
+
+def test_where_sumo_could_choose_a_lane_a_stop_leads_to_the_loops_own() -> None:
+    """From b to either lane of a: the stop at the end of the lane is done with once the vehicle is on it."""
+    fork = apart(roads({"a": (80.0, 2), "b": (80.0, 1)}, ["a_0>b_0", "a_1>b_0", "b_0>a_0", "b_0>a_1"]))
+    legs = make_queues(fork, [make_loop(fork, "l", ["a", "b"])]).itineraries[0].legs
+    assert [leg.pins for leg in legs] == [(), (Pin("a", 0, 79.9, 0.1),)]
+
+
+def test_where_two_chains_of_lanes_lead_to_one_place_each_choice_has_its_stop() -> None:
+    """Over either lane of the short s to c: a stop at the end of s, none on c, which has one lane."""
+    edges = {"a": (80.0, 1), "s": (5.0, 2), "c": (80.0, 1)}
+    network = apart(roads(edges, ["a_0>s_0", "a_0>s_1", "s_0>c_0", "s_1>c_0", "c_0>a_0"]))
+    legs = make_queues(network, [make_loop(network, "l", ["a", "s", "c"])]).itineraries[0].legs
+    assert legs[0].pins == (Pin("s", 0, 4.9, 0.1),)
+    tight = apart(roads(edges | {"s": (0.2, 2)}, ["a_0>s_0", "a_0>s_1", "s_0>c_0", "s_1>c_0", "c_0>a_0"]))
+    assert "too short to tell SUMO" in why_not(tight, make_loop(tight, "l", ["a", "s", "c"]))
+
+
+def test_a_street_too_narrow_for_two_is_crossed_one_way_at_a_time() -> None:
+    """Two edges on one line, opposed: no places on them, and each excludes the other along all its length."""
+    network = apart(
+        roads(
+            {"x": (80.0, 1), "y": (80.0, 1), "a": (80.0, 1), "b": (80.0, 1)},
+            ["x_0>a_0", "a_0>y_0", "y_0>b_0", "b_0>x_0"],
+        )
+    )
+    back = replace(network.lanes["y_0"], shape=tuple(reversed(network.lanes["x_0"].shape)))
+    narrow = RoadNetwork(
+        name="narrow",
+        file=network.file,
+        edges={**network.edges, "y": replace(network.edges["y"], lanes=(back,))},
+        lanes={**network.lanes, "y_0": back},
+        junctions={},
+        connections=network.connections,
+    )
+    legs = make_queues(narrow, [make_loop(narrow, "l", ["x", "a", "y", "b"])]).itineraries[0].legs
+    assert [leg.state for leg in legs] == ["a_0", "b_0"]
+    there = legs[0].crossings[1]
+    assert there.id == "y:0>0"
+    assert there.foes == {"x:0>0"}
+    assert there.overlaps["x:0>0"] == (0.1, 80.1)
 
 
 @pytest.mark.parametrize("name", [str(GRID), "sumo:DRT", "sumo:bs3d"])

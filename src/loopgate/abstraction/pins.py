@@ -1,0 +1,114 @@
+"""Where SUMO could take another lane than a loop's, and the stops that lead it to the right one."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from loopgate.abstraction.itinerary import Pin
+from loopgate.network.loop import HOLD_MARGIN_M
+from loopgate.network.records import Connection
+from loopgate.network.road import RoadNetwork
+
+__all__ = ["Target", "Turn", "find_pins"]
+
+_SHORTEST_M = 0.5
+"""The shortest lane on which SUMO can be told to stop [m]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Turn:
+    """A movement on the way from one place to the next, and how far ahead of the first it ends [m]."""
+
+    movement: Connection
+    ahead_m: float
+
+
+@dataclass(frozen=True, slots=True)
+class Target:
+    """A lane to be reached: the next place's, or one from which to change.
+
+    Attributes
+    ----------
+    edge, lane
+        The lane.
+    end_m
+        Where on it the place, or the stretch for changing, ends [m].
+    ahead_m
+        How far ahead of the place before it begins [m].
+    to_lane
+        The lane to change to; None for a place.
+    """
+
+    edge: str
+    lane: int
+    end_m: float
+    ahead_m: float
+    to_lane: int | None = None
+
+    def pin(self) -> Pin:
+        """Return the stop that leads there."""
+        return Pin(self.edge, self.lane, self.end_m - HOLD_MARGIN_M, self.ahead_m, self.to_lane)
+
+
+def find_pins(
+    network: RoadNetwork, course: Sequence[Turn | Target], vclass: str
+) -> tuple[Pin, ...] | Connection:
+    """Find the stops that keep a vehicle to its lanes from one place to the next.
+
+    Without them SUMO chooses among the lanes to which a movement leads by what it sees of the route. A
+    vehicle that is to stop on a lane takes the lanes that lead there; where several ways would, there is a
+    stop on each lane in question.
+
+    Parameters
+    ----------
+    network
+        The roads.
+    course
+        What lies ahead, in order; the last is the next place.
+    vclass
+        SUMO class of the vehicle.
+
+    Returns
+    -------
+    tuple of Pin, or Connection
+        The stops; or the movement to whose lane none can be set, since it is too short.
+    """
+    pins: list[Pin] = []
+    turns: list[Turn] = []
+    for item in course:
+        if isinstance(item, Turn):
+            turns.append(item)
+            continue
+        choices = [turn for turn in turns if _ways(network, turn.movement, vclass) > 1]
+        leads = bool(choices)
+        if choices and _ways_round(network, turns, item.lane, vclass) > 1:
+            leads = choices[-1] is turns[-1]
+            for turn in choices[:-1] if leads else choices:
+                c = turn.movement
+                length_m = network.edges[c.to_edge].length_m
+                if length_m < _SHORTEST_M:
+                    return c
+                pins.append(Target(c.to_edge, c.to_lane, length_m, turn.ahead_m).pin())
+        if leads or item.to_lane is not None:
+            pins.append(item.pin())
+        turns = []
+    return tuple(pins)
+
+
+def _ways(network: RoadNetwork, movement: Connection, vclass: str) -> int:
+    """Return to how many lanes of the next edge the movement's lane leads."""
+    between = network.between(movement.from_edge, movement.to_edge, vclass)
+    return sum(c.from_lane == movement.from_lane for c in between)
+
+
+def _ways_round(network: RoadNetwork, turns: Sequence[Turn], lane: int, vclass: str) -> int:
+    """Return over how many chains of lanes the turns lead to a lane, without changing lanes."""
+    ways = Counter({turns[0].movement.from_lane: 1})
+    for turn in turns:
+        onward: Counter[int] = Counter()
+        for c in network.between(turn.movement.from_edge, turn.movement.to_edge, vclass):
+            onward[c.to_lane] += ways[c.from_lane]
+        ways = onward
+    return ways[lane]

@@ -1,0 +1,222 @@
+"""Parts of edges on which nobody waits: where vehicles change lanes, and streets too narrow for two."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+from loopgate.abstraction.movements import REACH_M
+from loopgate.network.contacts import lane_contacts
+from loopgate.network.loop import HOLD_MARGIN_M, Loop
+from loopgate.network.road import RoadNetwork
+from loopgate.network.vehicle_type import VehicleType
+
+__all__ = [
+    "CLEARANCE_M",
+    "LEAST_CAPACITY",
+    "Passage",
+    "Stretch",
+    "find_foes",
+    "lay_stretches",
+    "least_change_m",
+    "narrow_lanes",
+]
+
+CLEARANCE_M = 1.0
+"""What a place is longer than the vehicles and gaps it holds [m]: vehicles stop centimetres off a line."""
+
+LEAST_CAPACITY = 2
+"""A lane that holds fewer joins the crossing it lies in: where every place holds two, one walk along the
+heads of full queues decides liveness (Reveliotis, Lawley, Ferreira 1997)."""
+
+_SPARE_M = 2.5
+"""What the shortest stretch is longer than a vehicle and its gap [m]: one that stands at its end then keeps
+its gap to those that wait before the stretch, and they do not keep it from changing lanes."""
+
+_ROOMY_M = 15.0
+"""By how much a stretch is longer where the edge has room [m]: a vehicle can change lanes without braking
+hard for the stretch's end."""
+
+_NARROW_M = 5.0
+"""Lanes of two edges that lie near each other for longer than a car do not count as merely meeting [m]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Stretch:
+    """A part of an edge, over all its lanes, that vehicles cross without waiting.
+
+    Attributes
+    ----------
+    edge
+        The edge.
+    begin_m, end_m
+        Positions on it [m]. 0 and the edge's length where there is no place before or behind.
+    """
+
+    edge: str
+    begin_m: float
+    end_m: float
+
+    def passage(self, lane: int, to_lane: int) -> Passage:
+        """Return the way over it from one lane to another, or along one."""
+        return Passage(self.edge, lane, to_lane, self.end_m - self.begin_m)
+
+
+@dataclass(frozen=True, slots=True)
+class Passage:
+    """A way over a stretch: from lane to lane, or along one lane."""
+
+    edge: str
+    lane: int
+    to_lane: int
+    length_m: float
+
+    @property
+    def id(self) -> str:
+        """``edge:lane>lane``, unique in the network."""
+        return f"{self.edge}:{self.lane}>{self.to_lane}"
+
+    @property
+    def changes(self) -> bool:
+        """Whether it leads to another lane."""
+        return self.lane != self.to_lane
+
+    @property
+    def swept(self) -> range:
+        """The lanes it uses."""
+        return range(min(self.lane, self.to_lane), max(self.lane, self.to_lane) + 1)
+
+
+def least_change_m(needed_m: float) -> float:
+    """Return how long a stretch must be at least for vehicles that need so much with their gaps [m]."""
+    return needed_m + _SPARE_M
+
+
+def lay_stretches(
+    network: RoadNetwork, users: Sequence[tuple[Loop, VehicleType]]
+) -> tuple[dict[str, Stretch], Narrow]:
+    """Choose the stretches: on each edge on which a loop changes lanes, and on all of each narrow edge.
+
+    A stretch for changing lanes lies in the middle, with a place before and behind. Where the edge is too
+    short for both, the place behind it stays if it fits; else the stretch takes the whole edge, and so does
+    one on a narrow edge. Where even that is too short to change lanes it is for the caller to say so.
+
+    Returns
+    -------
+    tuple
+        Stretches by edge, and which lanes are narrow.
+    """
+    needed: dict[str, float] = {}
+    changing: dict[str, None] = {}
+    lanes: dict[str, None] = {}
+    for loop, kind in users:
+        for span in loop.spans:
+            if span.internal:
+                continue
+            needed[span.edge] = max(needed.get(span.edge, 0.0), kind.length_m + kind.min_gap_m)
+            low, high = sorted((span.lane, span.lane_in))
+            lanes.update((network.edges[span.edge].lanes[k].id, None) for k in range(low, high + 1))
+            if low != high:
+                changing[span.edge] = None
+    narrow = narrow_lanes(network, lanes)
+    whole = {network.lanes[lane].edge for pair in narrow for lane in pair}
+    stretches = {
+        edge: Stretch(edge, 0.0, network.edges[edge].length_m)
+        if edge in whole
+        else _in_the_middle(edge, network.edges[edge].length_m, needed[edge])
+        for edge in (*changing, *sorted(whole - changing.keys()))
+    }
+    return stretches, narrow
+
+
+def _in_the_middle(edge: str, length_m: float, needed_m: float) -> Stretch:
+    place_m = LEAST_CAPACITY * needed_m + CLEARANCE_M + HOLD_MARGIN_M
+    least_m = least_change_m(needed_m)
+    if length_m >= place_m + least_m + place_m:
+        stretch_m = min(least_m + _ROOMY_M, length_m - 2 * place_m)
+        before_m = (length_m - stretch_m) / 2
+        return Stretch(edge, before_m, before_m + stretch_m)
+    if length_m >= least_m + place_m:
+        return Stretch(edge, 0.0, min(least_m + _ROOMY_M, length_m - place_m))
+    return Stretch(edge, 0.0, length_m)
+
+
+Narrow = Mapping[tuple[str, str], tuple[tuple[float, float], tuple[float, float]]]
+"""Pairs of lanes of two edges that are near each other, both ways round: where on the first and on the
+second, from the first to the last such place [m]."""
+
+
+def narrow_lanes(network: RoadNetwork, lanes: Iterable[str], *, reach_m: float = REACH_M) -> Narrow:
+    """Find the lanes of different edges that vehicles cannot use side by side.
+
+    Edges that merely meet at a junction, or cross it at a sharp angle, do so for less than a car's length;
+    that does not count. Heights are ignored, as they are in junctions. O(n log n + k), see `lane_contacts`.
+    """
+    shapes = {lane: network.lanes[lane].shape for lane in lanes}
+    if not shapes:
+        return {}
+    found = lane_contacts(shapes, reach_m)
+    pairs: dict[tuple[str, str], tuple[tuple[float, float], tuple[float, float]]] = {}
+    for k in range(len(found.one)):
+        x, y = (network.lanes[found.lanes[n]] for n in (int(found.one[k]), int(found.other[k])))
+        if x.edge == y.edge:
+            continue
+        mine = float(found.one_begin[k]) * x.length_m, float(found.one_end[k]) * x.length_m
+        theirs = float(found.other_begin[k]) * y.length_m, float(found.other_end[k]) * y.length_m
+        if min(mine[1] - mine[0], theirs[1] - theirs[0]) <= _NARROW_M:
+            continue
+        known = pairs.get((x.id, y.id), (mine, theirs))
+        mine, theirs = _hull(known[0], mine), _hull(known[1], theirs)
+        pairs[x.id, y.id], pairs[y.id, x.id] = (mine, theirs), (theirs, mine)
+    return pairs
+
+
+def _hull(one: tuple[float, float], other: tuple[float, float]) -> tuple[float, float]:
+    return min(one[0], other[0]), max(one[1], other[1])
+
+
+@dataclass(frozen=True, slots=True)
+class Foes:
+    """Conflicts of one passage: with whom, and where they touch in metres along it; see `Conflicts`."""
+
+    ids: frozenset[str]
+    overlaps: Mapping[str, tuple[float, float]]
+
+
+def find_foes(passages: Iterable[Passage], narrow: Narrow) -> dict[str, Foes]:
+    """Find the conflicts among passages.
+
+    Two passages of an edge conflict if they use a lane together, unless they come from one lane and one of
+    them stays on it: then the second follows the first. A vehicle that changes lanes conflicts even with
+    others that do the same, since one that stands waiting for a gap could be overtaken by the next, in the
+    wrong order. It is in the way until its rear has left the stretch, so there is no overlap to look at.
+    Passages of two narrow edges conflict if their lanes are near each other.
+    """
+    by_id = {passage.id: passage for passage in passages}
+    ids: dict[str, set[str]] = {name: set() for name in by_id}
+    overlaps: dict[str, dict[str, tuple[float, float]]] = {name: {} for name in by_id}
+    on_edge: dict[str, list[Passage]] = {}
+    for passage in by_id.values():
+        on_edge.setdefault(passage.edge, []).append(passage)
+    for together in on_edge.values():
+        for one in together:
+            ids[one.id].update(other.id for other in together if _conflict(one, other))
+    on_lane: dict[str, list[Passage]] = {}
+    for passage in by_id.values():
+        for lane in passage.swept:
+            on_lane.setdefault(f"{passage.edge}_{lane}", []).append(passage)
+    for (x, y), (mine, _) in narrow.items():
+        for one in on_lane.get(x, ()):
+            for other in on_lane.get(y, ()):
+                ids[one.id].add(other.id)
+                if not (one.changes or other.changes):
+                    overlaps[one.id][other.id] = mine
+    return {name: Foes(frozenset(ids[name]), overlaps[name]) for name in by_id}
+
+
+def _conflict(one: Passage, other: Passage) -> bool:
+    if not (one.changes or other.changes):
+        return False
+    if one.lane == other.lane and not (one.changes and other.changes):
+        return False
+    return bool(set(one.swept) & set(other.swept))
