@@ -133,14 +133,19 @@ class CertifiedGate:
         except BudgetError:
             msg = "gate certified: the start could not be shown to be live within the budget; raise budget"
             raise UnsafeStartError(msg) from None
-        names = self._layout.names(self._cannot_go_on())
+        everyone = list(range(len(self._layout.path)))
+        stuck = stuck_for_good(self._stand, everyone)
+        names = self._layout.names(stuck or everyone)
+        if not stuck and isinstance(self._keeper, Flow):
+            away = [i for i, p in enumerate(self._stand.at) if not self._layout.home[i][p]]
+            msg = (
+                f"gate certified: the start could not be shown to be live: robots {self._layout.names(away)} "
+                "start in places that hold one, and not all of them find a slot in the next that holds two; "
+                "start them there, or fewer of them"
+            )
+            raise UnsafeStartError(msg)
         msg = f"gate certified: the start is not live: robots {names} cannot all go on; start them elsewhere"
         raise UnsafeStartError(msg)
-
-    def _cannot_go_on(self) -> list[int]:
-        """Return robots of the start that cannot all go on; those in a circular wait if there are."""
-        everyone = list(range(len(self._layout.path)))
-        return stuck_for_good(self._stand, everyone) or everyone
 
     @property
     def promise(self) -> str:
