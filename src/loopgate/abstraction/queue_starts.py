@@ -78,7 +78,6 @@ def choose_places(
     """
     taken: dict[str, list[int]] = {}
     chosen: dict[int, int] = {}
-    left_out: list[int] = []
     for number, itinerary in enumerate(itineraries):
         positions = list(range(len(itinerary.legs)))
         if number in wishes:
@@ -87,15 +86,13 @@ def choose_places(
         else:
             rng.shuffle(positions)
         if not _place(number, positions, itineraries, most, taken, chosen):
-            left_out.append(number)
-    if left_out:
-        loops = len({itinerary.loop for itinerary in itineraries})
-        msg = (
-            f"abstraction queues: {len(itineraries)} vehicles are too many for {loops} loops; "
-            f"{len(chosen)} can start so that everybody can move ({names[left_out[0]]} finds no place): "
-            f"take at most {len(chosen)}, or more or longer loops"
-        )
-        raise ScenarioError(msg)
+            loops = len({itinerary.loop for itinerary in itineraries})
+            msg = (
+                f"abstraction queues: {len(itineraries)} vehicles are too many for {loops} loops; "
+                f"the first {number} can start so that everybody can move ({names[number]} finds no place): "
+                f"take at most {number}, or more or longer loops"
+            )
+            raise ScenarioError(msg)
     return [chosen[number] for number in range(len(itineraries))]
 
 

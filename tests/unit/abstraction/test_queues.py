@@ -65,8 +65,20 @@ def test_more_vehicles_than_can_start_are_refused_with_the_number_that_can() -> 
     """One slot stays free on each place: 9 and 4 of 10 and 5."""
     loop = make_loop(RING, "ring", ["a", "b", "c"])
     assert len(make_queues(RING, [loop] * 13).starts_m) == 13
-    with pytest.raises(ScenarioError, match="14 vehicles are too many for 1 loops; 13 can start"):
+    with pytest.raises(ScenarioError, match="14 vehicles are too many for 1 loops; the first 13 can start"):
         make_queues(RING, [loop] * 14)
+
+
+def test_the_number_that_can_start_is_one_that_can() -> None:
+    """Two loops in turn, one with room for two: the fifth vehicle finds no place, though the sixth would."""
+    both = roads(
+        {"a": (20.0, 1), "b": (20.0, 1), "c": (80.0, 1), "d": (80.0, 1)},
+        ["a_0>b_0", "b_0>a_0", "c_0>d_0", "d_0>c_0"],
+    )
+    loops = [make_loop(both, "small", ["a", "b"]), make_loop(both, "large", ["c", "d"])]
+    with pytest.raises(ScenarioError, match=r"the first 4 can start .*\(v5 finds no place\): take at most 4"):
+        make_queues(both, [loops[k % 2] for k in range(6)])
+    assert len(make_queues(both, [loops[k % 2] for k in range(4)]).starts_m) == 4
 
 
 CHANGE = apart(roads({"a": (100.0, 2), "b": (80.0, 1)}, ["a_0>b_0", "b_0>a_1"]))

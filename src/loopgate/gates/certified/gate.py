@@ -131,7 +131,8 @@ class CertifiedGate:
             if self._keeper.begin(self._here(), self._stand):
                 return
         except BudgetError:
-            msg = "gate certified: the start could not be shown to be live within the budget; raise budget"
+            other = ", or ask for promise=somebody" if isinstance(self._keeper, Rounds) else ""
+            msg = f"gate certified: the start could not be shown live within the budget; raise budget{other}"
             raise UnsafeStartError(msg) from None
         everyone = list(range(len(self._layout.path)))
         stuck = stuck_for_good(self._stand, everyone)
