@@ -122,10 +122,6 @@ class Gatekeeper:
             self._pending[robot] = pending
             self._new.append(pending)
 
-    def position(self, robot: int) -> int:
-        """Return the position of `robot` on its path: the last state it was granted."""
-        return self._at[robot]
-
     def first_before(self, robot: int) -> int | None:
         """Return the head of the FIFO state that `robot` is in, if that is another robot."""
         line = self._lines.get(self.system.paths[robot][self._at[robot]])
