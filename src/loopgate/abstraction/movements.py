@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
@@ -30,7 +29,7 @@ class Conflicts:
         By movement id, then foe: between which metres after the movement's beginning the two can touch.
         Missing where only the request matrix knows of the conflict.
     lengths_m, speeds_mps
-        Length and lowest speed limit, by movement id.
+        Length, and lowest speed limit until the rear is past it, the next lane's included, by movement id.
     unlisted
         Conflicts that the geometry shows and the request matrix does not list.
     """
@@ -87,7 +86,7 @@ def find_conflicts(
         overlaps=overlaps,
         lengths_m=lengths,
         speeds_mps={
-            m.id: min((network.lanes[lane].speed_mps for lane in m.via), default=math.inf)
+            m.id: min(network.lanes[lane].speed_mps for lane in (*m.via, f"{m.to_edge}_{m.to_lane}"))
             for m in by_id.values()
         },
         unlisted=tuple(sorted(unlisted)),

@@ -49,7 +49,9 @@ class Engine:
         self._driver_of = {driver.id: driver for driver in self.drivers}
         self.fleet = Fleet(tracks, [driver.start_m for driver in self.drivers], traffic, recorder)
         if gatekeeper:
-            gatekeeper.sight = Sight(self.drivers, gatekeeper.itineraries, self.fleet)
+            gatekeeper.sight = Sight(
+                self.drivers, gatekeeper.itineraries, self.fleet, gatekeeper.system, gatekeeper.occupancy
+            )
         self._steering = Steering(traffic, self.fleet)
         self.overruns = 0
         """Vehicles that could no longer brake when they were refused: should be none."""

@@ -6,8 +6,10 @@ import math
 from collections.abc import Sequence
 
 from loopgate.abstraction.itinerary import Crossing, Itinerary
+from loopgate.model import System
 from loopgate.simulation.driver import Driver
 from loopgate.simulation.fleet import Fleet
+from loopgate.simulation.occupancy import Occupancy
 
 __all__ = ["Sight"]
 
@@ -21,6 +23,9 @@ _SLOW = 0.7
 """Share of the speed limit on its crossing that the first is taken to reach: its driver may be slow, and the
 vehicle before it slower still. At 0.85 SUMO counts a collision now and then in a dense city."""
 
+_GAP_M = 2.5
+"""Room that the first keeps to the vehicle before it [m], which may be standing."""
+
 
 class Sight:
     """Looks at where vehicles are on their crossings, to free these piece by piece and ahead of time.
@@ -28,7 +33,8 @@ class Sight:
     A vehicle is no longer in the way of another once its rear is past the stretch that the two movements
     share. If its front is on that stretch already, it is enough that its rear will be past it before the
     other's front can reach it: nothing holds it there, since it has a slot to drive into and SUMO lets no
-    vehicle go first that finds another in its way. Before that, SUMO may let each wait for the other.
+    vehicle go first that finds another in its way. Before that, SUMO may let each wait for the other. The
+    vehicle that it follows into its place is taken to stand.
 
     Parameters
     ----------
@@ -38,6 +44,8 @@ class Sight:
         One per robot.
     fleet
         Where the vehicles are.
+    system, occupancy
+        Who holds which state, in which order.
     """
 
     def __init__(
@@ -45,7 +53,11 @@ class Sight:
         drivers: Sequence[Driver],
         itineraries: Sequence[Itinerary],
         fleet: Fleet,
+        system: System,
+        occupancy: Occupancy,
     ) -> None:
+        self._paths = system.paths
+        self._occupancy = occupancy
         self._drivers = drivers
         self._itineraries = itineraries
         self._fleet = fleet
@@ -56,47 +68,81 @@ class Sight:
         shared = mine.overlaps.get(foe)
         if shared is None:
             return True
-        fronts, speeds = self._fleet.fronts, self._fleet.speeds
-        reach_m = driver.line_m - fronts[robot] + shared[0]
+        reach_m = driver.line_m - self._fleet.fronts[robot] + shared[0]
         legs = self._itineraries[other].legs
         clear = False  # a vehicle granted in this very step has not set out
         for leg in range(ahead.crossed, ahead.granted):
             for crossing in legs[ahead.position(leg)].crossings:
                 if crossing.id == foe:
                     theirs = crossing.overlaps.get(mine.id)
-                    clear = theirs is not None and _passes_before(
-                        ahead,
-                        speeds[other],
-                        fronts[other] - ahead.end_m(leg),
-                        crossing.speed_mps,
-                        theirs,
-                        driver,
-                        speeds[robot],
-                        reach_m,
+                    clear = theirs is not None and self._passes_before(
+                        ahead, leg, crossing.speed_mps, theirs, driver, reach_m
                     )
                     if not clear:
                         return True
         return not clear
 
+    def _passes_before(
+        self,
+        ahead: Driver,
+        leg: int,
+        limit_mps: float,
+        shared_m: tuple[float, float],
+        driver: Driver,
+        reach_m: float,
+    ) -> bool:
+        fronts, speeds = self._fleet.fronts, self._fleet.speeds
+        inside_m = fronts[ahead.robot] - ahead.end_m(leg)
+        left_m = shared_m[1] + ahead.length + _BEYOND_M - inside_m
+        if left_m < 0:
+            return True
+        if inside_m < max(_BEYOND_M, shared_m[0]):
+            return False  # not on the shared stretch yet: the two could stop across each other's way
+        slow = min(ahead.top, _SLOW * limit_mps)
+        passed_s = _time_s(left_m, speeds[ahead.robot], ahead.accel, slow) + _APART_S
+        reached_s = _time_s(reach_m, speeds[driver.robot], driver.accel, driver.top)
+        if passed_s > reached_s:
+            return False
+        return _braking_time_s(left_m, self._room_m(ahead, leg), slow, ahead.decel) + _APART_S <= reached_s
 
-def _passes_before(
-    ahead: Driver,
-    speed: float,
-    inside_m: float,
-    limit_mps: float,
-    shared_m: tuple[float, float],
-    driver: Driver,
-    its_speed: float,
-    reach_m: float,
-) -> bool:
-    left_m = shared_m[1] + ahead.length + _BEYOND_M - inside_m
-    if left_m < 0:
-        return True
-    if inside_m < max(_BEYOND_M, shared_m[0]):
-        return False  # not on the shared stretch yet: the two could stop across each other's way
-    slow = min(ahead.top, _SLOW * limit_mps)
-    passed_s = _time_s(left_m, speed, ahead.accel, slow) + _APART_S
-    return passed_s <= _time_s(reach_m, its_speed, driver.accel, driver.top)
+    def _room_m(self, ahead: Driver, leg: int) -> float:
+        """Return how far a vehicle can go from `leg` if the one before it in its place stands [m]."""
+        state = self._paths[ahead.robot][ahead.position(leg + 1)]
+        holders = self._occupancy.holders(state)
+        before = holders.index(ahead.robot)
+        if not before:
+            return math.inf
+        first = self._drivers[holders[before - 1]]
+        path = self._paths[first.robot]
+        held = range(first.granted, first.tail - 1, -1)
+        its = next((j for j in held if path[first.position(j)] == state), None)
+        if its is None:
+            return math.inf
+        fronts = self._fleet.fronts
+        between = fronts[first.robot] - first.begin_m(its) - fronts[ahead.robot] + ahead.begin_m(leg + 1)
+        return between - first.length - _GAP_M
+
+
+def _braking_time_s(distance_m: float, room_m: float, top_mps: float, decel: float) -> float:
+    """Return the time to drive a distance, at most, behind a standing vehicle `room_m` ahead.
+
+    SUMO's drivers have a second to react: at ``g`` before where they must stop they drive no faster than
+    ``v`` with ``g = v + v^2 / 2b``. So the time from ``v`` down to ``w`` is ``ln(v / w) + (v - w) / b``.
+    """
+    if math.isinf(room_m):
+        return 0.0
+    if room_m <= distance_m:
+        return math.inf
+    last = _safe_mps(room_m - distance_m, decel)
+    if last >= top_mps:
+        return distance_m / top_mps
+    first = min(top_mps, _safe_mps(room_m, decel))
+    freely_m = max(0.0, room_m - first - first * first / (2 * decel))
+    return freely_m / first + math.log(first / last) + (first - last) / decel
+
+
+def _safe_mps(gap_m: float, decel: float) -> float:
+    return math.sqrt(decel * decel + 2 * decel * gap_m) - decel
 
 
 def _time_s(distance_m: float, speed: float, accel: float, top_mps: float) -> float:
