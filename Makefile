@@ -5,7 +5,7 @@ BIN    := $(VENV)/bin
 STAMP  := $(VENV)/installed
 
 .DEFAULT_GOAL := help
-.PHONY: help demo setup test check format bench bench-sweep networks small-networks city soak lock clean
+.PHONY: help demo setup test check format bench bench-sweep networks small-networks city throughput soak lock clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-15s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -52,6 +52,10 @@ small-networks: $(STAMP) ## deadlocks and collisions on the small networks, gate
 
 city: $(STAMP) ## packaged cities under algorithm2, loops of bounded and unbounded sharing
 	$(BIN)/python analysis/city.py
+
+throughput: $(STAMP) ## vehicle-km in the hour, SUMO's own rules beside the gates, five seeds: docs/throughput.md
+	$(BIN)/python analysis/throughput.py --seeds 5 --write
+	$(BIN)/python analysis/throughput_city.py --seeds 5 --write
 
 soak: $(STAMP) ## ten simulated hours per network and gate; all tests, slow ones too, with many more examples
 	$(BIN)/loopgate sweep analysis/soak.toml -o out/soak

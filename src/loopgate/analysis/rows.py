@@ -23,6 +23,8 @@ __all__ = ["LAP_GRID", "RunRow", "read_run_row", "run_row"]
 LAP_GRID = np.linspace(0.0, 1.0, 21)
 """Quantiles of the lap times that a row keeps."""
 
+_HALF_HOUR_S = 1800.0
+
 _SAME_NAME = (
     c.LAPS,
     c.DISTANCE_KM,
@@ -146,12 +148,16 @@ def _refusals(reasons: object) -> dict[str, Any]:
 
 def _laps(row: Mapping[str, Any], events: pd.DataFrame) -> dict[str, Any]:
     begin, end = row[c.WARMUP], row[c.WARMUP] + row[c.MEASURED]
-    if begin >= end:
-        return {c.LAP_MEAN: None, c.LAP_QUANTILES: None}
+    if begin >= end or not row[c.LOOPS]:
+        return {c.LAP_MEAN: None, c.LAP_QUANTILES: None, c.LAPLESS: None}
+    late = events[run.TIME].gt(max(begin, end - _HALF_HOUR_S)) & events[run.TIME].le(end)
+    lapping = events.loc[late & events[run.EVENT].eq(str(run.Event.LAP)), run.VEHICLE].nunique()
     times = compute_laps(events=events, begin_s=begin, end_s=end)[LAP_TIME].to_numpy(dtype=float)
-    if times.size == 0:
-        return {c.LAP_MEAN: None, c.LAP_QUANTILES: None}
-    return {c.LAP_MEAN: float(times.mean()), c.LAP_QUANTILES: np.quantile(times, LAP_GRID).tolist()}
+    return {
+        c.LAP_MEAN: float(times.mean()) if times.size else None,
+        c.LAP_QUANTILES: np.quantile(times, LAP_GRID).tolist() if times.size else None,
+        c.LAPLESS: row[c.VEHICLES] - lapping,
+    }
 
 
 def _edges(edges: pd.DataFrame) -> dict[str, Any]:

@@ -79,12 +79,22 @@ class _Sparse:
     def __init__(self, what: str, total: int | None) -> None:
         self._what = what
         self._total = total
-        self._last = time.monotonic()
+        self._began = self._last = time.monotonic()
+        self._first: int | None = None
 
     def __call__(self, done: int, total: int | None = None) -> None:
         total = self._total if total is None else total
+        if self._first is None:
+            self._first = done  # what was there before says nothing of the pace
         if time.monotonic() - self._last > _SPARSE_S:
             self._last = time.monotonic()
             of = "" if total is None else f" of {total}"
-            sys.stderr.write(f"{self._what}: {done}{of}\n")
+            pace = (self._last - self._began) / (done - self._first) if done > self._first else None
+            left = "" if total is None or pace is None else f", {_span((total - done) * pace)} left"
+            sys.stderr.write(f"{self._what}: {done}{of}{left}\n")
             sys.stderr.flush()
+
+
+def _span(seconds: float) -> str:
+    """Return a time in words: under two minutes in seconds, then in minutes."""
+    return f"{seconds:.0f} s" if seconds < 120 else f"{seconds / 60:.0f} min"  # noqa: PLR2004  two minutes

@@ -44,6 +44,7 @@ _WHOLE = (
     c.DECISIONS,
     c.REFUSALS,
     c.UNVISITED,
+    c.LAPLESS,
 )
 _NUMBER = (
     c.DURATION,

@@ -1,0 +1,274 @@
+"""What the studies of throughput share: the same loops and vehicles under several rules, as tables.
+
+Runs that are done are kept as rows of a sweep in a results folder and not repeated; a study may be ended at any
+time.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import re
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from loopgate.analysis import read_results
+from loopgate.analysis.statistics import mean_interval
+from loopgate.cli.progress import show_progress
+from loopgate.network import Loop, write_loops
+from loopgate.results import row_columns as c
+from loopgate.sweep import Sweep, run_sweep
+
+ROOT = Path(__file__).resolve().parents[1]
+PAGE = ROOT / "docs" / "throughput.md"
+RULE = "rule"
+SUMO = "SUMO"
+WARMUP_S = 300.0
+
+
+@dataclass(frozen=True, slots=True)
+class Rule:
+    """A column of the study: who rules at the junctions.
+
+    Attributes
+    ----------
+    name
+        As the tables call it.
+    scenario
+        What the rule sets of a scenario.
+    yardstick
+        Whether it is one of SUMO's own, which the others are measured by.
+    vehicles
+        The counts it is run at; all of the study's if empty.
+    """
+
+    name: str
+    scenario: Mapping[str, Any]
+    yardstick: bool = False
+    vehicles: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Study:
+    """Rules compared on the same loops and vehicles.
+
+    Attributes
+    ----------
+    name
+        Of its part of the page and of its results folder.
+    title
+        Above its tables.
+    rules
+        In the order of the tables.
+    vehicles
+        The counts.
+    loops
+        Makes the loops of a seed.
+    """
+
+    name: str
+    title: str
+    rules: tuple[Rule, ...]
+    vehicles: tuple[int, ...]
+    loops: Callable[[int], Sequence[Loop]]
+
+
+def parser(description: str | None) -> argparse.ArgumentParser:
+    """Return what all studies of throughput take from the command line."""
+    made = argparse.ArgumentParser(description=(description or "").splitlines()[0])
+    made.add_argument("--seeds", type=int, default=1, help="how many seeds; 5 for the figures of the page")
+    made.add_argument("--vehicles", type=int, nargs="+", help="only these of the study's counts")
+    made.add_argument("--rules", nargs="+", help="only rules whose name contains one of these words")
+    made.add_argument("--duration", type=float, default=3600.0, help="measured time [s]")
+    made.add_argument("--jobs", type=int, default=2, help="processes")
+    made.add_argument("--out", type=Path, default=ROOT / "out" / "throughput", help="results folder")
+    made.add_argument("--write", action="store_true", help=f"renew the study's part of docs/{PAGE.name}")
+    return made
+
+
+def simulate(study: Study, given: argparse.Namespace) -> pd.DataFrame:
+    """Run what is missing; return the rows of the study with a column for the rule.
+
+    The loops of a seed are made once and driven under every rule, by vehicles that start at the same places.
+    """
+    folder = given.out / study.name
+    folder.mkdir(parents=True, exist_ok=True)
+    counts = [count for count in study.vehicles if not given.vehicles or count in given.vehicles]
+    include, names = [], []
+    for seed in range(1, given.seeds + 1):
+        routes = folder / f"loops{seed}.rou.xml"
+        write_loops(study.loops(seed), routes)
+        for count in counts:
+            for rule in study.rules:
+                if rule.vehicles and count not in rule.vehicles:
+                    continue
+                if given.rules and not any(word in rule.name for word in given.rules):
+                    continue
+                common = {"routes": str(routes), "vehicles": count, "seed": seed}
+                include.append({**common, **rule.scenario})
+                names.append(rule.name)
+    base = {
+        "abstraction": "queues",
+        "on_deadlock": "continue",  # the hour goes on around it
+        "duration_s": given.duration,
+        "warmup_s": WARMUP_S,
+    }
+    sweep = Sweep(study.name, base, {}, include=include, folder=ROOT)
+    rules = {point.key: name for point, name in zip(sweep.points(), names, strict=True)}
+    with show_progress(study.name, total=len(rules)) as report:
+        run_sweep(sweep, folder, workers=given.jobs, report=lambda p: report(p.present + p.done, p.total))
+    runs = read_results(folder).runs
+    runs = runs[runs[c.KEY].isin(list(rules))].copy()  # not those of earlier versions
+    runs[RULE] = [rules[key] for key in runs[c.KEY]]
+    return runs
+
+
+def kilometres(runs: pd.DataFrame, study: Study) -> pd.DataFrame:
+    """Return mean vehicle-km in the hour, with half its 95 % interval, by rule and vehicles."""
+    return _wide(runs, study, _km)
+
+
+def ratios(runs: pd.DataFrame, study: Study) -> pd.DataFrame:
+    """Return the vehicle-km of each rule over those of the best yardstick, with half the 95 % interval.
+
+    The best is that with the greatest mean at this number of vehicles; runs are compared seed by seed.
+    """
+    done = runs[runs[c.STATUS] == c.STATUS_OK]
+    own = {rule.name for rule in study.rules if rule.yardstick}
+    best: dict[int, pd.Series[float]] = {}
+    for count, group in done[done[RULE].isin(own)].groupby(c.VEHICLES):
+        name = group.groupby(RULE)[c.KM_PER_H].mean().idxmax()
+        best[int(str(count))] = group[group[RULE] == name].set_index(c.SEED)[c.KM_PER_H]
+
+    def ratio(group: pd.DataFrame) -> str:
+        count = int(group[c.VEHICLES].iloc[0])
+        if count not in best:
+            return ""
+        values = (group.set_index(c.SEED)[c.KM_PER_H] / best[count]).dropna()
+        return _with_half(values, 2)
+
+    return _wide(done[~done[RULE].isin(own)], study, ratio)
+
+
+def details(runs: pd.DataFrame, study: Study) -> pd.DataFrame:
+    """Return a row per number of vehicles and rule with all that a run of it came to."""
+    rows = []
+    cases = [(count, rule.name) for count in sorted(set(runs[c.VEHICLES])) for rule in study.rules]
+    for count, rule in cases:
+        group = runs[(runs[RULE] == rule) & (runs[c.VEHICLES] == count)]
+        if group.empty:
+            continue
+        done = group[group[c.STATUS] == c.STATUS_OK]
+        if done.empty:
+            rows.append({"vehicles": count, "rule": rule, "km": f"refused: {group[c.ERROR].iloc[0]}"})
+            continue
+        gated = done[done[c.AUDIT] != "not gated"]
+        rows.append(
+            {
+                "vehicles": count,
+                "rule": rule,
+                "km": _with_half(done[c.KM_PER_H], 0),
+                "laps": _with_half(done[c.LAPS], 0),
+                "without a lap at the end": f"{done[c.LAPLESS].mean():.1f}",
+                "locked": f"{int((done[c.DEADLOCKS] > 0).sum())} of {len(done)}",
+                "longest wait [s]": f"{done[c.LONGEST_WAIT].max():.0f}" if len(gated) else "",
+                "collisions": f"{int(done[c.COLLISIONS].sum())}",
+                "teleports": f"{int(done[c.TELEPORTS].sum())}",
+                "clean audits": f"{int((gated[c.AUDIT] == 'clean').sum())} of {len(gated)}"
+                if len(gated)
+                else "",
+            }
+        )
+    return pd.DataFrame(rows).fillna("")
+
+
+def _km(group: pd.DataFrame) -> str:
+    done = group[group[c.STATUS] == c.STATUS_OK]
+    if done.empty:
+        return "refused"
+    locked = int((done[c.DEADLOCKS] > 0).sum())
+    return _with_half(done[c.KM_PER_H], 0) + (f" ({locked} of {len(done)} locked)" if locked else "")
+
+
+def _with_half(values: Iterable[float], digits: int) -> str:
+    interval = mean_interval(list(values))
+    if math.isnan(interval.high):
+        return f"{interval.estimate:.{digits}f}"
+    return f"{interval.estimate:.{digits}f} ± {interval.high - interval.estimate:.{digits}f}"
+
+
+def _wide(runs: pd.DataFrame, study: Study, figure: Callable[[pd.DataFrame], str]) -> pd.DataFrame:
+    cells: dict[str, dict[str, str]] = {}
+    for rule in study.rules:
+        for count in sorted(set(runs[c.VEHICLES])):
+            group = runs[(runs[RULE] == rule.name) & (runs[c.VEHICLES] == count)]
+            if len(group):
+                cells.setdefault(rule.name, {})[str(count)] = figure(group)
+    columns = [str(count) for count in sorted(set(runs[c.VEHICLES]))]
+    table = pd.DataFrame.from_dict(cells, orient="index").reindex(columns=columns).fillna("")
+    return table.rename_axis("rule").reset_index()
+
+
+def markdown(table: pd.DataFrame) -> str:
+    """Return the table as Markdown."""
+    head = [str(name) for name in table.columns]
+    rows = [[str(value) for value in row] for row in table.itertuples(index=False)]
+    rule = ["---"] * len(head)
+    return "\n".join("| " + " | ".join(cells) + " |" for cells in (head, rule, *rows))
+
+
+def section(runs: pd.DataFrame, study: Study) -> str:
+    """Return the study's part of the page."""
+    seeds, hours = runs[c.SEED].nunique(), runs[c.DURATION].max() / 3600
+    explained = (
+        f"{len(runs)} runs of {hours:g} h after {WARMUP_S:g} s of warm-up, {seeds} seed{'s' * (seeds > 1)}"
+        "; means with 95 % intervals over the seeds. *Locked*: runs in which vehicles came to wait for each "
+        "other in a circle. *Without a lap at the end*: vehicles, on average, that completed none in the "
+        "last half hour."
+    )
+    parts = [
+        f"## {study.title}",
+        explained,
+        "Vehicle-km in the hour, by number of vehicles:",
+        markdown(kilometres(runs, study)),
+        "Times those of the best of SUMO's own rules at that number, seed by seed:",
+        markdown(ratios(runs, study)),
+        "All figures:",
+        markdown(details(runs, study)),
+    ]
+    return "\n\n".join(parts)
+
+
+def write_section(text: str, name: str, page: Path = PAGE) -> None:
+    """Put a study's part into the page, between its marks; the rest of the page stays.
+
+    Raises
+    ------
+    ValueError
+        If the page has no marks for it.
+    """
+    begin, end = f"<!-- {name}: begin -->", f"<!-- {name}: end -->"
+    before = page.read_text(encoding="utf-8")
+    marks = re.compile(re.escape(begin) + r".*?" + re.escape(end), flags=re.DOTALL)
+    if not marks.search(before):
+        msg = f"{page}: there is no {begin} ... {end}"
+        raise ValueError(msg)
+    after = marks.sub(lambda _: f"{begin}\n{text}\n{end}", before)
+    page.write_text(after, encoding="utf-8")
+
+
+def conduct(study: Study, given: argparse.Namespace) -> None:
+    """Run what is missing of a study, print its tables, and renew the page if asked to."""
+    runs = simulate(study, given)
+    text = section(runs, study)
+    print(text)
+    (given.out / f"{study.name}.md").write_text(text + "\n", encoding="utf-8")
+    runs.drop(columns=[*c.EDGE_LISTS, c.LAP_QUANTILES, c.SCENARIO], errors="ignore").to_csv(
+        given.out / f"{study.name}.csv", index=False
+    )
+    if given.write:
+        write_section(text, study.name)

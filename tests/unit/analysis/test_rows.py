@@ -1,0 +1,35 @@
+"""What a row keeps of a run."""
+
+import pandas as pd
+
+from loopgate.analysis.rows import run_row
+from loopgate.results.columns import EDGE_COLUMNS
+
+SUMMARY = {"vehicles": 3, "loops": 1, "duration_s": 3600.0, "laps": 3, "distance_km": 1.0}
+
+
+def lapless(laps: list[tuple[float, str]], *, loops: int = 1) -> object:
+    """Return the row's figure for three vehicles, an hour and 300 s of warm-up."""
+    events = pd.DataFrame(
+        [(time, vehicle, "lap", "loop1") for time, vehicle in laps],
+        columns=["time_s", "vehicle", "event", "place"],
+    )
+    made = run_row(
+        scenario={"duration_s": 3600.0, "warmup_s": 300.0},
+        summary=SUMMARY | {"loops": loops},
+        events=events,
+        edges=pd.DataFrame(columns=list(EDGE_COLUMNS)),
+    )
+    return made.row["lapless_vehicles"]
+
+
+def test_who_has_no_lap_in_the_last_half_hour() -> None:
+    """From 2100 s to 3900 s: a lap before that does not count, two of one vehicle count once."""
+    assert lapless([(2000.0, "v1"), (2200.0, "v2"), (3000.0, "v2")]) == 2
+    assert lapless([(2200.0, "v1"), (2200.0, "v2"), (3900.0, "v3")]) == 0
+    assert lapless([]) == 3
+
+
+def test_without_loops_there_are_no_laps_to_miss() -> None:
+    """Trips of a configuration run as it is."""
+    assert lapless([], loops=0) is None

@@ -1,0 +1,87 @@
+"""The tables of throughput, by hand."""
+
+from pathlib import Path
+
+import pandas as pd
+import pytest
+from throughput_study import Rule, Study, details, kilometres, markdown, ratios, write_section
+
+STUDY = Study(
+    name="grid",
+    title="Grid",
+    rules=(Rule("SUMO, a", {}, yardstick=True), Rule("SUMO, b", {}, yardstick=True), Rule("certified", {})),
+    vehicles=(60,),
+    loops=lambda _: (),
+)
+
+
+def row(rule: str, seed: int, km: float, **other: object) -> dict[str, object]:
+    """Return a row of the results as the tables read it."""
+    figures = {
+        "status": "ok",
+        "error": "",
+        "rule": rule,
+        "vehicles": 60,
+        "seed": seed,
+        "km_per_h": km,
+        "laps": 10,
+        "lapless_vehicles": 0,
+        "deadlocks": 0,
+        "longest_wait_s": 7.0,
+        "collisions": 0,
+        "teleports": 0,
+        "audit": "clean" if rule == "certified" else "not gated",
+    }
+    return figures | other
+
+
+RUNS = pd.DataFrame(
+    [
+        row("SUMO, a", 1, 100.0, deadlocks=2, lapless_vehicles=3),
+        row("SUMO, a", 2, 120.0),
+        row("SUMO, b", 1, 150.0),
+        row("SUMO, b", 2, 50.0),
+        row("certified", 1, 150.0),
+        row("certified", 2, 144.0, longest_wait_s=9.0),
+    ]
+)
+
+
+def test_the_ratio_is_to_the_rule_with_the_best_mean_seed_by_seed() -> None:
+    """Rule a (110) beats b (100); 150/100 and 144/120 are 1.35 +- t(1) * 0.15 = 12.706 * 0.15."""
+    (only,) = ratios(RUNS, STUDY).to_dict("records")
+    assert only == {"rule": "certified", "60": "1.35 ± 1.91"}
+
+
+def test_kilometres_say_which_rules_locked_up() -> None:
+    """One of rule a's two runs did, whatever the number of circles in it."""
+    table = kilometres(RUNS[RUNS["seed"] == 1], STUDY).set_index("rule")["60"]
+    assert table.to_dict() == {"SUMO, a": "100 (1 of 1 locked)", "SUMO, b": "150", "certified": "150"}
+
+
+def test_details_keep_the_worst_wait_and_the_mean_of_the_lapless() -> None:
+    """In the order of the rules; what only a gate has is empty without one."""
+    first, _, last = details(RUNS, STUDY).to_dict("records")
+    assert (first["rule"], first["without a lap at the end"], first["locked"]) == ("SUMO, a", "1.5", "1 of 2")
+    assert (first["longest wait [s]"], first["clean audits"]) == ("", "")
+    assert (last["longest wait [s]"], last["clean audits"]) == ("9", "2 of 2")
+
+
+def test_a_refused_run_is_said_to_be_refused() -> None:
+    """With its reason, and no figure is made up for it."""
+    refused = pd.DataFrame([row("certified", 1, float("nan"), status="failed", error="too many vehicles")])
+    (only,) = details(refused, STUDY).to_dict("records")
+    assert only["km"] == "refused: too many vehicles"
+    assert kilometres(refused, STUDY)["60"].tolist() == ["refused"]
+
+
+def test_a_section_of_the_page_is_renewed_and_the_rest_stays(tmp_path: Path) -> None:
+    """The marks stay too, so that it can be renewed again."""
+    page = tmp_path / "page.md"
+    page.write_text("top\n<!-- grid: begin -->\nold\n<!-- grid: end -->\nbottom\n", encoding="utf-8")
+    for _ in range(2):
+        write_section(markdown(pd.DataFrame({"a": [1]})), "grid", page)
+    text = page.read_text(encoding="utf-8")
+    assert text == "top\n<!-- grid: begin -->\n| a |\n| --- |\n| 1 |\n<!-- grid: end -->\nbottom\n"
+    with pytest.raises(ValueError, match="there is no <!-- city: begin -->"):
+        write_section("x", "city", page)
