@@ -29,6 +29,9 @@ from loopgate.network.vehicle_type import DEFAULT_TYPE, VehicleType
 __all__ = ["QueueLayout", "QueuePlace", "lay_out_queues", "why_not"]
 
 
+_ROUNDING = 1e-9
+
+
 @dataclass(frozen=True, slots=True)
 class QueuePlace:
     """Where vehicles queue: a lane, or the part of it before or behind a stretch for changing lanes.
@@ -50,7 +53,7 @@ class QueuePlace:
     @property
     def capacity(self) -> int:
         """How many vehicles it holds."""
-        return math.floor((self.length_m - HOLD_MARGIN_M - CLEARANCE_M) / self.needed_m)
+        return math.floor((self.length_m - HOLD_MARGIN_M - CLEARANCE_M) / self.needed_m + _ROUNDING)
 
 
 @dataclass(frozen=True, slots=True)
@@ -165,8 +168,10 @@ class _Plan:
 
     def _on_edge(self, span: LaneSpan) -> Iterator[_Piece]:
         stretch = self.stretches.get(span.edge)
+        # The road's own length: that of a span is a difference of arc lengths, rounded otherwise on each loop.
+        length_m = self._network.lanes[span.lane_id].length_m
         if stretch is None:
-            yield self._waiting(span, span.lane, 0.0, span.length_m, span.lane_id)
+            yield self._waiting(span, span.lane, 0.0, length_m, span.lane_id)
             return
         if stretch.begin_m > 0:
             name = f"{span.edge}_{span.lane_in}/1"
@@ -179,8 +184,8 @@ class _Plan:
             stretch.end_m,
             passage=stretch.passage(span.lane_in, span.lane),
         )
-        if stretch.end_m < span.length_m:
-            yield self._waiting(span, span.lane, stretch.end_m, span.length_m, f"{span.lane_id}/2")
+        if stretch.end_m < length_m:
+            yield self._waiting(span, span.lane, stretch.end_m, length_m, f"{span.lane_id}/2")
 
     def _waiting(self, span: LaneSpan, lane: int, begin: float, end: float, name: str) -> _Piece:
         needed = self._needed[span.edge if span.edge in self.stretches else span.lane_id]
