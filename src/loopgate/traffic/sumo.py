@@ -117,7 +117,10 @@ class SumoTraffic:
             If SUMO refuses it: the vehicle is too close to brake, or the lane is not on its way.
         """
         try:
-            self._vehicle.setStop(vehicle, edge, pos=position_m, laneIndex=lane_index, duration=_FOR_EVER_S)
+            # setStop does the same, but SUMO 1.28 never frees what it makes: 0.9 kB each time.
+            self._vehicle.insertStop(
+                vehicle, 0, edge, pos=position_m, laneIndex=lane_index, duration=_FOR_EVER_S
+            )
         except self._error as error:
             where = f"{edge}_{lane_index} at {position_m:.1f} m"
             msg = f"vehicle {vehicle}: SUMO cannot hold it on {where}: {error}"
