@@ -12,6 +12,7 @@ from loopgate.results.columns import EVENT, PLACE, STAGE, TIME
 from loopgate.results.recorder import read_events
 from loopgate.simulation.run import run
 from loopgate.simulation.scenario import Scenario
+from loopgate.traffic.sumo import SumoTraffic
 
 pytestmark = pytest.mark.sumo
 
@@ -135,3 +136,20 @@ def test_an_interrupted_run_keeps_what_it_has(tmp_path: Path) -> None:
     assert 290.0 < summary["duration_s"] < 320.0
     assert read_events(tmp_path / "run" / "events.parquet")[TIME].max() > 250.0
     assert (tmp_path / "run" / "summary.json").is_file()
+
+
+def test_sumo_forgets_the_stops_that_vehicles_have_made(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A vehicle that is held again and again does not make SUMO remember every stop for good."""
+    kept: list[int] = []
+    made: list[int] = []
+    release = SumoTraffic.release
+
+    def counting(self: SumoTraffic, vehicle: str) -> None:
+        release(self, vehicle)
+        made.append(1)
+        kept.append(len(self._vehicle.getStops(vehicle, -1000)))
+
+    monkeypatch.setattr(SumoTraffic, "release", counting)
+    run(Scenario(network=str(GRID), loops=6, vehicles=80, duration_s=3000.0, loop_length_m=(400.0, 900.0)))
+    assert len(made) > 80 * 40
+    assert max(kept) < 30

@@ -141,6 +141,9 @@ class FakeTraffic:
         self.fleet[vehicle].hold_m = None
         self.fleet[vehicle].resting = False
 
+    def forget_stops(self, vehicle: str, edge: str, route: str) -> None:
+        """Nothing to forget."""
+
     def halted(self) -> Sequence[str]:
         """Return who came to rest in the last step."""
         return tuple(self._halted)

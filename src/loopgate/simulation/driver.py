@@ -43,6 +43,7 @@ class Driver:
         """Where the last granted leg ends [m]."""
         self.held = False
         self.halted_since: float | None = None
+        self.stops = 0
         self.asked_s: float | None = None
         self.hold_s = 0.0
         self.longest_wait_s = 0.0

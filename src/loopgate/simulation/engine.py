@@ -19,6 +19,9 @@ from loopgate.traffic.base import Traffic
 
 __all__ = ["Engine"]
 
+_FORGOTTEN_STOPS = 10
+"""So many stops are left behind before SUMO is made to forget them, now and then."""
+
 
 class Engine:
     """Drives vehicles round their loops, step by step.
@@ -113,8 +116,7 @@ class Engine:
             elif call == REAR_PASSED:
                 self._free_behind(driver, now)
             elif call == PIVOTED:
-                self._hold_again(driver)
-                self._steering.renew(driver)
+                self._route_renewed(driver)
             else:
                 self._note_trespass(driver, now)
         for driver in self._steering.step():
@@ -303,17 +305,25 @@ class Engine:
         self._traffic.hold(driver.id, line.edge, line.lane_index, line.position_m)
         driver.held = True
 
-    def _hold_again(self, driver: Driver) -> None:
-        # A stop on the edge where SUMO renews the route has moved on to the next round with it.
-        line = driver.track.stop_lines[driver.position(driver.granted)]
-        if driver.held and line.edge == driver.track.rerouted_on and driver.halted_since is None:
-            self._traffic.release(driver.id)
-            self._traffic.hold(driver.id, line.edge, line.lane_index, line.position_m)
+    def _route_renewed(self, driver: Driver) -> None:
+        track = driver.track
+        if driver.held:
+            # A stop on the edge where SUMO renews the route has moved on to the next round with it.
+            line = track.stop_lines[driver.position(driver.granted)]
+            if line.edge == track.rerouted_on and driver.halted_since is None:
+                self._traffic.release(driver.id)
+                self._traffic.hold(driver.id, line.edge, line.lane_index, line.position_m)
+        elif self._steering.busy(driver):
+            self._steering.renew(driver)
+        elif driver.stops > _FORGOTTEN_STOPS:
+            self._traffic.forget_stops(driver.id, track.rerouted_on, track.route)
+            driver.stops = 0
 
     def _came_to_rest(self, vehicle: str, now: float) -> None:
         driver = self._driver_of.get(vehicle)
         if driver is None or not driver.held or driver.halted_since is not None:
             return
         driver.halted_since = now
+        driver.stops += 1
         wanted = driver.track.states[driver.position(driver.granted + 1)]
         self._recorder.note(now, vehicle, Event.HOLD, wanted)

@@ -11,7 +11,7 @@ from xml.etree import ElementTree as ET
 from loopgate.errors import RouteError
 from loopgate.network import Loop, VehicleType
 
-__all__ = ["Start", "pivot", "write_sumo_input"]
+__all__ = ["Start", "pivot", "round_name", "write_sumo_input"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,11 +66,11 @@ def write_sumo_input(starts: Sequence[Start], folder: Path) -> list[str]:
         here = pivot(loop)
         once = loop.edges[here:] + loop.edges[:here]
         edges = (*once, *once, once[0])
-        ET.SubElement(top, "route", id=f"round@{loop.id}", edges=" ".join(edges))
+        ET.SubElement(top, "route", id=round_name(loop), edges=" ".join(edges))
         types = " ".join(kind for (name, _), kind in kinds.items() if name == loop.id)
         rerouter = ET.SubElement(top, "rerouter", id=f"again@{loop.id}", edges=once[0], vTypes=types)
         interval = ET.SubElement(rerouter, "interval", begin="0", end="1000000000")
-        ET.SubElement(interval, "routeProbReroute", id=f"round@{loop.id}")
+        ET.SubElement(interval, "routeProbReroute", id=round_name(loop))
     for start in starts:
         _add_vehicle(top, start, kinds[start.loop.id, start.type.id])
     file = folder / "vehicles.add.xml"
@@ -103,6 +103,11 @@ def _add_vehicle(top: ET.Element, start: Start, kind: str) -> None:
 
 def _edge_begins(loop: Loop) -> list[float]:
     return [span.begin_m for span in loop.spans if not span.internal]
+
+
+def round_name(loop: Loop) -> str:
+    """Return the name of the route that leads two rounds from the pivot."""
+    return f"round@{loop.id}"
 
 
 def pivot(loop: Loop) -> int:

@@ -33,8 +33,9 @@ class Track:
         Arc length of the front at the beginning [m].
     top_speed_mps
         Highest speed limit on the loop [m/s].
-    rerouted_on
-        The edge on which SUMO renews the vehicle's route, see `loopgate.simulation.sumo_input`.
+    rerouted_on, route
+        The edge on which SUMO renews the vehicle's route, and the name of that route, see
+        `loopgate.simulation.sumo_input`.
     edges
         Arc length at which each edge begins [m], ascending, and its name.
     states
@@ -57,6 +58,7 @@ class Track:
     start_m: float
     top_speed_mps: float
     rerouted_on: str
+    route: str
     edges: tuple[tuple[float, str], ...]
     states: tuple[str, ...] = ()
     ends_m: tuple[float, ...] = ()

@@ -132,6 +132,13 @@ class Traffic(Protocol):
         """Undo `hold`, standing or not."""
         ...
 
+    def forget_stops(self, vehicle: str, edge: str, route: str) -> None:
+        """Let the simulator forget the stops of a vehicle that has just entered `edge`, which begins `route`.
+
+        It may take its time: nothing happens while the vehicle is not yet wholly on `edge`.
+        """
+        ...
+
     def halted(self) -> Sequence[str]:
         """Return the held vehicles that came to rest in the last step."""
         ...

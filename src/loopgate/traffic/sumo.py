@@ -130,6 +130,12 @@ class SumoTraffic:
         """Drop the vehicle's stop, reached or not."""
         self._vehicle.replaceStop(vehicle, 0, "")
 
+    def forget_stops(self, vehicle: str, edge: str, route: str) -> None:
+        """Lead the vehicle off its stops' edges and back: SUMO keeps only stops on the present route."""
+        if self._vehicle.getRoadID(vehicle) == edge:
+            self._vehicle.setRoute(vehicle, [edge])
+            self._vehicle.setRouteID(vehicle, route)
+
     def halted(self) -> Sequence[str]:
         """Return the held vehicles that came to rest in the last step."""
         ids: Sequence[str] = self._simulation.getStopStartingVehiclesIDList()

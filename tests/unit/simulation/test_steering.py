@@ -51,6 +51,7 @@ def world(pin: Pin) -> World:
         start_m=20.0,
         top_speed_mps=10.0,
         rerouted_on="e",
+        route="round",
         edges=((0.0, "e"),),
         states=("e/1", "e/2"),
         ends_m=(CHANGE_AT_M, ROAD_M),
