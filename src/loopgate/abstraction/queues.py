@@ -6,14 +6,14 @@ import random
 from collections.abc import Mapping, Sequence
 
 from loopgate.abstraction.itinerary import Abstraction, Itinerary
-from loopgate.abstraction.queue_layout import lay_out_queues
+from loopgate.abstraction.queue_layout import QueueLayout, lay_out_queues
 from loopgate.abstraction.queue_starts import choose_places, slots_m, startable
 from loopgate.model import Robot, RobotId, StateId, System
 from loopgate.network.loop import Loop
 from loopgate.network.road import RoadNetwork
 from loopgate.network.vehicle_type import DEFAULT_TYPE, VehicleType
 
-__all__ = ["make_queues"]
+__all__ = ["make_queues", "most_at_start"]
 
 
 def make_queues(
@@ -65,10 +65,7 @@ def make_queues(
         for k, (itinerary, name) in enumerate(zip(itineraries, called, strict=True))
         if name in given
     }
-    most = {
-        name: startable(place.length_m, place.needed_m, place.capacity)
-        for name, place in layout.places.items()
-    }
+    most = most_at_start(layout)
     positions = choose_places(itineraries, most, names=called, wishes=wishes, rng=random.Random(seed))
     lines: dict[str, list[int]] = {}
     for k, (itinerary, position) in enumerate(zip(itineraries, positions, strict=True)):
@@ -91,6 +88,14 @@ def make_queues(
         starts_m=tuple(fronts),
         keeps_lane=True,
     )
+
+
+def most_at_start(layout: QueueLayout) -> dict[str, int]:
+    """Return how many vehicles may start on each place, by its name."""
+    return {
+        name: startable(place.length_m, place.needed_m, place.capacity)
+        for name, place in layout.places.items()
+    }
 
 
 def _leg_at(itinerary: Itinerary, arc_m: float) -> int:

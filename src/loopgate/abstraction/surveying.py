@@ -1,0 +1,202 @@
+"""Looks at loops as queues: which of them work, what places and crossings they have, and for how many vehicles."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import maximum_flow
+
+from loopgate.abstraction.itinerary import Crossing, Itinerary, Leg
+from loopgate.abstraction.queue_layout import QueueLayout, lay_out_queues, why_not
+from loopgate.abstraction.queue_survey import (
+    ConflictSurvey,
+    CrossingSurvey,
+    JoinedLane,
+    PlaceSurvey,
+    QueueSurvey,
+    Refusal,
+)
+from loopgate.abstraction.queues import most_at_start
+from loopgate.errors import RefusedLoopError, RouteError
+from loopgate.network.loop import LaneSpan, Loop
+from loopgate.network.road import RoadNetwork
+from loopgate.network.vehicle_type import VehicleType
+
+__all__ = ["survey_queues"]
+
+
+def survey_queues(network: RoadNetwork, users: Sequence[tuple[Loop, VehicleType]]) -> QueueSurvey:
+    """Cut loops into places and crossings, leaving out those that cannot work.
+
+    A loop is refused for what is wrong with it alone, or because the long vehicles of others leave it no
+    room; then it is left out, and the rest is looked at again.
+
+    Parameters
+    ----------
+    network
+        The roads.
+    users
+        For each vehicle its loop and its type.
+    """
+    every = {loop.id: loop for loop, _ in users}
+    reasons: dict[str, str] = {}
+    for loop, kind in users:
+        if loop.id not in reasons and (reason := _reason(network, loop, kind)):
+            reasons[loop.id] = reason
+    while True:
+        fit = [(loop, kind) for loop, kind in users if loop.id not in reasons]
+        try:
+            layout = lay_out_queues(network, fit)
+        except RefusedLoopError as error:
+            reasons[error.loop] = error.reason
+        else:
+            break
+    refused = tuple(
+        Refusal(loop, reasons[name], _edge_in(loop, reasons[name]))
+        for name, loop in every.items()
+        if name in reasons
+    )
+    return _survey(network, tuple({loop.id: loop for loop, _ in fit}.values()), layout, refused)
+
+
+def _reason(network: RoadNetwork, loop: Loop, kind: VehicleType) -> str:
+    try:
+        return why_not(network, loop, kind)
+    except RouteError as error:
+        return str(error).removeprefix(f"loop {loop.id}: ")
+
+
+def _edge_in(loop: Loop, reason: str) -> str | None:
+    """Return the first edge of the loop that the reason names, itself or by one of its lanes."""
+    edge_of = {lane: span.edge for span in loop.spans for lane in span.lane_ids}
+    edge_of |= {edge: edge for edge in loop.edges}
+    words = (word.strip(",;:()") for word in reason.split())
+    return next((edge_of[word] for word in words if word in edge_of), None)
+
+
+def _survey(
+    network: RoadNetwork, loops: tuple[Loop, ...], layout: QueueLayout, refused: tuple[Refusal, ...]
+) -> QueueSurvey:
+    itineraries = tuple(layout.itineraries[loop.id] for loop in loops)
+    at_start = most_at_start(layout)
+    return QueueSurvey(
+        loops=loops,
+        itineraries=itineraries,
+        places=tuple(_places(loops, itineraries, layout, at_start)),
+        crossings=tuple(_crossings(network, loops, itineraries, layout)),
+        joined=_joined(loops, itineraries, layout),
+        refused=refused,
+        even=_even(itineraries, at_start),
+    )
+
+
+def _span_of(loop: Loop, leg: Leg) -> LaneSpan:
+    return loop.span_at((leg.begin_m + leg.end_m) / 2)
+
+
+def _places(
+    loops: Sequence[Loop], itineraries: Sequence[Itinerary], layout: QueueLayout, at_start: Mapping[str, int]
+) -> Iterator[PlaceSurvey]:
+    legs: dict[str, tuple[Loop, Leg]] = {}
+    visitors: dict[str, dict[str, None]] = {}
+    for loop, itinerary in zip(loops, itineraries, strict=True):
+        for leg in itinerary.legs:
+            legs.setdefault(str(leg.state), (loop, leg))
+            visitors.setdefault(str(leg.state), {})[loop.id] = None
+    for name, (loop, leg) in legs.items():
+        span, place = _span_of(loop, leg), layout.places[name]
+        yield PlaceSurvey(
+            id=name,
+            lane=span.lane_id if leg.lane is None else f"{span.edge}_{leg.lane}",
+            begin_m=leg.begin_m - span.begin_m,
+            length_m=place.length_m,
+            capacity=place.capacity,
+            at_start=at_start[name],
+            loops=tuple(visitors[name]),
+        )
+
+
+def _crossings(
+    network: RoadNetwork, loops: Sequence[Loop], itineraries: Sequence[Itinerary], layout: QueueLayout
+) -> Iterator[CrossingSurvey]:
+    users: dict[str, dict[str, None]] = {}
+    made: dict[str, tuple[Loop, Leg, Crossing]] = {}
+    for loop, itinerary in zip(loops, itineraries, strict=True):
+        for leg in itinerary.legs:
+            for crossing in leg.crossings:
+                users.setdefault(crossing.id, {})[loop.id] = None
+                made.setdefault(crossing.id, (loop, leg, crossing))
+    known = {connection.id: connection for connection in network.connections}
+    found = layout.conflicts
+    unlisted = {*found.unlisted, *((other, one) for one, other in found.unlisted)}
+    for name, (loop, leg, crossing) in made.items():
+        before, _, after = name.partition(">")
+        if name in known:
+            stretch, length, overlaps = None, found.lengths_m[name], found.overlaps[name]
+        else:
+            edge, _, lane = before.rpartition(":")
+            before, after = f"{edge}_{lane}", f"{edge}_{after}"
+            stretch = layout.stretches[edge]
+            length = stretch.end_m - stretch.begin_m
+            # In the itinerary they count from the end of the leg before.
+            begin = next(span.begin_m for span in loop.spans if span.edge == edge) + stretch.begin_m
+            ahead = (begin - leg.end_m) % loop.length_m
+            overlaps = {foe: (low - ahead, high - ahead) for foe, (low, high) in crossing.overlaps.items()}
+        conflicts = []
+        for foe in sorted(crossing.foes):
+            low, high = overlaps.get(foe, (None, None))
+            conflicts.append(ConflictSurvey(foe, low, high, listed=(name, foe) not in unlisted))
+        yield CrossingSurvey(
+            id=name,
+            from_lane=before,
+            to_lane=after,
+            junction=known[name].junction if name in known else "",
+            stretch=stretch,
+            length_m=length,
+            loops=tuple(users[name]),
+            conflicts=tuple(conflicts),
+        )
+
+
+def _joined(
+    loops: Sequence[Loop], itineraries: Sequence[Itinerary], layout: QueueLayout
+) -> tuple[JoinedLane, ...]:
+    """Return the lanes on which neither a place nor a stretch lies."""
+    lengths: dict[str, float] = {}
+    users: dict[str, dict[str, None]] = {}
+    for loop, itinerary in zip(loops, itineraries, strict=True):
+        used = {_span_of(loop, leg).edge for leg in itinerary.legs} | layout.stretches.keys()
+        for span in loop.spans:
+            if not span.internal and span.edge not in used:
+                lengths[span.lane_id] = span.length_m
+                users.setdefault(span.lane_id, {})[loop.id] = None
+    return tuple(JoinedLane(lane, length, tuple(users[lane])) for lane, length in lengths.items())
+
+
+def _even(itineraries: Sequence[Itinerary], at_start: Mapping[str, int]) -> int:
+    """Return for how many vehicles, given to the loops in turn, there is a place each at the start.
+
+    A flow from loops through their places to the sink, as large as the vehicles are many; bisection, since
+    fewer vehicles need no more room. O(log n) maximum flows.
+    """
+    places = {state: k for k, state in enumerate(at_start)}
+    count = len(itineraries)
+    source, sink = count + len(places), count + len(places) + 1
+    ways = sorted(
+        {(k, count + places[str(leg.state)]) for k, way in enumerate(itineraries) for leg in way.legs}
+    )
+    exits = [(count + k, sink, most) for k, most in enumerate(at_start.values())]
+
+    def fits(vehicles: int) -> bool:
+        entries = [(source, k, (vehicles + count - 1 - k) // count) for k in range(count)]
+        rows, columns, room = zip(*entries, *((a, b, vehicles) for a, b in ways), *exits, strict=True)
+        graph = csr_array((np.array(room, dtype=np.int32), (rows, columns)), shape=(sink + 1, sink + 1))
+        return int(maximum_flow(graph, source, sink).flow_value) == vehicles
+
+    low, high = 0, sum(at_start.values()) if count else 0
+    while low < high:
+        middle = (low + high + 1) // 2
+        low, high = (middle, high) if fits(middle) else (low, middle - 1)
+    return low

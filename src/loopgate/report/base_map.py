@@ -1,0 +1,148 @@
+"""What every map of a network is drawn on: the page, the roads in grey, a scale, a title."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.figure import Figure
+
+from loopgate.errors import ResultsError
+from loopgate.network.contacts import Floats
+from loopgate.network.loop import Loop
+from loopgate.network.road import RoadNetwork
+
+__all__ = ["GROUND", "INK", "base_map", "points_per_m", "stretch"]
+
+INK = "#23292e"
+GROUND = "#f1f2f0"
+_ROAD, _CASING = "#ffffff", "#c3c9ce"
+_CARS = frozenset({"passenger", "bus", "delivery"})
+_SIZE_IN = 11.0
+_PANEL_IN = 2.7
+"""Width of the legend beside the map."""
+
+
+@contextmanager
+def base_map(
+    network: RoadNetwork, loops: Sequence[Loop], file: Path | str, *, title: str = ""
+) -> Iterator[Axes]:
+    """Make a page with the roads round some loops; write it when the drawing on it is done.
+
+    Parameters
+    ----------
+    network
+        The roads.
+    loops
+        What must be on the page; the whole network if there are none.
+    file
+        The picture; the name's ending says which format (PNG, SVG, PDF).
+    title
+        A line above the map.
+
+    Raises
+    ------
+    ResultsError
+        If the file cannot be written.
+    """
+    with mpl.rc_context({"font.family": "sans-serif", "font.size": 9.0, "svg.hashsalt": "loopgate"}):
+        figure = Figure(figsize=(_SIZE_IN, _SIZE_IN), facecolor=GROUND)
+        FigureCanvasAgg(figure)
+        axes = figure.add_axes((0.0, 0.0, _SIZE_IN / (_SIZE_IN + _PANEL_IN), 1.0))
+        axes.set_axis_off()
+        axes.set_aspect("equal")
+        _frame(axes, figure, network, loops)
+        _roads(axes, network)
+        yield axes
+        _scale_bar(axes)
+        if title:
+            axes.text(
+                0.015,
+                0.985,
+                title,
+                transform=axes.transAxes,
+                va="top",
+                fontsize=14,
+                color=INK,
+                weight="bold",
+                zorder=30,
+            )
+        try:
+            Path(file).parent.mkdir(parents=True, exist_ok=True)
+            figure.savefig(file, dpi=170, facecolor=GROUND)
+        except (OSError, ValueError) as error:
+            msg = f"{file}: cannot write the picture ({error})"
+            raise ResultsError(msg) from error
+
+
+def _frame(axes: Axes, figure: Figure, network: RoadNetwork, loops: Sequence[Loop]) -> None:
+    """Show the loops with some room round them; the whole network where there are no loops."""
+    if loops:
+        points = np.concatenate([loop.curve()[0] for loop in loops])
+    else:
+        points = np.concatenate([np.asarray(lane.shape) for lane in network.lanes.values()])
+    low, high = points.min(axis=0), points.max(axis=0)
+    margin = 0.06 * float((high - low).max()) + 20.0
+    low, high = low - margin, high + margin
+    width, height = high - low
+    # The page takes the shape of the map, within reason.
+    ratio = float(np.clip(height / width, 0.55, 1.35))
+    figure.set_size_inches(_SIZE_IN + _PANEL_IN, _SIZE_IN * ratio)
+    middle = (low + high) / 2.0
+    half = max(width, height / ratio) / 2.0
+    axes.set_xlim(middle[0] - half, middle[0] + half)
+    axes.set_ylim(middle[1] - half * ratio, middle[1] + half * ratio)
+
+
+def points_per_m(axes: Axes) -> float:
+    """Return how many points of the page a metre of road takes."""
+    low, high = axes.get_xlim()
+    return _SIZE_IN * 72.0 / (high - low)
+
+
+def stretch(curve: tuple[Floats, Floats], lap_m: float, begin_m: float, end_m: float) -> Floats:
+    """Return the curve between two arc lengths, which may lie beyond the lap's ends."""
+    points, arcs = curve
+    all_points = np.vstack((points, points, points))
+    all_arcs = np.concatenate((arcs - lap_m, arcs, arcs + lap_m))
+    inside = (all_arcs > begin_m) & (all_arcs < end_m)
+    ends = [
+        [np.interp(arc, all_arcs, all_points[:, 0]), np.interp(arc, all_arcs, all_points[:, 1])]
+        for arc in (begin_m, end_m)
+    ]
+    return np.vstack((ends[0], all_points[inside], ends[1]))
+
+
+def _roads(axes: Axes, network: RoadNetwork) -> None:
+    scale = points_per_m(axes)
+    edges = [edge for edge in network.edges.values() if any(edge.allows(vclass) for vclass in _CARS)]
+    lanes = [lane for edge in edges for lane in edge.lanes if lane.allowed & _CARS]
+    shapes = [np.asarray(lane.shape) for lane in lanes]
+    junctions = {name: None for edge in edges for name in (edge.from_junction, edge.to_junction)}
+    outlines = [np.asarray(shape) for name in junctions if (shape := network.junctions[name].shape)]
+    for colour, extra, order in ((_CASING, 1.2, 1), (_ROAD, 0.0, 2)):
+        widths = [max(lane.width_m * scale, 0.5) + extra for lane in lanes]
+        axes.add_collection(
+            LineCollection(shapes, colors=colour, linewidths=widths, zorder=order, capstyle="butt"),
+            autolim=False,
+        )
+        axes.add_collection(
+            PolyCollection(outlines, facecolors=colour, edgecolors=colour, linewidths=extra, zorder=order),
+            autolim=False,
+        )
+
+
+def _scale_bar(axes: Axes) -> None:
+    low, high = axes.get_xlim()
+    wanted = (high - low) / 6.0
+    size = 10.0 ** np.floor(np.log10(wanted))
+    bar = max(size * step for step in (1.0, 2.0, 5.0) if size * step <= wanted)
+    x, y = low + 0.02 * (high - low), axes.get_ylim()[0] + 0.025 * (high - low)
+    axes.plot([x, x + bar], [y, y], color=INK, linewidth=2.2, solid_capstyle="butt", zorder=12)
+    axes.text(x + bar / 2.0, y + 0.006 * (high - low), f"{bar:g} m", ha="center", color=INK, zorder=12)

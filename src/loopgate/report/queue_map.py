@@ -1,0 +1,304 @@
+"""The map of queues: places by capacity, crossings and their conflicts, loops that cannot work."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.lines import Line2D
+
+from loopgate.abstraction.queue_survey import CrossingSurvey, QueueSurvey, Refusal
+from loopgate.network.contacts import Floats
+from loopgate.network.loop import HOLD_MARGIN_M
+from loopgate.network.road import RoadNetwork
+from loopgate.report.base_map import INK, base_map, points_per_m, stretch
+
+__all__ = ["draw_queues"]
+
+_STEPS = (2, 3, 4, 6, 10, 20)
+"""Capacities at which a new colour begins."""
+
+_COLOURS = "YlGnBu"
+"""From pale to dark also for those who see red and green alike, and apart from the grey of the roads."""
+
+_PALE, _DARK = 0.22, 1.0
+_CROSSING, _CONFLICT, _REFUSED, _REFUSED_BAND = "#6c757d", "#D55E00", "#AA3377", "#EFC6DC"
+_HALF_ROAD_M = 1.6
+_DOT_SCALE = 1.2
+"""Below so many points per metre a junction is too small for its conflicts to be seen: it gets a dot."""
+
+_MOST_NAMES = 2
+_NEAR_PT = 50.0
+"""Refused loops whose marks lie nearer than this share a label."""
+
+
+def draw_queues(network: RoadNetwork, found: QueueSurvey, file: Path | str, *, title: str = "") -> None:
+    """Draw places, crossings and refused loops to a picture; the name's ending says which format.
+
+    Parameters
+    ----------
+    network
+        The roads.
+    found
+        What is drawn.
+    file
+        The picture (PNG, SVG, PDF).
+    title
+        A line above the map.
+
+    Raises
+    ------
+    ResultsError
+        If the file cannot be written.
+    """
+    loops = [*found.loops, *(refusal.loop for refusal in found.refused)]
+    with base_map(network, loops, file, title=title) as axes:
+        scale = points_per_m(axes)
+        width = float(np.clip(3.0 * scale, 2.4, 8.0))
+        # Where lines are broader than roads, each direction moves to its side, so that both are seen.
+        aside_m = max(0.0, 0.62 * width / scale - _HALF_ROAD_M)
+        _crossings(axes, found, width, aside_m)
+        _places(axes, found, width, aside_m)
+        _conflicts(axes, network, found, scale)
+        _refused(axes, found.refused, width, scale)
+        _legend(axes, found, dots=scale < _DOT_SCALE)
+
+
+def _places(axes: Axes, found: QueueSurvey, width: float, aside_m: float) -> None:
+    capacity = {place.id: place.capacity for place in found.places}
+    lines: dict[str, Floats] = {}
+    for loop, itinerary in zip(found.loops, found.itineraries, strict=True):
+        curve = loop.curve()
+        for leg in itinerary.legs:
+            if leg.state not in lines:
+                end = leg.end_m + HOLD_MARGIN_M
+                lines[leg.state] = _beside(stretch(curve, loop.length_m, leg.begin_m, end), aside_m)
+    for extra, colours, order in (
+        (1.3, [INK] * len(lines), 4),
+        (0.0, [_colour(capacity[s]) for s in lines], 5),
+    ):
+        axes.add_collection(
+            LineCollection(
+                list(lines.values()), colors=colours, linewidths=width + extra, zorder=order, capstyle="butt"
+            ),
+            autolim=False,
+        )
+
+
+def _crossings(axes: Axes, found: QueueSurvey, width: float, aside_m: float) -> None:
+    """Draw all between two places as a thin line, with the lanes that are too short to queue on broader."""
+    thin: list[Floats] = []
+    joined: list[Floats] = []
+    short = {lane.lane for lane in found.joined}
+    for loop in found.loops:
+        for span in loop.spans:
+            if span.internal:
+                thin.append(_beside(np.asarray(span.shapes[0], dtype=np.float64), aside_m))
+            elif span.lane_id in short:
+                joined.append(_beside(np.asarray(span.shapes[0], dtype=np.float64), aside_m))
+    for lines, line_width in ((thin, 0.9), (joined, 0.55 * width)):
+        axes.add_collection(
+            LineCollection(lines, colors=_CROSSING, linewidths=line_width, zorder=3, capstyle="butt"),
+            autolim=False,
+        )
+
+
+def _conflicts(axes: Axes, network: RoadNetwork, found: QueueSurvey, scale: float) -> None:
+    """Mark the stretches that two movements share; where they are too small to see, their junctions."""
+    via = {connection.id: connection.via for connection in network.connections}
+    lines = [line for crossing in found.crossings for line in _shared(network, via, crossing)]
+    axes.add_collection(
+        LineCollection(
+            lines,
+            colors=_CONFLICT,
+            linewidths=float(np.clip(1.0 * scale, 0.8, 2.6)),
+            zorder=7,
+            capstyle="round",
+        ),
+        autolim=False,
+    )
+    if scale < _DOT_SCALE:
+        at: dict[str, int] = {}
+        for crossing in found.crossings:
+            if crossing.conflicts:
+                at[crossing.junction] = at.get(crossing.junction, 0) + len(crossing.conflicts)
+        dots = np.array([(network.junctions[name].x, network.junctions[name].y) for name in at]).reshape(
+            -1, 2
+        )
+        sizes = [3.0 + 2.2 * np.sqrt(count / 2.0) for count in at.values()]
+        axes.scatter(
+            dots[:, 0],
+            dots[:, 1],
+            s=np.square(sizes),
+            c=_CONFLICT,
+            edgecolors="white",
+            linewidths=0.6,
+            zorder=8,
+        )
+    marks = np.array([line.mean(axis=0) for line in _unlisted(network, via, found)]).reshape(-1, 2)
+    axes.scatter(
+        marks[:, 0],
+        marks[:, 1],
+        s=52,
+        marker="D",
+        facecolors="none",
+        edgecolors=INK,
+        linewidths=1.3,
+        zorder=9,
+    )
+
+
+def _shared(
+    network: RoadNetwork, via: dict[str, tuple[str, ...]], crossing: CrossingSurvey, *, unlisted: bool = False
+) -> Iterator[Floats]:
+    """Yield the stretches of a crossing that it shares with others."""
+    shapes = [np.asarray(network.lanes[lane].shape, dtype=np.float64) for lane in via.get(crossing.id, ())]
+    if not shapes or crossing.length_m <= 0.0:
+        return
+    points = np.concatenate(shapes)
+    along = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))))
+    arcs = along * (crossing.length_m / max(float(along[-1]), 1e-9))
+    for conflict in crossing.conflicts:
+        if conflict.begin_m is None or conflict.end_m is None or (unlisted and conflict.listed):
+            continue
+        inside = (arcs > conflict.begin_m) & (arcs < conflict.end_m)
+        ends = np.interp((conflict.begin_m, conflict.end_m), arcs, np.arange(len(arcs)))
+        first, last = (_point(points, at) for at in ends)
+        yield np.vstack((first, points[inside], last))
+
+
+def _point(points: Floats, at: float) -> Floats:
+    low = min(int(at), len(points) - 1)
+    high = min(low + 1, len(points) - 1)
+    return np.asarray(points[low] + (at - low) * (points[high] - points[low]), dtype=np.float64)
+
+
+def _unlisted(network: RoadNetwork, via: dict[str, tuple[str, ...]], found: QueueSurvey) -> Iterator[Floats]:
+    for crossing in found.crossings:
+        yield from _shared(network, via, crossing, unlisted=True)
+
+
+def _refused(axes: Axes, refusals: Sequence[Refusal], width: float, scale: float) -> None:
+    """Draw refused loops as a band beneath the places, and mark where each cannot go on."""
+    curves = [np.vstack((points, points[:1])) for points in (refusal.loop.curve()[0] for refusal in refusals)]
+    for colour, line_width, dash, order in (
+        (_REFUSED_BAND, width + 6.0, "solid", 2.4),
+        (_REFUSED, 1.3, (0, (4, 1.6)), 2.6),
+    ):
+        axes.add_collection(
+            LineCollection(curves, colors=colour, linewidths=line_width, linestyles=[dash], zorder=order),
+            autolim=False,
+        )
+    labels: list[tuple[Floats, list[str]]] = []
+    for refusal in refusals:
+        if refusal.edge is None:
+            continue
+        spans = (span for span in refusal.loop.spans if span.edge == refusal.edge and not span.internal)
+        at = np.asarray(next(spans).shapes[0][-1], dtype=np.float64)
+        axes.plot(*at, "X", color=_REFUSED, markersize=10, markeredgecolor="white", zorder=11)
+        near = next((names for where, names in labels if np.hypot(*(where - at)) * scale < _NEAR_PT), None)
+        if near is None:
+            labels.append((at, [refusal.loop.id]))
+        else:
+            near.append(refusal.loop.id)
+    for at, names in labels:
+        more = len(names) - _MOST_NAMES
+        axes.annotate(
+            ", ".join(names[:_MOST_NAMES]) + (f" and {more} more" if more > 0 else ""),
+            (float(at[0]), float(at[1])),
+            xytext=(8, 8),
+            textcoords="offset points",
+            fontsize=8,
+            weight="bold",
+            color=_REFUSED,
+            zorder=12,
+            bbox={"boxstyle": "round,pad=0.2", "facecolor": "white", "edgecolor": _REFUSED, "linewidth": 0.8},
+        )
+
+
+def _colour(capacity: int) -> tuple[float, float, float, float]:
+    step = max(0, bisect_right(_STEPS, capacity) - 1)
+    share = _PALE + (_DARK - _PALE) * step / (len(_STEPS) - 1)
+    red, green, blue, alpha = mpl.colormaps[_COLOURS](share)
+    return red, green, blue, alpha
+
+
+def _beside(line: Floats, distance_m: float) -> Floats:
+    """Return the line moved to its right."""
+    steps = np.hypot(*np.diff(line, axis=0).T)
+    line = line[np.concatenate(([True], steps > 0.0))]
+    if distance_m <= 0.0 or len(line) < 2:  # noqa: PLR2004  a point has no side
+        return line
+    along = np.gradient(line, axis=0)
+    length = np.maximum(np.hypot(along[:, 0], along[:, 1]), 1e-9)[:, None]
+    return np.asarray(
+        line + distance_m * np.column_stack((along[:, 1], -along[:, 0])) / length, dtype=np.float64
+    )
+
+
+def _legend(axes: Axes, found: QueueSurvey, *, dots: bool) -> None:
+    entries: list[Line2D] = []
+    for step, low in enumerate(_STEPS):
+        high = _STEPS[step + 1] - 1 if step + 1 < len(_STEPS) else None
+        inside = [p for p in found.places if low <= p.capacity and (high is None or p.capacity <= high)]
+        if inside:
+            span = f"{low}" if high == low else f"{low} or more" if high is None else f"{low} to {high}"
+            entries.append(
+                Line2D(
+                    [],
+                    [],
+                    color=_colour(low),
+                    linewidth=6,
+                    label=f"place for {span} vehicles  ({len(inside)})",
+                )
+            )
+    entries.append(
+        Line2D([], [], color=_CROSSING, linewidth=1.2, label=f"crossing  ({len(found.crossings)})")
+    )
+    if found.joined:
+        label = f"lane too short to queue on  ({len(found.joined)})"
+        entries.append(Line2D([], [], color=_CROSSING, linewidth=3.5, label=label))
+    if found.conflicts:
+        style = {"linestyle": "none", "marker": "o", "markersize": 7.0} if dots else {"linewidth": 2.2}
+        where = "conflicts at a junction" if dots else "conflict of two crossings"
+        entries.append(Line2D([], [], color=_CONFLICT, label=f"{where}  ({found.conflicts})", **style))
+    if found.unlisted:
+        entries.append(
+            Line2D(
+                [],
+                [],
+                linestyle="none",
+                marker="D",
+                markerfacecolor="none",
+                markeredgecolor=INK,
+                label=f"... that only geometry shows  ({len(found.unlisted)})",
+            )
+        )
+    if found.refused:
+        entries.append(
+            Line2D(
+                [],
+                [],
+                color=_REFUSED,
+                linestyle=(0, (4, 1.6)),
+                marker="X",
+                markersize=8,
+                markeredgecolor="white",
+                label=f"loop that cannot work  ({len(found.refused)})",
+            )
+        )
+    legend = axes.legend(
+        handles=entries,
+        loc="center left",
+        bbox_to_anchor=(1.0, 0.5),
+        fontsize=8.5,
+        frameon=False,
+        labelspacing=0.7,
+        handlelength=2.6,
+    )
+    legend.set_zorder(20)
