@@ -20,6 +20,7 @@ from rich.console import Console
 from loopgate.analysis import read_results
 from loopgate.cli.frame_table import frame_table
 from loopgate.cli.progress import show_progress
+from loopgate.report.base_map import DPI
 from loopgate.report.network_map import draw_map
 from loopgate.report.page import write_report
 from loopgate.simulation.assembly import assemble
@@ -66,14 +67,13 @@ def simulate(name: str, gate: str) -> dict[str, Any]:
     }
 
 
-def draw(name: str) -> Path:
-    """Draw the loops, zones and starting places of scenario `name`."""
+def draw(name: str, file: Path, *, dpi: int = DPI) -> Path:
+    """Draw the loops, zones and starting places of scenario `name` to `file`, which is returned."""
     assembly = assemble(SCENARIOS[name])
     states = assembly.abstraction
     if states is None:
         msg = "one vehicle per loop always has states"
         raise RuntimeError(msg)
-    file = OUT / f"{name}.png"
     itineraries = {itinerary.loop: itinerary for itinerary in states.itineraries}
     draw_map(
         assembly.network,
@@ -82,6 +82,7 @@ def draw(name: str) -> Path:
         file,
         starts_m=states.starts_m,
         title=f"{Path(SCENARIOS[name].network).name}: {len(assembly.loops)} loops",
+        dpi=dpi,
     )
     return file
 
@@ -96,7 +97,7 @@ def main() -> None:
     write_report(read_results(OUT / "berlin"), page)
     console.print(f"picture: {picture.relative_to(ROOT)}, report: {page.relative_to(ROOT)}")
     rows = [simulate(name, gate) for name in SCENARIOS for gate in GATES]
-    files = [draw(name) for name in SCENARIOS]
+    files = [draw(name, OUT / f"{name}.png") for name in SCENARIOS]
     wide.print(
         frame_table(pd.DataFrame(rows), HEADINGS, title="One hour, the same loops and seed per network")
     )

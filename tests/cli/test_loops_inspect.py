@@ -11,11 +11,14 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
+from loopgate.abstraction.queue_layout import why_not
 from loopgate.cli.main import cli
 from loopgate.model import read_system
+from loopgate.network import RoadNetwork, read_loops
 
 _RUN = CliRunner()
 _NET = "sumo:bs3d"
+_SEGMENTS = ("--abstraction", "segments")
 
 
 def loopgate(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
@@ -92,7 +95,8 @@ def test_inspect_shows_and_writes(routes: Path, tmp_path: Path) -> None:
     """Tables on stdout, a picture, and a system file that reads back with the same states."""
     picture, system = tmp_path / "map.png", tmp_path / "system.json"
     result = _RUN.invoke(
-        cli, ["inspect", _NET, "--routes", str(routes), "--plot", str(picture), "-o", str(system)]
+        cli,
+        ["inspect", _NET, "--routes", str(routes), *_SEGMENTS, "--plot", str(picture), "-o", str(system)],
     )
     assert result.exit_code == 0, result.output
     assert "4 loops" in result.stdout
@@ -106,7 +110,9 @@ def test_inspect_as_json(routes: Path) -> None:
     """Only JSON; shares agree with legs and zones; a greater radius shares more."""
     shares = []
     for rho in ("0.5", "1.25", "5"):
-        result = _RUN.invoke(cli, ["inspect", _NET, "--routes", str(routes), "--rho", rho, "--json"])
+        result = _RUN.invoke(
+            cli, ["inspect", _NET, "--routes", str(routes), *_SEGMENTS, "--rho", rho, "--json"]
+        )
         found = json.loads(result.stdout)
         zones = {zone["id"] for zone in found["zones"]}
         for loop in found["loops"]:
@@ -120,22 +126,76 @@ def test_inspect_as_json(routes: Path) -> None:
     assert 0.0 < shares[0] < shares[2] <= 1.0
 
 
-def test_inspect_queues() -> None:
-    """The other abstraction: lanes that hold several vehicles, and how many."""
-    networks = Path(__file__).resolve().parents[2]
-    arguments = [
-        "inspect",
-        f"{networks}/networks/ring3.net.xml",
-        "--routes",
-        f"{networks}/routes/ring3.rou.xml",
-    ]
-    shown = _RUN.invoke(cli, [*arguments, "--abstraction", "queues"])
+NETWORKS = Path(__file__).resolve().parents[2]
+RING = ["inspect", f"{NETWORKS}/networks/ring3.net.xml", "--routes", f"{NETWORKS}/routes/ring3.rou.xml"]
+
+
+def test_inspect_queues(tmp_path: Path) -> None:
+    """The default: places, crossings, short lanes and room on stdout; a picture; a system file."""
+    picture, system = tmp_path / "queues.svg", tmp_path / "system.json"
+    shown = _RUN.invoke(cli, [*RING, "--picture", str(picture), "-o", str(system)])
     assert shown.exit_code == 0, shown.output
-    assert "lie in shared lanes with others" in shown.stdout
-    found = json.loads(_RUN.invoke(cli, [*arguments, "--abstraction", "queues", "--json"]).stdout)
-    assert {zone["id"] for zone in found["zones"]} == {"s1_0", "s2_0", "s3_0"}
-    for zone in found["zones"]:
-        assert zone["capacity"] == (zone["length_m"] / 2 + 0.1 - 1.0) // 7.5
+    for text in (
+        "12 places for 150 vehicles",
+        "18 crossings with 6 conflicts",
+        "3 lanes too short to queue on",
+    ):
+        assert text in shown.stdout
+    assert "134 vehicles can live on these loops" in shown.stdout
+    assert "118 if the loops get them in turn" in shown.stdout
+    assert "(unlisted)" not in shown.stdout
+    assert picture.read_text(encoding="utf-8").count("<svg") == 1
+    assert len(read_system(system).robots) == 3
+
+
+def test_inspect_queues_as_json() -> None:
+    """All of it, checked against the rules of the abstraction and against itself."""
+    found = json.loads(_RUN.invoke(cli, [*RING, "--json"]).stdout)
+    assert found["refused"] == []
+    for place in found["places"]:
+        assert place["capacity"] == (place["length_m"] - 1.1) // 7.5
+        assert 1 <= place["at_start"] < place["capacity"]
+    visited = {leg["place"] for loop in found["loops"] for leg in loop["legs"]}
+    assert visited == {place["id"] for place in found["places"]}
+    crossings = {crossing["id"]: crossing for crossing in found["crossings"]}
+    for name, crossing in crossings.items():
+        for conflict in crossing["conflicts"]:
+            assert 0 <= conflict["begin_m"] <= conflict["end_m"] <= crossing["length_m"]
+            assert name in {back["with"] for back in crossings[conflict["with"]]["conflicts"]}
+    assert {lane["lane"] for lane in found["joined_lanes"]}.isdisjoint(visited)
+    assert found["holds"] == sum(place["capacity"] for place in found["places"])
+
+
+@pytest.fixture(scope="module")
+def some_refused(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Forty loops in south-east Berlin, some of which must change lanes."""
+    file = tmp_path_factory.mktemp("berlin") / "loops.rou.xml"
+    assert _RUN.invoke(cli, ["loops", "sumo:DRT", "--count", "40", "-o", str(file)]).exit_code == 0
+    return file
+
+
+def test_inspect_shows_every_loop_that_cannot_work_and_the_rest(some_refused: Path, tmp_path: Path) -> None:
+    """Each with its edge and the reason; the others in full; one line on stderr, exit code 2."""
+    picture = tmp_path / "map.png"
+    done = loopgate("inspect", "sumo:DRT", "--routes", some_refused, "--json", "--picture", picture)
+    assert done.returncode == 2
+    found = json.loads(done.stdout)
+    refused = {entry["loop"] for entry in found["refused"]}
+    if not refused:
+        pytest.skip("all loops work")
+    kept = {loop["id"] for loop in found["loops"]}
+    assert len(refused) + len(kept) == 40
+    assert not refused & kept
+    network = RoadNetwork.open("sumo:DRT")
+    loops = {loop.id: loop for loop in read_loops(network, some_refused).loops}
+    for entry in found["refused"]:
+        assert entry["reason"] == why_not(network, loops[entry["loop"]])
+        assert entry["edge"] is None or entry["edge"] in loops[entry["loop"]].edges
+        assert (entry["edge"] or "") in entry["reason"]
+    assert all(not why_not(network, loops[name]) for name in kept)
+    assert done.stderr.count("\n") == 1
+    assert f"{len(refused)} of 40 loops cannot work as queues" in done.stderr
+    assert picture.stat().st_size > 100_000
 
 
 def test_vehicles_of_the_file_decide_what_fits(routes: Path, tmp_path: Path) -> None:
@@ -144,7 +204,7 @@ def test_vehicles_of_the_file_decide_what_fits(routes: Path, tmp_path: Path) -> 
     long = tmp_path / "bus.rou.xml"
     bus = '<vType id="bus" length="18"/><vehicle id="b" type="bus" route="loop0" depart="0"/></routes>'
     long.write_text(text.replace("</routes>", bus), encoding="utf-8")
-    result = _RUN.invoke(cli, ["inspect", _NET, "--routes", str(long), "--json"])
+    result = _RUN.invoke(cli, ["inspect", _NET, "--routes", str(long), *_SEGMENTS, "--json"])
     assert [loop["id"] for loop in json.loads(result.stdout)["loops"]] == ["loop0"]
     short = min(
         leg["end_m"] - leg["begin_m"] for loop in json.loads(result.stdout)["loops"] for leg in loop["legs"]
@@ -157,7 +217,7 @@ def test_files_that_cannot_be_written(routes: Path, tmp_path: Path, option: str,
     """A file where a folder should be, or a picture of no known kind: one line, exit code 2."""
     (tmp_path / "file").write_text("", encoding="utf-8")
     folder = tmp_path if name == "x.what" else tmp_path / "file"
-    done = loopgate("inspect", _NET, "--routes", routes, option, folder / name)
+    done = loopgate("inspect", _NET, "--routes", routes, *_SEGMENTS, option, folder / name)
     assert done.returncode == 2
     assert "cannot write" in done.stderr
     assert len(done.stderr.splitlines()) == 1
@@ -174,6 +234,11 @@ def test_files_that_cannot_be_written(routes: Path, tmp_path: Path, option: str,
         (["inspect", _NET], "which loops\\? Give --routes FILE"),
         (["inspect", "missing.net.xml", "--routes", "x"], "missing.net.xml: there is no such file"),
         (["inspect", _NET, "--routes", "missing.rou.xml"], "missing.rou.xml: there is no such file"),
+        (
+            ["inspect", _NET, "--routes", "x", "--rho", "2"],
+            "--rho and --piece belong to --abstraction segments",
+        ),
+        (["inspect", _NET, "--routes", "x", "--vehicle-length", "-3"], "--vehicle-length is -3 m"),
     ],
 )
 def test_bad_input_is_one_line(arguments: list[str], text: str) -> None:
@@ -217,7 +282,7 @@ def test_routes_drawn_wrong(routes: Path, tmp_path: Path, routes_text: str, text
     }
     file = tmp_path / "drawn.rou.xml"
     file.write_text(f"<routes>{routes_text.format(**names)}</routes>", encoding="utf-8")
-    done = loopgate("inspect", _NET, "--routes", file)
+    done = loopgate("inspect", _NET, "--routes", file, *_SEGMENTS)
     assert done.returncode == 2
     assert text.format(**names) in done.stderr
     assert len(done.stderr.splitlines()) == 1
@@ -233,5 +298,5 @@ def test_an_ordinary_sumo_configuration(routes: Path, tmp_path: Path) -> None:
         f'<route-files value="{routes}"/></input></configuration>',
         encoding="utf-8",
     )
-    result = _RUN.invoke(cli, ["inspect", str(config), "--json"])
+    result = _RUN.invoke(cli, ["inspect", str(config), *_SEGMENTS, "--json"])
     assert len(json.loads(result.stdout)["loops"]) == 4

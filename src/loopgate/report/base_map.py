@@ -18,12 +18,13 @@ from loopgate.network.contacts import Floats
 from loopgate.network.loop import Loop
 from loopgate.network.road import RoadNetwork
 
-__all__ = ["GROUND", "INK", "base_map", "points_per_m", "stretch"]
+__all__ = ["DPI", "GROUND", "INK", "base_map", "points_per_m", "stretch"]
 
 INK = "#23292e"
 GROUND = "#f1f2f0"
 _ROAD, _CASING = "#ffffff", "#c3c9ce"
 _CARS = frozenset({"passenger", "bus", "delivery"})
+DPI = 170
 _SIZE_IN = 11.0
 _PANEL_IN = 2.7
 """Width of the legend beside the map."""
@@ -31,7 +32,7 @@ _PANEL_IN = 2.7
 
 @contextmanager
 def base_map(
-    network: RoadNetwork, loops: Sequence[Loop], file: Path | str, *, title: str = ""
+    network: RoadNetwork, loops: Sequence[Loop], file: Path | str, *, title: str = "", dpi: int = DPI
 ) -> Iterator[Axes]:
     """Make a page with the roads round some loops; write it when the drawing on it is done.
 
@@ -45,6 +46,8 @@ def base_map(
         The picture; the name's ending says which format (PNG, SVG, PDF).
     title
         A line above the map.
+    dpi
+        Pixels per inch of a PNG; the page is 13.7 inches wide.
 
     Raises
     ------
@@ -75,7 +78,7 @@ def base_map(
             )
         try:
             Path(file).parent.mkdir(parents=True, exist_ok=True)
-            figure.savefig(file, dpi=170, facecolor=GROUND)
+            figure.savefig(file, dpi=dpi, facecolor=GROUND)
         except (OSError, ValueError) as error:
             msg = f"{file}: cannot write the picture ({error})"
             raise ResultsError(msg) from error

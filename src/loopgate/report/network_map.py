@@ -16,7 +16,7 @@ from loopgate.model import StateId
 from loopgate.network.contacts import Floats
 from loopgate.network.loop import Loop
 from loopgate.network.road import RoadNetwork
-from loopgate.report.base_map import INK, base_map, points_per_m, stretch
+from loopgate.report.base_map import DPI, INK, base_map, points_per_m, stretch
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -46,6 +46,7 @@ def draw_map(
     *,
     starts_m: Sequence[float] = (),
     title: str = "",
+    dpi: int = DPI,
 ) -> None:
     """Draw roads, loops and zones to a picture; the name's ending says which format (PNG, SVG, PDF).
 
@@ -63,13 +64,15 @@ def draw_map(
         Arc length of each vehicle's front at the beginning [m], to mark it; possibly none.
     title
         A line above the map.
+    dpi
+        Pixels per inch of a PNG.
 
     Raises
     ------
     ResultsError
         If the file cannot be written.
     """
-    with base_map(network, loops, file, title=title) as axes:
+    with base_map(network, loops, file, title=title, dpi=dpi) as axes:
         scale = points_per_m(axes)
         found = survey(itineraries)
         zones = {zone.state: zone.length_m for zone in found.zones}

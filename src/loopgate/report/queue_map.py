@@ -16,7 +16,7 @@ from loopgate.abstraction.queue_survey import CrossingSurvey, QueueSurvey, Refus
 from loopgate.network.contacts import Floats
 from loopgate.network.loop import HOLD_MARGIN_M
 from loopgate.network.road import RoadNetwork
-from loopgate.report.base_map import INK, base_map, points_per_m, stretch
+from loopgate.report.base_map import DPI, INK, base_map, points_per_m, stretch
 
 __all__ = ["draw_queues"]
 
@@ -37,7 +37,9 @@ _NEAR_PT = 50.0
 """Refused loops whose marks lie nearer than this share a label."""
 
 
-def draw_queues(network: RoadNetwork, found: QueueSurvey, file: Path | str, *, title: str = "") -> None:
+def draw_queues(
+    network: RoadNetwork, found: QueueSurvey, file: Path | str, *, title: str = "", dpi: int = DPI
+) -> None:
     """Draw places, crossings and refused loops to a picture; the name's ending says which format.
 
     Parameters
@@ -50,6 +52,8 @@ def draw_queues(network: RoadNetwork, found: QueueSurvey, file: Path | str, *, t
         The picture (PNG, SVG, PDF).
     title
         A line above the map.
+    dpi
+        Pixels per inch of a PNG.
 
     Raises
     ------
@@ -57,7 +61,7 @@ def draw_queues(network: RoadNetwork, found: QueueSurvey, file: Path | str, *, t
         If the file cannot be written.
     """
     loops = [*found.loops, *(refusal.loop for refusal in found.refused)]
-    with base_map(network, loops, file, title=title) as axes:
+    with base_map(network, loops, file, title=title, dpi=dpi) as axes:
         scale = points_per_m(axes)
         width = float(np.clip(3.0 * scale, 2.4, 8.0))
         # Where lines are broader than roads, each direction moves to its side, so that both are seen.

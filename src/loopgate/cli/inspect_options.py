@@ -1,0 +1,34 @@
+"""What a user wants `loopgate inspect` to show, whatever the abstraction."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+__all__ = ["Wanted"]
+
+
+@dataclass(frozen=True, slots=True)
+class Wanted:
+    """Options of the command.
+
+    Attributes
+    ----------
+    vehicle_length_m
+        Instead of the file's [m].
+    seed
+        Of the starting places.
+    picture, out
+        Files to write, if any: the map, the system.
+    every
+        Whether long tables are printed in full.
+    as_json
+        Whether JSON is printed instead of tables.
+    """
+
+    vehicle_length_m: float | None
+    seed: int
+    picture: Path | None
+    out: Path | None
+    every: bool
+    as_json: bool

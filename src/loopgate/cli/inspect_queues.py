@@ -1,0 +1,318 @@
+"""`loopgate inspect` on queues: places, crossings with their conflicts, loops that cannot work and why."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import click
+from rich.console import Console
+
+from loopgate.abstraction.itinerary import Abstraction
+from loopgate.abstraction.queue_survey import QueueSurvey, survey_queues
+from loopgate.abstraction.queues import make_queues
+from loopgate.abstraction.survey import Survey, survey
+from loopgate.cli.inspect_options import Wanted
+from loopgate.cli.tables import console, counted, listed, print_table
+from loopgate.errors import ScenarioError
+from loopgate.model import write_system
+from loopgate.network import Loop, RoadNetwork, RoutesFile, VehicleType
+from loopgate.network.coverage import Coverage, measure_coverage
+
+__all__ = ["look_at_queues"]
+
+_MOST_ROWS = 20
+_MOST_CONFLICTS = 3
+
+
+@dataclass(frozen=True, slots=True)
+class _Seen:
+    """Loops as queues; the vehicles on them, or why they cannot start."""
+
+    file: RoutesFile
+    vehicles: int
+    found: QueueSurvey
+    shares: Survey
+    coverage: Coverage
+    placed: Abstraction | None
+    problem: ScenarioError | None
+
+
+def look_at_queues(roads: RoadNetwork, file: RoutesFile, wanted: Wanted) -> ScenarioError | None:
+    """Show and write what is wanted; return what does not work, if anything.
+
+    Loops that cannot work are left out of all figures but their own table.
+    """
+    seen = _look(roads, file, wanted)
+    if wanted.as_json:
+        click.echo(json.dumps(_data(seen)))
+    else:
+        _print(seen, None if wanted.every else _MOST_ROWS)
+    if wanted.picture is not None:
+        from loopgate.report.queue_map import draw_queues
+
+        draw_queues(roads, seen.found, wanted.picture, title=_title(roads, seen.found))
+    if seen.problem is None and wanted.out is not None and seen.placed is not None:
+        write_system(seen.placed.system, wanted.out, note=f"{roads.name}, {file.file.name}: queues")
+    return seen.problem
+
+
+def _look(roads: RoadNetwork, file: RoutesFile, wanted: Wanted) -> _Seen:
+    names, loops, starts_m = file.robots()
+    types = file.robot_types()
+    if wanted.vehicle_length_m is not None:
+        types = [replace(kind, length_m=wanted.vehicle_length_m) for kind in types]
+    found = survey_queues(roads, list(zip(loops, types, strict=True)))
+    placed, problem = None, None
+    if found.refused:
+        problem = _refusal(file, found)
+    else:
+        placed, problem = _place(roads, loops, types, wanted.seed, names, starts_m)
+    return _Seen(
+        file,
+        len(names),
+        found,
+        survey(found.itineraries),
+        measure_coverage(roads, found.loops),
+        placed,
+        problem,
+    )
+
+
+def _place(
+    roads: RoadNetwork,
+    loops: Sequence[Loop],
+    types: Sequence[VehicleType],
+    seed: int,
+    names: Sequence[str],
+    starts_m: dict[str, float],
+) -> tuple[Abstraction | None, ScenarioError | None]:
+    try:
+        return make_queues(roads, loops, types, seed=seed, names=names, starts_m=starts_m), None
+    except ScenarioError as error:
+        return None, error
+
+
+def _refusal(file: RoutesFile, found: QueueSurvey) -> ScenarioError:
+    every = len(found.loops) + len(found.refused)
+    names = [refusal.loop.id for refusal in found.refused]
+    if len(names) == 1:
+        return ScenarioError(
+            f"{file.file}: loop {names[0]} cannot work as queues: it {found.refused[0].reason}"
+        )
+    return ScenarioError(
+        f"{file.file}: {len(names)} of {every} loops cannot work as queues, as said above: {listed(names)}; "
+        "leave them out or lead them another way"
+    )
+
+
+def _title(roads: RoadNetwork, found: QueueSurvey) -> str:
+    name = f"{roads.name}: {counted(len(found.loops), 'loop')}, {counted(len(found.places), 'place')}"
+    return f"{name} for {found.holds} vehicles"
+
+
+def _data(seen: _Seen) -> dict[str, Any]:
+    found = seen.found
+    legs = {itinerary.loop: itinerary.legs for itinerary in found.itineraries}
+    return {
+        "abstraction": "queues",
+        "loops": [
+            {
+                "id": loop.loop,
+                "length_m": round(loop.length_m, 2),
+                "places": loop.states,
+                "shared_visits": loop.visits,
+                "shared_m": round(loop.shared_m, 2),
+                "shared": round(loop.shared, 4),
+                "meets": loop.meets,
+                "legs": [
+                    {
+                        "place": leg.state,
+                        "begin_m": round(leg.begin_m, 2),
+                        "end_m": round(leg.end_m, 2),
+                        "crossings": [crossing.id for crossing in leg.crossings],
+                    }
+                    for leg in legs[loop.loop]
+                ],
+            }
+            for loop in seen.shares.loops
+        ],
+        "refused": [
+            {"loop": refusal.loop.id, "edge": refusal.edge, "reason": refusal.reason}
+            for refusal in found.refused
+        ],
+        "places": [
+            {
+                "id": place.id,
+                "lane": place.lane,
+                "length_m": round(place.length_m, 2),
+                "capacity": place.capacity,
+                "at_start": place.at_start,
+                "loops": place.loops,
+            }
+            for place in found.places
+        ],
+        "crossings": [
+            {
+                "id": crossing.id,
+                "from_lane": crossing.from_lane,
+                "to_lane": crossing.to_lane,
+                "junction": crossing.junction,
+                "length_m": round(crossing.length_m, 2),
+                "loops": crossing.loops,
+                "conflicts": [
+                    {
+                        "with": conflict.foe,
+                        "begin_m": _rounded(conflict.begin_m),
+                        "end_m": _rounded(conflict.end_m),
+                        "shared_m": _rounded(conflict.shared_m),
+                        "listed": conflict.listed,
+                    }
+                    for conflict in crossing.conflicts
+                ],
+            }
+            for crossing in found.crossings
+        ],
+        "unlisted_conflicts": found.unlisted,
+        "joined_lanes": [
+            {"lane": lane.lane, "length_m": round(lane.length_m, 2), "loops": lane.loops}
+            for lane in found.joined
+        ],
+        "vehicles": seen.vehicles,
+        "holds": found.holds,
+        "most_vehicles": found.at_start,
+        "most_vehicles_in_turn": found.even,
+        "shared": round(seen.shares.shared, 4),
+        "coverage_edges": round(seen.coverage.of_edges, 6),
+        "coverage_lane_km": round(seen.coverage.of_lane_km, 6),
+        "starts_m": [round(front, 2) for front in seen.placed.starts_m] if seen.placed else None,
+        "warnings": seen.placed.warnings if seen.placed else [],
+    }
+
+
+def _rounded(metres: float | None) -> float | None:
+    return None if metres is None else round(metres, 2)
+
+
+def _print(seen: _Seen, most: int | None) -> None:
+    out, found = console(), seen.found
+    if found.loops:
+        _print_loops(out, seen, most)
+        _print_places(out, found, most)
+        _print_crossings(out, found, most)
+        _print_joined(out, found, most)
+    if found.refused:
+        print_table(
+            out,
+            f"{counted(len(found.refused), 'loop')} that cannot work",
+            ("loop", "edge", "why: it ..."),
+            ((r.loop.id, r.edge or "", r.reason) for r in found.refused),
+            left=("loop", "edge", "why: it ..."),
+            most=None,  # these are what a user has to act on
+        )
+    if found.loops:
+        _print_room(out, seen)
+
+
+def _print_loops(out: Console, seen: _Seen, most: int | None) -> None:
+    print_table(
+        out,
+        f"{counted(len(seen.found.loops), 'loop')}",
+        ("loop", "length [m]", "places", "of them shared", "shared", "meets"),
+        (
+            (
+                loop.loop,
+                f"{loop.length_m:.0f}",
+                str(loop.states),
+                str(loop.visits),
+                f"{loop.shared:.0%}",
+                listed(loop.meets),
+            )
+            for loop in seen.shares.loops
+        ),
+        left=("loop", "meets"),
+        most=most,
+    )
+
+
+def _print_places(out: Console, found: QueueSurvey, most: int | None) -> None:
+    places = sorted(found.places, key=lambda place: -len(place.loops))
+    print_table(
+        out,
+        f"{counted(len(places), 'place')} for {found.holds} vehicles, the most visited first",
+        ("lane", "length [m]", "holds", "at the start", "loops", "which"),
+        (
+            (
+                place.id,
+                f"{place.length_m:.1f}",
+                str(place.capacity),
+                str(place.at_start),
+                str(len(place.loops)),
+                listed(place.loops),
+            )
+            for place in places
+        ),
+        left=("lane", "which"),
+        most=most,
+    )
+
+
+def _print_crossings(out: Console, found: QueueSurvey, most: int | None) -> None:
+    crossings = sorted(found.crossings, key=lambda crossing: -len(crossing.conflicts))
+    rows = []
+    for crossing in crossings:
+        shared = [
+            f"{conflict.foe} {'all' if conflict.shared_m is None else f'{conflict.shared_m:.1f} m'}"
+            + ("" if conflict.listed else " (unlisted)")
+            for conflict in crossing.conflicts
+        ]
+        # Conflicts that the network does not list are what one looks for: they come first.
+        shared.sort(key=lambda text: not text.endswith("(unlisted)"))
+        rows.append(
+            (
+                crossing.id,
+                f"{crossing.length_m:.1f}",
+                str(len(crossing.loops)),
+                str(len(shared)),
+                listed(shared, _MOST_CONFLICTS),
+            )
+        )
+    print_table(
+        out,
+        f"{counted(len(rows), 'crossing')} with {counted(found.conflicts, 'conflict')}, "
+        f"{len(found.unlisted)} of them unlisted: only geometry shows them",
+        ("movement", "length [m]", "loops", "conflicts", "with whom, over how much of it"),
+        rows,
+        left=("movement", "with whom, over how much of it"),
+        most=most,
+    )
+
+
+def _print_joined(out: Console, found: QueueSurvey, most: int | None) -> None:
+    if found.joined:
+        print_table(
+            out,
+            f"{counted(len(found.joined), 'lane')} too short to queue on, joined to their crossings",
+            ("lane", "length [m]", "loops"),
+            ((lane.lane, f"{lane.length_m:.1f}", str(len(lane.loops))) for lane in found.joined),
+            left=("lane",),
+            most=most,
+        )
+
+
+def _print_room(out: Console, seen: _Seen) -> None:
+    found = seen.found
+    out.print(
+        f"room: {found.at_start} vehicles can live on these loops (start so that everybody can move), "
+        f"{found.even} if the loops get them in turn (--vehicles {found.even})"
+    )
+    km = sum(loop.length_m for loop in found.loops) / 1000.0
+    out.print(f"shared: {seen.shares.shared:.0%} of {km:.1f} km lie on lanes that several loops use")
+    out.print(
+        f"coverage: loops reach {seen.coverage.of_edges:.0%} of the network's edges, "
+        f"{seen.coverage.of_lane_km:.0%} of its lane-km"
+    )
+    for warning in seen.placed.warnings if seen.placed else ():
+        out.print(f"warning: {warning}", style="yellow", markup=False)

@@ -1,0 +1,161 @@
+"""`loopgate inspect --abstraction segments`: states of the loops, and the zones where loops meet."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import click
+
+from loopgate.abstraction.itinerary import Abstraction
+from loopgate.abstraction.segments import Layout, lay_out_segments, place_vehicles
+from loopgate.abstraction.survey import Survey, survey
+from loopgate.cli.inspect_options import Wanted
+from loopgate.cli.tables import console, counted, listed, print_table
+from loopgate.errors import ScenarioError
+from loopgate.model import write_system
+from loopgate.network import Loop, RoadNetwork, RoutesFile
+from loopgate.network.coverage import Coverage, measure_coverage
+
+__all__ = ["look_at_segments"]
+
+
+@dataclass(frozen=True, slots=True)
+class _Seen:
+    """Loops with their states; the vehicles in them, or why they cannot start."""
+
+    layout: Layout
+    vehicles_on: Sequence[Loop]
+    placed: Abstraction | None
+    problem: ScenarioError | None
+    coverage: Coverage
+
+
+def look_at_segments(
+    roads: RoadNetwork, file: RoutesFile, wanted: Wanted, *, rho_m: float, piece_m: float
+) -> ScenarioError | None:
+    """Show and write what is wanted; return why the vehicles cannot start, if they cannot.
+
+    Parameters
+    ----------
+    roads, file, wanted
+        Network, loops with their vehicles, and what to show.
+    rho_m, piece_m
+        Safe radius and longest private piece [m].
+    """
+    seen = _look(roads, file, wanted, rho_m, piece_m)
+    found = survey(seen.layout.itineraries)
+    if wanted.as_json:
+        click.echo(json.dumps(_data(seen, found)))
+    else:
+        _print(seen, found, None if wanted.every else 40)
+    if wanted.picture is not None:
+        from loopgate.report.network_map import draw_map
+
+        draw_map(
+            roads,
+            seen.vehicles_on,
+            seen.layout.itineraries,
+            wanted.picture,
+            starts_m=seen.placed.starts_m if seen.placed else (),
+            title=f"{roads.name}: {counted(len(seen.layout.loops), 'loop')}, {found.shared:.0%} shared",
+        )
+    if seen.problem is None and wanted.out is not None and seen.placed is not None:
+        note = f"{roads.name}, {file.file.name}: segments, rho {rho_m:g} m"
+        write_system(seen.placed.system, wanted.out, note=note)
+    return seen.problem
+
+
+def _look(roads: RoadNetwork, file: RoutesFile, wanted: Wanted, rho_m: float, piece_m: float) -> _Seen:
+    length, gap = file.longest_vehicle()
+    length = length if wanted.vehicle_length_m is None else wanted.vehicle_length_m
+    names, loops, starts_m = file.robots()
+    layout = lay_out_segments(loops, rho_m=rho_m, vehicle_length_m=length, min_gap_m=gap, piece_m=piece_m)
+    coverage = measure_coverage(roads, loops)
+    try:
+        placed = place_vehicles(
+            layout, vehicle_length_m=length, seed=wanted.seed, names=names, starts_m=starts_m
+        )
+    except ScenarioError as error:
+        return _Seen(layout, loops, None, error, coverage)
+    return _Seen(layout, loops, placed, None, coverage)
+
+
+def _data(seen: _Seen, found: Survey) -> dict[str, Any]:
+    legs = {itinerary.loop: itinerary.legs for itinerary in seen.layout.itineraries}
+    return {
+        "abstraction": "segments",
+        "loops": [
+            {
+                "id": loop.loop,
+                "length_m": round(loop.length_m, 2),
+                "states": loop.states,
+                "shared_visits": loop.visits,
+                "shared_m": round(loop.shared_m, 2),
+                "shared": round(loop.shared, 4),
+                "meets": loop.meets,
+                "legs": [
+                    {"state": leg.state, "begin_m": round(leg.begin_m, 2), "end_m": round(leg.end_m, 2)}
+                    for leg in legs[loop.loop]
+                ],
+            }
+            for loop in found.loops
+        ],
+        "zones": [
+            {
+                "id": zone.state,
+                "loops": zone.loops,
+                "visits": zone.visits,
+                "length_m": round(zone.length_m, 2),
+                "capacity": seen.placed.system.capacity.get(zone.state, 1) if seen.placed else 1,
+            }
+            for zone in found.zones
+        ],
+        "private_states": found.private_states,
+        "shared": round(found.shared, 4),
+        "coverage_edges": round(seen.coverage.of_edges, 6),
+        "coverage_lane_km": round(seen.coverage.of_lane_km, 6),
+        "starts_m": [round(front, 2) for front in seen.placed.starts_m] if seen.placed else None,
+        "warnings": seen.layout.warnings,
+    }
+
+
+def _print(seen: _Seen, found: Survey, most: int | None) -> None:
+    out = console()
+    print_table(
+        out,
+        counted(len(found.loops), "loop"),
+        ("loop", "length [m]", "states", "zones passed", "shared [m]", "shared", "meets"),
+        (
+            (
+                loop.loop,
+                f"{loop.length_m:.0f}",
+                str(loop.states),
+                str(loop.visits),
+                f"{loop.shared_m:.0f}",
+                f"{loop.shared:.0%}",
+                listed(loop.meets),
+            )
+            for loop in found.loops
+        ),
+        left=("loop", "meets"),
+        most=most,
+    )
+    print_table(
+        out,
+        f"{counted(len(found.zones), 'zone')}, {counted(found.private_states, 'private state')}",
+        ("zone", "length [m]", "visits", "loops"),
+        ((zone.state, f"{zone.length_m:.0f}", str(zone.visits), listed(zone.loops)) for zone in found.zones),
+        left=("zone", "loops"),
+        most=most,
+    )
+    km = sum(loop.length_m for loop in found.loops) / 1000.0
+    out.print(f"{found.shared:.1%} of {km:.1f} km lie in zones with others")
+    out.print(
+        f"loops reach {seen.coverage.of_edges:.0%} of the network's edges, "
+        f"{seen.coverage.of_lane_km:.0%} of its lane-km"
+    )
+    for warning in seen.layout.warnings:
+        out.print(f"warning: {warning}", style="yellow", markup=False)
