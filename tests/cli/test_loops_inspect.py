@@ -14,7 +14,7 @@ from click.testing import CliRunner
 from loopgate.abstraction.queue_layout import why_not
 from loopgate.cli.main import cli
 from loopgate.model import read_system
-from loopgate.network import RoadNetwork, read_loops
+from loopgate.network import RoadNetwork, VehicleType, read_loops
 
 _RUN = CliRunner()
 _NET = "sumo:bs3d"
@@ -168,7 +168,7 @@ def test_inspect_queues_as_json() -> None:
 
 @pytest.fixture(scope="module")
 def some_refused(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Forty loops in south-east Berlin, some of which must change lanes."""
+    """Forty loops in south-east Berlin, some of which have no room for vehicles of 30 m."""
     file = tmp_path_factory.mktemp("berlin") / "loops.rou.xml"
     assert _RUN.invoke(cli, ["loops", "sumo:DRT", "--count", "40", "-o", str(file)]).exit_code == 0
     return file
@@ -177,22 +177,23 @@ def some_refused(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_inspect_shows_every_loop_that_cannot_work_and_the_rest(some_refused: Path, tmp_path: Path) -> None:
     """Each with its edge and the reason; the others in full; one line on stderr, exit code 2."""
     picture = tmp_path / "map.png"
-    done = loopgate("inspect", "sumo:DRT", "--routes", some_refused, "--json", "--picture", picture)
+    long = ("--vehicle-length", "30")
+    done = loopgate("inspect", "sumo:DRT", "--routes", some_refused, *long, "--json", "--picture", picture)
     assert done.returncode == 2
     found = json.loads(done.stdout)
     refused = {entry["loop"] for entry in found["refused"]}
-    if not refused:
-        pytest.skip("all loops work")
     kept = {loop["id"] for loop in found["loops"]}
     assert len(refused) + len(kept) == 40
+    assert len(refused) > 1
     assert not refused & kept
     network = RoadNetwork.open("sumo:DRT")
     loops = {loop.id: loop for loop in read_loops(network, some_refused).loops}
+    kind = VehicleType(length_m=30.0)
     for entry in found["refused"]:
-        assert entry["reason"] == why_not(network, loops[entry["loop"]])
+        assert entry["reason"] == why_not(network, loops[entry["loop"]], kind)
         assert entry["edge"] is None or entry["edge"] in loops[entry["loop"]].edges
         assert (entry["edge"] or "") in entry["reason"]
-    assert all(not why_not(network, loops[name]) for name in kept)
+    assert all(not why_not(network, loops[name], kind) for name in kept)
     assert done.stderr.count("\n") == 1
     assert f"{len(refused)} of 40 loops cannot work as queues" in done.stderr
     assert picture.stat().st_size > 100_000

@@ -1,4 +1,4 @@
-"""Looks at loops as queues: which of them work, what places and crossings they have, and for how many vehicles."""
+"""Looks at loops as queues: which work, what places and crossings they have, and room for how many."""
 
 from __future__ import annotations
 

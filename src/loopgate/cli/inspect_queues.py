@@ -11,9 +11,10 @@ import click
 from rich.console import Console
 
 from loopgate.abstraction.itinerary import Abstraction
-from loopgate.abstraction.queue_survey import QueueSurvey, survey_queues
+from loopgate.abstraction.queue_survey import QueueSurvey
 from loopgate.abstraction.queues import make_queues
 from loopgate.abstraction.survey import Survey, survey
+from loopgate.abstraction.surveying import survey_queues
 from loopgate.cli.inspect_options import Wanted
 from loopgate.cli.tables import console, counted, listed, print_table
 from loopgate.errors import ScenarioError
@@ -147,6 +148,7 @@ def _data(seen: _Seen) -> dict[str, Any]:
             {
                 "id": place.id,
                 "lane": place.lane,
+                "begin_m": round(place.begin_m, 2),
                 "length_m": round(place.length_m, 2),
                 "capacity": place.capacity,
                 "at_start": place.at_start,
@@ -159,7 +161,7 @@ def _data(seen: _Seen) -> dict[str, Any]:
                 "id": crossing.id,
                 "from_lane": crossing.from_lane,
                 "to_lane": crossing.to_lane,
-                "junction": crossing.junction,
+                "junction": crossing.junction or None,
                 "length_m": round(crossing.length_m, 2),
                 "loops": crossing.loops,
                 "conflicts": [

@@ -14,9 +14,9 @@ from matplotlib.lines import Line2D
 
 from loopgate.abstraction.queue_survey import CrossingSurvey, QueueSurvey, Refusal
 from loopgate.network.contacts import Floats
-from loopgate.network.loop import HOLD_MARGIN_M
+from loopgate.network.loop import arc_lengths
 from loopgate.network.road import RoadNetwork
-from loopgate.report.base_map import DPI, INK, base_map, points_per_m, stretch
+from loopgate.report.base_map import DPI, INK, base_map, points_per_m
 
 __all__ = ["draw_queues"]
 
@@ -66,56 +66,82 @@ def draw_queues(
         width = float(np.clip(3.0 * scale, 2.4, 8.0))
         # Where lines are broader than roads, each direction moves to its side, so that both are seen.
         aside_m = max(0.0, 0.62 * width / scale - _HALF_ROAD_M)
-        _crossings(axes, found, width, aside_m)
-        _places(axes, found, width, aside_m)
+        _crossings(axes, network, found, width, aside_m)
+        _places(axes, network, found, width, aside_m)
         _conflicts(axes, network, found, scale)
         _refused(axes, found.refused, width, scale)
         _legend(axes, found, dots=scale < _DOT_SCALE)
 
 
-def _places(axes: Axes, found: QueueSurvey, width: float, aside_m: float) -> None:
-    capacity = {place.id: place.capacity for place in found.places}
-    lines: dict[str, Floats] = {}
-    for loop, itinerary in zip(found.loops, found.itineraries, strict=True):
-        curve = loop.curve()
-        for leg in itinerary.legs:
-            if leg.state not in lines:
-                end = leg.end_m + HOLD_MARGIN_M
-                lines[leg.state] = _beside(stretch(curve, loop.length_m, leg.begin_m, end), aside_m)
-    for extra, colours, order in (
-        (1.3, [INK] * len(lines), 4),
-        (0.0, [_colour(capacity[s]) for s in lines], 5),
-    ):
+def _places(axes: Axes, network: RoadNetwork, found: QueueSurvey, width: float, aside_m: float) -> None:
+    lines = [
+        _beside(_part(network, place.lane, place.begin_m, place.begin_m + place.length_m), aside_m)
+        for place in found.places
+    ]
+    colours = [_colour(place.capacity) for place in found.places]
+    for extra, colour, order in ((1.3, [INK] * len(lines), 4), (0.0, colours, 5)):
+        axes.add_collection(
+            LineCollection(lines, colors=colour, linewidths=width + extra, zorder=order, capstyle="butt"),
+            autolim=False,
+        )
+
+
+def _crossings(axes: Axes, network: RoadNetwork, found: QueueSurvey, width: float, aside_m: float) -> None:
+    """Draw all between two places as a thin line, with the lanes that are too short to queue on broader."""
+    via = {connection.id: connection.via for connection in network.connections}
+    thin = [
+        np.asarray(network.lanes[lane].shape, dtype=np.float64)
+        for crossing in found.crossings
+        for lane in via.get(crossing.id, ())
+    ]
+    thin += [_over(network, crossing) for crossing in found.crossings if crossing.stretch is not None]
+    joined = [np.asarray(network.lanes[lane.lane].shape, dtype=np.float64) for lane in found.joined]
+    for lines, line_width in ((thin, 0.9), (joined, 0.55 * width)):
         axes.add_collection(
             LineCollection(
-                list(lines.values()), colors=colours, linewidths=width + extra, zorder=order, capstyle="butt"
+                [_beside(line, aside_m) for line in lines],
+                colors=_CROSSING,
+                linewidths=line_width,
+                zorder=3,
+                capstyle="butt",
             ),
             autolim=False,
         )
 
 
-def _crossings(axes: Axes, found: QueueSurvey, width: float, aside_m: float) -> None:
-    """Draw all between two places as a thin line, with the lanes that are too short to queue on broader."""
-    thin: list[Floats] = []
-    joined: list[Floats] = []
-    short = {lane.lane for lane in found.joined}
-    for loop in found.loops:
-        for span in loop.spans:
-            if span.internal:
-                thin.append(_beside(np.asarray(span.shapes[0], dtype=np.float64), aside_m))
-            elif span.lane_id in short:
-                joined.append(_beside(np.asarray(span.shapes[0], dtype=np.float64), aside_m))
-    for lines, line_width in ((thin, 0.9), (joined, 0.55 * width)):
-        axes.add_collection(
-            LineCollection(lines, colors=_CROSSING, linewidths=line_width, zorder=3, capstyle="butt"),
-            autolim=False,
-        )
+def _over(network: RoadNetwork, crossing: CrossingSurvey) -> Floats:
+    """Return the way over a stretch: along its lane, or straight from one lane to the other."""
+    stretch = crossing.stretch
+    if stretch is None:
+        return np.zeros((0, 2))
+    before, after = (
+        _part(network, lane, stretch.begin_m, stretch.end_m)
+        for lane in (crossing.from_lane, crossing.to_lane)
+    )
+    return before if crossing.from_lane == crossing.to_lane else np.vstack((before[0], after[-1]))
+
+
+def _part(network: RoadNetwork, lane_id: str, begin_m: float, end_m: float) -> Floats:
+    """Return the drawn shape of a part of a lane; positions are SUMO's, by its own length of the lane."""
+    lane = network.lanes[lane_id]
+    points = np.asarray(lane.shape, dtype=np.float64)
+    return _between(points, arc_lengths(points, 0.0, lane.length_m), begin_m, end_m)
+
+
+def _between(points: Floats, arcs: Floats, begin_m: float, end_m: float) -> Floats:
+    inside = (arcs > begin_m) & (arcs < end_m)
+    first, last = (
+        [float(np.interp(at, arcs, points[:, axis])) for axis in (0, 1)] for at in (begin_m, end_m)
+    )
+    return np.vstack((first, points[inside], last))
 
 
 def _conflicts(axes: Axes, network: RoadNetwork, found: QueueSurvey, scale: float) -> None:
     """Mark the stretches that two movements share; where they are too small to see, their junctions."""
     via = {connection.id: connection.via for connection in network.connections}
     lines = [line for crossing in found.crossings for line in _shared(network, via, crossing)]
+    over = [crossing for crossing in found.crossings if crossing.stretch is not None and crossing.conflicts]
+    lines += [_over(network, crossing) for crossing in over]
     axes.add_collection(
         LineCollection(
             lines,
@@ -129,12 +155,13 @@ def _conflicts(axes: Axes, network: RoadNetwork, found: QueueSurvey, scale: floa
     if scale < _DOT_SCALE:
         at: dict[str, int] = {}
         for crossing in found.crossings:
-            if crossing.conflicts:
+            if crossing.conflicts and crossing.junction:
                 at[crossing.junction] = at.get(crossing.junction, 0) + len(crossing.conflicts)
-        dots = np.array([(network.junctions[name].x, network.junctions[name].y) for name in at]).reshape(
-            -1, 2
-        )
-        sizes = [3.0 + 2.2 * np.sqrt(count / 2.0) for count in at.values()]
+        places = [(network.junctions[name].x, network.junctions[name].y) for name in at]
+        places += [tuple(_over(network, crossing).mean(axis=0)) for crossing in over]
+        dots = np.array(places).reshape(-1, 2)
+        counts = [*at.values(), *(len(crossing.conflicts) for crossing in over)]
+        sizes = [3.0 + 2.2 * np.sqrt(count / 2.0) for count in counts]
         axes.scatter(
             dots[:, 0],
             dots[:, 1],
@@ -165,21 +192,11 @@ def _shared(
     if not shapes or crossing.length_m <= 0.0:
         return
     points = np.concatenate(shapes)
-    along = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))))
-    arcs = along * (crossing.length_m / max(float(along[-1]), 1e-9))
+    arcs = arc_lengths(points, 0.0, crossing.length_m)
     for conflict in crossing.conflicts:
         if conflict.begin_m is None or conflict.end_m is None or (unlisted and conflict.listed):
             continue
-        inside = (arcs > conflict.begin_m) & (arcs < conflict.end_m)
-        ends = np.interp((conflict.begin_m, conflict.end_m), arcs, np.arange(len(arcs)))
-        first, last = (_point(points, at) for at in ends)
-        yield np.vstack((first, points[inside], last))
-
-
-def _point(points: Floats, at: float) -> Floats:
-    low = min(int(at), len(points) - 1)
-    high = min(low + 1, len(points) - 1)
-    return np.asarray(points[low] + (at - low) * (points[high] - points[low]), dtype=np.float64)
+        yield _between(points, arcs, conflict.begin_m, conflict.end_m)
 
 
 def _unlisted(network: RoadNetwork, via: dict[str, tuple[str, ...]], found: QueueSurvey) -> Iterator[Floats]:
@@ -200,11 +217,11 @@ def _refused(axes: Axes, refusals: Sequence[Refusal], width: float, scale: float
         )
     labels: list[tuple[Floats, list[str]]] = []
     for refusal in refusals:
-        if refusal.edge is None:
-            continue
-        spans = (span for span in refusal.loop.spans if span.edge == refusal.edge and not span.internal)
-        at = np.asarray(next(spans).shapes[0][-1], dtype=np.float64)
-        axes.plot(*at, "X", color=_REFUSED, markersize=10, markeredgecolor="white", zorder=11)
+        at = refusal.loop.curve()[0][0]  # where no edge is to blame the label stands at the loop's beginning
+        if refusal.edge is not None:
+            spans = (span for span in refusal.loop.spans if span.edge == refusal.edge and not span.internal)
+            at = np.asarray(next(spans).shapes[0][-1], dtype=np.float64)
+            axes.plot(*at, "X", color=_REFUSED, markersize=10, markeredgecolor="white", zorder=11)
         near = next((names for where, names in labels if np.hypot(*(where - at)) * scale < _NEAR_PT), None)
         if near is None:
             labels.append((at, [refusal.loop.id]))
@@ -269,7 +286,7 @@ def _legend(axes: Axes, found: QueueSurvey, *, dots: bool) -> None:
         entries.append(Line2D([], [], color=_CROSSING, linewidth=3.5, label=label))
     if found.conflicts:
         style = {"linestyle": "none", "marker": "o", "markersize": 7.0} if dots else {"linewidth": 2.2}
-        where = "conflicts at a junction" if dots else "conflict of two crossings"
+        where = "conflicts here" if dots else "conflict of two crossings"
         entries.append(Line2D([], [], color=_CONFLICT, label=f"{where}  ({found.conflicts})", **style))
     if found.unlisted:
         entries.append(
