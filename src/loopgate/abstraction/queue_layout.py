@@ -168,7 +168,7 @@ class _Plan:
 
     def _on_edge(self, span: LaneSpan) -> Iterator[_Piece]:
         stretch = self.stretches.get(span.edge)
-        # The road's own length: that of a span is a difference of arc lengths, rounded otherwise on each loop.
+        # The road's own length: that of a span is a difference of arc lengths, rounded by loop.
         length_m = self._network.lanes[span.lane_id].length_m
         if stretch is None:
             yield self._waiting(span, span.lane, 0.0, length_m, span.lane_id)

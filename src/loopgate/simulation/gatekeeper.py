@@ -22,6 +22,9 @@ __all__ = ["Answer", "Gatekeeper"]
 _REASK_S = 1.0
 """A refusal that any change may lift is asked again at most this often [s]."""
 
+_PATIENCE_S = 60.0
+"""How long a request is passed over because of others on its crossing before they have to let it pass [s]."""
+
 _OUTSIDE = frozenset({Reason.RED, Reason.TRAFFIC})
 """What lifts these refusals happens outside the system, so they are looked at again every step."""
 
@@ -89,6 +92,7 @@ class Gatekeeper:
         self._new: list[_Pending] = []
         self._decided_s = -1.0
         self._version = 0
+        self._kept_for: dict[str, int] = {}
         self.sight: Sight | None = None
         """Frees crossings piece by piece if given; else when the rear has passed all of it."""
         self.obstacles: tuple[Obstacle, ...] = ()
@@ -154,6 +158,7 @@ class Gatekeeper:
         """
         if now_s > self._decided_s:
             self._decided_s = now_s
+            self._keep_clear(now_s)
             looked_at: Iterable[_Pending] = self._pending.values()
         else:
             looked_at = self._new
@@ -168,6 +173,25 @@ class Gatekeeper:
                 if still is not None and still.asked_at_s < now_s:
                     self._refuse(still, Reason.RESERVE, answers)
         return answers
+
+    def _keep_clear(self, now_s: float) -> None:
+        """Let nobody set out across the way of one that has waited too long for its crossing; oldest first.
+
+        A long crossing is hardly ever clear all along by itself. Those on it drive on to slots of their own,
+        so it clears; if the gate then refuses, or the slot beyond is taken, others go before it again.
+        """
+        late = [
+            pending.request
+            for pending in self._pending.values()
+            if pending.reason is Reason.CROSSING and now_s - pending.request.since_s >= _PATIENCE_S
+        ]
+        self._kept_for = {}
+        for request in sorted(late, key=lambda late: (late.since_s, late.robot)):
+            crossings = self._crossings_of[request.robot][self._at[request.robot]]
+            if not any(mine.id in self._kept_for for mine in crossings):
+                for mine in crossings:
+                    for foe in sorted(mine.foes):
+                        self._kept_for.setdefault(foe, request.robot)
 
     def _possible(self, pending: _Pending, now_s: float, answers: list[Answer]) -> bool:
         """Return whether it is for the negotiation and the gate to say; else note the refusal."""
@@ -196,7 +220,10 @@ class Gatekeeper:
             return [[other for other in self.occupancy.holders(request.wanted) if other != robot]]
         if pending.reason is Reason.CROSSING:
             crossings = self._crossings_of[robot][self._at[robot]]
-            return [[other] for mine in crossings for other, _ in self.occupancy.foes_on_way(mine, robot)]
+            late = {self._kept_for.get(mine.id, robot) for mine in crossings} - {robot}
+            return [[other] for other in sorted(late)] + [
+                [other] for mine in crossings for other, _ in self.occupancy.foes_on_way(mine, robot)
+            ]
         if pending.decision is not None and pending.decision.blockers:
             return [list(pending.decision.blockers)]
         return [[other for other in range(len(self.system.robots)) if other != robot]]
@@ -213,6 +240,8 @@ class Gatekeeper:
         if self.occupancy.room(request.wanted) <= 0:
             return Reason.OCCUPIED
         for mine in self._crossings_of[robot][self._at[robot]]:
+            if self._kept_for.get(mine.id, robot) != robot:
+                return Reason.CROSSING
             for other, foe in self.occupancy.foes_on_way(mine, robot):
                 if self.sight is None or self.sight.in_the_way(robot, mine, other, foe):
                     return Reason.CROSSING

@@ -1,0 +1,61 @@
+"""Who waits too long for a crossing that others keep busy is let pass."""
+
+from collections.abc import Sequence
+from random import Random
+
+import pytest
+
+from builders import system
+from loopgate.abstraction.itinerary import Abstraction, Crossing, Itinerary, Leg
+from loopgate.gates import make_gate
+from loopgate.model import StateId
+from loopgate.negotiation.simple import OldestFirst
+from loopgate.simulation.gatekeeper import Answer, Gatekeeper
+
+
+def keeper() -> Gatekeeper:
+    """Robot a crosses by x; b and c cross by y, one behind the other; x and y exclude each other."""
+    robots = system({name: f"p{name} q{name}" for name in "abc"})
+    x, y = Crossing("x", frozenset({"y"})), Crossing("y", frozenset({"x"}))
+    itineraries = tuple(
+        Itinerary(
+            name,
+            100.0,
+            (
+                Leg(StateId(f"p{name}"), 0.0, 40.0, (x if name == "a" else y,)),
+                Leg(StateId(f"q{name}"), 50.0, 100.0),
+            ),
+        )
+        for name in "abc"
+    )
+    abstraction = Abstraction("queues", robots, itineraries, (0.0, 0.0, 0.0))
+    return Gatekeeper(abstraction, make_gate("collision", robots), OldestFirst(Random(1)))
+
+
+def said(answers: Sequence[Answer]) -> list[tuple[int, bool, str]]:
+    """Return who was told what."""
+    return [(answer.request.robot, answer.granted, answer.reason.value) for answer in answers]
+
+
+A, B, C = 0, 1, 2
+
+
+@pytest.mark.parametrize("late", [False, True])
+def test_after_a_minute_nobody_may_set_out_across_its_way(late: bool) -> None:  # noqa: FBT001  a case
+    """C may follow B while A has waited for 59 s, no longer at 60 s: then A goes first, and C waits for A."""
+    books = keeper()
+    books.asks(B, 0.0)
+    books.decide(0.0)
+    books.asks(A, 1.0)
+    assert said(books.decide(1.0)) == [(A, False, "crossing")]
+    now = 61.0 if late else 60.0
+    books.asks(C, now)
+    assert said(books.decide(now)) == [(C, not late, "crossing" if late else "free")]
+    if not late:
+        return
+    assert books.blockers(C) == [[A]]
+    books.cleared(B, 0)
+    assert said(books.decide(now + 1)) == [(A, True, "free")]
+    assert said(books.decide(now + 2)) == []
+    books.cleared(A, 0)
+    assert said(books.decide(now + 3)) == [(C, True, "free")]
