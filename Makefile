@@ -5,7 +5,7 @@ BIN    := $(VENV)/bin
 STAMP  := $(VENV)/installed
 
 .DEFAULT_GOAL := help
-.PHONY: help demo readme setup test check format bench bench-sweep networks small-networks city throughput soak lock clean
+.PHONY: help demo readme setup test check format bench bench-sweep networks small-networks city throughput soak day lock clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-15s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -64,6 +64,9 @@ soak: $(STAMP) ## ten simulated hours per network and gate; all tests, slow ones
 	$(BIN)/loopgate sweep analysis/soak.toml -o out/soak
 	$(BIN)/loopgate report out/soak -o out/soak/report.html
 	$(BIN)/python -m pytest -n auto --hypothesis-profile=soak
+
+day: $(STAMP) ## 24 simulated hours in south-east Berlin, 300 vehicles: anything lost, memory by the hour
+	$(BIN)/python analysis/day.py
 
 lock: ## renew requirements.lock (needs uv)
 	uv pip compile pyproject.toml --extra dev --universal --generate-hashes --no-header --no-annotate --quiet -o requirements.lock

@@ -25,7 +25,7 @@ straight pieces."""
 class DrawnConflict:
     """A stretch of a loop, in arc length [m], on which bodies can touch those on another movement.
 
-    Movements are named ``lane>lane``, by the lanes that they join.
+    Movements are named as in the layout; by their lanes where it does not name them.
     """
 
     movement: str
@@ -61,10 +61,11 @@ def find_drawn(layout: Layout, *, width_m: float | None = None) -> dict[str, lis
     """
     wide = width_m or max((v.width_m for v in layout.vehicles.values()), default=1.8)
     movements: dict[str, _Movement] = {}
+    names = {lanes: name for name, lanes in layout.movements.items()}
     on_loop: dict[str, list[tuple[str, float]]] = {}
     for name, loop in layout.loops.items():
         on_loop[name] = []
-        for movement, begin_m in _movements(loop):
+        for movement, begin_m in _movements(loop, names):
             movements.setdefault(movement.name, movement)
             on_loop[name].append((movement.name, begin_m))
     touching = _touching(movements, layout, wide)
@@ -110,7 +111,7 @@ def _outside(stretch: tuple[float, float] | None, drawn: DrawnConflict, lap_m: f
     return max(stretch[0] + lap - drawn.begin_m, drawn.end_m - stretch[1] - lap, 0.0)
 
 
-def _movements(loop: LoopWay) -> Iterator[tuple[_Movement, float]]:
+def _movements(loop: LoopWay, names: Mapping[tuple[str, ...], str]) -> Iterator[tuple[_Movement, float]]:
     """Yield the movements of a loop with the arc length at which each begins [m]."""
     count = len(loop.spans)
     for number, span in enumerate(loop.spans):
@@ -124,8 +125,9 @@ def _movements(loop: LoopWay) -> Iterator[tuple[_Movement, float]]:
             lanes.append((following.lanes[0], driven, length))
             driven += length
             following = loop.spans[(number + len(lanes) + 1) % count]
-        name = f"{span.lanes[0]}>{following.lanes[0]}"
-        yield _Movement(name, span.lanes[0], tuple(lanes)), span.end_m
+        via = tuple(lane for lane, _, _ in lanes)
+        if via:
+            yield _Movement(names.get(via, " ".join(via)), span.lanes[0], tuple(lanes)), span.end_m
 
 
 def _touching(

@@ -82,6 +82,8 @@ class Layout:
         How many vehicles a shared state holds, by its name.
     loops, vehicles
         By name.
+    movements
+        The lanes inside the junction that each movement named in a crossing uses, in driving order.
     shapes
         Centre lines of the lanes inside junctions [m], by lane.
     """
@@ -90,6 +92,7 @@ class Layout:
     room: Mapping[str, int]
     loops: Mapping[str, LoopWay]
     vehicles: Mapping[str, VehicleBody]
+    movements: Mapping[str, tuple[str, ...]]
     shapes: Mapping[str, tuple[tuple[float, float], ...]]
 
 
@@ -113,6 +116,7 @@ def read_layout(file: Path) -> Layout:
             room=data["room"],
             loops={name: _loop(loop) for name, loop in data["loops"].items()},
             vehicles={name: VehicleBody(**body) for name, body in data["vehicles"].items()},
+            movements={name: tuple(lanes) for name, lanes in data["movements"].items()},
             shapes={lane: tuple((x, y) for x, y in shape) for lane, shape in data["shapes"].items()},
         )
     except OSError as error:

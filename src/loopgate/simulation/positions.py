@@ -56,6 +56,7 @@ def make_layout(assembly: Assembly, step_s: float) -> Layout:
             spans = tuple(Span(s.begin_m, s.end_m, s.lane_ids) for s in start.loop.spans)
             loops[start.loop.id] = LoopWay(start.loop.length_m, spans, _legs(itinerary))
     inside = sorted({span.lanes[0] for loop in loops.values() for span in loop.spans if span.internal})
+    named = {c for loop in loops.values() for leg in loop.legs for c, _ in leg.crossings}
     return Layout(
         step_s=step_s,
         room={
@@ -65,6 +66,7 @@ def make_layout(assembly: Assembly, step_s: float) -> Layout:
         },
         loops=loops,
         vehicles=vehicles,
+        movements={c.id: c.via for c in assembly.network.connections if c.id in named},
         shapes={lane: assembly.network.lanes[lane].shape for lane in inside},
     )
 
