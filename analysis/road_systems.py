@@ -186,7 +186,7 @@ def rows(case: Case) -> Iterator[dict[str, Any]]:
         }
 
 
-def study(file: Path, limit: int, *, large: bool) -> pd.DataFrame:
+def study(file: Path, limit: int, most: int, *, large: bool) -> pd.DataFrame:
     """Check all systems of up to `limit` configurations, and the large ones, without rows in `file` yet."""
     file.parent.mkdir(parents=True, exist_ok=True)
     done: set[tuple[str, str, int]] = set()
@@ -197,7 +197,7 @@ def study(file: Path, limit: int, *, large: bool) -> pd.DataFrame:
         (roads, capacity, vehicles, limit)
         for roads in FAMILIES
         for capacity in CAPACITIES
-        for vehicles in range(2, MOST_VEHICLES + 1)
+        for vehicles in range(2, most + 1)
     ]
     todo += [(*system, LARGE_LIMIT) for system in LARGE] if large else []
     todo = [system for system in todo if (system[0].name, *system[1:3]) not in done]
@@ -272,13 +272,16 @@ def main() -> None:
     parser.add_argument(
         "--limit", type=int, help=f"most configurations of a system (default {DEFAULT_LIMIT})"
     )
+    parser.add_argument(
+        "--vehicles", type=int, default=MOST_VEHICLES, help="most vehicles (default %(default)s)"
+    )
     parser.add_argument("--all", action="store_true", help=f"up to {ALL_LIMIT}, and some large ones")
     parser.add_argument("--systems", action="store_true", help="print a line for each system, not only sums")
     parser.add_argument("-o", "--output", type=Path, help="CSV file (default out/road-systems-LIMIT.csv)")
     arguments = parser.parse_args()
     limit: int = arguments.limit or (ALL_LIMIT if arguments.all else DEFAULT_LIMIT)
     file = arguments.output or Path(f"out/road-systems-{limit}.csv")
-    found = study(file, limit, large=arguments.all)
+    found = study(file, limit, arguments.vehicles, large=arguments.all)
     table = by_system(found) if arguments.systems or arguments.all else by_gate(found)
     with pd.option_context("display.max_rows", None, "display.width", 200):
         print(table.to_string(index=False))
