@@ -20,6 +20,7 @@ __all__ = [
     "SweepError",
     "SystemFileError",
     "SystemModelError",
+    "TooManyVehiclesError",
     "TrafficError",
     "UnsafeStartError",
 ]
@@ -76,6 +77,31 @@ class RefusedLoopError(ScenarioError):
         super().__init__(f"abstraction {abstraction}: loop {loop} {reason}")
         self.loop = loop
         self.reason = reason
+
+
+class TooManyVehiclesError(ScenarioError):
+    """More vehicles than can start on their loops.
+
+    Attributes
+    ----------
+    vehicles, loops
+        How many there are.
+    fitting
+        How many of them, from the first on, find a place.
+    name
+        The vehicle after these.
+    """
+
+    def __init__(self, abstraction: str, *, vehicles: int, loops: int, fitting: int, name: str) -> None:
+        super().__init__(
+            f"abstraction {abstraction}: {vehicles} vehicles are too many for {loops} loops; "
+            f"the first {fitting} can start so that everybody can move ({name} finds no place): "
+            f"take at most {fitting}, or more or longer loops"
+        )
+        self.vehicles = vehicles
+        self.loops = loops
+        self.fitting = fitting
+        self.name = name
 
 
 class TrafficError(LoopgateError):

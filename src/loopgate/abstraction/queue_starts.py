@@ -7,11 +7,13 @@ from collections import deque
 from collections.abc import Mapping, Sequence
 
 from loopgate.abstraction.itinerary import Itinerary
-from loopgate.errors import ScenarioError
+from loopgate.errors import TooManyVehiclesError
 from loopgate.network.loop import HOLD_MARGIN_M
 from loopgate.network.vehicle_type import VehicleType
 
-__all__ = ["FIRST_M", "choose_places", "slots_m", "startable"]
+__all__ = ["ABSTRACTION", "FIRST_M", "choose_places", "slots_m", "startable"]
+
+ABSTRACTION = "queues"
 
 FIRST_M = 7.0
 """Room before the stop line at the start [m]: a vehicle drives for one step before it can be held."""
@@ -33,9 +35,11 @@ def slots_m(length_m: float, needed_m: float, types: Sequence[VehicleType]) -> l
     """Return the positions of the fronts on a lane [m], for vehicles from the head on."""
     front = length_m - HOLD_MARGIN_M - _first_m(length_m, needed_m)
     fronts: list[float] = []
-    for kind in types:
+    for number, kind in enumerate(types):
+        if number:
+            # The gap is that of the follower: SUMO counts less than that as a collision.
+            front -= types[number - 1].length_m + kind.min_gap_m + _SPREAD_M
         fronts.append(front)
-        front -= kind.length_m + kind.min_gap_m + _SPREAD_M
     return fronts
 
 
@@ -68,8 +72,8 @@ def choose_places(
 
     Raises
     ------
-    ScenarioError
-        If there are more vehicles than places; the text says how many there is room for.
+    TooManyVehiclesError
+        If there are more vehicles than places; it says how many there is room for.
 
     Notes
     -----
@@ -86,13 +90,13 @@ def choose_places(
         else:
             rng.shuffle(positions)
         if not _place(number, positions, itineraries, most, taken, chosen):
-            loops = len({itinerary.loop for itinerary in itineraries})
-            msg = (
-                f"abstraction queues: {len(itineraries)} vehicles are too many for {loops} loops; "
-                f"the first {number} can start so that everybody can move ({names[number]} finds no place): "
-                f"take at most {number}, or more or longer loops"
+            raise TooManyVehiclesError(
+                ABSTRACTION,
+                vehicles=len(itineraries),
+                loops=len({itinerary.loop for itinerary in itineraries}),
+                fitting=number,
+                name=names[number],
             )
-            raise ScenarioError(msg)
     return [chosen[number] for number in range(len(itineraries))]
 
 

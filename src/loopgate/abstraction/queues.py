@@ -7,7 +7,8 @@ from collections.abc import Mapping, Sequence
 
 from loopgate.abstraction.itinerary import Abstraction, Itinerary
 from loopgate.abstraction.queue_layout import QueueLayout, lay_out_queues
-from loopgate.abstraction.queue_starts import choose_places, slots_m, startable
+from loopgate.abstraction.queue_starts import ABSTRACTION, choose_places, slots_m, startable
+from loopgate.errors import TooManyVehiclesError
 from loopgate.model import Robot, RobotId, StateId, System
 from loopgate.network.loop import Loop
 from loopgate.network.road import RoadNetwork
@@ -66,7 +67,10 @@ def make_queues(
         if name in given
     }
     most = most_at_start(layout)
-    positions = choose_places(itineraries, most, names=called, wishes=wishes, rng=random.Random(seed))
+    try:
+        positions = choose_places(itineraries, most, names=called, wishes=wishes, rng=random.Random(seed))
+    except TooManyVehiclesError as error:
+        raise _told_exactly(network, loops, kinds, called, error) from None
     lines: dict[str, list[int]] = {}
     for k, (itinerary, position) in enumerate(zip(itineraries, positions, strict=True)):
         lines.setdefault(str(itinerary.legs[position].state), []).append(k)
@@ -87,6 +91,35 @@ def make_queues(
         itineraries=tuple(itineraries),
         starts_m=tuple(fronts),
         keeps_lane=True,
+    )
+
+
+def _told_exactly(
+    network: RoadNetwork,
+    loops: Sequence[Loop],
+    kinds: Sequence[VehicleType],
+    names: Sequence[str],
+    error: TooManyVehiclesError,
+) -> TooManyVehiclesError:
+    """Return the error with the greatest number of vehicles, from the first on, that can start.
+
+    Without the vehicles after them places may hold more: the longest visitors may be among those, and so
+    may all users of a loop. Room only shrinks with each vehicle, so bisection finds the number.
+    """
+    low, high = error.fitting, error.vehicles - 1
+    if len({kind.length_m + kind.min_gap_m for kind in kinds}) == 1 and low >= error.loops:
+        return error
+    while low < high:
+        count = (low + high + 1) // 2
+        layout = lay_out_queues(network, list(zip(loops[:count], kinds[:count], strict=True)))
+        ways = [layout.itineraries[loop.id] for loop in loops[:count]]
+        try:
+            choose_places(ways, most_at_start(layout), names=names, wishes={}, rng=random.Random(0))
+            low = count
+        except TooManyVehiclesError as less:
+            low, high = max(low, less.fitting), count - 1
+    return TooManyVehiclesError(
+        ABSTRACTION, vehicles=error.vehicles, loops=error.loops, fitting=low, name=names[low]
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections import Counter
 from dataclasses import replace
 from pathlib import Path
@@ -15,7 +16,7 @@ from loopgate.abstraction.itinerary import Pin
 from loopgate.abstraction.movements import REACH_M, find_conflicts
 from loopgate.abstraction.queue_layout import lay_out_queues, why_not
 from loopgate.abstraction.queues import make_queues
-from loopgate.errors import ScenarioError
+from loopgate.errors import ScenarioError, TooManyVehiclesError
 from loopgate.gates import make_gate
 from loopgate.network import RoadNetwork, VehicleType, generate_loops, make_loop
 from loopgate.network.vehicle_type import DEFAULT_TYPE
@@ -79,6 +80,41 @@ def test_the_number_that_can_start_is_one_that_can() -> None:
     with pytest.raises(ScenarioError, match=r"the first 4 can start .*\(v5 finds no place\): take at most 4"):
         make_queues(both, [loops[k % 2] for k in range(6)])
     assert len(make_queues(both, [loops[k % 2] for k in range(4)]).starts_m) == 4
+
+
+def test_long_vehicles_that_must_stay_behind_do_not_count_against_the_others() -> None:
+    """Cars alone: 9 and 4 places as above. With the bus as the last of 14, lanes hold 5 and 2 only.
+
+    Then 4 and 1 could start; but the bus is not among the first 13, and these can.
+    """
+    loop = make_loop(RING, "ring", ["a", "b", "c"])
+    kinds = [*[DEFAULT_TYPE] * 13, VehicleType(id="bus", length_m=12.0, min_gap_m=3.0)]
+    with pytest.raises(TooManyVehiclesError, match=r"first 13 can start .*\(v14 finds no place\)") as refused:
+        make_queues(RING, [loop] * 14, kinds)
+    assert refused.value.fitting == 13
+    assert len(make_queues(RING, [loop] * 13, kinds[:13]).starts_m) == 13
+
+
+def test_vehicles_of_different_lengths_start_apart() -> None:
+    """Behind each the next keeps its own gap, not that of the one before; each stands wholly on its lane."""
+    car, van, bus = (
+        VehicleType(id=f"{length:g}", length_m=length, min_gap_m=gap)
+        for length, gap in ((5.0, 2.5), (7.0, 1.0), (12.0, 4.0))
+    )
+    loop = make_loop(RING, "ring", ["a", "b", "c"])
+    kinds = [car, bus, van, bus]
+    made = make_queues(RING, [loop] * 4, kinds, starts_m=dict.fromkeys(["v1", "v2", "v3", "v4"], 0.0))
+    on_lane: dict[str, list[tuple[float, VehicleType]]] = {}
+    for robot, itinerary, front, kind in zip(
+        made.system.robots, made.itineraries, made.starts_m, kinds, strict=True
+    ):
+        leg = itinerary.legs[robot.start]
+        assert leg.begin_m <= front - kind.length_m < front <= leg.end_m
+        on_lane.setdefault(leg.state, []).append((front, kind))
+    assert max(len(line) for line in on_lane.values()) > 1
+    for line in on_lane.values():
+        for (front, ahead), (behind, follower) in itertools.pairwise(sorted(line, key=lambda v: -v[0])):
+            assert front - ahead.length_m - behind > follower.min_gap_m
 
 
 CHANGE = apart(roads({"a": (100.0, 2), "b": (80.0, 1)}, ["a_0>b_0", "b_0>a_1"]))
