@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from math import radians, sin
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +30,9 @@ _MOST_FINDINGS = 200
 
 _TOLERANCE_M = 0.1
 """How far a front may be beyond the end of its leg [m]: SUMO's own tolerance for stops."""
+
+_ALONG = 0.5
+"""Sine of the angle [1] up to which two roads run along each other."""
 
 _LONG_STAND_S = 3.0
 """A stand in a crossing for longer than this is counted [s]: for less, a vehicle may follow another."""
@@ -59,7 +63,7 @@ def audit_positions(
       a stretch that the abstraction has missed shows;
     - *conflict*: of a crossing as drawn, the abstraction knows the foes and the whole stretch (no positions
       needed);
-    - *bodies*: no two bodies, as rectangles on the ground where SUMO says they are, overlap on one junction;
+    - *bodies*: no two bodies, as rectangles on the ground where SUMO says they are, overlap;
     - *room*: never more bodies on a place than it holds;
     - *ahead*: no front is beyond the place last granted before that step;
     - *behind*: no rear is in a place that the trace says it has left;
@@ -238,7 +242,8 @@ class _Audit:
         hits = overlapping(positions, self._length_m[vehicle], self._width_m[vehicle])
         for a, b in hits[np.argsort(positions.time_s[hits[:, 0]], kind="stable")].tolist():
             lanes = str(positions.lane_name[a]), str(positions.lane_name[b])
-            if not _on_one_junction(*lanes) and lanes[0] != lanes[1]:
+            turned = float(positions.angle_deg[a] - positions.angle_deg[b])
+            if not _on_one_level(lanes, turned):
                 continue
             time = float(positions.time_s[a])
             pair = (int(vehicle[a]), int(vehicle[b]))
@@ -267,9 +272,15 @@ def _times(events: pd.DataFrame, kind: Event) -> dict[str, npt.NDArray[np.float6
     }
 
 
-def _on_one_junction(one: str, other: str) -> bool:
-    inside = [lane.rsplit("_", 2)[0] for lane in (one, other) if lane.startswith(":")]
-    return len(inside) == 2 and inside[0] == inside[1]  # noqa: PLR2004  both
+def _on_one_level(lanes: tuple[str, str], turned_deg: float) -> bool:
+    """Return whether bodies that overlap as drawn can be on one level.
+
+    Where a road is drawn across another outside of junctions, it passes above it. Roads drawn along each
+    other, like the two directions of a narrow street, do not.
+    """
+    if any(lane.startswith(":") for lane in lanes):
+        return True
+    return abs(sin(radians(turned_deg))) < _ALONG
 
 
 def _choose(positions: Positions, mask: npt.NDArray[np.bool_]) -> Positions:

@@ -10,6 +10,8 @@ import pandas as pd
 import pytest
 
 from loopgate.audit import Layout, PositionAudit, audit_positions, position_table, read_layout, write_layout
+from loopgate.audit.crossing_audit import _on_one_level
+from loopgate.audit.drawing import find_drawn
 from loopgate.audit.layout import Leg, LoopWay, Span, VehicleBody
 from loopgate.errors import ResultsError
 from loopgate.results.columns import EVENT_COLUMNS
@@ -155,6 +157,21 @@ def test_bodies_that_overlap(tmp_path: Path) -> None:
     assert sorted(rules(found)) == ["bodies", "crossing", "drawn"]
 
 
+@pytest.mark.parametrize(
+    ("lanes", "turned", "level"),
+    [
+        ((":J_0_0", ":J_1_0"), 90.0, True),
+        (("A_0", "A_0"), 0.0, True),
+        (("A_0", "-A_0"), -180.0, True),  # head on in a narrow street
+        (("A_0", "C_0"), 90.0, False),  # a bridge
+        (("A_0", "C_0"), 270.0, False),
+    ],
+)
+def test_bridges_are_no_collisions(lanes: tuple[str, str], turned: float, *, level: bool) -> None:
+    """What is drawn across outside of a junction is above or below; what is drawn along is not."""
+    assert _on_one_level(lanes, turned) is level
+
+
 def test_a_foe_forgotten(tmp_path: Path) -> None:
     """The abstraction says nothing of the crossing: the drawing shows it, and the meeting."""
     ways = {"v1": drive(20.0, 5.0, until_m=90.0), "v2": drive(20.0, 4.2, until_m=90.0)}
@@ -257,8 +274,6 @@ def test_a_record_that_cannot_be_read(tmp_path: Path) -> None:
 
 def test_wide_bodies_reach_farther() -> None:
     """A bus of 2.5 m touches at 1.25 m on either side of the middle."""
-    from loopgate.audit.drawing import find_drawn  # noqa: PLC0415
-
     plan = layout()
     plan = dataclasses.replace(plan, vehicles={"b": VehicleBody("a", 12.0, 2.5, 20.0, 0)})
     (conflict,) = find_drawn(plan)["a"]
