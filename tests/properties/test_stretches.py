@@ -21,11 +21,11 @@ def test_vehicles_that_could_meet_exclude_each_other(ways: list[Passage]) -> Non
 
     The second is allowed only if one of them stays on it, before or behind the one that leaves it.
     """
-    foes = find_foes(ways, {})
+    foes = find_foes(ways, frozenset())
     for one in ways:
         for other in ways:
-            assert (other.id in foes[one.id].ids) == (one.id in foes[other.id].ids)
-            if other.id in foes[one.id].ids:
+            assert (other.id in foes[one.id]) == (one.id in foes[other.id])
+            if other.id in foes[one.id]:
                 assert one.changes or other.changes
                 continue
             apart = not set(one.swept) & set(other.swept)

@@ -12,7 +12,6 @@ from loopgate.abstraction.pins import Target, Turn, find_pins
 from loopgate.abstraction.stretches import (
     CLEARANCE_M,
     LEAST_CAPACITY,
-    Foes,
     Passage,
     Stretch,
     find_foes,
@@ -281,7 +280,7 @@ def _legs(
     network: RoadNetwork,
     chain: Sequence[_Piece],
     conflicts: Conflicts,
-    foes: Mapping[str, Foes],
+    foes: Mapping[str, frozenset[str]],
     classes: Sequence[str],
 ) -> Iterator[Leg]:
     for here, between, after in _ways_on(chain):
@@ -297,7 +296,7 @@ def _legs(
             elif piece.passage is not None:
                 name = piece.passage.id
                 speed = network.edges[piece.edge].lanes[piece.lane].speed_mps
-                crossings.append(_crossing(name, foes[name].ids, foes[name].overlaps, speed, ahead))
+                crossings.append(Crossing(name, foes[name], speed_mps=speed))
             ahead += piece.length_m
         course = list(_course(between, after))
         # A stop too many does no harm: it lies on the loop's own lane.

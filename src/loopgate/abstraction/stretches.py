@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from loopgate.abstraction.movements import REACH_M
@@ -119,7 +119,7 @@ def lay_stretches(
             if low != high:
                 changing[span.edge] = None
     narrow = narrow_lanes(network, lanes)
-    whole = {network.lanes[lane].edge for pair in narrow for lane in pair}
+    whole = {network.lanes[lane].edge for lane, _ in narrow}
     stretches = {
         edge: Stretch(edge, 0.0, network.edges[edge].length_m)
         if edge in whole
@@ -141,9 +141,8 @@ def _in_the_middle(edge: str, length_m: float, needed_m: float) -> Stretch:
     return Stretch(edge, 0.0, length_m)
 
 
-Narrow = Mapping[tuple[str, str], tuple[tuple[float, float], tuple[float, float]]]
-"""Pairs of lanes of two edges that are near each other, both ways round: where on the first and on the
-second, from the first to the last such place [m]."""
+Narrow = frozenset[tuple[str, str]]
+"""Pairs of lanes of two edges that are near each other; both ways round."""
 
 
 def narrow_lanes(network: RoadNetwork, lanes: Iterable[str], *, reach_m: float = REACH_M) -> Narrow:
@@ -154,47 +153,31 @@ def narrow_lanes(network: RoadNetwork, lanes: Iterable[str], *, reach_m: float =
     """
     shapes = {lane: network.lanes[lane].shape for lane in lanes}
     if not shapes:
-        return {}
+        return frozenset()
     found = lane_contacts(shapes, reach_m)
-    pairs: dict[tuple[str, str], tuple[tuple[float, float], tuple[float, float]]] = {}
+    pairs: set[tuple[str, str]] = set()
     for k in range(len(found.one)):
         x, y = (network.lanes[found.lanes[n]] for n in (int(found.one[k]), int(found.other[k])))
-        if x.edge == y.edge:
-            continue
-        mine = float(found.one_begin[k]) * x.length_m, float(found.one_end[k]) * x.length_m
-        theirs = float(found.other_begin[k]) * y.length_m, float(found.other_end[k]) * y.length_m
-        if min(mine[1] - mine[0], theirs[1] - theirs[0]) <= _NARROW_M:
-            continue
-        known = pairs.get((x.id, y.id), (mine, theirs))
-        mine, theirs = _hull(known[0], mine), _hull(known[1], theirs)
-        pairs[x.id, y.id], pairs[y.id, x.id] = (mine, theirs), (theirs, mine)
-    return pairs
+        mine_m = float(found.one_end[k] - found.one_begin[k]) * x.length_m
+        theirs_m = float(found.other_end[k] - found.other_begin[k]) * y.length_m
+        if x.edge != y.edge and min(mine_m, theirs_m) > _NARROW_M:
+            pairs |= {(x.id, y.id), (y.id, x.id)}
+    return frozenset(pairs)
 
 
-def _hull(one: tuple[float, float], other: tuple[float, float]) -> tuple[float, float]:
-    return min(one[0], other[0]), max(one[1], other[1])
-
-
-@dataclass(frozen=True, slots=True)
-class Foes:
-    """Conflicts of one passage: with whom, and where they touch in metres along it; see `Conflicts`."""
-
-    ids: frozenset[str]
-    overlaps: Mapping[str, tuple[float, float]]
-
-
-def find_foes(passages: Iterable[Passage], narrow: Narrow) -> dict[str, Foes]:
-    """Find the conflicts among passages.
+def find_foes(passages: Iterable[Passage], narrow: Narrow) -> dict[str, frozenset[str]]:
+    """Find the conflicts among passages: for each the ids of its foes.
 
     Two passages of an edge conflict if they use a lane together, unless they come from one lane and one of
     them stays on it: then the second follows the first. A vehicle that changes lanes conflicts even with
     others that do the same, since one that stands waiting for a gap could be overtaken by the next, in the
-    wrong order. It is in the way until its rear has left the stretch, so there is no overlap to look at.
-    Passages of two narrow edges conflict if their lanes are near each other.
+    wrong order. Passages of two narrow edges conflict if their lanes are near each other.
+
+    A foe is in the way until it has left the crossing: one that changes lanes may have to stand, and on a
+    narrow street SUMO does not see oncoming vehicles, so nothing of them may be foreseen.
     """
     by_id = {passage.id: passage for passage in passages}
     ids: dict[str, set[str]] = {name: set() for name in by_id}
-    overlaps: dict[str, dict[str, tuple[float, float]]] = {name: {} for name in by_id}
     on_edge: dict[str, list[Passage]] = {}
     for passage in by_id.values():
         on_edge.setdefault(passage.edge, []).append(passage)
@@ -205,13 +188,10 @@ def find_foes(passages: Iterable[Passage], narrow: Narrow) -> dict[str, Foes]:
     for passage in by_id.values():
         for lane in passage.swept:
             on_lane.setdefault(f"{passage.edge}_{lane}", []).append(passage)
-    for (x, y), (mine, _) in narrow.items():
+    for x, y in narrow:
         for one in on_lane.get(x, ()):
-            for other in on_lane.get(y, ()):
-                ids[one.id].add(other.id)
-                if not (one.changes or other.changes):
-                    overlaps[one.id][other.id] = mine
-    return {name: Foes(frozenset(ids[name]), overlaps[name]) for name in by_id}
+            ids[one.id].update(other.id for other in on_lane.get(y, ()))
+    return {name: frozenset(found) for name, found in ids.items()}
 
 
 def _conflict(one: Passage, other: Passage) -> bool:

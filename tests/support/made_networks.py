@@ -1,0 +1,106 @@
+"""Networks made on the spot with SUMO's own tools; netgenerate knows no roundabouts and narrow streets."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+from collections.abc import Iterator, Sequence
+from math import cos, pi, sin
+from pathlib import Path
+
+import sumo
+
+__all__ = ["narrow_streets", "netgenerate", "roundabouts"]
+
+Point = tuple[float, float]
+
+_ASIDE = (("e", (1, 0)), ("n", (0, 1)), ("w", (-1, 0)), ("s", (0, -1)))
+
+
+def netgenerate(options: str, file: Path) -> Path:
+    """Write the network that these options of netgenerate make."""
+    return _tool("netgenerate", options.split(), file)
+
+
+def roundabouts(file: Path, *, lanes: int, options: str = "") -> Path:
+    """Write three by three roundabouts, 160 m apart, with one-way rings of as many lanes as their roads."""
+    side, gap, radius = 3, 160.0, 12.0 + 5.0 * lanes
+    nodes: list[str] = []
+    edges: list[str] = []
+    for i in range(side):
+        for j in range(side):
+            arms = [
+                (turn, name, step)
+                for turn, (name, step) in enumerate(_ASIDE)
+                if 0 <= i + step[0] < side and 0 <= j + step[1] < side
+            ]
+            for turn, name, step in arms:
+                opposite = _ASIDE[(turn + 2) % 4][0]
+                nodes.append(_node(f"{i}{j}{name}", (i * gap + radius * step[0], j * gap + radius * step[1])))
+                edges.append(_edge(f"{i}{j}{name}", f"{i + step[0]}{j + step[1]}{opposite}", lanes))
+            for (turn, name, _), (end, following, _) in zip(arms, [*arms[1:], arms[0]], strict=True):
+                quarters = (end - turn) % 4
+                angles = [pi / 2 * (turn + quarters * k / 12) for k in range(13)]
+                curve = [(i * gap + radius * cos(a), j * gap + radius * sin(a)) for a in angles]
+                edges.append(_edge(f"{i}{j}{name}", f"{i}{j}{following}", lanes, shape=curve, priority=9))
+    return _convert(nodes, edges, file, f"--roundabouts.guess true {options}")
+
+
+def narrow_streets(file: Path) -> Path:
+    """Write a grid of four by four junctions in which every other street has one lane for both directions.
+
+    The two lanes of such a street lie 0.8 m apart; exactly on each other, netconvert would move them aside.
+    """
+    side, gap = 4, 120.0
+    nodes = [_node(f"{i}{j}", (i * gap, j * gap)) for i in range(side) for j in range(side)]
+    edges: list[str] = []
+    for i, j, right in _streets(side):
+        ends = (i, j), (i + right, j + 1 - right)
+        narrow = (i + j + right) % 4 == 0
+        for (a, b), (c, d) in (ends, ends[::-1]):
+            along = [(a + (c - a) * t, b + (d - b) * t) for t in (0.2, 0.5, 0.8)]
+            beside = [(x * gap + 0.4 * (d - b), y * gap - 0.4 * (c - a)) for x, y in along]
+            shape = [(a * gap, b * gap), *beside, (c * gap, d * gap)] if narrow else ()
+            edges.append(_edge(f"{a}{b}", f"{c}{d}", 1, shape=shape, centred=narrow))
+    return _convert(nodes, edges, file, "")
+
+
+def _streets(side: int) -> Iterator[tuple[int, int, int]]:
+    for i in range(side):
+        for j in range(side):
+            if i + 1 < side:
+                yield i, j, 1
+            if j + 1 < side:
+                yield i, j, 0
+
+
+def _node(name: str, at: Point) -> str:
+    return f'<node id="{name}" x="{at[0]:.2f}" y="{at[1]:.2f}" type="priority"/>'
+
+
+def _edge(
+    begin: str, end: str, lanes: int, *, shape: Sequence[Point] = (), priority: int = 1, centred: bool = False
+) -> str:
+    drawn = " ".join(f"{x:.2f},{y:.2f}" for x, y in shape)
+    return (
+        f'<edge id="{begin}-{end}" from="{begin}" to="{end}" numLanes="{lanes}" priority="{priority}"'
+         ' speed="13.9"'
+        + (f' shape="{drawn}"' if drawn else "")
+        + (' spreadType="center"' if centred else "")
+        + "/>"
+    )
+
+
+def _convert(nodes: Sequence[str], edges: Sequence[str], file: Path, options: str) -> Path:
+    for kind, lines in (("node", nodes), ("edge", edges)):
+        text = "\n".join((f"<{kind}s>", *lines, f"</{kind}s>"))
+        file.with_suffix(f".{kind}").write_text(text, encoding="utf-8")
+    given = ["-n", str(file.with_suffix(".node")), "-e", str(file.with_suffix(".edge")), "--no-turnarounds"]
+    return _tool("netconvert", [*given, *options.split()], file)
+
+
+def _tool(name: str, options: Sequence[str], file: Path) -> Path:
+    tool = Path(sumo.SUMO_HOME) / "bin" / name
+    environment = {**os.environ, "SUMO_HOME": sumo.SUMO_HOME}
+    subprocess.run([str(tool), *options, "-o", str(file)], check=True, capture_output=True, env=environment)
+    return file
