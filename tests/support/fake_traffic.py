@@ -107,6 +107,10 @@ class FakeTraffic:
             at -= length
         raise AssertionError(vehicle)
 
+    def speed(self, vehicle: str) -> float:
+        """Return its speed."""
+        return self.fleet[vehicle].speed_mps
+
     def position(self, vehicle: str) -> tuple[float, float]:
         """Everything is on the x axis."""
         return self.fleet[vehicle].front_m % self.fleet[vehicle].lap_m, 0.0

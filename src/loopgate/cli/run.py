@@ -32,6 +32,7 @@ __all__ = ["run"]
 )
 @click.argument("network")
 @click.option("--routes", help="Route file or .sumocfg with closed loops.")
+@click.option("--traffic", help="Route file or .sumocfg with ordinary vehicles, under no gate.")
 @click.option("--loops", type=int, help="Number of random loops, where there is no route file.")
 @click.option("--length", "loop_length_m", metavar="MIN:MAX", help="Length of random loops [m].")
 @click.option("--max-shared", type=float, help="Largest share of a random loop in zones with others, 0 to 1.")
@@ -44,7 +45,9 @@ __all__ = ["run"]
     help="Who goes first: oldest (default on segments), pressure (default on queues), random.",
 )
 @click.option(
-    "--lights", type=click.Choice(LIGHTS), help="Traffic lights; default off under a gate, else keep."
+    "--lights",
+    type=click.Choice(LIGHTS),
+    help="Traffic lights: off (default under a gate), keep (default for open), obey: grants into green only.",
 )
 @click.option("--duration", "duration_s", type=float, help="Simulated time that is measured [s].")
 @click.option("--warmup", "warmup_s", type=float, help="Simulated time before that [s].")

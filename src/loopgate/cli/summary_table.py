@@ -35,6 +35,7 @@ def summary_rows(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
             f"median {decision['median']:.0f} us, p99 {decision['p99']:.0f} us, max {decision['max']:.0f} us",
         ),
         ("wall time", f"SUMO {wall['sumo']:.1f} s, gate {wall['gate']:.1f} s, total {wall['total']:.1f} s"),
+        *_surroundings(summary),
         ("audit", _audit(summary["audit"])),
     ]
     if not summary["loops"]:
@@ -64,6 +65,26 @@ def print_summary(summary: Mapping[str, Any], out: Path | None) -> None:
         console.print(f"deadlock at {deadlock['at_s']:.0f} s: {chain} -> {deadlock['vehicles'][0]}")
     if out is not None:
         console.print(f"results in {out}")
+
+
+def _surroundings(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Return the rows about lights that are obeyed and about ordinary traffic, where there are any."""
+    rows = []
+    lights, others = summary.get("at_lights"), summary.get("others")
+    if lights:
+        stood = f"{lights['stood']} stood at a red with their grant, {lights['stood_s']:.0f} s in all"
+        rows.append(
+            (
+                "lights",
+                f"{lights['grants']} grants into green; {stood}; longest red {lights['longest_red_s']:.0f} s",
+            )
+        )
+    if others:
+        seen = f"{others['vehicles']} ordinary vehicles; " if "vehicles" in others else ""
+        rows.append(("other traffic", f"{seen}{others['collisions']} collisions among them"))
+        if "promise" in others:
+            rows.append(("promise", others["promise"]))
+    return rows
 
 
 def _deadlocks(summary: Mapping[str, Any]) -> str:

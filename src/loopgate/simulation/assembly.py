@@ -104,7 +104,8 @@ class _Vehicle:
 
 def _vehicles(scenario: Scenario, network: RoadNetwork) -> list[_Vehicle]:
     """Return the vehicles: those of the route file, unless a number of them is asked for."""
-    if not scenario.routes and not is_sumo_config(scenario.network):
+    own = is_sumo_config(scenario.network) and scenario.traffic != scenario.network
+    if not scenario.routes and not own:
         count = scenario.loops or min(scenario.vehicles, _MOST_LOOPS)
         if not count:
             msg = "no loops: give a route file (routes), a number of random loops (loops), or vehicles"

@@ -14,6 +14,7 @@ from loopgate.network.loop import HOLD_MARGIN_M
 from loopgate.network.records import Connection
 from loopgate.simulation.driver import Driver
 from loopgate.simulation.fleet import Fleet
+from loopgate.simulation.sight import time_s
 from loopgate.simulation.timetable import Timetable
 from loopgate.traffic.base import Traffic
 
@@ -118,14 +119,23 @@ class Lights:
         Of all robots: their grants, and where they are.
     signals
         From `signals_of`.
+    timetable
+        What the lights show.
     """
 
-    def __init__(self, traffic: Traffic, drivers: Sequence[Driver], fleet: Fleet, signals: Signals) -> None:
+    def __init__(
+        self,
+        traffic: Traffic,
+        drivers: Sequence[Driver],
+        fleet: Fleet,
+        signals: Signals,
+        timetable: Timetable,
+    ) -> None:
         self._traffic = traffic
         self._drivers = drivers
         self._fleet = fleet
         self._signals = [signals[driver.track.loop] for driver in drivers]
-        self._timetable = Timetable(traffic)
+        self._timetable = timetable
         self._red_since: dict[int, float] = {}
         self._under_way: list[_Passage] = []
         self._longest = (0.0, "", "")
@@ -161,10 +171,10 @@ class Lights:
         for signal in signals:
             distance_m = to_end_m + signal.ahead_m
             top = min(driver.top, max(speed, signal.speed_mps))
-            slow_s = _START_S + _time_s(speed, _SLOW_ACCEL * driver.accel, _SLOW_SPEED * top, distance_m)
+            slow_s = _START_S + time_s(distance_m, speed, _SLOW_ACCEL * driver.accel, _SLOW_SPEED * top)
             fast_s = 0.0
             if signal.ahead_m > HOLD_MARGIN_M:
-                fast_s = _time_s(speed, driver.accel, driver.top, distance_m)
+                fast_s = time_s(distance_m, speed, driver.accel, driver.top)
             if not opens.may_be_open(signal.light, signal.link, fast_s, slow_s):
                 return False
         return True
@@ -246,15 +256,3 @@ class Lights:
                 f"lights: a vehicle waited {seconds:.0f} s for green at movement {movement} (light {light})"
             )
         return lines
-
-
-def _time_s(speed: float, accel: float, top_mps: float, distance_m: float) -> float:
-    """Return the time to drive a distance, gaining speed up to a top speed."""
-    if distance_m <= 0:
-        return 0.0
-    top_mps = max(top_mps, 0.1)
-    speed = min(speed, top_mps)
-    gaining_m = (top_mps * top_mps - speed * speed) / (2 * accel)
-    if gaining_m >= distance_m:
-        return (math.sqrt(speed * speed + 2 * accel * distance_m) - speed) / accel
-    return (top_mps - speed) / accel + (distance_m - gaining_m) / top_mps

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, field
 from time import perf_counter
 
@@ -32,6 +33,8 @@ class Course:
         In the order in which they were recognised.
     collisions, teleports
         Counts; a collision that lasts for several steps counts once.
+    collisions_of_others
+        Collisions in which no vehicle on a loop has a part.
     sumo_s, total_s
         Wall time in SUMO's steps, and in all [s].
     """
@@ -41,6 +44,7 @@ class Course:
     end_s: float = 0.0
     deadlocks: list[Deadlock] = field(default_factory=list)
     collisions: int = 0
+    collisions_of_others: int = 0
     teleports: int = 0
     sumo_s: float = 0.0
     total_s: float = 0.0
@@ -83,7 +87,7 @@ def drive(
         course.begin_s = start + scenario.warmup_s
         end = course.begin_s + scenario.duration_s
         next_watch = start + _WATCH_EVERY_S
-        mishaps = Mishaps(traffic, recorder, course)
+        mishaps = Mishaps(traffic, recorder, course, own={driver.id for driver in engine.drivers})
         while traffic.now_s < end:
             engine.step()
             now = traffic.now_s
@@ -92,7 +96,7 @@ def drive(
                 look()
             if now >= course.begin_s > now - traffic.step_s and scenario.warmup_s > 0:
                 engine.measure_from_now()
-                course.collisions = course.teleports = 0
+                course.collisions = course.collisions_of_others = course.teleports = 0
             if now >= next_watch:
                 next_watch += _WATCH_EVERY_S
                 tick(now, course)
@@ -112,9 +116,21 @@ def drive(
 
 
 class Mishaps:
-    """Counts and records what SUMO reports as collisions and teleports, step by step."""
+    """Counts and records what SUMO reports as collisions and teleports, step by step.
 
-    def __init__(self, traffic: Traffic, recorder: Recorder, course: Course) -> None:
+    Of collisions in which none of its `own` vehicles has a part there is only a count; all are its own if not
+    given.
+    """
+
+    def __init__(
+        self,
+        traffic: Traffic,
+        recorder: Recorder,
+        course: Course,
+        *,
+        own: AbstractSet[str] | None = None,
+    ) -> None:
+        self._own = own
         self._traffic = traffic
         self._recorder = recorder
         self._course = course
@@ -127,7 +143,11 @@ class Mishaps:
         if collisions or self._under_way:
             new = {(c.collider, c.victim): c for c in collisions}
             for pair, collision in new.items():
-                if pair not in self._under_way and pair[::-1] not in self._under_way:
+                if pair in self._under_way or pair[::-1] in self._under_way:
+                    continue
+                if self._own is not None and self._own.isdisjoint(pair):
+                    self._course.collisions_of_others += 1
+                else:
                     self._course.collisions += 1
                     self._recorder.note(
                         now, collision.collider, Event.COLLISION, collision.lane, collision.victim

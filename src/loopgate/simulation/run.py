@@ -15,6 +15,7 @@ from loopgate.model import write_system
 from loopgate.negotiation.registry import make_negotiation
 from loopgate.network.coverage import measure_coverage
 from loopgate.network.sumo_config import is_sumo_config
+from loopgate.network.traffic_file import read_traffic
 from loopgate.results.recorder import Recorder
 from loopgate.simulation import outcome
 from loopgate.simulation.as_is import run_as_is
@@ -22,7 +23,6 @@ from loopgate.simulation.assembly import Assembly, assemble
 from loopgate.simulation.checking import audit_run
 from loopgate.simulation.engine import Engine
 from loopgate.simulation.gatekeeper import Gatekeeper
-from loopgate.simulation.lights import Lights, signals_of
 from loopgate.simulation.loop_run import Course, Tick, drive
 from loopgate.simulation.monitoring import monitoring_figures
 from loopgate.simulation.outcome import Folder, Tally
@@ -30,6 +30,7 @@ from loopgate.simulation.positions import make_layout, record_positions
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.sumo_input import write_sumo_input
 from loopgate.simulation.sumo_start import plain_options, start_traffic
+from loopgate.simulation.surroundings import Surroundings
 from loopgate.simulation.watch import Watch
 from loopgate.traffic.base import Traffic
 
@@ -93,19 +94,17 @@ def _run(
     log = folder / outcome.SUMO_LOG
     options = [
         *("--net-file", str(assembly.network.file)),
-        *write_sumo_input(assembly.starts, folder.path),
+        *_input_options(scenario, assembly, folder),
         *plain_options(scenario, log),
         *(record_positions(folder / outcome.POSITIONS) if scenario.positions else ()),
     ]
     if scenario.positions and keeper is not None:
         write_layout(make_layout(assembly, scenario.step_s), folder / outcome.LAYOUT)
-    traffic = start_traffic(options, backend=backend, log=log)
+    traffic = start_traffic(options, backend=backend, log=log, yields=bool(scenario.traffic))
     recorder = Recorder(folder / outcome.EVENTS)
     try:
         engine = Engine(traffic, assembly.tracks, keeper, recorder)
-        lights = _lights(scenario, assembly, traffic, engine)
-        if keeper is not None and lights is not None:
-            keeper.obstacles += (lights,)
+        around = Surroundings(scenario, assembly, traffic, engine, keeper)
         watch = watch_class(traffic, after_s=scenario.deadlock_after_s, at_gate=engine.refused)
         course = drive(
             engine,
@@ -114,19 +113,20 @@ def _run(
             recorder,
             scenario=scenario,
             tick=tick,
-            each_step=[lights.look] if lights else [],
+            each_step=around.each_step,
         )
         tallies = _tallies(engine, traffic, watch, course)
-        light_warnings = lights.warnings() if lights else []
+        surrounded = around.report()
     finally:
         recorder.close()
         traffic.close()
     summary = _summary(scenario, assembly, keeper, course, tallies, folder)
     summary["overruns"] = engine.overruns
     summary["trespasses"] = engine.trespasses
-    if lights is not None:
-        summary["at_lights"] = lights.figures()
-        summary["warnings"] += light_warnings
+    summary["warnings"] += surrounded.pop("warnings", [])
+    summary |= surrounded
+    if scenario.traffic:
+        summary.setdefault("others", {})["collisions"] = course.collisions_of_others
     summary["wall_s"]["total"] = round(perf_counter() - began, 3)
     folder.write_summary(summary)
     return summary
@@ -134,8 +134,19 @@ def _run(
 
 def is_as_is(scenario: Scenario) -> bool:
     """Return whether a configuration's own vehicles are run, and not loops: a ``.sumocfg`` under ``open``."""
-    loops = scenario.routes or scenario.loops or scenario.vehicles
+    loops = scenario.routes or scenario.traffic or scenario.loops or scenario.vehicles
     return is_sumo_config(scenario.network) and not scenario.gated and not loops
+
+
+def _input_options(scenario: Scenario, assembly: Assembly, folder: Folder) -> list[str]:
+    if not scenario.traffic:
+        return write_sumo_input(assembly.starts, folder.path)
+    ordinary = read_traffic(scenario.traffic)
+    ordinary.check_names(start.vehicle for start in assembly.starts)
+    return [
+        *write_sumo_input(assembly.starts, folder.path, beside=ordinary.additional_files),
+        *ordinary.options(),
+    ]
 
 
 def _gatekeeper(scenario: Scenario, assembly: Assembly) -> Gatekeeper | None:
@@ -144,15 +155,6 @@ def _gatekeeper(scenario: Scenario, assembly: Assembly) -> Gatekeeper | None:
     gate = make_gate(scenario.gate, assembly.abstraction.system, perf_counter)
     negotiation = make_negotiation(scenario.rule_for_negotiation, Random(scenario.seed))
     return Gatekeeper(assembly.abstraction, gate, negotiation)
-
-
-def _lights(scenario: Scenario, assembly: Assembly, traffic: Traffic, engine: Engine) -> Lights | None:
-    abstraction = assembly.abstraction
-    if not scenario.gated or scenario.rule_for_lights != "obey" or abstraction is None:
-        return None
-    return Lights(
-        traffic, engine.drivers, engine.fleet, signals_of(assembly.network, abstraction.itineraries)
-    )
 
 
 def _tallies(engine: Engine, traffic: Traffic, watch: Watch, course: Course) -> list[Tally]:

@@ -31,6 +31,9 @@ class Scenario:
         package.
     routes
         Route file or ``.sumocfg`` with the closed loops; empty to make random ones.
+    traffic
+        Route file or ``.sumocfg`` with ordinary vehicles, which drive by SUMO's rules beside those on loops;
+        empty for none. If it names the configuration that is the network, the loops are random.
     loops
         How many random loops to make where there is no route file; 0 for one per vehicle, at most 40.
     loop_length_m
@@ -70,6 +73,7 @@ class Scenario:
 
     network: str
     routes: str = ""
+    traffic: str = ""
     loops: int = 0
     loop_length_m: tuple[float, float] = (400.0, 2000.0)
     max_shared: float = 1.0
@@ -107,6 +111,12 @@ class Scenario:
         low, high = self.loop_length_m
         if not 0 < low <= high:
             msg = f"loop_length_m: {low:g}:{high:g} is no range; expected 0 < shortest <= longest"
+            raise ScenarioError(msg)
+        if self.traffic and self.gated and self.abstraction != "queues":
+            msg = (
+                f"traffic: with gate {self.gate} it works on abstraction queues only; on {self.abstraction} "
+                "nothing says where ordinary vehicles are in the way"
+            )
             raise ScenarioError(msg)
         if self.on_deadlock == "teleport" and self.gated:
             msg = "on_deadlock: teleport works with gate open only; no gated vehicle jumps past its gate"
@@ -223,7 +233,7 @@ def read_scenario(file: Path | str) -> Scenario:
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         msg = f"{file}: not a TOML file ({error})"
         raise ScenarioError(msg) from error
-    for key in ("network", "routes"):
+    for key in ("network", "routes", "traffic"):
         name = data.get(key)
         if isinstance(name, str) and name and not name.startswith("sumo:"):
             data[key] = str(path.parent / name)

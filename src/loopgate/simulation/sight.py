@@ -11,7 +11,7 @@ from loopgate.simulation.driver import Driver
 from loopgate.simulation.fleet import Fleet
 from loopgate.simulation.occupancy import Occupancy
 
-__all__ = ["Sight"]
+__all__ = ["Sight", "time_s"]
 
 _BEYOND_M = 0.5
 """Room between the rear of the first and the stretch that both use [m]."""
@@ -99,8 +99,8 @@ class Sight:
         if inside_m < max(_BEYOND_M, shared_m[0]):
             return False  # not on the shared stretch yet: the two could stop across each other's way
         slow = min(ahead.top, _SLOW * limit_mps)
-        passed_s = _time_s(left_m, speeds[ahead.robot], ahead.accel, slow) + _APART_S
-        reached_s = _time_s(reach_m, speeds[driver.robot], driver.accel, driver.top)
+        passed_s = time_s(left_m, speeds[ahead.robot], ahead.accel, slow) + _APART_S
+        reached_s = time_s(reach_m, speeds[driver.robot], driver.accel, driver.top)
         if passed_s > reached_s:
             return False
         return _braking_time_s(left_m, self._room_m(ahead, leg), slow, ahead.decel) + _APART_S <= reached_s
@@ -145,7 +145,7 @@ def _safe_mps(gap_m: float, decel: float) -> float:
     return math.sqrt(decel * decel + 2 * decel * gap_m) - decel
 
 
-def _time_s(distance_m: float, speed: float, accel: float, top_mps: float) -> float:
+def time_s(distance_m: float, speed: float, accel: float, top_mps: float) -> float:
     """Return the time to drive a distance, gaining speed up to a top speed."""
     if distance_m <= 0:
         return 0.0

@@ -39,14 +39,14 @@ class Start:
     lane: int | None = None
 
 
-def write_sumo_input(starts: Sequence[Start], folder: Path) -> list[str]:
+def write_sumo_input(starts: Sequence[Start], folder: Path, *, beside: Sequence[Path] = ()) -> list[str]:
     """Write the additional file for `starts` into `folder` and return the SUMO options that load it.
 
     A vehicle's first route leads from its start past an edge of its loop that the loop passes once; a
     rerouter on that edge gives it two rounds that end on the same edge, again and again. So routes keep a
     constant length however long the vehicle drives, and there is always a whole round of it ahead, on which
     the vehicle can be held. Each loop has vehicle types of its own, since a
-    rerouter is bound to vehicles by their type.
+    rerouter is bound to vehicles by their type. SUMO loads the additional files `beside` first.
 
     Raises
     ------
@@ -76,7 +76,7 @@ def write_sumo_input(starts: Sequence[Start], folder: Path) -> list[str]:
     file = folder / "vehicles.add.xml"
     ET.indent(top)
     ET.ElementTree(top).write(file, encoding="utf-8", xml_declaration=True)
-    return ["--additional-files", str(file)]
+    return ["--additional-files", ",".join(str(one) for one in (*beside, file))]
 
 
 def _add_vehicle(top: ET.Element, start: Start, kind: str) -> None:

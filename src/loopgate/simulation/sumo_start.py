@@ -36,7 +36,7 @@ def plain_options(scenario: Scenario, log: Path) -> list[str]:
     return options
 
 
-def start_traffic(options: Sequence[str], *, backend: str, log: Path) -> SumoTraffic:
+def start_traffic(options: Sequence[str], *, backend: str, log: Path, yields: bool = False) -> SumoTraffic:
     """Start SUMO.
 
     Parameters
@@ -47,6 +47,8 @@ def start_traffic(options: Sequence[str], *, backend: str, log: Path) -> SumoTra
         ``libsumo``, ``traci``, or ``gui`` for sumo-gui through traci.
     log
         SUMO's log, quoted in the error.
+    yields
+        Whether vehicles under the gate keep to SUMO's right of way as well.
 
     Raises
     ------
@@ -60,7 +62,7 @@ def start_traffic(options: Sequence[str], *, backend: str, log: Path) -> SumoTra
         why = _last_error(log) or str(error)
         msg = f"SUMO does not start: {why}"
         raise TrafficError(msg) from error
-    return SumoTraffic(running, kind)
+    return SumoTraffic(running, kind, yields=yields)
 
 
 def _backend(name: str) -> tuple[Callable[[Sequence[str]], Any], type[Exception]]:

@@ -40,7 +40,7 @@ from loopgate.sweep.files import NamedFile, file_identity
 
 __all__ = ["FILE_KEYS", "Point", "Sweep", "read_sweep"]
 
-FILE_KEYS = ("network", "routes")
+FILE_KEYS = ("network", "routes", "traffic")
 """Scenario keys whose value may be a file; these files travel with the run."""
 
 _KEYS = {"name", "scenario", "base", "grid", "include", "exclude"}

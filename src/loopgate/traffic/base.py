@@ -101,6 +101,10 @@ class Traffic(Protocol):
         """Return lane id and position of the front on that lane [m]."""
         ...
 
+    def speed(self, vehicle: str) -> float:
+        """Return the speed [m/s]."""
+        ...
+
     def position(self, vehicle: str) -> tuple[float, float]:
         """Return where the front is, in network coordinates [m]."""
         ...

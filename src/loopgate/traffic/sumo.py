@@ -9,13 +9,16 @@ from loopgate.errors import TrafficError
 from loopgate.traffic.base import Collision, Dynamics, Light, Phase, Program
 from loopgate.traffic.sumo_waits import RoadWaits
 
-__all__ = ["GATED_SPEED_MODE", "SumoTraffic"]
+__all__ = ["GATED_SPEED_MODE", "YIELDING_SPEED_MODE", "SumoTraffic"]
 
 _FOR_EVER_S = 1e7
 
 GATED_SPEED_MODE = 23
 """Safe speed, acceleration, deceleration and red lights hold; right of way is the gate's, but vehicles
 already inside a junction are still respected (bit 5 unset)."""
+
+YIELDING_SPEED_MODE = 31
+"""SUMO's right of way holds too: where there is traffic that relies on it."""
 
 _LANE_CHANGE_FOR_ROUTE_ONLY = 0b01_00_00_00_01
 """Change lanes only where the route demands it, and never into an occupied gap."""
@@ -35,10 +38,19 @@ class SumoTraffic:
         The libsumo module or a traci connection, started.
     error
         The exception type that `api` raises.
+    yields
+        Whether vehicles under the gate keep to SUMO's right of way as well: there is traffic that does.
     """
 
-    def __init__(self, api: Any, error: type[Exception]) -> None:  # noqa: ANN401  neither API has types
+    def __init__(
+        self,
+        api: Any,  # noqa: ANN401  neither API has types
+        error: type[Exception],
+        *,
+        yields: bool = False,
+    ) -> None:
         self._api = api
+        self._yields = yields
         self._error = error
         self._running = True
         self._waits = RoadWaits(api)
@@ -85,14 +97,18 @@ class SumoTraffic:
         """Return lane id and position of the front on that lane [m]."""
         return self._vehicle.getLaneID(vehicle), float(self._vehicle.getLanePosition(vehicle))
 
+    def speed(self, vehicle: str) -> float:
+        """Return the speed [m/s]."""
+        return float(self._vehicle.getSpeed(vehicle))
+
     def position(self, vehicle: str) -> tuple[float, float]:
         """Return where the front is, in network coordinates [m]."""
         x, y = self._vehicle.getPosition(vehicle)
         return float(x), float(y)
 
     def put_under_gate(self, vehicle: str, *, keeps_lane: bool = False) -> None:
-        """Let the gate rule the vehicle: no right of way, no lane change but for the route, if at all."""
-        self._vehicle.setSpeedMode(vehicle, GATED_SPEED_MODE)
+        """Let the gate rule: no right of way unless it yields, lanes changed for the route only, if at all."""
+        self._vehicle.setSpeedMode(vehicle, YIELDING_SPEED_MODE if self._yields else GATED_SPEED_MODE)
         mode = _LANE_CHANGE_AS_TOLD_ONLY if keeps_lane else _LANE_CHANGE_FOR_ROUTE_ONLY
         self._vehicle.setLaneChangeMode(vehicle, mode)
 

@@ -1,0 +1,72 @@
+"""Ordinary traffic beside the vehicles on loops: a route file or configuration that goes to SUMO as it is."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+from loopgate.errors import RouteError
+from loopgate.network.sumo_config import is_sumo_config, read_sumo_config
+from loopgate.network.xml_file import read_xml
+
+__all__ = ["TrafficFile", "read_traffic"]
+
+_VEHICLES = ("vehicle", "trip", "flow")
+
+
+@dataclass(frozen=True, slots=True)
+class TrafficFile:
+    """Ordinary vehicles.
+
+    Attributes
+    ----------
+    file
+        As it was asked for.
+    route_files, additional_files
+        What SUMO has to load.
+    ids
+        Names of vehicles, trips and flows.
+    """
+
+    file: Path
+    route_files: tuple[Path, ...]
+    additional_files: tuple[Path, ...]
+    ids: frozenset[str]
+
+    def options(self) -> list[str]:
+        """Return the SUMO options that load the route files; additional files are for the caller to join."""
+        return ["--route-files", ",".join(str(file) for file in self.route_files)]
+
+    def check_names(self, vehicles: Iterable[str]) -> None:
+        """Raise `RouteError` if one of `vehicles` has the name of an ordinary one."""
+        twice = next((vehicle for vehicle in vehicles if vehicle in self.ids), None)
+        if twice is not None:
+            msg = f"{self.file}: vehicle {twice}: a vehicle on a loop has that name too; rename one"
+            raise RouteError(msg)
+
+
+def read_traffic(file: Path | str) -> TrafficFile:
+    """Look into a route file (``.rou.xml``, also gzipped) or ``.sumocfg`` with ordinary vehicles.
+
+    Its routes need not close, and trips may leave their ways to SUMO.
+
+    Raises
+    ------
+    RouteError
+        If the file cannot be read or has no vehicles; the text names it.
+    """
+    path = Path(file)
+    if is_sumo_config(path):
+        config = read_sumo_config(path)
+        routes, additional = config.route_files, config.additional_files
+    else:
+        routes, additional = (path,), ()
+    ids: set[str] = set()
+    for source in routes:
+        top = read_xml(source, root="routes", what="route file", error=RouteError)
+        ids.update(element.get("id", "") for tag in _VEHICLES for element in top.iter(tag))
+    if not ids:
+        msg = f"{path}: no vehicles in it; expected <vehicle>, <trip> or <flow> elements as ordinary traffic"
+        raise RouteError(msg)
+    return TrafficFile(path, routes, additional, frozenset(ids))
