@@ -23,8 +23,9 @@ def test_units_may_be_left_out() -> None:
 
 def test_paths_are_relative_to_the_file(tmp_path: Path) -> None:
     """A scenario can be moved together with its network."""
-    (tmp_path / "s.toml").write_text('network = "a.net.xml"\nroutes = "b.rou.xml"\n')
+    (tmp_path / "s.toml").write_text('network = "a.net.xml"\nroutes = "b.rou.xml"\ntraffic = "c.rou.xml"\n')
     scenario = read_scenario(tmp_path / "s.toml")
+    assert scenario.traffic == str(tmp_path / "c.rou.xml")
     assert (scenario.network, scenario.routes) == (str(tmp_path / "a.net.xml"), str(tmp_path / "b.rou.xml"))
 
 
@@ -39,6 +40,7 @@ def test_paths_are_relative_to_the_file(tmp_path: Path) -> None:
         ({"network": "n", "max_shared": 1.5}, "max_shared: 1.5 is not between 0 and 1"),
         ({"network": "n", "loop_length": "9:3"}, "9:3 is no range"),
         ({"network": "n", "abstraction": "cells"}, "choose from segments, queues"),
+        ({"network": "n", "traffic": "t", "abstraction": "segments"}, "on abstraction queues only"),
         ({"network": "n", "gate": "collision", "on_deadlock": "teleport"}, "with gate open only"),
     ],
 )

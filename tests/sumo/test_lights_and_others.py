@@ -1,0 +1,98 @@
+"""Runs with lights that are obeyed, and with ordinary traffic among gated vehicles."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from random import Random
+
+import pytest
+
+from loopgate.errors import RouteError
+from loopgate.network import RoadNetwork
+from loopgate.results.columns import EVENT, REASON
+from loopgate.results.recorder import read_events
+from loopgate.simulation.run import run
+from loopgate.simulation.scenario import Scenario
+
+pytestmark = pytest.mark.sumo
+
+NETWORKS = Path(__file__).parents[2] / "networks"
+GRID = NETWORKS / "grid5-priority.net.xml"
+ACTUATED = Scenario(
+    network=str(NETWORKS / "grid5-actuated.net.xml"), loops=30, vehicles=100, lights="obey", duration_s=900.0
+)
+
+
+def _trips(file: Path, *, every_s: float, duration_s: float) -> Path:
+    """Write ordinary vehicles between random roads of the grid."""
+    edges = sorted(RoadNetwork.open(GRID).edges)
+    rng = Random(1)
+    lines = ["<routes>"]
+    for number in range(int(duration_s / every_s)):
+        start, end = rng.sample(edges, 2)
+        lines.append(f'<trip id="o{number}" depart="{number * every_s:.1f}" from="{start}" to="{end}"/>')
+    file.write_text("\n".join([*lines, "</routes>"]))
+    return file
+
+
+def test_lights_obeyed(tmp_path: Path) -> None:
+    """Red refuses; next to nothing is held through a red; no collision, and more is driven than with `keep`.
+
+    Under ``keep`` vehicles take their crossing and the slot beyond, and then wait for green.
+    """
+    obeyed = run(ACTUATED, tmp_path / "obey")
+    kept = run(Scenario(**{**ACTUATED.to_dict(), "lights": "keep"}))
+    assert obeyed["outcome"] == kept["outcome"] == "done"
+    assert (obeyed["collisions"], obeyed["teleports"], obeyed["audit"]) == (0, 0, "clean")
+    assert obeyed["refusals"]["red"] > 100
+    assert "red" not in kept["refusals"]
+    lights = obeyed["at_lights"]
+    assert lights["grants"] > 500
+    assert lights["stood"] < 0.05 * lights["grants"]
+    assert obeyed["km_per_h"] > kept["km_per_h"]
+    assert obeyed["warnings"] == []
+    events = read_events(tmp_path / "obey" / "events.parquet")
+    assert "red" in set(events[events[EVENT] == "refuse"][REASON])
+
+
+def test_lights_that_stay_red_are_no_deadlock() -> None:
+    """The lights of this network wait for a player: the run goes on and says so."""
+    summary = run(Scenario(network="sumo:bs3d", loops=10, vehicles=30, lights="obey", duration_s=600.0))
+    assert summary["outcome"] == "done"
+    assert summary["deadlocks"] == []
+    (warning,) = summary["warnings"]
+    assert "never get green" in warning
+
+
+def test_ordinary_traffic(tmp_path: Path) -> None:
+    """Everybody gets round among ordinary vehicles, nobody collides, the summary says what it is worth."""
+    traffic = _trips(tmp_path / "others.rou.xml", every_s=3.0, duration_s=1200.0)
+    scenario = Scenario(network=str(GRID), loops=30, vehicles=60, traffic=str(traffic), duration_s=1200.0)
+    summary = run(scenario, tmp_path / "run")
+    assert summary["outcome"] == "done"
+    assert (summary["collisions"], summary["teleports"], summary["audit"]) == (0, 0, "clean")
+    assert summary["vehicles_without_a_lap"] == summary["overruns"] == summary["trespasses"] == 0
+    assert summary["refusals"]["traffic"] > 100
+    assert summary["others"]["vehicles"] > 300
+    assert "SUMO's right of way" in summary["others"]["promise"]
+    assert f"--traffic {traffic}" in summary["command"]
+
+
+def test_a_configuration_whose_vehicles_are_the_ordinary_traffic(tmp_path: Path) -> None:
+    """Named as the network and as the traffic, it brings both; the loops are random."""
+    _trips(tmp_path / "others.rou.xml", every_s=5.0, duration_s=300.0)
+    config = tmp_path / "all.sumocfg"
+    config.write_text(
+        f'<configuration><net-file value="{GRID}"/><route-files value="others.rou.xml"/></configuration>'
+    )
+    summary = run(Scenario(network=str(config), traffic=str(config), loops=10, vehicles=20, duration_s=300.0))
+    assert (summary["outcome"], summary["vehicles"], summary["loops"]) == ("done", 20, 10)
+    assert summary["others"]["vehicles"] > 40
+
+
+def test_names_must_differ(tmp_path: Path) -> None:
+    """SUMO would drop one of two vehicles of one name."""
+    file = tmp_path / "t.rou.xml"
+    file.write_text('<routes><trip id="v1" depart="0" from="A0A1" to="C0C1"/></routes>')
+    with pytest.raises(RouteError, match="vehicle v1"):
+        run(Scenario(network=str(GRID), loops=4, traffic=str(file), duration_s=60.0))

@@ -1,0 +1,48 @@
+"""Ordinary traffic is only looked into: names, and that there is some."""
+
+from pathlib import Path
+
+import pytest
+
+from loopgate.errors import RouteError
+from loopgate.network.traffic_file import read_traffic
+
+ROUTES = """<routes>
+    <vType id="bus" length="12"/>
+    <trip id="a" depart="0" from="e" to="f"/>
+    <flow id="b" begin="0" end="9" period="3" from="e" to="f"/>
+    <vehicle id="c" depart="2"><route edges="e f"/></vehicle>
+</routes>"""
+
+
+def test_a_route_file(tmp_path: Path) -> None:
+    """Vehicles, trips and flows count; their routes need not close."""
+    file = tmp_path / "t.rou.xml"
+    file.write_text(ROUTES)
+    found = read_traffic(file)
+    assert found.ids == {"a", "b", "c"}
+    assert found.options() == ["--route-files", str(file)]
+    found.check_names(["v1", "v2"])
+    with pytest.raises(RouteError, match="vehicle c: a vehicle on a loop has that name too"):
+        found.check_names(["v1", "c"])
+
+
+def test_a_configuration(tmp_path: Path) -> None:
+    """Its route files and what they need besides."""
+    (tmp_path / "t.rou.xml").write_text(ROUTES)
+    config = tmp_path / "t.sumocfg"
+    config.write_text(
+        '<configuration><net-file value="n.net.xml"/><route-files value="t.rou.xml"/>'
+        '<additional-files value="types.add.xml"/></configuration>'
+    )
+    found = read_traffic(config)
+    assert found.ids == {"a", "b", "c"}
+    assert found.additional_files == (tmp_path / "types.add.xml",)
+
+
+def test_a_file_without_vehicles(tmp_path: Path) -> None:
+    """Asking for traffic and getting none would be a surprise."""
+    file = tmp_path / "t.rou.xml"
+    file.write_text('<routes><route id="r" edges="e f"/></routes>')
+    with pytest.raises(RouteError, match="no vehicles in it"):
+        read_traffic(file)

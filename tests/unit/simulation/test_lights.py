@@ -1,0 +1,144 @@
+"""Grants only into green: one vehicle before a light, without SUMO."""
+
+from types import SimpleNamespace
+
+import pytest
+from fake_traffic import FakeTraffic
+
+from loopgate.gates import Reason
+from loopgate.simulation.driver import Driver
+from loopgate.simulation.lights import Lights, Signal
+from loopgate.simulation.timetable import Timetable
+from loopgate.simulation.track import Track
+from loopgate.traffic.base import Dynamics, Light, Phase, Program
+
+LINE_M = 100.0
+
+
+class Scene:
+    """A vehicle whose first state ends at 100 m, before crossings with the lights given."""
+
+    def __init__(self, *signals: Signal, at_m: float = 99.0, speed: float = 0.0) -> None:
+        track = Track(
+            vehicle="v",
+            loop="loop",
+            lap_m=400.0,
+            start_m=at_m,
+            top_speed_mps=10.0,
+            rerouted_on="e",
+            route="round",
+            edges=((0.0, "e"),),
+            states=("a", "b"),
+            ends_m=(LINE_M, 300.0),
+            begins_m=(0.0, 150.0),
+        )
+        driver = Driver(0, track)
+        driver.drives_like(Dynamics(5.0, 2.6, 4.5, 1.0), 1.0)
+        self.traffic = FakeTraffic({})
+        self.fleet = SimpleNamespace(fronts=[at_m], speeds=[speed])
+        self.lights = Lights(
+            self.traffic,
+            [driver],
+            self.fleet,  # type: ignore[arg-type]  # has what is read of a fleet
+            {"loop": (signals, ())},
+            Timetable(self.traffic),
+        )
+
+    def shows(self, light: str, state: str, changes_s: float, *, after: str = "r") -> None:
+        """Let a light show a letter until a time, then another for 1000 s."""
+        self.traffic.lights[light] = Light(state, changes_s, "p", 0)
+        self.traffic.programs[light] = Program((Phase(state, 50.0, 1), Phase(after, 1000.0, 0)), fixed=True)
+
+
+def signal(light: str, ahead_m: float = 0.1) -> Signal:
+    """Make a light with one link."""
+    return Signal(f"over {light}", light, 0, ahead_m, 10.0)
+
+
+@pytest.mark.parametrize("letter", ["r", "y", "u"])
+def test_nothing_is_granted_into_red_or_yellow(letter: str) -> None:
+    """Only green lets a request through."""
+    scene = Scene(signal("t"))
+    scene.shows("t", letter, 30.0, after="G")
+    assert scene.lights.in_the_way(0) is Reason.RED
+    assert scene.lights.blockers(0) == ()
+
+
+@pytest.mark.parametrize("letter", ["G", "g", "O"])
+def test_green_or_no_light_lets_pass(letter: str) -> None:
+    """Also green with others that go first, and a light that is off."""
+    scene = Scene(signal("t"))
+    scene.shows("t", letter, 30.0)
+    assert scene.lights.in_the_way(0) is None
+
+
+def test_a_green_that_ends_before_the_vehicle_is_there_is_no_green() -> None:
+    """From standing, 60 m at 10 m/s take 8 s at least."""
+    late, soon = Scene(signal("t"), at_m=40.0), Scene(signal("t"), at_m=40.0)
+    late.shows("t", "G", 6.0)
+    soon.shows("t", "G", 20.0)
+    assert late.lights.in_the_way(0) is Reason.RED
+    assert soon.lights.in_the_way(0) is None
+
+
+def test_all_lights_on_one_crossing_have_to_be_green_on_arrival() -> None:
+    """The second light turns before the vehicle gets to it; it need not be green yet if it will be."""
+    scene = Scene(signal("t"), signal("u", ahead_m=40.0))
+    scene.shows("t", "G", 30.0)
+    scene.shows("u", "G", 3.0)
+    assert scene.lights.in_the_way(0) is Reason.RED
+    scene = Scene(signal("t"), signal("u", ahead_m=40.0))
+    scene.shows("t", "G", 30.0)
+    scene.shows("u", "r", 2.0, after="G")
+    assert scene.lights.in_the_way(0) is None
+
+
+def test_lights_that_are_never_green_together_do_not_keep_a_vehicle_for_ever() -> None:
+    """After three minutes only the first light counts, so that its turning green is enough."""
+    scene = Scene(signal("t"), signal("u", ahead_m=40.0))
+    scene.shows("t", "G", 1000.0)
+    scene.shows("u", "r", 1000.0)
+    assert scene.lights.in_the_way(0) is Reason.RED
+    scene.traffic.now_s = 179.0
+    assert scene.lights.in_the_way(0) is Reason.RED
+    scene.traffic.now_s = 180.0
+    assert scene.lights.in_the_way(0) is None
+    scene.shows("t", "r", 2000.0)
+    scene.traffic.now_s = 1001.0
+    assert scene.lights.in_the_way(0) is Reason.RED
+
+
+def test_standing_at_a_red_with_a_grant_is_counted() -> None:
+    """The light turns after the grant; the vehicle stands for three steps, then passes."""
+    scene = Scene(signal("t"))
+    scene.shows("t", "G", 5.0)
+    scene.lights.granted(0)
+    scene.lights.look()
+    assert scene.lights.figures()["stood"] == 0
+    scene.shows("t", "r", 1000.0)
+    scene.traffic.now_s = 6.0
+    for _ in range(3):
+        scene.lights.look()
+    scene.fleet.fronts[0], scene.fleet.speeds[0] = 102.0, 5.0
+    scene.lights.look()
+    scene.fleet.speeds[0] = 0.0
+    scene.lights.look()
+    figures = scene.lights.figures()
+    assert (figures["grants"], figures["stood"], figures["stood_s"]) == (1, 1, 3.0)
+
+
+def test_a_light_that_never_turns_is_named() -> None:
+    """And one that is red for minutes on end; what stands there is no deadlock."""
+    scene = Scene(signal("t"))
+    scene.shows("t", "r", 1000.0, after="y")
+    (line,) = scene.lights.warnings()
+    assert "1 of 1 movements" in line
+    assert "never" in line
+    assert "over t" in line
+    scene = Scene(signal("t"))
+    scene.shows("t", "G", 30.0)
+    (line,) = scene.lights.warnings()
+    assert "1000 s" in line
+    scene = Scene(signal("t"))
+    scene.shows("t", "G", 30.0, after="g")
+    assert scene.lights.warnings() == []

@@ -1,0 +1,137 @@
+"""Where ordinary traffic is in the way of a gated vehicle, without SUMO."""
+
+from types import SimpleNamespace
+
+from fake_traffic import FakeTraffic, FakeVehicle
+
+from builders import system
+from loopgate.gates import Reason
+from loopgate.simulation.driver import Driver
+from loopgate.simulation.occupancy import Occupancy
+from loopgate.simulation.others import Others
+from loopgate.simulation.timetable import Timetable
+from loopgate.simulation.track import Track
+from loopgate.simulation.ways import Approach, Way
+from loopgate.traffic.base import Dynamics, Light, Program
+
+STREET = [("before", 100.0), ("junction", 20.0), ("after", 50.0), ("foe", 20.0), ("priority", 100.0)]
+BEGINS = {"before": 0.0, "junction": 100.0, "after": 120.0, "foe": 170.0, "priority": 190.0}
+
+
+class Scene:
+    """The vehicle ``v`` stands at 90 m of 100 on ``before_0``; ``after_0`` has five slots of 10 m."""
+
+    def __init__(self, *, others_in_next: int = 0, signal: tuple[str, int] | None = None) -> None:
+        track = Track(
+            vehicle="v",
+            loop="loop",
+            lap_m=400.0,
+            start_m=90.0,
+            top_speed_mps=10.0,
+            rerouted_on="before",
+            route="round",
+            edges=((0.0, "before"),),
+            states=("before_0", "after_0"),
+            ends_m=(100.0, 170.0),
+            begins_m=(0.0, 120.0),
+        )
+        driver = Driver(0, track)
+        driver.drives_like(Dynamics(5.0, 2.6, 4.5, 1.0), 1.0)
+        paths = {"v": "before_0 after_0", "w": "after_0 before_0"}
+        roads = system(paths, capacity={"before_0": 10, "after_0": 5}, fifo=("before_0", "after_0"))
+        occupancy = Occupancy(roads)
+        next_state = roads.paths[0][1]
+        for _ in range(others_in_next):
+            occupancy.take(1, next_state)
+        way = Way(
+            lane="before_0",
+            line_m=100.0,
+            across=("foe_0",),
+            approaches=(Approach("priority_0", 100.0, signal),),
+            over_m=20.0,
+            speed_mps=10.0,
+            into=("junction_0",),
+            next_lane="after_0",
+            next_begin_m=0.0,
+            next_end_m=50.0,
+            state=next_state,
+            slot_m=10.0,
+        )
+        self.traffic = FakeTraffic({"v": FakeVehicle(STREET, 90.0)})
+        self.others = Others(
+            self.traffic,
+            [driver, SimpleNamespace(id="w")],  # type: ignore[list-item]  # has a name, that is enough
+            SimpleNamespace(fronts=[90.0, 0.0], speeds=[0.0, 0.0]),  # type: ignore[arg-type]  # as a fleet
+            [[way, way], []],
+            occupancy,
+            Timetable(self.traffic),
+        )
+
+    def put(self, name: str, edge: str, position_m: float, speed: float = 0.0) -> None:
+        """Put an ordinary vehicle on the road."""
+        self.traffic.fleet[name] = FakeVehicle(STREET, BEGINS[edge] + position_m)
+        self.traffic.fleet[name].speed_mps = speed
+
+    def says(self) -> Reason | None:
+        """Ask in a new step."""
+        self.traffic.now_s += 1.0
+        return self.others.in_the_way(0)
+
+
+def test_an_empty_road_is_free() -> None:
+    """Gated vehicles are no ordinary ones: they are the gate's."""
+    scene = Scene()
+    scene.traffic.fleet["w"] = FakeVehicle(STREET, BEGINS["foe"] + 5.0)
+    assert scene.says() is None
+    assert scene.others.blockers(0) == []
+
+
+def test_an_ordinary_vehicle_before_it_on_its_lane() -> None:
+    """Behind it does not matter."""
+    scene = Scene()
+    scene.put("o", "before", 50.0)
+    assert scene.says() is None
+    scene.put("o", "before", 97.0)
+    assert scene.says() is Reason.TRAFFIC
+    assert scene.others.blockers(0) == [["o"]]
+
+
+def test_an_ordinary_vehicle_across_its_way() -> None:
+    """Inside the junction, on a movement that conflicts."""
+    scene = Scene()
+    scene.put("o", "foe", 3.0)
+    assert scene.says() is Reason.TRAFFIC
+    assert scene.others.blockers(0) == [["o"]]
+
+
+def test_ordinary_vehicles_take_room_in_the_next_state() -> None:
+    """Five slots: three held, one ordinary vehicle inside leaves one, a second on its way there none."""
+    scene = Scene(others_in_next=3)
+    scene.put("o", "after", 40.0)
+    assert scene.says() is None
+    scene.put("p", "junction", 10.0)
+    assert scene.says() is Reason.TRAFFIC
+    (some,) = scene.others.blockers(0)
+    assert sorted(set(some)) == ["o", "p", "w"]
+
+
+def test_one_that_comes_with_the_right_of_way() -> None:
+    """It takes 5 s to be over: 4 s away is too near, at the line is past before it, and standing is no coming."""
+    scene = Scene()
+    scene.put("o", "priority", 60.0, speed=10.0)
+    assert scene.says() is Reason.TRAFFIC
+    scene.put("o", "priority", 60.0, speed=0.0)
+    assert scene.says() is None
+    scene.put("o", "priority", 1.0, speed=8.0)
+    assert scene.says() is None
+
+
+def test_one_that_has_a_red_light_is_not_coming() -> None:
+    """Its right of way counts only while its light is green."""
+    scene = Scene(signal=("t", 0))
+    scene.put("o", "priority", 60.0, speed=10.0)
+    scene.traffic.programs["t"] = Program((), fixed=False)
+    scene.traffic.lights["t"] = Light("r", 0.0)
+    assert scene.says() is None
+    scene.traffic.lights["t"] = Light("G", 0.0)
+    assert scene.says() is Reason.TRAFFIC
