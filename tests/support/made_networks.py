@@ -84,7 +84,7 @@ def _edge(
     drawn = " ".join(f"{x:.2f},{y:.2f}" for x, y in shape)
     return (
         f'<edge id="{begin}-{end}" from="{begin}" to="{end}" numLanes="{lanes}" priority="{priority}"'
-         ' speed="13.9"'
+        ' speed="13.9"'
         + (f' shape="{drawn}"' if drawn else "")
         + (' spreadType="center"' if centred else "")
         + "/>"
