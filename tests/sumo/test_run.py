@@ -151,5 +151,5 @@ def test_sumo_forgets_the_stops_that_vehicles_have_made(monkeypatch: pytest.Monk
 
     monkeypatch.setattr(SumoTraffic, "release", counting)
     run(Scenario(network=str(GRID), loops=6, vehicles=80, duration_s=3000.0, loop_length_m=(400.0, 900.0)))
-    assert len(made) > 80 * 40
+    assert len(made) > 80 * 35
     assert max(kept) < 30

@@ -9,10 +9,19 @@ from loopgate.network.contacts import lane_contacts
 from loopgate.network.records import Connection
 from loopgate.network.road import RoadNetwork
 
-__all__ = ["REACH_M", "Conflicts", "find_conflicts"]
+__all__ = ["REACH_M", "Conflicts", "find_conflicts", "reach_m"]
 
 REACH_M = 2.2
 """Centre lines nearer than this conflict [m]: cars are 1.8 m wide in SUMO, oncoming lanes lie 3.2 m apart."""
+
+_SIDE_M = 0.4
+"""What two vehicles keep between their sides at least [m]."""
+
+
+def reach_m(widths_m: Iterable[float]) -> float:
+    """Return how near centre lines conflict [m] where vehicles of these widths drive; for cars, `REACH_M`."""
+    return max(REACH_M, max(widths_m, default=0.0) + _SIDE_M)
+
 
 Overlap = tuple[float, float]
 

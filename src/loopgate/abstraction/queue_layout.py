@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from loopgate.abstraction.itinerary import Crossing, Itinerary, Leg, Pin
-from loopgate.abstraction.movements import Conflicts, find_conflicts
+from loopgate.abstraction.movements import Conflicts, find_conflicts, reach_m
 from loopgate.abstraction.pins import Target, Turn, find_pins
 from loopgate.abstraction.stretches import (
     CLEARANCE_M,
@@ -102,7 +102,9 @@ def lay_out_queues(network: RoadNetwork, users: Sequence[tuple[Loop, VehicleType
         if reason:
             raise RefusedLoopError(loop.id, reason, abstraction="queues")
     pieces = [piece for chain in chains.values() for piece in chain]
-    conflicts = find_conflicts(network, (p.movement for p in pieces if p.movement is not None))
+    conflicts = find_conflicts(
+        network, (p.movement for p in pieces if p.movement is not None), reach_m=plan.reach_m
+    )
     foes = find_foes((p.passage for p in pieces if p.passage is not None), plan.narrow)
     return QueueLayout(
         places={p.place.name: p.place for p in pieces if p.place is not None},
@@ -147,7 +149,8 @@ class _Plan:
 
     def __init__(self, network: RoadNetwork, users: Sequence[tuple[Loop, VehicleType]]) -> None:
         self._network = network
-        self.stretches, self.narrow = lay_stretches(network, users)
+        self.reach_m = reach_m(kind.width_m for _, kind in users)
+        self.stretches, self.narrow = lay_stretches(network, users, reach_m=self.reach_m)
         self._needed: dict[str, float] = {}
         for loop, kind in users:
             for span in loop.spans:

@@ -93,7 +93,7 @@ def least_change_m(needed_m: float) -> float:
 
 
 def lay_stretches(
-    network: RoadNetwork, users: Sequence[tuple[Loop, VehicleType]]
+    network: RoadNetwork, users: Sequence[tuple[Loop, VehicleType]], *, reach_m: float = REACH_M
 ) -> tuple[dict[str, Stretch], Narrow]:
     """Choose the stretches: on each edge on which a loop changes lanes, and on all of each narrow edge.
 
@@ -118,7 +118,7 @@ def lay_stretches(
             lanes.update((network.edges[span.edge].lanes[k].id, None) for k in range(low, high + 1))
             if low != high:
                 changing[span.edge] = None
-    narrow = narrow_lanes(network, lanes)
+    narrow = narrow_lanes(network, lanes, reach_m=reach_m)
     whole = {network.lanes[lane].edge for lane, _ in narrow}
     stretches = {
         edge: Stretch(edge, 0.0, network.edges[edge].length_m)

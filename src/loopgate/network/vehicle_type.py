@@ -25,6 +25,12 @@ _LENGTH_M = {
 """SUMO's default lengths by vehicle class where they are not a passenger car's."""
 
 
+_WIDTH_M = {"bicycle": 0.65, "bus": 2.5, "coach": 2.6, "delivery": 2.16, "trailer": 2.55, "truck": 2.4}
+"""SUMO's default widths by vehicle class where they are not a passenger car's."""
+
+_CAR_WIDTH_M = 1.8
+
+
 @dataclass(frozen=True, slots=True)
 class VehicleType:
     """What a vehicle type says that matters here; the defaults are SUMO's.
@@ -46,6 +52,14 @@ class VehicleType:
     min_gap_m: float = 2.5
     vclass: str = "passenger"
     attributes: Mapping[str, str] = field(default_factory=dict, hash=False)
+
+    @property
+    def width_m(self) -> float:
+        """Width [m]: what the file says, or SUMO's for the class."""
+        try:
+            return float(self.attributes["width"])
+        except (KeyError, ValueError):
+            return _WIDTH_M.get(self.vclass, _CAR_WIDTH_M)
 
 
 DEFAULT_TYPE = VehicleType()

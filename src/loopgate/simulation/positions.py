@@ -7,15 +7,9 @@ from pathlib import Path
 from loopgate.abstraction.itinerary import Crossing, Itinerary
 from loopgate.audit.layout import Layout, Leg, LoopWay, Span, VehicleBody
 from loopgate.audit.position_table import ATTRIBUTES
-from loopgate.network import VehicleType
 from loopgate.simulation.assembly import Assembly
 
 __all__ = ["make_layout", "record_positions"]
-
-_WIDTH_M = {"bicycle": 0.65, "bus": 2.5, "coach": 2.6, "delivery": 2.16, "trailer": 2.55, "truck": 2.4}
-"""SUMO's default widths by vehicle class where they are not a passenger car's 1.8 m."""
-
-_CAR_WIDTH_M = 1.8
 
 
 def record_positions(file: Path) -> list[str]:
@@ -50,7 +44,7 @@ def make_layout(assembly: Assembly, step_s: float) -> Layout:
     vehicles: dict[str, VehicleBody] = {}
     for start, itinerary, robot in zip(assembly.starts, abstraction.itineraries, system.robots, strict=True):
         vehicles[start.vehicle] = VehicleBody(
-            start.loop.id, start.type.length_m, _width_m(start.type), start.front_m, robot.start
+            start.loop.id, start.type.length_m, start.type.width_m, start.front_m, robot.start
         )
         if start.loop.id not in loops:
             spans = tuple(Span(s.begin_m, s.end_m, s.lane_ids) for s in start.loop.spans)
@@ -81,10 +75,3 @@ def _legs(itinerary: Itinerary) -> tuple[Leg, ...]:
 def _foes(crossing: Crossing, at_m: float) -> dict[str, tuple[float, float] | None]:
     shared = {foe: crossing.overlaps.get(foe) for foe in sorted(crossing.foes)}
     return {foe: (at_m + s[0], at_m + s[1]) if s else None for foe, s in shared.items()}
-
-
-def _width_m(kind: VehicleType) -> float:
-    try:
-        return float(kind.attributes["width"])
-    except (KeyError, ValueError):
-        return _WIDTH_M.get(kind.vclass, _CAR_WIDTH_M)

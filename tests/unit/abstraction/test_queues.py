@@ -13,7 +13,7 @@ import shapely
 from roads import roads
 
 from loopgate.abstraction.itinerary import Pin
-from loopgate.abstraction.movements import REACH_M, find_conflicts
+from loopgate.abstraction.movements import REACH_M, find_conflicts, reach_m
 from loopgate.abstraction.queue_layout import lay_out_queues, why_not
 from loopgate.abstraction.queues import make_queues
 from loopgate.errors import ScenarioError, TooManyVehiclesError
@@ -282,3 +282,23 @@ def test_the_same_seed_gives_the_same_starts() -> None:
     loops = generate_loops(network, 10, seed=3)
     assert make_queues(network, loops, seed=5).starts_m == make_queues(network, loops, seed=5).starts_m
     assert make_queues(network, loops, seed=5).starts_m != make_queues(network, loops, seed=6).starts_m
+
+
+def test_wide_vehicles_are_in_each_others_way_for_longer() -> None:
+    """A bus of 2.5 m counts within 2.9 m where cars do within 2.2 m: no conflict goes, each stretch grows."""
+    assert reach_m([1.8, 1.8]) == REACH_M
+    assert reach_m([1.8, 2.5]) == pytest.approx(2.9)
+    network = RoadNetwork.open(GRID)
+    loops = generate_loops(network, 10, seed=3)
+    bus = VehicleType(id="bus", vclass="bus")
+    cars = lay_out_queues(network, [(loop, DEFAULT_TYPE) for loop in loops]).conflicts
+    mixed = lay_out_queues(network, [(loop, DEFAULT_TYPE) for loop in loops] + [(loops[0], bus)]).conflicts
+    longer = 0
+    for one, touching in cars.overlaps.items():
+        assert cars.foes[one] <= mixed.foes[one]
+        for other, (begin, end) in touching.items():
+            wide = mixed.overlaps[one][other]
+            assert wide[0] <= begin
+            assert end <= wide[1]
+            longer += wide != (begin, end)
+    assert longer > 0
