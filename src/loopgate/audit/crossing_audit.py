@@ -49,7 +49,7 @@ class PositionAudit:
 def audit_positions(
     file: Path,
     layout: Layout,
-    events: pd.DataFrame,
+    events: pd.DataFrame | Iterable[pd.DataFrame],
     *,
     tick: Callable[[float], None] | None = None,
 ) -> PositionAudit:
@@ -76,7 +76,7 @@ def audit_positions(
     layout
         States, crossings and vehicles.
     events
-        `EVENT_COLUMNS` of the same run.
+        `EVENT_COLUMNS` of the same run; or pieces of that, one after the other.
     tick
         Told the time that has been audited [s].
 
@@ -86,11 +86,12 @@ def audit_positions(
         Findings in the order of time, the conflicts first. Time O(n log n) in rows; memory does not grow
         with the length of the run.
     """
-    return _Audit(layout, events).check(file, tick or (lambda _time_s: None))
+    pieces = [events] if isinstance(events, pd.DataFrame) else events
+    return _Audit(layout, pieces).check(file, tick or (lambda _time_s: None))
 
 
 class _Audit:
-    def __init__(self, layout: Layout, events: pd.DataFrame) -> None:
+    def __init__(self, layout: Layout, events: Iterable[pd.DataFrame]) -> None:
         self._layout = layout
         self._names = list(layout.vehicles)
         lanes = dict.fromkeys(
@@ -109,7 +110,7 @@ class _Audit:
         tables = {
             name: LoopTable(loop, self._lanes, stretches.loops[name]) for name, loop in layout.loops.items()
         }
-        grants, leaves = (_times(events, kind) for kind in (Event.GRANT, Event.LEAVE))
+        grants, leaves = _times(events, (Event.GRANT, Event.LEAVE))
         none = np.zeros(0)
         self._travellers = [
             Traveller(number, body, tables[body.loop], grants.get(name, none), leaves.get(name, none))
@@ -265,11 +266,17 @@ class _Audit:
             self._findings.append(Finding(at_s, vehicle, place, rule, f"{at_s:.0f} s: {text}"))
 
 
-def _times(events: pd.DataFrame, kind: Event) -> dict[str, npt.NDArray[np.float64]]:
-    rows = events[events[EVENT] == kind.value]
-    return {
-        str(name): times.to_numpy(dtype=np.float64) for name, times in rows.groupby(VEHICLE, sort=False)[TIME]
-    }
+def _times(
+    pieces: Iterable[pd.DataFrame], kinds: Sequence[Event]
+) -> list[dict[str, npt.NDArray[np.float64]]]:
+    """Return, for each kind of event, when each vehicle had it [s]."""
+    found: list[dict[str, list[npt.NDArray[np.float64]]]] = [{} for _ in kinds]
+    for events in pieces:
+        for kind, times in zip(kinds, found, strict=True):
+            rows = events[events[EVENT] == kind.value]
+            for name, group in rows.groupby(VEHICLE, sort=False)[TIME]:
+                times.setdefault(str(name), []).append(group.to_numpy(dtype=np.float64))
+    return [{name: np.concatenate(parts) for name, parts in times.items()} for times in found]
 
 
 def _on_one_level(lanes: tuple[str, str], turned_deg: float) -> bool:

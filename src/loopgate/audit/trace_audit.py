@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter, defaultdict
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import pandas as pd
@@ -39,7 +39,7 @@ class Finding:
 
 
 def audit_events(
-    events: pd.DataFrame,
+    events: pd.DataFrame | Iterable[pd.DataFrame],
     system: System,
     *,
     laps: Mapping[str, int] | None = None,
@@ -61,7 +61,7 @@ def audit_events(
     Parameters
     ----------
     events
-        `EVENT_COLUMNS`, in the order in which they happened.
+        `EVENT_COLUMNS`, in the order in which they happened; or pieces of that, one after the other.
     system
         The system of the run (``system.json``).
     laps
@@ -74,7 +74,8 @@ def audit_events(
     list of Finding
         Empty if the run is clean. O(events).
     """
-    return _Books(system).check(events, laps or {}, starved_after_s)
+    pieces = [events] if isinstance(events, pd.DataFrame) else events
+    return _Books(system).check(pieces, laps or {}, starved_after_s)
 
 
 class _Books:
@@ -96,9 +97,24 @@ class _Books:
         self._findings: list[Finding] = []
 
     def check(
-        self, events: pd.DataFrame, laps: Mapping[str, int], starved_after_s: float | None
+        self, pieces: Iterable[pd.DataFrame], laps: Mapping[str, int], starved_after_s: float | None
     ) -> list[Finding]:
-        end = float(events[TIME].iloc[-1]) if len(events) else 0.0
+        end = 0.0
+        for events in pieces:
+            end = float(events[TIME].iloc[-1]) if len(events) else end
+            self._read(events, starved_after_s)
+        for vehicle in self._path:
+            if vehicle not in self._holding:
+                self._add(0.0, vehicle, "", "start", f"{vehicle}: the trace has no start of it")
+            elif starved_after_s is not None:
+                self._progress(end, vehicle, starved_after_s)
+            most = self._granted[vehicle] // len(self._path[vehicle]) + 1
+            if len(self._path[vehicle]) > 1 and laps.get(vehicle, 0) > most:
+                text = f"{vehicle}: {laps[vehicle]} laps counted, but its grants allow {most}"
+                self._add(end, vehicle, "", "laps", text)
+        return self._findings
+
+    def _read(self, events: pd.DataFrame, starved_after_s: float | None) -> None:
         watched = events[events[EVENT].isin([e.value for e in _RULES])]
         for at_s, vehicle, event, place in zip(
             watched[TIME].to_list(),
@@ -110,16 +126,6 @@ class _Books:
             if starved_after_s is not None and event == Event.GRANT:
                 self._progress(at_s, vehicle, starved_after_s)
             _RULES[Event(event)](self, at_s, vehicle, StateId(place))
-        for vehicle in self._path:
-            if vehicle not in self._holding:
-                self._add(0.0, vehicle, "", "start", f"{vehicle}: the trace has no start of it")
-            elif starved_after_s is not None:
-                self._progress(end, vehicle, starved_after_s)
-            most = self._granted[vehicle] // len(self._path[vehicle]) + 1
-            if len(self._path[vehicle]) > 1 and laps.get(vehicle, 0) > most:
-                text = f"{vehicle}: {laps[vehicle]} laps counted, but its grants allow {most}"
-                self._add(end, vehicle, "", "laps", text)
-        return self._findings
 
     def start(self, at_s: float, vehicle: str, place: StateId) -> None:
         self._holding[vehicle] = [place]

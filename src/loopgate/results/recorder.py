@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 
 from loopgate.results.columns import EVENT, EVENT_COLUMNS, PLACE, REASON, STAGE, TIME, VEHICLE, Event
 
-__all__ = ["Recorder", "read_events"]
+__all__ = ["Recorder", "read_event_pieces", "read_events"]
 
 _BATCH = 50_000
 _WORD = pa.dictionary(pa.int32(), pa.string())
@@ -106,12 +107,51 @@ class Recorder:
         return np.insert(noted, before, passed, axis=0)
 
 
-def read_events(file: Path) -> pd.DataFrame:
+def read_events(file: Path, kinds: Collection[Event] = ()) -> pd.DataFrame:
     """Read ``events.parquet``: `EVENT_COLUMNS`, the words as plain strings.
 
     Files written before there was a column of stages get an empty one.
+
+    Parameters
+    ----------
+    file
+        The file.
+    kinds
+        Which events to read; all if empty.
     """
-    frame = pd.read_parquet(file)
+    pieces = list(read_event_pieces(file, kinds))
+    return pd.concat(pieces, ignore_index=True) if len(pieces) > 1 else pieces[0]
+
+
+def read_event_pieces(file: Path, kinds: Collection[Event] = ()) -> Iterator[pd.DataFrame]:
+    """Read ``events.parquet`` in pieces, as `read_events`, so that a long run fits into memory.
+
+    There is at least one piece, be it empty.
+    """
+    wanted = {kind.value for kind in kinds}
+    there = pq.read_schema(file).names
+    names = [name for name in EVENT_COLUMNS if name in there]
+    with pq.ParquetFile(file, read_dictionary=[name for name in names if name in _WORDS]) as source:
+        yielded = False
+        for batch in source.iter_batches(batch_size=_BATCH, columns=names):
+            frame = pd.DataFrame({name: _plain(batch.column(name)) for name in names})
+            if wanted:
+                frame = frame[frame[EVENT].isin(wanted)].reset_index(drop=True)
+            yielded = True
+            yield _with_stage(frame)
+        if not yielded:
+            yield _with_stage(pd.DataFrame({name: [] for name in names}))
+
+
+def _plain(column: pa.Array) -> NDArray[np.float64] | NDArray[np.object_]:
+    if not pa.types.is_dictionary(column.type):
+        return np.asarray(column.to_numpy(zero_copy_only=False), dtype=np.float64)
+    # One string for all rows that hold the same word.
+    words = np.array([*column.dictionary.to_pylist(), ""], dtype=object)
+    return np.asarray(words[column.indices.fill_null(len(words) - 1).to_numpy(zero_copy_only=False)])
+
+
+def _with_stage(frame: pd.DataFrame) -> pd.DataFrame:
     if STAGE not in frame:
         frame[STAGE] = ""
-    return frame.astype(dict.fromkeys(_WORDS, "str"))[list(EVENT_COLUMNS)]
+    return frame[list(EVENT_COLUMNS)]

@@ -7,7 +7,7 @@ from typing import Any
 
 from loopgate.audit import audit_events, audit_positions, read_layout
 from loopgate.model import System
-from loopgate.results.recorder import read_events
+from loopgate.results.recorder import read_event_pieces
 from loopgate.simulation import outcome
 from loopgate.simulation.outcome import Folder, Tally
 from loopgate.simulation.scenario import Scenario
@@ -25,13 +25,13 @@ def audit_run(
 
     Where positions were recorded, bodies and crossings are checked too.
     """
-    events = read_events(folder / outcome.EVENTS)
+    trace = folder / outcome.EVENTS
     laps = {tally.vehicle: tally.laps for tally in tallies}
-    findings = [finding.text for finding in audit_events(events, system, laps=laps)]
+    findings = [finding.text for finding in audit_events(read_event_pieces(trace), system, laps=laps)]
     figures: dict[str, Any] = {"audited": list(_ALWAYS)}
     if scenario.positions:
         layout = read_layout(folder / outcome.LAYOUT)
-        found = audit_positions(folder / outcome.POSITIONS, layout, events)
+        found = audit_positions(folder / outcome.POSITIONS, layout, read_event_pieces(trace))
         findings += [finding.text for finding in found.findings]
         figures = {"audited": [*_ALWAYS, "crossings", "bodies"], "positions": found.figures}
     return findings, figures

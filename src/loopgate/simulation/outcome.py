@@ -28,6 +28,7 @@ from loopgate.results.columns import (
     STANDING,
     VEHICLE,
     VEHICLE_COLUMNS,
+    Event,
     X,
     Y,
 )
@@ -121,7 +122,7 @@ class Folder:
         self, edges: Sequence[tuple[str, float, str]], *, begin_s: float, end_s: float
     ) -> pd.DataFrame:
         """Write ``edges.parquet`` from the events; `edges` are name, length [m] and shape."""
-        events = read_events(self / EVENTS)
+        events = read_events(self / EVENTS, (Event.EDGE, Event.HOLD, Event.GO))
         frame = pd.DataFrame(edges, columns=[EDGE, EDGE_LENGTH, SHAPE])
         table = compute_edges(events=events, edges=frame, begin_s=begin_s, end_s=end_s)
         table.to_parquet(self / EDGES, index=False)

@@ -5,7 +5,7 @@ from pathlib import Path
 import pandas as pd
 
 from loopgate.results.columns import EVENT_COLUMNS, STAGE, Event
-from loopgate.results.recorder import Recorder, read_events
+from loopgate.results.recorder import Recorder, read_event_pieces, read_events
 
 
 def test_events_are_read_back_in_order(tmp_path: Path) -> None:
@@ -37,3 +37,18 @@ def test_a_file_without_stages_gets_empty_ones(tmp_path: Path) -> None:
     events = read_events(tmp_path / "old.parquet")
     assert tuple(events.columns) == EVENT_COLUMNS
     assert events[STAGE].to_list() == [""]
+
+
+def test_a_long_file_is_read_in_pieces(tmp_path: Path) -> None:
+    """Pieces in order, together the whole; of the kinds asked for only."""
+    recorder = Recorder(tmp_path / "e.parquet")
+    for k in range(120_000):
+        recorder.note(float(k), f"v{k % 7}", Event.EDGE if k % 2 else Event.GRANT, f"p{k % 5}")
+    recorder.close()
+    whole = read_events(tmp_path / "e.parquet")
+    pieces = list(read_event_pieces(tmp_path / "e.parquet"))
+    assert len(pieces) > 2
+    assert pd.concat(pieces, ignore_index=True).equals(whole)
+    assert whole["time_s"].tolist() == [float(k) for k in range(120_000)]
+    edges = read_events(tmp_path / "e.parquet", (Event.EDGE,))
+    assert edges.equals(whole[whole["event"] == "edge"].reset_index(drop=True))
