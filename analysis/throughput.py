@@ -19,6 +19,8 @@ from loopgate.network import Loop, RoadNetwork, generate_loops
 
 NETWORKS = ROOT / "networks"
 LOOPS = 40
+NEGOTIATIONS = ("random", "oldest", "pressure:crowded=2", "pressure:crowded=0.6", "pressure", "platoon")
+"""The third has no reserve, the fourth one by hand."""
 
 
 def _network(rule: str) -> str:
@@ -47,7 +49,7 @@ GRID = Study(
     title="Five-by-five grid",
     rules=(
         *(_sumo(rule) for rule in ("priority", "right-before-left", "all-way-stop", "actuated")),
-        *(_gated("certified", negotiation) for negotiation in ("random", "oldest", "pressure")),
+        *(_gated("certified", negotiation) for negotiation in NEGOTIATIONS),
         _gated("algorithm2", "pressure", (60, 180)),
         _gated("banker", "pressure", (60, 180)),
     ),

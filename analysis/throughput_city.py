@@ -1,7 +1,7 @@
 """Vehicle-km in the hour in two cities: SUMO's own rules beside the certified gate, lights on and off.
 
-South-east Berlin and Braunschweig, as they come with SUMO, on random loops of 400 to 3000 m: 60 and 20 for each
-seed, driven under every rule by the same vehicles from the same places.
+South-east Berlin and Braunschweig, as they come with SUMO, on random loops of 400 to 3000 m: 60 and 20
+for each seed, driven under every rule by the same vehicles from the same places.
 
     python analysis/throughput_city.py --seeds 5 --write
 

@@ -1,7 +1,7 @@
 """What the studies of throughput share: the same loops and vehicles under several rules, as tables.
 
-Runs that are done are kept as rows of a sweep in a results folder and not repeated; a study may be ended at any
-time.
+Runs that are done are kept as rows of a sweep in a results folder and not repeated; a study may be ended at
+any time.
 """
 
 from __future__ import annotations

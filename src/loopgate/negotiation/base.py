@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple, Protocol
+from typing import NamedTuple, Protocol, runtime_checkable
 
-__all__ = ["Negotiation", "Request", "View"]
+from loopgate.model import System
+
+__all__ = ["InformedNegotiation", "Negotiation", "Request", "View"]
 
 
 class Request(NamedTuple):
@@ -51,4 +53,13 @@ class Negotiation(Protocol):
 
         A request may be left out: it waits, and takes part again in the next step.
         """
+        ...
+
+
+@runtime_checkable
+class InformedNegotiation(Negotiation, Protocol):
+    """A negotiation that wants to know the system before the first request."""
+
+    def prepare(self, system: System) -> None:
+        """Take note of the robots, their paths and the capacities of the states."""
         ...

@@ -5,9 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from random import Random
 
+from loopgate.model import System
 from loopgate.negotiation.base import Request, View
 
-__all__ = ["Pressure"]
+__all__ = ["Platoon", "Pressure"]
+
+_NO_RESERVE = 2.0
+"""A share that no place is filled to."""
 
 
 class Pressure:
@@ -16,15 +20,20 @@ class Pressure:
     A gate that admits every safe move lets a crowded network fill up around its busiest junctions until
     only single slots move through the queues. So a vehicle is asked to wait while the place it wants is
     crowded and fuller than its own. The queues then even out, and free slots lie where they are needed. The
-    reserve needs no knowledge of the network, and it yields: the longer a vehicle waits, the fuller the
-    place that it may enter, so it delays moves but never forbids one; what is safe is the gate's affair.
+    reserve yields: the longer a vehicle waits, the fuller the place that it may enter, so it delays moves
+    but never forbids one; what is safe is the gate's affair.
+
+    How much is kept free follows from the network: a place counts as crowded once the share of it that is
+    taken exceeds the share of all slots that the vehicles leave free. Few vehicles need no reserve; the more
+    there are, the more of each place is kept.
 
     Parameters
     ----------
     rng
         Not used; the order is fixed by the queues.
     crowded
-        Share of its capacity from which a place counts as crowded, 0 to 1; above 1 there is no reserve.
+        Share of its capacity from which a place counts as crowded; above 1 there is no reserve. At 0 it
+        follows from the network.
     patience
         Wait [s] that outweighs one vehicle of difference in the reserve.
     wait
@@ -33,27 +42,32 @@ class Pressure:
     Raises
     ------
     ValueError
-        If an option is not positive.
+        If an option is negative, or `patience` or `wait` is 0.
     """
 
-    def __init__(self, rng: Random, crowded: float = 0.6, patience: float = 100.0, wait: float = 5.0) -> None:
+    def __init__(self, rng: Random, crowded: float = 0.0, patience: float = 100.0, wait: float = 5.0) -> None:
         del rng
-        if not (crowded > 0 and patience > 0 and wait > 0):
-            msg = f"crowded={crowded:g}, patience={patience:g}, wait={wait:g}; expected more than 0"
+        if not (crowded >= 0 and patience > 0 and wait > 0):
+            msg = f"crowded={crowded:g}, patience={patience:g}, wait={wait:g}; expected times above 0"
             raise ValueError(msg)
-        self._crowded = crowded
+        self._given = crowded > 0
+        self._crowded = crowded if self._given else _NO_RESERVE
         self._patience_s = patience
         self._wait_s = wait
 
+    def prepare(self, system: System) -> None:
+        """Find out from what share on a place is crowded. O(states)."""
+        if not self._given:
+            self._crowded = max(0.0, 1.0 - len(system.robots) / sum(system.room))
+
     def order(self, requests: Sequence[Request], view: View, now_s: float) -> Sequence[Request]:
         """Return the requests that need not wait, strongest pressure first; ties go by robot number."""
-
-        def pressure(request: Request) -> float:
-            queues = view.held(request.here) - view.held(request.wanted)
-            return queues + (now_s - request.since_s) / self._wait_s
-
         going = [request for request in requests if not self._waits(request, view, now_s)]
-        return sorted(going, key=lambda request: (-pressure(request), request.robot))
+        return sorted(going, key=lambda request: (-self._pressure(request, view, now_s), request.robot))
+
+    def _pressure(self, request: Request, view: View, now_s: float) -> float:
+        queues = view.held(request.here) - view.held(request.wanted)
+        return queues + (now_s - request.since_s) / self._wait_s
 
     def _waits(self, request: Request, view: View, now_s: float) -> bool:
         ahead = view.held(request.wanted)
@@ -63,3 +77,61 @@ class Pressure:
         behind = view.held(request.here)
         share = behind / (behind + view.room(request.here))
         return ahead - share * capacity >= (now_s - request.since_s) / self._patience_s
+
+
+class Platoon(Pressure):
+    """Pressure that keeps platoons together: who follows close on the same movement goes before others.
+
+    A crossing changes hands less often then, and each change costs the time until the one has cleared what
+    the other needs. The followers of a platoon ask in the step in which the vehicle before them is granted,
+    so even without this they mostly come before those who wait; it decides when several can go at once.
+
+    Parameters
+    ----------
+    rng, crowded, patience, wait
+        As for `Pressure`.
+    bonus
+        Vehicles of pressure that following is worth.
+    gap
+        Longest time [s] between two vehicles of a platoon.
+
+    Raises
+    ------
+    ValueError
+        If an option is negative, or `patience` or `wait` is 0.
+    """
+
+    def __init__(
+        self,
+        rng: Random,
+        crowded: float = 0.0,
+        patience: float = 100.0,
+        wait: float = 5.0,
+        bonus: float = 10.0,
+        gap: float = 3.0,
+    ) -> None:
+        super().__init__(rng, crowded, patience, wait)
+        if not (bonus >= 0 and gap >= 0):
+            msg = f"bonus={bonus:g}, gap={gap:g}; expected 0 or more"
+            raise ValueError(msg)
+        self._bonus = bonus
+        self._gap_s = gap
+        self._heads: dict[int, tuple[Request, float]] = {}
+        """By state, the last request for leaving it, and when it was last open [s]."""
+        self._follows: dict[int, int] = {}
+        """By state, the robot that follows close on the one before it, or -1."""
+
+    def order(self, requests: Sequence[Request], view: View, now_s: float) -> Sequence[Request]:
+        """Return the requests that need not wait, by pressure with the followers' bonus."""
+        for request in requests:
+            before = self._heads.get(request.here)
+            if before is not None and before[0].robot != request.robot:
+                # States are left in order: a new head means that the one before it has been granted.
+                close = request.since_s - before[1] <= self._gap_s and before[0].wanted == request.wanted
+                self._follows[request.here] = request.robot if close else -1
+            self._heads[request.here] = (request, now_s)
+        return super().order(requests, view, now_s)
+
+    def _pressure(self, request: Request, view: View, now_s: float) -> float:
+        follows = self._follows.get(request.here) == request.robot
+        return super()._pressure(request, view, now_s) + (self._bonus if follows else 0.0)

@@ -11,7 +11,7 @@ from typing import NamedTuple
 from loopgate.abstraction.itinerary import Abstraction
 from loopgate.gates import Decision, FollowingGate, Gate, Reason
 from loopgate.model import Configuration
-from loopgate.negotiation.base import Negotiation, Request
+from loopgate.negotiation.base import InformedNegotiation, Negotiation, Request
 from loopgate.simulation.histogram import Histogram
 from loopgate.simulation.obstacles import Obstacle
 from loopgate.simulation.occupancy import Occupancy
@@ -88,6 +88,8 @@ class Gatekeeper:
         self._gate = gate
         self._following = gate if isinstance(gate, FollowingGate) else None
         self._negotiation = negotiation
+        if isinstance(negotiation, InformedNegotiation):
+            negotiation.prepare(self.system)
         self._pending: dict[int, _Pending] = {}
         self._new: list[_Pending] = []
         self._decided_s = -1.0

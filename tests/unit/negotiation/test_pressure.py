@@ -5,7 +5,8 @@ from random import Random
 import pytest
 
 from loopgate.errors import ScenarioError
-from loopgate.negotiation.base import Request
+from loopgate.model import Robot, RobotId, StateId, System
+from loopgate.negotiation.base import InformedNegotiation, Request
 from loopgate.negotiation.registry import make_negotiation
 
 
@@ -25,7 +26,7 @@ class Road:
 
 
 def order(road: Road, *requests: Request, now_s: float = 0.0) -> list[int]:
-    made = make_negotiation("pressure", Random(1)).order(requests, road, now_s)
+    made = make_negotiation("pressure:crowded=0.6", Random(1)).order(requests, road, now_s)
     return [request.robot for request in made]
 
 
@@ -50,6 +51,52 @@ def test_the_reserve_yields() -> None:
 
 
 def test_options_without_meaning_are_refused() -> None:
-    """All three are positive."""
+    """Neither is a time of 0, nor a negative share."""
+    with pytest.raises(ScenarioError, match="crowded=-1"):
+        make_negotiation("pressure:crowded=-1", Random(1))
     with pytest.raises(ScenarioError, match="patience=0"):
         make_negotiation("pressure:patience=0", Random(1))
+
+
+@pytest.mark.parametrize(("robots", "goes"), [(7, [0]), (8, [])])
+def test_what_is_kept_free_follows_from_the_network(robots: int, goes: list[int]) -> None:
+    """Of two places of ten 7 vehicles leave 0.65 of the slots free, 8 leave 0.6, and then 6 of 10 is crowded."""
+    road = Road(2, 6)
+    made = make_negotiation("pressure", Random(1))
+    assert isinstance(made, InformedNegotiation)
+    paths = [Robot(RobotId(f"v{k}"), (StateId("p"), StateId("q")), start=k % 2) for k in range(robots)]
+    made.prepare(System(paths, {StateId("p"): 10, StateId("q"): 10}))
+    requests = [Request(0, 0, 1, 0.0)]
+    assert [request.robot for request in made.order(requests, road, 0.0)] == goes
+
+
+def test_without_a_system_there_is_no_reserve() -> None:
+    """A full place is the gate's affair."""
+    made = make_negotiation("pressure", Random(1))
+    assert len(made.order([Request(0, 0, 1, 0.0)], Road(1, 10), 0.0)) == 1
+
+
+def platoon(second: Request, now_s: float) -> list[int]:
+    """Return the order of `second` and a request from a longer queue, after robot 0 left state 0 for 2."""
+    made = make_negotiation("platoon:bonus=3,gap=2", Random(1))
+    road = Road(4, 6, 0, 0)
+    made.order([Request(0, 0, 2, 0.0)], road, 0.0)
+    rival = Request(9, 1, 3, now_s)
+    return [request.robot for request in made.order([rival, second], road, now_s)]
+
+
+def test_who_follows_close_on_the_same_movement_goes_first() -> None:
+    """Three vehicles of bonus outweigh the two that the rival's queue is longer."""
+    assert platoon(Request(1, 0, 2, 2.0), 2.0) == [1, 9]
+
+
+def test_who_turns_off_or_comes_late_is_no_follower() -> None:
+    """Another movement; more than two seconds behind."""
+    assert platoon(Request(1, 0, 3, 2.0), 2.0) == [9, 1]
+    assert platoon(Request(1, 0, 2, 3.0), 3.0) == [9, 1]
+
+
+def test_options_of_a_platoon_without_meaning_are_refused() -> None:
+    """Neither a negative bonus."""
+    with pytest.raises(ScenarioError, match="bonus=-1"):
+        make_negotiation("platoon:bonus=-1", Random(1))
