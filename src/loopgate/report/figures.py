@@ -41,7 +41,7 @@ def mean_figure(means: pd.DataFrame, look: Mapping[str, Look], label: str) -> Fi
             x, part[a.MEAN], yerr=np.nan_to_num(reach), capsize=2.5, label=series, **look[series].line()
         )
     axes.set_ylabel(label)
-    axes.set_ylim(bottom=0)
+    _from_zero(axes)
     return _finish(figure, axes)
 
 
@@ -158,6 +158,11 @@ def _frame() -> tuple[Figure, Axes]:
     return figure, figure.subplots()
 
 
+def _from_zero(axes: Axes) -> None:
+    """Let the axis begin at 0 and end a little above the highest point, so that its marker is whole."""
+    axes.set_ylim(0.0, 1.07 * max(float(axes.dataLim.intervaly[1]), 1e-9))
+
+
 def _parts(table: pd.DataFrame, look: Mapping[str, Look]) -> list[tuple[str, pd.DataFrame]]:
     parts = [(series, table[table[SERIES] == series]) for series in look]
     return [(series, part) for series, part in parts if len(part)]
@@ -166,7 +171,8 @@ def _parts(table: pd.DataFrame, look: Mapping[str, Look]) -> list[tuple[str, pd.
 def _shifts(table: pd.DataFrame, look: Mapping[str, Look]) -> dict[str, float]:
     counts = table[c.VEHICLES].dropna()
     span = float(counts.max() - counts.min()) if len(counts) else 0.0
-    step = _SPREAD * (span or 1.0) * min(1.0, 4 / max(len(look), 1))
+    # Round a single count there is room: its neighbours on the axis are no counts that were run.
+    step = _SPREAD * span * min(1.0, 4 / max(len(look), 1)) if span else 0.8 / max(len(look), 1)
     names: Sequence[str] = list(look)
     return {series: (i - (len(names) - 1) / 2) * step for i, series in enumerate(names)}
 
@@ -174,7 +180,12 @@ def _shifts(table: pd.DataFrame, look: Mapping[str, Look]) -> dict[str, float]:
 def _finish(figure: Figure, axes: Axes, *, vehicles: bool = True, whole: bool = True) -> Figure:
     if vehicles:
         axes.set_xlabel("vehicles")
-        if whole:
+        low, high = axes.dataLim.intervalx
+        if whole and high - low < 1.0:
+            middle = round((low + high) / 2)
+            axes.set_xlim(middle - 1, middle + 1)
+            axes.set_xticks([middle])
+        elif whole:
             axes.xaxis.set_major_locator(MaxNLocator(integer=True, steps=[1, 2, 5, 10]))
     handles, labels = axes.get_legend_handles_labels()
     if handles:

@@ -30,12 +30,13 @@ def number(value: float) -> str:
 
 
 def headline(section: Section) -> list[str]:
-    """Return sentences on throughput, deadlocks and collisions on one network."""
+    """Return sentences on throughput, deadlocks, idleness and collisions on one network."""
     tables = {item.name: item.table for item in section.tables}
     return [
         *_throughput(tables),
         *_pairs(tables),
         _deadlocks(section.runs),
+        *_watching(section.runs),
         *_mishaps(section.runs),
     ]
 
@@ -70,7 +71,10 @@ def _pairs(tables: Mapping[str, pd.DataFrame]) -> list[str]:
         sure = part[part[a.LOW].notna()]
         up, down = sure[sure[a.LOW] > 0], sure[sure[a.HIGH] < 0]
         if sure.empty:
-            counts = f"one run of each at {len(part)} vehicle counts, so luck cannot be told from merit"
+            plural = "s" if len(part) > 1 else ""
+            counts = (
+                f"one run of each at {len(part)} vehicle count{plural}, so luck cannot be told from merit"
+            )
         else:
             counts = (
                 f"more at {len(up)} and less at {len(down)} of {len(sure)} vehicle counts "
@@ -108,6 +112,16 @@ def _deadlocks(runs: pd.DataFrame) -> str:
             f"{100 * interval.high:.0f} %{since})"
         )
     return f"Runs that lock up: {'; '.join(parts)}."
+
+
+def _watching(runs: pd.DataFrame) -> list[str]:
+    """Say how long roads go without a visit, by series: what a monitoring loop is driven for."""
+    parts = []
+    for series, group in runs.groupby(SERIES, sort=True):
+        mean, worst = group[c.IDLENESS].mean(), group[c.WORST_IDLENESS].max()
+        if mean == mean and worst == worst:  # noqa: PLR0124 - NaN is what differs from itself
+            parts.append(f"{series} {number(mean)} s on average, {number(worst)} s at worst")
+    return [f"How long edges wait for a visit: {'; '.join(parts)}."] if parts else []
 
 
 def _mishaps(runs: pd.DataFrame) -> list[str]:
