@@ -8,10 +8,9 @@ import pandas as pd
 import pytest
 from made_networks import narrow_streets, netgenerate, roundabouts
 
-from loopgate.abstraction.queues import make_queues
 from loopgate.abstraction.stretches import narrow_lanes
-from loopgate.errors import RefusedLoopError
-from loopgate.network import RoadNetwork, make_loop
+from loopgate.errors import RouteError
+from loopgate.network import RoadNetwork
 from loopgate.simulation.engine import Engine
 from loopgate.simulation.run import run
 from loopgate.simulation.scenario import Scenario
@@ -80,12 +79,12 @@ def test_streets_too_narrow_for_two_work_and_nobody_meets_on_them(
 
 
 def test_what_cannot_be_handled_is_said_in_one_line(tmp_path: Path) -> None:
-    """A block of 28 m round which no lane holds two vehicles."""
+    """A block of 20 m: no lane round it holds two vehicles."""
     net = netgenerate("--grid --grid.number=2 --grid.length=20", tmp_path / "tiny.net.xml")
-    network = RoadNetwork.open(net)
-    loop = make_loop(network, "round", ["A0A1", "A1B1", "B1B0", "B0A0"])
-    with pytest.raises(
-        RefusedLoopError, match=r"loop round has fewer than two places .* make it longer"
-    ) as told:
-        make_queues(network, [loop])
+    scenario = Scenario(network=str(net), loops=5, vehicles=10, loop_length_m=(20.0, 800.0))
+    with pytest.raises(RouteError) as told:
+        run(scenario)
+    assert "found 0 of 5 loops" in str(told.value)
+    assert "the last has fewer than two places in which two vehicles can queue" in str(told.value)
+    assert "--max-shared" not in str(told.value)
     assert "\n" not in str(told.value)

@@ -31,7 +31,7 @@ _CROWDED = 3.0
 """By how much a road that another loop uses counts as longer where sharing is bounded."""
 
 
-def generate_loops(
+def generate_loops(  # noqa: PLR0913  one per choice
     network: RoadNetwork,
     count: int,
     *,
@@ -40,6 +40,7 @@ def generate_loops(
     u_turns: bool = False,
     vclass: str = "passenger",
     admits: Callable[[Loop], bool] | None = None,
+    ease: str = "raise --max-shared",
     progress: Callable[[int], None] | None = None,
 ) -> tuple[Loop, ...]:
     """Make distinct closed loops, none of which uses an edge twice. The same seed makes the same loops.
@@ -65,6 +66,8 @@ def generate_loops(
         Asked of every new loop; where it returns False the loop is dropped. It is asked in order of the
         result, so it may remember the loops it has admitted. Where it is given, the search prefers roads
         that no other loop uses, and turns to shorter loops as it gets harder.
+    ease
+        What the user may do about `admits`, for the message; may be empty.
     progress
         Called with the number of loops found so far.
 
@@ -106,7 +109,7 @@ def generate_loops(
         if not search.edges:
             msg = f"{network.name}: no way round for {vclass}: no edge open to it can be reached from itself"
             raise RouteError(msg)
-        way_out = "ask for fewer, widen --length" + (", raise --max-shared" if admits else "")
+        way_out = "ask for fewer, widen --length" + (f", {ease}" if admits and ease else "")
         way_out += "" if u_turns else ", or allow --u-turns"
         msg = (
             f"{network.name}: found {len(loops)} of {count} loops of {low:g} to {high:g} m for {vclass} "

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from random import Random
 
 from loopgate.abstraction.itinerary import Abstraction
@@ -11,7 +12,7 @@ from loopgate.abstraction.queue_layout import why_not
 from loopgate.abstraction.queues import make_queues
 from loopgate.abstraction.segments import make_segments
 from loopgate.abstraction.sharing import SharingBound
-from loopgate.errors import ScenarioError
+from loopgate.errors import RouteError, ScenarioError
 from loopgate.network import Loop, RoadNetwork, VehicleType, read_loops
 from loopgate.network.generate import generate_loops
 from loopgate.network.sumo_config import is_sumo_config
@@ -134,17 +135,25 @@ def _round_robin(
 
 
 def _random_loops(scenario: Scenario, network: RoadNetwork, count: int) -> Sequence[Loop]:
-    bound: Callable[[Loop], bool] | None = None
-    if scenario.abstraction == "queues":
+    make = partial(generate_loops, network, count, length_m=scenario.loop_length_m, seed=scenario.loops_seed)
+    if scenario.abstraction != "queues":
+        sharing = SharingBound(network, scenario.max_shared, rho_m=scenario.rho_m)
+        return make(admits=sharing.admits if scenario.max_shared < 1.0 else None)
+    refused: list[str] = []
 
-        def bound(loop: Loop) -> bool:
-            return not why_not(network, loop)
+    def works(loop: Loop) -> bool:
+        reason = why_not(network, loop)
+        if reason:
+            refused.append(reason)
+        return not reason
 
-    elif scenario.max_shared < 1.0:
-        bound = SharingBound(network, scenario.max_shared, rho_m=scenario.rho_m).admits
-    return generate_loops(
-        network, count, length_m=scenario.loop_length_m, seed=scenario.loops_seed, admits=bound
-    )
+    try:
+        return make(admits=works, ease="")
+    except RouteError as error:
+        if not refused:
+            raise
+        msg = f"{error}; {len(refused)} more do not work as queues: the last {refused[-1]}"
+        raise RouteError(msg) from error
 
 
 def _abstraction(scenario: Scenario, network: RoadNetwork, vehicles: Sequence[_Vehicle]) -> Abstraction:
