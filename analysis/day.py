@@ -37,6 +37,9 @@ from loopgate.simulation.scenario import Scenario
 from loopgate.sweep.memory import peak_memory_mb, reset_peak_memory
 
 HOUR_S = 3600.0
+PER_HOUR = 6
+"""Memory is noted so often in an hour."""
+
 HEADINGS = {
     "hour": "hour",
     "laps": "laps",
@@ -46,16 +49,16 @@ HEADINGS = {
 }
 
 
-class MemoryByHour:
-    """Notes the largest resident memory of each simulated hour [MB]."""
+class Memory:
+    """Notes the largest resident memory of each ten simulated minutes [MB]."""
 
     def __init__(self) -> None:
         self.peaks_mb: list[float] = []
         reset_peak_memory()
 
     def look(self, now_s: float) -> None:
-        """Note the peak when an hour is over; called every ten simulated seconds."""
-        if now_s >= HOUR_S * (len(self.peaks_mb) + 1):
+        """Note the peak when ten minutes are over; called every ten simulated seconds."""
+        if now_s >= HOUR_S / PER_HOUR * (len(self.peaks_mb) + 1):
             self.peaks_mb.append(peak_memory_mb())
             reset_peak_memory()
 
@@ -63,11 +66,12 @@ class MemoryByHour:
 def hours_table(events: pd.DataFrame, vehicles: int, memory_mb: list[float]) -> pd.DataFrame:
     """Return one row per simulated hour.
 
-    A wait is counted in the hour in which it ended; it runs from the first refusal to the grant.
+    A wait is counted in the hour in which it ended; it runs from the first refusal to the grant. Memory is
+    given for each ten minutes; hours that are not over are left out.
     """
     rows = []
     waits = _waits(events)
-    for hour, memory in enumerate(memory_mb):
+    for hour in range(len(memory_mb) // PER_HOUR):
         begin, end = hour * HOUR_S, (hour + 1) * HOUR_S
         laps = events[(events[EVENT] == "lap") & events[TIME].between(begin, end, inclusive="right")]
         ended = waits[waits["granted_s"].between(begin, end, inclusive="right")]["wait_s"]
@@ -77,7 +81,7 @@ def hours_table(events: pd.DataFrame, vehicles: int, memory_mb: list[float]) -> 
                 "laps": len(laps),
                 "without": vehicles - laps[VEHICLE].nunique(),
                 "wait_s": float(ended.max()) if len(ended) else 0.0,
-                "memory_mb": memory,
+                "memory_mb": max(memory_mb[hour * PER_HOUR : (hour + 1) * PER_HOUR]),
             }
         )
     return pd.DataFrame(rows, columns=list(HEADINGS))
@@ -93,11 +97,11 @@ def _waits(events: pd.DataFrame) -> pd.DataFrame:
 
 
 def drift_mb_per_h(memory_mb: list[float]) -> float:
-    """Return the slope of a straight line through the hours but the first, which fills caches [MB/h]."""
-    later = memory_mb[1:]
+    """Return the slope of a straight line through all but the first hour, which fills caches [MB/h]."""
+    later = memory_mb[PER_HOUR:]
     if len(later) < 2:  # noqa: PLR2004  a line needs two points
         return float("nan")
-    return float(np.polyfit(np.arange(len(later)), later, 1)[0])
+    return float(np.polyfit(np.arange(len(later)) / PER_HOUR, later, 1)[0])
 
 
 def laps_lost(vehicles: pd.DataFrame) -> int:
@@ -126,7 +130,7 @@ def main() -> int:
         seed=given.seed,
         positions=given.positions,
     )
-    memory = MemoryByHour()
+    memory = Memory()
     with show_progress(f"{given.hours:g} h of {given.network}", total=round(scenario.duration_s)) as report:
 
         def tick(now_s: float, _course: Course) -> None:

@@ -39,7 +39,7 @@ def test_hours_are_told_apart(day: ModuleType) -> None:
         (3700.0, "v2", "lap", "l"),
     ]
     events = pd.DataFrame([(*row, "", "") for row in rows], columns=list(EVENT_COLUMNS))
-    table = day.hours_table(events, 2, [100.0, 104.0])
+    table = day.hours_table(events, 2, [*[90.0] * 5, 100.0, *[104.0] * 6, 999.0])
     assert table.to_dict("list") == {
         "hour": [1, 2],
         "laps": [2, 2],
@@ -50,9 +50,9 @@ def test_hours_are_told_apart(day: ModuleType) -> None:
 
 
 def test_the_drift_leaves_out_the_first_hour(day: ModuleType) -> None:
-    """A straight line through the others; with one other there is none."""
-    assert day.drift_mb_per_h([10.0, 100.0, 102.0, 104.0]) == pytest.approx(2.0)
-    assert pd.isna(day.drift_mb_per_h([10.0, 100.0]))
+    """A straight line through the others, six an hour; with one other there is none."""
+    assert day.drift_mb_per_h([*[10.0] * 6, 100.0, 102.0, 104.0]) == pytest.approx(12.0)
+    assert pd.isna(day.drift_mb_per_h([*[10.0] * 6, 100.0]))
 
 
 def test_laps_not_counted_are_lost(day: ModuleType) -> None:
