@@ -35,7 +35,7 @@ MADE = {
 
 def drive(net: Path, folder: Path, *, vehicles: int = 120) -> None:
     """Ten minutes: nobody collides, nobody locks up, the audit is clean, and every vehicle gets round."""
-    scenario = Scenario(network=str(net), loops=40, vehicles=vehicles, duration_s=600, gate="certified")
+    scenario = Scenario(network=str(net), loops=40, vehicles=vehicles, duration_s=600, positions=True)
     summary = run(scenario, folder)
     assert (summary["outcome"], summary["deadlocks"]) == ("done", [])
     assert (summary["collisions"], summary["teleports"], summary["trespasses"]) == (0, 0, 0)

@@ -31,8 +31,8 @@ _MOST_FINDINGS = 200
 _TOLERANCE_M = 0.1
 """How far a front may be beyond the end of its leg [m]: SUMO's own tolerance for stops."""
 
-_ALONG = 0.5
-"""Sine of the angle [1] up to which two roads run along each other."""
+_ALONG = 0.17
+"""Sine of the angle [1], ten degrees, up to which two roads run along each other."""
 
 _LONG_STAND_S = 3.0
 """A stand in a crossing for longer than this is counted [s]: for less, a vehicle may follow another."""
@@ -283,7 +283,8 @@ def _on_one_level(lanes: tuple[str, str], turned_deg: float) -> bool:
     """Return whether bodies that overlap as drawn can be on one level.
 
     Where a road is drawn across another outside of junctions, it passes above it. Roads drawn along each
-    other, like the two directions of a narrow street, do not.
+    other, like the two directions of a narrow street, do not. A body whose rear is in a curve is no straight
+    rectangle: leaving a junction it may seem to brush one that waits beside.
     """
     if any(lane.startswith(":") for lane in lanes):
         return True

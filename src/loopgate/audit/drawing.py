@@ -133,11 +133,13 @@ def _movements(loop: LoopWay, names: Mapping[tuple[str, ...], str]) -> Iterator[
 def _touching(
     movements: Mapping[str, _Movement], layout: Layout, width_m: float
 ) -> dict[str, dict[str, tuple[float, float]]]:
+    found: dict[str, dict[str, tuple[float, float]]] = {}
     pieces = [(m, lane, at, length) for m in movements.values() for lane, at, length in m.lanes]
     lines = [shapely.LineString(layout.shapes[lane]) for _, lane, _, _ in pieces]
     bands = [line.buffer(width_m / 2, cap_style="flat") for line in lines]
+    if not bands:
+        return found  # a network without lanes inside junctions
     tree = shapely.STRtree(bands)
-    found: dict[str, dict[str, tuple[float, float]]] = {}
     one, other = tree.query(bands, predicate="intersects")
     for a, b in zip(one.tolist(), other.tolist(), strict=True):
         mine, foe = pieces[a][0], pieces[b][0]

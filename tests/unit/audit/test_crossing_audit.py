@@ -165,6 +165,7 @@ def test_bodies_that_overlap(tmp_path: Path) -> None:
         (("A_0", "-A_0"), -180.0, True),  # head on in a narrow street
         (("A_0", "C_0"), 90.0, False),  # a bridge
         (("A_0", "C_0"), 270.0, False),
+        (("A_0", "-A_0"), 150.0, False),  # its rear still in the curve
     ],
 )
 def test_bridges_are_no_collisions(lanes: tuple[str, str], turned: float, *, level: bool) -> None:
@@ -270,6 +271,14 @@ def test_a_record_that_cannot_be_read(tmp_path: Path) -> None:
     (tmp_path / "p.csv").write_text("a;b\n1;2\n")
     with pytest.raises(ResultsError, match=r"p\.csv: cannot read the positions"):
         audit_positions(tmp_path / "p.csv", layout(), pd.DataFrame(columns=list(EVENT_COLUMNS)))
+
+
+def test_without_lanes_inside_junctions_nothing_is_drawn() -> None:
+    """Such networks have no geometry; the places are still checked."""
+    plan = layout()
+    roads = tuple(span for span in plan.loops["a"].spans if not span.internal)
+    plan = dataclasses.replace(plan, loops={"a": dataclasses.replace(plan.loops["a"], spans=roads)})
+    assert find_drawn(plan) == {"a": []}
 
 
 def test_wide_bodies_reach_farther() -> None:
