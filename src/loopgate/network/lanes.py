@@ -97,7 +97,7 @@ def _check_pair(
     if last:
         msg = (
             f"{what}: not a loop: its last edge {edge} does not lead to its first edge {following} "
-            f"({onward}); add the edges that lead back"
+            f"({onward}); add the edges that lead back; ordinary traffic goes into a file for --traffic"
         )
     else:
         msg = f"{what}: edge {edge} does not lead to edge {following} ({onward}); add the edges between"
