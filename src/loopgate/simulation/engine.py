@@ -272,9 +272,7 @@ class Engine:
         self._consider(driver, now)  # the next state may begin within the braking distance
         line = keeper.line(answer.request.here)
         if line:
-            first = self.drivers[line[0]]
-            if keeper.position(first.robot) == first.position(first.granted):
-                self._consider(first, now)  # else its own grant is among the answers to come
+            self._consider(self.drivers[line[0]], now)
             for robot in line[1:]:
                 if not self.drivers[robot].held:
                     self.fleet.vehicles.asking[robot] = True

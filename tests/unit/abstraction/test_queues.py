@@ -302,3 +302,19 @@ def test_wide_vehicles_are_in_each_others_way_for_longer() -> None:
             assert end <= wide[1]
             longer += wide != (begin, end)
     assert longer > 0
+
+
+def test_all_loops_agree_on_the_places_of_an_edge() -> None:
+    """Arc lengths are rounded otherwise on each loop; whether a lane is a place must not depend on that."""
+    network = RoadNetwork.open("sumo:bs3d")
+    loops = generate_loops(network, 60, length_m=(400.0, 3000.0), seed=1)
+    layout = lay_out_queues(network, [(loop, DEFAULT_TYPE) for loop in loops])
+    for loop in loops:
+        states = {leg.state for leg in layout.itineraries[loop.id].legs}
+        for span in loop.spans:
+            if not span.internal and span.edge not in layout.stretches:
+                assert (span.lane_id in states) == (span.lane_id in layout.places)
+            elif not span.internal:
+                for half, lane in ((1, span.lane_in), (2, span.lane)):
+                    name = f"{span.edge}_{lane}/{half}"
+                    assert (name in states) == (name in layout.places)

@@ -41,14 +41,14 @@ class World:
         return self.steering.step()
 
 
-def world(pin: Pin) -> World:
+def world(pin: Pin, start_m: float = 20.0) -> World:
     """One vehicle on a road of 400 m, granted the way from its first state (to 100 m) to the next."""
-    traffic = FakeTraffic({"v": FakeVehicle([("e", ROAD_M)], 20.0)})
+    traffic = FakeTraffic({"v": FakeVehicle([("e", ROAD_M)], start_m)})
     track = Track(
         vehicle="v",
         loop="loop",
         lap_m=ROAD_M,
-        start_m=20.0,
+        start_m=start_m,
         top_speed_mps=10.0,
         rerouted_on="e",
         route="round",
@@ -60,7 +60,7 @@ def world(pin: Pin) -> World:
         pins=((pin,), ()),
     )
     driver = Driver(0, track)
-    fleet = Fleet([track], [20.0], traffic, Recorder(None))
+    fleet = Fleet([track], [start_m], traffic, Recorder(None))
     traffic.step()
     dynamics = traffic.dynamics("v")
     driver.drives_like(dynamics, traffic.step_s)
@@ -71,9 +71,13 @@ def world(pin: Pin) -> World:
     return World(traffic, driver, steering, fleet)
 
 
-def test_it_changes_lanes_behind_the_place_and_is_then_free() -> None:
-    """Not before its rear is past 100 m; the stop goes as soon as it is on the other lane."""
-    one = world(Pin("e", 0, PIN_M, 0.0, to_lane=1))
+@pytest.mark.parametrize("start_m", range(20, 30))
+def test_it_changes_lanes_behind_the_place_and_is_then_free(start_m: int) -> None:
+    """Not before its rear is past 100 m; the stop goes as soon as it is on the other lane.
+
+    Ten metres a step: of the ten starts some let the front be past 100 m and the rear not.
+    """
+    one = world(Pin("e", 0, PIN_M, 0.0, to_lane=1), float(start_m))
     assert one.busy()
     assert one.vehicle.hold_m == PIN_M
     changed_at = 0.0
