@@ -4,8 +4,8 @@ Each figure is the median of several runs, alternating, one process. Stepping al
 network and building the states is the same for both and comes before.
 
 Two yardsticks, since vehicles under SUMO's own rules drive less, or stand in gridlock, which is cheap to
-step: *on top* is the time outside SUMO's steps over that in them, in the gated run; *ratio* is the time of the
-gated run over that of SUMO stepping the same vehicles by its own rules with nobody looking on.
+step: *on top* is the time outside SUMO's steps over that in them, in the gated run; *ratio* is the time of
+the gated run over that of SUMO stepping the same vehicles by its own rules with nobody looking on.
 """
 
 from __future__ import annotations
