@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
@@ -10,6 +12,7 @@ from loopgate.audit import audit_events
 from loopgate.model import read_system
 from loopgate.results.columns import EVENT, PLACE, STAGE, TIME
 from loopgate.results.recorder import read_events
+from loopgate.simulation import engine
 from loopgate.simulation.run import run
 from loopgate.simulation.scenario import Scenario
 from loopgate.traffic.sumo import SumoTraffic
@@ -141,15 +144,17 @@ def test_an_interrupted_run_keeps_what_it_has(tmp_path: Path) -> None:
 def test_sumo_forgets_the_stops_that_vehicles_have_made(monkeypatch: pytest.MonkeyPatch) -> None:
     """A vehicle that is held again and again does not make SUMO remember every stop for good."""
     kept: list[int] = []
-    made: list[int] = []
-    release = SumoTraffic.release
+    reached: Counter[str] = Counter()
+    halted = SumoTraffic.halted
 
-    def counting(self: SumoTraffic, vehicle: str) -> None:
-        release(self, vehicle)
-        made.append(1)
-        kept.append(len(self._vehicle.getStops(vehicle, -1000)))
+    def counting(self: SumoTraffic) -> Sequence[str]:
+        vehicles = halted(self)
+        reached.update(vehicles)
+        kept.extend(len(self._vehicle.getStops(vehicle, -1000)) for vehicle in vehicles)
+        return vehicles
 
-    monkeypatch.setattr(SumoTraffic, "release", counting)
-    run(Scenario(network=str(GRID), loops=6, vehicles=80, duration_s=3000.0, loop_length_m=(400.0, 900.0)))
-    assert len(made) > 80 * 35
-    assert max(kept) < 30
+    monkeypatch.setattr(SumoTraffic, "halted", counting)
+    monkeypatch.setattr(engine, "_FORGOTTEN_STOPS", 2)
+    run(Scenario(network=str(GRID), loops=6, vehicles=90, duration_s=3600.0, loop_length_m=(400.0, 900.0)))
+    assert max(reached.values()) > 30
+    assert max(kept) < 15

@@ -145,8 +145,10 @@ class FakeTraffic:
         self.fleet[vehicle].hold_m = None
         self.fleet[vehicle].resting = False
 
-    def forget_stops(self, vehicle: str, edge: str, route: str) -> None:
+    def forget_stops(self, vehicle: str, edge: str, route: str, alone: str) -> bool:
         """Nothing to forget."""
+        del vehicle, edge, route, alone
+        return True
 
     def halted(self) -> Sequence[str]:
         """Return who came to rest in the last step."""

@@ -56,6 +56,7 @@ class Engine:
                 self.drivers, gatekeeper.itineraries, self.fleet, gatekeeper.system, gatekeeper.occupancy
             )
         self._steering = Steering(traffic, self.fleet)
+        self._forgetful: dict[int, int] = {}
         self.overruns = 0
         """Vehicles that could no longer brake when they were refused: should be none."""
         self.trespasses = 0
@@ -119,6 +120,7 @@ class Engine:
                 self._route_renewed(driver)
             else:
                 self._note_trespass(driver, now)
+        self._forget_stops()
         for driver in self._steering.step():
             self._consider(driver, now)
         self._answer(now)
@@ -313,9 +315,21 @@ class Engine:
                 self._traffic.hold(driver.id, line.edge, line.lane_index, line.position_m)
         elif self._steering.busy(driver):
             self._steering.renew(driver)
-        elif driver.stops > _FORGOTTEN_STOPS:
-            self._traffic.forget_stops(driver.id, track.rerouted_on, track.route)
-            driver.stops = 0
+        if driver.stops > _FORGOTTEN_STOPS:
+            self._forgetful.setdefault(driver.robot, 0)
+
+    def _forget_stops(self) -> None:
+        """Let SUMO forget stops: on one edge those made on all others, on the next those made on that."""
+        for robot, done in list(self._forgetful.items()):
+            driver = self.drivers[robot]
+            if driver.held or self._steering.busy(driver):
+                continue  # its stop ahead would be forgotten too
+            if not self._traffic.forget_stops(driver.id, *driver.track.rounds[done]):
+                continue
+            self._forgetful[robot] = done + 1
+            if done + 1 == len(driver.track.rounds):
+                del self._forgetful[robot]
+                driver.stops = 0
 
     def _came_to_rest(self, vehicle: str, now: float) -> None:
         driver = self._driver_of.get(vehicle)

@@ -10,8 +10,9 @@ from xml.etree import ElementTree as ET
 
 from loopgate.errors import RouteError
 from loopgate.network import Loop, VehicleType
+from loopgate.simulation.track import Round
 
-__all__ = ["Start", "pivot", "round_name", "write_sumo_input"]
+__all__ = ["Start", "pivot", "rounds", "write_sumo_input"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,12 +66,15 @@ def write_sumo_input(starts: Sequence[Start], folder: Path, *, beside: Sequence[
     for loop in loops.values():
         here = pivot(loop)
         once = loop.edges[here:] + loop.edges[:here]
-        edges = (*once, *once, once[0])
-        ET.SubElement(top, "route", id=round_name(loop), edges=" ".join(edges))
+        first, second = rounds(loop)
+        ET.SubElement(top, "route", id=first.route, edges=" ".join((*once, *once, once[0])))
+        ET.SubElement(top, "route", id=second.route, edges=" ".join((*once[1:], *once, once[0])))
+        for part in (first, second):
+            ET.SubElement(top, "route", id=part.alone, edges=part.edge)
         types = " ".join(kind for (name, _), kind in kinds.items() if name == loop.id)
         rerouter = ET.SubElement(top, "rerouter", id=f"again@{loop.id}", edges=once[0], vTypes=types)
         interval = ET.SubElement(rerouter, "interval", begin="0", end="1000000000")
-        ET.SubElement(interval, "routeProbReroute", id=round_name(loop))
+        ET.SubElement(interval, "routeProbReroute", id=first.route)
     for start in starts:
         _add_vehicle(top, start, kinds[start.loop.id, start.type.id])
     file = folder / "vehicles.add.xml"
@@ -105,9 +109,14 @@ def _edge_begins(loop: Loop) -> list[float]:
     return [span.begin_m for span in loop.spans if not span.internal]
 
 
-def round_name(loop: Loop) -> str:
-    """Return the name of the route that leads two rounds from the pivot."""
-    return f"round@{loop.id}"
+def rounds(loop: Loop) -> tuple[Round, Round]:
+    """Return the two rounds from the pivot, and what is left of them from the edge after it."""
+    here = pivot(loop)
+    following = loop.edges[(here + 1) % len(loop.edges)]
+    return (
+        Round(loop.edges[here], f"round@{loop.id}", f"first@{loop.id}"),
+        Round(following, f"onward@{loop.id}", f"second@{loop.id}"),
+    )
 
 
 def pivot(loop: Loop) -> int:

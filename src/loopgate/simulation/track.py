@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from loopgate.abstraction.itinerary import Pin
 
-__all__ = ["StopLine", "Track"]
+__all__ = ["Round", "StopLine", "Track"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,6 +18,14 @@ class StopLine:
     edge: str
     lane_index: int
     position_m: float
+
+
+class Round(NamedTuple):
+    """An edge, the name of the route that begins with it, and of the one that is that edge alone."""
+
+    edge: str
+    route: str
+    alone: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,9 +42,8 @@ class Track:
         Arc length of the front at the beginning [m].
     top_speed_mps
         Highest speed limit on the loop [m/s].
-    rerouted_on, route
-        The edge on which SUMO renews the vehicle's route, and the name of that route, see
-        `loopgate.simulation.sumo_input`.
+    rounds
+        From the edge on which SUMO renews the vehicle's route, and from the edge after it.
     edges
         Arc length at which each edge begins [m], ascending, and its name.
     states
@@ -57,8 +65,7 @@ class Track:
     lap_m: float
     start_m: float
     top_speed_mps: float
-    rerouted_on: str
-    route: str
+    rounds: tuple[Round, Round]
     edges: tuple[tuple[float, str], ...]
     states: tuple[str, ...] = ()
     ends_m: tuple[float, ...] = ()
@@ -67,6 +74,11 @@ class Track:
     pins: tuple[tuple[Pin, ...], ...] = ()
     start_position: int = 0
     keeps_lane: bool = False
+
+    @property
+    def rerouted_on(self) -> str:
+        """The edge on which SUMO renews the vehicle's route."""
+        return self.rounds[0].edge
 
     @property
     def first_edge(self) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from loopgate.abstraction.itinerary import Itinerary, Leg
 from loopgate.network import Loop, RoadNetwork
-from loopgate.simulation.sumo_input import Start, pivot, round_name
+from loopgate.simulation.sumo_input import Start, rounds
 from loopgate.simulation.track import StopLine, Track
 
 __all__ = ["make_track"]
@@ -41,8 +41,7 @@ def make_track(
         lap_m=loop.length_m,
         start_m=start.front_m,
         top_speed_mps=max(network.lanes[span.lane_id].speed_mps for span in loop.spans),
-        rerouted_on=loop.edges[pivot(loop)],
-        route=round_name(loop),
+        rounds=rounds(loop),
         edges=tuple((span.begin_m, span.edge) for span in loop.spans if not span.internal),
         states=tuple(leg.state for leg in legs),
         ends_m=tuple(leg.end_m for leg in legs),

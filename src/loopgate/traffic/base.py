@@ -136,10 +136,11 @@ class Traffic(Protocol):
         """Undo `hold`, standing or not."""
         ...
 
-    def forget_stops(self, vehicle: str, edge: str, route: str) -> None:
-        """Let the simulator forget the stops of a vehicle that has just entered `edge`, which begins `route`.
+    def forget_stops(self, vehicle: str, edge: str, route: str, alone: str) -> bool:
+        """Let the simulator forget the stops that a vehicle made on other edges than `edge`.
 
-        It may take its time: nothing happens while the vehicle is not yet wholly on `edge`.
+        The vehicle is to go on along `route`, which begins with `edge`; `alone` is a route of `edge` and no
+        other. Return False, with nothing done, if the vehicle is not on `edge`.
         """
         ...
 

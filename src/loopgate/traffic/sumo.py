@@ -107,7 +107,7 @@ class SumoTraffic:
         return float(x), float(y)
 
     def put_under_gate(self, vehicle: str, *, keeps_lane: bool = False) -> None:
-        """Let the gate rule: no right of way unless it yields, lanes changed for the route only, if at all."""
+        """Let the gate rule: no right of way unless it yields, lanes changed for the route, if at all."""
         self._vehicle.setSpeedMode(vehicle, YIELDING_SPEED_MODE if self._yields else GATED_SPEED_MODE)
         mode = _LANE_CHANGE_AS_TOLD_ONLY if keeps_lane else _LANE_CHANGE_FOR_ROUTE_ONLY
         self._vehicle.setLaneChangeMode(vehicle, mode)
@@ -146,11 +146,13 @@ class SumoTraffic:
         """Drop the vehicle's stop, reached or not."""
         self._vehicle.replaceStop(vehicle, 0, "")
 
-    def forget_stops(self, vehicle: str, edge: str, route: str) -> None:
+    def forget_stops(self, vehicle: str, edge: str, route: str, alone: str) -> bool:
         """Lead the vehicle off its stops' edges and back: SUMO keeps only stops on the present route."""
-        if self._vehicle.getRoadID(vehicle) == edge:
-            self._vehicle.setRoute(vehicle, [edge])
-            self._vehicle.setRouteID(vehicle, route)
+        if self._vehicle.getRoadID(vehicle) != edge:
+            return False
+        self._vehicle.setRouteID(vehicle, alone)
+        self._vehicle.setRouteID(vehicle, route)
+        return True
 
     def halted(self) -> Sequence[str]:
         """Return the held vehicles that came to rest in the last step."""

@@ -60,7 +60,7 @@ def test_options_without_meaning_are_refused() -> None:
 
 @pytest.mark.parametrize(("robots", "goes"), [(7, [0]), (8, [])])
 def test_what_is_kept_free_follows_from_the_network(robots: int, goes: list[int]) -> None:
-    """Of two places of ten 7 vehicles leave 0.65 of the slots free, 8 leave 0.6, and then 6 of 10 is crowded."""
+    """Of two places of ten 7 vehicles leave 0.65 of the slots free, 8 leave 0.6: then 6 of 10 is crowded."""
     road = Road(2, 6)
     made = make_negotiation("pressure", Random(1))
     assert isinstance(made, InformedNegotiation)

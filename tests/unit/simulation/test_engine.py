@@ -17,7 +17,7 @@ from loopgate.negotiation.simple import OldestFirst
 from loopgate.results.columns import Event
 from loopgate.simulation.engine import Engine
 from loopgate.simulation.gatekeeper import Gatekeeper
-from loopgate.simulation.track import StopLine, Track
+from loopgate.simulation.track import Round, StopLine, Track
 
 PRIVATE_M, SHARED_M = 200.0, 60.0
 
@@ -71,8 +71,7 @@ def world(*starts_m: float, gate: str = "collision") -> tuple[Engine, FakeTraffi
             lap_m=PRIVATE_M + SHARED_M,
             start_m=start,
             top_speed_mps=10.0,
-            rerouted_on=f"{name}p",
-            route=name,
+            rounds=(Round(f"{name}p", "round", "first"), Round("", "onward", "second")),
             edges=((0.0, f"{name}p"), (PRIVATE_M, f"{name}s")),
             states=(f"p{name}", "s"),
             ends_m=(199.0, 260.0),
@@ -220,8 +219,7 @@ def test_a_vehicle_granted_in_the_same_step_does_not_ask_for_the_state_after() -
             lap_m=400.0,
             start_m=starts[name],
             top_speed_mps=10.0,
-            rerouted_on=f"{name}p",
-            route=name,
+            rounds=(Round(f"{name}p", "round", "first"), Round("", "onward", "second")),
             edges=((0.0, f"{name}p"), (200.0, f"{name}q")),
             states=states,
             ends_m=(199.0, 399.0),

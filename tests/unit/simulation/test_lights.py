@@ -9,7 +9,7 @@ from loopgate.gates import Reason
 from loopgate.simulation.driver import Driver
 from loopgate.simulation.lights import Lights, Signal
 from loopgate.simulation.timetable import Timetable
-from loopgate.simulation.track import Track
+from loopgate.simulation.track import Round, Track
 from loopgate.traffic.base import Dynamics, Light, Phase, Program
 
 LINE_M = 100.0
@@ -25,8 +25,7 @@ class Scene:
             lap_m=400.0,
             start_m=at_m,
             top_speed_mps=10.0,
-            rerouted_on="e",
-            route="round",
+            rounds=(Round("e", "round", "first"), Round("", "onward", "second")),
             edges=((0.0, "e"),),
             states=("a", "b"),
             ends_m=(LINE_M, 300.0),

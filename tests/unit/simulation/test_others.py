@@ -10,7 +10,7 @@ from loopgate.simulation.driver import Driver
 from loopgate.simulation.occupancy import Occupancy
 from loopgate.simulation.others import Others
 from loopgate.simulation.timetable import Timetable
-from loopgate.simulation.track import Track
+from loopgate.simulation.track import Round, Track
 from loopgate.simulation.ways import Approach, Way
 from loopgate.traffic.base import Dynamics, Light, Program
 
@@ -28,8 +28,7 @@ class Scene:
             lap_m=400.0,
             start_m=90.0,
             top_speed_mps=10.0,
-            rerouted_on="before",
-            route="round",
+            rounds=(Round("before", "round", "first"), Round("", "onward", "second")),
             edges=((0.0, "before"),),
             states=("before_0", "after_0"),
             ends_m=(100.0, 170.0),
@@ -116,7 +115,7 @@ def test_ordinary_vehicles_take_room_in_the_next_state() -> None:
 
 
 def test_one_that_comes_with_the_right_of_way() -> None:
-    """It takes 5 s to be over: 4 s away is too near, at the line is past before it, and standing is no coming."""
+    """It takes 5 s to be over: 4 s away is too near, at the line is past before, standing is no coming."""
     scene = Scene()
     scene.put("o", "priority", 60.0, speed=10.0)
     assert scene.says() is Reason.TRAFFIC

@@ -11,7 +11,7 @@ from loopgate.results.recorder import Recorder
 from loopgate.simulation.driver import Driver
 from loopgate.simulation.fleet import Fleet
 from loopgate.simulation.steering import Steering
-from loopgate.simulation.track import StopLine, Track
+from loopgate.simulation.track import Round, StopLine, Track
 
 ROAD_M, CHANGE_AT_M, PIN_M = 400.0, 100.0, 130.0
 
@@ -50,8 +50,7 @@ def world(pin: Pin, start_m: float = 20.0) -> World:
         lap_m=ROAD_M,
         start_m=start_m,
         top_speed_mps=10.0,
-        rerouted_on="e",
-        route="round",
+        rounds=(Round("e", "round", "first"), Round("", "onward", "second")),
         edges=((0.0, "e"),),
         states=("e/1", "e/2"),
         ends_m=(CHANGE_AT_M, ROAD_M),
