@@ -164,6 +164,7 @@ class Engine:
         robot, vehicles = driver.robot, self.fleet.vehicles
         driver.line_m = driver.end_m(driver.granted)
         vehicles.granted[robot] = driver.granted
+        vehicles.note_m[robot] = -NOWHERE  # its beginning is to be noted too
         vehicles.line_m[robot] = driver.line_m
         if driver.granted - 1 <= driver.crossed:  # else it still leaves an earlier leg
             self._aim_rear(driver)

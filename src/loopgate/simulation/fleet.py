@@ -138,6 +138,7 @@ def _vehicles(tracks: Sequence[Track], front: NDArray[np.float64], ways: Ways) -
         offset=np.zeros(count),
         front=front,
         speed=np.zeros(count),
+        note_m=np.full(count, -NOWHERE),
         rear_m=np.full(count, NOWHERE),
         line_m=np.full(count, NOWHERE),
         trespassing=np.zeros(count, dtype=np.bool_),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -43,7 +44,7 @@ MUST_ASK: Final = 3
 """The next step could take the vehicle past the point where it must brake."""
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def braking_m(speed: float, decel: float, step_s: float) -> float:
     """Return the braking distance from `speed` [m].
 
@@ -55,7 +56,7 @@ def braking_m(speed: float, decel: float, step_s: float) -> float:
     return step_s * (steps * speed - loss * steps * (steps + 1) / 2)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def must_ask(left_m: float, speed: float, top: float, accel: float, decel: float, step_s: float) -> bool:
     """Return whether the next step could take a vehicle past the point where it must brake."""
     fast = min(top, speed + accel * step_s)
@@ -69,8 +70,9 @@ class Vehicles(NamedTuple):
     ----------
     offset, front, speed
         What to add to the odometer, and the resulting front [m] and speed [m/s].
-    rear_m, line_m
-        Where something is to be given back, and where the last granted leg ends [m].
+    note_m, rear_m, line_m
+        Where the next edge, lap or leg begins at the earliest; where something is to be given back; where the
+        last granted leg ends [m].
     trespassing, asking
         Whether the front was past its line; whether the caller is to be told when it must ask.
     next_lap_m, laps
@@ -84,6 +86,7 @@ class Vehicles(NamedTuple):
     offset: Floats
     front: Floats
     speed: Floats
+    note_m: Floats
     rear_m: Floats
     line_m: Floats
     trespassing: Flags
@@ -130,7 +133,7 @@ class Ways(NamedTuple):
     leg_code: Codes
 
 
-@njit(cache=True, inline="always")
+@njit(cache=True, inline="always", error_model="numpy")
 def _note(rows: Codes, noted: int, vehicle: int, event: int, place: int) -> int:
     rows[noted, 0] = vehicle
     rows[noted, 1] = event
@@ -138,50 +141,55 @@ def _note(rows: Codes, noted: int, vehicle: int, event: int, place: int) -> int:
     return noted + 1
 
 
-@njit(cache=True, inline="always")
+@njit(cache=True, inline="always", error_model="numpy")
 def _call(calls: Codes, called: int, vehicle: int, why: int) -> int:
     calls[called, 0] = vehicle
     calls[called, 1] = why
     return called + 1
 
 
-@njit(cache=True)
-def _pass_edges(i: int, v: Vehicles, w: Ways, event: int, rows: Codes, noted: int) -> tuple[int, bool]:
-    """Note the edges entered; return how many rows there are, and whether the route is renewed."""
+@njit(cache=True, error_model="numpy")
+def _edge_m(i: int, v: Vehicles, w: Ways) -> float:
+    """Return where the next edge begins [m]."""
+    return float(v.road_lap[i] * w.lap_m[i] + w.road_m[w.road_begin[i] + v.road[i]])
+
+
+@njit(cache=True, error_model="numpy")
+def _leg_m(i: int, v: Vehicles, w: Ways) -> float:
+    """Return where the next granted leg begins [m]; infinity if there is none."""
+    if v.entered[i] >= v.granted[i]:
+        return math.inf
+    lap, position = divmod(v.entered[i] + 1, w.leg_count[i])
+    return float(lap * w.lap_m[i] + w.leg_m[w.leg_begin[i] + position])
+
+
+@njit(cache=True, error_model="numpy")
+def _pass(
+    i: int, v: Vehicles, w: Ways, events: tuple[int, int, int], rows: Codes, noted: int
+) -> tuple[int, bool]:
+    """Note edges, laps and legs entered; return how many rows there are, and whether the route is renewed."""
+    edge, lap, enter = events
     pivoted = False
-    begin, count = w.road_begin[i], w.road_count[i]
-    while noted < rows.shape[0] and v.front[i] >= v.road_lap[i] * w.lap_m[i] + w.road_m[begin + v.road[i]]:
-        noted = _note(rows, noted, w.vehicle_code[i], event, w.road_code[begin + v.road[i]])
+    while noted < rows.shape[0] and v.front[i] >= _edge_m(i, v, w):
+        noted = _note(rows, noted, w.vehicle_code[i], edge, w.road_code[w.road_begin[i] + v.road[i]])
         pivoted |= v.road[i] == w.pivot[i]
         v.road[i] += 1
-        if v.road[i] == count:
+        if v.road[i] == w.road_count[i]:
             v.road[i] = 0
             v.road_lap[i] += 1
+    while noted < rows.shape[0] and v.front[i] >= v.next_lap_m[i]:
+        noted = _note(rows, noted, w.vehicle_code[i], lap, w.loop_code[i])
+        v.laps[i] += 1
+        v.next_lap_m[i] += w.lap_m[i]
+    while noted < rows.shape[0] and v.front[i] >= _leg_m(i, v, w):
+        v.entered[i] += 1
+        leg = w.leg_begin[i] + v.entered[i] % w.leg_count[i]
+        noted = _note(rows, noted, w.vehicle_code[i], enter, w.leg_code[leg])
+    v.note_m[i] = min(_edge_m(i, v, w), v.next_lap_m[i], _leg_m(i, v, w))
     return noted, pivoted
 
 
-@njit(cache=True)
-def _pass_laps(i: int, v: Vehicles, w: Ways, event: int, rows: Codes, noted: int) -> int:
-    while noted < rows.shape[0] and v.front[i] >= v.next_lap_m[i]:
-        noted = _note(rows, noted, w.vehicle_code[i], event, w.loop_code[i])
-        v.laps[i] += 1
-        v.next_lap_m[i] += w.lap_m[i]
-    return noted
-
-
-@njit(cache=True)
-def _pass_legs(i: int, v: Vehicles, w: Ways, event: int, rows: Codes, noted: int) -> int:
-    begin, count = w.leg_begin[i], w.leg_count[i]
-    while noted < rows.shape[0] and v.entered[i] < v.granted[i]:
-        leg = v.entered[i] + 1
-        if v.front[i] < leg // count * w.lap_m[i] + w.leg_m[begin + leg % count]:
-            break
-        noted = _note(rows, noted, w.vehicle_code[i], event, w.leg_code[begin + leg % count])
-        v.entered[i] = leg
-    return noted
-
-
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def sense(
     odometer: Floats,
     v: Vehicles,
@@ -208,17 +216,15 @@ def sense(
     calls
         Out: vehicle and one of the constants above.
     """
-    edge, lap, enter = events
     noted, called = 0, 0
     for i in range(odometer.size):
         front = odometer[i] + v.offset[i]
         v.speed[i] = (front - v.front[i]) / step_s
         v.front[i] = front
-        noted, pivoted = _pass_edges(i, v, w, edge, rows, noted)
-        noted = _pass_laps(i, v, w, lap, rows, noted)
-        noted = _pass_legs(i, v, w, enter, rows, noted)
-        if pivoted:
-            called = _call(calls, called, i, PIVOTED)
+        if front >= v.note_m[i]:
+            noted, pivoted = _pass(i, v, w, events, rows, noted)
+            if pivoted:
+                called = _call(calls, called, i, PIVOTED)
         if front >= v.rear_m[i]:
             called = _call(calls, called, i, REAR_PASSED)
         if (front > v.line_m[i] + TOLERANCE_M) != v.trespassing[i]:
