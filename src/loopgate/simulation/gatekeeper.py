@@ -202,7 +202,7 @@ class Gatekeeper:
             return False
         # Vehicles drive on without a word: who is in sight on a crossing is looked at again every step.
         if pending.looked_at_version == self._version and not (
-            reason is None or reason in _OUTSIDE or (reason is Reason.CROSSING and self.sight is not None)
+            reason is None or reason is Reason.CROSSING or reason in _OUTSIDE
         ):
             return False
         pending.looked_at_version = self._version
@@ -222,7 +222,13 @@ class Gatekeeper:
             return [[other for other in self.occupancy.holders(request.wanted) if other != robot]]
         if pending.reason is Reason.CROSSING:
             crossings = self._crossings_of[robot][self._at[robot]]
-            late = {self._kept_for.get(mine.id, robot) for mine in crossings} - {robot}
+            kept_for = {self._kept_for.get(mine.id, robot) for mine in crossings} - {robot}
+            # From the next step on nothing is kept clear for one that something else keeps by now.
+            late = [
+                other
+                for other in kept_for
+                if (its := self._pending.get(other)) is not None and its.reason is Reason.CROSSING
+            ]
             return [[other] for other in sorted(late)] + [
                 [other] for mine in crossings for other, _ in self.occupancy.foes_on_way(mine, robot)
             ]

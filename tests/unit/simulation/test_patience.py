@@ -37,7 +37,7 @@ def said(answers: Sequence[Answer]) -> list[tuple[int, bool, str]]:
     return [(answer.request.robot, answer.granted, answer.reason.value) for answer in answers]
 
 
-A, B, C = 0, 1, 2
+A, B, C, D = 0, 1, 2, 3
 
 
 @pytest.mark.parametrize("late", [False, True])
@@ -59,3 +59,32 @@ def test_after_a_minute_nobody_may_set_out_across_its_way(late: bool) -> None:  
     assert said(books.decide(now + 2)) == []
     books.cleared(A, 0)
     assert said(books.decide(now + 3)) == [(C, True, "free")]
+
+
+def test_nobody_is_said_to_wait_for_one_that_something_else_keeps() -> None:
+    """D takes the place that A wants: from the next step on A's way is no longer kept clear, and C may go."""
+    robots = system({"a": "pa s", "b": "pb qb", "c": "pc qc", "d": "pd s"})
+    x, y = Crossing("x", frozenset({"y"})), Crossing("y", frozenset({"x"}))
+    crossings = {"a": (x,), "b": (y,), "c": (y,), "d": ()}
+    itineraries = tuple(
+        Itinerary(
+            robot.id,
+            100.0,
+            (Leg(robot.path[0], 0.0, 40.0, crossings[robot.id]), Leg(robot.path[1], 50.0, 100.0)),
+        )
+        for robot in robots.robots
+    )
+    abstraction = Abstraction("queues", robots, itineraries, (0.0,) * 4)
+    books = Gatekeeper(abstraction, make_gate("collision", robots), OldestFirst(Random(1)))
+    books.asks(B, 0.0)
+    books.decide(0.0)
+    books.asks(A, 1.0)
+    books.decide(1.0)
+    books.asks(C, 61.0)
+    books.asks(D, 61.0)
+    assert said(books.decide(61.0)) == [(C, False, "crossing"), (D, True, "free")]
+    assert books.blockers(C) == [[A]]
+    books.cleared(B, 0)
+    assert said(books.decide(62.0)) == [(A, False, "occupied")]
+    assert books.blockers(C) == []
+    assert said(books.decide(63.0)) == [(C, True, "free")]
