@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
+from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
 from time import perf_counter_ns
 from typing import NamedTuple
@@ -23,7 +24,12 @@ _REASK_S = 1.0
 """A refusal that any change may lift is asked again at most this often [s]."""
 
 _PATIENCE_S = 60.0
-"""How long a request is passed over because of others on its crossing before they have to let it pass [s]."""
+"""How long a request is passed over, on its crossing or for a slot, before others have to let it pass [s]."""
+
+_GIVES_WAY_S = 10.0
+"""How long one that the gate has refused keeps nothing for itself [s]."""
+
+_PASSED_OVER = frozenset({Reason.CROSSING, Reason.OCCUPIED})
 
 _OUTSIDE = frozenset({Reason.RED, Reason.TRAFFIC})
 """What lifts these refusals happens outside the system, so they are looked at again every step."""
@@ -94,7 +100,8 @@ class Gatekeeper:
         self._new: list[_Pending] = []
         self._decided_s = -1.0
         self._version = 0
-        self._kept_for: dict[str, int] = {}
+        self._way_for: dict[str, int] = {}
+        self._slot_for: dict[int, int] = {}
         self.sight: Sight | None = None
         """Frees crossings piece by piece if given; else when the rear has passed all of it."""
         self.obstacles: tuple[Obstacle, ...] = ()
@@ -160,7 +167,7 @@ class Gatekeeper:
         """
         if now_s > self._decided_s:
             self._decided_s = now_s
-            self._keep_clear(now_s)
+            self._make_way(now_s)
             looked_at: Iterable[_Pending] = self._pending.values()
         else:
             looked_at = self._new
@@ -176,24 +183,30 @@ class Gatekeeper:
                     self._refuse(still, Reason.RESERVE, answers)
         return answers
 
-    def _keep_clear(self, now_s: float) -> None:
-        """Let nobody set out across the way of one that has waited too long for its crossing; oldest first.
+    def _make_way(self, now_s: float) -> None:
+        """Keep way and last slot for those that others have passed over for too long; oldest first.
 
-        A long crossing is hardly ever clear all along by itself. Those on it drive on to slots of their own,
-        so it clears; if the gate then refuses, or the slot beyond is taken, others go before it again.
+        A long crossing is hardly ever clear all along by itself, and the slot that a full place gives back is
+        taken by whoever has the shorter way. Those on the crossing drive on to slots of their own, so it
+        clears; who is then refused by the gate lets others go before it again.
         """
         late = [
-            pending.request
+            pending
             for pending in self._pending.values()
-            if pending.reason is Reason.CROSSING and now_s - pending.request.since_s >= _PATIENCE_S
+            if pending.reason in _PASSED_OVER
+            and now_s - pending.request.since_s >= _PATIENCE_S
+            and now_s - pending.asked_at_s >= _GIVES_WAY_S
         ]
-        self._kept_for = {}
-        for request in sorted(late, key=lambda late: (late.since_s, late.robot)):
-            crossings = self._crossings_of[request.robot][self._at[request.robot]]
-            if not any(mine.id in self._kept_for for mine in crossings):
+        self._way_for = {}
+        self._slot_for = {}
+        for pending in sorted(late, key=lambda late: (late.request.since_s, late.request.robot)):
+            robot = pending.request.robot
+            self._slot_for.setdefault(pending.request.wanted, robot)
+            crossings = self._crossings_of[robot][self._at[robot]]
+            if pending.reason is Reason.CROSSING and not any(mine.id in self._way_for for mine in crossings):
                 for mine in crossings:
                     for foe in sorted(mine.foes):
-                        self._kept_for.setdefault(foe, request.robot)
+                        self._way_for.setdefault(foe, robot)
 
     def _possible(self, pending: _Pending, now_s: float, answers: list[Answer]) -> bool:
         """Return whether it is for the negotiation and the gate to say; else note the refusal."""
@@ -219,22 +232,23 @@ class Gatekeeper:
             return []
         request = pending.request
         if pending.reason is Reason.OCCUPIED:
+            if self.occupancy.room(request.wanted) > 0:
+                return self._kept_by({self._slot_for.get(request.wanted, robot)} - {robot})
             return [[other for other in self.occupancy.holders(request.wanted) if other != robot]]
         if pending.reason is Reason.CROSSING:
             crossings = self._crossings_of[robot][self._at[robot]]
-            kept_for = {self._kept_for.get(mine.id, robot) for mine in crossings} - {robot}
-            # From the next step on nothing is kept clear for one that something else keeps by now.
-            late = [
-                other
-                for other in kept_for
-                if (its := self._pending.get(other)) is not None and its.reason is Reason.CROSSING
-            ]
-            return [[other] for other in sorted(late)] + [
+            kept_for = {self._way_for.get(mine.id, robot) for mine in crossings} - {robot}
+            return self._kept_by(kept_for) + [
                 [other] for mine in crossings for other, _ in self.occupancy.foes_on_way(mine, robot)
             ]
         if pending.decision is not None and pending.decision.blockers:
             return [list(pending.decision.blockers)]
         return [[other for other in range(len(self.system.robots)) if other != robot]]
+
+    def _kept_by(self, late: AbstractSet[int]) -> list[list[int]]:
+        """Return those for whom something is kept still: not those that something else keeps by now."""
+        pending = ((other, self._pending.get(other)) for other in sorted(late))
+        return [[other] for other, its in pending if its is not None and its.reason in _PASSED_OVER]
 
     def outside_blockers(self, robot: int) -> list[list[str]]:
         """Return as `blockers` does, by name, who keeps `robot` from a grant as the obstacles say."""
@@ -245,10 +259,11 @@ class Gatekeeper:
 
     def _in_the_way(self, request: Request) -> Reason | None:
         robot = request.robot
-        if self.occupancy.room(request.wanted) <= 0:
+        room = self.occupancy.room(request.wanted)
+        if room <= 0 or (room == 1 and self._slot_for.get(request.wanted, robot) != robot):
             return Reason.OCCUPIED
         for mine in self._crossings_of[robot][self._at[robot]]:
-            if self._kept_for.get(mine.id, robot) != robot:
+            if self._way_for.get(mine.id, robot) != robot:
                 return Reason.CROSSING
             for other, foe in self.occupancy.foes_on_way(mine, robot):
                 if self.sight is None or self.sight.in_the_way(robot, mine, other, foe):

@@ -7,7 +7,7 @@ import pytest
 
 from builders import system
 from loopgate.abstraction.itinerary import Abstraction, Crossing, Itinerary, Leg
-from loopgate.gates import make_gate
+from loopgate.gates import Reason, make_gate
 from loopgate.model import StateId
 from loopgate.negotiation.simple import OldestFirst
 from loopgate.simulation.gatekeeper import Answer, Gatekeeper
@@ -61,11 +61,47 @@ def test_after_a_minute_nobody_may_set_out_across_its_way(late: bool) -> None:  
     assert said(books.decide(now + 3)) == [(C, True, "free")]
 
 
+class Red:
+    """A light that is red for one robot."""
+
+    def __init__(self, robot: int) -> None:
+        self.robot = robot
+
+    def in_the_way(self, robot: int) -> Reason | None:
+        """Refuse that one."""
+        return Reason.RED if robot == self.robot else None
+
+    def granted(self, robot: int) -> None:
+        """Do nothing."""
+
+    def blockers(self, robot: int) -> Sequence[Sequence[str]]:
+        """Return nobody."""
+        del robot
+        return ()
+
+
 def test_nobody_is_said_to_wait_for_one_that_something_else_keeps() -> None:
-    """D takes the place that A wants: from the next step on A's way is no longer kept clear, and C may go."""
-    robots = system({"a": "pa s", "b": "pb qb", "c": "pc qc", "d": "pd s"})
+    """A's light is red: from the next step on its way is no longer kept clear, and C may go."""
+    books = keeper()
+    books.asks(B, 0.0)
+    books.decide(0.0)
+    books.asks(A, 1.0)
+    books.decide(1.0)
+    books.asks(C, 61.0)
+    assert said(books.decide(61.0)) == [(C, False, "crossing")]
+    assert books.blockers(C) == [[A]]
+    books.cleared(B, 0)
+    books.obstacles = (Red(A),)
+    assert said(books.decide(62.0)) == [(A, False, "red")]
+    assert books.blockers(C) == []
+    assert said(books.decide(63.0)) == [(C, True, "free")]
+
+
+def test_after_a_minute_nobody_takes_the_slot_that_it_waits_for() -> None:
+    """B leaves the place that A and D want, when A's way is not clear: D, whose way is, has to wait for A."""
+    robots = system({"a": "pa s", "b": "s pb", "c": "pc qc", "d": "pd s"})
     x, y = Crossing("x", frozenset({"y"})), Crossing("y", frozenset({"x"}))
-    crossings = {"a": (x,), "b": (y,), "c": (y,), "d": ()}
+    crossings = {"a": (x,), "b": (), "c": (y,), "d": ()}
     itineraries = tuple(
         Itinerary(
             robot.id,
@@ -76,15 +112,14 @@ def test_nobody_is_said_to_wait_for_one_that_something_else_keeps() -> None:
     )
     abstraction = Abstraction("queues", robots, itineraries, (0.0,) * 4)
     books = Gatekeeper(abstraction, make_gate("collision", robots), OldestFirst(Random(1)))
-    books.asks(B, 0.0)
-    books.decide(0.0)
-    books.asks(A, 1.0)
-    books.decide(1.0)
-    books.asks(C, 61.0)
-    books.asks(D, 61.0)
-    assert said(books.decide(61.0)) == [(C, False, "crossing"), (D, True, "free")]
-    assert books.blockers(C) == [[A]]
-    books.cleared(B, 0)
-    assert said(books.decide(62.0)) == [(A, False, "occupied")]
-    assert books.blockers(C) == []
-    assert said(books.decide(63.0)) == [(C, True, "free")]
+    books.asks(A, 0.0)
+    books.asks(D, 1.0)
+    assert said(books.decide(1.0)) == [(A, False, "occupied"), (D, False, "occupied")]
+    books.asks(B, 60.0)
+    books.asks(C, 60.0)
+    assert said(books.decide(60.0)) == [(B, True, "free"), (C, True, "free")]
+    books.left(B, robots.paths[B][0])
+    assert said(books.decide(61.0)) == [(A, False, "crossing")]
+    assert books.blockers(D) == [[A]]
+    books.cleared(C, 0)
+    assert said(books.decide(62.0)) == [(A, True, "free")]
