@@ -65,7 +65,7 @@ def _homeward(
     system: System, keeper: Homeward, stand: Stand, robot: int, decision: Decision
 ) -> dict[str, Any] | None:
     if decision.admitted:
-        return {"kind": "home", "moves": _names(system, [robot, *(keeper.witness_after(robot) or [])])}
+        return {"kind": "home", "moves": _names(system, [robot, *(keeper.witness_after(stand, robot) or [])])}
     return _dead(keeper.layout, stand, robot, "dead")
 
 

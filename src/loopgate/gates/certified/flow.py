@@ -44,7 +44,6 @@ class Flow:
         self._coming: dict[int, list[int]] = {}
         self._rest = [self._rests(i) for i in range(len(layout.path))]
         self._after = [self._next_rests(i) for i in range(len(layout.path))]
-        self._straight = [self._straight_on(i) for i in range(len(layout.path))]
 
     @property
     def layout(self) -> Layout:
@@ -61,12 +60,6 @@ class Flow:
         follow = self._layout.follow[robot]
         leaving = [follow[self._rest_position(robot, p)] for p in range(len(follow))]
         return [-1 if q < 0 else self._rest[robot][q] for q in leaving]
-
-    def _straight_on(self, robot: int) -> list[bool]:
-        """Whether one move leads from a rest to a rest that it can leave again, by position."""
-        layout = self._layout
-        path, home, follow = layout.path[robot], layout.home[robot], layout.follow[robot]
-        return [home[p] and q >= 0 and home[q] and layout.never_blocks[path[q]] for p, q in enumerate(follow)]
 
     def _rest_position(self, robot: int, position: int) -> int:
         for _ in range(self._layout.steps[robot][position]):
@@ -123,9 +116,9 @@ class Flow:
 
     def judge(self, configuration: Configuration, stand: Stand, robot: int) -> Decision:
         """Decide the next move of `robot`, which is enabled."""
-        return self.chain(stand, robot) or self._narrow.judge(configuration, stand, robot)
+        return self.at_once(stand, robot) or self._narrow.judge(configuration, stand, robot)
 
-    def chain(self, stand: Stand, robot: int) -> Decision | None:
+    def at_once(self, stand: Stand, robot: int) -> Decision | None:
         """Decide by the chain rule alone; None if the way home over narrow places has to be looked at too."""
         p = stand.at[robot]
         if self._layout.home[robot][p]:
@@ -143,7 +136,7 @@ class Flow:
                     circle = self.closes(stand, robot, target)
                     if circle:
                         return self._refuse(stand, circle)
-            if self._straight[robot][p]:
+            if self._layout.straight[robot][p]:
                 return _FREE
         return None
 
@@ -198,12 +191,12 @@ class Flow:
             self._held[target] += 1
             if not rests and self._wide[target]:
                 self._coming[target].append(robot)
-            if self._straight[robot][before]:
-                self._narrow.passed_by()
+            if self._layout.straight[robot][before]:
+                self._narrow.forget_verdicts()
                 return True
         elif rests and self._wide[target]:
             self._coming[target].remove(robot)
-        return self._narrow.moved(robot)
+        return self._narrow.moved(robot, before)
 
     def target(self, stand: Stand, robot: int) -> int:
         """Return the rest that `robot` drives to when it leaves the rest where it is."""
@@ -211,9 +204,7 @@ class Flow:
 
     def witness_with(self, stand: Stand, robot: int) -> list[int]:
         """Return moves that bring every robot to a rest, beginning with the admitted one of `robot`."""
-        if self._straight[robot][stand.at[robot]]:
-            return [robot, *(self._narrow.witness or [])]
-        return [robot, *(self._narrow.witness_after(robot) or [])]
+        return [robot, *(self._narrow.witness_after(stand, robot) or [])]
 
     @property
     def witness(self) -> list[int] | None:

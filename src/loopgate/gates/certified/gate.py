@@ -178,11 +178,7 @@ class CertifiedGate:
         if stand.count[s] >= layout.room[s]:
             return Decision(admitted=False, reason=Reason.OCCUPIED, blockers=tuple(stand.occupants(s)))
         keeper = self._keeper
-        if isinstance(keeper, Flow):
-            decision = keeper.chain(stand, robot)
-            if decision is not None:
-                return decision
-        return keeper.judge(self._here(), stand, robot)
+        return keeper.at_once(stand, robot) or keeper.judge(self._here(), stand, robot)
 
     def certificate(self, configuration: Configuration, robot: int) -> dict[str, Any] | None:
         """Return what shows that the decision about `robot` is right, to be checked by others.
@@ -218,7 +214,7 @@ class CertifiedGate:
         elif isinstance(keeper, Rounds):
             known = keeper.moved(robot, self._here())
         else:
-            known = keeper.moved(robot)
+            known = keeper.moved(robot, before)
         if not known:
             self._begin()
         if self._patience.moved(robot, for_good=self._layout.follow[robot][after] < 0):

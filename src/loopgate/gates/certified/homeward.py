@@ -73,6 +73,10 @@ class Homeward:
         self._witness = moves
         return True
 
+    def at_once(self, stand: Stand, robot: int) -> Decision | None:
+        """Admit a move from one home to the next of which the witness does not speak: it is still one."""
+        return _REPLAYED if self._passes_by(robot, stand.at[robot]) else None
+
     def judge(self, configuration: Configuration, stand: Stand, robot: int) -> Decision:
         """Decide the next move of `robot`, which is enabled."""
         verdict = self._verdicts.get(robot)
@@ -80,14 +84,17 @@ class Homeward:
             verdict = self._verdicts[robot] = self._judge(configuration, stand, robot)
         return verdict.decision
 
-    def moved(self, robot: int) -> bool:
-        """Take over the witness of the move of `robot`; False if there is none."""
+    def moved(self, robot: int, before: int) -> bool:
+        """Take over the witness of the move of `robot` from position `before`; False if there is none."""
+        if self._passes_by(robot, before):
+            self.forget_verdicts()
+            return True
         verdict = self._verdicts.get(robot)
         self._verdicts.clear()
         self._witness = None if verdict is None else verdict.witness
         return self._witness is not None
 
-    def passed_by(self) -> None:
+    def forget_verdicts(self) -> None:
         """Take note of a move between homes that the witness does not speak of."""
         self._verdicts.clear()
 
@@ -125,8 +132,10 @@ class Homeward:
         """The layout whose homes are meant."""
         return self._layout
 
-    def witness_after(self, robot: int) -> list[int] | None:
+    def witness_after(self, stand: Stand, robot: int) -> list[int] | None:
         """Return moves that bring every robot home after the admitted move of `robot`."""
+        if self._passes_by(robot, stand.at[robot]):
+            return self._witness
         verdict = self._verdicts.get(robot)
         return None if verdict is None else verdict.witness
 
@@ -134,6 +143,10 @@ class Homeward:
     def witness(self) -> list[int] | None:
         """Moves that bring every robot home from the current configuration."""
         return self._witness
+
+    def _passes_by(self, robot: int, position: int) -> bool:
+        witness = self._witness
+        return witness is not None and self._layout.straight[robot][position] and robot not in witness
 
     def _away(self, stand: Stand) -> list[int]:
         """Robots that are not at home, those that the witness moves first in front."""

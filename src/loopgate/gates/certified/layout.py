@@ -40,6 +40,8 @@ class Layout:
         By state; see above.
     home
         Whether the position is a home, per robot and position.
+    straight
+        Whether one move leads from a home to a home that it can leave again, per robot and position.
     steps
         Moves from the position to the next home, 0 at a home, -1 if there is none.
     way
@@ -54,7 +56,7 @@ class Layout:
 
     __slots__ = (
         "fifo", "follow", "home", "homeless", "hopeless", "never_blocks", "path", "room", "settles",
-        "settling", "steps", "system", "through", "way", "wide",
+        "settling", "steps", "straight", "system", "through", "way", "wide",
     )  # fmt: skip
 
     def __init__(self, system: System, *, rests: bool = False) -> None:
@@ -95,6 +97,10 @@ class Layout:
             for i, path in enumerate(self.path)
         ]
         self.home = [self._homes(i, enders) for i in range(len(self.path))]
+        self.straight = [
+            [home[p] and q >= 0 and home[q] and self.never_blocks[path[q]] for p, q in enumerate(follow)]
+            for path, home, follow in zip(self.path, self.home, self.follow, strict=True)
+        ]
         self.homeless = tuple(i for i, home in enumerate(self.home) if not any(home))
         self.hopeless = tuple(
             i

@@ -106,6 +106,10 @@ class Rounds:
         self._here = configuration
         return True
 
+    def at_once(self, stand: Stand, robot: int) -> None:
+        """Return None: every move has to be looked at."""
+        del stand, robot
+
     def judge(self, configuration: Configuration, stand: Stand, robot: int) -> Decision:
         """Decide the next move of `robot`, which is enabled."""
         del stand
