@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Iterable, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
@@ -83,10 +83,9 @@ class Gatekeeper:
             tuple(-1 if (q := robot.next_position(p)) is None else q for p in range(len(robot.path)))
             for robot in self.system.robots
         ]
-        self.decision_us = Histogram()
         self.refusals: Counter[str] = Counter()
-        self.stage_us: dict[str, Histogram] = {}
-        """Times of the decisions by the stage that made them, where the gate has stages."""
+        self.decision_us: defaultdict[str, Histogram] = defaultdict(Histogram)
+        """Times of the decisions by the stage that made them, empty where the gate has none."""
         self.messages = 0
         self.itineraries = abstraction.itineraries
         by_loop = {id(way): [leg.crossings for leg in way.legs] for way in abstraction.itineraries}
@@ -100,6 +99,10 @@ class Gatekeeper:
         self._new: list[_Pending] = []
         self._decided_s = -1.0
         self._version = 0
+        self._filled: set[int] = set()
+        """States that this step's grants took slots of."""
+        self._entered: set[str] = set()
+        """Movements that they lead over."""
         self._way_for: dict[str, int] = {}
         self._slot_for: dict[int, int] = {}
         self.sight: Sight | None = None
@@ -172,6 +175,8 @@ class Gatekeeper:
         else:
             looked_at = self._new
         self._new = []
+        self._filled.clear()
+        self._entered.clear()
         answers: list[Answer] = []
         possible = [pending.request for pending in looked_at if self._possible(pending, now_s, answers)]
         if possible:
@@ -277,34 +282,41 @@ class Gatekeeper:
     def _decide_one(self, pending: _Pending, now_s: float, answers: list[Answer]) -> None:
         robot = pending.request.robot
         pending.asked_at_s = now_s
-        if pending.looked_at_version != self._version:  # another one of this step was granted before
+        if self._crossed_by_grants(pending.request):
             reason = self._in_the_way(pending.request)
             if reason is not None:
                 self._refuse(pending, reason, answers)
                 return
-            pending.looked_at_version = self._version
         begin = perf_counter_ns()
         if self._following is not None:
             decision = self._following.decide_here(robot)
         else:
             decision = self._gate.decide(self.configuration, robot)
-        spent_us = (perf_counter_ns() - begin) / 1000.0
-        self.decision_us.add(spent_us)
+        self.decision_us[decision.stage].add((perf_counter_ns() - begin) / 1000.0)
         self.messages += decision.messages
-        if decision.stage:
-            self.stage_us.setdefault(decision.stage, Histogram()).add(spent_us)
         pending.decision = decision
         if not decision.admitted:
             self._refuse(pending, decision.reason, answers, decision.stage)
             return
         self._grant(pending.request, decision, answers)
 
+    def _crossed_by_grants(self, request: Request) -> bool:
+        """Return whether a grant of this step can be in the way of `request`, looked at before it."""
+        if self.obstacles or request.wanted in self._filled:
+            return True
+        entered = self._entered
+        crossings = self._crossings_of[request.robot][self._at[request.robot]]
+        return bool(entered) and any(not entered.isdisjoint(mine.foes) for mine in crossings)
+
     def _grant(self, request: Request, decision: Decision, answers: list[Answer]) -> None:
         robot = request.robot
         for obstacle in self.obstacles:
             obstacle.granted(robot)
         here = self._at[robot]
-        self.occupancy.enter(robot, self._crossings_of[robot][here])
+        crossings = self._crossings_of[robot][here]
+        self.occupancy.enter(robot, crossings)
+        self._entered.update(mine.id for mine in crossings)
+        self._filled.add(request.wanted)
         self._at[robot] = self._follow[robot][here]
         line = self._lines.get(request.here)
         if line is not None:

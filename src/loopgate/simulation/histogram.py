@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 
 import numpy as np
+from numpy.typing import NDArray
 
 __all__ = ["Histogram"]
 
@@ -18,19 +20,34 @@ class Histogram:
     """Counts of positive numbers in logarithmic classes 2.3 % wide, from 0.01 up to 1e8.
 
     Meant for microseconds; quantiles are exact to the class, the maximum is exact.
+
+    Parameters
+    ----------
+    parts
+        What these have counted counts as well.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, parts: Iterable[Histogram] = ()) -> None:
         self._counts = np.zeros(_PER_DECADE * _DECADES + 1, dtype=np.int64)
         self._recent: list[float] = []
         self._total = 0.0
         self._max = 0.0
+        for part in parts:
+            self._counts += part.counts
+            self._total += part.total
+            self._max = max(self._max, part.max)
 
     def add(self, value: float) -> None:
         """Count `value`."""
         self._recent.append(value)
         if len(self._recent) >= _BATCH:
             self._sort_in()
+
+    @property
+    def counts(self) -> NDArray[np.int64]:
+        """How many numbers there are in each class."""
+        self._sort_in()
+        return self._counts
 
     @property
     def count(self) -> int:

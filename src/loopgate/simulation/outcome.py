@@ -34,6 +34,7 @@ from loopgate.results.columns import (
 )
 from loopgate.results.recorder import read_events
 from loopgate.simulation.gatekeeper import Gatekeeper
+from loopgate.simulation.histogram import Histogram
 from loopgate.simulation.loop_run import Course
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.watch import Deadlock
@@ -162,8 +163,9 @@ def summary(
         The abstraction's.
     """
     duration = max(0.0, course.end_s - course.begin_s)
-    none = {"median": 0.0, "p99": 0.0, "max": 0.0}
-    stage_us = _stage_times(keeper) if keeper else {}
+    times = keeper.decision_us if keeper else {}
+    decisions = Histogram(times.values())
+    stage_us = {s: {"count": h.count, **h.summary()} for s, h in sorted(times.items()) if s}
     return {
         "network": scenario.network,
         "abstraction": scenario.abstraction,
@@ -179,11 +181,11 @@ def summary(
         "deadlocks": [_deadlock_figures(deadlock) for deadlock in course.deadlocks],
         "collisions": course.collisions,
         "teleports": course.teleports,
-        "decisions": keeper.decision_us.count if keeper else 0,
+        "decisions": decisions.count,
         "refusals": dict(sorted(keeper.refusals.items())) if keeper else {},
         "stages": {stage: times["count"] for stage, times in stage_us.items()},
         "messages": keeper.messages if keeper else 0,
-        "decision_us": keeper.decision_us.summary() if keeper else none,
+        "decision_us": decisions.summary(),
         "stage_us": stage_us,
         "wall_s": {
             "sumo": round(course.sumo_s, 3),
@@ -195,10 +197,6 @@ def summary(
         "versions": _versions(),
         "command": scenario.command(str(folder.path)),
     }
-
-
-def _stage_times(keeper: Gatekeeper) -> dict[str, dict[str, float]]:
-    return {s: {"count": h.count, **h.summary()} for s, h in sorted(keeper.stage_us.items())}
 
 
 def _versions() -> dict[str, str]:

@@ -19,6 +19,20 @@ def test_quantiles_are_exact_to_the_class() -> None:
     assert histogram.max == values[-1]
 
 
+def test_parts_together_are_the_whole() -> None:
+    """Histograms of parts of the numbers give the same as one of all."""
+    rng = random.Random(2)
+    values = [rng.lognormvariate(3.0, 1.0) for _ in range(9000)]
+    whole, parts = Histogram(), [Histogram() for _ in range(3)]
+    for value in values:
+        whole.add(value)
+        rng.choice(parts).add(value)
+    together = Histogram(parts)
+    assert together.summary() == whole.summary()
+    assert together.count == whole.count
+    assert abs(together.total - whole.total) < 1e-6 * whole.total
+
+
 def test_nothing_counted_gives_zeros() -> None:
     """An open run has no decisions."""
     assert Histogram().summary() == {"median": 0.0, "p99": 0.0, "max": 0.0}
