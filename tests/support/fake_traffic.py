@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from loopgate.traffic.base import Collision, Dynamics, Light, Program
@@ -94,9 +94,9 @@ class FakeTraffic:
         """Like SUMO's: from 0 at the start."""
         return self.fleet[vehicle].front_m - self.fleet[vehicle].start_m
 
-    def odometers(self, vehicles: Sequence[str]) -> Sequence[float]:
+    def odometers(self, vehicles: Sequence[str]) -> Iterator[float]:
         """Return the odometers."""
-        return [self.odometer(vehicle) for vehicle in vehicles]
+        return map(self.odometer, vehicles)
 
     def lane(self, vehicle: str) -> tuple[str, float]:
         """Return edge and position; an edge has one lane here."""

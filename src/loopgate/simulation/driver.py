@@ -2,12 +2,22 @@
 
 from __future__ import annotations
 
+from collections import deque
+from typing import NamedTuple
+
 from loopgate.simulation.fleet import NOWHERE
 from loopgate.simulation.sensing import braking_m, must_ask
 from loopgate.simulation.track import Track
 from loopgate.traffic.base import Dynamics
 
-__all__ = ["Driver"]
+__all__ = ["Driver", "Joint"]
+
+
+class Joint(NamedTuple):
+    """Where one leg ends and the next begins, along the way [m]."""
+
+    end_m: float
+    begin_m: float
 
 
 class Driver:
@@ -39,8 +49,10 @@ class Driver:
         self.granted = track.start_position
         self.tail = track.start_position
         self.crossed = track.start_position
-        self.line_m = NOWHERE
+        self.line_m = self.end_m(self.granted)
         """Where the last granted leg ends [m]."""
+        self.behind: deque[Joint] = deque()
+        """Between the legs `crossed` to `granted`: where each ends and the next begins."""
         self.held = False
         self.halted_since: float | None = None
         self.stops = 0
@@ -75,6 +87,27 @@ class Driver:
     def worst_wait_s(self, now_s: float) -> float:
         """Return the longest time from asking to being granted, a wait under way included [s]."""
         return max(self.longest_wait_s, now_s - self.asked_s if self.asked_s is not None else 0.0)
+
+    def grant(self) -> None:
+        """Go on to the next leg."""
+        self.granted += 1
+        self.behind.append(Joint(self.line_m, self.begin_m(self.granted)))
+        self.line_m = self.end_m(self.granted)
+
+    def rear_leaves(self, rear_m: float) -> bool:
+        """Let the rear at `rear_m` leave the leg `tail`; return whether it is out of it."""
+        if self.tail == self.granted or rear_m < self.behind[self.tail - self.crossed].end_m:
+            return False
+        self.tail += 1
+        return True
+
+    def rear_clears(self, rear_m: float) -> bool:
+        """Let the rear at `rear_m` clear the crossings behind the leg `crossed`; return whether it has."""
+        if self.crossed == self.tail or rear_m < self.behind[0].begin_m:
+            return False
+        self.crossed += 1
+        self.behind.popleft()
+        return True
 
     def end_m(self, leg: int) -> float:
         """Return where leg `leg` of the way ends [m]; infinity where there are no legs."""

@@ -162,7 +162,6 @@ class Engine:
     def _aim(self, driver: Driver) -> None:
         """Tell the fleet where the vehicle's grants end, and where it gives back what it leaves."""
         robot, vehicles = driver.robot, self.fleet.vehicles
-        driver.line_m = driver.end_m(driver.granted)
         vehicles.granted[robot] = driver.granted
         vehicles.note_m[robot] = -NOWHERE  # its beginning is to be noted too
         vehicles.line_m[robot] = driver.line_m
@@ -170,17 +169,16 @@ class Engine:
             self._aim_rear(driver)
 
     def _aim_rear(self, driver: Driver) -> None:
-        keeper, leg = self._gatekeeper, driver.tail
-        if driver.crossed >= driver.granted:
-            target = NOWHERE
-        elif leg > driver.crossed or keeper is None:
-            target = driver.begin_m(driver.crossed + 1) + driver.length
-        else:
-            target = driver.end_m(leg) + driver.length
-            here = keeper.system.paths[driver.robot][leg % driver.legs]
-            # Nobody waits for a slot behind while there are others: one look for slot and crossing together.
-            if keeper.occupancy.room(here) > 0:
-                target = max(target, driver.begin_m(leg + 1) + driver.length)
+        keeper = self._gatekeeper
+        target = NOWHERE
+        if driver.behind:
+            end_m, begin_m = driver.behind[0]
+            target = begin_m + driver.length
+            if driver.tail == driver.crossed and keeper is not None:
+                here = keeper.system.paths[driver.robot][driver.tail % driver.legs]
+                # Nobody waits for a slot while there are others: one look for slot and crossing together.
+                left_m = end_m + driver.length
+                target = max(target, left_m) if keeper.occupancy.room(here) > 0 else left_m
         self.fleet.vehicles.rear_m[driver.robot] = target
 
     def _free_behind(self, driver: Driver, now: float) -> None:
@@ -189,14 +187,12 @@ class Engine:
             return
         robot, legs = driver.robot, driver.legs
         rear = self.fleet.fronts[robot] - driver.length
-        while driver.tail < driver.granted and rear >= driver.end_m(driver.tail):
-            position = driver.tail % legs
+        while driver.rear_leaves(rear):
+            position = (driver.tail - 1) % legs
             keeper.left(robot, keeper.system.paths[robot][position])
             self._recorder.note(now, driver.id, Event.LEAVE, driver.track.states[position])
-            driver.tail += 1
-        while driver.crossed < driver.tail and rear >= driver.begin_m(driver.crossed + 1):
-            keeper.cleared(robot, driver.crossed % legs)
-            driver.crossed += 1
+        while driver.rear_clears(rear):
+            keeper.cleared(robot, (driver.crossed - 1) % legs)
         self._aim_rear(driver)
 
     def _note_trespass(self, driver: Driver, now: float) -> None:
@@ -255,7 +251,7 @@ class Engine:
         keeper = self._gatekeeper
         if keeper is None:
             return
-        driver.granted += 1
+        driver.grant()
         self._aim(driver)
         place = driver.track.states[driver.position(driver.granted)]
         self._recorder.note(now, driver.id, Event.GRANT, place, answer.reason.value, answer.stage)

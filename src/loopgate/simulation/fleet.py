@@ -67,7 +67,7 @@ class Fleet:
         self._ways.accel[:] = [d.accel_mps2 for d in dynamics]
         self._ways.decel[:] = [d.decel_mps2 for d in dynamics]
         self._ways.top[:] = top_mps
-        self._odometer[:] = self._traffic.odometers(self._ids)
+        self._read_odometers()
         self.vehicles.offset[:] = self.vehicles.front - self._odometer
 
     def advance(self, now_s: float) -> Iterator[tuple[int, int]]:
@@ -78,13 +78,17 @@ class Fleet:
         iterator of (vehicle, call)
             Vehicles that the caller has to look at, and why: a constant of `loopgate.simulation.sensing`.
         """
-        self._odometer[:] = self._traffic.odometers(self._ids)
+        self._read_odometers()
         noted, called = self._sense(self._odometer)
         self.fronts = self.vehicles.front.tolist()
         self.speeds = self.vehicles.speed.tolist()
         if noted:
             self._recorder.passed(now_s, self._rows[:noted])
         return iter(self._calls[:called].tolist())
+
+    def _read_odometers(self) -> None:
+        read = self._traffic.odometers(self._ids)
+        self._odometer = np.fromiter(read, dtype=np.float64, count=len(self._ids))
 
     def _sense(self, odometer: NDArray[np.float64]) -> tuple[int, int]:
         return sense(

@@ -167,7 +167,7 @@ class Lights:
         if not patient:
             return True
         speed = self._fleet.speeds[driver.robot]
-        to_end_m = driver.end_m(driver.granted) - self._fleet.fronts[driver.robot]
+        to_end_m = driver.line_m - self._fleet.fronts[driver.robot]
         for signal in signals:
             distance_m = to_end_m + signal.ahead_m
             top = min(driver.top, max(speed, signal.speed_mps))
@@ -185,7 +185,7 @@ class Lights:
         self._red_since.pop(robot, None)
         for signal in self._signals[robot][driver.position(driver.granted)]:
             self._grants += 1
-            line_m = driver.end_m(driver.granted) + signal.ahead_m
+            line_m = driver.line_m + signal.ahead_m
             self._under_way.append(_Passage(driver, signal, line_m))
 
     def blockers(self, robot: int) -> Sequence[Sequence[str]]:

@@ -134,7 +134,7 @@ class Others:
         if not seen:
             return []
         driver = self._drivers[robot]
-        here_m = way.line_m - (driver.end_m(driver.granted) - self._fleet.fronts[robot])
+        here_m = way.line_m - (driver.line_m - self._fleet.fronts[robot])
         return [s.vehicle for s in seen if here_m < s.position_m <= way.line_m + _BEYOND_M]
 
     def _across(self, way: Way) -> list[str]:
@@ -147,7 +147,7 @@ class Others:
             return False
         driver = self._drivers[robot]
         speed = self._fleet.speeds[robot]
-        left_m = driver.end_m(driver.granted) - self._fleet.fronts[robot]
+        left_m = driver.line_m - self._fleet.fronts[robot]
         top = min(driver.top, way.speed_mps)
         there_s = time_s(left_m, speed, driver.accel, top)
         over_s = time_s(left_m + way.over_m + driver.length, speed, driver.accel, top) + _APART_S

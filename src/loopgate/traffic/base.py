@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -93,7 +93,7 @@ class Traffic(Protocol):
         """Return the distance driven, counted from an origin of the vehicle's own [m]."""
         ...
 
-    def odometers(self, vehicles: Sequence[str]) -> Sequence[float]:
+    def odometers(self, vehicles: Sequence[str]) -> Iterator[float]:
         """Return the odometers [m] of `vehicles`, in their order; the same vehicles at every call."""
         ...
 

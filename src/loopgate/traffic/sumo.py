@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 from loopgate.errors import TrafficError
@@ -88,10 +88,9 @@ class SumoTraffic:
         """Return the odometer [m]."""
         return self._odometer(vehicle)
 
-    def odometers(self, vehicles: Sequence[str]) -> Sequence[float]:
+    def odometers(self, vehicles: Sequence[str]) -> Iterator[float]:
         """Return the odometers [m] of `vehicles`, in their order."""
-        get = self._odometer
-        return [get(vehicle) for vehicle in vehicles]
+        return map(self._odometer, vehicles)
 
     def lane(self, vehicle: str) -> tuple[str, float]:
         """Return lane id and position of the front on that lane [m]."""
