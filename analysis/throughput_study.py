@@ -149,7 +149,7 @@ def ratios(runs: pd.DataFrame, study: Study) -> pd.DataFrame:
         if count not in best:
             return ""
         values = (group.set_index(c.SEED)[c.KM_PER_H] / best[count]).dropna()
-        return _with_half(values, 2)
+        return with_half(values, 2)
 
     return _wide(done[~done[RULE].isin(own)], study, ratio)
 
@@ -171,8 +171,8 @@ def details(runs: pd.DataFrame, study: Study) -> pd.DataFrame:
             {
                 "vehicles": count,
                 "rule": rule,
-                "km": _with_half(done[c.KM_PER_H], 0),
-                "laps": _with_half(done[c.LAPS], 0),
+                "km": with_half(done[c.KM_PER_H], 0),
+                "laps": with_half(done[c.LAPS], 0),
                 "without a lap at the end": f"{done[c.LAPLESS].mean():.1f}",
                 "locked": f"{int((done[c.DEADLOCKS] > 0).sum())} of {len(done)}",
                 "longest wait [s]": f"{done[c.LONGEST_WAIT].max():.0f}" if len(gated) else "",
@@ -191,10 +191,11 @@ def _km(group: pd.DataFrame) -> str:
     if done.empty:
         return "refused"
     locked = int((done[c.DEADLOCKS] > 0).sum())
-    return _with_half(done[c.KM_PER_H], 0) + (f" ({locked} of {len(done)} locked)" if locked else "")
+    return with_half(done[c.KM_PER_H], 0) + (f" ({locked} of {len(done)} locked)" if locked else "")
 
 
-def _with_half(values: Iterable[float], digits: int) -> str:
+def with_half(values: Iterable[float], digits: int) -> str:
+    """Return mean and half the 95 % interval, if there are values enough for one."""
     interval = mean_interval(list(values))
     if math.isnan(interval.high):
         return f"{interval.estimate:.{digits}f}"
