@@ -16,6 +16,7 @@ from loopgate.negotiation.base import InformedNegotiation, Negotiation, Request
 from loopgate.simulation.histogram import Histogram
 from loopgate.simulation.obstacles import Obstacle
 from loopgate.simulation.occupancy import Occupancy
+from loopgate.simulation.right_of_way import RightOfWay
 from loopgate.simulation.sight import Sight
 
 __all__ = ["Answer", "Gatekeeper"]
@@ -103,8 +104,7 @@ class Gatekeeper:
         """States that this step's grants took slots of."""
         self._entered: set[str] = set()
         """Movements that they lead over."""
-        self._way_for: dict[str, int] = {}
-        self._slot_for: dict[int, int] = {}
+        self._kept = RightOfWay(self.occupancy)
         self.sight: Sight | None = None
         """Frees crossings piece by piece if given; else when the rear has passed all of it."""
         self.obstacles: tuple[Obstacle, ...] = ()
@@ -189,29 +189,19 @@ class Gatekeeper:
         return answers
 
     def _make_way(self, now_s: float) -> None:
-        """Keep way and last slot for those that others have passed over for too long; oldest first.
+        """Keep way and last slot for those that have been passed over for too long.
 
-        A long crossing is hardly ever clear all along by itself, and the slot that a full place gives back is
-        taken by whoever has the shorter way. Those on the crossing drive on to slots of their own, so it
-        clears; who is then refused by the gate lets others go before it again.
+        Who is then refused by the gate lets others go before it again.
         """
         late = [
-            pending
-            for pending in self._pending.values()
+            (pending.request, self._crossings_of[robot][self._at[robot]])
+            for robot, pending in self._pending.items()
             if pending.reason in _PASSED_OVER
             and now_s - pending.request.since_s >= _PATIENCE_S
             and now_s - pending.asked_at_s >= _GIVES_WAY_S
         ]
-        self._way_for = {}
-        self._slot_for = {}
-        for pending in sorted(late, key=lambda late: (late.request.since_s, late.request.robot)):
-            robot = pending.request.robot
-            self._slot_for.setdefault(pending.request.wanted, robot)
-            crossings = self._crossings_of[robot][self._at[robot]]
-            if pending.reason is Reason.CROSSING and not any(mine.id in self._way_for for mine in crossings):
-                for mine in crossings:
-                    for foe in sorted(mine.foes):
-                        self._way_for.setdefault(foe, robot)
+        if self._kept.renew(late):
+            self._version += 1  # who was refused for a slot that was kept is looked at again
 
     def _possible(self, pending: _Pending, now_s: float, answers: list[Answer]) -> bool:
         """Return whether it is for the negotiation and the gate to say; else note the refusal."""
@@ -238,11 +228,11 @@ class Gatekeeper:
         request = pending.request
         if pending.reason is Reason.OCCUPIED:
             if self.occupancy.room(request.wanted) > 0:
-                return self._kept_by({self._slot_for.get(request.wanted, robot)} - {robot})
+                return self._kept_by({self._kept.slot.get(request.wanted, robot)} - {robot})
             return [[other for other in self.occupancy.holders(request.wanted) if other != robot]]
         if pending.reason is Reason.CROSSING:
             crossings = self._crossings_of[robot][self._at[robot]]
-            kept_for = {self._way_for.get(mine.id, robot) for mine in crossings} - {robot}
+            kept_for = {self._kept.way.get(mine.id, robot) for mine in crossings} - {robot}
             return self._kept_by(kept_for) + [
                 [other] for mine in crossings for other, _ in self.occupancy.foes_on_way(mine, robot)
             ]
@@ -265,10 +255,10 @@ class Gatekeeper:
     def _in_the_way(self, request: Request) -> Reason | None:
         robot = request.robot
         room = self.occupancy.room(request.wanted)
-        if room <= 0 or (room == 1 and self._slot_for.get(request.wanted, robot) != robot):
+        if room <= 0 or (room == 1 and self._kept.slot.get(request.wanted, robot) != robot):
             return Reason.OCCUPIED
         for mine in self._crossings_of[robot][self._at[robot]]:
-            if self._way_for.get(mine.id, robot) != robot:
+            if self._kept.way.get(mine.id, robot) != robot:
                 return Reason.CROSSING
             for other, foe in self.occupancy.foes_on_way(mine, robot):
                 if self.sight is None or self.sight.in_the_way(robot, mine, other, foe):

@@ -123,3 +123,33 @@ def test_after_a_minute_nobody_takes_the_slot_that_it_waits_for() -> None:
     assert books.blockers(D) == [[A]]
     books.cleared(C, 0)
     assert said(books.decide(62.0)) == [(A, True, "free")]
+
+
+def test_two_that_wait_for_one_slot_never_keep_something_from_each_other() -> None:
+    """While A's light is red slot and way are kept for D; after that A gets both, and not the slot alone."""
+    robots = system({"a": "pa s", "b": "s pb", "c": "pc qc", "d": "pd s"})
+    x, z = Crossing("x", frozenset({"y"})), Crossing("z", frozenset({"y"}))
+    y = Crossing("y", frozenset({"x", "z"}))
+    crossings = {"a": (x,), "b": (), "c": (z,), "d": (y,)}
+    itineraries = tuple(
+        Itinerary(
+            robot.id,
+            100.0,
+            (Leg(robot.path[0], 0.0, 40.0, crossings[robot.id]), Leg(robot.path[1], 50.0, 100.0)),
+        )
+        for robot in robots.robots
+    )
+    abstraction = Abstraction("queues", robots, itineraries, (0.0,) * 4)
+    books = Gatekeeper(abstraction, make_gate("collision", robots), OldestFirst(Random(1)))
+    books.asks(A, 0.0)
+    books.asks(D, 1.0)
+    books.decide(1.0)
+    books.asks(B, 60.0)
+    books.asks(C, 60.0)
+    books.decide(60.0)
+    books.left(B, robots.paths[B][0])
+    books.obstacles = (Red(A),)
+    assert said(books.decide(61.0)) == [(A, False, "red")]
+    assert said(books.decide(62.0)) == [(A, False, "occupied"), (D, False, "crossing")]
+    books.obstacles = ()
+    assert sorted(said(books.decide(63.0))) == [(A, True, "free"), (D, False, "occupied")]
