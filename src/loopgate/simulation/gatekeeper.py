@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Sequence
 from collections.abc import Set as AbstractSet
-from dataclasses import dataclass
 from time import perf_counter_ns
 from typing import NamedTuple
 
@@ -16,6 +15,7 @@ from loopgate.negotiation.base import InformedNegotiation, Negotiation, Request
 from loopgate.simulation.histogram import Histogram
 from loopgate.simulation.obstacles import Obstacle
 from loopgate.simulation.occupancy import Occupancy
+from loopgate.simulation.pending import Pending
 from loopgate.simulation.right_of_way import RightOfWay
 from loopgate.simulation.sight import Sight
 
@@ -23,14 +23,6 @@ __all__ = ["Answer", "Gatekeeper"]
 
 _REASK_S = 1.0
 """A refusal that any change may lift is asked again at most this often [s]."""
-
-_PATIENCE_S = 60.0
-"""How long a request is passed over, on its crossing or for a slot, before others have to let it pass [s]."""
-
-_GIVES_WAY_S = 10.0
-"""How long one that the gate has refused keeps nothing for itself [s]."""
-
-_PASSED_OVER = frozenset({Reason.CROSSING, Reason.OCCUPIED})
 
 _OUTSIDE = frozenset({Reason.RED, Reason.TRAFFIC})
 """What lifts these refusals happens outside the system, so they are looked at again every step."""
@@ -46,15 +38,6 @@ class Answer(NamedTuple):
     granted: bool
     reason: Reason
     stage: str = ""
-
-
-@dataclass(slots=True)
-class _Pending:
-    request: Request
-    reason: Reason | None = None
-    decision: Decision | None = None
-    looked_at_version: int = -1
-    asked_at_s: float = -1.0
 
 
 class Gatekeeper:
@@ -96,8 +79,8 @@ class Gatekeeper:
         self._negotiation = negotiation
         if isinstance(negotiation, InformedNegotiation):
             negotiation.prepare(self.system)
-        self._pending: dict[int, _Pending] = {}
-        self._new: list[_Pending] = []
+        self._pending: dict[int, Pending] = {}
+        self._new: list[Pending] = []
         self._decided_s = -1.0
         self._version = 0
         self._filled: set[int] = set()
@@ -134,7 +117,8 @@ class Gatekeeper:
         path, here = self.system.paths[robot], self._at[robot]
         there = self._follow[robot][here]
         if there >= 0:
-            pending = _Pending(Request(robot, path[here], path[there], now_s))
+            request = Request(robot, path[here], path[there], now_s)
+            pending = Pending(request, self._crossings_of[robot][here])
             self._pending[robot] = pending
             self._new.append(pending)
 
@@ -170,8 +154,9 @@ class Gatekeeper:
         """
         if now_s > self._decided_s:
             self._decided_s = now_s
-            self._make_way(now_s)
-            looked_at: Iterable[_Pending] = self._pending.values()
+            if self._kept.renew(self._pending.values(), now_s):
+                self._version += 1  # who was refused for a slot that was kept is looked at again
+            looked_at: Iterable[Pending] = self._pending.values()
         else:
             looked_at = self._new
         self._new = []
@@ -188,22 +173,7 @@ class Gatekeeper:
                     self._refuse(still, Reason.RESERVE, answers)
         return answers
 
-    def _make_way(self, now_s: float) -> None:
-        """Keep way and last slot for those that have been passed over for too long.
-
-        Who is then refused by the gate lets others go before it again.
-        """
-        late = [
-            (pending.request, self._crossings_of[robot][self._at[robot]])
-            for robot, pending in self._pending.items()
-            if pending.reason in _PASSED_OVER
-            and now_s - pending.request.since_s >= _PATIENCE_S
-            and now_s - pending.asked_at_s >= _GIVES_WAY_S
-        ]
-        if self._kept.renew(late):
-            self._version += 1  # who was refused for a slot that was kept is looked at again
-
-    def _possible(self, pending: _Pending, now_s: float, answers: list[Answer]) -> bool:
+    def _possible(self, pending: Pending, now_s: float, answers: list[Answer]) -> bool:
         """Return whether it is for the negotiation and the gate to say; else note the refusal."""
         reason = pending.reason
         if reason is Reason.OCCUPIED and self.occupancy.room(pending.request.wanted) <= 0:
@@ -214,7 +184,7 @@ class Gatekeeper:
         ):
             return False
         pending.looked_at_version = self._version
-        reason = self._in_the_way(pending.request)
+        reason = self._in_the_way(pending)
         if reason is not None:
             self._refuse(pending, reason, answers)
             return False
@@ -231,7 +201,7 @@ class Gatekeeper:
                 return self._kept_by({self._kept.slot.get(request.wanted, robot)} - {robot})
             return [[other for other in self.occupancy.holders(request.wanted) if other != robot]]
         if pending.reason is Reason.CROSSING:
-            crossings = self._crossings_of[robot][self._at[robot]]
+            crossings = pending.crossings
             kept_for = {self._kept.way.get(mine.id, robot) for mine in crossings} - {robot}
             return self._kept_by(kept_for) + [
                 [other] for mine in crossings for other, _ in self.occupancy.foes_on_way(mine, robot)
@@ -243,7 +213,7 @@ class Gatekeeper:
     def _kept_by(self, late: AbstractSet[int]) -> list[list[int]]:
         """Return those for whom something is kept still: not those that something else keeps by now."""
         pending = ((other, self._pending.get(other)) for other in sorted(late))
-        return [[other] for other, its in pending if its is not None and its.reason in _PASSED_OVER]
+        return [[other] for other, its in pending if its is not None and RightOfWay.keeps(its)]
 
     def outside_blockers(self, robot: int) -> list[list[str]]:
         """Return as `blockers` does, by name, who keeps `robot` from a grant as the obstacles say."""
@@ -252,12 +222,13 @@ class Gatekeeper:
             return []
         return [list(some) for obstacle in self.obstacles for some in obstacle.blockers(robot)]
 
-    def _in_the_way(self, request: Request) -> Reason | None:
+    def _in_the_way(self, pending: Pending) -> Reason | None:
+        request = pending.request
         robot = request.robot
         room = self.occupancy.room(request.wanted)
         if room <= 0 or (room == 1 and self._kept.slot.get(request.wanted, robot) != robot):
             return Reason.OCCUPIED
-        for mine in self._crossings_of[robot][self._at[robot]]:
+        for mine in pending.crossings:
             if self._kept.way.get(mine.id, robot) != robot:
                 return Reason.CROSSING
             for other, foe in self.occupancy.foes_on_way(mine, robot):
@@ -269,11 +240,11 @@ class Gatekeeper:
                 return reason
         return None
 
-    def _decide_one(self, pending: _Pending, now_s: float, answers: list[Answer]) -> None:
+    def _decide_one(self, pending: Pending, now_s: float, answers: list[Answer]) -> None:
         robot = pending.request.robot
         pending.asked_at_s = now_s
-        if self._crossed_by_grants(pending.request):
-            reason = self._in_the_way(pending.request)
+        if self._crossed_by_grants(pending):
+            reason = self._in_the_way(pending)
             if reason is not None:
                 self._refuse(pending, reason, answers)
                 return
@@ -288,26 +259,24 @@ class Gatekeeper:
         if not decision.admitted:
             self._refuse(pending, decision.reason, answers, decision.stage)
             return
-        self._grant(pending.request, decision, answers)
+        self._grant(pending, decision, answers)
 
-    def _crossed_by_grants(self, request: Request) -> bool:
-        """Return whether a grant of this step can be in the way of `request`, looked at before it."""
-        if self.obstacles or request.wanted in self._filled:
+    def _crossed_by_grants(self, pending: Pending) -> bool:
+        """Return whether a grant of this step can be in the way of a request that was looked at before it."""
+        if self.obstacles or pending.request.wanted in self._filled:
             return True
         entered = self._entered
-        crossings = self._crossings_of[request.robot][self._at[request.robot]]
-        return bool(entered) and any(not entered.isdisjoint(mine.foes) for mine in crossings)
+        return bool(entered) and any(not entered.isdisjoint(mine.foes) for mine in pending.crossings)
 
-    def _grant(self, request: Request, decision: Decision, answers: list[Answer]) -> None:
+    def _grant(self, pending: Pending, decision: Decision, answers: list[Answer]) -> None:
+        request, crossings = pending.request, pending.crossings
         robot = request.robot
         for obstacle in self.obstacles:
             obstacle.granted(robot)
-        here = self._at[robot]
-        crossings = self._crossings_of[robot][here]
         self.occupancy.enter(robot, crossings)
         self._entered.update(mine.id for mine in crossings)
         self._filled.add(request.wanted)
-        self._at[robot] = self._follow[robot][here]
+        self._at[robot] = self._follow[robot][self._at[robot]]
         line = self._lines.get(request.here)
         if line is not None:
             line.remove(robot)
@@ -324,7 +293,7 @@ class Gatekeeper:
         del self._pending[robot]
         answers.append(Answer(request, granted=True, reason=decision.reason, stage=decision.stage))
 
-    def _refuse(self, pending: _Pending, reason: Reason, answers: list[Answer], stage: str = "") -> None:
+    def _refuse(self, pending: Pending, reason: Reason, answers: list[Answer], stage: str = "") -> None:
         if pending.reason is not reason:
             pending.reason = reason
             self.refusals[reason.value] += 1

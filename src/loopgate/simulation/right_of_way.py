@@ -2,13 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection
 
-from loopgate.abstraction.itinerary import Crossing
-from loopgate.negotiation.base import Request
+from loopgate.gates import Reason
 from loopgate.simulation.occupancy import Occupancy
+from loopgate.simulation.pending import Pending
 
 __all__ = ["RightOfWay"]
+
+_PATIENCE_S = 60.0
+"""How long a request is passed over, on its crossing or for a slot, before others have to let it pass [s]."""
+
+_SHORT_OF_SLOTS_S = 30.0
+"""How long somebody waits for a slot until those who could leave one get more attention [s]."""
+
+_PATIENCE_THERE_S = 10.0
+"""How long these are passed over [s]: a long queue would else leave one by one, each after a minute."""
+
+_GIVES_WAY_S = 10.0
+"""How long one that the gate has refused keeps nothing for itself [s]."""
+
+_PASSED_OVER = frozenset({Reason.CROSSING, Reason.OCCUPIED})
 
 
 class RightOfWay:
@@ -17,7 +31,8 @@ class RightOfWay:
     A long crossing is hardly ever clear all along by itself, and the slot that a full place gives back is
     taken by whoever has the shorter way. Those on the crossing drive on to slots of their own, so it clears.
     Nobody keeps a way to a place that has no slot for it, and of two that are in each other's way the older
-    keeps its own: so each waits for older ones only, never two for each other.
+    keeps its own: so each waits for older ones only, never two for each other. Who is refused by the gate
+    for all that lets others go before it again.
 
     Parameters
     ----------
@@ -32,18 +47,39 @@ class RightOfWay:
         self.slot: dict[int, int] = {}
         """Who has the last slot of a state, by its number."""
 
-    def renew(self, late: Iterable[tuple[Request, Sequence[Crossing]]]) -> bool:
-        """Keep all for the requests `late`, with their crossings; return whether slots changed hands."""
+    def renew(self, pending: Collection[Pending], now_s: float) -> bool:
+        """Keep what is due to each of all requests that are pending; return whether slots changed hands."""
         before = self.slot
         self.way, self.slot = {}, {}
-        for request, crossings in sorted(late, key=lambda late: (late[0].since_s, late[0].robot)):
-            robot = request.robot
-            first = self.slot.setdefault(request.wanted, robot)
-            if self._occupancy.room(request.wanted) <= (first != robot):
+        for late in self._late(pending, now_s):
+            robot, wanted = late.request.robot, late.request.wanted
+            first = self.slot.setdefault(wanted, robot)
+            if self._occupancy.room(wanted) <= (first != robot):
                 continue
-            if any(mine.id in self.way for mine in crossings):
+            if any(mine.id in self.way for mine in late.crossings):
                 continue
-            for mine in crossings:
+            for mine in late.crossings:
                 for foe in mine.foes:
                     self.way.setdefault(foe, robot)
         return before != self.slot
+
+    @staticmethod
+    def keeps(pending: Pending) -> bool:
+        """Return whether one for whom something is kept still needs it: nothing else keeps it by now."""
+        return pending.reason in _PASSED_OVER
+
+    def _late(self, pending: Collection[Pending], now_s: float) -> list[Pending]:
+        short_of_slots = {
+            one.request.wanted
+            for one in pending
+            if one.reason is Reason.OCCUPIED and one.waited_s(now_s) >= _SHORT_OF_SLOTS_S
+        }
+        late = [
+            one
+            for one in pending
+            if one.reason in _PASSED_OVER
+            and now_s - one.asked_at_s >= _GIVES_WAY_S
+            and one.waited_s(now_s)
+            >= (_PATIENCE_THERE_S if one.request.here in short_of_slots else _PATIENCE_S)
+        ]
+        return sorted(late, key=lambda one: (one.request.since_s, one.request.robot))

@@ -1,6 +1,6 @@
 """Who waits too long for a crossing that others keep busy is let pass."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from random import Random
 
 import pytest
@@ -8,28 +8,33 @@ import pytest
 from builders import system
 from loopgate.abstraction.itinerary import Abstraction, Crossing, Itinerary, Leg
 from loopgate.gates import Reason, make_gate
-from loopgate.model import StateId
+from loopgate.model import System
 from loopgate.negotiation.simple import OldestFirst
 from loopgate.simulation.gatekeeper import Answer, Gatekeeper
 
+X, Y = Crossing("x", frozenset({"y"})), Crossing("y", frozenset({"x"}))
 
-def keeper() -> Gatekeeper:
-    """Robot a crosses by x; b and c cross by y, one behind the other; x and y exclude each other."""
-    robots = system({name: f"p{name} q{name}" for name in "abc"})
-    x, y = Crossing("x", frozenset({"y"})), Crossing("y", frozenset({"x"}))
+
+def keeper(robots: System, crossings: Mapping[str, Crossing]) -> Gatekeeper:
+    """Let each robot of two states drive from the first to the second over its crossing, if it has one."""
     itineraries = tuple(
         Itinerary(
-            name,
+            robot.id,
             100.0,
             (
-                Leg(StateId(f"p{name}"), 0.0, 40.0, (x if name == "a" else y,)),
-                Leg(StateId(f"q{name}"), 50.0, 100.0),
+                Leg(robot.path[0], 0.0, 40.0, (crossings[robot.id],) if robot.id in crossings else ()),
+                Leg(robot.path[1], 50.0, 100.0),
             ),
         )
-        for name in "abc"
+        for robot in robots.robots
     )
-    abstraction = Abstraction("queues", robots, itineraries, (0.0, 0.0, 0.0))
+    abstraction = Abstraction("queues", robots, itineraries, (0.0,) * len(itineraries))
     return Gatekeeper(abstraction, make_gate("collision", robots), OldestFirst(Random(1)))
+
+
+def three() -> Gatekeeper:
+    """Robot a crosses by x; b and c cross by y, one behind the other; x and y exclude each other."""
+    return keeper(system({name: f"p{name} q{name}" for name in "abc"}), {"a": X, "b": Y, "c": Y})
 
 
 def said(answers: Sequence[Answer]) -> list[tuple[int, bool, str]]:
@@ -40,10 +45,28 @@ def said(answers: Sequence[Answer]) -> list[tuple[int, bool, str]]:
 A, B, C, D = 0, 1, 2, 3
 
 
+@pytest.mark.parametrize(("waited_s", "passed"), [(29.0, True), (30.0, False)])
+def test_one_in_a_place_that_others_wait_for_is_passed_over_for_ten_seconds_only(
+    waited_s: float,
+    passed: bool,  # noqa: FBT001  a case
+) -> None:
+    """D waits for the slot that A leaves; once it has done so for half a minute, C no longer follows B."""
+    robots = system({"a": "s qa", "b": "pb qb", "c": "pc qc", "d": "pd s"})
+    books = keeper(robots, {"a": X, "b": Y, "c": Y})
+    books.asks(D, 0.0)
+    books.asks(B, 0.0)
+    books.decide(0.0)
+    now = waited_s
+    books.asks(A, now - 10.0)
+    assert said(books.decide(now - 10.0)) == [(A, False, "crossing")]
+    books.asks(C, now)
+    assert said(books.decide(now)) == [(C, passed, "free" if passed else "crossing")]
+
+
 @pytest.mark.parametrize("late", [False, True])
 def test_after_a_minute_nobody_may_set_out_across_its_way(late: bool) -> None:  # noqa: FBT001  a case
     """C may follow B while A has waited for 59 s, no longer at 60 s: then A goes first, and C waits for A."""
-    books = keeper()
+    books = three()
     books.asks(B, 0.0)
     books.decide(0.0)
     books.asks(A, 1.0)
@@ -82,7 +105,7 @@ class Red:
 
 def test_nobody_is_said_to_wait_for_one_that_something_else_keeps() -> None:
     """A's light is red: from the next step on its way is no longer kept clear, and C may go."""
-    books = keeper()
+    books = three()
     books.asks(B, 0.0)
     books.decide(0.0)
     books.asks(A, 1.0)
@@ -100,18 +123,7 @@ def test_nobody_is_said_to_wait_for_one_that_something_else_keeps() -> None:
 def test_after_a_minute_nobody_takes_the_slot_that_it_waits_for() -> None:
     """B leaves the place that A and D want, when A's way is not clear: D, whose way is, has to wait for A."""
     robots = system({"a": "pa s", "b": "s pb", "c": "pc qc", "d": "pd s"})
-    x, y = Crossing("x", frozenset({"y"})), Crossing("y", frozenset({"x"}))
-    crossings = {"a": (x,), "b": (), "c": (y,), "d": ()}
-    itineraries = tuple(
-        Itinerary(
-            robot.id,
-            100.0,
-            (Leg(robot.path[0], 0.0, 40.0, crossings[robot.id]), Leg(robot.path[1], 50.0, 100.0)),
-        )
-        for robot in robots.robots
-    )
-    abstraction = Abstraction("queues", robots, itineraries, (0.0,) * 4)
-    books = Gatekeeper(abstraction, make_gate("collision", robots), OldestFirst(Random(1)))
+    books = keeper(robots, {"a": X, "c": Y})
     books.asks(A, 0.0)
     books.asks(D, 1.0)
     assert said(books.decide(1.0)) == [(A, False, "occupied"), (D, False, "occupied")]
@@ -128,19 +140,8 @@ def test_after_a_minute_nobody_takes_the_slot_that_it_waits_for() -> None:
 def test_two_that_wait_for_one_slot_never_keep_something_from_each_other() -> None:
     """While A's light is red slot and way are kept for D; after that A gets both, and not the slot alone."""
     robots = system({"a": "pa s", "b": "s pb", "c": "pc qc", "d": "pd s"})
-    x, z = Crossing("x", frozenset({"y"})), Crossing("z", frozenset({"y"}))
-    y = Crossing("y", frozenset({"x", "z"}))
-    crossings = {"a": (x,), "b": (), "c": (z,), "d": (y,)}
-    itineraries = tuple(
-        Itinerary(
-            robot.id,
-            100.0,
-            (Leg(robot.path[0], 0.0, 40.0, crossings[robot.id]), Leg(robot.path[1], 50.0, 100.0)),
-        )
-        for robot in robots.robots
-    )
-    abstraction = Abstraction("queues", robots, itineraries, (0.0,) * 4)
-    books = Gatekeeper(abstraction, make_gate("collision", robots), OldestFirst(Random(1)))
+    z = Crossing("z", frozenset({"y"}))
+    books = keeper(robots, {"a": X, "c": z, "d": Crossing("y", frozenset({"x", "z"}))})
     books.asks(A, 0.0)
     books.asks(D, 1.0)
     books.decide(1.0)
