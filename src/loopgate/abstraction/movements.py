@@ -1,21 +1,32 @@
-"""Which movements over junctions conflict, and where they touch: request matrix and geometry together."""
+"""Which movements over junctions conflict, and where they touch: by geometry, and by the request matrix."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from itertools import combinations
+from typing import NamedTuple
 
 from loopgate.network.contacts import lane_contacts
 from loopgate.network.records import Connection
 from loopgate.network.road import RoadNetwork
 
-__all__ = ["REACH_M", "Conflicts", "find_conflicts", "reach_m"]
+__all__ = ["REACH_M", "Conflicts", "cut_corners", "find_conflicts", "reach_m"]
 
 REACH_M = 2.2
 """Centre lines nearer than this conflict [m]: cars are 1.8 m wide in SUMO, oncoming lanes lie 3.2 m apart."""
 
 _SIDE_M = 0.4
 """What two vehicles keep between their sides at least [m]."""
+
+
+_LONG_M = 6.0
+"""Longer vehicles cut corners: their middle leaves the centre line by more than a hand."""
+
+
+def cut_corners(lengths_m: Iterable[float]) -> bool:
+    """Return whether vehicles of these lengths swing out so far that centre lines do not tell who meets."""
+    return max(lengths_m, default=0.0) > _LONG_M
 
 
 def reach_m(widths_m: Iterable[float]) -> float:
@@ -36,7 +47,7 @@ class Conflicts:
         By movement id: the movements in conflict with it. Symmetric.
     overlaps
         By movement id, then foe: between which metres after the movement's beginning the two can touch.
-        Missing where only the request matrix knows of the conflict.
+        Missing where geometry does not show the conflict.
     lengths_m, speeds_mps
         Length, and lowest speed limit until the rear is past it, the next lane's included, by movement id.
     unlisted
@@ -51,38 +62,43 @@ class Conflicts:
 
 
 def find_conflicts(
-    network: RoadNetwork, movements: Iterable[Connection], *, reach_m: float = REACH_M
+    network: RoadNetwork,
+    movements: Iterable[Connection],
+    *,
+    reach_m: float = REACH_M,
+    all_listed: bool = False,
 ) -> Conflicts:
     """Find the conflicts among movements.
 
     Movements from one lane follow each other and do not conflict. All others of one junction conflict if
-    the junction's request matrix says so or if their internal lanes come within `reach_m` of each other.
-    Where two end on one lane they touch until the end: the second must find the first ahead, not beside.
+    their internal lanes come within `reach_m` of each other, or if they end on one lane. Then they touch
+    until the end: the second must find the first ahead, not beside.
+
+    The junction's request matrix lists more: movements to neighbouring lanes of one edge, which never come
+    near each other. Vehicles under a gate do not change lanes there, and SUMO's drivers stop only for whom
+    they could meet. These conflict if `all_listed`, for vehicles that `cut_corners`, and where the network
+    has no internal lanes to look at.
 
     O(n log n + k) for n pieces of internal lanes with k near pairs.
     """
     by_id = {movement.id: movement for movement in movements}
     lengths = {m.id: sum(network.lanes[lane].length_m for lane in m.via) for m in by_id.values()}
-    owner: dict[str, tuple[str, float]] = {}
-    for movement in by_id.values():
-        driven = 0.0
-        for lane in movement.via:
-            owner[lane] = (movement.id, driven)
-            driven += network.lanes[lane].length_m
+    owner = _owners(network, by_id.values())
     foes: dict[str, set[str]] = {name: set() for name in by_id}
     overlaps: dict[str, dict[str, Overlap]] = {name: {} for name in by_id}
-    for one, other in _listed(network, by_id.values()):
-        foes[one].add(other)
-        foes[other].add(one)
+    pairs = list(_pairs(network, by_id.values()))
+    known = {frozenset(pair.ids) for pair in pairs if pair.listed or pair.certain}
+    for pair in pairs:
+        if pair.certain or (pair.listed and all_listed):
+            _add(foes, *pair.ids)
     unlisted: set[tuple[str, str]] = set()
     for x, y, mine, theirs in _touching(network, owner, reach_m):
         (one, one_at), (other, other_at) = owner[x], owner[y]
         if not _may_meet(by_id[one], by_id[other]):
             continue
-        if other not in foes[one]:
+        _add(foes, one, other)
+        if frozenset((one, other)) not in known:
             unlisted.add((one, other))
-            foes[one].add(other)
-            foes[other].add(one)
         x_m, y_m = network.lanes[x].length_m, network.lanes[y].length_m
         _widen(overlaps[one], other, one_at + mine[0] * x_m, one_at + mine[1] * x_m)
         _widen(overlaps[other], one, other_at + theirs[0] * y_m, other_at + theirs[1] * y_m)
@@ -102,6 +118,17 @@ def find_conflicts(
     )
 
 
+def _owners(network: RoadNetwork, movements: Iterable[Connection]) -> dict[str, tuple[str, float]]:
+    """Return the movement of each internal lane, and how far from its beginning that lane begins [m]."""
+    owner: dict[str, tuple[str, float]] = {}
+    for movement in movements:
+        driven = 0.0
+        for lane in movement.via:
+            owner[lane] = (movement.id, driven)
+            driven += network.lanes[lane].length_m
+    return owner
+
+
 def _touching(
     network: RoadNetwork, lanes: Iterable[str], reach_m: float
 ) -> Iterator[tuple[str, str, Overlap, Overlap]]:
@@ -116,19 +143,30 @@ def _touching(
         yield x, y, mine, (float(found.other_begin[k]), float(found.other_end[k]))
 
 
-def _listed(network: RoadNetwork, movements: Iterable[Connection]) -> Iterable[tuple[str, str]]:
+class _Pair(NamedTuple):
+    """Two movements that may meet on a junction: if its matrix lists them, and if they conflict for sure."""
+
+    ids: tuple[str, str]
+    listed: bool
+    certain: bool
+
+
+def _pairs(network: RoadNetwork, movements: Iterable[Connection]) -> Iterator[_Pair]:
     at: dict[str, list[Connection]] = {}
     for movement in movements:
         at.setdefault(movement.junction, []).append(movement)
     for together in at.values():
-        for k, one in enumerate(together):
-            for other in together[k + 1 :]:
-                if not _may_meet(one, other):
-                    continue
+        for one, other in combinations(together, 2):
+            if _may_meet(one, other):
                 listed = network.are_foes(one, other) or network.are_foes(other, one)
                 # Networks without internal lanes have no geometry and often no matrix: be safe.
-                if listed or _same_end(one, other) or not one.via or not other.via:
-                    yield one.id, other.id
+                certain = _same_end(one, other) or not one.via or not other.via
+                yield _Pair((one.id, other.id), listed, certain)
+
+
+def _add(foes: Mapping[str, set[str]], one: str, other: str) -> None:
+    foes[one].add(other)
+    foes[other].add(one)
 
 
 def _may_meet(one: Connection, other: Connection) -> bool:

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from loopgate.abstraction.itinerary import Crossing, Itinerary, Leg, Pin
-from loopgate.abstraction.movements import Conflicts, find_conflicts, reach_m
+from loopgate.abstraction.movements import Conflicts, cut_corners, find_conflicts, reach_m
 from loopgate.abstraction.pins import Target, Turn, find_pins
 from loopgate.abstraction.stretches import (
     CLEARANCE_M,
@@ -103,7 +103,10 @@ def lay_out_queues(network: RoadNetwork, users: Sequence[tuple[Loop, VehicleType
             raise RefusedLoopError(loop.id, reason, abstraction="queues")
     pieces = [piece for chain in chains.values() for piece in chain]
     conflicts = find_conflicts(
-        network, (p.movement for p in pieces if p.movement is not None), reach_m=plan.reach_m
+        network,
+        (p.movement for p in pieces if p.movement is not None),
+        reach_m=plan.reach_m,
+        all_listed=cut_corners(kind.length_m for _, kind in users),
     )
     foes = find_foes((p.passage for p in pieces if p.passage is not None), plan.narrow)
     return QueueLayout(

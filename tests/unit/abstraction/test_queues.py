@@ -13,7 +13,7 @@ import shapely
 from roads import roads
 
 from loopgate.abstraction.itinerary import Pin
-from loopgate.abstraction.movements import REACH_M, find_conflicts, reach_m
+from loopgate.abstraction.movements import REACH_M, cut_corners, find_conflicts, reach_m
 from loopgate.abstraction.queue_layout import lay_out_queues, why_not
 from loopgate.abstraction.queues import make_queues
 from loopgate.errors import ScenarioError, TooManyVehiclesError
@@ -236,11 +236,13 @@ def test_a_street_too_narrow_for_two_is_crossed_one_way_at_a_time() -> None:
 
 
 @pytest.mark.parametrize("name", [str(GRID), "sumo:DRT", "sumo:bs3d"])
-def test_conflicts_are_symmetric_and_hold_the_matrix_and_the_geometry(name: str) -> None:
+def test_conflicts_are_symmetric_and_those_of_the_geometry(name: str) -> None:
     """Against a brute-force distance of the drawn curves, pair by pair, and the request matrix."""
     network = RoadNetwork.open(name)
     movements = [m for m in network.connections if network.allows(m)]
     found = find_conflicts(network, movements)
+    careful = find_conflicts(network, movements, all_listed=True)
+    apart: set[tuple[str, str]] = set()
     curves = {
         m.id: shapely.LineString(np.concatenate([network.lanes[lane].shape for lane in m.via]))
         for m in movements
@@ -254,8 +256,22 @@ def test_conflicts_are_symmetric_and_hold_the_matrix_and_the_geometry(name: str)
             other = movements[k]
             if (one.from_edge, one.from_lane) == (other.from_edge, other.from_lane):
                 assert other.id not in found.foes[one.id]
-            elif network.are_foes(one, other) or curves[one.id].distance(curves[other.id]) < REACH_M - 1e-6:
+                continue
+            listed = network.are_foes(one, other) or network.are_foes(other, one)
+            if curves[one.id].distance(curves[other.id]) < REACH_M - 1e-6:
                 assert other.id in found.foes[one.id]
+            elif listed:
+                apart.add((one.id, other.id))
+            if listed or other.id in found.foes[one.id]:
+                assert other.id in careful.foes[one.id]
+    assert (not apart) == (name == str(GRID))  # only streets with several lanes have such pairs
+    assert all(other not in found.foes[one] for one, other in apart)
+
+
+@pytest.mark.parametrize(("lengths_m", "swings"), [((), False), ((5.0, 6.0), False), ((5.0, 7.5), True)])
+def test_long_vehicles_cut_corners(lengths_m: tuple[float, ...], swings: bool) -> None:  # noqa: FBT001  a case
+    """From six metres on the request matrix counts too, whatever the centre lines show."""
+    assert cut_corners(lengths_m) == swings
 
 
 def test_starts_leave_a_slot_free_on_every_place_and_are_live() -> None:
