@@ -32,7 +32,3 @@ class Pending:
     decision: Decision | None = None
     looked_at_version: int = -1
     asked_at_s: float = -1.0
-
-    def waited_s(self, now_s: float) -> float:
-        """Return for how long it has been waiting [s]."""
-        return now_s - self.request.since_s

@@ -69,17 +69,20 @@ class RightOfWay:
         return pending.reason in _PASSED_OVER
 
     def _late(self, pending: Collection[Pending], now_s: float) -> list[Pending]:
+        passed_over = [
+            one
+            for one in pending
+            if now_s - one.request.since_s >= _PATIENCE_THERE_S and one.reason in _PASSED_OVER
+        ]
         short_of_slots = {
             one.request.wanted
-            for one in pending
-            if one.reason is Reason.OCCUPIED and one.waited_s(now_s) >= _SHORT_OF_SLOTS_S
+            for one in passed_over
+            if one.reason is Reason.OCCUPIED and now_s - one.request.since_s >= _SHORT_OF_SLOTS_S
         }
         late = [
             one
-            for one in pending
-            if one.reason in _PASSED_OVER
-            and now_s - one.asked_at_s >= _GIVES_WAY_S
-            and one.waited_s(now_s)
-            >= (_PATIENCE_THERE_S if one.request.here in short_of_slots else _PATIENCE_S)
+            for one in passed_over
+            if now_s - one.asked_at_s >= _GIVES_WAY_S
+            and (one.request.here in short_of_slots or now_s - one.request.since_s >= _PATIENCE_S)
         ]
         return sorted(late, key=lambda one: (one.request.since_s, one.request.robot))

@@ -94,7 +94,6 @@ class CertifiedGate:
             raise GateError(msg)
         self._system = system
         self._budget = Budget(budget, budget_ms / 1000)
-        self._patience = Patience(len(system.robots), patience)
         self._layout = layout = Layout(system)
         if layout.hopeless:
             msg = (
@@ -103,6 +102,8 @@ class CertifiedGate:
             )
             raise UnsafeStartError(msg)
         self._keeper = self._choose(promise)
+        steers = not isinstance(self._keeper, Flow)
+        self._patience = Patience(len(system.robots), patience if steers else 0)
         self._configuration: Configuration | None = system.initial
         self._stand = Stand.of(self._layout, self._configuration)
         self._begin_at_start()
