@@ -1,7 +1,8 @@
 """How far the vehicles of the studies of throughput drive in the hour if each is all by itself on the roads.
 
-What no rule for junctions can do better on these loops with these drivers; at the lowest number of vehicles,
-where it is within reach. Lights are obeyed or off. Run the studies first: shares are of their figures.
+Each is under a gate that always says yes, so it does not slow down to give way; lights are obeyed or off.
+No rule for junctions can do better on these loops with these drivers. At the lowest number of
+vehicles, where it is within reach. Run the studies first: shares are of their figures.
 
     python analysis/alone.py --seeds 5 --write
 
@@ -48,9 +49,10 @@ CASES = (
 
 
 def alone_km(scenario: Scenario) -> float:
-    """Return how far the vehicles drive in all [km], each in a simulation of its own, after the warm-up."""
+    """Return how far the vehicles drive in all [km/h], each in a simulation of its own, after the warm-up."""
     assembly = assemble(scenario)
-    return sum(_one_km(scenario, assembly.network.file, start) for start in assembly.starts)
+    km = sum(_one_km(scenario, assembly.network.file, start) for start in assembly.starts)
+    return km * 3600 / scenario.duration_s
 
 
 def _one_km(scenario: Scenario, network: Path, start: Start) -> float:
@@ -60,6 +62,8 @@ def _one_km(scenario: Scenario, network: Path, start: Start) -> float:
         log = folder / "sumo.log"
         traffic = start_traffic([*options, *plain_options(scenario, log)], backend="libsumo", log=log)
         try:
+            traffic.step()
+            traffic.put_under_gate(start.vehicle)
             while traffic.now_s <= WARMUP_S:
                 traffic.step()
             began_m = traffic.odometer(start.vehicle)

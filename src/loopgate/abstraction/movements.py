@@ -21,7 +21,9 @@ _SIDE_M = 0.4
 
 
 _LONG_M = 6.0
-"""Longer vehicles cut corners: their middle leaves the centre line by more than a hand."""
+"""Longer vehicles cut corners. Bodies of this length on movements that are listed but do not come near each
+other were half a metre apart or more, wherever they were, on thousands of pairs in two cities and nine
+generated networks."""
 
 
 def cut_corners(lengths_m: Iterable[float]) -> bool:
@@ -74,8 +76,8 @@ def find_conflicts(
     their internal lanes come within `reach_m` of each other, or if they end on one lane. Then they touch
     until the end: the second must find the first ahead, not beside.
 
-    The junction's request matrix lists more: movements to neighbouring lanes of one edge, which never come
-    near each other. Vehicles under a gate do not change lanes there, and SUMO's drivers stop only for whom
+    The junction's request matrix lists more, mostly movements to neighbouring lanes of one edge, which never
+    come near each other. Vehicles under a gate do not change lanes there, and SUMO's drivers stop only for whom
     they could meet. These conflict if `all_listed`, for vehicles that `cut_corners`, and where the network
     has no internal lanes to look at.
 

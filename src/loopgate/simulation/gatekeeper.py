@@ -165,12 +165,14 @@ class Gatekeeper:
         answers: list[Answer] = []
         possible = [pending.request for pending in looked_at if self._possible(pending, now_s, answers)]
         if possible:
-            for request in self._negotiation.order(possible, self.occupancy, now_s):
+            ordered = self._negotiation.order(possible, self.occupancy, now_s)
+            for request in ordered:
                 self._decide_one(self._pending[request.robot], now_s, answers)
-            for request in possible:
-                still = self._pending.get(request.robot)
-                if still is not None and still.asked_at_s < now_s:
-                    self._refuse(still, Reason.RESERVE, answers)
+            if len(ordered) < len(possible):
+                going = {request.robot for request in ordered}
+                for request in possible:
+                    if request.robot not in going:
+                        self._refuse(self._pending[request.robot], Reason.RESERVE, answers)
         return answers
 
     def _possible(self, pending: Pending, now_s: float, answers: list[Answer]) -> bool:
@@ -242,12 +244,12 @@ class Gatekeeper:
 
     def _decide_one(self, pending: Pending, now_s: float, answers: list[Answer]) -> None:
         robot = pending.request.robot
-        pending.asked_at_s = now_s
         if self._crossed_by_grants(pending):
             reason = self._in_the_way(pending)
             if reason is not None:
                 self._refuse(pending, reason, answers)
                 return
+        pending.asked_at_s = now_s
         begin = perf_counter_ns()
         if self._following is not None:
             decision = self._following.decide_here(robot)

@@ -14,7 +14,7 @@ _PATIENCE_S = 60.0
 """How long a request is passed over, on its crossing or for a slot, before others have to let it pass [s]."""
 
 _SHORT_OF_SLOTS_S = 30.0
-"""How long somebody waits for a slot until those who could leave one get more attention [s]."""
+"""How old a request is that finds no slot when those who could leave one get more attention [s]."""
 
 _PATIENCE_THERE_S = 10.0
 """How long these are passed over [s]: a long queue would else leave one by one, each after a minute."""
@@ -77,7 +77,9 @@ class RightOfWay:
         short_of_slots = {
             one.request.wanted
             for one in passed_over
-            if one.reason is Reason.OCCUPIED and now_s - one.request.since_s >= _SHORT_OF_SLOTS_S
+            if one.reason is Reason.OCCUPIED
+            and now_s - one.request.since_s >= _SHORT_OF_SLOTS_S
+            and self._occupancy.room(one.request.wanted) <= 0
         }
         late = [
             one
