@@ -77,9 +77,9 @@ def find_conflicts(
     until the end: the second must find the first ahead, not beside.
 
     The junction's request matrix lists more, mostly movements to neighbouring lanes of one edge, which never
-    come near each other. Vehicles under a gate do not change lanes there, and SUMO's drivers stop only for whom
-    they could meet. These conflict if `all_listed`, for vehicles that `cut_corners`, and where the network
-    has no internal lanes to look at.
+    come near each other. Vehicles under a gate do not change lanes there, and SUMO's drivers stop only for
+    whom they could meet. These conflict if `all_listed`, for vehicles that `cut_corners`, and where the
+    network has no internal lanes to look at.
 
     O(n log n + k) for n pieces of internal lanes with k near pairs.
     """

@@ -320,6 +320,20 @@ def test_wide_vehicles_are_in_each_others_way_for_longer() -> None:
     assert longer > 0
 
 
+def test_long_vehicles_keep_what_the_request_matrix_lists() -> None:
+    """Where cars pass beside each other a vehicle of twelve metres waits."""
+    network = RoadNetwork.open("sumo:bs3d")
+    loops = generate_loops(network, 10, length_m=(400.0, 3000.0), seed=1)
+    long = VehicleType(id="long", length_m=12.0)
+    cars = lay_out_queues(network, [(loop, DEFAULT_TYPE) for loop in loops]).conflicts
+    mixed = lay_out_queues(network, [(loop, DEFAULT_TYPE) for loop in loops] + [(loops[0], long)]).conflicts
+    common = cars.foes.keys() & mixed.foes.keys()
+    assert all(cars.foes[one] & common <= mixed.foes[one] for one in common)
+    more = [(one, foe) for one in common for foe in mixed.foes[one] & common - cars.foes[one]]
+    assert more
+    assert all(foe not in mixed.overlaps[one] for one, foe in more)
+
+
 def test_all_loops_agree_on_the_places_of_an_edge() -> None:
     """Arc lengths are rounded otherwise on each loop; whether a lane is a place must not depend on that."""
     network = RoadNetwork.open("sumo:bs3d")

@@ -7,15 +7,15 @@ import pytest
 
 from builders import system
 from loopgate.abstraction.itinerary import Abstraction, Crossing, Itinerary, Leg
-from loopgate.gates import Reason, make_gate
-from loopgate.model import System
+from loopgate.gates import Decision, Gate, Reason, make_gate
+from loopgate.model import Configuration, System
 from loopgate.negotiation.simple import OldestFirst
 from loopgate.simulation.gatekeeper import Answer, Gatekeeper
 
 X, Y = Crossing("x", frozenset({"y"})), Crossing("y", frozenset({"x"}))
 
 
-def keeper(robots: System, crossings: Mapping[str, Crossing]) -> Gatekeeper:
+def keeper(robots: System, crossings: Mapping[str, Crossing], gate: Gate | None = None) -> Gatekeeper:
     """Let each robot of two states drive from the first to the second over its crossing, if it has one."""
     itineraries = tuple(
         Itinerary(
@@ -29,7 +29,7 @@ def keeper(robots: System, crossings: Mapping[str, Crossing]) -> Gatekeeper:
         for robot in robots.robots
     )
     abstraction = Abstraction("queues", robots, itineraries, (0.0,) * len(itineraries))
-    return Gatekeeper(abstraction, make_gate("collision", robots), OldestFirst(Random(1)))
+    return Gatekeeper(abstraction, gate or make_gate("collision", robots), OldestFirst(Random(1)))
 
 
 def three() -> Gatekeeper:
@@ -42,7 +42,7 @@ def said(answers: Sequence[Answer]) -> list[tuple[int, bool, str]]:
     return [(answer.request.robot, answer.granted, answer.reason.value) for answer in answers]
 
 
-A, B, C, D = 0, 1, 2, 3
+A, B, C, D, E, F = range(6)
 
 
 @pytest.mark.parametrize(("waited_s", "passed"), [(29.0, True), (30.0, False)])
@@ -101,6 +101,104 @@ class Red:
         """Return nobody."""
         del robot
         return ()
+
+
+def test_one_step_never_sends_two_across_each_others_way() -> None:
+    """Both ways are clear when A and B ask; who comes second finds the first on the way."""
+    books = three()
+    books.asks(A, 0.0)
+    books.asks(B, 0.0)
+    assert said(books.decide(0.0)) == [(A, True, "free"), (B, False, "crossing")]
+
+
+class Once(Red):
+    """A light that turns red with the first grant."""
+
+    def in_the_way(self, robot: int) -> Reason | None:
+        """Refuse all but the first."""
+        return Reason.RED if robot != self.robot and self.robot >= 0 else None
+
+    def granted(self, robot: int) -> None:
+        """Let this be the first."""
+        self.robot = robot
+
+
+def test_what_changes_with_a_grant_binds_the_next_of_the_same_step() -> None:
+    """B and C follow each other, but the obstacle is asked again after B."""
+    books = three()
+    books.obstacles = (Once(-1),)
+    books.asks(B, 0.0)
+    books.asks(C, 0.0)
+    assert said(books.decide(0.0)) == [(B, True, "free"), (C, False, "red")]
+
+
+class Refusing:
+    """A gate that refuses one robot."""
+
+    def __init__(self, robot: int) -> None:
+        self.robot = robot
+
+    def decide(self, configuration: Configuration, robot: int) -> Decision:
+        """Refuse that one."""
+        del configuration
+        refused = robot == self.robot
+        return Decision(admitted=not refused, reason=Reason.DEADLOCK if refused else Reason.FREE)
+
+    def moved(self, configuration: Configuration, robot: int) -> None:
+        """Take note of nothing."""
+
+
+@pytest.mark.parametrize(("at_s", "passed"), [(63.5, True), (70.5, True), (71.0, False)])
+def test_one_that_the_gate_refused_keeps_nothing_for_ten_seconds(at_s: float, passed: bool) -> None:  # noqa: FBT001  a case
+    """D is out of A's way at 61 s, but the gate refuses A; then B sets out: C may follow until 71 s."""
+    robots = system({name: f"p{name} q{name}" for name in "abcd"})
+    books = keeper(robots, {"a": X, "b": Y, "c": Y, "d": Y}, Refusing(A))
+    books.asks(D, 0.0)
+    books.decide(0.0)
+    books.asks(A, 0.5)
+    books.decide(0.5)
+    books.cleared(D, 0)
+    assert said(books.decide(61.0)) == [(A, False, "deadlock")]
+    books.asks(B, 61.5)
+    assert said(books.decide(61.5)) == [(B, True, "free")]
+    assert said(books.decide(62.5)) == [(A, False, "crossing")]
+    books.asks(C, at_s)
+    assert said(books.decide(at_s)) == [(C, passed, "free" if passed else "crossing")]
+
+
+def test_of_two_that_were_passed_over_the_older_goes_first() -> None:
+    """A and D have both waited for B for a minute, and are in each other's way."""
+    x, y, z = (Crossing(name, frozenset("xyz") - {name}) for name in "xyz")
+    robots = system({name: f"p{name} q{name}" for name in "abcd"})
+    books = keeper(robots, {"a": x, "b": z, "d": y})
+    books.asks(B, 0.0)
+    books.decide(0.0)
+    books.asks(A, 1.0)
+    books.asks(D, 2.0)
+    books.decide(2.0)
+    books.decide(63.0)
+    books.cleared(B, 0)
+    assert said(books.decide(64.0)) == [(A, True, "free")]
+
+
+def test_nobody_keeps_a_way_to_a_slot_that_is_kept_for_another() -> None:
+    """The last slot of s is A's, which waits for E; C may set out across D's way, which D cannot use yet."""
+    robots = system(
+        {"a": "pa s", "b": "s pb", "c": "pc qc", "d": "pd s", "e": "pe qe", "f": "pf qf"},
+    )
+    pairs = {"a": ("x", "u"), "c": ("z", "y"), "d": ("y", "z"), "f": ("t", "u")}
+    crossings = {name: Crossing(mine, frozenset({foe})) for name, (mine, foe) in pairs.items()}
+    books = keeper(robots, {**crossings, "e": Crossing("u", frozenset({"x", "t"}))})
+    books.asks(F, 0.0)
+    books.decide(0.0)
+    for robot, at_s in ((E, 0.0), (A, 1.0), (D, 2.0)):
+        books.asks(robot, at_s)
+    books.decide(2.0)
+    books.asks(B, 60.0)
+    books.decide(60.0)
+    books.left(B, robots.paths[B][0])
+    books.asks(C, 63.0)
+    assert (C, True, "free") in said(books.decide(63.0))
 
 
 def test_nobody_is_said_to_wait_for_one_that_something_else_keeps() -> None:

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import pytest
 
+from builders import system
 from loopgate.errors import GateError, SystemModelError
 from loopgate.gates.certified import CertifiedGate
+from loopgate.gates.certified.checker import Checker
+from loopgate.gates.certified.homeward import Homeward
 from loopgate.gates.certified.patience import Patience
 from loopgate.model import Robot, RobotId, StateId, System
 from loopgate.theory.random_systems import Shape, random_system
@@ -69,6 +72,20 @@ def test_nobody_waits_for_ever(private: int) -> None:
         checked += 1
         assert max(_longest_wait(system, gate, 300)) < 150
     assert checked > 20
+
+
+def test_a_favoured_robot_that_drives_from_home_to_home_leaves_a_witness_behind() -> None:
+    """While it is favoured the witness speaks of its next move, which has to go when it is made."""
+    robots = system({"f": "p1 p2 c", "g": "p3 c"})
+    gate = CertifiedGate(robots)
+    keeper = gate._keeper
+    assert isinstance(keeper, Homeward)
+    keeper.favour(robots.initial, gate._stand, 0)
+    assert keeper.witness == [0]
+    assert gate.decide_here(0).admitted
+    gate.moved_here(0)
+    assert keeper.witness is not None
+    assert Checker(robots).brings_home(gate._here(), keeper.witness, keeper.layout.home)
 
 
 def test_patience_favours_the_oldest_until_it_moves() -> None:
