@@ -14,10 +14,11 @@ __all__ = ["Driver", "Joint"]
 
 
 class Joint(NamedTuple):
-    """Where one leg ends and the next begins, along the way [m]."""
+    """Where one leg ends and the next begins, along the way [m], and the number of the grant of the next."""
 
     end_m: float
     begin_m: float
+    grant: int
 
 
 class Driver:
@@ -88,10 +89,10 @@ class Driver:
         """Return the longest time from asking to being granted, a wait under way included [s]."""
         return max(self.longest_wait_s, now_s - self.asked_s if self.asked_s is not None else 0.0)
 
-    def grant(self) -> None:
-        """Go on to the next leg."""
+    def grant(self, number: int) -> None:
+        """Go on to the next leg; grants of all vehicles are numbered in their order."""
         self.granted += 1
-        self.behind.append(Joint(self.line_m, self.begin_m(self.granted)))
+        self.behind.append(Joint(self.line_m, self.begin_m(self.granted), number))
         self.line_m = self.end_m(self.granted)
 
     def rear_leaves(self, rear_m: float) -> bool:

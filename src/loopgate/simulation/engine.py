@@ -57,6 +57,7 @@ class Engine:
             )
         self._steering = Steering(traffic, self.fleet)
         self._forgetful: dict[int, int] = {}
+        self._grants = 0
         self.overruns = 0
         """Vehicles that could no longer brake when they were refused: should be none."""
         self.trespasses = 0
@@ -172,7 +173,7 @@ class Engine:
         keeper = self._gatekeeper
         target = NOWHERE
         if driver.behind:
-            end_m, begin_m = driver.behind[0]
+            end_m, begin_m, _ = driver.behind[0]
             target = begin_m + driver.length
             if driver.tail == driver.crossed and keeper is not None:
                 here = keeper.system.paths[driver.robot][driver.tail % driver.legs]
@@ -251,7 +252,8 @@ class Engine:
         keeper = self._gatekeeper
         if keeper is None:
             return
-        driver.grant()
+        self._grants += 1
+        driver.grant(self._grants)
         self._aim(driver)
         place = driver.track.states[driver.position(driver.granted)]
         self._recorder.note(now, driver.id, Event.GRANT, place, answer.reason.value, answer.stage)

@@ -33,8 +33,9 @@ class Sight:
     A vehicle is no longer in the way of another once its rear is past the stretch that the two movements
     share. If its front is on that stretch already, it is enough that its rear will be past it before the
     other's front can reach it: nothing holds it there, since it has a slot to drive into and SUMO lets no
-    vehicle go first that finds another in its way. Before that, SUMO may let each wait for the other. The
-    vehicle that it follows into its place is taken to stand.
+    vehicle go first that finds another in its way. Before that, SUMO may let each wait for the other. Nor is
+    anything foreseen of one that may itself have to wait on the junction, for a third that was granted before
+    it and is still in its way. The vehicle that it follows into its place is taken to stand.
 
     Parameters
     ----------
@@ -101,9 +102,28 @@ class Sight:
         slow = min(ahead.top, _SLOW * limit_mps)
         passed_s = time_s(left_m, speeds[ahead.robot], ahead.accel, slow) + _APART_S
         reached_s = time_s(reach_m, speeds[driver.robot], driver.accel, driver.top)
-        if passed_s > reached_s:
+        if passed_s > reached_s or self._may_be_held(ahead, leg):
             return False
         return _braking_time_s(left_m, self._room_m(ahead, leg), slow, ahead.decel) + _APART_S <= reached_s
+
+    def _may_be_held(self, ahead: Driver, leg: int) -> bool:
+        """Return whether SUMO may let a vehicle wait on the junction for one that was granted before it."""
+        number = ahead.behind[leg - ahead.crossed].grant
+        for crossing in self._itineraries[ahead.robot].legs[ahead.position(leg)].crossings:
+            for other, foe in self._occupancy.foes_on_way(crossing, ahead.robot):
+                first = self._drivers[other]
+                for its, joint in enumerate(first.behind, start=first.crossed):
+                    if joint.grant < number and self._is_before(first, its, foe, crossing):
+                        return True
+        return False
+
+    def _is_before(self, first: Driver, leg: int, foe: str, crossing: Crossing) -> bool:
+        """Return whether `first`, if it is on the movement `foe` behind `leg`, is not yet past `crossing`."""
+        past_m = self._fleet.fronts[first.robot] - first.length - _BEYOND_M - first.end_m(leg)
+        return any(
+            theirs.id == foe and past_m < theirs.overlaps.get(crossing.id, (0.0, math.inf))[1]
+            for theirs in self._itineraries[first.robot].legs[first.position(leg)].crossings
+        )
 
     def _room_m(self, ahead: Driver, leg: int) -> float:
         """Return how far a vehicle can go from `leg` if the one before it in its place stands [m]."""

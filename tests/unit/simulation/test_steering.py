@@ -64,7 +64,7 @@ def world(pin: Pin, start_m: float = 20.0) -> World:
     dynamics = traffic.dynamics("v")
     driver.drives_like(dynamics, traffic.step_s)
     fleet.take_over([dynamics], [driver.top])
-    driver.grant()
+    driver.grant(1)
     steering = Steering(traffic, fleet)
     steering.begin(driver)
     return World(traffic, driver, steering, fleet)
