@@ -57,6 +57,20 @@ def test_roundabouts_work(lanes: int, options: str, tmp_path: Path) -> None:
     drive(roundabouts(tmp_path / "r.net.xml", lanes=lanes, options=options), tmp_path / "run", vehicles=50)
 
 
+def test_left_turners_that_wait_for_each_other_on_the_junction(tmp_path: Path) -> None:
+    """SUMO lets them stand at waiting points inside; nobody counts on one that may have to."""
+    options = (
+        "--spider --spider.arm-number=6 --spider.circle-number=2 --spider.space-radius=100 --seed=103294"
+    )
+    net = netgenerate(
+        f"{options} -L 3 -j traffic_light --default.junctions.radius=8", tmp_path / "wide.net.xml"
+    )
+    scenario = Scenario(network=str(net), loops=40, vehicles=150, seed=294, duration_s=300, positions=True)
+    summary = run(scenario, tmp_path / "run")
+    assert summary["collisions"] == 0
+    assert summary["audit"] == "clean"
+
+
 def test_streets_too_narrow_for_two_work_and_nobody_meets_on_them(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
