@@ -62,6 +62,9 @@ class Sight:
         self._drivers = drivers
         self._itineraries = itineraries
         self._fleet = fleet
+        self.foresees = True
+        """Whether it is enough that one on the shared stretch will be past. Else it has to be past already:
+        where vehicles give way to ordinary traffic they may stand on the junction for that."""
 
     def in_the_way(self, robot: int, mine: Crossing, other: int, foe: str) -> bool:
         """Return whether `other`, under way on `foe`, keeps `robot` from setting out on `mine`."""
@@ -97,7 +100,7 @@ class Sight:
         left_m = shared_m[1] + ahead.length + _BEYOND_M - inside_m
         if left_m < 0:
             return True
-        if inside_m < max(_BEYOND_M, shared_m[0]):
+        if not self.foresees or inside_m < max(_BEYOND_M, shared_m[0]):
             return False  # not on the shared stretch yet: the two could stop across each other's way
         slow = min(ahead.top, _SLOW * limit_mps)
         passed_s = time_s(left_m, speeds[ahead.robot], ahead.accel, slow) + _APART_S

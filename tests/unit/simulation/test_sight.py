@@ -31,6 +31,34 @@ def test_without_room_it_never_gets_there() -> None:
     assert _braking_time_s(10.0, math.inf, 10.0, 4.5) == 0.0
 
 
+class Stub(SimpleNamespace):
+    """A driver of 5 m whose first leg ends at 50 m and whose second begins at 70 m."""
+
+    def __init__(self, robot: int, grant: int) -> None:
+        super().__init__(robot=robot, length=5.0, crossed=0, granted=1, accel=2.6, decel=4.5, top=13.9)
+        self.line_m = 50.0
+        self.behind = deque([Joint(50.0, 70.0, grant)])
+
+    def position(self, leg: int) -> int:
+        """Return the leg: the first lap."""
+        return leg
+
+    def end_m(self, _: int) -> float:
+        """Return where the first leg ends [m]."""
+        return 50.0
+
+
+def sight_of(drivers: list[Stub], fronts: list[float]) -> Sight:
+    """Let the first be on ``mine`` and the second on ``theirs``, which share some metres."""
+    mine = Crossing("mine", frozenset({"theirs"}), {"theirs": (2.0, 9.0)}, 13.9)
+    theirs = Crossing("theirs", frozenset({"mine"}), {"mine": (3.0, 10.0)}, 13.9)
+    ways = [SimpleNamespace(legs=[SimpleNamespace(crossings=(crossing,))]) for crossing in (mine, theirs)]
+    occupancy = SimpleNamespace(foes_on_way=lambda *_: [(1, "theirs")], holders=lambda _: [1])
+    fleet = SimpleNamespace(fronts=fronts, speeds=[0.0, 10.0])
+    system = SimpleNamespace(paths=[(0, 1), (0, 1)])
+    return Sight(drivers, ways, fleet, system, occupancy)  # type: ignore[arg-type]  # what is looked at
+
+
 @pytest.mark.parametrize(("grant", "front_m", "held"), [(1, 60.0, True), (1, 66.0, False), (3, 60.0, False)])
 def test_one_may_have_to_wait_for_one_that_was_granted_before_it_and_is_in_its_way(
     grant: int,
@@ -38,22 +66,20 @@ def test_one_may_have_to_wait_for_one_that_was_granted_before_it_and_is_in_its_w
     held: bool,  # noqa: FBT001  a case
 ) -> None:
     """Its leg ends at 50 m; 5 m long, it is past what both use, up to 10 m on, with its front at 65.5 m."""
-    mine = Crossing("mine", frozenset({"theirs"}), {"theirs": (2.0, 9.0)})
-    theirs = Crossing("theirs", frozenset({"mine"}), {"mine": (3.0, 10.0)})
-    drivers = [
-        SimpleNamespace(
-            robot=robot,
-            length=5.0,
-            crossed=0,
-            behind=deque([Joint(50.0, 70.0, number)]),
-            position=lambda leg: leg,
-            end_m=lambda _: 50.0,
-        )
-        for robot, number in ((0, 2), (1, grant))
-    ]
-    ways = [SimpleNamespace(legs=[SimpleNamespace(crossings=(crossing,))]) for crossing in (mine, theirs)]
-    system = SimpleNamespace(paths=[])
-    occupancy = SimpleNamespace(foes_on_way=lambda *_: [(1, "theirs")])
-    fleet = SimpleNamespace(fronts=[55.0, front_m])
-    sight = Sight(drivers, ways, fleet, system, occupancy)  # type: ignore[arg-type]  # what is looked at
-    assert sight._may_be_held(drivers[0], 0) == held  # type: ignore[arg-type]  # as above
+    drivers = [Stub(0, 2), Stub(1, grant)]
+    sight = sight_of(drivers, [55.0, front_m])
+    assert sight._may_be_held(drivers[0], 0) == held  # type: ignore[arg-type]  # a stub
+
+
+def test_where_vehicles_give_way_to_others_nothing_is_foreseen() -> None:
+    """The second is on the shared stretch and fast, the first 30 m away. Past it, it is out of the way."""
+    drivers = [Stub(0, 2), Stub(1, 1)]
+    sight = sight_of(drivers, [20.0, 60.0])
+    mine = Crossing("mine", frozenset({"theirs"}), {"theirs": (2.0, 9.0)}, 13.9)
+    drivers[0].behind.clear()
+    sight._occupancy.foes_on_way = lambda *_: []  # type: ignore[method-assign]  # it is alone with the first
+    assert not sight.in_the_way(0, mine, 1, "theirs")
+    sight.foresees = False
+    assert sight.in_the_way(0, mine, 1, "theirs")
+    sight._fleet.fronts[1] = 65.6
+    assert not sight.in_the_way(0, mine, 1, "theirs")
