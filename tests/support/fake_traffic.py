@@ -54,6 +54,7 @@ class FakeTraffic:
         self.fleet = dict(vehicles)
         self.now_s = 0.0
         self.step_s = step_s
+        self.gives_way = False
         self.holds: list[tuple[float, str]] = []
         self.releases: list[tuple[float, str]] = []
         self.gated: set[str] = set()

@@ -53,7 +53,12 @@ class Engine:
         self.fleet = Fleet(tracks, [driver.start_m for driver in self.drivers], traffic, recorder)
         if gatekeeper:
             gatekeeper.sight = Sight(
-                self.drivers, gatekeeper.itineraries, self.fleet, gatekeeper.system, gatekeeper.occupancy
+                self.drivers,
+                gatekeeper.itineraries,
+                self.fleet,
+                gatekeeper.system,
+                gatekeeper.occupancy,
+                foresees=not traffic.gives_way,
             )
         self._steering = Steering(traffic, self.fleet)
         self._forgetful: dict[int, int] = {}

@@ -215,7 +215,7 @@ class Gatekeeper:
     def _kept_by(self, late: AbstractSet[int]) -> list[list[int]]:
         """Return those for whom something is kept still: not those that something else keeps by now."""
         pending = ((other, self._pending.get(other)) for other in sorted(late))
-        return [[other] for other, its in pending if its is not None and RightOfWay.keeps(its)]
+        return [[other] for other, its in pending if its is not None and its.passed_over]
 
     def outside_blockers(self, robot: int) -> list[list[str]]:
         """Return as `blockers` does, by name, who keeps `robot` from a grant as the obstacles say."""

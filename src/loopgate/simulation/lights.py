@@ -14,7 +14,7 @@ from loopgate.network.loop import HOLD_MARGIN_M
 from loopgate.network.records import Connection
 from loopgate.simulation.driver import Driver
 from loopgate.simulation.fleet import Fleet
-from loopgate.simulation.sight import time_s
+from loopgate.simulation.motion import time_s
 from loopgate.simulation.timetable import Timetable
 from loopgate.traffic.base import Traffic
 

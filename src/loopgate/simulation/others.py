@@ -10,8 +10,8 @@ from typing import Any
 from loopgate.gates import Reason
 from loopgate.simulation.driver import Driver
 from loopgate.simulation.fleet import Fleet
+from loopgate.simulation.motion import time_s
 from loopgate.simulation.occupancy import Occupancy
-from loopgate.simulation.sight import time_s
 from loopgate.simulation.timetable import Timetable
 from loopgate.simulation.ways import Approach, Way
 from loopgate.traffic.base import Traffic

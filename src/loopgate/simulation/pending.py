@@ -32,3 +32,8 @@ class Pending:
     decision: Decision | None = None
     looked_at_version: int = -1
     asked_at_s: float = -1.0
+
+    @property
+    def passed_over(self) -> bool:
+        """Whether others take what it needs: its crossing, or a slot."""
+        return self.reason is Reason.CROSSING or self.reason is Reason.OCCUPIED

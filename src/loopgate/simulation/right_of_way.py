@@ -22,8 +22,6 @@ _PATIENCE_THERE_S = 10.0
 _GIVES_WAY_S = 10.0
 """How long one that the gate has refused keeps nothing for itself [s]."""
 
-_PASSED_OVER = frozenset({Reason.CROSSING, Reason.OCCUPIED})
-
 
 class RightOfWay:
     """Keeps way and last slot for some; oldest request first.
@@ -63,16 +61,9 @@ class RightOfWay:
                     self.way.setdefault(foe, robot)
         return before != self.slot
 
-    @staticmethod
-    def keeps(pending: Pending) -> bool:
-        """Return whether one for whom something is kept still needs it: nothing else keeps it by now."""
-        return pending.reason in _PASSED_OVER
-
     def _late(self, pending: Collection[Pending], now_s: float) -> list[Pending]:
         passed_over = [
-            one
-            for one in pending
-            if now_s - one.request.since_s >= _PATIENCE_THERE_S and one.reason in _PASSED_OVER
+            one for one in pending if now_s - one.request.since_s >= _PATIENCE_THERE_S and one.passed_over
         ]
         short_of_slots = {
             one.request.wanted

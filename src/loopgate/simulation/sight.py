@@ -9,9 +9,10 @@ from loopgate.abstraction.itinerary import Crossing, Itinerary
 from loopgate.model import System
 from loopgate.simulation.driver import Driver
 from loopgate.simulation.fleet import Fleet
+from loopgate.simulation.motion import braking_time_s, time_s
 from loopgate.simulation.occupancy import Occupancy
 
-__all__ = ["Sight", "time_s"]
+__all__ = ["Sight"]
 
 _BEYOND_M = 0.5
 """Room between the rear of the first and the stretch that both use [m]."""
@@ -47,6 +48,9 @@ class Sight:
         Where the vehicles are.
     system, occupancy
         Who holds which state, in which order.
+    foresees
+        Whether it is enough that one on the shared stretch will be past. Else it has to be past already:
+        where vehicles give way to ordinary traffic they may stand on the junction for that.
     """
 
     def __init__(
@@ -56,15 +60,15 @@ class Sight:
         fleet: Fleet,
         system: System,
         occupancy: Occupancy,
+        *,
+        foresees: bool = True,
     ) -> None:
         self._paths = system.paths
         self._occupancy = occupancy
         self._drivers = drivers
         self._itineraries = itineraries
         self._fleet = fleet
-        self.foresees = True
-        """Whether it is enough that one on the shared stretch will be past. Else it has to be past already:
-        where vehicles give way to ordinary traffic they may stand on the junction for that."""
+        self._foresees = foresees
 
     def in_the_way(self, robot: int, mine: Crossing, other: int, foe: str) -> bool:
         """Return whether `other`, under way on `foe`, keeps `robot` from setting out on `mine`."""
@@ -100,14 +104,14 @@ class Sight:
         left_m = shared_m[1] + ahead.length + _BEYOND_M - inside_m
         if left_m < 0:
             return True
-        if not self.foresees or inside_m < max(_BEYOND_M, shared_m[0]):
+        if not self._foresees or inside_m < max(_BEYOND_M, shared_m[0]):
             return False  # not on the shared stretch yet: the two could stop across each other's way
         slow = min(ahead.top, _SLOW * limit_mps)
         passed_s = time_s(left_m, speeds[ahead.robot], ahead.accel, slow) + _APART_S
         reached_s = time_s(reach_m, speeds[driver.robot], driver.accel, driver.top)
         if passed_s > reached_s or self._may_be_held(ahead, leg):
             return False
-        return _braking_time_s(left_m, self._room_m(ahead, leg), slow, ahead.decel) + _APART_S <= reached_s
+        return braking_time_s(left_m, self._room_m(ahead, leg), slow, ahead.decel) + _APART_S <= reached_s
 
     def _may_be_held(self, ahead: Driver, leg: int) -> bool:
         """Return whether SUMO may let a vehicle wait on the junction for one that was granted before it."""
@@ -144,36 +148,3 @@ class Sight:
         fronts = self._fleet.fronts
         between = fronts[first.robot] - first.begin_m(its) - fronts[ahead.robot] + ahead.begin_m(leg + 1)
         return between - first.length - _GAP_M
-
-
-def _braking_time_s(distance_m: float, room_m: float, top_mps: float, decel: float) -> float:
-    """Return the time to drive a distance, at most, behind a standing vehicle `room_m` ahead.
-
-    SUMO's drivers have a second to react: at ``g`` before where they must stop they drive no faster than
-    ``v`` with ``g = v + v^2 / 2b``. So the time from ``v`` down to ``w`` is ``ln(v / w) + (v - w) / b``.
-    """
-    if math.isinf(room_m):
-        return 0.0
-    if room_m <= distance_m:
-        return math.inf
-    last = _safe_mps(room_m - distance_m, decel)
-    if last >= top_mps:
-        return distance_m / top_mps
-    first = min(top_mps, _safe_mps(room_m, decel))
-    freely_m = max(0.0, room_m - first - first * first / (2 * decel))
-    return freely_m / first + math.log(first / last) + (first - last) / decel
-
-
-def _safe_mps(gap_m: float, decel: float) -> float:
-    return math.sqrt(decel * decel + 2 * decel * gap_m) - decel
-
-
-def time_s(distance_m: float, speed: float, accel: float, top_mps: float) -> float:
-    """Return the time to drive a distance, gaining speed up to a top speed."""
-    if distance_m <= 0:
-        return 0.0
-    speed = min(speed, top_mps)
-    gaining_m = (top_mps * top_mps - speed * speed) / (2 * accel)
-    if gaining_m >= distance_m:
-        return (math.sqrt(speed * speed + 2 * accel * distance_m) - speed) / accel
-    return (top_mps - speed) / accel + (distance_m - gaining_m) / top_mps

@@ -66,8 +66,6 @@ class Surroundings:
             ways = [of_loop[itinerary.loop] for itinerary in abstraction.itineraries]
             self._others = Others(traffic, engine.drivers, engine.fleet, ways, keeper.occupancy, timetable)
             keeper.obstacles += (self._others,)
-            if keeper.sight is not None:
-                keeper.sight.foresees = False
 
     @property
     def each_step(self) -> list[Callable[[], None]]:

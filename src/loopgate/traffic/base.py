@@ -93,6 +93,11 @@ class Traffic(Protocol):
         """Return the distance driven, counted from an origin of the vehicle's own [m]."""
         ...
 
+    @property
+    def gives_way(self) -> bool:
+        """Whether vehicles under the gate keep the simulator's right of way too."""
+        ...
+
     def odometers(self, vehicles: Sequence[str]) -> Iterator[float]:
         """Return the odometers [m] of `vehicles`, in their order; the same vehicles at every call."""
         ...

@@ -70,6 +70,11 @@ class SumoTraffic:
         """Length of a step [s]."""
         return self._step_s
 
+    @property
+    def gives_way(self) -> bool:
+        """Whether vehicles under the gate keep SUMO's right of way too."""
+        return self._yields
+
     def step(self) -> None:
         """Advance by one step."""
         try:

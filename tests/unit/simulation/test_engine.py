@@ -137,6 +137,18 @@ def test_the_stage_that_decided_is_in_the_trace_and_in_the_times() -> None:
     assert sum(h.count for h in times.values()) == sum(granted.values())
 
 
+def test_where_vehicles_give_way_the_gatekeeper_foresees_nothing() -> None:
+    """They may stand on a junction for ordinary traffic."""
+    engine, traffic, notes = world(120.0)
+    keeper = engine._gatekeeper
+    assert keeper is not None
+    assert keeper.sight is not None
+    assert keeper.sight._foresees
+    traffic.gives_way = True
+    Engine(traffic, [driver.track for driver in engine.drivers], keeper, notes)  # type: ignore[arg-type]  # as in `world`
+    assert not keeper.sight._foresees
+
+
 def test_a_refused_vehicle_rests_before_its_line_and_counts_its_hold() -> None:
     """It stops with its front at the end of its state, and hold time runs from rest to release."""
     engine, traffic, notes = world(120.0, 125.0)

@@ -8,7 +8,8 @@ import pytest
 
 from loopgate.abstraction.itinerary import Crossing
 from loopgate.simulation.driver import Joint
-from loopgate.simulation.sight import Sight, _braking_time_s
+from loopgate.simulation.motion import braking_time_s
+from loopgate.simulation.sight import Sight
 
 
 @pytest.mark.parametrize(
@@ -22,13 +23,13 @@ def test_the_time_behind_a_standing_vehicle(distance: float, room: float, top: f
         gap = room - driven
         driven += min(top, math.sqrt(decel**2 + 2 * decel * gap) - decel) * step_s
         time_s += step_s
-    assert _braking_time_s(distance, room, top, decel) == pytest.approx(time_s, abs=0.01)
+    assert braking_time_s(distance, room, top, decel) == pytest.approx(time_s, abs=0.01)
 
 
 def test_without_room_it_never_gets_there() -> None:
     """It would stop before; and with nobody before it, nothing slows it down."""
-    assert _braking_time_s(10.0, 10.0, 10.0, 4.5) == math.inf
-    assert _braking_time_s(10.0, math.inf, 10.0, 4.5) == 0.0
+    assert braking_time_s(10.0, 10.0, 10.0, 4.5) == math.inf
+    assert braking_time_s(10.0, math.inf, 10.0, 4.5) == 0.0
 
 
 class Stub(SimpleNamespace):
@@ -48,7 +49,7 @@ class Stub(SimpleNamespace):
         return 50.0
 
 
-def sight_of(drivers: list[Stub], fronts: list[float]) -> Sight:
+def sight_of(drivers: list[Stub], fronts: list[float], *, foresees: bool = True) -> Sight:
     """Let the first be on ``mine`` and the second on ``theirs``, which share some metres."""
     mine = Crossing("mine", frozenset({"theirs"}), {"theirs": (2.0, 9.0)}, 13.9)
     theirs = Crossing("theirs", frozenset({"mine"}), {"mine": (3.0, 10.0)}, 13.9)
@@ -56,7 +57,7 @@ def sight_of(drivers: list[Stub], fronts: list[float]) -> Sight:
     occupancy = SimpleNamespace(foes_on_way=lambda *_: [(1, "theirs")], holders=lambda _: [1])
     fleet = SimpleNamespace(fronts=fronts, speeds=[0.0, 10.0])
     system = SimpleNamespace(paths=[(0, 1), (0, 1)])
-    return Sight(drivers, ways, fleet, system, occupancy)  # type: ignore[arg-type]  # what is looked at
+    return Sight(drivers, ways, fleet, system, occupancy, foresees=foresees)  # type: ignore[arg-type]  # what is looked at
 
 
 @pytest.mark.parametrize(("grant", "front_m", "held"), [(1, 60.0, True), (1, 66.0, False), (3, 60.0, False)])
@@ -73,13 +74,10 @@ def test_one_may_have_to_wait_for_one_that_was_granted_before_it_and_is_in_its_w
 
 def test_where_vehicles_give_way_to_others_nothing_is_foreseen() -> None:
     """The second is on the shared stretch and fast, the first 30 m away. Past it, it is out of the way."""
-    drivers = [Stub(0, 2), Stub(1, 1)]
-    sight = sight_of(drivers, [20.0, 60.0])
     mine = Crossing("mine", frozenset({"theirs"}), {"theirs": (2.0, 9.0)}, 13.9)
-    drivers[0].behind.clear()
-    sight._occupancy.foes_on_way = lambda *_: []  # type: ignore[method-assign]  # it is alone with the first
-    assert not sight.in_the_way(0, mine, 1, "theirs")
-    sight.foresees = False
-    assert sight.in_the_way(0, mine, 1, "theirs")
-    sight._fleet.fronts[1] = 65.6
-    assert not sight.in_the_way(0, mine, 1, "theirs")
+    for front_m, foresees, free in ((60.0, True, True), (60.0, False, False), (65.6, False, True)):
+        drivers = [Stub(0, 2), Stub(1, 1)]
+        drivers[0].behind.clear()
+        sight = sight_of(drivers, [20.0, front_m], foresees=foresees)
+        sight._occupancy.foes_on_way = lambda *_: []  # type: ignore[method-assign]  # it is alone with the first
+        assert sight.in_the_way(0, mine, 1, "theirs") != free
