@@ -22,6 +22,10 @@ _SCHEMA = pa.schema([(TIME, pa.float64()), *((name, _WORD) for name in _WORDS)])
 _WIDTH = len(_SCHEMA)
 
 
+def _writer(file: Path) -> pq.ParquetWriter:
+    return pq.ParquetWriter(file, _SCHEMA, compression="zstd", write_statistics=False)
+
+
 class Recorder:
     """Collects events and writes them in batches to ``events.parquet``.
 
@@ -37,7 +41,7 @@ class Recorder:
     """
 
     def __init__(self, file: Path | None) -> None:
-        self._writer = pq.ParquetWriter(file, _SCHEMA, compression="zstd") if file else None
+        self._writer = _writer(file) if file else None
         self._codes: dict[str, int] = {"": 0}
         self._flat: list[float] = []
         self._passed: list[tuple[int, float, NDArray[np.int32]]] = []
@@ -64,7 +68,7 @@ class Recorder:
             self._flush()
 
     def passed(self, time_s: float, rows: NDArray[np.int32]) -> None:
-        """Record what vehicles passed in one step: rows of the codes of vehicle, event and place."""
+        """Record one step: rows of the codes of vehicle, event and place, or of reason and stage too."""
         if self._writer is None:
             return
         self._passed.append((len(self._flat) // _WIDTH, time_s, rows.copy()))
@@ -82,29 +86,32 @@ class Recorder:
     def _flush(self) -> None:
         if self._writer is None or not (self._flat or self._passed):
             return
-        table = self._rows()
+        times, rows = self._rows()
         words = pa.array([str(word) for word in self._codes], type=pa.string())
-        arrays = [pa.array(table[:, 0])]
+        arrays = [pa.array(times)]
         arrays += [
-            pa.DictionaryArray.from_arrays(pa.array(table[:, k].astype(np.int32)), words)
-            for k in range(1, _WIDTH)
+            pa.DictionaryArray.from_arrays(pa.array(np.ascontiguousarray(column)), words) for column in rows.T
         ]
         self._writer.write_table(pa.Table.from_arrays(arrays, schema=_SCHEMA))
         self._flat.clear()
         self._passed.clear()
         self._passed_rows = 0
 
-    def _rows(self) -> NDArray[np.float64]:
-        """Return all rows that wait to be written, in the order in which they came."""
+    def _rows(self) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
+        """Return times and words of all rows that wait to be written, in the order in which they came."""
         noted = np.array(self._flat).reshape(-1, _WIDTH)
+        times, rows = noted[:, 0], noted[:, 1:].astype(np.int32)
         if not self._passed:
-            return noted
-        passed = np.zeros((self._passed_rows, _WIDTH))
-        sizes = [len(rows) for _, _, rows in self._passed]
-        passed[:, 0] = np.repeat([time_s for _, time_s, _ in self._passed], sizes)
-        passed[:, 1:4] = np.concatenate([rows for _, _, rows in self._passed])
+            return times, rows
+        sizes = [len(passed) for _, _, passed in self._passed]
+        words = np.concatenate([passed for _, _, passed in self._passed])
+        passed = np.zeros((self._passed_rows, _WIDTH - 1), dtype=np.int32)
+        passed[:, : words.shape[1]] = words
+        passed_at = np.repeat([time_s for _, time_s, _ in self._passed], sizes)
+        if not self._flat:
+            return passed_at, passed
         before = np.repeat([place for place, _, _ in self._passed], sizes)
-        return np.insert(noted, before, passed, axis=0)
+        return np.insert(times, before, passed_at), np.insert(rows, before, passed, axis=0)
 
 
 def read_events(file: Path, kinds: Collection[Event] = ()) -> pd.DataFrame:

@@ -55,24 +55,26 @@ def start_traffic(options: Sequence[str], *, backend: str, log: Path, yields: bo
     TrafficError
         If SUMO does not accept its input.
     """
-    start, kind = _backend(backend)
+    start, kind, odometer = _backend(backend)
     try:
         running = start(options)
     except Exception as error:  # the backends raise what they like at the start
         why = _last_error(log) or str(error)
         msg = f"SUMO does not start: {why}"
         raise TrafficError(msg) from error
-    return SumoTraffic(running, kind, yields=yields)
+    return SumoTraffic(running, kind, yields=yields, odometer=odometer)
 
 
-def _backend(name: str) -> tuple[Callable[[Sequence[str]], Any], type[Exception]]:
+def _backend(
+    name: str,
+) -> tuple[Callable[[Sequence[str]], Any], type[Exception], Callable[[str], float] | None]:
     if name == "libsumo":
         from loopgate.traffic import libsumo_backend  # noqa: PLC0415  loads SUMO into the process
 
-        return libsumo_backend.start, libsumo_backend.ERROR
+        return libsumo_backend.start, libsumo_backend.ERROR, libsumo_backend.ODOMETER
     from loopgate.traffic import traci_backend  # noqa: PLC0415  as above
 
-    return partial(traci_backend.start, gui=name == "gui"), traci_backend.ERROR
+    return partial(traci_backend.start, gui=name == "gui"), traci_backend.ERROR, None
 
 
 def _last_error(log: Path) -> str:

@@ -2,15 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import libsumo
 
-__all__ = ["ERROR", "start"]
+__all__ = ["ERROR", "ODOMETER", "start"]
 
 ERROR: type[Exception] = libsumo.TraCIException
 """What libsumo raises."""
+
+
+_wrapped = libsumo.libsumo._libsumo  # noqa: SLF001  what is underneath has no other name
+
+ODOMETER: Callable[[str], float] = getattr(_wrapped, "vehicle_getDistance", libsumo.vehicle.getDistance)
+"""Returns how far a vehicle has driven [m], without the Python function around it where that can be had.
+
+Every vehicle is asked in every step, and the function around it takes a third of the time.
+"""
 
 
 def start(options: Sequence[str]) -> Any:  # noqa: ANN401  libsumo has no types
