@@ -6,6 +6,7 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from threading import Timer
 from typing import Protocol
 
 from rich.console import Console
@@ -58,21 +59,20 @@ def _live(what: str, total: int | None) -> Iterator[Report]:
         transient=True,
     )
     task = bar.add_task(what, total=total)
-    began = time.monotonic()
-    started = False
+    # By a clock of its own: there may be much to prepare, or to compile, before the first report.
+    start = Timer(_QUICK_S, bar.start)
+    start.daemon = True
+    start.start()
 
     def report(done: int, total: int | None = None) -> None:
-        nonlocal started
-        if not started and time.monotonic() - began > _QUICK_S:
-            started = True
-            bar.start()
         bar.update(task, completed=done, total=total)
 
     try:
         yield report
     finally:
-        if started:
-            bar.stop()
+        start.cancel()
+        start.join()
+        bar.stop()
 
 
 class _Sparse:
