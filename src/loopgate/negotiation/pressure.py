@@ -55,6 +55,11 @@ class Pressure:
         self._patience_s = patience
         self._wait_s = wait
 
+    @property
+    def figures(self) -> tuple[float, float, float]:
+        """`crowded`, `patience` and `wait`, the first as it follows from the network."""
+        return float(self._crowded), float(self._patience_s), float(self._wait_s)
+
     def prepare(self, system: System) -> None:
         """Find out from what share on a place is crowded. O(states)."""
         if not self._given:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from time import perf_counter
 
 from loopgate.errors import TrafficError
@@ -11,7 +12,7 @@ from loopgate.results.recorder import Recorder
 from loopgate.simulation.driver import Driver
 from loopgate.simulation.fleet import NOWHERE, Fleet
 from loopgate.simulation.gatekeeper import Answer, Gatekeeper
-from loopgate.simulation.sensing import MUST_ASK, PIVOTED, REAR_PASSED
+from loopgate.simulation.sensing import MUST_ASK, PIVOTED, REAR_PASSED, Vehicle
 from loopgate.simulation.sight import Sight
 from loopgate.simulation.steering import Steering
 from loopgate.simulation.track import Track
@@ -42,6 +43,8 @@ class Engine:
         Takes the events.
     """
 
+    _row: type[Vehicle] = Vehicle
+
     def __init__(
         self, traffic: Traffic, tracks: Sequence[Track], gatekeeper: Gatekeeper | None, recorder: Recorder
     ) -> None:
@@ -50,7 +53,8 @@ class Engine:
         self._recorder = recorder
         self.drivers = [Driver(robot, track) for robot, track in enumerate(tracks)]
         self._driver_of = {driver.id: driver for driver in self.drivers}
-        self.fleet = Fleet(tracks, [driver.start_m for driver in self.drivers], traffic, recorder)
+        starts_m = [driver.start_m for driver in self.drivers]
+        self.fleet = Fleet(tracks, starts_m, traffic, recorder, self._row)
         if gatekeeper:
             gatekeeper.sight = Sight(
                 self.drivers,
@@ -100,17 +104,23 @@ class Engine:
                 self._recorder.note(now, driver.id, Event.START, place)
             self._recorder.note(now, driver.id, Event.EDGE, driver.track.first_edge)
         if keeper:
-            for driver in self.drivers:
-                self._aim(driver)
-                self._consider(driver, now)
-            self._answer(now)
+            self._set_out(now)
+
+    def _set_out(self, now: float) -> None:
+        for driver in self.drivers:
+            self._aim(driver)
+            self._consider(driver, now)
+        self._answer(now)
 
     def step(self) -> None:
         """Advance the traffic by one step and do what is due."""
         began = perf_counter()
         self._traffic.step()
         self.sumo_s += perf_counter() - began
-        now = self._traffic.now_s
+        self._turn(self._traffic.now_s)
+
+    def _turn(self, now: float) -> None:
+        """Do what is due after a step of the traffic."""
         calls = self.fleet.advance(now)
         if self._gatekeeper is None:
             return
@@ -147,23 +157,36 @@ class Engine:
 
     def front_m(self, driver: Driver) -> float:
         """Return where the front of the vehicle was after the last step, unwrapped [m]."""
-        return self.fleet.fronts[driver.robot]
+        return float(self.fleet.fronts[driver.robot])
 
     def laps(self, driver: Driver) -> int:
         """Return the laps since the warm-up."""
         return int(self.fleet.vehicles.laps[driver.robot]) - driver.laps_before
 
-    def refused(self, vehicle: str) -> tuple[list[list[str]], str] | None:
-        """Return whom a refused vehicle waits for (of each set, some must move on) and the state it wants."""
+    def refused(self, vehicle: str) -> Callable[[], tuple[list[list[str]], str]] | None:
+        """Return what tells whom a refused vehicle waits for, and the state it wants; None if it is not.
+
+        Of each set of vehicles, some must move on.
+        """
         if self._gatekeeper is None:
             return None
         driver = self._driver_of.get(vehicle)
         if driver is None or driver.halted_since is None:
             return None
-        sets = self._gatekeeper.blockers(driver.robot)
-        wanted = driver.track.states[driver.position(driver.granted + 1)]
-        inside = [[self.drivers[r].id for r in robots] for robots in sets]
-        return inside + self._gatekeeper.outside_blockers(driver.robot), wanted
+        return partial(self._refusal, driver)
+
+    def _refusal(self, driver: Driver) -> tuple[list[list[str]], str]:
+        return self._blockers(driver), driver.track.states[driver.position(driver.granted + 1)]
+
+    def settle(self) -> None:
+        """Bring the drivers and the gatekeeper up to date, for those who read their figures."""
+
+    def _blockers(self, driver: Driver) -> list[list[str]]:
+        keeper = self._gatekeeper
+        if keeper is None:
+            return []
+        inside = [[self.drivers[r].id for r in robots] for robots in keeper.blockers(driver.robot)]
+        return inside + keeper.outside_blockers(driver.robot)
 
     def _aim(self, driver: Driver) -> None:
         """Tell the fleet where the vehicle's grants end, and where it gives back what it leaves."""
@@ -305,6 +328,9 @@ class Engine:
         left_m = driver.line_m - self.fleet.fronts[robot]
         if not driver.may_brake(left_m, self.fleet.speeds[robot]):
             self.overruns += 1
+        self._stop(driver)
+
+    def _stop(self, driver: Driver) -> None:
         line = driver.track.stop_lines[driver.position(driver.granted)]
         self._traffic.hold(driver.id, line.edge, line.lane_index, line.position_m)
         driver.held = True

@@ -19,9 +19,9 @@ from loopgate.simulation.pending import Pending
 from loopgate.simulation.right_of_way import RightOfWay
 from loopgate.simulation.sight import Sight
 
-__all__ = ["Answer", "Gatekeeper"]
+__all__ = ["REASK_S", "Answer", "Gatekeeper"]
 
-_REASK_S = 1.0
+REASK_S = 1.0
 """A refusal that any change may lift is asked again at most this often [s]."""
 
 _OUTSIDE = frozenset({Reason.RED, Reason.TRAFFIC})
@@ -74,9 +74,9 @@ class Gatekeeper:
         self.itineraries = abstraction.itineraries
         by_loop = {id(way): [leg.crossings for leg in way.legs] for way in abstraction.itineraries}
         self._crossings_of = [by_loop[id(way)] for way in abstraction.itineraries]
-        self._gate = gate
+        self.gate = gate
         self._following = gate if isinstance(gate, FollowingGate) else None
-        self._negotiation = negotiation
+        self.negotiation = negotiation
         if isinstance(negotiation, InformedNegotiation):
             negotiation.prepare(self.system)
         self._pending: dict[int, Pending] = {}
@@ -165,7 +165,7 @@ class Gatekeeper:
         answers: list[Answer] = []
         possible = [pending.request for pending in looked_at if self._possible(pending, now_s, answers)]
         if possible:
-            ordered = self._negotiation.order(possible, self.occupancy, now_s)
+            ordered = self.negotiation.order(possible, self.occupancy, now_s)
             for request in ordered:
                 self._decide_one(self._pending[request.robot], now_s, answers)
             if len(ordered) < len(possible):
@@ -190,7 +190,7 @@ class Gatekeeper:
         if reason is not None:
             self._refuse(pending, reason, answers)
             return False
-        return pending.decision is None or now_s - pending.asked_at_s >= _REASK_S
+        return pending.decision is None or now_s - pending.asked_at_s >= REASK_S
 
     def blockers(self, robot: int) -> list[list[int]]:
         """Return whom the request of `robot` waits for: of every set, some robot has to move on."""
@@ -254,7 +254,7 @@ class Gatekeeper:
         if self._following is not None:
             decision = self._following.decide_here(robot)
         else:
-            decision = self._gate.decide(self.configuration, robot)
+            decision = self.gate.decide(self.configuration, robot)
         self.decision_us[decision.stage].add((perf_counter_ns() - begin) / 1000.0)
         self.messages += decision.messages
         pending.decision = decision
@@ -290,7 +290,7 @@ class Gatekeeper:
         if self._following is not None:
             self._following.moved_here(robot)
         else:
-            self._gate.moved(self.configuration, robot)
+            self.gate.moved(self.configuration, robot)
         self._version += 1
         del self._pending[robot]
         answers.append(Answer(request, granted=True, reason=decision.reason, stage=decision.stage))

@@ -37,9 +37,9 @@ class Histogram:
             self._total += part.total
             self._max = max(self._max, part.max)
 
-    def add(self, value: float) -> None:
-        """Count `value`."""
-        self._recent.append(value)
+    def add(self, value: float, *, times: int = 1) -> None:
+        """Count `value`, as often as `times` says."""
+        self._recent += [value] * times
         if len(self._recent) >= _BATCH:
             self._sort_in()
 

@@ -8,18 +8,18 @@ from loopgate.gates import Reason
 from loopgate.simulation.occupancy import Occupancy
 from loopgate.simulation.pending import Pending
 
-__all__ = ["RightOfWay"]
+__all__ = ["GIVES_WAY_S", "PATIENCE_S", "PATIENCE_THERE_S", "SHORT_OF_SLOTS_S", "RightOfWay"]
 
-_PATIENCE_S = 60.0
+PATIENCE_S = 60.0
 """How long a request is passed over, on its crossing or for a slot, before others have to let it pass [s]."""
 
-_SHORT_OF_SLOTS_S = 30.0
+SHORT_OF_SLOTS_S = 30.0
 """How old a request is that finds no slot when those who could leave one get more attention [s]."""
 
-_PATIENCE_THERE_S = 10.0
+PATIENCE_THERE_S = 10.0
 """How long these are passed over [s]: a long queue would else leave one by one, each after a minute."""
 
-_GIVES_WAY_S = 10.0
+GIVES_WAY_S = 10.0
 """How long one that the gate has refused keeps nothing for itself [s]."""
 
 
@@ -63,19 +63,19 @@ class RightOfWay:
 
     def _late(self, pending: Collection[Pending], now_s: float) -> list[Pending]:
         passed_over = [
-            one for one in pending if now_s - one.request.since_s >= _PATIENCE_THERE_S and one.passed_over
+            one for one in pending if now_s - one.request.since_s >= PATIENCE_THERE_S and one.passed_over
         ]
         short_of_slots = {
             one.request.wanted
             for one in passed_over
             if one.reason is Reason.OCCUPIED
-            and now_s - one.request.since_s >= _SHORT_OF_SLOTS_S
+            and now_s - one.request.since_s >= SHORT_OF_SLOTS_S
             and self._occupancy.room(one.request.wanted) <= 0
         }
         late = [
             one
             for one in passed_over
-            if now_s - one.asked_at_s >= _GIVES_WAY_S
-            and (one.request.here in short_of_slots or now_s - one.request.since_s >= _PATIENCE_S)
+            if now_s - one.asked_at_s >= GIVES_WAY_S
+            and (one.request.here in short_of_slots or now_s - one.request.since_s >= PATIENCE_S)
         ]
         return sorted(late, key=lambda one: (one.request.since_s, one.request.robot))

@@ -21,6 +21,7 @@ from loopgate.simulation import outcome
 from loopgate.simulation.as_is import run_as_is
 from loopgate.simulation.assembly import Assembly, assemble
 from loopgate.simulation.checking import audit_run
+from loopgate.simulation.compiled.engine import CompiledEngine, can_be_compiled
 from loopgate.simulation.engine import Engine
 from loopgate.simulation.gatekeeper import Gatekeeper
 from loopgate.simulation.loop_run import Course, Tick, drive
@@ -45,6 +46,7 @@ def run(
     backend: str = "libsumo",
     overwrite: bool = False,
     watch: type[Watch] = Watch,
+    compiled: bool = True,
 ) -> dict[str, Any]:
     """Run a scenario and leave a run folder.
 
@@ -62,6 +64,8 @@ def run(
         Whether an earlier run in `out` may be replaced.
     watch
         What recognises deadlocks, for studies of it.
+    compiled
+        Whether the drive may be compiled where it can be. The run is the same without, and slower.
 
     Returns
     -------
@@ -75,12 +79,20 @@ def run(
     """
     if out is None:
         with tempfile.TemporaryDirectory(prefix="loopgate-") as folder:
-            return _run(scenario, Folder(Path(folder), overwrite=True), tick, backend, watch)
-    return _run(scenario, Folder(Path(out), overwrite=overwrite), tick, backend, watch)
+            return _run(
+                scenario, Folder(Path(folder), overwrite=True), tick, backend, watch, compiled=compiled
+            )
+    return _run(scenario, Folder(Path(out), overwrite=overwrite), tick, backend, watch, compiled=compiled)
 
 
 def _run(
-    scenario: Scenario, folder: Folder, tick: Tick | None, backend: str, watch_class: type[Watch]
+    scenario: Scenario,
+    folder: Folder,
+    tick: Tick | None,
+    backend: str,
+    watch_class: type[Watch],
+    *,
+    compiled: bool,
 ) -> dict[str, Any]:
     tick = tick or (lambda _now, _course: None)
     if is_as_is(scenario):
@@ -103,7 +115,7 @@ def _run(
     traffic = start_traffic(options, backend=backend, log=log, yields=bool(scenario.traffic))
     recorder = Recorder(folder / outcome.EVENTS)
     try:
-        engine = Engine(traffic, assembly.tracks, keeper, recorder)
+        engine = _engine(scenario, assembly, traffic, keeper, recorder, compiled=compiled)
         around = Surroundings(scenario, assembly, traffic, engine, keeper)
         watch = watch_class(traffic, after_s=scenario.deadlock_after_s, at_gate=engine.refused)
         course = drive(
@@ -115,6 +127,7 @@ def _run(
             tick=tick,
             each_step=around.each_step,
         )
+        engine.settle()
         tallies = _tallies(engine, traffic, watch, course)
         surrounded = around.report()
     finally:
@@ -155,6 +168,22 @@ def _gatekeeper(scenario: Scenario, assembly: Assembly) -> Gatekeeper | None:
     gate = make_gate(scenario.gate, assembly.abstraction.system, perf_counter)
     negotiation = make_negotiation(scenario.rule_for_negotiation, Random(scenario.seed))
     return Gatekeeper(assembly.abstraction, gate, negotiation)
+
+
+def _engine(
+    scenario: Scenario,
+    assembly: Assembly,
+    traffic: Traffic,
+    keeper: Gatekeeper | None,
+    recorder: Recorder,
+    *,
+    compiled: bool,
+) -> Engine:
+    tracks, abstraction = assembly.tracks, assembly.abstraction
+    alone = scenario.rule_for_lights != "obey" and not scenario.traffic
+    if compiled and alone and keeper and abstraction and can_be_compiled(keeper, traffic):
+        return CompiledEngine(traffic, tracks, keeper, recorder, abstraction)
+    return Engine(traffic, tracks, keeper, recorder)
 
 
 def _tallies(engine: Engine, traffic: Traffic, watch: Watch, course: Course) -> list[Tally]:

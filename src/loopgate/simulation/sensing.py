@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -16,8 +17,9 @@ __all__ = [
     "REAR_PASSED",
     "TOLERANCE_M",
     "TRESPASS",
+    "Mark",
+    "Vehicle",
     "Vehicles",
-    "Ways",
     "braking_m",
     "must_ask",
     "sense",
@@ -63,8 +65,8 @@ def must_ask(left_m: float, speed: float, top: float, accel: float, decel: float
     return left_m < fast * step_s + braking_m(fast, decel, step_s) + MARGIN_M
 
 
-class Vehicles(NamedTuple):
-    """By vehicle, what changes as it drives.
+class Vehicle:
+    """One vehicle: a row of the table that compiled code works on.
 
     Attributes
     ----------
@@ -81,7 +83,52 @@ class Vehicles(NamedTuple):
         The next edge as index into its way's edges, and the lap it lies in.
     entered, granted
         The leg of the front and the last granted one.
+    top, accel, decel
+        Top speed [m/s], acceleration and deceleration [m/s2].
+    lap_m, loop, name
+        Length of a lap [m], the loop's and the vehicle's names by number.
+    road_at, roads, pivot
+        Where its edges are in the table of edges, how many, and on which of them the route is renewed.
+    mark_at, legs
+        Where the beginnings of its legs are in the table of legs, and how many.
     """
+
+    offset: float
+    front: float
+    speed: float
+    note_m: float
+    rear_m: float
+    line_m: float
+    trespassing: bool
+    asking: bool
+    next_lap_m: float
+    laps: int
+    road: int
+    road_lap: int
+    entered: int
+    granted: int
+    top: float
+    accel: float
+    decel: float
+    lap_m: float
+    loop: int
+    name: int
+    road_at: int
+    roads: int
+    pivot: int
+    mark_at: int
+    legs: int
+
+
+class Mark:
+    """Where an edge or a leg begins [m], and its name by number."""
+
+    begin_m: float
+    name: int
+
+
+class Vehicles(NamedTuple):
+    """The columns of a table of `Vehicle` that are for the engine to read and set."""
 
     offset: Floats
     front: Floats
@@ -93,44 +140,7 @@ class Vehicles(NamedTuple):
     asking: Flags
     next_lap_m: Floats
     laps: Numbers
-    road: Numbers
-    road_lap: Numbers
-    entered: Numbers
     granted: Numbers
-
-
-class Ways(NamedTuple):
-    """What stays as it is: by vehicle, its abilities and its way; then the ways, one after the other.
-
-    Attributes
-    ----------
-    top, accel, decel
-        Top speed [m/s], acceleration and deceleration [m/s2].
-    lap_m, loop_code, vehicle_code
-        Length of a lap [m], the loop's and the vehicle's names by number.
-    road_begin, road_count, pivot
-        Where in ``road_m`` its edges are, how many, and which of them is where the route is renewed.
-    leg_begin, leg_count
-        Where in ``leg_m`` its legs are, and how many.
-    road_m, road_code, leg_m, leg_code
-        Arc lengths at which edges and legs begin [m], and their names by number.
-    """
-
-    top: Floats
-    accel: Floats
-    decel: Floats
-    lap_m: Floats
-    loop_code: Codes
-    vehicle_code: Codes
-    road_begin: Numbers
-    road_count: Numbers
-    pivot: Numbers
-    leg_begin: Numbers
-    leg_count: Numbers
-    road_m: Floats
-    road_code: Codes
-    leg_m: Floats
-    leg_code: Codes
 
 
 @njit(cache=True, inline="always", error_model="numpy")
@@ -149,51 +159,57 @@ def _call(calls: Codes, called: int, vehicle: int, why: int) -> int:
 
 
 @njit(cache=True, error_model="numpy")
-def _edge_m(i: int, v: Vehicles, w: Ways) -> float:
+def _edge_m(i: int, v: Sequence[Vehicle], roads: Sequence[Mark]) -> float:
     """Return where the next edge begins [m]."""
-    return float(v.road_lap[i] * w.lap_m[i] + w.road_m[w.road_begin[i] + v.road[i]])
+    return v[i].road_lap * v[i].lap_m + roads[v[i].road_at + v[i].road].begin_m
 
 
 @njit(cache=True, error_model="numpy")
-def _leg_m(i: int, v: Vehicles, w: Ways) -> float:
+def _leg_m(i: int, v: Sequence[Vehicle], legs: Sequence[Mark]) -> float:
     """Return where the next granted leg begins [m]; infinity if there is none."""
-    if v.entered[i] >= v.granted[i]:
+    if v[i].entered >= v[i].granted:
         return math.inf
-    lap, position = divmod(v.entered[i] + 1, w.leg_count[i])
-    return float(lap * w.lap_m[i] + w.leg_m[w.leg_begin[i] + position])
+    lap, position = divmod(v[i].entered + 1, v[i].legs)
+    return lap * v[i].lap_m + legs[v[i].mark_at + position].begin_m
 
 
 @njit(cache=True, error_model="numpy")
 def _pass(
-    i: int, v: Vehicles, w: Ways, events: tuple[int, int, int], rows: Codes, noted: int
+    i: int,
+    v: Sequence[Vehicle],
+    roads: Sequence[Mark],
+    legs: Sequence[Mark],
+    events: tuple[int, int, int],
+    rows: Codes,
+    noted: int,
 ) -> tuple[int, bool]:
     """Note edges, laps and legs entered; return how many rows there are, and whether the route is renewed."""
     edge, lap, enter = events
     pivoted = False
-    while noted < rows.shape[0] and v.front[i] >= _edge_m(i, v, w):
-        noted = _note(rows, noted, w.vehicle_code[i], edge, w.road_code[w.road_begin[i] + v.road[i]])
-        pivoted |= v.road[i] == w.pivot[i]
-        v.road[i] += 1
-        if v.road[i] == w.road_count[i]:
-            v.road[i] = 0
-            v.road_lap[i] += 1
-    while noted < rows.shape[0] and v.front[i] >= v.next_lap_m[i]:
-        noted = _note(rows, noted, w.vehicle_code[i], lap, w.loop_code[i])
-        v.laps[i] += 1
-        v.next_lap_m[i] += w.lap_m[i]
-    while noted < rows.shape[0] and v.front[i] >= _leg_m(i, v, w):
-        v.entered[i] += 1
-        leg = w.leg_begin[i] + v.entered[i] % w.leg_count[i]
-        noted = _note(rows, noted, w.vehicle_code[i], enter, w.leg_code[leg])
-    v.note_m[i] = min(_edge_m(i, v, w), v.next_lap_m[i], _leg_m(i, v, w))
+    while noted < rows.shape[0] and v[i].front >= _edge_m(i, v, roads):
+        noted = _note(rows, noted, v[i].name, edge, roads[v[i].road_at + v[i].road].name)
+        pivoted |= v[i].road == v[i].pivot
+        v[i].road += 1
+        if v[i].road == v[i].roads:
+            v[i].road = 0
+            v[i].road_lap += 1
+    while noted < rows.shape[0] and v[i].front >= v[i].next_lap_m:
+        noted = _note(rows, noted, v[i].name, lap, v[i].loop)
+        v[i].laps += 1
+        v[i].next_lap_m += v[i].lap_m
+    while noted < rows.shape[0] and v[i].front >= _leg_m(i, v, legs):
+        v[i].entered += 1
+        noted = _note(rows, noted, v[i].name, enter, legs[v[i].mark_at + v[i].entered % v[i].legs].name)
+    v[i].note_m = min(_edge_m(i, v, roads), v[i].next_lap_m, _leg_m(i, v, legs))
     return noted, pivoted
 
 
 @njit(cache=True, error_model="numpy")
 def sense(
     odometer: Floats,
-    v: Vehicles,
-    w: Ways,
+    v: Sequence[Vehicle],
+    roads: Sequence[Mark],
+    legs: Sequence[Mark],
     step_s: float,
     events: tuple[int, int, int],
     rows: Codes,
@@ -205,8 +221,8 @@ def sense(
     ----------
     odometer
         What SUMO says, by vehicle [m].
-    v, w
-        The vehicles and their ways.
+    v, roads, legs
+        The vehicles, their edges and their legs.
     step_s
         Length of a step [s].
     events
@@ -218,18 +234,18 @@ def sense(
     """
     noted, called = 0, 0
     for i in range(odometer.size):
-        front = odometer[i] + v.offset[i]
-        v.speed[i] = (front - v.front[i]) / step_s
-        v.front[i] = front
-        if front >= v.note_m[i]:
-            noted, pivoted = _pass(i, v, w, events, rows, noted)
+        front = odometer[i] + v[i].offset
+        v[i].speed = (front - v[i].front) / step_s
+        v[i].front = front
+        if front >= v[i].note_m:
+            noted, pivoted = _pass(i, v, roads, legs, events, rows, noted)
             if pivoted:
                 called = _call(calls, called, i, PIVOTED)
-        if front >= v.rear_m[i]:
+        if front >= v[i].rear_m:
             called = _call(calls, called, i, REAR_PASSED)
-        if (front > v.line_m[i] + TOLERANCE_M) != v.trespassing[i]:
+        if (front > v[i].line_m + TOLERANCE_M) != v[i].trespassing:
             called = _call(calls, called, i, TRESPASS)
-        left_m = v.line_m[i] - front
-        if v.asking[i] and must_ask(left_m, v.speed[i], w.top[i], w.accel[i], w.decel[i], step_s):
+        left_m = v[i].line_m - front
+        if v[i].asking and must_ask(left_m, v[i].speed, v[i].top, v[i].accel, v[i].decel, step_s):
             called = _call(calls, called, i, MUST_ASK)
     return noted, called

@@ -12,19 +12,19 @@ from loopgate.simulation.fleet import Fleet
 from loopgate.simulation.motion import braking_time_s, time_s
 from loopgate.simulation.occupancy import Occupancy
 
-__all__ = ["Sight"]
+__all__ = ["APART_S", "BEYOND_M", "GAP_M", "SLOW", "Sight"]
 
-_BEYOND_M = 0.5
+BEYOND_M = 0.5
 """Room between the rear of the first and the stretch that both use [m]."""
 
-_APART_S = 0.5
+APART_S = 0.5
 """Time between the rear of the first leaving that stretch and the front of the second reaching it [s]."""
 
-_SLOW = 0.7
+SLOW = 0.7
 """Share of the speed limit on its crossing that the first is taken to reach: its driver may be slow, and the
 vehicle before it slower still. At 0.85 SUMO counts a collision now and then in a dense city."""
 
-_GAP_M = 2.5
+GAP_M = 2.5
 """Room that the first keeps to the vehicle before it [m], which may be standing."""
 
 
@@ -101,17 +101,17 @@ class Sight:
     ) -> bool:
         fronts, speeds = self._fleet.fronts, self._fleet.speeds
         inside_m = fronts[ahead.robot] - ahead.end_m(leg)
-        left_m = shared_m[1] + ahead.length + _BEYOND_M - inside_m
+        left_m = shared_m[1] + ahead.length + BEYOND_M - inside_m
         if left_m < 0:
             return True
-        if not self._foresees or inside_m < max(_BEYOND_M, shared_m[0]):
+        if not self._foresees or inside_m < max(BEYOND_M, shared_m[0]):
             return False  # not on the shared stretch yet: the two could stop across each other's way
-        slow = min(ahead.top, _SLOW * limit_mps)
-        passed_s = time_s(left_m, speeds[ahead.robot], ahead.accel, slow) + _APART_S
+        slow = min(ahead.top, SLOW * limit_mps)
+        passed_s = time_s(left_m, speeds[ahead.robot], ahead.accel, slow) + APART_S
         reached_s = time_s(reach_m, speeds[driver.robot], driver.accel, driver.top)
         if passed_s > reached_s or self._may_be_held(ahead, leg):
             return False
-        return braking_time_s(left_m, self._room_m(ahead, leg), slow, ahead.decel) + _APART_S <= reached_s
+        return braking_time_s(left_m, self._room_m(ahead, leg), slow, ahead.decel) + APART_S <= reached_s
 
     def _may_be_held(self, ahead: Driver, leg: int) -> bool:
         """Return whether SUMO may let a vehicle wait on the junction for one that was granted before it."""
@@ -126,7 +126,7 @@ class Sight:
 
     def _is_before(self, first: Driver, leg: int, foe: str, crossing: Crossing) -> bool:
         """Return whether `first`, if it is on the movement `foe` behind `leg`, is not yet past `crossing`."""
-        past_m = self._fleet.fronts[first.robot] - first.length - _BEYOND_M - first.end_m(leg)
+        past_m = self._fleet.fronts[first.robot] - first.length - BEYOND_M - first.end_m(leg)
         return any(
             theirs.id == foe and past_m < theirs.overlaps.get(crossing.id, (0.0, math.inf))[1]
             for theirs in self._itineraries[first.robot].legs[first.position(leg)].crossings
@@ -147,4 +147,4 @@ class Sight:
             return math.inf
         fronts = self._fleet.fronts
         between = fronts[first.robot] - first.begin_m(its) - fronts[ahead.robot] + ahead.begin_m(leg + 1)
-        return between - first.length - _GAP_M
+        return between - first.length - GAP_M

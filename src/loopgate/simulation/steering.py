@@ -56,6 +56,11 @@ class Steering:
             self._ways[driver.robot] = _Way(driver, deque(pins), driver.end_m(leg))
             self._set(driver, pins[0])
 
+    @property
+    def steers(self) -> bool:
+        """Whether any vehicle is steered."""
+        return bool(self._ways)
+
     def busy(self, driver: Driver) -> bool:
         """Return whether the vehicle is steered, and may not ask for its next state."""
         return driver.robot in self._ways

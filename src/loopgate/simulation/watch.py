@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from loopgate.simulation.waits import circular_wait, deadlocked
 from loopgate.traffic.base import Traffic
 
-__all__ = ["Deadlock", "Watch"]
+__all__ = ["Deadlock", "Refusal", "Watch"]
 
 _MOVED_M = 0.5
 """Creeping less than this between two checks counts as standing [m]."""
@@ -39,6 +39,10 @@ class Deadlock:
     held_up: int
 
 
+Refusal = Callable[[], tuple[Sequence[Sequence[str]], str]]
+"""Tells whom a refused vehicle waits for, and for which place."""
+
+
 class Watch:
     """Looks at the vehicles now and then and names each circular wait once.
 
@@ -54,8 +58,8 @@ class Watch:
     after_s
         How long a vehicle has to stand before it can be part of a deadlock [s].
     at_gate
-        Whom a vehicle waits for at its gate (of each set, some vehicle must move on) and for which place;
-        None for a vehicle that is not refused by a gate.
+        What tells whom a vehicle waits for at its gate (of each set, some vehicle must move on) and for which
+        place; None for a vehicle that is not refused by a gate.
     """
 
     def __init__(
@@ -63,7 +67,7 @@ class Watch:
         traffic: Traffic,
         *,
         after_s: float,
-        at_gate: Callable[[str], tuple[Sequence[Sequence[str]], str] | None] | None = None,
+        at_gate: Callable[[str], Refusal | None] | None = None,
     ) -> None:
         self._traffic = traffic
         self._after_s = after_s
@@ -76,14 +80,17 @@ class Watch:
         """Return a deadlock that was not known before, or None. Call every few seconds."""
         now = self._traffic.now_s
         last: dict[str, tuple[float, float]] = {}
-        for vehicle in self._traffic.vehicles():
-            at = self._traffic.odometer(vehicle)
-            before, since = self._last.get(vehicle, (at, now))
-            last[vehicle] = (before, since) if at - before <= _MOVED_M else (at, now)
+        still: list[str] = []
+        vehicles = self._traffic.vehicles()
+        for vehicle, at in zip(vehicles, self._traffic.odometers(vehicles), strict=True):
+            before = self._last.get(vehicle)
+            if before is None or at - before[0] > _MOVED_M:
+                last[vehicle] = (at, now)
+            else:
+                last[vehicle] = before
+                still.append(vehicle)
         self._last = last
-        standing = sorted(
-            v for v, (_, since) in last.items() if self._waits_long(v, now) and now - since >= self._after_s
-        )
+        standing = sorted(v for v in still if self._waits_long(v, now) and now - last[v][1] >= self._after_s)
         self._known.intersection_update(standing)
         if len(standing) < 2 or self._known.issuperset(standing):  # noqa: PLR2004  a circle has two at least
             return None
@@ -125,7 +132,7 @@ class Watch:
     def _waits(self, vehicle: str, places: dict[str, str], *, guess: bool) -> list[list[str]]:
         refused = self._at_gate(vehicle) if self._at_gate else None
         if refused is not None:
-            sets, places[vehicle] = refused
+            sets, places[vehicle] = refused()
             return [list(some) for some in sets]
         places[vehicle] = self._traffic.lane(vehicle)[0]
         return [[other] for other in self._traffic.waits_for(vehicle, guess=guess)]

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import cast
 
 import pytest
 
-from loopgate.simulation.watch import Watch
+from loopgate.simulation.watch import Refusal, Watch
 from loopgate.traffic.base import Traffic
 
 
@@ -17,13 +17,13 @@ class Standing:
     def __init__(self, waits: dict[str, list[str]]) -> None:
         self.waits = waits
         self.now_s = 0.0
-        self.odometers = dict.fromkeys(waits, 0.0)
+        self.at_m = dict.fromkeys(waits, 0.0)
 
     def vehicles(self) -> Sequence[str]:
         return list(self.waits)
 
-    def odometer(self, vehicle: str) -> float:
-        return self.odometers[vehicle]
+    def odometers(self, vehicles: Sequence[str]) -> Iterator[float]:
+        return iter([self.at_m[vehicle] for vehicle in vehicles])
 
     def lane(self, vehicle: str) -> tuple[str, float]:
         return f"lane of {vehicle}", 0.0
@@ -39,9 +39,9 @@ class Gates:
     def __init__(self, refused: dict[str, list[str]]) -> None:
         self.refused = refused
 
-    def __call__(self, vehicle: str) -> tuple[list[list[str]], str] | None:
+    def __call__(self, vehicle: str) -> Refusal | None:
         others = self.refused.get(vehicle)
-        return None if others is None else ([others], f"state {vehicle} wants")
+        return None if others is None else lambda: ([others], f"state {vehicle} wants")
 
 
 def watched(traffic: Standing, gates: Gates | None, until_s: float) -> list[tuple[float, tuple[str, ...]]]:

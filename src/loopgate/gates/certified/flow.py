@@ -46,6 +46,24 @@ class Flow:
         self._after = [self._next_rests(i) for i in range(len(layout.path))]
 
     @property
+    def by_chain_alone(self) -> bool:
+        """Whether the chain of heads decides every move: all states are private, or FIFO and wide.
+
+        Nor does a path come straight back to the state that it leaves.
+        """
+        layout = self._layout
+        waits = zip(layout.fifo, self._wide, layout.system.private, strict=True)
+        return (
+            all((fifo and wide) or private for fifo, wide, private in waits)
+            and all(map(all, layout.straight))
+            and not any(
+                path[q] == s
+                for path, follow in zip(layout.path, layout.follow, strict=True)
+                for s, q in zip(path, follow, strict=True)
+            )
+        )
+
+    @property
     def layout(self) -> Layout:
         """The layout in which wide places count as homes."""
         return self._layout

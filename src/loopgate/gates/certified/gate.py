@@ -154,6 +154,11 @@ class CertifiedGate:
         """``everyone`` or ``somebody``: who can go on for ever."""
         return "somebody" if isinstance(self._keeper, Flow) else "everyone"
 
+    @property
+    def by_chain_alone(self) -> bool:
+        """Whether the chain rule decides every move, see `Flow.by_chain_alone`."""
+        return isinstance(self._keeper, Flow) and self._keeper.by_chain_alone
+
     def use_clock(self, clock: Callable[[], float]) -> None:
         """Measure `budget_ms` with `clock`, which tells the time [s] from any origin."""
         self._budget.clock = clock

@@ -1,0 +1,37 @@
+"""Tables for compiled code: one row class says what a row holds."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Final, get_type_hints
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["table"]
+
+_KINDS: Final = {float: np.float64, int: np.int64, bool: np.bool_}
+
+
+def table(
+    row: type, columns: Mapping[str, Any] | None = None, *, length: int | None = None
+) -> NDArray[np.void]:
+    """Return a table whose rows have the attributes that the class `row` and its bases annotate.
+
+    Parameters
+    ----------
+    row
+        A class with annotations ``float``, ``int`` and ``bool``, and nothing else.
+    columns
+        What to fill in; all other columns are zero.
+    length
+        Number of rows; by default that of the columns.
+    """
+    columns = columns or {}
+    kinds = {name: _KINDS[kind] for name, kind in get_type_hints(row).items()}
+    if length is None:
+        length = len(next(iter(columns.values())))
+    made = np.zeros(length, dtype=np.dtype(list(kinds.items()), align=True))
+    for name, values in columns.items():
+        made[name] = values
+    return made
