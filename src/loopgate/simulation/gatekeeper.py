@@ -208,8 +208,11 @@ class Gatekeeper:
             return self._kept_by(kept_for) + [
                 [other] for mine in crossings for other, _ in self.occupancy.foes_on_way(mine, robot)
             ]
-        if pending.decision is not None and pending.decision.blockers:
-            return [list(pending.decision.blockers)]
+        decision = pending.decision
+        if decision is not None and self._following is not None:
+            decision = self._following.decide_here(robot)  # by now others may be in its way, or none
+        if decision is not None and pending.reason is not Reason.RESERVE and decision.blockers:
+            return [list(decision.blockers)]
         return [[other for other in range(len(self.system.robots)) if other != robot]]
 
     def _kept_by(self, late: AbstractSet[int]) -> list[list[int]]:

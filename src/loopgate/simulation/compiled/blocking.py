@@ -30,9 +30,8 @@ def blockers(robot: int, books: Books) -> list[list[int]]:
         return [_others(robot, state.holders, state.held_by, books)]
     if rider.reason == c.CROSSING:
         return _on_the_way(robot, books)
-    if rider.reason == c.DEADLOCK:
-        return [_heads(_wanted(robot, books), books)]
-    return [[other for other in range(len(books.vehicles)) if other != robot]]
+    heads = _heads(robot, books) if rider.reason == c.DEADLOCK else []
+    return [heads or [other for other in range(len(books.vehicles)) if other != robot]]
 
 
 def _on_the_way(robot: int, books: Books) -> list[list[int]]:
@@ -61,22 +60,37 @@ def _kept_by(late: Iterable[int], robot: int, books: Books) -> list[list[int]]:
     ]
 
 
-def _heads(wanted: int, books: Books) -> list[int]:
-    """Return the heads of the places round the circle that a move into `wanted` would close."""
+def _heads(robot: int, books: Books) -> list[int]:
+    """Return the heads of the full places round the circle that the vehicle's move would close.
+
+    None if it closes none by now; if the place itself is full by now, those in it.
+    """
+    here = _here(robot, books)
+    target = place = _wanted(robot, books)
     heads: list[int] = []
-    place = wanted
-    while not heads or place != wanted:
+    state = books.states[target]
+    if state.queue >= state.room:
+        return _others(robot, state.line, state.queue, books)
+    if state.queue + 1 < state.room:
+        return heads
+    while True:
         head = int(books.pool[books.states[place].line])
-        if head in heads:
-            break
         heads.append(head)
         place = _wanted(head, books)
-    return heads
+        state = books.states[place]
+        if place == here or state.queue < state.room - (place == target):
+            return []
+        if place == target or len(heads) > len(books.states):
+            return heads
 
 
 def _leg(robot: int, books: Books, ahead: int = 0) -> int:
     rider = books.vehicles[robot]
     return int(rider.leg_at + (rider.admitted + ahead) % rider.legs)
+
+
+def _here(robot: int, books: Books) -> int:
+    return int(books.legs[_leg(robot, books)].state)
 
 
 def _wanted(robot: int, books: Books) -> int:
