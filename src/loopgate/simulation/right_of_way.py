@@ -13,10 +13,10 @@ __all__ = ["GIVES_WAY_S", "PATIENCE_S", "PATIENCE_THERE_S", "SHORT_OF_SLOTS_S", 
 PATIENCE_S = 60.0
 """How long a request is passed over, on its crossing or for a slot, before others have to let it pass [s]."""
 
-SHORT_OF_SLOTS_S = 10.0
+SHORT_OF_SLOTS_S = 30.0
 """How old a request is that finds no slot when those who could leave one get more attention [s]."""
 
-PATIENCE_THERE_S = 3.0
+PATIENCE_THERE_S = 10.0
 """How long these are passed over [s]: a long queue would else leave one by one, each after a minute."""
 
 GIVES_WAY_S = 10.0
