@@ -114,6 +114,7 @@ def test_bad_routes_are_one_clear_line(tmp_path: Path, case: str) -> None:
         ((str(GRID), "--loops", "2", "--negotiation", "luck"), "there is no such negotiation"),
         ((str(GRID), "--loops", "2", "--duration", "-5"), "duration"),
         (("no.toml",), "cannot read the scenario"),
+        ((str(GRID), "--loops", "2", "-o", "out:1"), "colon"),
     ],
 )
 def test_bad_input_is_one_clear_line(words: tuple[str, ...], expected: str) -> None:

@@ -80,11 +80,14 @@ class Folder:
     Raises
     ------
     ScenarioError
-        If results are there already, or the folder cannot be made.
+        If results are there already, the folder cannot be made, or SUMO cannot write into it.
     """
 
     def __init__(self, path: Path, *, overwrite: bool) -> None:
         self.path = path
+        if ":" in str(path.relative_to(path.anchor)):
+            msg = f"{path}: SUMO takes what follows a colon for a port; choose a folder without one"
+            raise ScenarioError(msg)
         if (path / SUMMARY).exists() and not overwrite:
             msg = f"{path}: it holds the results of a run; choose another folder, or --overwrite"
             raise ScenarioError(msg)
