@@ -5,7 +5,7 @@ BIN    := $(VENV)/bin
 STAMP  := $(VENV)/installed
 
 .DEFAULT_GOAL := help
-.PHONY: help demo readme setup test check format bench bench-sweep networks small-networks city throughput soak day lock fresh clean
+.PHONY: help demo readme setup test check format bench bench-sweep networks small-networks city throughput soak day lock clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-15s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -72,8 +72,5 @@ day: $(STAMP) ## 24 simulated hours in south-east Berlin, 300 vehicles: anything
 lock: ## renew requirements.lock (needs uv)
 	uv pip compile pyproject.toml --extra dev --universal --generate-hashes --no-header --no-annotate --quiet -o requirements.lock
 
-fresh: ## forget compiled code: needed after a change to what compiled code of another file uses
-	find src \( -name '*.nbi' -o -name '*.nbc' \) -delete
-
-clean: fresh ## remove what the other targets made
+clean: ## remove what the other targets made
 	rm -rf $(VENV) out build dist .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis
