@@ -10,7 +10,7 @@ from pathlib import Path
 
 import sumo
 
-__all__ = ["narrow_streets", "netgenerate", "roundabouts"]
+__all__ = ["narrow_streets", "netgenerate", "roundabouts", "small_roundabout", "two_rings_of_road"]
 
 Point = tuple[float, float]
 
@@ -63,6 +63,33 @@ def narrow_streets(file: Path) -> Path:
             shape = [(a * gap, b * gap), *beside, (c * gap, d * gap)] if narrow else ()
             edges.append(_edge(f"{a}{b}", f"{c}{d}", 1, shape=shape, centred=narrow))
     return _convert(nodes, edges, file, "")
+
+
+def small_roundabout(file: Path) -> Path:
+    """Write a ring of four edges of 11 m, ``r0`` to ``r3``, and a street ``in`` to it and ``out`` of it."""
+    corners = ((0, 0), (14, 0), (14, 14), (0, 14))
+    nodes = [_node(f"R{k}", at) for k, at in enumerate(corners)] + [_node("A", (60, -40))]
+    ring = [_named(f"r{k}", f"R{k}", f"R{(k + 1) % 4}", speed=8, priority=2) for k in range(4)]
+    way_in = _named("in", "A", "R0", speed=8, shape=[(60, -40), (10, -60), (-30, -30), (0, 0)])
+    return _convert(nodes, [*ring, way_in, _named("out", "R2", "A", speed=8)], file, "")
+
+
+def two_rings_of_road(file: Path) -> Path:
+    """Write two rings of 160 m, ``e00`` to ``e03`` and ``e10`` to ``e13``, to be driven at 30 m/s."""
+    corners = ((0, 0), (40, 0), (40, 40), (0, 40))
+    nodes = [_node(f"n{k}{j}", (500 * k + x, y)) for k in range(2) for j, (x, y) in enumerate(corners)]
+    edges = [
+        _named(f"e{k}{j}", f"n{k}{j}", f"n{k}{(j + 1) % 4}", speed=30) for k in range(2) for j in range(4)
+    ]
+    return _convert(nodes, edges, file, "--junctions.limit-turn-speed=-1")
+
+
+def _named(
+    name: str, begin: str, end: str, *, speed: float, priority: int = 1, shape: Sequence[Point] = ()
+) -> str:
+    line = " ".join(f"{x},{y}" for x, y in shape)
+    drawn = f' shape="{line}"' if shape else ""
+    return f'<edge id="{name}" from="{begin}" to="{end}" speed="{speed}" priority="{priority}"{drawn}/>'
 
 
 def _streets(side: int) -> Iterator[tuple[int, int, int]]:

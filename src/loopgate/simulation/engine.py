@@ -18,9 +18,9 @@ from loopgate.simulation.steering import Steering
 from loopgate.simulation.track import Track
 from loopgate.traffic.base import Traffic
 
-__all__ = ["Engine"]
+__all__ = ["FORGOTTEN_STOPS", "Engine"]
 
-_FORGOTTEN_STOPS = 10
+FORGOTTEN_STOPS = 10
 """So many stops are left behind before SUMO is made to forget them, now and then."""
 
 
@@ -345,7 +345,7 @@ class Engine:
                 self._traffic.hold(driver.id, line.edge, line.lane_index, line.position_m)
         elif self._steering.busy(driver):
             self._steering.renew(driver)
-        if driver.stops > _FORGOTTEN_STOPS:
+        if driver.stops > FORGOTTEN_STOPS:
             self._forgetful.setdefault(driver.robot, 0)
 
     def _forget_stops(self) -> None:

@@ -27,7 +27,7 @@ from loopgate.simulation.sensing import (
     sense,
 )
 
-__all__ = ["FULL", "SENSED", "Orders", "answer", "begin", "look", "turn"]
+__all__ = ["FULL", "SENSED", "Orders", "answer", "begin", "look"]
 
 SENSED: Final = 16
 """So many edges, laps and states a vehicle may enter in one step, ..."""
@@ -174,7 +174,9 @@ def _go(i: int, now_s: float, step_s: float, b: Books, o: Orders) -> None:
     pinned = b.legs[leg_of(i, v[i].granted, b)].pinned
     v[i].granted += 1
     b.pool[c.GRANTS] += 1
-    b.pool[v[i].number_at + v[i].granted % v[i].legs] = b.pool[c.GRANTS]
+    b.pool[v[i].number_at + v[i].granted % v[i].numbers] = b.pool[c.GRANTS]
+    if v[i].granted - v[i].crossed >= v[i].numbers:
+        b.pool[c.LOST] += 1
     _aim(i, b)
     wanted = keep.state_of(i, v[i].granted, b)
     _note(i, c.GRANT, wanted, c.FREE, c.CHAIN, b, o)
@@ -203,21 +205,6 @@ def _go(i: int, now_s: float, step_s: float, b: Books, o: Orders) -> None:
             _consider(b.pool[n], now_s, step_s, b, o)
         elif not v[b.pool[n]].held:
             v[b.pool[n]].asking = True
-
-
-@njit(cache=True, error_model="numpy")
-def turn(
-    odometer: Floats,
-    halted: Numbers,
-    now_s: float,
-    step_s: float,
-    pressure: tuple[float, float, float],
-    b: Books,
-    o: Orders,
-) -> None:
-    """`look` and `answer` in one, where nothing else is to be done in between."""
-    look(odometer, halted, now_s, step_s, b, o)
-    answer(halted[:0], now_s, step_s, pressure, b, o)
 
 
 @njit(cache=True, error_model="numpy")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from time import perf_counter_ns
 from typing import Any, cast
 
@@ -18,11 +18,12 @@ from loopgate.results.columns import Event
 from loopgate.results.recorder import Recorder
 from loopgate.simulation.compiled import count as c
 from loopgate.simulation.compiled.blocking import blockers
-from loopgate.simulation.compiled.driving import FULL, Orders, answer, begin, look, turn
+from loopgate.simulation.compiled.driving import FULL, Orders
+from loopgate.simulation.compiled.entries import answer, begin, look, turn
 from loopgate.simulation.compiled.making import make_books
 from loopgate.simulation.compiled.tables import Books, Rider
 from loopgate.simulation.driver import Driver
-from loopgate.simulation.engine import Engine
+from loopgate.simulation.engine import FORGOTTEN_STOPS, Engine
 from loopgate.simulation.gatekeeper import Gatekeeper
 from loopgate.simulation.track import Track
 from loopgate.traffic.base import Traffic
@@ -52,12 +53,15 @@ _WORDS = {
 }
 _NOBODY = np.zeros(0, dtype=np.int64)
 
+_TIMED_EVERY = 20
+"""Every so many steps the decisions are timed alone; else they are made in one go with all the rest."""
+
 
 def can_be_compiled(keeper: Gatekeeper, traffic: Traffic) -> bool:
     """Return whether `CompiledEngine` drives these vehicles as `Engine` does.
 
-    The gate must be `CertifiedGate` with the chain rule deciding alone, the negotiation `Pressure`, and
-    nothing else may be in the way: no lights, no traffic that vehicles give way to.
+    The gate must be `CertifiedGate` with the chain rule deciding alone, and the negotiation `Pressure`. That
+    nothing else is in the way, no lights that are obeyed and no ordinary traffic, is for the caller to know.
     """
     gate = keeper.gate
     return (
@@ -65,7 +69,6 @@ def can_be_compiled(keeper: Gatekeeper, traffic: Traffic) -> bool:
         and gate.by_chain_alone
         and len(keeper.system.robots) > 1
         and type(keeper.negotiation) is Pressure
-        and not keeper.obstacles
         and not traffic.gives_way
     )
 
@@ -111,18 +114,25 @@ class CompiledEngine(Engine):
             acts=np.zeros((rows, 3), dtype=np.int64),
             calls=np.zeros((4 * len(tracks), 2), dtype=np.int32),
         )
+        self._inside = (tuple(self._books), tuple(self._orders))
         self.fleet.fronts = self.fleet.vehicles.front
         self.fleet.speeds = self.fleet.vehicles.speed
+        self._decision_us = 0.0
+        self._decisions_us = keeper.decision_us[_CHAIN]
+        self._turns = 0
+        self._worn: set[int] = set()
+        """Who has stops to be forgotten."""
         self._warm_up()
 
     def _warm_up(self) -> None:
         """Compile, or load what was compiled, so that it is no part of the run: a drive of no vehicles."""
         counters = np.zeros(c.COUNTERS, dtype=np.int64)
-        books = Books._make([*(cast("Any", table)[:0] for table in self._books[:-1]), counters])
-        begin(0.0, 1.0, books, self._orders)
-        look(np.zeros(0), _NOBODY, 0.0, 1.0, books, self._orders)
-        answer(_NOBODY, 0.0, 1.0, self._pressure, books, self._orders)
-        turn(np.zeros(0), _NOBODY, 0.0, 1.0, self._pressure, books, self._orders)
+        tables = (*(cast("Any", table)[:0] for table in self._books[:-1]), counters)
+        orders = tuple(self._orders)
+        begin(0.0, 1.0, tables, orders)
+        look(np.zeros(0), _NOBODY, 0.0, 1.0, tables, orders)
+        answer(_NOBODY, 0.0, 1.0, self._pressure, tables, orders)
+        turn(np.zeros(0), _NOBODY, 0.0, 1.0, self._pressure, tables, orders)
 
     def _spell(self) -> None:
         for at, word in _WORDS.items():
@@ -130,23 +140,33 @@ class CompiledEngine(Engine):
 
     def _turn(self, now: float) -> None:
         odometer, halted = self.fleet.read(), self._came_to_a_halt(now)
-        if self._steering.steers:
-            look(odometer, halted, now, self._traffic.step_s, self._books, self._orders)
+        self._turns += 1
+        if self._steering.steers or self._worn or self._turns % _TIMED_EVERY == 0:
+            look(odometer, halted, now, self._traffic.step_s, *self._inside)
             self._carry_out(now)
             self._forget_stops()
-            freed = [driver.robot for driver in self._steering.step()]
-            self._decide(answer, np.array(freed, dtype=np.int64))
+            self._worn = {robot for robot in self._worn if self.drivers[robot].stops}
+            self._answer_timed([driver.robot for driver in self._steering.step()])
         else:
-            self._decide(turn, odometer, halted)
-            self._forget_stops()
+            before = self._decided
+            turn(odometer, halted, now, self._traffic.step_s, self._pressure, *self._inside)
+            self._decisions_us.add(self._decision_us, times=self._decided - before)
+            self._carry_out(now)
 
     def settle(self) -> None:
-        """Bring the drivers' waits and the gatekeeper's counts up to date."""
+        """Bring the drivers' waits and the gatekeeper's counts up to date, and write what is not yet written.
+
+        After Ctrl-C there may be rows of a step of which nothing was carried out.
+        """
+        pool = self._books.pool
+        if pool[c.ROWS]:
+            self._recorder.passed(self._traffic.now_s, self._orders.rows[: pool[c.ROWS]])
+            pool[c.ROWS] = 0
         for driver, rider in zip(self.drivers, self._riders, strict=True):
             driver.hold_s = float(rider["hold_s"])
             driver.longest_wait_s = float(rider["longest_s"])
             driver.asked_s = None if np.isnan(rider["asked_s"]) else float(rider["asked_s"])
-        pool = self._books.pool
+            driver.halted_since = None if np.isnan(rider["halted_s"]) else float(rider["halted_s"])
         refused = {reason.value: int(pool[c.REFUSED + k]) for k, reason in _REASONS.items()}
         self._keeper.refusals.clear()
         self._keeper.refusals.update({reason: count for reason, count in refused.items() if count})
@@ -162,8 +182,8 @@ class CompiledEngine(Engine):
 
     def _set_out(self, now: float) -> None:
         self._riders["length_m"] = [driver.length for driver in self.drivers]
-        begin(now, self._traffic.step_s, self._books, self._orders)
-        self._decide(answer, _NOBODY)
+        begin(now, self._traffic.step_s, *self._inside)
+        self._answer_timed([])
 
     def _blockers(self, driver: Driver) -> list[list[str]]:
         sets = blockers(driver.robot, self._readable)
@@ -176,20 +196,30 @@ class CompiledEngine(Engine):
             if driver is not None and driver.held and driver.halted_since is None:
                 driver.halted_since = now
                 driver.stops += 1
+                if driver.stops > FORGOTTEN_STOPS:
+                    self._worn.add(driver.robot)
                 robots.append(driver.robot)
         return np.array(robots, dtype=np.int64) if robots else _NOBODY
 
-    def _decide(self, kernel: Callable[..., None], *inputs: NDArray[Any]) -> None:
-        now, pool = self._traffic.now_s, self._books.pool
-        before = int(pool[c.DECISIONS])
-        began = perf_counter_ns()
-        kernel(*inputs, now, self._traffic.step_s, self._pressure, self._books, self._orders)
-        decided = int(pool[c.DECISIONS]) - before
+    def _answer_timed(self, freed: Sequence[int]) -> None:
+        """Decide, and take the time.
+
+        There is no clock in compiled code: each decision counts as long as, on average, those of the last
+        step in which decisions alone were timed.
+        """
+        now, step_s = self._traffic.now_s, self._traffic.step_s
+        robots = np.array(freed, dtype=np.int64) if freed else _NOBODY
+        before, began = self._decided, perf_counter_ns()
+        answer(robots, now, step_s, self._pressure, *self._inside)
+        decided = self._decided - before
         if decided:
-            # There is no clock in compiled code: each decision of a step counts as long as the mean of them.
-            took_us = (perf_counter_ns() - began) / 1000.0
-            self._keeper.decision_us[_CHAIN].add(took_us / decided, times=decided)
+            self._decision_us = (perf_counter_ns() - began) / 1000.0 / decided
+        self._decisions_us.add(self._decision_us, times=decided)
         self._carry_out(now)
+
+    @property
+    def _decided(self) -> int:
+        return int(self._books.pool[c.DECISIONS])
 
     def _carry_out(self, now: float) -> None:
         """Write rows to the trace, and tell the traffic whom to hold and whom to let go."""

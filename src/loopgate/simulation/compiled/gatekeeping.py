@@ -1,7 +1,8 @@
 """`loopgate.simulation.gatekeeper.Gatekeeper` with pressure and the chain rule, compiled; see there.
 
 What is compiled is `Pressure`, `RightOfWay` and `loopgate.gates.certified.Flow` where every state is a FIFO
-state that holds two, so that a robot rests wherever it stands: then the chain of heads decides alone.
+state that holds two, or private, so that a robot rests wherever it stands: then the chain of heads decides
+alone. All robots fit into a private state, and there are two at least: so none is ever full in a chain.
 """
 
 from __future__ import annotations
@@ -55,13 +56,23 @@ def first_before(i: int, b: Books) -> int:
 
 @njit(cache=True, error_model="numpy")
 def _remove(pool: Numbers, at: int, length: int, one: int) -> int:
-    """Take `one` out of a list of `length`, keeping the order; return the new length."""
-    k = at
-    while pool[k] != one:
-        k += 1
-    for later in range(k, at + length - 1):
-        pool[later] = pool[later + 1]
-    return length - 1
+    """Take `one`, if it is there, out of a list of `length`, keeping the order; return the new length."""
+    for k in range(at, at + length):
+        if pool[k] == one:
+            for later in range(k, at + length - 1):
+                pool[later] = pool[later + 1]
+            return length - 1
+    return length
+
+
+@njit(cache=True, error_model="numpy")
+def _append(b: Books, at: int, length: int, most: int, one: int) -> int:
+    """Put `one` at the end of a list of `length`; return the new length. There is room, or the run ends."""
+    if length >= most:
+        b.pool[c.LOST] += 1
+        return length
+    b.pool[at + length] = one
+    return length + 1
 
 
 @njit(cache=True, error_model="numpy")
@@ -162,7 +173,10 @@ def _keep(i: int, b: Books) -> None:
 
 @njit(cache=True, error_model="numpy")
 def _late(now_s: float, b: Books) -> int:
-    """Sort those whom something is kept for into `Rider.ready`, oldest first; return how many."""
+    """Sort those whom something is kept for into `Rider.ready`, oldest first; return how many.
+
+    On the way it stamps the states whose heads lack a slot.
+    """
     v = b.vehicles
     passed_over = 0
     stamp = b.pool[c.DECIDED]
@@ -250,26 +264,24 @@ def _grant(i: int, b: Books) -> None:
     stamp = b.pool[c.DECIDED]
     j = leg_of(i, v[i].admitted, b)
     for k in range(b.legs[j].pass_at, b.legs[j].pass_end):
-        movement = b.passes[k].movement
-        b.pool[b.moves[movement].passing + b.moves[movement].under_way] = i
-        b.moves[movement].under_way += 1
-        b.moves[movement].entered = stamp
-    b.states[wanted].filled = stamp
+        move = b.moves[b.passes[k].movement]
+        move.under_way = _append(b, move.passing, move.under_way, move.most, i)
+        move.entered = stamp
     v[i].admitted += 1
-    place = b.states[here]
-    place.queue = _remove(b.pool, place.line, place.queue, i)
-    b.pool[b.states[wanted].line + b.states[wanted].queue] = i
-    b.states[wanted].queue += 1
-    b.pool[b.states[wanted].holders + b.states[wanted].held_by] = i
-    b.states[wanted].held_by += 1
+    left = b.states[here]
+    left.queue = _remove(b.pool, left.line, left.queue, i)
+    place = b.states[wanted]
+    place.queue = _append(b, place.line, place.queue, place.most, i)
+    place.held_by = _append(b, place.holders, place.held_by, place.most, i)
+    place.filled = stamp
     b.pool[c.VERSION] += 1
     v[i].pending = False
-    n = 0
-    while v[n].waiting != i:
-        n += 1
-    b.pool[c.WAITING] -= 1
-    for later in range(n, b.pool[c.WAITING]):
-        v[later].waiting = v[later + 1].waiting
+    kept = 0
+    for n in range(b.pool[c.WAITING]):
+        if v[n].waiting != i:
+            v[kept].waiting = v[n].waiting
+            kept += 1
+    b.pool[c.WAITING] = kept
 
 
 @njit(cache=True, error_model="numpy")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any, cast
 
@@ -16,6 +17,12 @@ from loopgate.simulation.fleet import Fleet
 from loopgate.simulation.rows import table
 
 __all__ = ["make_books"]
+
+_LAPS = 16
+"""A vehicle's grants are numbered for so many laps: it is under way on fewer at once."""
+
+_OFTEN = 64
+"""So often a vehicle may hold its private state, lap after lap."""
 
 
 def make_books(abstraction: Abstraction, fleet: Fleet, code: Callable[[str], int]) -> Books:
@@ -41,13 +48,15 @@ def make_books(abstraction: Abstraction, fleet: Fleet, code: Callable[[str], int
     for name in ("asked_s", "halted_s"):
         vehicles[name] = np.nan
     vehicles["leg_at"] = [first[id(way)] for way in abstraction.itineraries]
-    vehicles["number_at"] = pool.add([len(way.legs) for way in abstraction.itineraries])
+    numbers = [_LAPS * len(way.legs) for way in abstraction.itineraries]
+    vehicles["numbers"] = numbers
+    vehicles["number_at"] = pool.add(numbers)
     states = _states(system, pool, code)
     moves = _moves(legs, states, pool, ways.values())
-    numbers = pool.numbers()
-    _take_places(system, states, numbers)
+    lists = pool.numbers()
+    _take_places(system, states, lists)
     # Row by row they are what `Books` says; mypy knows tables of rows by their element type only.
-    return Books(*cast("Any", (*fleet.tables, *legs.tables(), states, moves, numbers)))
+    return Books(*cast("Any", (*fleet.tables, *legs.tables(), states, moves, lists)))
 
 
 class _Pool:
@@ -69,15 +78,18 @@ class _Pool:
 
 
 def _states(system: System, pool: _Pool, code: Callable[[str], int]) -> NDArray[np.void]:
-    """As `Occupancy` has it, a private state is never full. Its vehicle holds it twice at most."""
-    most = [2 if private else room for private, room in zip(system.private, system.room, strict=True)]
+    """As `Occupancy` has it, all fit into a private state: its vehicle, as often as it holds it."""
     everybody = len(system.robots)
     room = [everybody if private else room for private, room in zip(system.private, system.room, strict=True)]
+    most = [
+        min(holds, _OFTEN) if private else holds for private, holds in zip(system.private, room, strict=True)
+    ]
     return table(
         State,
         {
             "room": room,
             "word": [code(name) for name in system.states],
+            "most": most,
             "holders": pool.add(most),
             "line": pool.add(most),
             "slot": -1,
@@ -88,15 +100,16 @@ def _states(system: System, pool: _Pool, code: Callable[[str], int]) -> NDArray[
 
 
 def _moves(legs: _Legs, states: NDArray[np.void], pool: _Pool, ways: Iterable[Itinerary]) -> NDArray[np.void]:
-    """So many vehicles can be on a movement at once: each has a slot in the state it leads to."""
-    behind: list[set[int]] = [set() for _ in legs.moves]
+    """Each vehicle on a movement has a slot in the state behind its leg, which may cross it several times."""
+    times: list[Counter[int]] = [Counter() for _ in legs.moves]
     for way in ways:
         for leg, following in zip(way.legs, [*way.legs[1:], way.legs[0]], strict=True):
-            for crossing in leg.crossings:
-                behind[legs.moves[crossing.id]].add(legs.states[following.state])
-    slots = np.diff(states["holders"], append=states["line"][:1]) if len(states) else states["holders"]
-    most = [int(sum(slots[state] for state in led_to)) for led_to in behind]
-    return table(Move, {"passing": pool.add(most), "way": -1}, length=len(most))
+            for crossing, count in Counter(crossing.id for crossing in leg.crossings).items():
+                led_to = times[legs.moves[crossing]]
+                state = legs.states[following.state]
+                led_to[state] = max(led_to[state], count)
+    most = [sum(int(states["most"][state]) * count for state, count in led_to.items()) for led_to in times]
+    return table(Move, {"most": most, "passing": pool.add(most), "way": -1}, length=len(most))
 
 
 def _take_places(system: System, states: NDArray[np.void], pool: NDArray[np.int64]) -> None:

@@ -97,7 +97,7 @@ def _passes_before(
 def _number(i: int, leg: int, b: Books) -> int:
     """Return the number of the grant that led out of the leg."""
     v = b.vehicles
-    return int(b.pool[v[i].number_at + (leg + 1) % v[i].legs])
+    return int(b.pool[v[i].number_at + (leg + 1) % v[i].numbers])
 
 
 @njit(cache=True, error_model="numpy")

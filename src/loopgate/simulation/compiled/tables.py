@@ -15,8 +15,10 @@ class Rider(Vehicle):
 
     Attributes
     ----------
-    leg_at, number_at
-        Where the legs of its loop are in the table of legs, and its grants' numbers, by leg, in the pool.
+    leg_at
+        Where the legs of its loop are in the table of legs.
+    number_at, numbers
+        Where the numbers of its last grants are in the pool, by leg modulo how many there are.
     length_m
         Its length [m].
     tail, crossed, admitted
@@ -37,6 +39,7 @@ class Rider(Vehicle):
 
     leg_at: int
     number_at: int
+    numbers: int
     length_m: float
     tail: int
     crossed: int
@@ -100,6 +103,8 @@ class State:
     ----------
     room, word
         How many vehicles it holds, and its name by number.
+    most
+        How many vehicles there is room for in each of these two lists.
     holders, held_by
         Where in the pool the vehicles are that hold it, in the order in which they took it, and how many.
     line, queue
@@ -115,6 +120,7 @@ class State:
 
     room: int
     word: int
+    most: int
     holders: int
     held_by: int
     line: int
@@ -131,8 +137,8 @@ class Move:
 
     Attributes
     ----------
-    passing, under_way
-        Where in the pool the vehicles are that are under way on it, and how many.
+    passing, under_way, most
+        Where in the pool the vehicles are that are under way on it, how many, and how many it has room for.
     entered
         The decision in which a grant last led over it.
     way, kept
@@ -142,6 +148,7 @@ class Move:
 
     passing: int
     under_way: int
+    most: int
     entered: int
     way: int
     kept: int
