@@ -13,15 +13,13 @@ from numpy.typing import NDArray
 from loopgate.results.columns import Event
 from loopgate.results.recorder import Recorder
 from loopgate.simulation.rows import table
-from loopgate.simulation.sensing import Floats, Mark, Vehicle, Vehicles, sense
+from loopgate.simulation.sensing import MOST_CALLS, MOST_ROWS, Floats, Mark, Vehicle, Vehicles, sense
 from loopgate.simulation.track import Track
 from loopgate.traffic.base import Dynamics, Traffic
 
 __all__ = ["NOWHERE", "Fleet"]
 
 NOWHERE = math.inf
-
-_ROWS_PER_VEHICLE = 16
 
 
 class Fleet:
@@ -68,9 +66,9 @@ class Fleet:
         """Unwrapped arc length of each front after the last step [m]."""
         self.speeds: Sequence[float] | Floats = [0.0] * len(tracks)
         """Speeds in the last step [m/s]."""
-        rows = _ROWS_PER_VEHICLE * len(tracks)
+        rows = MOST_ROWS * len(tracks)
         self._rows = np.zeros((rows, 3), dtype=np.int32)
-        self._calls = np.zeros((4 * len(tracks), 2), dtype=np.int32)
+        self._calls = np.zeros((MOST_CALLS * len(tracks), 2), dtype=np.int32)
         self._sense(np.zeros(0))  # so that compiling, or loading what was compiled, is no part of the run
 
     def take_over(self, dynamics: Sequence[Dynamics], top_mps: Sequence[float]) -> None:

@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 
 __all__ = [
     "MARGIN_M",
+    "MOST_CALLS",
+    "MOST_ROWS",
     "MUST_ASK",
     "PIVOTED",
     "REAR_PASSED",
@@ -35,6 +37,11 @@ MARGIN_M: Final = 1.0
 
 TOLERANCE_M: Final = 0.5
 """Rounding allowed before a front beyond its leg counts as one [m]; stop lines keep more than this clear."""
+
+MOST_ROWS: Final = 16
+"""So many edges, laps and legs per vehicle are noted in a step; what is more waits for the next."""
+MOST_CALLS: Final = 4
+"""So many calls there can be per vehicle in a step."""
 
 REAR_PASSED: Final = 0
 """The rear has passed the point at which something is to be given back."""

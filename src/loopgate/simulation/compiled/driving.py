@@ -16,6 +16,7 @@ from loopgate.simulation.compiled import gatekeeping as keep
 from loopgate.simulation.compiled.sight import begin_m, end_m, leg_of
 from loopgate.simulation.compiled.tables import Books
 from loopgate.simulation.sensing import (
+    MOST_ROWS,
     MUST_ASK,
     PIVOTED,
     REAR_PASSED,
@@ -27,13 +28,10 @@ from loopgate.simulation.sensing import (
     sense,
 )
 
-__all__ = ["FULL", "SENSED", "Orders", "answer", "begin", "look"]
-
-SENSED: Final = 16
-"""So many edges, laps and states a vehicle may enter in one step, ..."""
+__all__ = ["FULL", "Orders", "answer", "begin", "look"]
 
 FULL: Final = 24
-"""... and so many rows it may cause in all."""
+"""So many rows, and so many acts, there may be per vehicle in one step."""
 
 
 class Orders(NamedTuple):
@@ -241,7 +239,7 @@ def look(
     """
     v = b.vehicles
     words = (b.pool[c.EDGE], b.pool[c.LAP], b.pool[c.ENTER])
-    room = SENSED * len(b.vehicles)
+    room = MOST_ROWS * len(b.vehicles)
     noted, called = sense(odometer, b.vehicles, b.roads, b.marks, step_s, words, o.rows[:room], o.calls)
     o.rows[:noted, 3:] = 0
     b.pool[c.ROWS] = noted

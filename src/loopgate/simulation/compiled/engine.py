@@ -25,6 +25,7 @@ from loopgate.simulation.compiled.tables import Books, Rider
 from loopgate.simulation.driver import Driver
 from loopgate.simulation.engine import FORGOTTEN_STOPS, Engine
 from loopgate.simulation.gatekeeper import Gatekeeper
+from loopgate.simulation.sensing import MOST_CALLS
 from loopgate.simulation.track import Track
 from loopgate.traffic.base import Traffic
 
@@ -112,7 +113,7 @@ class CompiledEngine(Engine):
         self._orders = Orders(
             rows=np.zeros((rows, 5), dtype=np.int32),
             acts=np.zeros((rows, 3), dtype=np.int64),
-            calls=np.zeros((4 * len(tracks), 2), dtype=np.int32),
+            calls=np.zeros((MOST_CALLS * len(tracks), 2), dtype=np.int32),
         )
         self._inside = (tuple(self._books), tuple(self._orders))
         self.fleet.fronts = self.fleet.vehicles.front
