@@ -66,11 +66,11 @@ def narrow_streets(file: Path) -> Path:
 
 
 def small_roundabout(file: Path) -> Path:
-    """Write a ring of four edges of 11 m, ``r0`` to ``r3``, and a street ``in`` to it and ``out`` of it."""
+    """Write a ring of four edges of 11 m, ``r0`` to ``r3``, a long street ``in`` and a short one ``out``."""
     corners = ((0, 0), (14, 0), (14, 14), (0, 14))
-    nodes = [_node(f"R{k}", at) for k, at in enumerate(corners)] + [_node("A", (60, -40))]
+    nodes = [_node(f"R{k}", at) for k, at in enumerate(corners)] + [_node("A", (36, 36))]
     ring = [_named(f"r{k}", f"R{k}", f"R{(k + 1) % 4}", speed=8, priority=2) for k in range(4)]
-    way_in = _named("in", "A", "R0", speed=8, shape=[(60, -40), (10, -60), (-30, -30), (0, 0)])
+    way_in = _named("in", "A", "R0", speed=8, shape=[(36, 36), (60, -20), (10, -60), (-30, -30), (0, 0)])
     return _convert(nodes, [*ring, way_in, _named("out", "R2", "A", speed=8)], file, "")
 
 
