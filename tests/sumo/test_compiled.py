@@ -37,6 +37,7 @@ SCENARIOS = {
     "city": Scenario(network="sumo:DRT", loops=60, vehicles=100, duration_s=900.0, lights="off", seed=3),
     "second city": Scenario(network="sumo:bs3d", loops=20, vehicles=100, duration_s=900.0, lights="off"),
 }
+SOMEBODY = "certified:promise=somebody"
 WALL = ("wall_s", "decision_us", "stage_us", "command")
 
 
@@ -130,9 +131,8 @@ def test_vehicles_of_all_kinds(tmp_path: Path) -> None:
     lines += [
         f'<vehicle id="x{k}" type="k{k // 8 % 3}" route="{loops[k % 8].id}" depart="0"/>' for k in range(90)
     ]
-    routes = tmp_path / "kinds.rou.xml"
-    routes.write_text(f"<routes>{''.join(lines)}</routes>", encoding="utf-8")
-    same(Scenario(network=GRID, routes=str(routes), duration_s=900.0), tmp_path)
+    routes = written(tmp_path / "kinds.rou.xml", *lines)
+    same(Scenario(network=GRID, routes=routes, duration_s=900.0), tmp_path)
 
 
 def test_left_turners_that_wait_on_the_junction(tmp_path: Path) -> None:
@@ -146,18 +146,19 @@ def test_left_turners_that_wait_on_the_junction(tmp_path: Path) -> None:
     same(Scenario(network=str(net), loops=40, vehicles=150, seed=294, duration_s=300.0), tmp_path)
 
 
+def written(file: Path, *elements: str) -> str:
+    """Write a route file."""
+    file.write_text(f"<routes>{''.join(elements)}</routes>", encoding="utf-8")
+    return str(file)
+
+
 def test_a_loop_that_passes_the_same_short_edges_several_times(tmp_path: Path) -> None:
     """Two and a half times round a small roundabout: one leg crosses a movement more than once."""
     ring = ("r0", "r1", "r2", "r3")
     net = small_roundabout(tmp_path / "small.net.xml")
     edges = ["in", *ring, *ring, "r0", "r1", "out"]
-    routes = tmp_path / "r.rou.xml"
-    routes.write_text(f'<routes><route id="L" edges="{" ".join(edges)}"/></routes>', encoding="utf-8")
-    gate = "certified:promise=somebody"
-    same(
-        Scenario(network=str(net), routes=str(routes), vehicles=2, gate=gate, duration_s=300.0),
-        tmp_path,
-    )
+    routes = written(tmp_path / "r.rou.xml", f'<route id="L" edges="{" ".join(edges)}"/>')
+    same(Scenario(network=str(net), routes=routes, vehicles=2, gate=SOMEBODY, duration_s=300.0), tmp_path)
 
 
 @pytest.mark.parametrize("decel", [0.5, 1.0, 4.5])
@@ -166,13 +167,8 @@ def test_vehicles_that_brake_over_several_laps(decel: float, tmp_path: Path) -> 
     net = two_rings_of_road(tmp_path / "rings.net.xml")
     lines = [f'<vType id="car" length="5" minGap="2.5" decel="{decel}" accel="2.6"/>']
     lines += [f'<route id="L{k}" edges="e{k}0 e{k}1 e{k}2 e{k}3"/>' for k in range(2)]
-    routes = tmp_path / "r.rou.xml"
-    routes.write_text(f"<routes>{''.join(lines)}</routes>", encoding="utf-8")
-    gate = "certified:promise=somebody"
-    same(
-        Scenario(network=str(net), routes=str(routes), vehicles=2, gate=gate, duration_s=200.0),
-        tmp_path,
-    )
+    routes = written(tmp_path / "r.rou.xml", *lines)
+    same(Scenario(network=str(net), routes=routes, vehicles=2, gate=SOMEBODY, duration_s=200.0), tmp_path)
 
 
 def test_what_should_never_happen_is_counted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -229,3 +225,23 @@ def test_more_events_than_find_room_in_one_step_end_the_run(monkeypatch: pytest.
     monkeypatch.setattr(compiled_engine, "FULL", 0)
     with pytest.raises(TrafficError, match=r"events of one step at \d+ s found no room"):
         run(replace(DENSE, duration_s=60.0))
+
+
+def test_an_interruption_while_vehicles_are_held_writes_no_row_twice(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The rows of that step are there, once."""
+    hold, calls = SumoTraffic.hold, Counter[str]()
+
+    def interrupted(self: SumoTraffic, vehicle: str, *where: Any) -> None:  # noqa: ANN401  as they come
+        hold(self, vehicle, *where)
+        calls["hold"] += 1
+        if calls["hold"] == 50:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(SumoTraffic, "hold", interrupted)
+    summary = run(DENSE, tmp_path / "run")
+    assert summary["outcome"] == "interrupted"
+    events = read_events(tmp_path / "run" / "events.parquet")
+    assert calls["hold"] == 50
+    assert not events.duplicated().any()

@@ -52,7 +52,7 @@ _WORDS = {
     c.CHAIN: _CHAIN,
     **{c.REASON + k: reason for k, reason in _REASONS.items()},
 }
-_NOBODY = np.zeros(0, dtype=np.int64)
+_NO_ROBOTS = np.zeros(0, dtype=np.int64)
 
 _TIMED_EVERY = 20
 """Every so many steps the decisions are timed alone; else they are made in one go with all the rest."""
@@ -131,9 +131,9 @@ class CompiledEngine(Engine):
         tables = (*(cast("Any", table)[:0] for table in self._books[:-1]), counters)
         orders = tuple(self._orders)
         begin(0.0, 1.0, tables, orders)
-        look(np.zeros(0), _NOBODY, 0.0, 1.0, tables, orders)
-        answer(_NOBODY, 0.0, 1.0, self._pressure, tables, orders)
-        turn(np.zeros(0), _NOBODY, 0.0, 1.0, self._pressure, tables, orders)
+        look(np.zeros(0), _NO_ROBOTS, 0.0, 1.0, tables, orders)
+        answer(_NO_ROBOTS, 0.0, 1.0, self._pressure, tables, orders)
+        turn(np.zeros(0), _NO_ROBOTS, 0.0, 1.0, self._pressure, tables, orders)
 
     def _spell(self) -> None:
         for at, word in _WORDS.items():
@@ -200,7 +200,7 @@ class CompiledEngine(Engine):
                 if driver.stops > FORGOTTEN_STOPS:
                     self._worn.add(driver.robot)
                 robots.append(driver.robot)
-        return np.array(robots, dtype=np.int64) if robots else _NOBODY
+        return np.array(robots, dtype=np.int64) if robots else _NO_ROBOTS
 
     def _answer_timed(self, freed: Sequence[int]) -> None:
         """Decide, and take the time.
@@ -209,7 +209,7 @@ class CompiledEngine(Engine):
         step in which decisions alone were timed.
         """
         now, step_s = self._traffic.now_s, self._traffic.step_s
-        robots = np.array(freed, dtype=np.int64) if freed else _NOBODY
+        robots = np.array(freed, dtype=np.int64) if freed else _NO_ROBOTS
         before, began = self._decided, perf_counter_ns()
         answer(robots, now, step_s, self._pressure, *self._inside)
         decided = self._decided - before
@@ -231,6 +231,7 @@ class CompiledEngine(Engine):
             raise TrafficError(msg)
         if rows:
             self._recorder.passed(now, self._orders.rows[:rows])
+        pool[c.ROWS : c.LOST + 1] = 0  # before anything can interrupt: `settle` writes what is left
         if acts:
             for robot, what, leg in self._orders.acts[:acts].tolist():
                 driver = self.drivers[robot]
@@ -245,4 +246,3 @@ class CompiledEngine(Engine):
                     self._steering.begin(driver)
                 else:
                     self._route_renewed(driver)
-        pool[c.ROWS : c.LOST + 1] = 0
