@@ -23,6 +23,7 @@ class FakeVehicle:
     resting: bool = False
     lane: int = 0
     still: bool = False
+    braked: bool = False
 
     def __post_init__(self) -> None:
         self.front_m = self.start_m
@@ -57,6 +58,8 @@ class FakeTraffic:
         self.gives_way = False
         self.holds: list[tuple[float, str]] = []
         self.releases: list[tuple[float, str]] = []
+        self.brakes: list[tuple[float, str]] = []
+        self.misses_by_m = 0.0
         self.gated: set[str] = set()
         self.gaps = True
         self.waiting: dict[str, tuple[str, ...]] = {}
@@ -134,17 +137,31 @@ class FakeTraffic:
         """Take note."""
         self.fleet[vehicle].still = still
 
-    def hold(self, vehicle: str, edge: str, lane_index: int, position_m: float) -> None:
+    def hold(self, vehicle: str, edge: str, lane_index: int, position_m: float) -> bool:
         """Bind the hold to the next time the vehicle gets there, as SUMO does."""
-        assert lane_index == self.fleet[vehicle].lane
+        if lane_index != self.fleet[vehicle].lane:
+            return False
         self.holds.append((self.now_s, vehicle))
-        self.fleet[vehicle].hold_m = self.fleet[vehicle].arc(edge, position_m)
+        self.fleet[vehicle].hold_m = self.fleet[vehicle].arc(edge, position_m) + self.misses_by_m
+        return True
 
     def release(self, vehicle: str) -> None:
         """Let it go."""
         self.releases.append((self.now_s, vehicle))
         self.fleet[vehicle].hold_m = None
+        if self.fleet[vehicle].braked:
+            self.fleet[vehicle].braked = self.fleet[vehicle].still = False
         self.fleet[vehicle].resting = False
+
+    def brake(self, vehicle: str) -> None:
+        """Stand at once."""
+        self.brakes.append((self.now_s, vehicle))
+        self.fleet[vehicle].braked = self.fleet[vehicle].still = True
+
+    def put_on_lane(self, vehicle: str, lane_index: int) -> bool:
+        """There is always room."""
+        self.fleet[vehicle].lane = lane_index
+        return True
 
     def forget_stops(self, vehicle: str, edge: str, route: str, alone: str) -> bool:
         """Nothing to forget."""

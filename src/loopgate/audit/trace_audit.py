@@ -180,6 +180,11 @@ class _Books:
     def teleport(self, at_s: float, vehicle: str, place: StateId) -> None:
         self._add(at_s, vehicle, place, "teleport", f"{vehicle}: SUMO teleported it")
 
+    def overrun(self, at_s: float, vehicle: str, place: StateId) -> None:
+        self._add(
+            at_s, vehicle, place, "overrun", f"{vehicle}: held before {place}, it did not brake in time"
+        )
+
     def _take(self, at_s: float, vehicle: str, place: StateId) -> None:
         held = self._held[place]
         held.append(vehicle)
@@ -206,4 +211,5 @@ _RULES = {
     Event.LEAVE: _Books.leave,
     Event.COLLISION: _Books.collision,
     Event.TELEPORT: _Books.teleport,
+    Event.OVERRUN: _Books.overrun,
 }

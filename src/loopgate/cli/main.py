@@ -10,9 +10,10 @@ import click
 
 from loopgate.errors import LoopgateError
 
-__all__ = ["EXIT_BAD_INPUT", "EXIT_DEADLOCK", "cli", "main"]
+__all__ = ["EXIT_BAD_INPUT", "EXIT_DEADLOCK", "EXIT_UNCLEAN", "cli", "main"]
 
 EXIT_DEADLOCK = 3
+EXIT_UNCLEAN = 4
 EXIT_BAD_INPUT = 2
 EXIT_INTERRUPTED = 130
 

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import dataclasses
 import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import click
 
-from loopgate.cli.main import EXIT_DEADLOCK, EXIT_INTERRUPTED
+from loopgate.cli.main import EXIT_DEADLOCK, EXIT_INTERRUPTED, EXIT_UNCLEAN
 from loopgate.simulation.loop_run import Course
 from loopgate.simulation.scenario import ABSTRACTIONS, LIGHTS, ON_DEADLOCK, Scenario, read_scenario
 
-__all__ = ["run"]
+__all__ = ["exit_code", "run"]
 
 
 @click.command(
@@ -27,7 +28,8 @@ __all__ = ["run"]
       loopgate run scenario.toml --seed 2 -o out/seed2
 
     \b
-    Exit codes: 0 done, 2 bad input, 3 deadlock, 130 interrupted.
+    Exit codes: 0 done, 2 bad input, 3 deadlock, 4 a gated run with a collision, an overrun, a
+    trespass or another finding of the audit, 130 interrupted.
     """
 )
 @click.argument("network")
@@ -106,7 +108,16 @@ def run(
         click.echo(json.dumps(summary, indent=1))
     else:
         print_summary(summary, out)
-    return {"deadlock": EXIT_DEADLOCK, "interrupted": EXIT_INTERRUPTED}.get(summary["outcome"], 0)
+    return exit_code(summary)
+
+
+def exit_code(summary: Mapping[str, Any]) -> int:
+    """Return the exit code that says how a run ended; that it was interrupted goes before all else."""
+    if summary["outcome"] == "interrupted":
+        return EXIT_INTERRUPTED
+    if summary.get("clean") is False:
+        return EXIT_UNCLEAN
+    return EXIT_DEADLOCK if summary["outcome"] == "deadlock" else 0
 
 
 def _scenario(network: str, given: dict[str, Any]) -> Scenario:

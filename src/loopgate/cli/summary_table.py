@@ -28,6 +28,7 @@ def summary_rows(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
         ("idleness", _idleness(summary)),
         ("deadlocks", _deadlocks(summary)),
         ("collisions, teleports", f"{summary['collisions']}, {summary['teleports']}"),
+        *_strange(summary),
         ("decisions", f"{summary['decisions']}"),
         ("refusals", ", ".join(f"{k} {v}" for k, v in summary["refusals"].items()) or "none"),
         (
@@ -85,6 +86,13 @@ def _surroundings(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
         if "promise" in others:
             rows.append(("promise", others["promise"]))
     return rows
+
+
+def _strange(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Return the row about vehicles that did what no gate told them to, in a gated run."""
+    if summary.get("clean") is None:
+        return []
+    return [("overruns, trespasses", f"{summary['overruns']}, {summary['trespasses']}")]
 
 
 def _deadlocks(summary: Mapping[str, Any]) -> str:

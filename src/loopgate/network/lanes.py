@@ -24,6 +24,9 @@ class _Step:
 _Cost = tuple[int, float]
 """Lanes changed, then how hurried the changes are (lanes per metre of edge)."""
 
+_TWO_WAY_LANES = 1000
+"""A lane on which others come the opposite way counts as so many changes of lanes: see `make_loop`."""
+
 _FREE: _Cost = (0, 0.0)
 
 
@@ -35,6 +38,9 @@ def make_loop(
     Lanes are chosen so that the vehicle changes lanes as little as possible over the round: the lanes that
     make the turns, by dynamic programming round the loop. Where it has to change, or could as well take
     another lane, the spans name all lanes of all ways round with as few changes: SUMO may take any of them.
+
+    Lanes that the opposite edge shares (a track in a street) are taken only where there is no other way:
+    SUMO drives beside them if it can, whatever it is told.
 
     Parameters
     ----------
@@ -126,7 +132,8 @@ def _layers(network: RoadNetwork, edges: Sequence[str], vclass: str) -> list[_La
             for connection in connections:
                 low, high = sorted((enter, connection.from_lane))
                 if all(vclass in lanes[index].allowed for index in range(low, high + 1)):
-                    cost = high - low, (high - low) / max(lanes[0].length_m, 0.1)
+                    shared = sum(lanes[index].two_way for index in range(low, high + 1))
+                    cost = (high - low) + _TWO_WAY_LANES * shared, (high - low) / max(lanes[0].length_m, 0.1)
                     layer.setdefault(enter, []).append((cost, _Step(enter, connection)))
         layers.append(layer)
     return layers

@@ -28,6 +28,8 @@ class Lane:
         Centre line as drawn.
     allowed
         Vehicle classes that may use it.
+    two_way
+        Whether a lane of the opposite edge lies on it (SUMO's ``bidi``), as with a track in a street.
     """
 
     id: str
@@ -39,6 +41,7 @@ class Lane:
     width_m: float
     shape: Points
     allowed: frozenset[str]
+    two_way: bool = False
 
 
 @dataclass(frozen=True, slots=True)

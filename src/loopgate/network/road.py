@@ -167,6 +167,7 @@ def _records(net: Any, name: str, file: Path) -> RoadNetwork:  # noqa: ANN401  s
         if function not in {"", "internal"}:
             continue
         of_edge = []
+        opposite = _opposite_lanes(raw)
         for index, lane in enumerate(raw.getLanes()):
             allowed = frozenset(lane.getPermissions())
             of_edge.append(
@@ -180,6 +181,7 @@ def _records(net: Any, name: str, file: Path) -> RoadNetwork:  # noqa: ANN401  s
                     width_m=float(lane.getWidth()),
                     shape=_points(lane.getShape()),
                     allowed=classes.setdefault(allowed, allowed),
+                    two_way=_points(lane.getShape())[::-1] in opposite,
                 )
             )
         lanes.update((lane.id, lane) for lane in of_edge)
@@ -209,6 +211,12 @@ def _records(net: Any, name: str, file: Path) -> RoadNetwork:  # noqa: ANN401  s
     return RoadNetwork(
         name=name, file=file, edges=edges, lanes=lanes, junctions=junctions, connections=connections
     )
+
+
+def _opposite_lanes(raw: Any) -> set[Points]:  # noqa: ANN401  sumolib has no types
+    """Return the shapes of the lanes of the edge that SUMO has as the opposite one in the same place."""
+    opposite = raw.getBidi()
+    return {_points(lane.getShape()) for lane in opposite.getLanes()} if opposite else set()
 
 
 def _junction(node: Any) -> Junction:  # noqa: ANN401  sumolib has no types

@@ -45,6 +45,10 @@ class Event(StrEnum):
     """SUMO reports a collision of the vehicle on lane `place` with the vehicle in `reason`."""
     TELEPORT = "teleport"
     """SUMO teleported the vehicle."""
+    OVERRUN = "overrun"
+    """The vehicle, held before `place`, can no longer brake for its line: it is stopped as hard as it can."""
+    STRAY = "stray"
+    """The vehicle is on lane `place`, which is not its loop's: it is led back."""
 
 
 # vehicles.parquet: one row per vehicle (VEHICLE, and)

@@ -41,6 +41,9 @@ _WHOLE = (
     c.DEADLOCK_SIZE,
     c.COLLISIONS,
     c.TELEPORTS,
+    c.OVERRUNS,
+    c.TRESPASSES,
+    c.STRAYS,
     c.DECISIONS,
     c.REFUSALS,
     c.UNVISITED,
@@ -82,5 +85,6 @@ ROW_SCHEMA = pa.schema(
     + [pa.field(name, pa.int64()) for name in _WHOLE]
     + [pa.field(name, pa.float64()) for name in _NUMBER]
     + [pa.field(name, pa.list_(pa.float32())) for name in (c.LAP_QUANTILES, *c.EDGE_LISTS)]
+    + [pa.field(c.KEPT, pa.bool_())]
     + [pa.field(c.FINISHED, pa.timestamp("ms", tz="UTC"))]
 )

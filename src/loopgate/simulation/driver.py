@@ -6,7 +6,7 @@ from collections import deque
 from typing import NamedTuple
 
 from loopgate.simulation.fleet import NOWHERE
-from loopgate.simulation.sensing import braking_m, must_ask
+from loopgate.simulation.sensing import must_ask
 from loopgate.simulation.track import Track
 from loopgate.traffic.base import Dynamics
 
@@ -129,7 +129,3 @@ class Driver:
     def must_ask(self, left_m: float, speed: float) -> bool:
         """Return whether the next step could take it past the point where it must brake."""
         return must_ask(left_m, speed, self.top, self.accel, self.decel, self._step_s)
-
-    def may_brake(self, left_m: float, speed: float) -> bool:
-        """Return whether it can still stop within the distance left [m] from its speed [m/s]."""
-        return left_m >= braking_m(speed, self.decel, self._step_s)

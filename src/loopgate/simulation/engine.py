@@ -12,13 +12,18 @@ from loopgate.results.recorder import Recorder
 from loopgate.simulation.driver import Driver
 from loopgate.simulation.fleet import NOWHERE, Fleet
 from loopgate.simulation.gatekeeper import Answer, Gatekeeper
-from loopgate.simulation.sensing import MUST_ASK, PIVOTED, REAR_PASSED, Vehicle
+from loopgate.simulation.sensing import MUST_ASK, PIVOTED, REAR_PASSED, RUNS_THROUGH, Vehicle
 from loopgate.simulation.sight import Sight
 from loopgate.simulation.steering import Steering
 from loopgate.simulation.track import Track
 from loopgate.traffic.base import Traffic
 
 __all__ = ["FORGOTTEN_STOPS", "Engine"]
+
+STANDING_MPS = 0.1
+
+_LOOK_EVERY_S = 10.0
+"""How often those that stand are asked for their lane [s]."""
 
 FORGOTTEN_STOPS = 10
 """So many stops are left behind before SUMO is made to forget them, now and then."""
@@ -64,11 +69,12 @@ class Engine:
                 gatekeeper.occupancy,
                 foresees=not traffic.gives_way,
             )
-        self._steering = Steering(traffic, self.fleet)
+        self._steering = Steering(traffic, self.fleet, recorder)
         self._forgetful: dict[int, int] = {}
+        self._next_look_s = 0.0
         self._grants = 0
         self.overruns = 0
-        """Vehicles that could no longer brake when they were refused: should be none."""
+        """Refused vehicles that could not brake for their line, or did not: should be none."""
         self.trespasses = 0
         """Vehicles seen with their front in a state that was not granted to them: should be none."""
         self.sumo_s = 0.0
@@ -117,7 +123,11 @@ class Engine:
         began = perf_counter()
         self._traffic.step()
         self.sumo_s += perf_counter() - began
-        self._turn(self._traffic.now_s)
+        now = self._traffic.now_s
+        self._turn(now)
+        if self._gatekeeper and now >= self._next_look_s:
+            self._next_look_s = now + _LOOK_EVERY_S
+            self._look_for_strays()
 
     def _turn(self, now: float) -> None:
         """Do what is due after a step of the traffic."""
@@ -134,10 +144,12 @@ class Engine:
                 self._free_behind(driver, now)
             elif call == PIVOTED:
                 self._route_renewed(driver)
+            elif call == RUNS_THROUGH:
+                self._runs_through(driver, now)
             else:
                 self._note_trespass(driver, now)
         self._forget_stops()
-        for driver in self._steering.step():
+        for driver in self._on_their_lanes():
             self._consider(driver, now)
         self._answer(now)
 
@@ -177,6 +189,11 @@ class Engine:
 
     def _refusal(self, driver: Driver) -> tuple[list[list[str]], str]:
         return self._blockers(driver), driver.track.states[driver.position(driver.granted + 1)]
+
+    @property
+    def strays(self) -> int:
+        """Vehicles that the simulator took to another lane than their loop's."""
+        return self._steering.strays
 
     def settle(self) -> None:
         """Bring the drivers and the gatekeeper up to date, for those who read their figures."""
@@ -223,6 +240,9 @@ class Engine:
         while driver.rear_clears(rear):
             keeper.cleared(robot, (driver.crossed - 1) % legs)
         self._aim_rear(driver)
+
+    def _count_overrun(self) -> None:
+        self.overruns += 1
 
     def _note_trespass(self, driver: Driver, now: float) -> None:
         begins = not self.fleet.vehicles.trespassing[driver.robot]
@@ -289,8 +309,7 @@ class Engine:
             driver.longest_wait_s = max(driver.longest_wait_s, now - driver.asked_s)
             driver.asked_s = None
         if driver.held:
-            self._traffic.release(driver.id)
-            driver.held = False
+            self._release(driver)
             if driver.halted_since is not None:
                 driver.hold_s += now - driver.halted_since
                 driver.halted_since = None
@@ -324,16 +343,60 @@ class Engine:
     def _hold(self, driver: Driver) -> None:
         if driver.held:
             return
-        robot = driver.robot
-        left_m = driver.line_m - self.fleet.fronts[robot]
-        if not driver.may_brake(left_m, self.fleet.speeds[robot]):
-            self.overruns += 1
         self._stop(driver)
 
     def _stop(self, driver: Driver) -> None:
-        line = driver.track.stop_lines[driver.position(driver.granted)]
-        self._traffic.hold(driver.id, line.edge, line.lane_index, line.position_m)
         driver.held = True
+        self.fleet.vehicles.held_m[driver.robot] = self.fleet.vehicles.line_m[driver.robot]
+        line = driver.track.stop_lines[driver.position(driver.granted)]
+        try:
+            on_lane = self._traffic.hold(driver.id, line.edge, line.lane_index, line.position_m)
+        except TrafficError:
+            self._runs_through(driver, self._traffic.now_s)
+        else:
+            if not on_lane:
+                self._steering.lead_back(driver, line.edge, line.lane_index, line.position_m)
+
+    def _release(self, driver: Driver) -> None:
+        if not self._steering.leads_back(driver):
+            self._traffic.release(driver.id)
+        driver.held = False
+        self.fleet.vehicles.held_m[driver.robot] = NOWHERE
+
+    def _on_their_lanes(self) -> list[Driver]:
+        """Return who needs to be steered no longer; if it is refused, it can stop at its line now."""
+        done = self._steering.step()
+        for driver in done:
+            if driver.held:
+                self._stop(driver)
+        return done
+
+    def _look_for_strays(self) -> None:
+        """Lead back who stands beside the lane of its loop, from where its way may not go on.
+
+        SUMO's lanes are looked at only here, where vehicles are held, and where a stop leads to one.
+        """
+        fleet = self.fleet
+        for driver, speed, leg in zip(self.drivers, fleet.speeds, fleet.columns["entered"], strict=True):
+            if speed >= STANDING_MPS or driver.held or self._steering.busy(driver):
+                continue
+            line = driver.track.stop_lines[driver.position(leg)]
+            front = fleet.fronts[driver.robot]
+            lane, _ = self._traffic.lane(driver.id)
+            beside = lane.startswith(f"{line.edge}_") and lane != f"{line.edge}_{line.lane_index}"
+            if beside and driver.begin_m(leg) <= front <= driver.end_m(leg):
+                self._steering.lead_back(driver, line.edge, line.lane_index, line.position_m)
+
+    def _runs_through(self, driver: Driver, now: float) -> None:
+        """Stop a vehicle that does not brake for its line, whatever the simulator makes of its stop.
+
+        It stands where it comes to rest, as one that is refused, until it is granted what it asked for.
+        """
+        self._count_overrun()
+        self.fleet.vehicles.held_m[driver.robot] = NOWHERE  # once is enough
+        place = driver.track.states[driver.position(driver.granted + 1)]
+        self._recorder.note(now, driver.id, Event.OVERRUN, place)
+        self._traffic.brake(driver.id)
 
     def _route_renewed(self, driver: Driver) -> None:
         track = driver.track

@@ -61,7 +61,7 @@ class Fleet:
         self.columns = cast("NDArray[np.void]", self.tables.vehicles)
         """The vehicles by column."""
         self.vehicles = Vehicles(*(self.columns[name] for name in Vehicles._fields))
-        """Columns of them; offset, rear_m, line_m, trespassing, asking and granted are for others to set."""
+        """Columns of them; from offset to granted, but for front and speed, they are for others to set."""
         self.fronts: Sequence[float] | Floats = list(starts_m)
         """Unwrapped arc length of each front after the last step [m]."""
         self.speeds: Sequence[float] | Floats = [0.0] * len(tracks)
@@ -120,6 +120,7 @@ def _fleet(row: type[Vehicle], tracks: Sequence[Track], front: Floats, code: Cal
         "note_m": -NOWHERE,
         "rear_m": NOWHERE,
         "line_m": NOWHERE,
+        "held_m": NOWHERE,
         "next_lap_m": front + lap_m,
         "road": road % count,
         "road_lap": np.floor(front / lap_m).astype(np.int64) + road // count,

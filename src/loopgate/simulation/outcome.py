@@ -39,7 +39,19 @@ from loopgate.simulation.loop_run import Course
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.watch import Deadlock
 
-__all__ = ["EVENTS", "LAYOUT", "POSITIONS", "SCENARIO", "SUMO_LOG", "SYSTEM", "Folder", "Tally", "summary"]
+__all__ = [
+    "EVENTS",
+    "LAYOUT",
+    "POSITIONS",
+    "SCENARIO",
+    "SUMO_LOG",
+    "SYSTEM",
+    "Folder",
+    "Tally",
+    "is_clean",
+    "mishaps",
+    "summary",
+]
 
 EVENTS = "events.parquet"
 VEHICLES = "vehicles.parquet"
@@ -200,6 +212,33 @@ def summary(
         "versions": _versions(),
         "command": scenario.command(str(folder.path)),
     }
+
+
+def is_clean(summary: Mapping[str, Any]) -> bool:
+    """Return whether a gated run kept its promise: no collision, overrun, trespass or finding of the audit."""
+    counted = (summary[name] for name in ("collisions", "overruns", "trespasses"))
+    return summary["audit"] == "clean" and not any(counted)
+
+
+def mishaps(summary: Mapping[str, Any]) -> list[str]:
+    """Return warnings of what vehicles did that no gate told them to."""
+    lines = []
+    if summary["overruns"]:
+        lines.append(
+            f"{summary['overruns']} held vehicles could not brake for their line, or did not, and were "
+            "stopped as hard as they could be: the events 'overrun' say which, and where"
+        )
+    if summary["trespasses"]:
+        lines.append(
+            f"{summary['trespasses']} vehicles entered a state that was not granted to them: the events "
+            "'enter' with the reason 'not granted' say which, and where"
+        )
+    if summary["strays"]:
+        lines.append(
+            f"SUMO took {summary['strays']} vehicles to another lane than their loop's; they were led back: "
+            "the events 'stray' say which, and where"
+        )
+    return lines
 
 
 def _versions() -> dict[str, str]:

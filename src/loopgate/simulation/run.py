@@ -134,9 +134,9 @@ def _run(
         recorder.close()
         traffic.close()
     summary = _summary(scenario, assembly, keeper, course, tallies, folder)
-    summary["overruns"] = engine.overruns
-    summary["trespasses"] = engine.trespasses
-    summary["warnings"] += surrounded.pop("warnings", [])
+    summary |= {name: getattr(engine, name) for name in ("overruns", "trespasses", "strays")}
+    summary["clean"] = outcome.is_clean(summary) if keeper else None
+    summary["warnings"] += [*outcome.mishaps(summary), *surrounded.pop("warnings", [])]
     summary |= surrounded
     if scenario.traffic:
         summary.setdefault("others", {})["collisions"] = course.collisions_of_others

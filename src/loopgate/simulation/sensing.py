@@ -17,6 +17,7 @@ __all__ = [
     "MUST_ASK",
     "PIVOTED",
     "REAR_PASSED",
+    "RUNS_THROUGH",
     "TOLERANCE_M",
     "TRESPASS",
     "Mark",
@@ -40,7 +41,7 @@ TOLERANCE_M: Final = 0.5
 
 MOST_ROWS: Final = 16
 """So many edges, laps and legs per vehicle are noted in a step; what is more waits for the next."""
-MOST_CALLS: Final = 4
+MOST_CALLS: Final = 5
 """So many calls there can be per vehicle in a step."""
 
 REAR_PASSED: Final = 0
@@ -51,6 +52,8 @@ TRESPASS: Final = 2
 """The front went past the last granted leg, or is back."""
 MUST_ASK: Final = 3
 """The next step could take the vehicle past the point where it must brake."""
+RUNS_THROUGH: Final = 4
+"""The vehicle is held, and can brake for that no longer."""
 
 
 @njit(cache=True, error_model="numpy")
@@ -82,6 +85,8 @@ class Vehicle:
     note_m, rear_m, line_m
         Where the next edge, lap or leg begins at the earliest; where something is to be given back; where the
         last granted leg ends [m].
+    held_m
+        Where it is held; infinity if it is not [m].
     trespassing, asking
         Whether the front was past its line; whether the caller is to be told when it must ask.
     next_lap_m, laps
@@ -106,6 +111,7 @@ class Vehicle:
     note_m: float
     rear_m: float
     line_m: float
+    held_m: float
     trespassing: bool
     asking: bool
     next_lap_m: float
@@ -143,6 +149,7 @@ class Vehicles(NamedTuple):
     note_m: Floats
     rear_m: Floats
     line_m: Floats
+    held_m: Floats
     trespassing: Flags
     asking: Flags
     next_lap_m: Floats
@@ -252,6 +259,8 @@ def sense(
             called = _call(calls, called, i, REAR_PASSED)
         if (front > v[i].line_m + TOLERANCE_M) != v[i].trespassing:
             called = _call(calls, called, i, TRESPASS)
+        if v[i].held_m - front < braking_m(v[i].speed, v[i].decel, step_s) - TOLERANCE_M:
+            called = _call(calls, called, i, RUNS_THROUGH)
         left_m = v[i].line_m - front
         if v[i].asking and must_ask(left_m, v[i].speed, v[i].top, v[i].accel, v[i].decel, step_s):
             called = _call(calls, called, i, MUST_ASK)

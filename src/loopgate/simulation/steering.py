@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from dataclasses import dataclass
 
 from loopgate.abstraction.itinerary import Pin
 from loopgate.errors import TrafficError
+from loopgate.results.columns import Event
+from loopgate.results.recorder import Recorder
 from loopgate.simulation.driver import Driver
 from loopgate.simulation.fleet import Fleet
 from loopgate.traffic.base import Traffic
@@ -15,6 +18,9 @@ __all__ = ["Steering"]
 
 _STANDING_MPS = 0.1
 _AT_PIN_M = 1.0
+
+_LONG_S = 60.0
+"""After this long beside the lane of its loop a vehicle is put there, if there is room [s]."""
 
 
 @dataclass(slots=True)
@@ -25,6 +31,7 @@ class _Way:
     pins: deque[Pin]
     from_m: float
     still: bool = False
+    stray_since_s: float | None = None
 
 
 class Steering:
@@ -35,24 +42,37 @@ class Steering:
     before; if nobody lets it in, it stands at the pin until somebody does. The stretch is its own by the
     exclusion of crossings, and there is a slot for it beyond, so those that stand in its way there move up.
 
+    A vehicle that SUMO has taken to another lane than its loop's is led back in the same way: it can stop at
+    its line on the lane where it is, and changes lanes as soon as it can. It has a slot beside it, which the
+    gate gave it. Where nobody lets it in for a minute it is put there.
+
     Parameters
     ----------
     traffic
         The running simulation.
     fleet
         Where the vehicles are.
+    recorder
+        Takes the events.
     """
 
-    def __init__(self, traffic: Traffic, fleet: Fleet) -> None:
+    def __init__(self, traffic: Traffic, fleet: Fleet, recorder: Recorder) -> None:
         self._traffic = traffic
         self._fleet = fleet
+        self._recorder = recorder
         self._ways: dict[int, _Way] = {}
+        self.strays = 0
+        """Vehicles that were on another lane than their loop's."""
 
     def begin(self, driver: Driver) -> None:
         """Set the first pin of the way to the state just granted, if it has any."""
         leg = driver.granted - 1
         pins = driver.track.pins[driver.position(leg)] if driver.track.pins else ()
-        if pins:
+        way = self._ways.get(driver.robot)
+        if way is not None:  # it was granted while it was led back
+            way.from_m = driver.end_m(leg)
+            way.pins.extend(pins)
+        elif pins:
             self._ways[driver.robot] = _Way(driver, deque(pins), driver.end_m(leg))
             self._set(driver, pins[0])
 
@@ -65,12 +85,35 @@ class Steering:
         """Return whether the vehicle is steered, and may not ask for its next state."""
         return driver.robot in self._ways
 
+    def leads_back(self, driver: Driver) -> bool:
+        """Return whether the vehicle is on its way back to the lane of its loop."""
+        way = self._ways.get(driver.robot)
+        return way is not None and way.stray_since_s is not None
+
     def renew(self, driver: Driver) -> None:
         """Set a stop again that lies on the edge where SUMO has just renewed the route, see `Engine`."""
         way = self._ways.get(driver.robot)
         if way is not None and way.pins[0].edge == driver.track.rerouted_on and not way.still:
             self._traffic.release(driver.id)
             self._set(driver, way.pins[0])
+
+    def lead_back(self, driver: Driver, edge: str, lane: int, position_m: float) -> None:
+        """Lead a vehicle back to `lane` of the edge that it is on; it can stop at a position on it [m]."""
+        way = self._ways.get(driver.robot)
+        if way is None:
+            way = self._ways[driver.robot] = _Way(driver, deque(), self._fleet.fronts[driver.robot])
+        if way.stray_since_s is not None:
+            return
+        way.stray_since_s = self._traffic.now_s
+        on = self._traffic.lane_index(driver.id)
+        self.strays += 1
+        self._recorder.note(self._traffic.now_s, driver.id, Event.STRAY, f"{edge}_{on}")
+        way.pins.appendleft(Pin(edge, on, position_m, -math.inf, to_lane=lane))
+        self._traffic.release(driver.id)
+        try:
+            self._set(driver, way.pins[0])
+        except TrafficError:  # too late to stop there
+            self._traffic.brake(driver.id)
 
     def step(self) -> list[Driver]:
         """Move the steered vehicles on; return those that need it no longer."""
@@ -87,23 +130,31 @@ class Steering:
         """Return whether the first pin has done its work; else let the vehicle change lanes if it may."""
         driver, pin = way.driver, way.pins[0]
         past_m = self._fleet.fronts[driver.robot] - way.from_m - pin.from_m
-        if pin.to_lane is None:
-            if past_m < 0:
-                return False
-            lane = self._traffic.lane_index(driver.id)
-            if lane != pin.lane:
-                msg = f"vehicle {driver.id}: SUMO took it to lane {lane} of {pin.edge}, not lane {pin.lane}"
-                raise TrafficError(msg)
-            return True
-        if past_m < driver.length:
+        if pin.to_lane is not None:
+            return past_m >= driver.length and self._changed(way, pin.edge, pin.to_lane)
+        if past_m < 0:
             return False
-        if self._traffic.lane_index(driver.id) == pin.to_lane:
+        if self._traffic.lane_index(driver.id) == pin.lane:
             return True
-        if not way.still and self._fleet.speeds[driver.robot] < _STANDING_MPS and self._at(driver, pin):
+        way.pins.popleft()
+        self.lead_back(driver, pin.edge, pin.lane, pin.position_m)
+        return False
+
+    def _changed(self, way: _Way, edge: str, to_lane: int) -> bool:
+        """Return whether the vehicle is on the lane that it is to change to; else ask for it."""
+        driver, since_s = way.driver, way.stray_since_s
+        if since_s is not None and self._traffic.lane(driver.id)[0].rpartition("_")[0] != edge:
+            return True  # its way went on from where it was
+        if self._traffic.lane_index(driver.id) == to_lane:
+            return True
+        standing = self._fleet.speeds[driver.robot] < _STANDING_MPS
+        if not way.still and standing and self._at(driver, way.pins[0]):
             way.still = True
-            self._traffic.stand(driver.id, still=True)
             self._traffic.release(driver.id)
-        self._traffic.change_lane(driver.id, pin.to_lane)
+            self._traffic.stand(driver.id, still=True)
+        if since_s is not None and self._traffic.now_s - since_s >= _LONG_S:
+            return self._traffic.put_on_lane(driver.id, to_lane)
+        self._traffic.change_lane(driver.id, to_lane)
         return False
 
     def _at(self, driver: Driver, pin: Pin) -> bool:
@@ -113,6 +164,7 @@ class Steering:
     def _drop(self, way: _Way) -> None:
         vehicle = way.driver.id
         way.pins.popleft()
+        way.stray_since_s = None
         if way.still:
             way.still = False
             self._traffic.stand(vehicle, still=False)

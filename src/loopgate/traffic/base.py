@@ -129,16 +129,28 @@ class Traffic(Protocol):
         """Let the vehicle change lanes in the next step, if gaps and speeds allow it; else ask again."""
         ...
 
+    def put_on_lane(self, vehicle: str, lane_index: int) -> bool:
+        """Put the vehicle on the lane beside it if nobody is there; return whether it is."""
+        ...
+
     def stand(self, vehicle: str, *, still: bool) -> None:
         """Keep a vehicle standing without a stop, or let it drive again: one at a stop changes no lanes."""
         ...
 
-    def hold(self, vehicle: str, edge: str, lane_index: int, position_m: float) -> None:
-        """Make the vehicle come to rest with its front at a position ahead that it can still brake for."""
+    def hold(self, vehicle: str, edge: str, lane_index: int, position_m: float) -> bool:
+        """Make the vehicle come to rest with its front at a position ahead that it can still brake for.
+
+        Return False, with nothing done, if it is on that edge already, and on another lane. Raise
+        `TrafficError` if it cannot be held there.
+        """
         ...
 
     def release(self, vehicle: str) -> None:
-        """Undo `hold`, standing or not."""
+        """Undo `hold` and `brake`, standing or not."""
+        ...
+
+    def brake(self, vehicle: str) -> None:
+        """Let a held vehicle that runs through its stop brake as hard as it can, and stand."""
         ...
 
     def forget_stops(self, vehicle: str, edge: str, route: str, alone: str) -> bool:

@@ -28,6 +28,14 @@ _LANE_CHANGE_AS_TOLD_ONLY = 0b11_00_00_00_00
 
 _STATIC = 0  # SUMO's number for lights that follow a timetable
 
+_SAME_STOP_M = 0.05
+"""How far a stop may be from where it was asked for [m]: SUMO keeps positions as they are given."""
+
+_LEFT, _RIGHT = 1, -1  # SUMO's numbers for directions
+
+_ANY_DECELERATION = ~4
+"""A speed mode without the limit on deceleration (bit 2)."""
+
 
 class SumoTraffic:
     """A SUMO simulation behind the `Traffic` protocol.
@@ -54,6 +62,7 @@ class SumoTraffic:
     ) -> None:
         self._api = api
         self._yields = yields
+        self._speed_mode = YIELDING_SPEED_MODE if yields else GATED_SPEED_MODE
         self._error = error
         self._running = True
         self._waits = RoadWaits(api)
@@ -62,6 +71,10 @@ class SumoTraffic:
         self._odometer: Callable[[str], float] = odometer or api.vehicle.getDistance
         self._now = float(api.simulation.getTime())
         self._step_s = float(api.simulation.getDeltaT())
+        self._holds: dict[str, tuple[str, float]] = {}
+        """Where vehicles are held: lane, and position on it [m]."""
+        self._braked: set[str] = set()
+        self._lets_change: dict[tuple[str, str], bool] = {}
 
     @property
     def now_s(self) -> float:
@@ -115,7 +128,7 @@ class SumoTraffic:
 
     def put_under_gate(self, vehicle: str, *, keeps_lane: bool = False) -> None:
         """Let the gate rule: no right of way unless it yields, lanes changed for the route, if at all."""
-        self._vehicle.setSpeedMode(vehicle, YIELDING_SPEED_MODE if self._yields else GATED_SPEED_MODE)
+        self._vehicle.setSpeedMode(vehicle, self._speed_mode)
         mode = _LANE_CHANGE_AS_TOLD_ONLY if keeps_lane else _LANE_CHANGE_FOR_ROUTE_ONLY
         self._vehicle.setLaneChangeMode(vehicle, mode)
 
@@ -127,31 +140,106 @@ class SumoTraffic:
         """Ask for the lane until the end of the next step."""
         self._vehicle.changeLane(vehicle, lane_index, self._step_s)
 
+    def put_on_lane(self, vehicle: str, lane_index: int) -> bool:
+        """Move the vehicle sideways, if that leaves everybody on that lane their gap."""
+        get = self._vehicle
+        lane = f"{get.getRoadID(vehicle)}_{lane_index}"
+        front_m = float(get.getLanePosition(vehicle))
+        rear_m = front_m - get.getLength(vehicle) - get.getMinGap(vehicle)
+        for other in self._api.lane.getLastStepVehicleIDs(lane):
+            ahead_m = float(get.getLanePosition(other))
+            if ahead_m > rear_m and ahead_m - get.getLength(other) - get.getMinGap(vehicle) < front_m:
+                return False
+        try:
+            get.moveTo(vehicle, lane, front_m)
+        except self._error:
+            return False
+        return True
+
     def stand(self, vehicle: str, *, still: bool) -> None:
         """Set its speed to zero, or free it."""
         self._vehicle.setSpeed(vehicle, 0.0 if still else -1.0)
 
-    def hold(self, vehicle: str, edge: str, lane_index: int, position_m: float) -> None:
-        """Set a stop that only `release` ends.
+    def hold(self, vehicle: str, edge: str, lane_index: int, position_m: float) -> bool:
+        """Set a stop on this pass that only `release` ends.
 
         Raises
         ------
         TrafficError
             If SUMO refuses it: the vehicle is too close to brake, or the lane is not on its way.
         """
+        get, lane = self._vehicle, f"{edge}_{lane_index}"
+        here = get.getLaneID(vehicle)
+        on_edge = here.rpartition("_")[0] == edge
+        if on_edge and here != lane:
+            return False
+        stop = {"pos": position_m, "laneIndex": lane_index, "duration": _FOR_EVER_S}
         try:
-            # setStop does the same, but SUMO 1.28 never frees what it makes: 0.9 kB each time.
-            self._vehicle.insertStop(
-                vehicle, 0, edge, pos=position_m, laneIndex=lane_index, duration=_FOR_EVER_S
-            )
+            if on_edge and self._may_insert(vehicle, edge):
+                get.insertStop(vehicle, 0, edge, **stop)
+            else:
+                get.setStop(vehicle, edge, **stop)
         except self._error as error:
-            where = f"{edge}_{lane_index} at {position_m:.1f} m"
-            msg = f"vehicle {vehicle}: SUMO cannot hold it on {where}: {error}"
+            msg = f"vehicle {vehicle}: SUMO cannot hold it on {lane} at {position_m:.1f} m: {error}"
             raise TrafficError(msg) from error
+        self._holds[vehicle] = lane, position_m
+        if self._stop_number(vehicle) is None:
+            del self._holds[vehicle]
+            msg = f"vehicle {vehicle}: SUMO has not taken the stop on {lane} at {position_m:.1f} m"
+            raise TrafficError(msg)
+        return True
+
+    def _may_insert(self, vehicle: str, edge: str) -> bool:
+        """Return whether `insertStop` acts on this pass.
+
+        `setStop` always does, but what it makes SUMO 1.28 never frees, 0.9 kB each time. `insertStop` looks
+        for the way from where a vehicle could still choose another one: the next edge, if it is inside a
+        junction or on an edge on which somebody must not change lanes. On a route that holds the round twice
+        the stop then lies a lap later. Before other stops it would be out of turn.
+        """
+        get = self._vehicle
+        if get.getStops(vehicle, 1):
+            return False
+        key = edge, get.getVehicleClass(vehicle)
+        free = self._lets_change.get(key)
+        if free is None:
+            free = self._lets_change[key] = self._may_change_anywhere(*key)
+        return free
+
+    def _may_change_anywhere(self, edge: str, vclass: str) -> bool:
+        may = self._api.lane.getChangePermissions
+        lanes = [f"{edge}_{index}" for index in range(self._api.edge.getLaneNumber(edge))]
+        return all(vclass in may(lane, way) for lane in lanes for way in (_LEFT, _RIGHT))
+
+    def _stop_number(self, vehicle: str) -> int | None:
+        """Return which of the vehicle's stops is the one that holds it; None if there is none."""
+        lane, position_m = self._holds[vehicle]
+        for number, stop in enumerate(self._vehicle.getStops(vehicle, 0)):
+            if (
+                stop.lane == lane
+                and abs(stop.endPos - position_m) < _SAME_STOP_M
+                and stop.duration >= _FOR_EVER_S / 2
+            ):
+                return number
+        return None
 
     def release(self, vehicle: str) -> None:
-        """Drop the vehicle's stop, reached or not."""
-        self._vehicle.replaceStop(vehicle, 0, "")
+        """Drop the stop by which the vehicle is held, reached or not, and no other stop."""
+        if vehicle in self._braked:
+            self._braked.remove(vehicle)
+            self._vehicle.setSpeed(vehicle, -1.0)
+            self._vehicle.setSpeedMode(vehicle, self._speed_mode)
+        if vehicle in self._holds:
+            number = self._stop_number(vehicle)
+            del self._holds[vehicle]
+            if number is not None:
+                self._vehicle.replaceStop(vehicle, number, "")
+
+    def brake(self, vehicle: str) -> None:
+        """Let the vehicle brake as hard as it can, and stand until it is released."""
+        self._braked.add(vehicle)
+        self._vehicle.setSpeedMode(vehicle, self._speed_mode & _ANY_DECELERATION)
+        self._vehicle.setSpeed(vehicle, 0.0)
 
     def forget_stops(self, vehicle: str, edge: str, route: str, alone: str) -> bool:
         """Lead the vehicle off its stops' edges and back: SUMO keeps only stops on the present route."""

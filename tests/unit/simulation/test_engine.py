@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from builders import system
 from loopgate.abstraction.itinerary import Abstraction, Itinerary, Leg
+from loopgate.errors import TrafficError
 from loopgate.gates import make_gate
 from loopgate.model import StateId
 from loopgate.negotiation.simple import OldestFirst
@@ -257,3 +258,40 @@ def test_a_vehicle_granted_in_the_same_step_does_not_ask_for_the_state_after() -
     engine = Engine(FakeTraffic(fleet), tracks, keeper, notes)  # type: ignore[arg-type]  # as in `world`
     engine.begin()
     assert [(vehicle, place) for _, vehicle, _, place in notes.of("grant")] == [("x", "rx"), ("y", "p")]
+
+
+def test_one_that_runs_through_its_stop_is_braked_counted_and_stays_under_the_gate() -> None:
+    """SUMO may put a stop a lap later than it was asked for: the engine sees it in the next step."""
+    engine, traffic, notes = world(120.0, 125.0)
+    engine.begin()
+    traffic.misses_by_m = 260.0
+    while not traffic.brakes:
+        engine.step()
+        assert traffic.now_s < 100.0
+    ((at_s, name),) = traffic.brakes
+    assert engine.overruns == 1
+    assert [(time, vehicle) for time, vehicle, _, _ in notes.of("overrun")] == [(at_s, name)]
+    traffic.misses_by_m = 0.0
+    while traffic.now_s < 600.0:
+        engine.step()
+    assert not traffic.fleet[name].still
+    assert engine.fleet.vehicles.laps.min() > 10
+    assert engine.overruns == 1
+
+
+def test_a_stop_that_the_simulator_refuses_does_not_end_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whoever cannot be held is braked, as one that runs through."""
+    engine, traffic, _ = world(120.0, 125.0)
+    engine.begin()
+    hold = traffic.hold
+
+    def refuse(vehicle: str, *_: object) -> bool:
+        monkeypatch.setattr(traffic, "hold", hold)
+        msg = f"{vehicle}: too close to brake"
+        raise TrafficError(msg)
+
+    monkeypatch.setattr(traffic, "hold", refuse)
+    while traffic.now_s < 600.0:
+        engine.step()
+    assert engine.overruns == len(traffic.brakes) == 1
+    assert engine.fleet.vehicles.laps.min() > 10

@@ -6,7 +6,6 @@ import pytest
 from fake_traffic import FakeTraffic, FakeVehicle
 
 from loopgate.abstraction.itinerary import Pin
-from loopgate.errors import TrafficError
 from loopgate.results.recorder import Recorder
 from loopgate.simulation.driver import Driver
 from loopgate.simulation.fleet import Fleet
@@ -65,7 +64,7 @@ def world(pin: Pin, start_m: float = 20.0) -> World:
     driver.drives_like(dynamics, traffic.step_s)
     fleet.take_over([dynamics], [driver.top])
     driver.grant(1)
-    steering = Steering(traffic, fleet)
+    steering = Steering(traffic, fleet, Recorder(None))
     steering.begin(driver)
     return World(traffic, driver, steering, fleet)
 
@@ -104,13 +103,24 @@ def test_without_a_gap_it_stands_at_the_pin_and_changes_when_there_is_one() -> N
 
 
 def test_a_stop_that_only_leads_to_a_lane_is_dropped_on_it() -> None:
-    """At 30 m behind the first state; another lane than the one asked for is an error, never passed over."""
+    """At 30 m behind the first state."""
     one = world(Pin("e", 0, ROAD_M, 30.0))
     while one.busy():
         assert one.vehicle.front_m < CHANGE_AT_M + 30.0
         one.step()
+    assert one.steering.strays == 0
+
+
+@pytest.mark.parametrize("gaps", [True, False])
+def test_a_stray_is_led_back_to_its_lane_and_counted(gaps: bool) -> None:  # noqa: FBT001  a parameter of the test
+    """It can stop on the lane where it is; where nobody lets it in for a minute it is put on its own."""
     one = world(Pin("e", 0, ROAD_M, 30.0))
     one.vehicle.lane = 1
     one.vehicle.front_m = CHANGE_AT_M + 30.0
-    with pytest.raises(TrafficError, match="took it to lane 1 of e, not lane 0"):
+    one.traffic.gaps = gaps
+    began_s = one.traffic.now_s
+    while one.busy():
         one.step()
+        assert one.vehicle.front_m <= ROAD_M
+    assert (one.vehicle.lane, one.steering.strays, one.vehicle.hold_m) == (0, 1, None)
+    assert (one.traffic.now_s - began_s >= 60.0) is not gaps

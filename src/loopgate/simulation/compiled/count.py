@@ -55,3 +55,4 @@ STOP: Final = 0
 RELEASE: Final = 1
 STEER: Final = 2
 PIVOT: Final = 3
+BRAKE: Final = 4

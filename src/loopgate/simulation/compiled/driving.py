@@ -20,10 +20,10 @@ from loopgate.simulation.sensing import (
     MUST_ASK,
     PIVOTED,
     REAR_PASSED,
+    RUNS_THROUGH,
     Codes,
     Floats,
     Numbers,
-    braking_m,
     must_ask,
     sense,
 )
@@ -128,19 +128,16 @@ def _note_trespass(i: int, b: Books, o: Orders) -> None:
 
 
 @njit(cache=True, error_model="numpy")
-def _hold(i: int, step_s: float, b: Books, o: Orders) -> None:
+def _hold(i: int, b: Books, o: Orders) -> None:
     v = b.vehicles
     if v[i].held:
         return
-    left_m = v[i].line_m - v[i].front
-    if left_m < braking_m(v[i].speed, v[i].decel, step_s):
-        b.pool[c.OVERRUNS] += 1
     v[i].held = True
     _act(i, c.STOP, b, o)
 
 
 @njit(cache=True, error_model="numpy")
-def _ask(i: int, now_s: float, step_s: float, b: Books, o: Orders) -> None:
+def _ask(i: int, now_s: float, b: Books, o: Orders) -> None:
     v = b.vehicles
     v[i].asking = False
     if v[i].steered:
@@ -150,7 +147,7 @@ def _ask(i: int, now_s: float, step_s: float, b: Books, o: Orders) -> None:
         keep.asks(i, now_s, b)
         v[i].asked_s = now_s
     elif math.isnan(v[first].halted_s):
-        _hold(i, step_s, b, o)
+        _hold(i, b, o)
 
 
 @njit(cache=True, error_model="numpy")
@@ -160,7 +157,7 @@ def _consider(i: int, now_s: float, step_s: float, b: Books, o: Orders) -> None:
         return
     left_m = v[i].line_m - v[i].front
     if must_ask(left_m, v[i].speed, v[i].top, v[i].accel, v[i].decel, step_s):
-        _ask(i, now_s, step_s, b, o)
+        _ask(i, now_s, b, o)
     else:
         v[i].asking = True
 
@@ -251,11 +248,13 @@ def look(
     for n in range(called):
         i, why = o.calls[n, 0], o.calls[n, 1]
         if why == MUST_ASK:
-            _ask(i, now_s, step_s, b, o)
+            _ask(i, now_s, b, o)
         elif why == REAR_PASSED:
             _free_behind(i, b, o)
         elif why == PIVOTED:
             _act(i, c.PIVOT, b, o)
+        elif why == RUNS_THROUGH:
+            _act(i, c.BRAKE, b, o)
         else:
             _note_trespass(i, b, o)
 
@@ -302,4 +301,4 @@ def answer(
                 wanted = keep.state_of(i, v[i].granted + 1, b)
                 stage = c.CHAIN if reason == c.DEADLOCK else 0
                 _note(i, c.REFUSE, wanted, c.REASON + reason, stage, b, o)
-                _hold(i, step_s, b, o)
+                _hold(i, b, o)

@@ -147,7 +147,7 @@ class CompiledEngine(Engine):
             self._carry_out(now)
             self._forget_stops()
             self._worn = {robot for robot in self._worn if self.drivers[robot].stops}
-            self._answer_timed([driver.robot for driver in self._steering.step()])
+            self._answer_timed([driver.robot for driver in self._on_their_lanes()])
         else:
             before = self._decided
             turn(odometer, halted, now, self._traffic.step_s, self._pressure, *self._inside)
@@ -180,6 +180,9 @@ class CompiledEngine(Engine):
         riders = self._riders
         riders["hold_s"] = riders["longest_s"] = 0.0
         riders["halted_s"][~np.isnan(riders["halted_s"])] = self._traffic.now_s
+
+    def _count_overrun(self) -> None:
+        self._books.pool[c.OVERRUNS] += 1
 
     def _set_out(self, now: float) -> None:
         self._riders["length_m"] = [driver.length for driver in self.drivers]
@@ -239,10 +242,11 @@ class CompiledEngine(Engine):
                 if what == c.STOP:
                     self._stop(driver)
                 elif what == c.RELEASE:
-                    self._traffic.release(driver.id)
-                    driver.held = False
+                    self._release(driver)
                     driver.halted_since = None
                 elif what == c.STEER:
                     self._steering.begin(driver)
+                elif what == c.BRAKE:
+                    self._runs_through(driver, now)
                 else:
                     self._route_renewed(driver)
