@@ -126,7 +126,7 @@ def _layers(network: RoadNetwork, edges: Sequence[str], vclass: str) -> list[_La
     layers: list[_Layer] = []
     for number, edge in enumerate(edges):
         lanes = network.edges[edge].lanes
-        connections = network.between(edge, edges[(number + 1) % len(edges)], vclass)
+        connections = _taken(network, network.between(edge, edges[(number + 1) % len(edges)], vclass))
         layer: _Layer = {}
         for enter in range(len(lanes)):
             for connection in connections:
@@ -137,6 +137,16 @@ def _layers(network: RoadNetwork, edges: Sequence[str], vclass: str) -> list[_La
                     layer.setdefault(enter, []).append((cost, _Step(enter, connection)))
         layers.append(layer)
     return layers
+
+
+def _taken(network: RoadNetwork, connections: Sequence[Connection]) -> list[Connection]:
+    """Return the movements that SUMO makes: from a lane to a shared one only if it leads to no other."""
+
+    def shared(c: Connection) -> bool:
+        return network.edges[c.to_edge].lanes[c.to_lane].two_way
+
+    apart = {c.from_lane for c in connections if not shared(c)}
+    return [c for c in connections if not (shared(c) and c.from_lane in apart)]
 
 
 def _fewest_changes(layers: Sequence[_Layer]) -> _Ways | None:

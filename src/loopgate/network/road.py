@@ -17,6 +17,8 @@ from loopgate.network.xml_file import check_root
 
 __all__ = ["RoadNetwork", "packaged_networks"]
 
+_ROUNDING_M = 0.1
+
 PACKAGED = "sumo:"
 """Prefix of the names of networks that ship in the SUMO package."""
 
@@ -181,7 +183,7 @@ def _records(net: Any, name: str, file: Path) -> RoadNetwork:  # noqa: ANN401  s
                     width_m=float(lane.getWidth()),
                     shape=_points(lane.getShape()),
                     allowed=classes.setdefault(allowed, allowed),
-                    two_way=_points(lane.getShape())[::-1] in opposite,
+                    two_way=any(_same(_points(lane.getShape())[::-1], shape) for shape in opposite),
                 )
             )
         lanes.update((lane.id, lane) for lane in of_edge)
@@ -213,10 +215,17 @@ def _records(net: Any, name: str, file: Path) -> RoadNetwork:  # noqa: ANN401  s
     )
 
 
-def _opposite_lanes(raw: Any) -> set[Points]:  # noqa: ANN401  sumolib has no types
+def _opposite_lanes(raw: Any) -> list[Points]:  # noqa: ANN401  sumolib has no types
     """Return the shapes of the lanes of the edge that SUMO has as the opposite one in the same place."""
     opposite = raw.getBidi()
-    return {_points(lane.getShape()) for lane in opposite.getLanes()} if opposite else set()
+    return [_points(lane.getShape()) for lane in opposite.getLanes()] if opposite else []
+
+
+def _same(one: Points, other: Points) -> bool:
+    """Return whether two shapes are the same but for rounding."""
+    return len(one) == len(other) and all(
+        abs(x - u) + abs(y - v) < _ROUNDING_M for (x, y), (u, v) in zip(one, other, strict=True)
+    )
 
 
 def _junction(node: Any) -> Junction:  # noqa: ANN401  sumolib has no types

@@ -62,9 +62,9 @@ class Fleet:
         """The vehicles by column."""
         self.vehicles = Vehicles(*(self.columns[name] for name in Vehicles._fields))
         """Columns of them; from offset to granted, but for front and speed, they are for others to set."""
-        self.fronts: Sequence[float] | Floats = list(starts_m)
+        self.fronts: list[float] | Floats = list(starts_m)
         """Unwrapped arc length of each front after the last step [m]."""
-        self.speeds: Sequence[float] | Floats = [0.0] * len(tracks)
+        self.speeds: list[float] | Floats = [0.0] * len(tracks)
         """Speeds in the last step [m/s]."""
         rows = MOST_ROWS * len(tracks)
         self._rows = np.zeros((rows, 3), dtype=np.int32)
@@ -92,6 +92,13 @@ class Fleet:
         if noted:
             self._recorder.passed(now_s, self._rows[:noted])
         return iter(self._calls[:called].tolist())
+
+    def correct(self, vehicle: int, front_m: float) -> None:
+        """Take note that the front of a vehicle is elsewhere on its loop than its odometer said [m]."""
+        columns = self.vehicles
+        columns.offset[vehicle] += front_m - columns.front[vehicle]
+        columns.front[vehicle] = front_m
+        self.fronts[vehicle] = front_m
 
     def read(self) -> Floats:
         """Return what the odometers read, by vehicle [m]."""

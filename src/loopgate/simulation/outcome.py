@@ -215,7 +215,7 @@ def summary(
 
 
 def is_clean(summary: Mapping[str, Any]) -> bool:
-    """Return whether a gated run kept its promise: no collision, overrun, trespass or finding of the audit."""
+    """Return whether a gated run had no collision, overrun or trespass, and no finding of the audit."""
     counted = (summary[name] for name in ("collisions", "overruns", "trespasses"))
     return summary["audit"] == "clean" and not any(counted)
 

@@ -108,6 +108,10 @@ class Steering:
         on = self._traffic.lane_index(driver.id)
         self.strays += 1
         self._recorder.note(self._traffic.now_s, driver.id, Event.STRAY, f"{edge}_{on}")
+        # Its way was longer or shorter than that of its loop, by which its odometer is read.
+        at_m = self._traffic.lane(driver.id)[1]
+        front_m = driver.track.near(edge, at_m, self._fleet.fronts[driver.robot])
+        self._fleet.correct(driver.robot, front_m)
         way.pins.appendleft(Pin(edge, on, position_m, -math.inf, to_lane=lane))
         self._traffic.release(driver.id)
         try:

@@ -80,6 +80,13 @@ class Track:
         """The edge on which SUMO renews the vehicle's route."""
         return self.rounds[0].edge
 
+    def near(self, edge: str, position_m: float, arc_m: float) -> float:
+        """Return the arc length of a position on an edge, of all laps that nearest to another arc [m]."""
+        arcs = [begin + position_m for begin, name in self.edges if name == edge]
+        return min(
+            (a + round((arc_m - a) / self.lap_m) * self.lap_m for a in arcs), key=lambda a: abs(a - arc_m)
+        )
+
     @property
     def first_edge(self) -> str:
         """The edge on which the front stands at the beginning."""
