@@ -23,6 +23,8 @@ class Crossing:
         Movements that must not be under way at the same time. Symmetric.
     speed_mps
         Lowest speed limit on it.
+    ahead_m
+        How far after the ``end_m`` of the leg before it begins [m].
     overlaps
         For a foe, between which metres after the ``end_m`` of the leg before it a vehicle on this crossing
         can touch a vehicle on the foe: the front is in the way from the first on, the rear is out of the way
@@ -33,6 +35,7 @@ class Crossing:
     foes: frozenset[str]
     overlaps: Mapping[str, tuple[float, float]] = field(default_factory=dict, hash=False)
     speed_mps: float = math.inf
+    ahead_m: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)

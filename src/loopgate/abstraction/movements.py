@@ -2,33 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
-from loopgate.network.contacts import lane_contacts
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+from loopgate.abstraction.swept import Course, Touches
+from loopgate.abstraction.waiting import Part
 from loopgate.network.records import Connection
 from loopgate.network.road import RoadNetwork
 
-__all__ = ["REACH_M", "Conflicts", "cut_corners", "find_conflicts", "reach_m"]
+__all__ = ["REACH_M", "Conflicts", "find_conflicts", "reach_m"]
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
 
 REACH_M = 2.2
 """Centre lines nearer than this conflict [m]: cars are 1.8 m wide in SUMO, oncoming lanes lie 3.2 m apart."""
 
 _SIDE_M = 0.4
 """What two vehicles keep between their sides at least [m]."""
-
-
-_LONG_M = 6.0
-"""Longer vehicles cut corners. Bodies of this length on movements that are listed but do not come near each
-other were half a metre apart or more, wherever they were, on thousands of pairs in two cities and nine
-generated networks."""
-
-
-def cut_corners(lengths_m: Iterable[float]) -> bool:
-    """Return whether vehicles of these lengths swing out so far that centre lines do not tell who meets."""
-    return max(lengths_m, default=0.0) > _LONG_M
 
 
 def reach_m(widths_m: Iterable[float]) -> float:
@@ -48,8 +45,9 @@ class Conflicts:
     foes
         By movement id: the movements in conflict with it. Symmetric.
     overlaps
-        By movement id, then foe: between which metres after the movement's beginning the two can touch.
-        Missing where geometry does not show the conflict.
+        By movement id, then foe: from which metre after the movement's beginning on the front can touch the
+        other, and up to which one the rear can; below 0 they are on the lane before it. Missing where
+        geometry does not show the conflict.
     lengths_m, speeds_mps
         Length, and lowest speed limit until the rear is past it, the next lane's included, by movement id.
     unlisted
@@ -66,48 +64,53 @@ class Conflicts:
 def find_conflicts(
     network: RoadNetwork,
     movements: Iterable[Connection],
-    *,
-    reach_m: float = REACH_M,
-    all_listed: bool = False,
+    touches: Touches,
+    places: Mapping[str, Part],
 ) -> Conflicts:
     """Find the conflicts among movements.
 
-    Movements from one lane follow each other and do not conflict. All others of one junction conflict if
-    their internal lanes come within `reach_m` of each other, or if they end on one lane. Then they touch
-    until the end: the second must find the first ahead, not beside.
+    A vehicle is under way on a movement from the end of the place before it until its rear is in the place
+    behind it, over lanes too short to wait on and stretches as well. Two movements conflict if bodies on them
+    touch, unless the one merely follows the other; and if they end on one lane. Then they touch until the
+    end: the second must find the first ahead, not beside. A movement that bends back to its own beginning is
+    its own foe.
 
     The junction's request matrix lists more, mostly movements to neighbouring lanes of one edge, which never
     come near each other. Vehicles under a gate do not change lanes there, and SUMO's drivers stop only for
-    whom they could meet. These conflict if `all_listed`, for vehicles that `cut_corners`, and where the
-    network has no internal lanes to look at.
+    whom they could meet. Where the network has no internal lanes to look at, all movements over a junction
+    conflict.
 
-    O(n log n + k) for n pieces of internal lanes with k near pairs.
+    Parameters
+    ----------
+    network
+        The roads.
+    movements
+        All that are driven.
+    touches
+        Where bodies touch.
+    places
+        By lane, where the first place on it begins and the last one ends; lanes without a place are missing.
+
+    Notes
+    -----
+    O(n log n) for n touches.
     """
     by_id = {movement.id: movement for movement in movements}
     lengths = {m.id: sum(network.lanes[lane].length_m for lane in m.via) for m in by_id.values()}
-    owner = _owners(network, by_id.values())
     foes: dict[str, set[str]] = {name: set() for name in by_id}
     overlaps: dict[str, dict[str, Overlap]] = {name: {} for name in by_id}
     pairs = list(_pairs(network, by_id.values()))
     known = {frozenset(pair.ids) for pair in pairs if pair.listed or pair.certain}
     for pair in pairs:
-        if pair.certain or (pair.listed and all_listed):
+        if pair.certain:
             _add(foes, *pair.ids)
     unlisted: set[tuple[str, str]] = set()
-    for x, y, mine, theirs in _touching(network, owner, reach_m):
-        (one, one_at), (other, other_at) = owner[x], owner[y]
-        if not _may_meet(by_id[one], by_id[other]):
-            continue
+    for one, other, begin, end in _shared(_UnderWay(network, list(by_id.values()), places), touches):
         _add(foes, one, other)
-        if frozenset((one, other)) not in known:
+        if one != other and frozenset((one, other)) not in known:
             unlisted.add((one, other))
-        x_m, y_m = network.lanes[x].length_m, network.lanes[y].length_m
-        _widen(overlaps[one], other, one_at + mine[0] * x_m, one_at + mine[1] * x_m)
-        _widen(overlaps[other], one, other_at + theirs[0] * y_m, other_at + theirs[1] * y_m)
-    for one, touching in overlaps.items():
-        for other, (begin, end) in touching.items():
-            if _same_end(by_id[one], by_id[other]):
-                touching[other] = (begin, max(end, lengths[one]))
+        far = lengths[one] if one != other and _same_end(by_id[one], by_id[other]) else begin
+        overlaps[one][other] = begin, max(end, far)
     return Conflicts(
         foes={name: frozenset(found) for name, found in foes.items()},
         overlaps=overlaps,
@@ -120,29 +123,109 @@ def find_conflicts(
     )
 
 
-def _owners(network: RoadNetwork, movements: Iterable[Connection]) -> dict[str, tuple[str, float]]:
-    """Return the movement of each internal lane, and how far from its beginning that lane begins [m]."""
-    owner: dict[str, tuple[str, float]] = {}
-    for movement in movements:
-        driven = 0.0
-        for lane in movement.via:
-            owner[lane] = (movement.id, driven)
-            driven += network.lanes[lane].length_m
-    return owner
+def _shared(under_way: _UnderWay, touches: Touches) -> Iterator[tuple[str, str, float, float]]:
+    """Yield for each movement and each foe the metres between which they touch, in both orders."""
+    t = touches
+    mine = under_way.rows(t.courses, t.one, t.one_at_m, t.one_length_m, t.one_touched_m)
+    theirs = under_way.rows(t.courses, t.other, t.other_at_m, t.other_length_m, t.other_touched_m)
+    met = mine.merge(theirs, on="touch")
+    orders = (("x", "y"), ("y", "x"))
+    columns = [[f"movement_{a}", f"movement_{b}", f"at_{a}", f"rear_{a}"] for a, b in orders]
+    both = pd.concat(met[names].set_axis(["one", "other", "at", "rear"], axis=1) for names in columns)
+    found = both.groupby(["one", "other"]).agg(begin=("at", "min"), end=("rear", "max")).reset_index()
+    for one, other, begin, end in found.itertuples(index=False):
+        yield under_way.names[one], under_way.names[other], float(begin), float(end)
 
 
-def _touching(
-    network: RoadNetwork, lanes: Iterable[str], reach_m: float
-) -> Iterator[tuple[str, str, Overlap, Overlap]]:
-    """Yield pairs of lanes, and the stretches of each, as fractions, that are near the other."""
-    shapes = {lane: network.lanes[lane].shape for lane in lanes}
-    if not shapes:
-        return
-    found = lane_contacts(shapes, reach_m)
-    for k in range(len(found.one)):
-        x, y = found.lanes[found.one[k]], found.lanes[found.other[k]]
-        mine = float(found.one_begin[k]), float(found.one_end[k])
-        yield x, y, mine, (float(found.other_begin[k]), float(found.other_end[k]))
+class _UnderWay:
+    """Which movements a vehicle is under way on, by its course and the position of its front."""
+
+    def __init__(
+        self, network: RoadNetwork, movements: Sequence[Connection], places: Mapping[str, Part]
+    ) -> None:
+        self.names = [movement.id for movement in movements]
+        self._network = network
+        self._places = places
+        self._inside: dict[str, tuple[int, float]] = {}
+        self._between: dict[tuple[str, str], int] = {}
+        self._out_of: dict[str, list[int]] = {}
+        self._length_m: list[float] = []
+        for number, movement in enumerate(movements):
+            driven = 0.0
+            for lane in movement.via:
+                self._inside[lane] = number, driven
+                driven += network.lanes[lane].length_m
+            self._length_m.append(driven)
+            before = f"{movement.from_edge}_{movement.from_lane}"
+            self._between[before, f"{movement.to_edge}_{movement.to_lane}"] = number
+            self._out_of.setdefault(before, []).append(number)
+
+    def rows(
+        self, courses: Sequence[Course], course: Ints, at_m: Floats, length_m: Floats, touched_m: Floats
+    ) -> pd.DataFrame:
+        """Return for each touch the movements, and where on them front and rear are after their beginning [m].
+
+        Parameters
+        ----------
+        courses
+            What the numbers mean.
+        course, at_m, length_m, touched_m
+            For each touch the course by number, position of the front on its lane, length of the body, and
+            where it is touched [m].
+        """
+        frame = pd.DataFrame({"course": course, "at": at_m, "length": length_m, "touched": touched_m})
+        frame["touch"] = np.arange(len(course))
+        parts = [
+            part.assign(movement=movement, at=part["at"] + add)
+            for number, rows in frame.groupby("course")
+            for movement, add, part in self._of(courses[cast("int", number)], rows)
+        ]
+        found = pd.concat(parts) if parts else frame.assign(movement=0).iloc[:0]
+        return found.assign(rear=found["at"] - found["length"])[["touch", "movement", "at", "rear"]]
+
+    def _of(self, course: Course, rows: pd.DataFrame) -> Iterator[tuple[int, float, pd.DataFrame]]:
+        """Yield movements, what to add to positions, and those of the rows that are under way on them.
+
+        A body can lie on several movements, one after the other: it is on that on which it is touched.
+        """
+        lanes = (course.lane, *course.before)
+        begin_m, above = 0.0, rows["touched"] >= 0.0
+        for number, lane in enumerate(lanes):
+            if number:
+                begin_m -= self._network.lanes[lane].length_m
+                above = rows["touched"] >= begin_m
+            last = number + 1 == len(lanes) or self._is_place(lanes[number + 1])
+            here = rows if last else rows[above]
+            if len(here):
+                yield from self._on(lanes[number:], begin_m, here)
+            if last:
+                return
+            rows = rows[~above]
+
+    def _is_place(self, lane: str) -> bool:
+        return lane in self._places
+
+    def _on(
+        self, lanes: Sequence[str], begin_m: float, rows: pd.DataFrame
+    ) -> Iterator[tuple[int, float, pd.DataFrame]]:
+        """Yield as `_of` does, for bodies that are touched on the first of `lanes`, which begins there."""
+        lane = lanes[0]
+        inside = self._inside.get(lane)
+        if inside is not None:
+            yield inside[0], inside[1] - begin_m, rows
+            return
+        place = self._places.get(lane)
+        behind = next((name for name in lanes[1:] if not self._network.lanes[name].internal), None)
+        into = None if behind is None else self._between.get((behind, lane))
+        at_m = rows["at"] - begin_m
+        if into is not None:
+            entering = rows if place is None else rows[at_m <= place.begin_m + rows["length"]]
+            yield into, self._length_m[into] - begin_m, entering
+            if place is None:
+                return  # all of a lane without a place belongs to the movement onto it
+        leaving = rows if place is None else rows[at_m > place.end_m]
+        for movement in self._out_of.get(lane, ()):
+            yield movement, -begin_m - self._network.lanes[lane].length_m, leaving
 
 
 class _Pair(NamedTuple):
@@ -178,8 +261,3 @@ def _may_meet(one: Connection, other: Connection) -> bool:
 
 def _same_end(one: Connection, other: Connection) -> bool:
     return one.to_edge == other.to_edge and one.to_lane == other.to_lane
-
-
-def _widen(touching: dict[str, Overlap], foe: str, begin: float, end: float) -> None:
-    known = touching.get(foe)
-    touching[foe] = (begin, end) if known is None else (min(begin, known[0]), max(end, known[1]))

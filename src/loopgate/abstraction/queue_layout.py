@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from loopgate.abstraction.itinerary import Crossing, Itinerary, Leg, Pin
-from loopgate.abstraction.movements import Conflicts, cut_corners, find_conflicts, reach_m
+from loopgate.abstraction.movements import Conflicts, find_conflicts, reach_m
 from loopgate.abstraction.pins import Target, Turn, find_pins
 from loopgate.abstraction.stretches import (
     CLEARANCE_M,
@@ -18,6 +18,8 @@ from loopgate.abstraction.stretches import (
     lay_stretches,
     least_change_m,
 )
+from loopgate.abstraction.swept import Touches, courses_of, find_touches
+from loopgate.abstraction.waiting import Part, waiting_parts
 from loopgate.errors import RefusedLoopError, RouteError
 from loopgate.model import StateId
 from loopgate.network.loop import HOLD_MARGIN_M, LaneSpan, Loop
@@ -92,7 +94,8 @@ def lay_out_queues(network: RoadNetwork, users: Sequence[tuple[Loop, VehicleType
     RefusedLoopError
         If a loop cannot work as queues; the text says why.
     """
-    plan = _Plan(network, users)
+    touches = find_touches(network, courses_of(network, users))
+    plan = _Plan(network, users, touches)
     loops = {loop.id: loop for loop, _ in users}
     chains = {name: plan.chain(loop) for name, loop in loops.items()}
     classes: dict[str, dict[str, None]] = {}
@@ -105,8 +108,8 @@ def lay_out_queues(network: RoadNetwork, users: Sequence[tuple[Loop, VehicleType
     conflicts = find_conflicts(
         network,
         (p.movement for p in pieces if p.movement is not None),
-        reach_m=plan.reach_m,
-        all_listed=cut_corners(kind.length_m for _, kind in users),
+        touches,
+        _places_on(pieces),
     )
     foes = find_foes((p.passage for p in pieces if p.passage is not None), plan.narrow)
     return QueueLayout(
@@ -115,7 +118,7 @@ def lay_out_queues(network: RoadNetwork, users: Sequence[tuple[Loop, VehicleType
             name: Itinerary(
                 name,
                 loops[name].length_m,
-                tuple(_legs(network, chain, conflicts, foes, tuple(classes[name]))),
+                tuple(_legs(network, loops[name], chain, conflicts, foes, tuple(classes[name]))),
             )
             for name, chain in chains.items()
         },
@@ -124,8 +127,22 @@ def lay_out_queues(network: RoadNetwork, users: Sequence[tuple[Loop, VehicleType
     )
 
 
+def _places_on(pieces: Iterable[_Piece]) -> dict[str, Part]:
+    """Return where on each lane the first place begins and the last one ends."""
+    found: dict[str, Part] = {}
+    for piece in pieces:
+        if piece.place is not None:
+            lane, begin_m = f"{piece.edge}_{piece.lane}", piece.at_m - piece.length_m
+            known = found.get(lane, Part(begin_m, piece.at_m))
+            found[lane] = Part(min(known.begin_m, begin_m), max(known.end_m, piece.at_m))
+    return found
+
+
 def why_not(network: RoadNetwork, loop: Loop, kind: VehicleType = DEFAULT_TYPE) -> str:
-    """Return why a loop cannot work as queues, as the end of a sentence; empty if it can."""
+    """Return why a loop cannot work as queues, as the end of a sentence; empty if it can.
+
+    It is looked at by itself: where its ways and those of other loops touch there can be less room.
+    """
     plan = _Plan(network, [(loop, kind)])
     return plan.why_not(loop, plan.chain(loop), kind)
 
@@ -150,10 +167,16 @@ class _Piece:
 class _Plan:
     """What of the network a set of loops uses as stretches, and how long their vehicles are."""
 
-    def __init__(self, network: RoadNetwork, users: Sequence[tuple[Loop, VehicleType]]) -> None:
+    def __init__(
+        self,
+        network: RoadNetwork,
+        users: Sequence[tuple[Loop, VehicleType]],
+        touches: Touches | None = None,
+    ) -> None:
         self._network = network
-        self.reach_m = reach_m(kind.width_m for _, kind in users)
-        self.stretches, self.narrow = lay_stretches(network, users, reach_m=self.reach_m)
+        self._parts = {} if touches is None else waiting_parts(network, touches)
+        wide_m = reach_m(kind.width_m for _, kind in users)
+        self.stretches, self.narrow = lay_stretches(network, users, self._parts, reach_m=wide_m)
         self._needed: dict[str, float] = {}
         for loop, kind in users:
             for span in loop.spans:
@@ -176,11 +199,12 @@ class _Plan:
         # The road's own length: that of a span is a difference of arc lengths, rounded by loop.
         length_m = self._network.lanes[span.lane_id].length_m
         if stretch is None:
-            yield self._waiting(span, span.lane, 0.0, length_m, span.lane_id)
+            part = self._parts.get(span.lane_id, Part(0.0, length_m))
+            yield self._waiting(span, span.lane, *part, span.lane_id)
             return
         if stretch.begin_m > 0:
             name = f"{span.edge}_{span.lane_in}/1"
-            yield self._waiting(span, span.lane_in, 0.0, stretch.begin_m, name)
+            yield self._waiting(span, span.lane_in, stretch.first_m, stretch.begin_m, name)
         yield _Piece(
             span.begin_m + stretch.begin_m,
             stretch.end_m - stretch.begin_m,
@@ -190,7 +214,7 @@ class _Plan:
             passage=stretch.passage(span.lane_in, span.lane),
         )
         if stretch.end_m < length_m:
-            yield self._waiting(span, span.lane, stretch.end_m, length_m, f"{span.lane_id}/2")
+            yield self._waiting(span, span.lane, stretch.end_m, stretch.last_m, f"{span.lane_id}/2")
 
     def _waiting(self, span: LaneSpan, lane: int, begin: float, end: float, name: str) -> _Piece:
         needed = self._needed[span.edge if span.edge in self.stretches else span.lane_id]
@@ -216,8 +240,8 @@ class _Plan:
                 )
         if len({piece.place.name for piece in chain if piece.place is not None}) < LEAST_CAPACITY:
             return "has fewer than two places in which two vehicles can queue; make it longer"
-        for _, between, after in _ways_on(chain):
-            pins = find_pins(self._network, list(_course(between, after)), kind.vclass)
+        for here, between, after in _ways_on(chain):
+            pins = find_pins(self._network, list(_course(loop, here, between, after)), kind.vclass)
             if isinstance(pins, Connection):
                 return (
                     f"leads from lane {pins.from_edge}_{pins.from_lane} to edge {pins.to_edge}, which is too "
@@ -269,21 +293,26 @@ def _ways_on(chain: Sequence[_Piece]) -> Iterator[tuple[_Piece, list[_Piece], _P
     yield from found
 
 
-def _course(between: Sequence[_Piece], after: _Piece) -> Iterator[Turn | Target]:
+def _ahead_m(loop: Loop, here: _Piece, piece: _Piece) -> float:
+    """Return how far after the stop line of a place a piece begins [m]."""
+    line_m = here.begin_m + here.length_m - HOLD_MARGIN_M
+    return (piece.begin_m - line_m) % loop.length_m
+
+
+def _course(loop: Loop, here: _Piece, between: Sequence[_Piece], after: _Piece) -> Iterator[Turn | Target]:
     """Yield what `find_pins` has to know of the way from one place to the next."""
-    ahead = HOLD_MARGIN_M
     for piece in between:
-        passage = piece.passage
+        passage, ahead = piece.passage, _ahead_m(loop, here, piece)
         if piece.movement is not None:
             yield Turn(piece.movement, ahead + piece.length_m)
         elif passage is not None and passage.changes:
             yield Target(piece.edge, piece.lane, piece.at_m, ahead, passage.to_lane)
-        ahead += piece.length_m
-    yield Target(after.edge, after.lane, after.at_m, ahead)
+    yield Target(after.edge, after.lane, after.at_m, _ahead_m(loop, here, after))
 
 
-def _legs(
+def _legs(  # noqa: PLR0913  one per table that a leg is made from
     network: RoadNetwork,
+    loop: Loop,
     chain: Sequence[_Piece],
     conflicts: Conflicts,
     foes: Mapping[str, frozenset[str]],
@@ -291,8 +320,8 @@ def _legs(
 ) -> Iterator[Leg]:
     for here, between, after in _ways_on(chain):
         crossings: list[Crossing] = []
-        ahead = HOLD_MARGIN_M
         for piece in between:
+            ahead = _ahead_m(loop, here, piece)
             if piece.movement is not None:
                 name = piece.movement.id
                 speed = conflicts.speeds_mps[name]
@@ -302,9 +331,8 @@ def _legs(
             elif piece.passage is not None:
                 name = piece.passage.id
                 speed = network.edges[piece.edge].lanes[piece.lane].speed_mps
-                crossings.append(Crossing(name, foes[name], speed_mps=speed))
-            ahead += piece.length_m
-        course = list(_course(between, after))
+                crossings.append(Crossing(name, foes[name], speed_mps=speed, ahead_m=ahead))
+        course = list(_course(loop, here, between, after))
         # A stop too many does no harm: it lies on the loop's own lane.
         pins = max((find_pins(network, course, vclass) for vclass in classes), key=_number)
         yield Leg(
@@ -325,4 +353,4 @@ def _crossing(
     name: str, foes: frozenset[str], overlaps: Mapping[str, tuple[float, float]], speed: float, ahead_m: float
 ) -> Crossing:
     moved = {foe: (ahead_m + begin, ahead_m + end) for foe, (begin, end) in sorted(overlaps.items())}
-    return Crossing(name, foes, moved, speed)
+    return Crossing(name, foes, moved, speed, ahead_m)

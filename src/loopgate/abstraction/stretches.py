@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from loopgate.abstraction.movements import REACH_M
+from loopgate.abstraction.waiting import Part
 from loopgate.network.contacts import lane_contacts
 from loopgate.network.loop import HOLD_MARGIN_M, Loop
 from loopgate.network.road import RoadNetwork
@@ -51,11 +52,15 @@ class Stretch:
         The edge.
     begin_m, end_m
         Positions on it [m]. 0 and the edge's length where there is no place before or behind.
+    first_m, last_m
+        Where the place before it begins, and the one behind it ends.
     """
 
     edge: str
     begin_m: float
     end_m: float
+    first_m: float
+    last_m: float
 
     def passage(self, lane: int, to_lane: int) -> Passage:
         """Return the way over it from one lane to another, or along one."""
@@ -93,13 +98,28 @@ def least_change_m(needed_m: float) -> float:
 
 
 def lay_stretches(
-    network: RoadNetwork, users: Sequence[tuple[Loop, VehicleType]], *, reach_m: float = REACH_M
+    network: RoadNetwork,
+    users: Sequence[tuple[Loop, VehicleType]],
+    parts: Mapping[str, Part],
+    *,
+    reach_m: float = REACH_M,
 ) -> tuple[dict[str, Stretch], Narrow]:
     """Choose the stretches: on each edge on which a loop changes lanes, and on all of each narrow edge.
 
     A stretch for changing lanes lies in the middle, with a place before and behind. Where the edge is too
     short for both, the place behind it stays if it fits; else the stretch takes the whole edge, and so does
     one on a narrow edge. Where even that is too short to change lanes it is for the caller to say so.
+
+    Parameters
+    ----------
+    network
+        The roads.
+    users
+        For each vehicle its loop and its type.
+    parts
+        Where on their lanes vehicles may wait, if not all along.
+    reach_m
+        How near lanes of different edges make a street narrow.
 
     Returns
     -------
@@ -120,25 +140,39 @@ def lay_stretches(
                 changing[span.edge] = None
     narrow = narrow_lanes(network, lanes, reach_m=reach_m)
     whole = {network.lanes[lane].edge for lane, _ in narrow}
+    free = {edge: _free(network, edge, lanes, parts) for edge in changing}
     stretches = {
-        edge: Stretch(edge, 0.0, network.edges[edge].length_m)
+        edge: _whole(edge, network.edges[edge].length_m)
         if edge in whole
-        else _in_the_middle(edge, network.edges[edge].length_m, needed[edge])
+        else _in_the_middle(edge, network.edges[edge].length_m, needed[edge], free[edge])
         for edge in (*changing, *sorted(whole - changing.keys()))
     }
     return stretches, narrow
 
 
-def _in_the_middle(edge: str, length_m: float, needed_m: float) -> Stretch:
+def _free(network: RoadNetwork, edge: str, lanes: Iterable[str], parts: Mapping[str, Part]) -> Part:
+    """Return where on all lanes of an edge that are used vehicles may wait."""
+    own = [parts[lane] for lane in lanes if lane in parts and network.lanes[lane].edge == edge]
+    begin_m = max((part.begin_m for part in own), default=0.0)
+    return Part(begin_m, min((part.end_m for part in own), default=network.edges[edge].length_m))
+
+
+def _whole(edge: str, length_m: float) -> Stretch:
+    return Stretch(edge, 0.0, length_m, 0.0, length_m)
+
+
+def _in_the_middle(edge: str, length_m: float, needed_m: float, free: Part) -> Stretch:
     place_m = LEAST_CAPACITY * needed_m + CLEARANCE_M + HOLD_MARGIN_M
     least_m = least_change_m(needed_m)
-    if length_m >= place_m + least_m + place_m:
-        stretch_m = min(least_m + _ROOMY_M, length_m - 2 * place_m)
-        before_m = (length_m - stretch_m) / 2
-        return Stretch(edge, before_m, before_m + stretch_m)
-    if length_m >= least_m + place_m:
-        return Stretch(edge, 0.0, min(least_m + _ROOMY_M, length_m - place_m))
-    return Stretch(edge, 0.0, length_m)
+    free_m = free.end_m - free.begin_m
+    if free_m >= place_m + least_m + place_m:
+        stretch_m = min(least_m + _ROOMY_M, free_m - 2 * place_m)
+        begin_m = free.begin_m + (free_m - stretch_m) / 2
+        return Stretch(edge, begin_m, begin_m + stretch_m, *free)
+    if free_m >= least_m + place_m:
+        end_m = free.begin_m + min(least_m + _ROOMY_M, free_m - place_m)
+        return Stretch(edge, 0.0, end_m, 0.0, free.end_m)
+    return _whole(edge, length_m)
 
 
 Narrow = frozenset[tuple[str, str]]

@@ -30,6 +30,8 @@ class Lane:
         Vehicle classes that may use it.
     two_way
         Whether a lane of the opposite edge lies on it (SUMO's ``bidi``), as with a track in a street.
+    heights
+        Height of each point of the shape [m]; none where the network is flat.
     """
 
     id: str
@@ -42,6 +44,7 @@ class Lane:
     shape: Points
     allowed: frozenset[str]
     two_way: bool = False
+    heights: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -183,6 +183,7 @@ def _records(net: Any, name: str, file: Path) -> RoadNetwork:  # noqa: ANN401  s
                     width_m=float(lane.getWidth()),
                     shape=_points(lane.getShape()),
                     allowed=classes.setdefault(allowed, allowed),
+                    heights=_heights(lane.getShape3D()),
                     two_way=any(_same(_points(lane.getShape())[::-1], shape) for shape in opposite),
                 )
             )
@@ -213,6 +214,11 @@ def _records(net: Any, name: str, file: Path) -> RoadNetwork:  # noqa: ANN401  s
     return RoadNetwork(
         name=name, file=file, edges=edges, lanes=lanes, junctions=junctions, connections=connections
     )
+
+
+def _heights(shape: Any) -> tuple[float, ...]:  # noqa: ANN401  sumolib has no types
+    heights = tuple(float(p[2]) for p in shape)
+    return heights if any(heights) else ()
 
 
 def _opposite_lanes(raw: Any) -> list[Points]:  # noqa: ANN401  sumolib has no types

@@ -7,10 +7,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from loopgate.abstraction.itinerary import Itinerary
+from loopgate.abstraction.itinerary import Itinerary, Leg
 from loopgate.gates import Reason
 from loopgate.network import RoadNetwork
-from loopgate.network.loop import HOLD_MARGIN_M
 from loopgate.network.records import Connection
 from loopgate.simulation.driver import Driver
 from loopgate.simulation.fleet import Fleet
@@ -48,6 +47,8 @@ class Signal:
         How far its stop line is after the ``end_m`` of the leg before the crossing [m].
     speed_mps
         Lowest speed limit on the movement.
+    at_line
+        Whether it stands where the vehicle is held, and not farther on.
     """
 
     movement: str
@@ -55,6 +56,7 @@ class Signal:
     link: int
     ahead_m: float
     speed_mps: float
+    at_line: bool = True
 
 
 Signals = Mapping[str, tuple[tuple[Signal, ...], ...]]
@@ -66,25 +68,19 @@ def signals_of(network: RoadNetwork, itineraries: Sequence[Itinerary]) -> Signal
     movements = {movement.id: movement for movement in network.connections}
     loops = {itinerary.loop: itinerary for itinerary in itineraries}
     return {
-        name: tuple(
-            _signals(network, [movements[c.id] for c in leg.crossings if c.id in movements])
-            for leg in itinerary.legs
-        )
+        name: tuple(_signals(network, movements, leg) for leg in itinerary.legs)
         for name, itinerary in loops.items()
     }
 
 
-def _signals(network: RoadNetwork, crossing: Sequence[Connection]) -> tuple[Signal, ...]:
+def _signals(network: RoadNetwork, movements: Mapping[str, Connection], leg: Leg) -> tuple[Signal, ...]:
     found: list[Signal] = []
-    ahead_m = HOLD_MARGIN_M
-    for movement in crossing:
-        lanes = [network.lanes[lane] for lane in movement.via]
-        if movement.signal is not None:
+    for number, crossing in enumerate(leg.crossings):
+        movement = movements.get(crossing.id)
+        if movement is not None and movement.signal is not None:
             light, link = movement.signal
-            speed_mps = min((lane.speed_mps for lane in lanes), default=math.inf)
-            found.append(Signal(movement.id, light, link, ahead_m, speed_mps))
-        ahead_m += sum(lane.length_m for lane in lanes)
-        ahead_m += network.lanes[f"{movement.to_edge}_{movement.to_lane}"].length_m
+            speed_mps = min((network.lanes[lane].speed_mps for lane in movement.via), default=math.inf)
+            found.append(Signal(movement.id, light, link, crossing.ahead_m, speed_mps, at_line=not number))
     return tuple(found)
 
 
@@ -162,7 +158,7 @@ class Lights:
     def _lets_pass(self, driver: Driver, signals: Sequence[Signal], *, patient: bool) -> bool:
         opens = self._timetable
         first = signals[0]
-        if first.ahead_m <= HOLD_MARGIN_M and not opens.is_open(first.light, first.link):
+        if first.at_line and not opens.is_open(first.light, first.link):
             return False
         if not patient:
             return True
@@ -173,7 +169,7 @@ class Lights:
             top = min(driver.top, max(speed, signal.speed_mps))
             slow_s = _START_S + time_s(distance_m, speed, _SLOW_ACCEL * driver.accel, _SLOW_SPEED * top)
             fast_s = 0.0
-            if signal.ahead_m > HOLD_MARGIN_M:
+            if not signal.at_line:
                 fast_s = time_s(distance_m, speed, driver.accel, driver.top)
             if not opens.may_be_open(signal.light, signal.link, fast_s, slow_s):
                 return False

@@ -1,0 +1,369 @@
+"""Where bodies on different ways touch: the ground that vehicles sweep, over all lanes that loops use."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+from scipy.spatial import cKDTree
+
+from loopgate.network.loop import Loop, arc_lengths
+from loopgate.network.road import RoadNetwork
+from loopgate.network.vehicle_type import VehicleType
+
+__all__ = ["Course", "Touches", "courses_of", "find_touches"]
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+Flags = npt.NDArray[np.bool_]
+
+SIDE_M = 0.2
+"""Room that a body keeps on either side [m]: two bodies are kept apart by twice that."""
+
+END_M = 0.5
+"""Room before and behind a body [m]: bodies are looked at every so often along their way."""
+
+_EVERY_M = 1.0
+"""How far apart the fronts are at which bodies are looked at [m]; half of it near the ends of lanes."""
+
+_ENDS_M = 15.0
+
+_FOLLOWS_M = 4.0
+"""A vehicle this near behind another, along the way, follows it, and keeps its gap by itself [m]."""
+
+_ABOVE_M = 2.5
+"""Lanes that lie so far above one another do not touch [m]."""
+
+_MOST_PAIRS = 2_000_000
+
+
+@dataclass(frozen=True, slots=True)
+class Course:
+    """Fronts on one lane, with the lanes behind them on which the bodies lie.
+
+    Attributes
+    ----------
+    lane
+        The lane of the front.
+    before
+        The lanes before it, the nearest first, as far as the longest body reaches and one that follows it
+        closely; none where vehicles have changed to this lane.
+    """
+
+    lane: str
+    before: tuple[str, ...]
+
+
+@dataclass(slots=True)
+class _Bodies:
+    """Lengths of the shortest and the longest vehicle on a course, and width of the widest [m]."""
+
+    shortest_m: float
+    longest_m: float
+    width_m: float
+
+
+Courses = dict[Course, _Bodies]
+
+
+def courses_of(network: RoadNetwork, users: Sequence[tuple[Loop, VehicleType]]) -> Courses:
+    """Return all courses of vehicles on loops. O(spans)."""
+    found: Courses = {}
+    for loop, kinds in _kinds(users):
+        shortest = min(kind.length_m for kind in kinds)
+        longest = max(kind.length_m for kind in kinds)
+        width = max(kind.width_m for kind in kinds)
+        for course in _along(network, loop, longest):
+            bodies = found.setdefault(course, _Bodies(shortest, longest, width))
+            bodies.shortest_m = min(bodies.shortest_m, shortest)
+            bodies.longest_m = max(bodies.longest_m, longest)
+            bodies.width_m = max(bodies.width_m, width)
+    return found
+
+
+def _kinds(users: Sequence[tuple[Loop, VehicleType]]) -> Iterator[tuple[Loop, list[VehicleType]]]:
+    loops = {loop.id: loop for loop, _ in users}
+    kinds: dict[str, dict[VehicleType, None]] = {name: {} for name in loops}
+    for loop, kind in users:
+        kinds[loop.id][kind] = None
+    for name, loop in loops.items():
+        yield loop, list(kinds[name])
+
+
+def _along(network: RoadNetwork, loop: Loop, reach_m: float) -> Iterator[Course]:
+    lanes: list[tuple[str, bool]] = []  # lane, and whether vehicles change to it
+    for span in loop.spans:
+        if not span.internal and span.lane_in != span.lane:
+            lanes.append((f"{span.edge}_{span.lane_in}", False))
+            lanes.append((span.lane_id, True))
+        else:
+            lanes.append((span.lane_id, False))
+    for number, (lane, changed) in enumerate(lanes):
+        before: list[str] = []
+        left_m = 0.0 if changed else reach_m + _FOLLOWS_M + 2 * END_M
+        back = number - 1
+        while (left_m > 0.0 or (before and before[-1].startswith(":"))) and back > number - len(lanes):
+            name, here_changed = lanes[back]
+            before.append(name)
+            left_m -= network.lanes[name].length_m
+            if here_changed:
+                break
+            back -= 1
+        yield Course(lane, tuple(before))
+
+
+class Touch(NamedTuple):
+    """Fronts on two courses at which bodies touch: position of each on its lane, length of each body [m]."""
+
+    one: Course
+    at_m: float
+    length_m: float
+    other: Course
+    other_at_m: float
+    other_length_m: float
+
+
+@dataclass(frozen=True)
+class Touches:
+    """All touches, in columns: courses by number, positions of fronts on their lanes and lengths [m].
+
+    Where a body is touched is a position on the lane of its front too, below 0 on the lanes before it. Each
+    touch is listed once; bodies that merely follow one another are not.
+    """
+
+    courses: tuple[Course, ...]
+    one: Ints
+    other: Ints
+    one_at_m: Floats
+    other_at_m: Floats
+    one_length_m: Floats
+    other_length_m: Floats
+    one_touched_m: Floats
+    other_touched_m: Floats
+
+    def rows(self) -> Iterator[Touch]:
+        """Yield them, once in each order."""
+        columns = (
+            self.one.tolist(),
+            self.one_at_m.tolist(),
+            self.one_length_m.tolist(),
+            self.other.tolist(),
+            self.other_at_m.tolist(),
+            self.other_length_m.tolist(),
+        )
+        for one, at, length, other, other_at, other_length in zip(*columns, strict=True):
+            first, second = self.courses[one], self.courses[other]
+            yield Touch(first, at, length, second, other_at, other_length)
+            yield Touch(second, other_at, other_length, first, at, length)
+
+
+def find_touches(network: RoadNetwork, courses: Courses) -> Touches:
+    """Find all pairs of fronts at which two bodies touch though neither follows the other.
+
+    A body is a rectangle from its front back to where its rear is on its way, as SUMO draws it, a little
+    wider and longer. Bodies on one lane, or on lanes of one edge, are SUMO's own affair, and so are those
+    that follow each other closely along one way, or leave one lane one after the other. Where the network
+    has heights, a bridge does not touch the road below.
+
+    O(n log n + k) for n bodies, one each metre of all courses, and k pairs of near ones.
+    """
+    names = tuple(courses)
+    laid = [_lay(network, course, bodies) for course, bodies in courses.items()]
+    counts = [len(rows.at_m) for rows in laid]
+    body = _Rows(*(np.concatenate(columns) for columns in zip(*laid, strict=True))) if laid else None
+    if body is None:
+        none, zero = np.zeros(0, dtype=np.int64), np.zeros(0)
+        return Touches(names, none, none, *[zero] * 6)
+    course = np.repeat(np.arange(len(names)), counts)
+    ways = _Ways(network, names)
+    a, b = _near(body, ways.edge[course], ways.lane[course])
+    keep = _overlap(body, a, b)
+    a, b = a[keep], b[keep]
+    keep = ~ways.follow(course[a], course[b], body, a, b)
+    a, b = a[keep], b[keep]
+    at, length = body.at_m, body.length_m
+    touched = _touched(body, a, b), _touched(body, b, a)
+    return Touches(names, course[a], course[b], at[a], at[b], length[a], length[b], *touched)
+
+
+def _touched(body: _Rows, one: Ints, other: Ints) -> Floats:
+    """Return where about the first bodies of pairs are touched, as positions on the lanes of their fronts."""
+    x, y = body.x[other] - body.x[one], body.y[other] - body.y[one]
+    along = x * body.ahead_x[one] + y * body.ahead_y[one]
+    half = body.length_m[one] / 2
+    return np.asarray(body.at_m[one] - half + np.clip(along, -half, half))
+
+
+class _Rows(NamedTuple):
+    """Bodies: position of the front on its lane, length, centre, direction, half of length and width, height."""
+
+    at_m: Floats
+    length_m: Floats
+    x: Floats
+    y: Floats
+    ahead_x: Floats
+    ahead_y: Floats
+    half_m: Floats
+    wide_m: Floats
+    z: Floats
+
+
+def _lay(network: RoadNetwork, course: Course, bodies: _Bodies) -> _Rows:
+    """Return the bodies of a course, one for each front and each of the two lengths."""
+    lane = network.lanes[course.lane]
+    points: list[Floats] = []
+    arcs: list[Floats] = []
+    heights: list[Floats] = []
+    begin = 0.0
+    for name in (course.lane, *course.before):
+        part = network.lanes[name]
+        shape = np.asarray(part.shape, dtype=np.float64)
+        begin = begin if name == course.lane and not points else begin - part.length_m
+        points.append(shape)
+        arcs.append(arc_lengths(shape, begin, begin + part.length_m))
+        heights.append(np.asarray(part.heights or np.zeros(len(shape)), dtype=np.float64))
+    xy, arc = np.concatenate(points[::-1]), np.concatenate(arcs[::-1])
+    height = np.concatenate(heights[::-1])
+    fronts = _fronts(lane.length_m)
+    found = []
+    for length in dict.fromkeys((bodies.shortest_m, bodies.longest_m)):
+        at = fronts if course.before else fronts[fronts >= length]
+        rear = np.maximum(at - length, arc[0])
+        front_x, front_y = np.interp(at, arc, xy[:, 0]), np.interp(at, arc, xy[:, 1])
+        dx = front_x - np.interp(rear, arc, xy[:, 0])
+        dy = front_y - np.interp(rear, arc, xy[:, 1])
+        norm = np.hypot(dx, dy)
+        straight = norm < 1e-6  # noqa: PLR2004  a lane that is drawn as one point has no direction
+        dx = np.where(straight, 1.0, dx / np.maximum(norm, 1e-6))
+        dy = np.where(straight, 0.0, dy / np.maximum(norm, 1e-6))
+        size = np.full(len(at), length)
+        found.append(
+            _Rows(
+                at,
+                size,
+                front_x - dx * length / 2,
+                front_y - dy * length / 2,
+                dx,
+                dy,
+                size / 2 + END_M,
+                np.full(len(at), bodies.width_m / 2 + SIDE_M),
+                np.interp(at, arc, height),
+            )
+        )
+    return _Rows(*(np.concatenate(columns) for columns in zip(*found, strict=True)))
+
+
+def _fronts(length_m: float) -> Floats:
+    """Return positions on a lane [m], closer together near its ends."""
+    finely = np.linspace(0.0, length_m, max(2, math.ceil(2 * length_m / _EVERY_M) + 1))
+    middle = (finely > _ENDS_M) & (finely < length_m - _ENDS_M)
+    middle[::2] = False
+    return np.asarray(finely[~middle])
+
+
+def _near(body: _Rows, edge: Ints, lane: Ints) -> tuple[Ints, Ints]:
+    """Return the pairs of bodies on different edges that are near each other."""
+    reach = 2.0 * float(np.hypot(body.half_m, body.wide_m).max(initial=0.0))
+    tree = cKDTree(np.column_stack((body.x, body.y)))
+    ones, others = [], []
+    step = max(1, int(_MOST_PAIRS / (8.0 * reach)))
+    for begin in range(0, len(body.x), step):
+        rows = slice(begin, min(begin + step, len(body.x)))
+        part = cKDTree(np.column_stack((body.x[rows], body.y[rows])))
+        pairs = part.sparse_distance_matrix(tree, reach, output_type="ndarray")
+        one, other = pairs["i"].astype(np.int64) + begin, pairs["j"].astype(np.int64)
+        keep = (
+            (one < other)
+            & (lane[one] != lane[other])
+            & ((edge[one] < 0) | (edge[one] != edge[other]))
+            & (np.abs(body.z[one] - body.z[other]) < _ABOVE_M)
+        )
+        ones.append(one[keep])
+        others.append(other[keep])
+    return np.concatenate(ones), np.concatenate(others)
+
+
+def _overlap(body: _Rows, a: Ints, b: Ints) -> Flags:
+    """Return which pairs of rectangles overlap: no line along a side of either keeps them apart."""
+    apart = np.zeros(len(a), dtype=bool)
+    x, y = body.x[b] - body.x[a], body.y[b] - body.y[a]
+    cos = np.abs(body.ahead_x[a] * body.ahead_x[b] + body.ahead_y[a] * body.ahead_y[b])
+    sin = np.abs(body.ahead_x[a] * body.ahead_y[b] - body.ahead_y[a] * body.ahead_x[b])
+    for one, other in ((a, b), (b, a)):
+        u, v = body.ahead_x[one], body.ahead_y[one]
+        half, wide = body.half_m[other], body.wide_m[other]
+        apart |= np.abs(x * u + y * v) >= body.half_m[one] + half * cos + wide * sin
+        apart |= np.abs(x * v - y * u) >= body.wide_m[one] + half * sin + wide * cos
+    return ~apart
+
+
+class _Ways:
+    """How courses hang together: which vehicles follow each other on them."""
+
+    def __init__(self, network: RoadNetwork, courses: Sequence[Course]) -> None:
+        self._courses = courses
+        self._length_m = {lane: network.lanes[lane].length_m for c in courses for lane in (c.lane, *c.before)}
+        lanes = {lane: number for number, lane in enumerate(self._length_m)}
+        roads = {
+            network.lanes[lane].edge: k for k, lane in enumerate(lanes) if not network.lanes[lane].internal
+        }
+        self.lane = np.array([lanes[c.lane] for c in courses], dtype=np.int64)
+        self.edge = np.array([roads.get(network.lanes[c.lane].edge, -1) for c in courses], dtype=np.int64)
+        self._leads: dict[str, dict[str, float]] = {}
+        """By lane: how far behind its beginning lanes ahead of it begin [m]."""
+        for course in courses:
+            ahead_m = 0.0
+            for lane in course.before:
+                ahead_m += self._length_m[lane]
+                known = self._leads.setdefault(lane, {})
+                known[course.lane] = min(ahead_m, known.get(course.lane, ahead_m))
+
+    def follow(self, one: Ints, other: Ints, body: _Rows, a: Ints, b: Ints) -> Flags:
+        """Return in which pairs one body follows the other closely along its way."""
+        count = len(self._courses)
+        pairs, number = np.unique(one * count + other, return_inverse=True)
+        known = [self._relation(*divmod(int(pair), count)) for pair in pairs]
+        relation = np.array(known, dtype=np.float64).reshape(-1, 3)[number.reshape(-1)]
+        # Fronts as metres behind a point that both pass; not a number where there is none.
+        s, t = body.at_m[a] + relation[:, 0], body.at_m[b] + relation[:, 1]
+        first = np.where(s >= t, a, b)
+        gap = np.abs(s - t) - body.length_m[first]
+        # Where ways join, the first is followed only once all of it is on the common way.
+        joined = body.at_m[first] + relation[:, 2] >= body.length_m[first]
+        return np.asarray(joined & (gap < _FOLLOWS_M))
+
+    def _relation(self, one: int, other: int) -> tuple[float, float, float]:
+        """Return what to add to the two fronts' positions, and how long the common way behind the first is."""
+        mine, theirs = self._courses[one], self._courses[other]
+        behind = dict(self._behind(mine))
+        for lane, metres in self._behind(theirs):
+            if lane in behind:
+                return behind[lane], metres, math.inf
+        ahead = self._leads.get(mine.lane, {})
+        if theirs.lane in ahead:
+            return 0.0, ahead[theirs.lane], self._common_m(theirs, ahead)
+        ahead = self._leads.get(theirs.lane, {})
+        if mine.lane in ahead:
+            return ahead[mine.lane], 0.0, self._common_m(mine, ahead)
+        return math.nan, math.nan, 0.0
+
+    def _common_m(self, course: Course, ahead: Mapping[str, float]) -> float:
+        """Return how much of the lanes behind the front's own lies ahead of another lane too [m]."""
+        metres = 0.0
+        for lane in course.before:
+            if lane not in ahead:
+                break
+            metres += self._length_m[lane]
+        return metres
+
+    def _behind(self, course: Course) -> Iterator[tuple[str, float]]:
+        """Yield the lanes of a course with how far behind the beginning of its own each begins [m]."""
+        yield course.lane, 0.0
+        metres = 0.0
+        for lane in course.before:
+            metres += self._length_m[lane]
+            yield lane, metres

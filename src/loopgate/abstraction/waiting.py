@@ -1,0 +1,58 @@
+"""Where on a lane a vehicle may wait: out of reach of all bodies that do not follow it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from loopgate.abstraction.swept import Touches
+from loopgate.network.road import RoadNetwork
+
+__all__ = ["Part", "waiting_parts"]
+
+_BACK_M = 0.5
+"""How far from the last body that is touched a waiting one stays [m]: they are looked at so far apart."""
+
+
+class Part(NamedTuple):
+    """A part of a lane [m]."""
+
+    begin_m: float
+    end_m: float
+
+
+def waiting_parts(network: RoadNetwork, touches: Touches) -> Mapping[str, Part]:
+    """Find on each lane with touches the longest part in which no body touches another way.
+
+    A body in a part has its rear behind the part's beginning and its front before its end. Stop lines move
+    back from where others swing out over them, and a vehicle counts as under way until its rear is where
+    nobody passes any more. Lanes that are not named are free all along.
+
+    Parameters
+    ----------
+    network
+        The roads.
+    touches
+        Of all courses that are driven.
+    """
+    touched: dict[str, set[tuple[float, float]]] = {}
+    for touch in touches.rows():
+        lane = network.lanes[touch.one.lane]
+        if not lane.internal and touch.at_m >= touch.length_m:
+            touched.setdefault(lane.id, set()).add((touch.at_m, touch.length_m))
+    return {lane: _longest(network.lanes[lane].length_m, fronts) for lane, fronts in touched.items()}
+
+
+def _longest(length_m: float, fronts: set[tuple[float, float]]) -> Part:
+    """Return the longest part: each front that touches lies beyond its end, or the rear before its beginning."""
+    rows = sorted(fronts)
+    best = Part(0.0, 0.0)
+    begin = 0.0
+    for number in range(len(rows) + 1):
+        end = rows[number][0] - _BACK_M if number < len(rows) else length_m
+        if end - begin > best.end_m - best.begin_m:
+            best = Part(begin, end)
+        if number < len(rows):
+            front, length = rows[number]
+            begin = max(begin, front - length + _BACK_M)
+    return best
