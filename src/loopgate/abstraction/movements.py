@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
@@ -11,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from loopgate.abstraction.swept import Course, Touches
+from loopgate.abstraction.swept import BETWEEN_M, Course, Touches
 from loopgate.abstraction.waiting import Part
 from loopgate.network.records import Connection
 from loopgate.network.road import RoadNetwork
@@ -109,8 +110,8 @@ def find_conflicts(
         _add(foes, one, other)
         if one != other and frozenset((one, other)) not in known:
             unlisted.add((one, other))
-        far = lengths[one] if one != other and _same_end(by_id[one], by_id[other]) else begin
-        overlaps[one][other] = begin, max(end, far)
+        joins = one != other and _same_end(by_id[one], by_id[other])
+        overlaps[one][other] = begin - BETWEEN_M, max(end + BETWEEN_M, lengths[one] if joins else -math.inf)
     return Conflicts(
         foes={name: frozenset(found) for name, found in foes.items()},
         overlaps=overlaps,
@@ -163,7 +164,7 @@ class _UnderWay:
     def rows(
         self, courses: Sequence[Course], course: Ints, at_m: Floats, length_m: Floats, touched_m: Floats
     ) -> pd.DataFrame:
-        """Return for each touch the movements, and where on them front and rear are after their beginning [m].
+        """Return for each touch the movements, and where on them front and rear are [m].
 
         Parameters
         ----------

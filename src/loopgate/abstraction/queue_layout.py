@@ -310,7 +310,7 @@ def _course(loop: Loop, here: _Piece, between: Sequence[_Piece], after: _Piece) 
     yield Target(after.edge, after.lane, after.at_m, _ahead_m(loop, here, after))
 
 
-def _legs(  # noqa: PLR0913  one per table that a leg is made from
+def _legs(
     network: RoadNetwork,
     loop: Loop,
     chain: Sequence[_Piece],

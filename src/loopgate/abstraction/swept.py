@@ -24,16 +24,22 @@ Flags = npt.NDArray[np.bool_]
 SIDE_M = 0.2
 """Room that a body keeps on either side [m]: two bodies are kept apart by twice that."""
 
-END_M = 0.5
+END_M = 0.25
 """Room before and behind a body [m]: bodies are looked at every so often along their way."""
 
 _EVERY_M = 1.0
 """How far apart the fronts are at which bodies are looked at [m]; half of it near the ends of lanes."""
 
+BETWEEN_M = 0.25
+"""Half of what lies between two fronts that are looked at near the ends of lanes [m]."""
+
 _ENDS_M = 15.0
 
 _FOLLOWS_M = 4.0
 """A vehicle this near behind another, along the way, follows it, and keeps its gap by itself [m]."""
+
+_LOOK_BACK_M = 30.0
+"""How far behind the longest body two ways are looked at to see whether they come from one lane [m]."""
 
 _ABOVE_M = 2.5
 """Lanes that lie so far above one another do not touch [m]."""
@@ -104,7 +110,7 @@ def _along(network: RoadNetwork, loop: Loop, reach_m: float) -> Iterator[Course]
             lanes.append((span.lane_id, False))
     for number, (lane, changed) in enumerate(lanes):
         before: list[str] = []
-        left_m = 0.0 if changed else reach_m + _FOLLOWS_M + 2 * END_M
+        left_m = 0.0 if changed else reach_m + _LOOK_BACK_M
         back = number - 1
         while (left_m > 0.0 or (before and before[-1].startswith(":"))) and back > number - len(lanes):
             name, here_changed = lanes[back]
@@ -199,7 +205,7 @@ def _touched(body: _Rows, one: Ints, other: Ints) -> Floats:
 
 
 class _Rows(NamedTuple):
-    """Bodies: position of the front on its lane, length, centre, direction, half of length and width, height."""
+    """Bodies: where the front is on its lane, length, centre, direction, half of length and width, height."""
 
     at_m: Floats
     length_m: Floats
@@ -332,12 +338,12 @@ class _Ways:
         s, t = body.at_m[a] + relation[:, 0], body.at_m[b] + relation[:, 1]
         first = np.where(s >= t, a, b)
         gap = np.abs(s - t) - body.length_m[first]
-        # Where ways join, the first is followed only once all of it is on the common way.
+        # Where ways join, one is followed only once all of it is on the common way.
         joined = body.at_m[first] + relation[:, 2] >= body.length_m[first]
         return np.asarray(joined & (gap < _FOLLOWS_M))
 
     def _relation(self, one: int, other: int) -> tuple[float, float, float]:
-        """Return what to add to the two fronts' positions, and how long the common way behind the first is."""
+        """Return what to add to the positions of the fronts, and how long the first is on the common way."""
         mine, theirs = self._courses[one], self._courses[other]
         behind = dict(self._behind(mine))
         for lane, metres in self._behind(theirs):

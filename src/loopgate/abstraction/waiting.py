@@ -38,13 +38,13 @@ def waiting_parts(network: RoadNetwork, touches: Touches) -> Mapping[str, Part]:
     touched: dict[str, set[tuple[float, float]]] = {}
     for touch in touches.rows():
         lane = network.lanes[touch.one.lane]
-        if not lane.internal and touch.at_m >= touch.length_m:
+        if not lane.internal and touch.at_m >= touch.length_m - _BACK_M:
             touched.setdefault(lane.id, set()).add((touch.at_m, touch.length_m))
     return {lane: _longest(network.lanes[lane].length_m, fronts) for lane, fronts in touched.items()}
 
 
 def _longest(length_m: float, fronts: set[tuple[float, float]]) -> Part:
-    """Return the longest part: each front that touches lies beyond its end, or the rear before its beginning."""
+    """Return the longest part: of each body that touches the front lies beyond it, or the rear before it."""
     rows = sorted(fronts)
     best = Part(0.0, 0.0)
     begin = 0.0

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from math import radians, sin
 from pathlib import Path
 from typing import Any
 
@@ -14,13 +13,14 @@ import numpy.typing as npt
 import pandas as pd
 
 from loopgate.audit.bodies import overlapping
-from loopgate.audit.drawing import find_drawn, unsaid
+from loopgate.audit.drawing import conflicts_by_loop, find_meetings, lies_above
 from loopgate.audit.exclusion import Clash, Exclusion, Passages
 from loopgate.audit.layout import Layout
 from loopgate.audit.position_table import Positions, read_positions
 from loopgate.audit.stretches import lay_stretches
 from loopgate.audit.trace_audit import Finding
 from loopgate.audit.travel import LoopTable, Traveller
+from loopgate.audit.unsaid import unsaid
 from loopgate.results.columns import EVENT, TIME, VEHICLE, Event
 
 __all__ = ["PositionAudit", "audit_positions"]
@@ -30,9 +30,6 @@ _MOST_FINDINGS = 200
 
 _TOLERANCE_M = 0.1
 """How far a front may be beyond the end of its leg [m]: SUMO's own tolerance for stops."""
-
-_ALONG = 0.17
-"""Sine of the angle [1], ten degrees, up to which two roads run along each other."""
 
 _LONG_STAND_S = 3.0
 """A stand in a crossing for longer than this is counted [s]: for less, a vehicle may follow another."""
@@ -61,8 +58,8 @@ def audit_positions(
     - *crossing*: bodies of two conflicting movements are never on the stretch that the two share at once;
     - *drawn*: the same for the stretches found anew from the drawn lanes, so that a conflict or a part of
       a stretch that the abstraction has missed shows;
-    - *conflict*: of a crossing as drawn, the abstraction knows the foes and the whole stretch (no positions
-      needed);
+    - *conflict*: of a crossing as drawn, the abstraction knows the foes and the whole stretch, and nothing is
+      drawn over a place where a vehicle may wait (no positions needed);
     - *bodies*: no two bodies, as rectangles on the ground where SUMO says they are, overlap;
     - *room*: never more bodies on a place than it holds;
     - *ahead*: no front is beyond the place last granted before that step;
@@ -99,12 +96,12 @@ class _Audit:
         )
         self._lanes = {lane: number for number, lane in enumerate(lanes)}
         self._lane_names = list(lanes)
-        drawn = find_drawn(layout)
+        drawn = find_meetings(layout)
         self._findings: list[Finding] = []
         self._told: Counter[str] = Counter()
         for one, other, text in unsaid(layout, drawn):
             self._add(0.0, "", one, "conflict", f"{one} and {other} {text}")
-        stretches = lay_stretches(layout, drawn)
+        stretches = lay_stretches(layout, conflicts_by_loop(layout, drawn))
         self._exclusion = Exclusion(stretches.groups)
         self._groups = stretches.groups
         tables = {
@@ -243,8 +240,7 @@ class _Audit:
         hits = overlapping(positions, self._length_m[vehicle], self._width_m[vehicle])
         for a, b in hits[np.argsort(positions.time_s[hits[:, 0]], kind="stable")].tolist():
             lanes = str(positions.lane_name[a]), str(positions.lane_name[b])
-            turned = float(positions.angle_deg[a] - positions.angle_deg[b])
-            if not _on_one_level(lanes, turned):
+            if lies_above(self._layout, *lanes):
                 continue
             time = float(positions.time_s[a])
             pair = (int(vehicle[a]), int(vehicle[b]))
@@ -277,18 +273,6 @@ def _times(
             for name, group in rows.groupby(VEHICLE, sort=False)[TIME]:
                 times.setdefault(str(name), []).append(group.to_numpy(dtype=np.float64))
     return [{name: np.concatenate(parts) for name, parts in times.items()} for times in found]
-
-
-def _on_one_level(lanes: tuple[str, str], turned_deg: float) -> bool:
-    """Return whether bodies that overlap as drawn can be on one level.
-
-    Where a road is drawn across another outside of junctions, it passes above it. Roads drawn along each
-    other, like the two directions of a narrow street, do not. A body whose rear is in a curve is no straight
-    rectangle: leaving a junction it may seem to brush one that waits beside.
-    """
-    if any(lane.startswith(":") for lane in lanes):
-        return True
-    return abs(sin(radians(turned_deg))) < _ALONG
 
 
 def _choose(positions: Positions, mask: npt.NDArray[np.bool_]) -> Positions:

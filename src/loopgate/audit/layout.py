@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -17,11 +17,21 @@ Stretch = tuple[float, float]
 
 @dataclass(frozen=True, slots=True)
 class Span:
-    """A lane of a loop: arc length [m] at its beginning and end, and the lanes a vehicle may be on there."""
+    """A lane of a loop: arc length [m] at its beginning and end, and the lanes a vehicle may be on there.
+
+    The first of these is the one on which it leaves; `entered` names the one on which it comes, if that is
+    another.
+    """
 
     begin_m: float
     end_m: float
     lanes: tuple[str, ...]
+    entered: str = ""
+
+    @property
+    def driven(self) -> tuple[str, ...]:
+        """The lanes on which it comes and leaves, one or two."""
+        return (self.entered, self.lanes[0]) if self.entered else self.lanes[:1]
 
     @property
     def internal(self) -> bool:
@@ -85,7 +95,9 @@ class Layout:
     movements
         The lanes inside the junction that each movement named in a crossing uses, in driving order.
     shapes
-        Centre lines of the lanes inside junctions [m], by lane.
+        Centre lines of lanes [m], by lane.
+    heights
+        How high lanes lie in the middle [m]; none where the network is flat.
     """
 
     step_s: float
@@ -94,6 +106,7 @@ class Layout:
     vehicles: Mapping[str, VehicleBody]
     movements: Mapping[str, tuple[str, ...]]
     shapes: Mapping[str, tuple[tuple[float, float], ...]]
+    heights: Mapping[str, float] = field(default_factory=dict)
 
 
 def write_layout(layout: Layout, file: Path) -> None:
@@ -118,6 +131,7 @@ def read_layout(file: Path) -> Layout:
             vehicles={name: VehicleBody(**body) for name, body in data["vehicles"].items()},
             movements={name: tuple(lanes) for name, lanes in data["movements"].items()},
             shapes={lane: tuple((x, y) for x, y in shape) for lane, shape in data["shapes"].items()},
+            heights=data["heights"],
         )
     except OSError as error:
         msg = f"{file}: cannot read the layout ({error.strerror or error})"
@@ -130,7 +144,7 @@ def read_layout(file: Path) -> Layout:
 def _loop(data: Mapping[str, Any]) -> LoopWay:
     return LoopWay(
         length_m=data["length_m"],
-        spans=tuple(Span(s["begin_m"], s["end_m"], tuple(s["lanes"])) for s in data["spans"]),
+        spans=tuple(Span(s["begin_m"], s["end_m"], tuple(s["lanes"]), s["entered"]) for s in data["spans"]),
         legs=tuple(
             Leg(
                 leg["state"],

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
+from statistics import fmean
 
 from loopgate.abstraction.itinerary import Crossing, Itinerary
 from loopgate.audit.layout import Layout, Leg, LoopWay, Span, VehicleBody
 from loopgate.audit.position_table import ATTRIBUTES
+from loopgate.network import LaneSpan
 from loopgate.simulation.assembly import Assembly
 
 __all__ = ["make_layout", "record_positions"]
@@ -47,9 +49,10 @@ def make_layout(assembly: Assembly, step_s: float) -> Layout:
             start.loop.id, start.type.length_m, start.type.width_m, start.front_m, robot.start
         )
         if start.loop.id not in loops:
-            spans = tuple(Span(s.begin_m, s.end_m, s.lane_ids) for s in start.loop.spans)
+            spans = tuple(_span(s) for s in start.loop.spans)
             loops[start.loop.id] = LoopWay(start.loop.length_m, spans, _legs(itinerary))
-    inside = sorted({span.lanes[0] for loop in loops.values() for span in loop.spans if span.internal})
+    lanes = assembly.network.lanes
+    driven = sorted({lane for loop in loops.values() for span in loop.spans for lane in span.driven})
     named = {c for loop in loops.values() for leg in loop.legs for c, _ in leg.crossings}
     return Layout(
         step_s=step_s,
@@ -61,8 +64,14 @@ def make_layout(assembly: Assembly, step_s: float) -> Layout:
         loops=loops,
         vehicles=vehicles,
         movements={c.id: c.via for c in assembly.network.connections if c.id in named},
-        shapes={lane: assembly.network.lanes[lane].shape for lane in inside},
+        shapes={lane: lanes[lane].shape for lane in driven},
+        heights={lane: fmean(lanes[lane].heights) for lane in driven if lanes[lane].heights},
     )
+
+
+def _span(span: LaneSpan) -> Span:
+    changed = not span.internal and span.lane_in != span.lane
+    return Span(span.begin_m, span.end_m, span.lane_ids, f"{span.edge}_{span.lane_in}" if changed else "")
 
 
 def _legs(itinerary: Itinerary) -> tuple[Leg, ...]:
