@@ -9,7 +9,8 @@ from typing import Any
 
 import click
 
-from loopgate.cli.main import EXIT_DEADLOCK, EXIT_INTERRUPTED
+from loopgate.cli.interrupts import EXIT_INTERRUPTED
+from loopgate.cli.main import EXIT_DEADLOCK
 from loopgate.simulation.loop_run import Course
 from loopgate.simulation.scenario import ABSTRACTIONS, LIGHTS, ON_DEADLOCK, Scenario, read_scenario
 
@@ -27,7 +28,10 @@ __all__ = ["run"]
       loopgate run scenario.toml --seed 2 -o out/seed2
 
     \b
-    Exit codes: 0 done, 2 bad input, 3 deadlock, 130 interrupted.
+    Exit codes: 0 done, 2 bad input or a full disk, 3 deadlock, 130 interrupted.
+
+    \b
+    Ctrl-C, SIGTERM and SIGHUP interrupt: the run folder then holds the results up to that moment.
     """
 )
 @click.argument("network")
