@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from loopgate.errors import ResultsError, SweepError
+from loopgate.folders import remove_abandoned
 from loopgate.results import row_columns as c
 from loopgate.sweep.description import Point, Sweep
 from loopgate.sweep.files import PackedFile, pack
@@ -220,7 +221,10 @@ def _executor(
     except BaseException:
         local.shutdown(cancel_futures=True)
         raise
-    local.shutdown()
+    else:
+        local.shutdown()
+    finally:
+        remove_abandoned()  # of workers that were ended in the middle of a run
 
 
 def _from_here(path: Path) -> str:

@@ -10,7 +10,6 @@ their content, written before the row.
 from __future__ import annotations
 
 import contextlib
-import errno
 import json
 import os
 import uuid
@@ -20,9 +19,10 @@ from typing import Any, BinaryIO, Self
 
 import pyarrow as pa
 import pyarrow.parquet as pq
-from filelock import FileLock, Timeout
 
+from loopgate.disk import DISK_FULL, disk_error
 from loopgate.errors import ResultsError
+from loopgate.folders import FolderLock
 from loopgate.results import row_columns as c
 from loopgate.results.row_schema import ROW_SCHEMA
 from loopgate.sweep.task import Result
@@ -34,7 +34,6 @@ _PART = "row-"
 _CHUNK = "chunk-"
 _TEMPORARY = ".tmp"
 _MERGE_AT = 256
-_DISK_FULL = {errno.ENOSPC, errno.EDQUOT}
 
 
 class Store:
@@ -60,14 +59,12 @@ class Store:
         with self._explained():
             self._rows.mkdir(parents=True, exist_ok=True)
             self._edges.mkdir(exist_ok=True)
-            self._lock = FileLock(folder / ".lock")
-            try:
-                self._lock.acquire(timeout=0)
-            except Timeout as error:
+            self._lock = FolderLock(folder)
+            if not self._lock.acquire():
                 msg = (
                     f"{folder}: another sweep is writing to it; wait for it, or choose another folder with -o"
                 )
-                raise ResultsError(msg) from error
+                raise ResultsError(msg)
         self._attempts: dict[str, tuple[int, str]] = {}
         try:
             self._recover()
@@ -171,12 +168,9 @@ class Store:
         try:
             yield
         except OSError as error:
-            what = error.strerror or str(error)
-            if error.errno in _DISK_FULL:
-                msg = (
-                    f"{self.folder}: {what.lower()}; all rows written so far are safe. Free some space and "
-                    "run the same command again: it goes on where it stopped"
-                )
+            what = disk_error(error)
+            if error.errno in DISK_FULL:
+                msg = f"{self.folder}: {what}; all rows so far are safe, and it goes on where it stopped"
             else:
                 msg = f"{self.folder}: cannot be written ({what})"
             raise ResultsError(msg) from error
