@@ -32,7 +32,7 @@ class _Interrupt:
 
 
 def listen() -> None:
-    """Let SIGINT, SIGTERM and SIGHUP raise `KeyboardInterrupt`, save those that are ignored, as under nohup."""
+    """Let SIGINT, SIGTERM and SIGHUP raise `KeyboardInterrupt`, except where they are ignored (nohup)."""
     if threading.current_thread() is not threading.main_thread():
         return  # handlers are the main thread's
     handler = _Interrupt()

@@ -24,6 +24,7 @@ from loopgate.disk import DISK_FULL, disk_error
 from loopgate.errors import ResultsError
 from loopgate.folders import FolderLock
 from loopgate.results import row_columns as c
+from loopgate.results.reading import other_columns, read_rows
 from loopgate.results.row_schema import ROW_SCHEMA
 from loopgate.sweep.task import Result
 
@@ -137,14 +138,19 @@ class Store:
                 left.unlink()
         for file in sorted(self._rows.glob("*.parquet")):
             try:
-                table = pq.read_table(file, columns=[c.KEY, c.ATTEMPT, c.STATUS]).to_pylist()
-            except (pa.ArrowInvalid, OSError) as error:
-                msg = (
-                    f"{file}: not a readable Parquet file ({error}); the disk may have lost it. "
-                    "Remove it and run the same command again: its rows will be made anew"
-                )
+                table = read_rows(file, [c.KEY, c.ATTEMPT, c.STATUS])
+            except (ResultsError, OSError) as error:
+                msg = f"{error}; remove it and run the same command again: its rows will be made anew"
                 raise ResultsError(msg) from error
-            for row in table:
+            other = other_columns(file)
+            if other is not None and other[1]:
+                # A merge would lose them.
+                msg = (
+                    f"{file}: made by another version of loopgate, with columns that this one does not know "
+                    f"({other[1]}); go on with that version, or choose another folder with -o"
+                )
+                raise ResultsError(msg)
+            for row in table.to_pylist():
                 if row[c.ATTEMPT] >= self.attempts(row[c.KEY]):
                     self._attempts[row[c.KEY]] = (row[c.ATTEMPT], row[c.STATUS])
 
