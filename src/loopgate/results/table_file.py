@@ -43,8 +43,14 @@ class TableFile:
         self._broken = False
         with writing(file):
             self._stream = file.open("wb")
-            self._reserve(0)
-            self._writer = pq.ParquetWriter(self._stream, schema, compression="zstd", write_statistics=False)
+            try:
+                self._reserve(0)
+                self._writer = pq.ParquetWriter(
+                    self._stream, schema, compression="zstd", write_statistics=False
+                )
+            except BaseException:
+                self._stream.close()
+                raise
 
     def write(self, table: pa.Table) -> None:
         """Write a piece.
