@@ -53,9 +53,7 @@ def lacks(file: Path, missing: Iterable[str], made_by: str, *, what: str = "colu
     msg = f"{file}: it has no {what} {_listed(missing)}"
     if made_by in {"", ours}:
         return ResultsError(f"{msg}, which loopgate {ours} expects; make it again")
-    return ResultsError(
-        f"{msg}: loopgate {made_by} made it, this is {ours}; make it again, or read it with that"
-    )
+    return ResultsError(f"{msg}: loopgate {made_by} made it, this is {ours}; make it again, or use {made_by}")
 
 
 def read_table(
