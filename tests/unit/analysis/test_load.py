@@ -136,7 +136,7 @@ def test_a_column_of_another_type(results: Path) -> None:
     """One line, no traceback of a library."""
     (file,) = (results / "rows").iterdir()
     rows = pq.read_table(file)
-    pq.write_table(rows.set_column(ROW_SCHEMA.get_field_index("laps"), "laps", [["many"] * len(rows)]), file)
+    pq.write_table(rows.set_column(ROW_SCHEMA.get_field_index("laps"), "laps", [[[1]] * len(rows)]), file)
     with pytest.raises(ResultsError, match=r"\.parquet: not a readable Parquet file"):
         read_results(results)
 
