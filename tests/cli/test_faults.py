@@ -122,14 +122,14 @@ def test_sigterm_leaves_the_results_up_to_then(ended: Ended) -> None:
     assert not list(ended.out.glob(".*"))
 
 
-def test_a_run_that_keeps_nothing_leaves_nothing_when_its_terminal_goes(tmp_path: Path) -> None:
+def test_a_run_that_keeps_nothing_leaves_nothing_when_it_is_told_to_end(tmp_path: Path) -> None:
     """The summary is printed all the same; what a killed run had left went when this one began."""
     (tmp_path / "loopgate-killed").mkdir()
     (tmp_path / "loopgate-killed" / ".loopgate-temporary").touch()
     with begun(*RING, *ENDLESS, disk=tmp_path) as process:
         (folder,) = tmp_path.iterdir()
         assert (folder / "events.parquet").exists()
-        process.send_signal(signal.SIGHUP)
+        process.send_signal(signal.SIGTERM)
         stdout, _ = process.communicate(timeout=30)
     assert process.returncode == 130
     assert json.loads(stdout)["outcome"] == "interrupted"
@@ -147,6 +147,8 @@ def test_sigterm_ends_a_sweep_its_workers_and_their_folders(tmp_path: Path) -> N
     words = ("sweep", tmp_path / "s.toml", "--runner", runner, "-j", "1", "-o", tmp_path / "out")
     with begun(*words, disk=tmp_path / "disk", wait_for=tmp_path / "hangs") as process:
         assert list((tmp_path / "disk").iterdir())
+        while not list((tmp_path / "out" / "rows").glob("*.parquet")):
+            time.sleep(0.05)
         process.send_signal(signal.SIGTERM)
         _, stderr = process.communicate(timeout=20)
         wait_until_gone(process.pid)

@@ -13,7 +13,7 @@ NUMBERS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 @pytest.fixture(autouse=True)
 def _handlers() -> Iterator[None]:
-    before = [signal.getsignal(number) for number in NUMBERS]
+    before = [signal.signal(number, signal.default_int_handler) for number in NUMBERS]
     yield
     for number, handler in zip(NUMBERS, before, strict=True):
         signal.signal(number, handler)
