@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
 import pyarrow as pa
-import pyarrow.parquet as pq
 
-from loopgate.analysis.rows import read_run_row
+from loopgate.analysis.rows import read_run_row, read_summary
 from loopgate.errors import ResultsError
+from loopgate.results import columns as run
 from loopgate.results import row_columns as c
+from loopgate.results.reading import maker, other_columns, read_rows, read_table
 from loopgate.results.row_schema import ROW_SCHEMA
 
 __all__ = ["Results", "Run", "read_results", "read_run"]
@@ -49,6 +51,8 @@ class Results:
     """For each `EDGE_SET` its edges, in the order of the lists: `EDGE`, `EDGE_LENGTH` [m], `SHAPE`."""
     manifest: Mapping[str, Any] = field(default_factory=dict)
     """What the sweep consists of; empty for run folders without a sweep."""
+    notes: tuple[str, ...] = ()
+    """What to know of rows that another version of loopgate made."""
 
 
 def read_run(folder: Path | str) -> Run:
@@ -57,20 +61,21 @@ def read_run(folder: Path | str) -> Run:
     Raises
     ------
     ResultsError
-        If a file of it is missing or cannot be read.
+        If a file of it is missing, cannot be read, or lacks a column.
     """
     folder = Path(folder)
-    try:
-        return Run(
-            folder=folder,
-            summary=json.loads((folder / "summary.json").read_text(encoding="utf-8")),
-            events=pd.read_parquet(folder / "events.parquet"),
-            vehicles=pd.read_parquet(folder / "vehicles.parquet"),
-            edges=pd.read_parquet(folder / "edges.parquet"),
-        )
-    except (OSError, ValueError) as error:
-        msg = f"{folder}: not a readable run folder ({' '.join(str(error).split())[:200]})"
-        raise ResultsError(msg) from error
+    summary = read_summary(folder)
+    made_by = maker(summary)
+    events = read_table(folder / "events.parquet", run.EVENT_COLUMNS[:5], made_by=made_by)
+    if run.STAGE not in events:  # there were no stages once
+        events[run.STAGE] = ""
+    return Run(
+        folder=folder,
+        summary=summary,
+        events=events,
+        vehicles=read_table(folder / "vehicles.parquet", run.VEHICLE_COLUMNS, made_by=made_by),
+        edges=read_table(folder / "edges.parquet", run.EDGE_COLUMNS, made_by=made_by),
+    )
 
 
 def read_results(folder: Path | str) -> Results:
@@ -79,15 +84,19 @@ def read_results(folder: Path | str) -> Results:
     Raises
     ------
     ResultsError
-        If it is none of these, or a file cannot be read.
+        If it is none of these, a file cannot be read, or lacks what the analysis cannot do without.
     """
     folder = Path(folder)
     if (folder / "rows").is_dir():
-        rows = _latest(_read_rows(folder / "rows"))
-        edge_sets = {file.stem: _read(file) for file in sorted((folder / "edges").glob("*.parquet"))}
-        manifest = folder / "sweep.json"
-        known = json.loads(manifest.read_text(encoding="utf-8")) if manifest.is_file() else {}
-        return Results(folder, _with_varying_keys(rows), edge_sets, known)
+        rows, notes = _read_rows(folder / "rows")
+        named = (run.EDGE, run.EDGE_LENGTH, run.SHAPE)
+        edge_sets = {
+            file.stem: read_table(file, named, made_by="")
+            for file in sorted((folder / "edges").glob("*.parquet"))
+        }
+        return Results(
+            folder, _with_varying_keys(_latest(rows)), edge_sets, _manifest(folder / "sweep.json"), notes
+        )
     runs = [folder] if (folder / "summary.json").is_file() else _run_folders(folder)
     if not runs:
         msg = f"{folder}: no results; expected rows/ (a sweep), summary.json (a run) or a folder of runs"
@@ -101,18 +110,19 @@ def _run_folders(folder: Path) -> list[Path]:
 
 def _from_runs(folder: Path, runs: list[Path]) -> Results:
     rows, edge_sets = [], {}
-    for run in runs:
-        row, edges = read_run_row(run)
-        rows.append({**row, c.KEY: run.name, c.ATTEMPT: 1})
+    for one in runs:
+        row, edges = read_run_row(one)
+        rows.append({**row, c.KEY: one.name, c.ATTEMPT: 1})
         edge_sets[row[c.EDGE_SET]] = edges
     return Results(folder, pa.Table.from_pylist(rows, schema=ROW_SCHEMA).to_pandas(), edge_sets)
 
 
-def _read_rows(folder: Path) -> pd.DataFrame:
+def _read_rows(folder: Path) -> tuple[pd.DataFrame, tuple[str, ...]]:
     for left in reversed(range(_READ_TRIES)):
         files = sorted(folder.glob("*.parquet"))
         try:
-            tables = [_read_table(file) for file in files]
+            tables = [read_rows(file) for file in files]
+            others = [other for file in files if (other := other_columns(file))]
             rows: pd.DataFrame = pa.concat_tables([ROW_SCHEMA.empty_table(), *tables]).to_pandas()
         except FileNotFoundError as error:
             if not left:
@@ -120,31 +130,30 @@ def _read_rows(folder: Path) -> pd.DataFrame:
                 raise ResultsError(msg) from error
             time.sleep(0.2)
         else:
-            return rows
+            return rows, tuple(_notes(folder, others))
     raise AssertionError  # the loop returns or raises
 
 
-def _read_table(file: Path) -> pa.Table:
+def _notes(folder: Path, others: list[tuple[str, str]]) -> Iterator[str]:
+    missing, besides = (Counter(one[which] for one in others if one[which]) for which in (0, 1))
+    for names, files in missing.items():
+        yield f"{folder}: another version made {files} files, without {names}: not known of those runs"
+    for names, files in besides.items():
+        yield f"{folder}: another version made {files} files, with more columns, not read: {names}"
+
+
+def _manifest(file: Path) -> Mapping[str, Any]:
+    if not file.is_file():
+        return {}
     try:
-        return pq.read_table(file, schema=ROW_SCHEMA)
-    except FileNotFoundError:
-        raise
-    except (OSError, pa.ArrowInvalid) as error:
-        msg = f"{file}: not a readable Parquet file ({' '.join(str(error).split())[:200]})"
+        known = json.loads(file.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        msg = f"{file}: not a readable description of a sweep ({' '.join(str(error).split())[:200]})"
         raise ResultsError(msg) from error
-
-
-def _read(file: Path) -> pd.DataFrame:
-    frame: pd.DataFrame = _read_edges(file).to_pandas()
-    return frame
-
-
-def _read_edges(file: Path) -> pa.Table:
-    try:
-        return pq.read_table(file)
-    except (OSError, pa.ArrowInvalid) as error:
-        msg = f"{file}: not a readable Parquet file ({' '.join(str(error).split())[:200]})"
-        raise ResultsError(msg) from error
+    if not isinstance(known, dict):
+        msg = f"{file}: not a description of a sweep; expected a JSON object"
+        raise ResultsError(msg)
+    return known
 
 
 def _latest(rows: pd.DataFrame) -> pd.DataFrame:

@@ -17,8 +17,9 @@ from loopgate.analysis.trips import compute_laps
 from loopgate.errors import ResultsError
 from loopgate.results import columns as run
 from loopgate.results import row_columns as c
+from loopgate.results.reading import lacks, maker, read_table
 
-__all__ = ["LAP_GRID", "RunRow", "read_run_row", "run_row"]
+__all__ = ["LAP_GRID", "RunRow", "read_run_row", "read_summary", "run_row"]
 
 LAP_GRID = np.linspace(0.0, 1.0, 21)
 """Quantiles of the lap times that a row keeps."""
@@ -50,6 +51,18 @@ _SAME_NAME = (
 )
 
 
+_NEEDED = (
+    *(c.NETWORK, c.GATE, c.VEHICLES, c.LOOPS, c.SEED, c.DURATION),
+    *(c.LAPS, c.DISTANCE_KM, c.LAPS_PER_H, c.KM_PER_H, c.OUTCOME, c.DEADLOCKS),
+)
+"""Without these a summary says nothing; what else is missing is only not known of the run."""
+
+_EDGE_COLUMNS = (
+    *(run.EDGE, run.EDGE_LENGTH, run.SHAPE, run.VISITS, run.MEAN_REVISIT, run.MAX_REVISIT),
+    *(run.IDLENESS, run.EDGE_HOLD),
+)
+
+
 class RunRow(NamedTuple):
     """A row, and the edges that its lists per edge refer to."""
 
@@ -64,22 +77,52 @@ def read_run_row(folder: Path) -> RunRow:
     Raises
     ------
     ResultsError
-        If ``summary.json``, ``events.parquet`` or ``edges.parquet`` is missing or cannot be read.
+        If ``summary.json``, ``events.parquet`` or ``edges.parquet`` is missing, cannot be read, or lacks a
+        figure or column that the row cannot do without.
     """
+    summary = read_summary(folder)
+    missing = [name for name in _NEEDED if name not in summary]
+    made_by = maker(summary)
+    if missing:
+        raise lacks(folder / "summary.json", missing, made_by, what="figure")
     try:
         scenario = tomllib.loads((folder / "scenario.toml").read_text(encoding="utf-8"))
-        summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
-        kinds = [str(kind) for kind in (run.Event.START, run.Event.EDGE, run.Event.LAP)]
-        events = pd.read_parquet(
-            folder / "events.parquet", columns=list(run.EVENT_COLUMNS[:4]), filters=[(run.EVENT, "in", kinds)]
-        )
-        # A run that locks up while it warms up has measured nothing, and has no edges.
-        file = folder / "edges.parquet"
-        edges = pd.read_parquet(file) if file.exists() else pd.DataFrame(columns=list(run.EDGE_COLUMNS))
     except (OSError, ValueError) as error:
         msg = f"{folder}: not a readable run folder ({_one_line(error)})"
         raise ResultsError(msg) from error
+    kinds = [str(kind) for kind in (run.Event.START, run.Event.EDGE, run.Event.LAP)]
+    events = read_table(
+        folder / "events.parquet",
+        run.EVENT_COLUMNS[:4],
+        made_by=made_by,
+        only=True,
+        filters=[(run.EVENT, "in", kinds)],
+    )
+    # A run that locks up while it warms up has measured nothing, and has no edges.
+    file = folder / "edges.parquet"
+    edges = pd.DataFrame(columns=list(run.EDGE_COLUMNS))
+    if file.exists():
+        edges = read_table(file, _EDGE_COLUMNS, made_by=made_by)
     return run_row(scenario=scenario, summary=summary, events=events, edges=edges)
+
+
+def read_summary(folder: Path) -> Mapping[str, Any]:
+    """Return what ``summary.json`` of a run folder holds.
+
+    Raises
+    ------
+    ResultsError
+        If it is missing, cannot be read, or is no JSON object.
+    """
+    try:
+        summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        msg = f"{folder}: not a readable run folder ({_one_line(error)})"
+        raise ResultsError(msg) from error
+    if not isinstance(summary, dict):
+        msg = f"{folder / 'summary.json'}: not the summary of a run; expected a JSON object"
+        raise ResultsError(msg)
+    return summary
 
 
 def run_row(

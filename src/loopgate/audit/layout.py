@@ -8,6 +8,7 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
+from loopgate.disk import writing
 from loopgate.errors import ResultsError
 
 __all__ = ["Layout", "Leg", "LoopWay", "Span", "VehicleBody", "read_layout", "write_layout"]
@@ -110,8 +111,9 @@ class Layout:
 
 
 def write_layout(layout: Layout, file: Path) -> None:
-    """Write ``layout.json``."""
-    file.write_text(json.dumps(asdict(layout)) + "\n", encoding="utf-8")
+    """Write ``layout.json``; raise `ResultsError` if it cannot be written."""
+    with writing(file):
+        file.write_text(json.dumps(asdict(layout)) + "\n", encoding="utf-8")
 
 
 def read_layout(file: Path) -> Layout:

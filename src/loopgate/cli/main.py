@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import importlib
+import os
 import sys
 from typing import cast
 
 import click
 
+from loopgate.cli.interrupts import EXIT_INTERRUPTED, listen
+from loopgate.disk import DISK_FULL, disk_error
 from loopgate.errors import LoopgateError
 
 __all__ = ["EXIT_BAD_INPUT", "EXIT_DEADLOCK", "EXIT_UNCLEAN", "cli", "main"]
@@ -15,7 +18,6 @@ __all__ = ["EXIT_BAD_INPUT", "EXIT_DEADLOCK", "EXIT_UNCLEAN", "cli", "main"]
 EXIT_DEADLOCK = 3
 EXIT_UNCLEAN = 4
 EXIT_BAD_INPUT = 2
-EXIT_INTERRUPTED = 130
 
 _COMMANDS: dict[str, str] = {
     "loops": "loopgate.cli.loops:loops",
@@ -56,8 +58,10 @@ def cli() -> None:
 
 def main() -> None:
     """Run the command line; errors of the package become one line on stderr and exit code 2."""
+    listen()
     try:
         code = cli.main(standalone_mode=False)
+        sys.stdout.flush()
     except click.ClickException as error:
         error.show()
         code = EXIT_BAD_INPUT
@@ -66,5 +70,13 @@ def main() -> None:
         code = EXIT_INTERRUPTED
     except LoopgateError as error:
         click.echo(f"loopgate: {error}", err=True)
+        code = EXIT_BAD_INPUT
+    except OSError as error:
+        if error.errno not in DISK_FULL:
+            raise
+        # All that the package writes names its file; what is left is what it prints.
+        what = error.filename or "output"
+        click.echo(f"loopgate: {what}: cannot be written ({disk_error(error)})", err=True)
+        sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115, PTH123  else its end fails as well
         code = EXIT_BAD_INPUT
     sys.exit(code)

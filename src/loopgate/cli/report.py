@@ -26,6 +26,8 @@ def report(*, results: Path, out: Path | None, files: Path | None) -> None:
 
     with show_progress("report") as note:
         loaded = read_results(results)
+        for text in loaded.notes:
+            click.echo(f"loopgate: {text}", err=True)
         made = write_report(loaded, out or results / "report.html", files=files, report=note)
     beside = f", {made.figures} figures and {made.tables} tables in {made.files}" if made.files else ""
     click.echo(f"{made.page}{beside}")

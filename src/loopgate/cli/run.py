@@ -10,7 +10,8 @@ from typing import Any
 
 import click
 
-from loopgate.cli.main import EXIT_DEADLOCK, EXIT_INTERRUPTED, EXIT_UNCLEAN
+from loopgate.cli.interrupts import EXIT_INTERRUPTED
+from loopgate.cli.main import EXIT_DEADLOCK, EXIT_UNCLEAN
 from loopgate.simulation.loop_run import Course
 from loopgate.simulation.scenario import ABSTRACTIONS, LIGHTS, ON_DEADLOCK, Scenario, read_scenario
 
@@ -28,8 +29,11 @@ __all__ = ["exit_code", "run"]
       loopgate run scenario.toml --seed 2 -o out/seed2
 
     \b
-    Exit codes: 0 done, 2 bad input, 3 deadlock, 4 a gated run with a collision, an overrun, a
-    trespass or another finding of the audit, 130 interrupted.
+    Exit codes: 0 done, 2 bad input or a full disk, 3 deadlock, 4 a gated run with a collision, an
+    overrun, a trespass or another finding of the audit, 130 interrupted.
+
+    \b
+    Ctrl-C, SIGTERM and SIGHUP interrupt: the run folder then holds the results up to that moment.
     """
 )
 @click.argument("network")

@@ -23,7 +23,12 @@ __all__ = ["sweep"]
 _SHOWN = 12  # lines of a dry run
 
 
-@click.command()
+@click.command(
+    epilog="""
+    \b
+    Exit codes: 0 done, 2 bad input or a full disk, 130 interrupted (Ctrl-C, SIGTERM, SIGHUP).
+    """
+)
 @click.argument("file", type=click.Path(path_type=Path))
 @click.option("-o", "--out", type=click.Path(path_type=Path), help="Results folder [default: out/NAME].")
 @click.option("-j", "--workers", type=click.IntRange(1), help="Processes [default: one per processor].")

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any, TextIO
 import click
 
 from loopgate.cli.progress import Report, show_progress
-from loopgate.errors import GateError, LoopgateError
+from loopgate.disk import writing
+from loopgate.errors import GateError
 from loopgate.model import Configuration, System, system_to_dict
 
 if TYPE_CHECKING:
@@ -69,7 +70,8 @@ def verify(  # noqa: PLR0913, PLR0917 - one parameter per option
     plan = _Plan(gate, seed, limit, walks, steps)
     with ExitStack() as stack:
         if certificates is not None:
-            plan.stream = stack.enter_context(_open_for_writing(certificates))
+            stack.enter_context(writing(certificates, keep=True))
+            plan.stream = stack.enter_context(certificates.open("w", encoding="utf-8"))
         what = "systems" if file is None else "configurations"
         report = stack.enter_context(show_progress(what, total=systems))
         found = plan.check(read_system(file), report) if file else plan.check_random(systems or 1, report)
@@ -78,14 +80,6 @@ def verify(  # noqa: PLR0913, PLR0917 - one parameter per option
     else:
         _print(plan.gate, found)
     ctx.exit(0 if found.holds else EXIT_BROKEN)
-
-
-def _open_for_writing(file: Path) -> TextIO:
-    try:
-        return file.open("w", encoding="utf-8")
-    except OSError as error:
-        msg = f"{file}: cannot write certificates ({error.strerror or error})"
-        raise LoopgateError(msg) from error
 
 
 @dataclass(slots=True)

@@ -8,6 +8,7 @@ import matplotlib as mpl
 import networkx as nx
 from matplotlib.figure import Figure
 
+from loopgate.disk import writing
 from loopgate.paper import printed
 from loopgate.paper.section5 import Evolution
 from loopgate.theory.digraph import digraph
@@ -29,7 +30,8 @@ def draw_live_rounds(means: dict[int, float], exact: float, file: Path) -> None:
     axes.axhline(exact, color="black", linewidth=0.8, label=f"exact, {exact:.4f}")
     axes.set(xlabel="rounds of an experiment", ylabel="share of live rounds", ylim=(0.27, 0.34))
     axes.legend()
-    figure.savefig(file, dpi=150)
+    with writing(file):
+        figure.savefig(file, dpi=150)
 
 
 def draw_fig11(rounds: Rounds, file: Path) -> None:
@@ -39,7 +41,8 @@ def draw_fig11(rounds: Rounds, file: Path) -> None:
     times = {name: spent["mean"] / 1000 for name, spent in rounds.decision_us.items()}
     axes.bar(list(times), list(times.values()))
     axes.set(ylabel="mean decision time [ms]", title=f"Fig. 11 on this machine, {rounds.rounds} rounds")
-    figure.savefig(file, dpi=150)
+    with writing(file):
+        figure.savefig(file, dpi=150)
 
 
 def draw_fig12(made: Evolution, file: Path) -> None:
@@ -69,4 +72,5 @@ def draw_fig12(made: Evolution, file: Path) -> None:
                           fontsize=5 if number is None else 8)  # fmt: skip
         axes.set_title(f"({panel}) after {step} moves", fontsize=9)
         axes.set_axis_off()
-    figure.savefig(file, dpi=110)
+    with writing(file):
+        figure.savefig(file, dpi=110)

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from loopgate.disk import writing
 from loopgate.gates import make_gate
 from loopgate.paper.figures import draw_fig11, draw_fig12, draw_live_rounds
 from loopgate.paper.section5 import Row, circuits, evolution, live_rounds, table1, with_algorithm2
@@ -40,9 +41,15 @@ def reproduce(
     -------
     dict
         ``rows`` (a list of ``what, printed, ours, why``), ``seconds`` and ``quick``.
+
+    Raises
+    ------
+    ResultsError
+        If a file cannot be written.
     """
     began = time.perf_counter()
-    out.mkdir(parents=True, exist_ok=True)
+    with writing(out):
+        out.mkdir(parents=True, exist_ok=True)
     rows, means = live_rounds(10 if quick else 100, seed, progress)
     system = instance("fig10")
     exact = count_runs(system, make_gate("collision", system)).live_probability
@@ -60,8 +67,9 @@ def reproduce(
         "quick": quick,
         "seconds": round(time.perf_counter() - began, 1),
     }
-    (out / "table.json").write_text(json.dumps(data, indent=1) + "\n", encoding="utf-8")
-    (out / "table.md").write_text(_markdown(rows), encoding="utf-8")
+    for name, text in (("table.json", json.dumps(data, indent=1) + "\n"), ("table.md", _markdown(rows))):
+        with writing(out / name):
+            (out / name).write_text(text, encoding="utf-8")
     return data
 
 

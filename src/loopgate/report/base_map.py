@@ -13,6 +13,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 
+from loopgate.disk import disk_error
 from loopgate.errors import ResultsError
 from loopgate.network.contacts import Floats
 from loopgate.network.loop import Loop
@@ -80,7 +81,8 @@ def base_map(
             Path(file).parent.mkdir(parents=True, exist_ok=True)
             figure.savefig(file, dpi=dpi, facecolor=GROUND)
         except (OSError, ValueError) as error:
-            msg = f"{file}: cannot write the picture ({error})"
+            why = disk_error(error) if isinstance(error, OSError) else error
+            msg = f"{file}: cannot write the picture ({why})"
             raise ResultsError(msg) from error
 
 

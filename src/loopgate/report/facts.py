@@ -35,7 +35,7 @@ def progress(results: Results) -> str:
 def facts(results: Results) -> list[tuple[str, str]]:
     """Return what was run, as names and values."""
     runs = results.runs
-    rows = [("Results", str(results.folder))]
+    rows = [("Results", str(results.folder)), *(("Note", note) for note in results.notes)]
     for name, column in (
         ("Networks", c.NETWORK),
         ("Gates", c.GATE),

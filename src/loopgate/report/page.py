@@ -19,6 +19,7 @@ from markupsafe import Markup
 from matplotlib.figure import Figure
 
 from loopgate.analysis.load import Results
+from loopgate.disk import disk_error, writing
 from loopgate.errors import ResultsError
 from loopgate.report.content import network_sections
 from loopgate.report.facts import commands, facts, failures, progress
@@ -75,7 +76,7 @@ def write_report(
     try:
         return _write(results, page, folder, report)
     except OSError as error:
-        msg = f"{error.filename or page}: cannot be written ({error.strerror or error})"
+        msg = f"{error.filename or folder}: cannot be written ({disk_error(error)})"
         raise ResultsError(msg) from error
 
 
@@ -105,7 +106,8 @@ def _write(results: Results, page: Path, folder: Path, report: Callable[[int, in
         again=shlex.join(["loopgate", "report", str(results.folder), "-o", str(page)]),
         files=folder.name if len(results.runs) else None,
     )
-    page.write_text(text, encoding="utf-8")
+    with writing(page):
+        page.write_text(text, encoding="utf-8")
     return ReportFiles(page, folder if len(results.runs) else None, writer.figures, writer.tables)
 
 

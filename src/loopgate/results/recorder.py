@@ -12,6 +12,7 @@ import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
 from loopgate.results.columns import EVENT, EVENT_COLUMNS, PLACE, REASON, STAGE, TIME, VEHICLE, Event
+from loopgate.results.table_file import TableFile
 
 __all__ = ["Recorder", "read_event_pieces", "read_events"]
 
@@ -22,10 +23,6 @@ _SCHEMA = pa.schema([(TIME, pa.float64()), *((name, _WORD) for name in _WORDS)])
 _WIDTH = len(_SCHEMA)
 
 
-def _writer(file: Path) -> pq.ParquetWriter:
-    return pq.ParquetWriter(file, _SCHEMA, compression="zstd", write_statistics=False)
-
-
 class Recorder:
     """Collects events and writes them in batches to ``events.parquet``.
 
@@ -34,6 +31,11 @@ class Recorder:
     file
         The file to write; None keeps nothing.
 
+    Raises
+    ------
+    ResultsError
+        If the disk is full, as do `note`, `passed` and `close`; the events before that can be read.
+
     Notes
     -----
     Words are kept as numbers from the moment they come in: most rows arrive by the thousand, from compiled
@@ -41,7 +43,7 @@ class Recorder:
     """
 
     def __init__(self, file: Path | None) -> None:
-        self._writer = _writer(file) if file else None
+        self._file = TableFile(file, _SCHEMA) if file else None
         self._codes: dict[str, int] = {"": 0}
         self._flat: list[float] = []
         self._passed: list[tuple[int, float, NDArray[np.int32]]] = []
@@ -55,7 +57,7 @@ class Recorder:
         self, time_s: float, vehicle: str, event: Event, place: str, reason: str = "", stage: str = ""
     ) -> None:
         """Record one event."""
-        if self._writer is None:
+        if self._file is None:
             return
         codes = self._codes
         try:
@@ -69,7 +71,7 @@ class Recorder:
 
     def passed(self, time_s: float, rows: NDArray[np.int32]) -> None:
         """Record one step: rows of the codes of vehicle, event and place, or of reason and stage too."""
-        if self._writer is None:
+        if self._file is None:
             return
         self._passed.append((len(self._flat) // _WIDTH, time_s, rows.copy()))
         self._passed_rows += len(rows)
@@ -78,13 +80,15 @@ class Recorder:
 
     def close(self) -> None:
         """Write what is left and finish the file; may be called twice."""
-        if self._writer is not None:
-            self._flush()
-            self._writer.close()
-            self._writer = None
+        if self._file is not None:
+            try:
+                self._flush()
+            finally:
+                self._file.close()
+                self._file = None
 
     def _flush(self) -> None:
-        if self._writer is None or not (self._flat or self._passed):
+        if self._file is None or not (self._flat or self._passed):
             return
         times, rows = self._rows()
         words = pa.array([str(word) for word in self._codes], type=pa.string())
@@ -92,10 +96,12 @@ class Recorder:
         arrays += [
             pa.DictionaryArray.from_arrays(pa.array(np.ascontiguousarray(column)), words) for column in rows.T
         ]
-        self._writer.write_table(pa.Table.from_arrays(arrays, schema=_SCHEMA))
+        # Before it is written: what finds no room once is not tried again, and an interruption that comes in
+        # the meantime is noticed after it, when nothing must be left that is written already.
         self._flat.clear()
         self._passed.clear()
         self._passed_rows = 0
+        self._file.write(pa.Table.from_arrays(arrays, schema=_SCHEMA))
 
     def _rows(self) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
         """Return times and words of all rows that wait to be written, in the order in which they came."""

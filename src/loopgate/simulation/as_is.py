@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from contextlib import ExitStack
 from math import nan
 from pathlib import Path
 from time import perf_counter
 from typing import Any
 from xml.etree import ElementTree as ET
 
+from loopgate.disk import writing
+from loopgate.errors import ResultsError
 from loopgate.network import read_sumo_config
 from loopgate.results.recorder import Recorder
 from loopgate.simulation import outcome
@@ -43,7 +46,8 @@ def run_as_is(scenario: Scenario, folder: Folder, tick: Tick, backend: str) -> d
     """
     began = perf_counter()
     config = read_sumo_config(scenario.network)
-    scenario.write(folder / outcome.SCENARIO)
+    with writing(folder / outcome.SCENARIO):
+        scenario.write(folder / outcome.SCENARIO)
     log = folder / outcome.SUMO_LOG
     trips = folder / _TRIPS
     options = [
@@ -52,23 +56,23 @@ def run_as_is(scenario: Scenario, folder: Folder, tick: Tick, backend: str) -> d
         *("--tripinfo-output", str(trips)),
         "--tripinfo-output.write-unfinished",
     ]
-    traffic = start_traffic(options, backend=backend, log=log)
-    recorder = Recorder(folder / outcome.EVENTS)
-    course = Course(begin_s=traffic.now_s)
-    watch = Watch(traffic, after_s=scenario.deadlock_after_s)
     standing: dict[str, tuple[float, tuple[float, float]]] = {}
-    try:
-        _drive(scenario, traffic, watch, recorder, course, tick)
-        standing = {v: (watch.standing_s(v), traffic.position(v)) for v in traffic.vehicles()}
-    except KeyboardInterrupt:
-        course.outcome = "interrupted"
-    finally:
+    with ExitStack() as stack:
+        traffic = start_traffic(options, backend=backend, log=log)
+        stack.callback(traffic.close)
+        recorder = Recorder(folder / outcome.EVENTS)
+        stack.callback(recorder.close)
+        course = Course(begin_s=traffic.now_s)
+        watch = Watch(traffic, after_s=scenario.deadlock_after_s)
+        try:
+            _drive(scenario, traffic, watch, recorder, course, tick)
+            standing = {v: (watch.standing_s(v), traffic.position(v)) for v in traffic.vehicles()}
+        except KeyboardInterrupt:
+            course.outcome = "interrupted"
         course.end_s = traffic.now_s
-        recorder.close()
-        traffic.close()
     course.total_s = perf_counter() - began
     duration = course.end_s - course.begin_s
-    tallies = _trips(trips, standing)
+    tallies = _trips(trips, standing, interrupted=course.outcome == "interrupted")
     folder.write_vehicles(tallies, duration)
     folder.write_edges([], begin_s=course.begin_s, end_s=max(course.end_s, course.begin_s + 1.0))
     summary = outcome.summary(scenario, course, tallies, loops=0, folder=folder)
@@ -105,11 +109,17 @@ def _drive(
             next((v for v in deadlock.vehicles if traffic.jump(v) is not None), None)
 
 
-def _trips(file: Path, standing: dict[str, tuple[float, tuple[float, float]]]) -> list[Tally]:
+def _trips(
+    file: Path, standing: dict[str, tuple[float, tuple[float, float]]], *, interrupted: bool
+) -> list[Tally]:
     try:
         top = ET.parse(file).getroot()  # noqa: S314  SUMO has just written it
-    except (OSError, ET.ParseError):
-        return []  # interrupted before SUMO could finish it
+    except (OSError, ET.ParseError) as error:
+        if interrupted:
+            return []  # before SUMO could finish it
+        # SUMO does not say so when it cannot write.
+        msg = f"{file}: SUMO could not write all of it; is the disk full? Free some space and run it again"
+        raise ResultsError(msg) from error
     return [
         Tally(
             vehicle=trip.get("id", ""),

@@ -8,12 +8,14 @@ from dataclasses import dataclass
 from importlib.metadata import version
 from math import nan
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import pandas as pd
 
 from loopgate.analysis.monitoring import compute_edges
+from loopgate.disk import disk_error, writing
 from loopgate.errors import ScenarioError
+from loopgate.folders import FolderLock
 from loopgate.results.columns import (
     DISTANCE,
     EDGE,
@@ -80,7 +82,7 @@ class Tally:
 
 
 class Folder:
-    """A run folder.
+    """A run folder, written to by one run at a time: to be used in a ``with`` statement.
 
     Parameters
     ----------
@@ -92,7 +94,8 @@ class Folder:
     Raises
     ------
     ScenarioError
-        If results are there already, the folder cannot be made, or SUMO cannot write into it.
+        If results are there already, another run writes to it, it cannot be made, or SUMO cannot write
+        into it.
     """
 
     def __init__(self, path: Path, *, overwrite: bool) -> None:
@@ -100,16 +103,33 @@ class Folder:
         if ":" in str(path.relative_to(path.anchor)):
             msg = f"{path}: SUMO takes what follows a colon for a port; choose a folder without one"
             raise ScenarioError(msg)
-        if (path / SUMMARY).exists() and not overwrite:
-            msg = f"{path}: it holds the results of a run; choose another folder, or --overwrite"
-            raise ScenarioError(msg)
+        self._lock = FolderLock(path)
         try:
             path.mkdir(parents=True, exist_ok=True)
-            for name in (SUMMARY, EVENTS, VEHICLES, EDGES, SYSTEM, POSITIONS, LAYOUT):
-                (path / name).unlink(missing_ok=True)
+            self._take(overwrite=overwrite)
         except OSError as error:
-            msg = f"{path}: cannot make the run folder ({error.strerror or error})"
+            self._lock.release()
+            msg = f"{path}: cannot make the run folder ({disk_error(error)})"
             raise ScenarioError(msg) from error
+        except BaseException:
+            self._lock.release()
+            raise
+
+    def _take(self, *, overwrite: bool) -> None:
+        if not self._lock.acquire():
+            msg = f"{self.path}: another run is writing to it; wait for it, or choose another folder"
+            raise ScenarioError(msg)
+        if (self / SUMMARY).exists() and not overwrite:
+            msg = f"{self.path}: it holds the results of a run; choose another folder, or --overwrite"
+            raise ScenarioError(msg)
+        for name in (SUMMARY, EVENTS, VEHICLES, EDGES, SYSTEM, POSITIONS, LAYOUT):
+            (self / name).unlink(missing_ok=True)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        self._lock.release()
 
     def __truediv__(self, name: str) -> Path:
         return self.path / name
@@ -132,7 +152,8 @@ class Folder:
             }
             for tally in tallies
         ]
-        pd.DataFrame(rows, columns=list(VEHICLE_COLUMNS)).to_parquet(self / VEHICLES, index=False)
+        with writing(self / VEHICLES):
+            pd.DataFrame(rows, columns=list(VEHICLE_COLUMNS)).to_parquet(self / VEHICLES, index=False)
 
     def write_edges(
         self, edges: Sequence[tuple[str, float, str]], *, begin_s: float, end_s: float
@@ -141,12 +162,16 @@ class Folder:
         events = read_events(self / EVENTS, (Event.EDGE, Event.HOLD, Event.GO))
         frame = pd.DataFrame(edges, columns=[EDGE, EDGE_LENGTH, SHAPE])
         table = compute_edges(events=events, edges=frame, begin_s=begin_s, end_s=end_s)
-        table.to_parquet(self / EDGES, index=False)
+        with writing(self / EDGES):
+            table.to_parquet(self / EDGES, index=False)
         return table
 
     def write_summary(self, summary: Mapping[str, Any]) -> None:
         """Write ``summary.json``, last of all: a folder with a summary is complete."""
-        (self / SUMMARY).write_text(json.dumps(summary, indent=1) + "\n", encoding="utf-8")
+        whole = self / f"{SUMMARY}.part"
+        with writing(whole):
+            whole.write_text(json.dumps(summary, indent=1) + "\n", encoding="utf-8")
+            whole.replace(self / SUMMARY)
 
 
 def summary(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import tempfile
+from contextlib import ExitStack
 from math import nan
 from pathlib import Path
 from random import Random
@@ -10,6 +10,8 @@ from time import perf_counter
 from typing import Any
 
 from loopgate.audit import write_layout
+from loopgate.disk import writing
+from loopgate.folders import remove_abandoned, temporary_folder
 from loopgate.gates import make_gate
 from loopgate.model import write_system
 from loopgate.negotiation.registry import make_negotiation
@@ -28,9 +30,10 @@ from loopgate.simulation.loop_run import Course, Tick, drive
 from loopgate.simulation.monitoring import monitoring_figures
 from loopgate.simulation.outcome import Folder, Tally
 from loopgate.simulation.positions import make_layout, record_positions
+from loopgate.simulation.room import Room
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.sumo_input import write_sumo_input
-from loopgate.simulation.sumo_start import plain_options, start_traffic
+from loopgate.simulation.sumo_start import check_backend, plain_options, start_traffic
 from loopgate.simulation.surroundings import Surroundings
 from loopgate.simulation.watch import Watch
 from loopgate.traffic.base import Traffic
@@ -75,14 +78,16 @@ def run(
     Raises
     ------
     LoopgateError
-        If the scenario does not fit together or SUMO refuses it; the text says which part.
+        If the scenario does not fit together, SUMO refuses it, or the disk is full; the text says which part.
     """
-    if out is None:
-        with tempfile.TemporaryDirectory(prefix="loopgate-") as folder:
-            return _run(
-                scenario, Folder(Path(folder), overwrite=True), tick, backend, watch, compiled=compiled
-            )
-    return _run(scenario, Folder(Path(out), overwrite=overwrite), tick, backend, watch, compiled=compiled)
+    check_backend(backend)
+    with ExitStack() as stack:
+        if out is None:
+            out, overwrite = stack.enter_context(temporary_folder()), True
+        else:
+            remove_abandoned()
+        folder = stack.enter_context(Folder(Path(out), overwrite=overwrite))
+        return _run(scenario, folder, tick, backend, watch, compiled=compiled)
 
 
 def _run(
@@ -100,7 +105,8 @@ def _run(
     began = perf_counter()
     assembly = assemble(scenario)
     keeper = _gatekeeper(scenario, assembly)
-    scenario.write(folder / outcome.SCENARIO)
+    with writing(folder / outcome.SCENARIO):
+        scenario.write(folder / outcome.SCENARIO)
     if assembly.abstraction is not None:
         write_system(assembly.abstraction.system, folder / outcome.SYSTEM)
     log = folder / outcome.SUMO_LOG
@@ -110,11 +116,14 @@ def _run(
         *plain_options(scenario, log),
         *(record_positions(folder / outcome.POSITIONS) if scenario.positions else ()),
     ]
+    room = [Room(folder / outcome.POSITIONS).check] if scenario.positions else []
     if scenario.positions and keeper is not None:
         write_layout(make_layout(assembly, scenario.step_s), folder / outcome.LAYOUT)
-    traffic = start_traffic(options, backend=backend, log=log, yields=bool(scenario.traffic))
-    recorder = Recorder(folder / outcome.EVENTS)
-    try:
+    with ExitStack() as stack:
+        traffic = start_traffic(options, backend=backend, log=log, yields=bool(scenario.traffic))
+        stack.callback(traffic.close)
+        recorder = Recorder(folder / outcome.EVENTS)
+        stack.callback(recorder.close)
         engine = _engine(scenario, assembly, traffic, keeper, recorder, compiled=compiled)
         around = Surroundings(scenario, assembly, traffic, engine, keeper)
         watch = watch_class(traffic, after_s=scenario.deadlock_after_s, at_gate=engine.refused)
@@ -125,14 +134,11 @@ def _run(
             recorder,
             scenario=scenario,
             tick=tick,
-            each_step=around.each_step,
+            each_step=[*around.each_step, *room],
         )
         engine.settle()
         tallies = _tallies(engine, traffic, watch, course)
         surrounded = around.report()
-    finally:
-        recorder.close()
-        traffic.close()
     summary = _summary(scenario, assembly, keeper, course, tallies, folder)
     summary |= {name: getattr(engine, name) for name in ("overruns", "trespasses", "strays")}
     summary["clean"] = outcome.is_clean(summary) if keeper else None

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
+from loopgate.disk import writing
 from loopgate.errors import RouteError
 from loopgate.network import Loop, VehicleType
 from loopgate.simulation.track import Round
@@ -53,6 +54,8 @@ def write_sumo_input(starts: Sequence[Start], folder: Path, *, beside: Sequence[
     ------
     RouteError
         If a loop passes each of its edges more than once.
+    ResultsError
+        If the file cannot be written.
     """
     top = ET.Element("additional")
     kinds: dict[tuple[str, str], str] = {}
@@ -79,7 +82,8 @@ def write_sumo_input(starts: Sequence[Start], folder: Path, *, beside: Sequence[
         _add_vehicle(top, start, kinds[start.loop.id, start.type.id])
     file = folder / "vehicles.add.xml"
     ET.indent(top)
-    ET.ElementTree(top).write(file, encoding="utf-8", xml_declaration=True)
+    with writing(file):
+        ET.ElementTree(top).write(file, encoding="utf-8", xml_declaration=True)
     return ["--additional-files", ",".join(str(one) for one in (*beside, file))]
 
 

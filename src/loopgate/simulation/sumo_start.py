@@ -11,7 +11,21 @@ from loopgate.errors import TrafficError
 from loopgate.simulation.scenario import Scenario
 from loopgate.traffic.sumo import SumoTraffic
 
-__all__ = ["plain_options", "start_traffic"]
+__all__ = ["check_backend", "plain_options", "start_traffic"]
+
+
+def check_backend(backend: str) -> None:
+    """Say before any other work that the backend cannot work here.
+
+    Raises
+    ------
+    TrafficError
+        If there is no display for ``gui``.
+    """
+    if backend == "gui":
+        from loopgate.traffic.traci_backend import check_display  # noqa: PLC0415  loads traci
+
+        check_display()
 
 
 def plain_options(scenario: Scenario, log: Path) -> list[str]:

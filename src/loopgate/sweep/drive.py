@@ -15,7 +15,9 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
+from loopgate.disk import DISK_FULL
 from loopgate.errors import ResultsError, SweepError
+from loopgate.folders import remove_abandoned
 from loopgate.results import row_columns as c
 from loopgate.sweep.description import Point, Sweep
 from loopgate.sweep.files import PackedFile, pack
@@ -189,6 +191,9 @@ def _result(future: Future[Result], task: Task, tries: int) -> Result | None:
         msg = f"the executor broke down ({error}); all rows so far are kept, the same command goes on"
         raise SweepError(msg) from error
     except OSError as error:
+        if error.errno not in DISK_FULL:
+            msg = f"a worker cannot be started ({error}); all rows so far are kept, the same command goes on"
+            raise SweepError(msg) from error
         msg = (
             f"a worker's disk is full ({error}); all rows written so far are safe. Free some space there and "
             "run the same command again: it goes on where it stopped"
@@ -220,7 +225,10 @@ def _executor(
     except BaseException:
         local.shutdown(cancel_futures=True)
         raise
-    local.shutdown()
+    else:
+        local.shutdown()
+    finally:
+        remove_abandoned()  # of workers that were ended in the middle of a run
 
 
 def _from_here(path: Path) -> str:

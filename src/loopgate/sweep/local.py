@@ -139,6 +139,9 @@ class _Lane(threading.Thread):
         if self._calls >= _RECYCLE_AFTER or self._process is None or not self._process.is_alive():
             self._retire()
             self._start()
+            if self._stopping.is_set():  # while it started, when there was nobody to kill yet
+                self.kill()
+                return None, WorkerDiedError("the executor was shut down")
         assert self._pipe is not None  # noqa: S101 - for the type checker; _start has set it
         assert self._process is not None  # noqa: S101 - as above
         self._calls += 1
@@ -183,7 +186,9 @@ class _Lane(threading.Thread):
 
 def _work(pipe: Connection) -> None:
     """Answer calls until the other end of the pipe is closed (in the worker process)."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's to handle
+    # Sent to all processes of a sweep alike, they are the parent's to handle.
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()
     try:
         pipe.send("ready")

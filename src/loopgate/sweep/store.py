@@ -10,7 +10,6 @@ their content, written before the row.
 from __future__ import annotations
 
 import contextlib
-import errno
 import json
 import os
 import uuid
@@ -20,10 +19,12 @@ from typing import Any, BinaryIO, Self
 
 import pyarrow as pa
 import pyarrow.parquet as pq
-from filelock import FileLock, Timeout
 
+from loopgate.disk import DISK_FULL, disk_error
 from loopgate.errors import ResultsError
+from loopgate.folders import FolderLock
 from loopgate.results import row_columns as c
+from loopgate.results.reading import other_columns, read_rows
 from loopgate.results.row_schema import ROW_SCHEMA
 from loopgate.sweep.task import Result
 
@@ -34,7 +35,6 @@ _PART = "row-"
 _CHUNK = "chunk-"
 _TEMPORARY = ".tmp"
 _MERGE_AT = 256
-_DISK_FULL = {errno.ENOSPC, errno.EDQUOT}
 
 
 class Store:
@@ -60,14 +60,12 @@ class Store:
         with self._explained():
             self._rows.mkdir(parents=True, exist_ok=True)
             self._edges.mkdir(exist_ok=True)
-            self._lock = FileLock(folder / ".lock")
-            try:
-                self._lock.acquire(timeout=0)
-            except Timeout as error:
+            self._lock = FolderLock(folder)
+            if not self._lock.acquire():
                 msg = (
                     f"{folder}: another sweep is writing to it; wait for it, or choose another folder with -o"
                 )
-                raise ResultsError(msg) from error
+                raise ResultsError(msg)
         self._attempts: dict[str, tuple[int, str]] = {}
         try:
             self._recover()
@@ -140,14 +138,19 @@ class Store:
                 left.unlink()
         for file in sorted(self._rows.glob("*.parquet")):
             try:
-                table = pq.read_table(file, columns=[c.KEY, c.ATTEMPT, c.STATUS]).to_pylist()
-            except (pa.ArrowInvalid, OSError) as error:
-                msg = (
-                    f"{file}: not a readable Parquet file ({error}); the disk may have lost it. "
-                    "Remove it and run the same command again: its rows will be made anew"
-                )
+                table = read_rows(file, [c.KEY, c.ATTEMPT, c.STATUS])
+            except (ResultsError, OSError) as error:
+                msg = f"{error}; remove it and run the same command again: its rows will be made anew"
                 raise ResultsError(msg) from error
-            for row in table:
+            other = other_columns(file)
+            if other is not None and other[1]:
+                # A merge would lose them.
+                msg = (
+                    f"{file}: made by another version of loopgate, with columns that this one does not know "
+                    f"({other[1]}); go on with that version, or choose another folder with -o"
+                )
+                raise ResultsError(msg)
+            for row in table.to_pylist():
                 if row[c.ATTEMPT] >= self.attempts(row[c.KEY]):
                     self._attempts[row[c.KEY]] = (row[c.ATTEMPT], row[c.STATUS])
 
@@ -171,12 +174,9 @@ class Store:
         try:
             yield
         except OSError as error:
-            what = error.strerror or str(error)
-            if error.errno in _DISK_FULL:
-                msg = (
-                    f"{self.folder}: {what.lower()}; all rows written so far are safe. Free some space and "
-                    "run the same command again: it goes on where it stopped"
-                )
+            what = disk_error(error)
+            if error.errno in DISK_FULL:
+                msg = f"{self.folder}: {what}; all rows so far are safe, and it goes on where it stopped"
             else:
                 msg = f"{self.folder}: cannot be written ({what})"
             raise ResultsError(msg) from error

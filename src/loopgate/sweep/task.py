@@ -6,7 +6,6 @@ A task must be importable and picklable wherever a worker runs, so it names its 
 from __future__ import annotations
 
 import contextlib
-import errno
 import functools
 import hashlib
 import importlib
@@ -16,7 +15,6 @@ import os
 import platform
 import shutil
 import socket
-import tempfile
 import threading
 import time
 from collections.abc import Callable, Mapping
@@ -30,7 +28,9 @@ from typing import Any, cast
 import pandas as pd
 
 from loopgate.analysis.rows import read_run_row
+from loopgate.disk import DISK_FULL
 from loopgate.errors import LoopgateError, SweepError
+from loopgate.folders import temporary_folder
 from loopgate.results import row_columns as c
 from loopgate.sweep.description import Point
 from loopgate.sweep.files import PackedFile, content_identity, unpack
@@ -43,7 +43,6 @@ Runner = Callable[[Mapping[str, Any], Path], object]
 
 DEFAULT_RUNNER = "loopgate.sweep.simulate:run_scenario"
 
-_DISK_FULL = {errno.ENOSPC, errno.EDQUOT}
 _ONE_AT_A_TIME = threading.Lock()  # a process holds one simulation; a worker with threads must queue
 
 
@@ -96,11 +95,11 @@ def execute(task: Task) -> Result:
 
 def _run(task: Task) -> Result:
     runner = load_runner(task.runner)
-    with tempfile.TemporaryDirectory(prefix="loopgate-") as scratch:
+    with temporary_folder() as scratch:
         scenario = dict(task.point.scenario)
-        places = {key: str(_locate(task, key, Path(scratch))) for key in task.files}
+        places = {key: str(_locate(task, key, scratch)) for key in task.files}
         scenario |= places
-        out = Path(scratch) / "run"
+        out = scratch / "run"
         if task.keep is not None:
             shutil.rmtree(task.keep, ignore_errors=True)
             out = task.keep
@@ -199,7 +198,7 @@ def _describe(error: Exception) -> str:
 
 def _disk_full(error: BaseException | None) -> OSError | None:
     while error is not None:
-        if isinstance(error, OSError) and error.errno in _DISK_FULL:
+        if isinstance(error, OSError) and error.errno in DISK_FULL:
             return OSError(error.errno, error.strerror, error.filename)
         error = error.__cause__ or error.__context__
     return None

@@ -2,28 +2,76 @@
 
 from __future__ import annotations
 
+import io
 import os
+import socket
+import subprocess
+import sys
 from collections.abc import Sequence
+from contextlib import redirect_stdout
 from pathlib import Path
 from typing import Any
 
 import sumo
 import traci
 
-__all__ = ["ERROR", "start"]
+from loopgate.errors import TrafficError
+
+__all__ = ["ERROR", "check_display", "start"]
 
 _GUI_DELAY_MS = "20"
 """Pause per step, so that there is something to see; sumo-gui has a knob for it."""
+
+_TRIES, _BETWEEN_TRIES_S = 600, 0.1
+"""How long SUMO may take to read a large network: a minute."""
 
 ERROR: type[Exception] = traci.exceptions.TraCIException
 """What traci raises."""
 
 
+def check_display() -> None:
+    """Raise `TrafficError` if there is no display for sumo-gui to open."""
+    if sys.platform == "linux" and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+        msg = (
+            "there is no display for sumo-gui: neither DISPLAY nor WAYLAND_DISPLAY is set; leave out --gui, "
+            "or log in with one (ssh -X)"
+        )
+        raise TrafficError(msg)
+
+
 def start(options: Sequence[str], *, gui: bool) -> Any:  # noqa: ANN401  traci has no types
-    """Start ``sumo`` or ``sumo-gui`` with command-line `options` and return the connection."""
+    """Start ``sumo`` or ``sumo-gui`` with command-line `options` and return the connection.
+
+    Raises
+    ------
+    TrafficError
+        If there is no such program, or it ends before it answers.
+    """
     os.environ.setdefault("SUMO_HOME", sumo.SUMO_HOME)
     binary = Path(sumo.SUMO_HOME) / "bin" / ("sumo-gui" if gui else "sumo")
     more = ["--start", "--quit-on-end", "--delay", _GUI_DELAY_MS] if gui else []
-    label = f"loopgate-{os.getpid()}"
-    traci.start([str(binary), *options, *more], label=label, numRetries=60)
-    return traci.getConnection(label)
+    port = _free_port()
+    command = [str(binary), *options, *more, "--remote-port", str(port)]
+    try:
+        # In a session of its own: what interrupts this process, and its group, must not end SUMO under it.
+        process = subprocess.Popen(command, start_new_session=True)  # noqa: S603  SUMO's own program
+    except OSError as error:
+        msg = f"{binary}: cannot be started ({error.strerror or error}); it comes with eclipse-sumo"
+        raise TrafficError(msg) from error
+    try:
+        with redirect_stdout(io.StringIO()):  # where traci tells of every try
+            return traci.connect(port, numRetries=_TRIES, proc=process, waitBetweenRetries=_BETWEEN_TRIES_S)
+    except BaseException as error:
+        process.kill()
+        process.wait()
+        if not isinstance(error, traci.exceptions.TraCIException | traci.exceptions.FatalTraCIError):
+            raise
+        where = f"; can it open the display {os.environ.get('DISPLAY', '')}?" if gui else ""
+        msg = f"{binary.name} ended before it answered{where}"
+        raise TrafficError(msg) from error
+
+
+def _free_port() -> int:
+    with socket.socket() as one:
+        one.bind(("localhost", 0))
+        return int(one.getsockname()[1])

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Callable
+from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -215,6 +216,19 @@ def test_a_place_that_cannot_be_written(make: Make, tmp_path: Path) -> None:
     (tmp_path / "file").write_text("", encoding="utf-8")
     with pytest.raises(ResultsError, match=r"file.*: cannot be written"):
         write_report(make({"vehicles": [10]}), tmp_path / "file" / "r.html")
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="a device of Linux that is always full")
+def test_a_full_disk(make: Make, tmp_path: Path) -> None:
+    """One line that names the file and says what to do."""
+    with pytest.raises(ResultsError, match=r"/dev/full: cannot be written \(no space left.*free some space"):
+        write_report(make({"vehicles": [10]}), Path("/dev/full"), files=tmp_path / "files")
+
+
+def test_what_is_not_known_of_older_rows_is_on_the_page(make: Make, tmp_path: Path) -> None:
+    """A reader must not take a gap for a zero."""
+    noted = replace(make({"vehicles": [10]}), notes=("rows: another version made 1 files",))
+    assert "another version made 1 files" in page(noted, tmp_path).text
 
 
 def test_no_results_there(tmp_path: Path) -> None:

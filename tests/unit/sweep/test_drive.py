@@ -17,6 +17,7 @@ from loopgate.analysis import read_results
 from loopgate.errors import ResultsError
 from loopgate.results.row_columns import VOLATILE_COLUMNS
 from loopgate.sweep import Progress, Sweep, run_sweep
+from loopgate.sweep.local import LocalExecutor, WorkerDiedError
 from loopgate.sweep.store import Store
 
 GRID: dict[str, list[Any]] = {"vehicles": [5, 60], "gate": ["open", "certified"], "seed": [0, 1]}
@@ -183,6 +184,22 @@ def _wait_until_gone(group: int) -> None:
         time.sleep(0.1)
     os.killpg(group, signal.SIGKILL)
     pytest.fail("workers outlived the sweep")
+
+
+def test_a_worker_that_is_just_starting_ends_with_the_executor(monkeypatch: pytest.MonkeyPatch) -> None:
+    """There was nobody to kill yet when it was shut down; it does not begin a call of a minute."""
+    executor = LocalExecutor(1)
+    (lane,) = executor._lanes
+    start = lane._start
+
+    def start_late() -> None:
+        executor._stop.set()
+        start()
+
+    monkeypatch.setattr(lane, "_start", start_late)
+    with pytest.raises(WorkerDiedError, match="shut down"):
+        executor.submit(time.sleep, 60).result(timeout=30)
+    executor.shutdown()
 
 
 def test_a_sweep_that_is_interrupted_keeps_its_rows_and_ends_its_workers(

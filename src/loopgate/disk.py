@@ -1,0 +1,53 @@
+"""What a disk may refuse, said in one line that names the file."""
+
+from __future__ import annotations
+
+import errno
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from loopgate.errors import ResultsError
+
+__all__ = ["DISK_FULL", "disk_error", "writing"]
+
+DISK_FULL = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG})
+"""Errors of a disk, a quota or a limit on files that has nothing left to give."""
+
+
+def disk_error(error: OSError) -> str:
+    """Return in a few words what the disk refused, and what to do if it is full.
+
+    Libraries put words of their own around those of the system; here they are the system's alone.
+    """
+    if error.errno in DISK_FULL:
+        return f"{os.strerror(error.errno).lower()}; free some space and run the same command again"
+    return " ".join((error.strerror or str(error)).split())
+
+
+@contextmanager
+def writing(file: Path | str, *, keep: bool = False) -> Iterator[None]:
+    """Turn an error of the disk inside the ``with`` block into one line.
+
+    Parameters
+    ----------
+    file
+        What is written there.
+    keep
+        Whether a file that a full disk cut short stays; else there is none, rather than half of one.
+
+    Raises
+    ------
+    ResultsError
+        If it cannot be written; the text names the file.
+    """
+    try:
+        yield
+    except OSError as error:
+        path = Path(file)
+        if error.errno in DISK_FULL and not keep and path.is_file():
+            with suppress(OSError):
+                path.unlink()
+        msg = f"{file}: cannot be written ({disk_error(error)})"
+        raise ResultsError(msg) from error

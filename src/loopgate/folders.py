@@ -1,0 +1,122 @@
+"""Folders that one process has to itself: a lock that ends with it, and temporary folders that go with it."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import stat
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from filelock import FileLock, Timeout
+
+from loopgate.disk import writing
+
+__all__ = ["FolderLock", "remove_abandoned", "temporary_folder"]
+
+_LOCK = ".lock"
+_PREFIX = "loopgate-"
+_MARK = ".loopgate-temporary"
+"""Locked while its folder is in use. Only a folder that holds it is removed: others may be named alike."""
+
+
+class FolderLock:
+    """Keeps other processes out of a folder.
+
+    The operating system holds the lock: it ends with the process, however that ends.
+
+    Parameters
+    ----------
+    folder
+        It exists.
+    name
+        The file in it that is locked; there is none once the lock is released.
+    """
+
+    def __init__(self, folder: Path, name: str = _LOCK) -> None:
+        self._file = folder / name
+        self._lock = FileLock(self._file)
+
+    def acquire(self) -> bool:
+        """Take the lock; return False at once if another has it.
+
+        Raises
+        ------
+        OSError
+            If the file cannot be made.
+        """
+        try:
+            self._lock.acquire(timeout=0)
+        except Timeout:
+            return False
+        return True
+
+    def release(self) -> None:
+        """Let others in; does nothing without the lock."""
+        if self._lock.is_locked:
+            # Before the lock goes: afterwards the file may be another's already.
+            with suppress(OSError):
+                self._file.unlink()
+            self._lock.release()
+
+
+@contextmanager
+def temporary_folder() -> Iterator[Path]:
+    """Make a folder for the time of the ``with`` block, and remove those of processes that were killed.
+
+    Raises
+    ------
+    ResultsError
+        If it cannot be made.
+    """
+    remove_abandoned()
+    with writing("the folder for temporary files (TMPDIR)"):
+        folder, lock = _make()
+    try:
+        yield folder
+    finally:
+        _remove(folder)
+        lock.release()
+
+
+def remove_abandoned() -> None:
+    """Remove the temporary folders of this user whose processes have ended without doing so."""
+    with suppress(OSError):
+        for folder in Path(tempfile.gettempdir()).glob(f"{_PREFIX}*"):
+            with suppress(OSError):
+                _remove_if_abandoned(folder)
+
+
+def _make() -> tuple[Path, FolderLock]:
+    while True:
+        folder = Path(tempfile.mkdtemp(prefix=_PREFIX))
+        lock = FolderLock(folder, _MARK)
+        if lock.acquire():
+            return folder, lock
+        # Another process was quicker to take it for abandoned.
+
+
+def _remove_if_abandoned(folder: Path) -> None:
+    facts = folder.lstat()  # not of what a link leads to
+    if not stat.S_ISDIR(facts.st_mode) or facts.st_uid != os.getuid() or not (folder / _MARK).is_file():
+        return
+    lock = FolderLock(folder, _MARK)
+    if lock.acquire():
+        try:
+            _remove(folder)
+        finally:
+            lock.release()
+
+
+def _remove(folder: Path) -> None:
+    """Remove a temporary folder, its mark last: what an interruption leaves can still be told by it."""
+    for content in [*folder.iterdir()] if folder.is_dir() else ():
+        if content.name == _MARK:
+            continue
+        if content.is_dir() and not content.is_symlink():
+            shutil.rmtree(content, ignore_errors=True)
+        else:
+            content.unlink(missing_ok=True)
+    shutil.rmtree(folder, ignore_errors=True)
