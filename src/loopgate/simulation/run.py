@@ -235,7 +235,7 @@ def _summary(
         folder=folder,
         keeper=keeper,
         findings=findings,
-        warnings=assembly.abstraction.warnings if assembly.abstraction else (),
+        warnings=(*assembly.warnings, *(assembly.abstraction.warnings if assembly.abstraction else ())),
     )
     return figures | audited | monitoring_figures(edges, measure_coverage(assembly.network, assembly.loops))
 

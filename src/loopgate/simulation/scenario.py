@@ -40,6 +40,8 @@ class Scenario:
         Shortest and longest random loop [m].
     max_shared
         Largest share of a random loop's length in zones with others, 0 to 1; 1 for no bound.
+    u_turns
+        Whether vehicles on random loops may turn round at junctions.
     loops_seed
         Seed of the random loops.
     vehicles
@@ -77,6 +79,7 @@ class Scenario:
     loops: int = 0
     loop_length_m: tuple[float, float] = (400.0, 2000.0)
     max_shared: float = 1.0
+    u_turns: bool = False
     loops_seed: int = 1
     vehicles: int = 0
     gate: str = "certified"
