@@ -84,6 +84,13 @@ ROUTES = {
     "broken": ('<route id="r" edges="A0B0 B0C0 C0D0"/>', "does not lead to"),
     "missing": ('<route id="r" edges="A0B0 nowhere B0A0"/>', "nowhere"),
     "unconnected": ('<route id="r" edges="A0B0 C3D3 B0A0"/>', "C3D3"),
+    "too-near": (
+        (
+            '<vType id="hasty" tau="0.5"/><route id="r" edges="A0B0 B0B1 B1A1 A1A0"/>'
+            '<vehicle id="x" type="hasty" route="r" depart="0"/>'
+        ),
+        "bad.rou.xml: vType hasty: tau 0.5 is below the step of 1 s",
+    ),
     "one-zone": (
         (
             '<route id="r1" edges="A0B0 B0B1 B1A1 A1A0"/>'

@@ -16,6 +16,7 @@ from loopgate.network.vehicle_type import DEFAULT_TYPE
 from loopgate.simulation.placing import spread
 from loopgate.simulation.random_loops import random_loops
 from loopgate.simulation.scenario import Scenario
+from loopgate.simulation.settings import check_types, left_out, unforeseen
 from loopgate.simulation.sumo_input import Start
 from loopgate.simulation.track import Track
 from loopgate.simulation.tracks import make_track
@@ -41,6 +42,8 @@ class Assembly:
         The states; None where vehicles drive under no gate and no abstraction placed them.
     warnings
         What the user should know of how it was put together.
+    foresees
+        Whether it can be told when a vehicle will be past a crossing; see `unforeseen`.
     """
 
     network: RoadNetwork
@@ -49,6 +52,7 @@ class Assembly:
     tracks: tuple[Track, ...]
     abstraction: Abstraction | None
     warnings: tuple[str, ...] = ()
+    foresees: bool = True
 
 
 def assemble(scenario: Scenario) -> Assembly:
@@ -65,6 +69,7 @@ def assemble(scenario: Scenario) -> Assembly:
     """
     network = RoadNetwork.open(scenario.network)
     vehicles, warnings = _vehicles(scenario, network)
+    peculiar = _peculiar(scenario, network, vehicles) if scenario.gated else ()
     loops = [vehicle.loop for vehicle in vehicles]
     abstraction = None
     if scenario.gated or scenario.abstraction != "segments" or len({loop.id for loop in loops}) == len(loops):
@@ -88,7 +93,24 @@ def assemble(scenario: Scenario) -> Assembly:
             for start, itinerary, robot in zip(starts, abstraction.itineraries, robots, strict=True)
         )
     unique = tuple({loop.id: loop for loop in loops}.values())
-    return Assembly(network, unique, starts, tracks, abstraction, warnings)
+    return Assembly(
+        network,
+        unique,
+        starts,
+        tracks,
+        abstraction,
+        warnings=(*left_out(scenario.network), *warnings, *peculiar),
+        foresees=not peculiar,
+    )
+
+
+def _peculiar(scenario: Scenario, network: RoadNetwork, vehicles: Sequence[_Vehicle]) -> tuple[str, ...]:
+    """Refuse types that no gate can drive; return what is peculiar about those that it can."""
+    kinds = [vehicle.type for vehicle in vehicles]
+    check_types(kinds, step_s=scenario.step_s, source=scenario.routes or scenario.network)
+    if scenario.abstraction != "queues":
+        return ()  # nothing is foreseen where there are no crossings
+    return unforeseen(network, [(vehicle.loop, vehicle.type) for vehicle in vehicles])
 
 
 def _start_lanes(abstraction: Abstraction) -> list[int | None]:

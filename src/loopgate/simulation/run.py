@@ -179,11 +179,11 @@ def _engine(
     *,
     compiled: bool,
 ) -> Engine:
-    tracks, abstraction = assembly.tracks, assembly.abstraction
-    alone = scenario.rule_for_lights != "obey" and not scenario.traffic
+    tracks, abstraction, foresees = assembly.tracks, assembly.abstraction, assembly.foresees
+    alone = scenario.rule_for_lights != "obey" and not scenario.traffic and foresees
     if compiled and alone and keeper and abstraction and can_be_compiled(keeper, traffic):
         return CompiledEngine(traffic, tracks, keeper, recorder, abstraction)
-    return Engine(traffic, tracks, keeper, recorder)
+    return Engine(traffic, tracks, keeper, recorder, foresees=foresees)
 
 
 def _tallies(engine: Engine, traffic: Traffic, watch: Watch, course: Course) -> list[Tally]:
