@@ -58,6 +58,18 @@ def test_loops_as_json() -> None:
     assert all(500 <= loop["length_m"] <= 900 for loop in found)
 
 
+def test_fewer_loops_than_asked_for(tmp_path: Path) -> None:
+    """Those that there are, and a warning: on stderr, and in the JSON."""
+    words = ["loops", "sumo:grid6", "--length", "100:5000", "-o", str(tmp_path / "few.rou.xml")]
+    result = _RUN.invoke(cli, words)
+    assert result.exit_code == 0
+    assert result.stdout.startswith("3 loops, ")
+    warning = "sumo:grid6: found 3 of 12 loops of 100 to 5000 m for passenger (seed 1); there are no others"
+    assert result.stderr == f"warning: {warning}; for more widen --length\n"
+    found = json.loads(_RUN.invoke(cli, [*words, "--json"]).stdout)
+    assert (len(found["loops"]), found["warnings"]) == (3, [warning])
+
+
 def test_sumo_drives_the_loops(routes: Path, tmp_path: Path) -> None:
     """SUMO itself takes the file: vehicles on every loop, twice round, nothing to complain about."""
     import sumo  # noqa: PLC0415  only this test needs SUMO's own program
@@ -228,7 +240,7 @@ def test_files_that_cannot_be_written(routes: Path, tmp_path: Path, option: str,
     ("arguments", "text"),
     [
         (["loops", "sumo:nowhere"], "sumo:nowhere: no such network in the SUMO package; there are sumo:"),
-        (["loops", _NET, "--count", "900"], "found [0-9]+ of 900 loops of 400 to 2000 m .*; ask for fewer"),
+        (["loops", "sumo:square"], "found 0 of 12 loops .*; widen --length, or allow --u-turns"),
         (["loops", _NET, "--length", "9"], "'9' is no range of lengths"),
         (["loops", _NET, "--length", "900:400"], "expected 0 < shortest <= longest"),
         (["loops", _NET, "--max-shared", "2"], "2.0 is not in the range"),

@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from made_networks import dead_end_street
 
 pytestmark = pytest.mark.sumo
 
@@ -40,6 +41,25 @@ def test_json_is_only_json(tmp_path: Path) -> None:
     assert json.loads(done.stdout) == json.loads((tmp_path / "out" / "summary.json").read_text())
 
 
+def test_a_run_goes_on_with_the_loops_there_are(tmp_path: Path) -> None:
+    """On a street where vehicles must turn round, with fewer loops than asked for, and a warning."""
+    street = dead_end_street(tmp_path / "street.net.xml")
+    done = loopgate(
+        *("run", street, "--loops", "40", "--length", "200:2000", "--u-turns", "--vehicles", "20"),
+        *("--duration", "300", "--positions", "-o", tmp_path / "out"),
+    )
+    assert done.returncode == 0, done.stderr
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
+    (warning,) = summary["warnings"]
+    assert "found 8 of 40 loops" in warning
+    assert warning.endswith("; there are no others; going on with these")
+    assert summary["loops"] == 8
+    assert f"warning: {street}: found" in done.stdout.replace("\n", "")
+    assert "--u-turns" in summary["command"]
+    assert summary["audit"] == "clean"
+    assert summary["collisions"] == 0
+
+
 def test_a_deadlock_exits_with_3(tmp_path: Path) -> None:
     """And names the circle."""
     done = loopgate(
@@ -64,6 +84,13 @@ ROUTES = {
     "broken": ('<route id="r" edges="A0B0 B0C0 C0D0"/>', "does not lead to"),
     "missing": ('<route id="r" edges="A0B0 nowhere B0A0"/>', "nowhere"),
     "unconnected": ('<route id="r" edges="A0B0 C3D3 B0A0"/>', "C3D3"),
+    "too-near": (
+        (
+            '<vType id="hasty" tau="0.5"/><route id="r" edges="A0B0 B0B1 B1A1 A1A0"/>'
+            '<vehicle id="x" type="hasty" route="r" depart="0"/>'
+        ),
+        "bad.rou.xml: vType hasty: tau 0.5 is below the step of 1 s",
+    ),
     "one-zone": (
         (
             '<route id="r1" edges="A0B0 B0B1 B1A1 A1A0"/>'
@@ -96,6 +123,7 @@ def test_bad_routes_are_one_clear_line(tmp_path: Path, case: str) -> None:
         (("no.net.xml",), "no.net.xml"),
         (("sumo:Atlantis", "--loops", "2"), "sumo:DRT"),
         ((str(GRID),), "no loops"),
+        (("sumo:fokr_bs_demo", "--loops", "2"), "turning round is the only way: allow --u-turns"),
         ((str(GRID), "--loops", "2", "--gate", "none"), "there is no such gate"),
         (
             (

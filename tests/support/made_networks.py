@@ -10,7 +10,14 @@ from pathlib import Path
 
 import sumo
 
-__all__ = ["narrow_streets", "netgenerate", "roundabouts", "small_roundabout", "two_rings_of_road"]
+__all__ = [
+    "dead_end_street",
+    "narrow_streets",
+    "netgenerate",
+    "roundabouts",
+    "small_roundabout",
+    "two_rings_of_road",
+]
 
 Point = tuple[float, float]
 
@@ -44,6 +51,15 @@ def roundabouts(file: Path, *, lanes: int, options: str = "") -> Path:
                 curve = [(i * gap + radius * cos(a), j * gap + radius * sin(a)) for a in angles]
                 edges.append(_edge(f"{i}{j}{name}", f"{i}{j}{following}", lanes, shape=curve, priority=9))
     return _convert(nodes, edges, file, f"--roundabouts.guess true {options}")
+
+
+def dead_end_street(file: Path) -> Path:
+    """Write a street of two lanes each way, with a side street: vehicles come back only by turning round."""
+    at = {"a": (0, 0), "b": (150, 0), "c": (300, 0), "d": (450, 0), "e": (300, 120)}
+    nodes = [_node(name, point) for name, point in at.items()]
+    pairs = [("a", "b"), ("b", "c"), ("c", "d"), ("c", "e")]
+    edges = [_edge(*ends, lanes=2) for pair in pairs for ends in (pair, pair[::-1])]
+    return _convert(nodes, edges, file, "", turnarounds=True)
 
 
 def narrow_streets(file: Path) -> Path:
@@ -118,11 +134,14 @@ def _edge(
     )
 
 
-def _convert(nodes: Sequence[str], edges: Sequence[str], file: Path, options: str) -> Path:
+def _convert(
+    nodes: Sequence[str], edges: Sequence[str], file: Path, options: str, *, turnarounds: bool = False
+) -> Path:
     for kind, lines in (("node", nodes), ("edge", edges)):
         text = "\n".join((f"<{kind}s>", *lines, f"</{kind}s>"))
         file.with_suffix(f".{kind}").write_text(text, encoding="utf-8")
-    given = ["-n", str(file.with_suffix(".node")), "-e", str(file.with_suffix(".edge")), "--no-turnarounds"]
+    given = ["-n", str(file.with_suffix(".node")), "-e", str(file.with_suffix(".edge"))]
+    given += [] if turnarounds else ["--no-turnarounds"]
     return _tool("netconvert", [*given, *options.split()], file)
 
 

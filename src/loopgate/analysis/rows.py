@@ -163,6 +163,7 @@ def run_row(
     }
     audit = summary.get(c.AUDIT)
     row[c.AUDIT] = audit if audit is None or isinstance(audit, str) else json.dumps(audit)
+    row[c.WARNINGS] = json.dumps(summary.get(c.WARNINGS) or [], ensure_ascii=False)
     return RunRow(row | _laps(row, events) | _edges(edges), edges[[run.EDGE, run.EDGE_LENGTH, run.SHAPE]])
 
 

@@ -56,13 +56,15 @@ def loops(  # noqa: PLR0913  one per option
 ) -> None:
     """Make distinct closed loops that a car can drive in NETWORK, none using an edge twice.
 
+    Where there are fewer than asked for, those that there are; how many is said on stderr.
+
     NETWORK is a .net.xml or .net.xml.gz file, or sumo:NAME for a network of the SUMO package. The loops are
     written as an ordinary SUMO route file, which netedit and sumo-gui open.
     """
     from loopgate.abstraction.segments import DEFAULT_RHO_M
     from loopgate.abstraction.sharing import SharingBound
     from loopgate.cli.progress import show_progress
-    from loopgate.network import RoadNetwork, generate_loops
+    from loopgate.network import RoadNetwork, find_loops
     from loopgate.network.routes_file import routes_text, write_text
 
     roads = RoadNetwork.open(network)
@@ -70,7 +72,7 @@ def loops(  # noqa: PLR0913  one per option
     if max_shared is not None:
         bound = SharingBound(roads, max_shared, rho_m=DEFAULT_RHO_M if rho_m is None else rho_m)
     with show_progress("loops", total=count) as report:
-        found = generate_loops(
+        found = find_loops(
             roads,
             count,
             length_m=length_m,
@@ -83,14 +85,19 @@ def loops(  # noqa: PLR0913  one per option
     note += "" if max_shared is None else f", max-shared {max_shared:g}"
     note += "" if rho_m is None else f", rho {rho_m:g}"
     note += ", u-turns" if u_turns else ""
-    text = routes_text(found, note=note)
+    text = routes_text(found.loops, note=note)
     if out is not None:
         write_text(text, out)
     if as_json:
-        data = [{"id": loop.id, "length_m": round(loop.length_m, 2), "edges": loop.edges} for loop in found]
-        click.echo(json.dumps({"loops": data}))
+        data = [
+            {"id": loop.id, "length_m": round(loop.length_m, 2), "edges": loop.edges} for loop in found.loops
+        ]
+        warnings = [found.shortfall] if found.shortfall else []
+        click.echo(json.dumps({"loops": data, "warnings": warnings}))
     elif out is None:
         click.echo(text, nl=False)
     else:
-        total = sum(loop.length_m for loop in found) / 1000.0
-        click.echo(f"{count} loops, {total:.1f} km in all, written to {out}")
+        total = sum(loop.length_m for loop in found.loops) / 1000.0
+        click.echo(f"{len(found.loops)} loops, {total:.1f} km in all, written to {out}")
+    if found.shortfall:
+        click.echo(f"warning: {found.shortfall}; for more {found.way_out}", err=True)

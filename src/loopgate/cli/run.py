@@ -42,6 +42,9 @@ __all__ = ["exit_code", "run"]
 @click.option("--loops", type=int, help="Number of random loops, where there is no route file.")
 @click.option("--length", "loop_length_m", metavar="MIN:MAX", help="Length of random loops [m].")
 @click.option("--max-shared", type=float, help="Largest share of a random loop in zones with others, 0 to 1.")
+@click.option(
+    "--u-turns", is_flag=True, default=None, help="Let vehicles on random loops turn round at junctions."
+)
 @click.option("--loops-seed", type=int, help="Seed of the random loops.")
 @click.option("--vehicles", type=int, help="Number of vehicles; default one per loop.")
 @click.option("--gate", help="Gate by name, name:option=value; 'open' leaves all to SUMO's right of way.")

@@ -1,6 +1,6 @@
 """Roads and loops: what the rest of the program knows of a SUMO network."""
 
-from loopgate.network.generate import generate_loops
+from loopgate.network.generate import FoundLoops, find_loops, generate_loops
 from loopgate.network.lanes import make_loop
 from loopgate.network.loop import LaneSpan, Loop
 from loopgate.network.records import Connection, Edge, Junction, Lane
@@ -12,6 +12,7 @@ from loopgate.network.vehicle_type import VehicleType
 __all__ = [
     "Connection",
     "Edge",
+    "FoundLoops",
     "Junction",
     "Lane",
     "LaneSpan",
@@ -21,6 +22,7 @@ __all__ = [
     "RoutesFile",
     "SumoConfig",
     "VehicleType",
+    "find_loops",
     "generate_loops",
     "make_loop",
     "packaged_networks",

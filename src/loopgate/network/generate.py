@@ -1,34 +1,244 @@
-"""Random closed loops that a vehicle can drive."""
+"""Closed loops that a vehicle can drive: random ones, and where these run out every other there is."""
 
 from __future__ import annotations
 
-import heapq
 import random
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-
-import networkx as nx
+from itertools import chain, islice
 
 from loopgate.errors import RouteError
+from loopgate.network.every_walk import every_walk
 from loopgate.network.lanes import make_loop
 from loopgate.network.loop import Loop
+from loopgate.network.random_walks import RandomWalks
 from loopgate.network.road import RoadNetwork
+from loopgate.network.road_graph import parts_with_loops
 
-__all__ = ["generate_loops"]
+__all__ = ["FoundLoops", "LoopSearch", "find_loops", "generate_loops"]
 
 _RELAX = 0.9
 _LEAST_REACH = 0.3
-"""Where sharing is bounded, each attempt shortens the walks tried by `_RELAX`, down to `_LEAST_REACH` of the
-range of lengths: short loops fit in where long ones no longer do."""
+"""Where roads of other loops are avoided, each attempt shortens the walks tried by `_RELAX`, down to
+`_LEAST_REACH` of the range of lengths: short loops fit in where long ones no longer do."""
 
 _TRIES_PER_LOOP = 60
-"""Attempts without a new loop, for each loop asked for, after which the search gives up."""
+"""Attempts without a new loop, for each loop asked for, after which the random search gives up."""
 
-_DETOUR = 1.0
-"""Road lengths are stretched by a random share of up to this much, so that loops differ."""
+_MOST_STEPS = 1_000_000
+_STEPS_PER_LOOP = 500
+"""What the search for every loop may take: steps of a few microseconds, and what it counts to look closer
+at one walk. Some seconds in all; up to several hundred edges that is every loop there is."""
 
-_CROWDED = 3.0
-"""By how much a road that another loop uses counts as longer where sharing is bounded."""
+
+@dataclass(frozen=True, slots=True)
+class FoundLoops:
+    """Loops, and what to say where they are fewer than asked for.
+
+    Attributes
+    ----------
+    loops
+        As many as were asked for, or as there are.
+    shortfall
+        One line: how many of how many, and whether there are more; empty if nothing is missing.
+    way_out
+        What the user may do to get more; empty if nothing is missing.
+    """
+
+    loops: tuple[Loop, ...]
+    shortfall: str = ""
+    way_out: str = ""
+
+
+class LoopSearch:
+    """Distinct closed loops, one after another, none of which uses an edge twice.
+
+    First random ones: a loop leads from a random edge to another by a shortest path over randomly stretched
+    roads, and back the same way over edges not used yet. Where `admits` is given they prefer roads that no
+    other loop uses, and turn to shorter loops as it gets harder; then they are looked for without that
+    preference. When nothing new comes any more, all closed walks are gone through in a fixed order, as far
+    as a bounded effort leads. The same seed makes the same loops.
+
+    Parameters
+    ----------
+    network
+        The roads.
+    count
+        How many will be asked for; the random search is the more patient the more.
+    length_m
+        Shortest and longest loop [m].
+    seed
+        Seed of the search.
+    u_turns
+        Whether vehicles may turn round at junctions.
+    vclass
+        SUMO vehicle class that must be allowed.
+    admits
+        Asked of every new loop; where it returns False the loop is dropped. It is asked in order of the
+        result, so it may remember the loops it has admitted.
+    """
+
+    def __init__(
+        self,
+        network: RoadNetwork,
+        count: int,
+        *,
+        length_m: tuple[float, float] = (400.0, 2000.0),
+        seed: int = 1,
+        u_turns: bool = False,
+        vclass: str = "passenger",
+        admits: Callable[[Loop], bool] | None = None,
+    ) -> None:
+        self.network, self.length_m, self.vclass = network, length_m, vclass
+        self.complete = False
+        """Whether every closed walk was looked at; known when no loop is left."""
+        self.dropped = 0
+        """How many loops `admits` did not take."""
+        self.longest_below_m = 0.0
+        """Length of the longest loop that was too short [m]; 0 if none was."""
+        self._parts = parts_with_loops(network, vclass=vclass, u_turns=u_turns)
+        self._u_turns = u_turns
+        self._admits = admits
+        self._known: set[tuple[str, ...]] = set()
+        self._number = 0
+        self._patience = _TRIES_PER_LOOP * count
+        searches = [self._random(seed, shy=True)] if admits else []
+        self._loops = chain(*searches, self._random(seed, shy=False), self._every())
+
+    def __iter__(self) -> Iterator[Loop]:
+        return self._loops
+
+    def shortfall(self, found: int, count: int, *, seed: int, dropped: str = "") -> str:
+        """Return that `found` of `count` were found, and whether there are others.
+
+        `dropped` says in words which `admits` did not take; empty if none.
+        """
+        name, low, high = self.network.name, *self.length_m
+        if not self._parts:
+            return f"{name}: no way round for {self.vclass}: no edge open to it can be reached from itself"
+        wanted = f"{count} loops of {low:g} to {high:g} m for {self.vclass} (seed {seed})"
+        if not self.complete:
+            others = "; no others were found"
+        elif not found and not dropped and self.longest_below_m:
+            others = f"; there are none, the longest below that has {self.longest_below_m:.1f} m"
+        else:
+            others = "; there are no others"
+        besides = f", besides {dropped}" if dropped else ""
+        return f"{name}: found {found} of {wanted}{others}{besides}"
+
+    def way_out(self, *, ease: str = "") -> str:
+        """Return what the user may do to get more; `ease` is what may be done about `admits`."""
+        turning = parts_with_loops(self.network, vclass=self.vclass, u_turns=True)
+        helps = not self._u_turns and sum(p.movements for p in turning) > sum(
+            p.movements for p in self._parts
+        )
+        if not self._parts:
+            only = "turning round is the only way: allow --u-turns (u_turns in a scenario)"
+            return only if helps else ""
+        ways = ["widen --length", *([ease] if self._admits and ease else [])]
+        ways += ["allow --u-turns"] if helps else []
+        return ", ".join(ways[:-1]) + (", or " if len(ways) > 1 else "") + ways[-1]
+
+    def _random(self, seed: int, *, shy: bool) -> Iterator[Loop]:
+        if not self._parts:
+            return
+        search = RandomWalks(self._parts[0], self.length_m, shy=shy)
+        rng = random.Random(seed)
+        patience, reach = self._patience, 1.0
+        while patience:
+            patience -= 1
+            reach = max(reach * _RELAX, _LEAST_REACH) if shy else 1.0
+            edges = search.attempt(rng, reach)
+            loop = self._new(edges) if edges is not None else None
+            if loop is not None:
+                yield loop
+                search.use(loop.edges)
+                patience = self._patience
+
+    def _every(self) -> Iterator[Loop]:
+        steps = _MOST_STEPS
+        # Small parts first: random walks have been all over the largest.
+        for edges in chain.from_iterable(every_walk(p, self.length_m[1]) for p in reversed(self._parts)):
+            steps -= 1
+            if edges is not None and _canonical(edges) not in self._known:
+                steps -= _STEPS_PER_LOOP
+                loop = self._new(edges)
+                if loop is not None:
+                    yield loop
+            if steps <= 0:
+                return
+        self.complete = True
+
+    def _new(self, edges: tuple[str, ...]) -> Loop | None:
+        """Return the loop over these edges if it is new, as long as wanted, can be driven and is admitted."""
+        if _canonical(edges) in self._known:
+            return None
+        self._known.add(_canonical(edges))
+        try:
+            loop = make_loop(self.network, f"loop{self._number}", edges, vclass=self.vclass)
+        except RouteError:
+            return None  # connected edges, but no lanes lead round
+        low, high = self.length_m
+        if loop.length_m < low:
+            self.longest_below_m = max(self.longest_below_m, loop.length_m)
+        if not low <= loop.length_m <= high:
+            return None
+        if self._admits is not None and not self._admits(loop):
+            self.dropped += 1
+            return None
+        self._number += 1
+        return loop
+
+
+def find_loops(  # noqa: PLR0913  one per choice
+    network: RoadNetwork,
+    count: int,
+    *,
+    length_m: tuple[float, float] = (400.0, 2000.0),
+    seed: int = 1,
+    u_turns: bool = False,
+    vclass: str = "passenger",
+    admits: Callable[[Loop], bool] | None = None,
+    ease: str = "raise --max-shared",
+    progress: Callable[[int], None] | None = None,
+) -> FoundLoops:
+    """Find distinct closed loops, none of which uses an edge twice, as many as asked for or as there are.
+
+    Parameters
+    ----------
+    network, count, length_m, seed, u_turns, vclass, admits
+        As for `LoopSearch`, which says how they are found.
+    ease
+        What the user may do about `admits`, for the message; may be empty.
+    progress
+        Called with the number of loops found so far.
+
+    Raises
+    ------
+    RouteError
+        If there is not a single one; the text says why.
+
+    Notes
+    -----
+    Each random attempt costs O(E log E) for the E edges within reach. Where fewer are found than asked for
+    it takes some seconds until that is sure.
+    """
+    search = LoopSearch(
+        network, count, length_m=length_m, seed=seed, u_turns=u_turns, vclass=vclass, admits=admits
+    )
+    loops: list[Loop] = []
+    for loop in islice(search, count):
+        loops.append(loop)
+        if progress:
+            progress(len(loops))
+    if len(loops) == count:
+        return FoundLoops(tuple(loops))
+    dropped = f"{search.dropped} that share{'s' * (search.dropped == 1)} too much" if search.dropped else ""
+    shortfall = search.shortfall(len(loops), count, seed=seed, dropped=dropped)
+    way_out = search.way_out(ease=ease)
+    if not loops:
+        raise RouteError("; ".join(text for text in (shortfall, way_out) if text))
+    return FoundLoops(tuple(loops), shortfall, way_out)
 
 
 def generate_loops(  # noqa: PLR0913  one per choice
@@ -43,198 +253,30 @@ def generate_loops(  # noqa: PLR0913  one per choice
     ease: str = "raise --max-shared",
     progress: Callable[[int], None] | None = None,
 ) -> tuple[Loop, ...]:
-    """Make distinct closed loops, none of which uses an edge twice. The same seed makes the same loops.
-
-    A loop leads from a random edge to another by a shortest path over randomly stretched roads, and back the
-    same way over edges not used yet.
-
-    Parameters
-    ----------
-    network
-        The roads.
-    count
-        How many.
-    length_m
-        Shortest and longest loop [m].
-    seed
-        Seed of the search.
-    u_turns
-        Whether vehicles may turn round at junctions.
-    vclass
-        SUMO vehicle class that must be allowed.
-    admits
-        Asked of every new loop; where it returns False the loop is dropped. It is asked in order of the
-        result, so it may remember the loops it has admitted. Where it is given, the search prefers roads
-        that no other loop uses, and turns to shorter loops as it gets harder.
-    ease
-        What the user may do about `admits`, for the message; may be empty.
-    progress
-        Called with the number of loops found so far.
+    """Make as many loops as asked for; parameters as for `find_loops`.
 
     Raises
     ------
     RouteError
         If not enough loops were found; the text says how many there are.
-
-    Notes
-    -----
-    Each attempt costs O(E log E) for the E edges within reach.
     """
-    search = _Search(network, length_m, u_turns=u_turns, vclass=vclass, shy=admits is not None)
-    rng = random.Random(seed)
-    loops: list[Loop] = []
-    known: set[tuple[str, ...]] = set()
-    patience, reach = _TRIES_PER_LOOP * count, 1.0
-    while len(loops) < count and patience and search.edges:
-        patience -= 1
-        reach = max(reach * _RELAX, _LEAST_REACH) if admits else 1.0
-        edges = search.attempt(rng, reach)
-        if edges is None or _canonical(edges) in known:
-            continue
-        known.add(_canonical(edges))
-        try:
-            loop = make_loop(network, f"loop{len(loops)}", edges, vclass=vclass)
-        except RouteError:
-            continue  # connected edges, but no lanes lead round
-        low, high = length_m
-        if not low <= loop.length_m <= high or (admits is not None and not admits(loop)):
-            continue
-        loops.append(loop)
-        if progress:
-            progress(len(loops))
-        search.use(edges)
-        patience = _TRIES_PER_LOOP * count
-    if len(loops) < count:
-        low, high = length_m
-        if not search.edges:
-            msg = f"{network.name}: no way round for {vclass}: no edge open to it can be reached from itself"
-            raise RouteError(msg)
-        way_out = "ask for fewer, widen --length" + (f", {ease}" if admits and ease else "")
-        way_out += "" if u_turns else ", or allow --u-turns"
-        msg = (
-            f"{network.name}: found {len(loops)} of {count} loops of {low:g} to {high:g} m for {vclass} "
-            f"(seed {seed}); {way_out}"
-        )
+    found = find_loops(
+        network,
+        count,
+        length_m=length_m,
+        seed=seed,
+        u_turns=u_turns,
+        vclass=vclass,
+        admits=admits,
+        ease=ease,
+        progress=progress,
+    )
+    if found.shortfall:
+        msg = f"{found.shortfall}; ask for fewer, {found.way_out}"
         raise RouteError(msg)
-    return tuple(loops)
+    return found.loops
 
 
 def _canonical(edges: tuple[str, ...]) -> tuple[str, ...]:
     first = edges.index(min(edges))
     return edges[first:] + edges[:first]
-
-
-@dataclass(frozen=True, slots=True)
-class _Road:
-    """An edge with the way to its followers: number of the follower, metres through the junction."""
-
-    length_m: float
-    onward: tuple[tuple[int, float], ...]
-
-
-class _Search:
-    """Random closed walks over the edges of the largest part in which every edge leads to every other."""
-
-    def __init__(
-        self,
-        network: RoadNetwork,
-        length_m: tuple[float, float],
-        *,
-        u_turns: bool,
-        vclass: str,
-        shy: bool,
-    ) -> None:
-        self._low, self._high = length_m
-        self._shy = shy
-        graph: nx.DiGraph[str] = nx.DiGraph()
-        through: dict[tuple[str, str], float] = {}
-        for c in network.connections:
-            if not network.allows(c, vclass) or (c.direction == "t" and not u_turns):
-                continue
-            graph.add_edge(c.from_edge, c.to_edge)
-            metres = sum(network.lanes[lane].length_m for lane in c.via)
-            pair = (c.from_edge, c.to_edge)
-            through[pair] = min(metres, through.get(pair, metres))
-        parts = nx.strongly_connected_components(graph) if graph else ()
-        # The file's order, not the hash's, so that the same seed finds the same loops.
-        inside = max(parts, key=lambda part: (len(part), min(part)), default=set())
-        self.edges = [edge for edge in network.edges if edge in inside]
-        self._number = {edge: k for k, edge in enumerate(self.edges)}
-        self._roads = [
-            _Road(
-                network.edges[edge].length_m,
-                tuple(
-                    (self._number[following], through[edge, following])
-                    for following in dict.fromkeys(c.to_edge for c in network.outgoing(edge))
-                    if following in inside and (edge, following) in through
-                ),
-            )
-            for edge in self.edges
-        ]
-        self._users = [0] * len(self.edges)
-
-    def use(self, edges: tuple[str, ...]) -> None:
-        """Remember that a loop uses these edges."""
-        for edge in edges:
-            self._users[self._number[edge]] += 1
-
-    def attempt(self, rng: random.Random, reach: float) -> tuple[str, ...] | None:
-        """Return a closed edge-simple walk, or None if this attempt found none.
-
-        Walks are about as long as the range of lengths allows, or as the part of it that `reach` leaves.
-        """
-        stretch = [1.0 + _DETOUR * rng.random() for _ in self.edges]
-        if self._shy:
-            stretch = [s * (1.0 + _CROWDED * users) for s, users in zip(stretch, self._users, strict=True)]
-        start = rng.randrange(len(self.edges))
-        high = self._low + (self._high - self._low) * reach
-        goal_m = rng.uniform(self._low, high)
-        out = self._reach(start, stretch, goal_m, banned=frozenset(), target=None)
-        # Half of the way out, half of it back; both vary, so any edge about half way will do.
-        half = [k for k, (metres, _) in out.items() if 0.3 * goal_m <= metres <= 0.6 * goal_m]
-        if not half:
-            return None
-        turn = half[rng.randrange(len(half))]
-        there = _trace(out, turn)
-        back = self._reach(turn, stretch, self._high, banned=frozenset(there[1:-1]), target=start)
-        if start not in back:
-            return None
-        walk = there[:-1] + _trace(back, start)[:-1]
-        return tuple(self.edges[k] for k in walk)
-
-    def _reach(
-        self,
-        start: int,
-        stretch: list[float],
-        limit_m: float,
-        *,
-        banned: frozenset[int],
-        target: int | None,
-    ) -> dict[int, tuple[float, int]]:
-        """Return (metres driven, edge before) of every edge reached: Dijkstra over stretched lengths.
-
-        The start is reached again only as `target`; until then it stands for the beginning.
-        """
-        done: dict[int, tuple[float, int]] = {}
-        heap: list[tuple[float, int, float, int]] = [(0.0, start, 0.0, -1)]
-        while heap:
-            cost, here, metres, before = heapq.heappop(heap)
-            if here in done:
-                continue
-            done[here] = (metres, before)
-            if here == target:
-                break
-            road = self._roads[here]
-            for following, through_m in road.onward:
-                driven = metres + road.length_m + through_m
-                if following not in done and following not in banned and driven <= limit_m:
-                    weight = (road.length_m + through_m) * stretch[following]
-                    heapq.heappush(heap, (cost + weight, following, driven, here))
-        return done
-
-
-def _trace(reached: dict[int, tuple[float, int]], end: int) -> list[int]:
-    walk = [end]
-    while (before := reached[walk[-1]][1]) >= 0:
-        walk.append(before)
-    return walk[::-1]

@@ -72,6 +72,7 @@ REFUSALS: Final = "refusals"  # all reasons together
 REFUSAL_REASONS: Final = "refusal_reasons"  # JSON, reason: count
 MESSAGES: Final = "messages"  # messages between robots, missing where the gate sends none
 AUDIT: Final = "audit"
+WARNINGS: Final = "warnings"  # what the run warned of, such as fewer loops than asked for; JSON, a list
 LAPLESS: Final = "lapless_vehicles"  # vehicles without a lap in the last half hour that was measured
 LAP_MEAN: Final = "lap_mean_s"
 LAP_QUANTILES: Final = "lap_quantiles_s"  # list: quantiles 0, 5, ..., 100 % of the run's lap times

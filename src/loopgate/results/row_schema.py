@@ -23,6 +23,7 @@ _TEXT = (
     c.OUTCOME,
     c.REFUSAL_REASONS,
     c.AUDIT,
+    c.WARNINGS,
     c.EDGE_SET,
     c.LOOPGATE_VERSION,
     c.LOOPGATE_CODE,

@@ -4,21 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 from random import Random
 
 from loopgate.abstraction.itinerary import Abstraction
-from loopgate.abstraction.queue_layout import why_not
 from loopgate.abstraction.queues import make_queues
 from loopgate.abstraction.segments import make_segments
-from loopgate.abstraction.sharing import SharingBound
-from loopgate.errors import RouteError, ScenarioError
+from loopgate.errors import ScenarioError
 from loopgate.network import Loop, RoadNetwork, VehicleType, read_loops
-from loopgate.network.generate import generate_loops
 from loopgate.network.sumo_config import is_sumo_config
 from loopgate.network.vehicle_type import DEFAULT_TYPE
 from loopgate.simulation.placing import spread
+from loopgate.simulation.random_loops import random_loops
 from loopgate.simulation.scenario import Scenario
+from loopgate.simulation.settings import check_types, left_out, unforeseen
 from loopgate.simulation.sumo_input import Start
 from loopgate.simulation.track import Track
 from loopgate.simulation.tracks import make_track
@@ -42,6 +40,10 @@ class Assembly:
         One per vehicle.
     abstraction
         The states; None where vehicles drive under no gate and no abstraction placed them.
+    warnings
+        What the user should know of how it was put together.
+    foresees
+        Whether it can be told when a vehicle will be past a crossing; see `unforeseen`.
     """
 
     network: RoadNetwork
@@ -49,6 +51,8 @@ class Assembly:
     starts: tuple[Start, ...]
     tracks: tuple[Track, ...]
     abstraction: Abstraction | None
+    warnings: tuple[str, ...] = ()
+    foresees: bool = True
 
 
 def assemble(scenario: Scenario) -> Assembly:
@@ -64,7 +68,8 @@ def assemble(scenario: Scenario) -> Assembly:
         If any part does not fit; the text says which.
     """
     network = RoadNetwork.open(scenario.network)
-    vehicles = _vehicles(scenario, network)
+    vehicles, warnings = _vehicles(scenario, network)
+    peculiar = _peculiar(scenario, network, vehicles) if scenario.gated else ()
     loops = [vehicle.loop for vehicle in vehicles]
     abstraction = None
     if scenario.gated or scenario.abstraction != "segments" or len({loop.id for loop in loops}) == len(loops):
@@ -87,7 +92,25 @@ def assemble(scenario: Scenario) -> Assembly:
             make_track(network, start, itinerary, robot.start, keeps_lane=abstraction.keeps_lane)
             for start, itinerary, robot in zip(starts, abstraction.itineraries, robots, strict=True)
         )
-    return Assembly(network, tuple({loop.id: loop for loop in loops}.values()), starts, tracks, abstraction)
+    unique = tuple({loop.id: loop for loop in loops}.values())
+    return Assembly(
+        network,
+        unique,
+        starts,
+        tracks,
+        abstraction,
+        warnings=(*left_out(scenario.network), *warnings, *peculiar),
+        foresees=not peculiar,
+    )
+
+
+def _peculiar(scenario: Scenario, network: RoadNetwork, vehicles: Sequence[_Vehicle]) -> tuple[str, ...]:
+    """Refuse types that no gate can drive; return what is peculiar about those that it can."""
+    kinds = [vehicle.type for vehicle in vehicles]
+    check_types(kinds, step_s=scenario.step_s, source=scenario.routes or scenario.network)
+    if scenario.abstraction != "queues":
+        return ()  # nothing is foreseen where there are no crossings
+    return unforeseen(network, [(vehicle.loop, vehicle.type) for vehicle in vehicles])
 
 
 def _start_lanes(abstraction: Abstraction) -> list[int | None]:
@@ -103,24 +126,26 @@ class _Vehicle:
     depart_m: float | None = None
 
 
-def _vehicles(scenario: Scenario, network: RoadNetwork) -> list[_Vehicle]:
-    """Return the vehicles: those of the route file, unless a number of them is asked for."""
+def _vehicles(scenario: Scenario, network: RoadNetwork) -> tuple[list[_Vehicle], tuple[str, ...]]:
+    """Return the vehicles: those of the route file, unless a number of them is asked for; and warnings."""
     own = is_sumo_config(scenario.network) and scenario.traffic != scenario.network
     if not scenario.routes and not own:
         count = scenario.loops or min(scenario.vehicles, _MOST_LOOPS)
         if not count:
             msg = "no loops: give a route file (routes), a number of random loops (loops), or vehicles"
             raise ScenarioError(msg)
-        return _round_robin(_random_loops(scenario, network, count), {}, DEFAULT_TYPE, scenario.vehicles)
+        found = random_loops(scenario, network, count)
+        warnings = (f"{found.shortfall}; going on with these",) if found.shortfall else ()
+        return _round_robin(found.loops, {}, DEFAULT_TYPE, scenario.vehicles), warnings
     file = read_loops(network, scenario.routes or scenario.network)
     if file.vehicles and not scenario.vehicles:
         by_name = {loop.id: loop for loop in file.loops}
-        return [_Vehicle(v.id, by_name[v.loop], v.type, v.depart_m) for v in file.vehicles]
+        return [_Vehicle(v.id, by_name[v.loop], v.type, v.depart_m) for v in file.vehicles], ()
     kinds: dict[str, VehicleType] = {}
     for vehicle in file.vehicles:
         kinds.setdefault(vehicle.loop, vehicle.type)
     default = next(iter(file.types.values()), DEFAULT_TYPE)
-    return _round_robin(file.loops, kinds, default, scenario.vehicles)
+    return _round_robin(file.loops, kinds, default, scenario.vehicles), ()
 
 
 def _round_robin(
@@ -132,28 +157,6 @@ def _round_robin(
         _Vehicle(f"v{i + 1}", loop, kinds.get(loop.id, default))
         for i, loop in zip(numbers, chosen, strict=True)
     ]
-
-
-def _random_loops(scenario: Scenario, network: RoadNetwork, count: int) -> Sequence[Loop]:
-    make = partial(generate_loops, network, count, length_m=scenario.loop_length_m, seed=scenario.loops_seed)
-    if scenario.abstraction != "queues":
-        sharing = SharingBound(network, scenario.max_shared, rho_m=scenario.rho_m)
-        return make(admits=sharing.admits if scenario.max_shared < 1.0 else None)
-    refused: list[str] = []
-
-    def works(loop: Loop) -> bool:
-        reason = why_not(network, loop)
-        if reason:
-            refused.append(reason)
-        return not reason
-
-    try:
-        return make(admits=works, ease="")
-    except RouteError as error:
-        if not refused:
-            raise
-        msg = f"{error}; {len(refused)} more do not work as queues: the last {refused[-1]}"
-        raise RouteError(msg) from error
 
 
 def _abstraction(scenario: Scenario, network: RoadNetwork, vehicles: Sequence[_Vehicle]) -> Abstraction:

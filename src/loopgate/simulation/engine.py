@@ -46,12 +46,20 @@ class Engine:
         None lets the simulator's own right of way rule.
     recorder
         Takes the events.
+    foresees
+        Whether drivers are such that it can be told ahead when they will be past a crossing.
     """
 
     _row: type[Vehicle] = Vehicle
 
     def __init__(
-        self, traffic: Traffic, tracks: Sequence[Track], gatekeeper: Gatekeeper | None, recorder: Recorder
+        self,
+        traffic: Traffic,
+        tracks: Sequence[Track],
+        gatekeeper: Gatekeeper | None,
+        recorder: Recorder,
+        *,
+        foresees: bool = True,
     ) -> None:
         self._traffic = traffic
         self._gatekeeper = gatekeeper
@@ -67,7 +75,7 @@ class Engine:
                 self.fleet,
                 gatekeeper.system,
                 gatekeeper.occupancy,
-                foresees=not traffic.gives_way,
+                foresees=foresees and not traffic.gives_way,
             )
         self._steering = Steering(traffic, self.fleet, recorder)
         self._forgetful: dict[int, int] = {}

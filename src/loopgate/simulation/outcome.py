@@ -200,7 +200,7 @@ def summary(
     findings
         What the audit of a gated run found.
     warnings
-        The abstraction's.
+        Those about loops and abstraction.
     """
     duration = max(0.0, course.end_s - course.begin_s)
     times = keeper.decision_us if keeper else {}

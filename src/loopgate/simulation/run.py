@@ -185,11 +185,11 @@ def _engine(
     *,
     compiled: bool,
 ) -> Engine:
-    tracks, abstraction = assembly.tracks, assembly.abstraction
-    alone = scenario.rule_for_lights != "obey" and not scenario.traffic
+    tracks, abstraction, foresees = assembly.tracks, assembly.abstraction, assembly.foresees
+    alone = scenario.rule_for_lights != "obey" and not scenario.traffic and foresees
     if compiled and alone and keeper and abstraction and can_be_compiled(keeper, traffic):
         return CompiledEngine(traffic, tracks, keeper, recorder, abstraction)
-    return Engine(traffic, tracks, keeper, recorder)
+    return Engine(traffic, tracks, keeper, recorder, foresees=foresees)
 
 
 def _tallies(engine: Engine, traffic: Traffic, watch: Watch, course: Course) -> list[Tally]:
@@ -241,7 +241,7 @@ def _summary(
         folder=folder,
         keeper=keeper,
         findings=findings,
-        warnings=assembly.abstraction.warnings if assembly.abstraction else (),
+        warnings=(*assembly.warnings, *(assembly.abstraction.warnings if assembly.abstraction else ())),
     )
     return figures | audited | monitoring_figures(edges, measure_coverage(assembly.network, assembly.loops))
 

@@ -18,6 +18,8 @@ __all__ = ["Scenario", "read_scenario"]
 ABSTRACTIONS = ("segments", "queues")
 LIGHTS = ("off", "keep", "obey")
 ON_DEADLOCK = ("stop", "continue", "teleport")
+LONGEST_GATED_STEP_S = 1.0
+"""SUMO's drivers keep apart by tau, a second, and only if they look as often."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -40,6 +42,8 @@ class Scenario:
         Shortest and longest random loop [m].
     max_shared
         Largest share of a random loop's length in zones with others, 0 to 1; 1 for no bound.
+    u_turns
+        Whether vehicles on random loops may turn round at junctions.
     loops_seed
         Seed of the random loops.
     vehicles
@@ -58,7 +62,7 @@ class Scenario:
     seed
         Seed of SUMO, of the starting places and of the negotiation.
     step_s
-        Length of a simulation step [s].
+        Length of a simulation step [s]; under a gate at most 1.
     rho_m
         Safe radius of the segments abstraction [m].
     piece_m
@@ -77,6 +81,7 @@ class Scenario:
     loops: int = 0
     loop_length_m: tuple[float, float] = (400.0, 2000.0)
     max_shared: float = 1.0
+    u_turns: bool = False
     loops_seed: int = 1
     vehicles: int = 0
     gate: str = "certified"
@@ -116,6 +121,12 @@ class Scenario:
             msg = (
                 f"traffic: with gate {self.gate} it works on abstraction queues only; on {self.abstraction} "
                 "nothing says where ordinary vehicles are in the way"
+            )
+            raise ScenarioError(msg)
+        if self.gated and self.step_s > LONGEST_GATED_STEP_S:
+            msg = (
+                f"step_s: {self.step_s:g} s is too long under a gate, vehicles drive into each other; "
+                f"take at most {LONGEST_GATED_STEP_S:g} s, or gate open"
             )
             raise ScenarioError(msg)
         if self.on_deadlock == "teleport" and self.gated:

@@ -110,10 +110,11 @@ def _run(task: Task) -> Result:
             with contextlib.suppress(OSError):
                 out.rmdir()  # only if the run failed before it wrote anything
         row, edges = read_run_row(out)
-    # The command that reproduces the run names the user's files, not the worker's.
+    # The command that reproduces the run, and what it warned of, name the user's files, not the worker's.
     names = {place: task.names.get(key, place) for key, place in places.items()}
     for place, name in {**names, str(out): f"out/{task.point.key}"}.items():
-        row[c.COMMAND] = (row.get(c.COMMAND) or "").replace(place, name) or None
+        for column in (c.COMMAND, c.WARNINGS):
+            row[column] = (row.get(column) or "").replace(place, name) or None
     return Result({**row, **_identity(task)}, edges)
 
 

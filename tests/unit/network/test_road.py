@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from loopgate.errors import NetworkError, RouteError
-from loopgate.network import RoadNetwork, generate_loops, packaged_networks
+from loopgate.errors import NetworkError
+from loopgate.network import RoadNetwork, packaged_networks
 
 
 @pytest.fixture(scope="module")
@@ -82,30 +82,3 @@ def test_buses_have_roads_of_their_own(bs3d: RoadNetwork) -> None:
     """Permissions are kept by class."""
     closed = [edge for edge in bs3d.edges.values() if not edge.allows("passenger")]
     assert any(edge.allows("bus") or edge.allows("pedestrian") for edge in closed)
-
-
-@pytest.mark.parametrize("seed", [1, 2])
-def test_generated_loops(bs3d: RoadNetwork, seed: int) -> None:
-    """Distinct, closed, edge-simple, in range, without U-turns, and the same for the same seed."""
-    loops = generate_loops(bs3d, 12, length_m=(500, 2500), seed=seed)
-    assert loops == generate_loops(bs3d, 12, length_m=(500, 2500), seed=seed)
-    assert len({frozenset(loop.edges) for loop in loops}) == 12
-    for loop in loops:
-        assert len(set(loop.edges)) == len(loop.edges)
-        assert 500 <= loop.length_m <= 2500
-        for here, there in zip(loop.edges, loop.edges[1:] + loop.edges[:1], strict=True):
-            assert any(c.direction != "t" for c in bs3d.between(here, there))
-
-
-def test_seeds_differ(bs3d: RoadNetwork) -> None:
-    """Another seed makes other loops."""
-    one, two = (generate_loops(bs3d, 6, seed=seed) for seed in (1, 2))
-    assert {loop.edges for loop in one} != {loop.edges for loop in two}
-
-
-def test_u_turns_only_when_asked() -> None:
-    """grid6 has a single loop without U-turns, and more with them."""
-    net = RoadNetwork.open("sumo:grid6")
-    with pytest.raises(RouteError, match=r"found 1 of 3 loops .*; ask for fewer, .* or allow --u-turns"):
-        generate_loops(net, 3, seed=1)
-    assert len(generate_loops(net, 3, length_m=(50, 2000), seed=1, u_turns=True)) == 3

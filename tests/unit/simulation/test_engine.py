@@ -150,6 +150,17 @@ def test_where_vehicles_give_way_the_gatekeeper_foresees_nothing() -> None:
     assert not keeper.sight._foresees
 
 
+def test_where_drivers_are_not_such_that_it_could_the_gatekeeper_foresees_nothing() -> None:
+    """The caller knows the vehicle types."""
+    engine, traffic, notes = world(120.0)
+    keeper = engine._gatekeeper
+    assert keeper is not None
+    tracks = [driver.track for driver in engine.drivers]
+    Engine(traffic, tracks, keeper, notes, foresees=False)  # type: ignore[arg-type]  # as in `world`
+    assert keeper.sight is not None
+    assert not keeper.sight._foresees
+
+
 def test_a_refused_vehicle_rests_before_its_line_and_counts_its_hold() -> None:
     """It stops with its front at the end of its state, and hold time runs from rest to release."""
     engine, traffic, notes = world(120.0, 125.0)

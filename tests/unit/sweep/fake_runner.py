@@ -80,6 +80,7 @@ def run(scenario: Mapping[str, Any], out: Path) -> None:
         "decision_us": {"median": 20.0 + vehicles / 10, "p99": 90.0, "max": 400.0},
         "wall_s": {"sumo": 0.1, "gate": 0.02, "total": 0.2},
         "audit": "clean",
+        "warnings": [f"{scenario.get('network', 'fake')}: found 4 of 12 loops"],
         "versions": {"loopgate": "0", "sumo": "1.28.0"},
         "command": f"loopgate run {scenario.get('network', 'fake')} --vehicles {vehicles} --seed {seed}",
     }

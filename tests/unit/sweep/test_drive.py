@@ -1,5 +1,6 @@
 """Sweeps on this machine: failures are rows, interruptions lose nothing."""
 
+import json
 import os
 import signal
 import subprocess
@@ -45,7 +46,7 @@ def test_every_point_becomes_a_row(fake_runner: str, tmp_path: Path) -> None:
 
 
 def test_rows_say_what_determines_them(fake_runner: str, tmp_path: Path) -> None:
-    """Versions, hashes, the whole scenario, the command with the user's path, deadlock and lap times."""
+    """Versions, hashes, the whole scenario, command and warnings with the user's path, deadlock and laps."""
     (tmp_path / "n.net.xml").write_text("<net/>", encoding="utf-8")
     sweep = Sweep("s", {"network": "n.net.xml", "extra": 1.5}, {"vehicles": [60]}, folder=tmp_path)
     run_sweep(sweep, tmp_path / "r", executor=ThreadPoolExecutor(1), runner=fake_runner)
@@ -54,6 +55,7 @@ def test_rows_say_what_determines_them(fake_runner: str, tmp_path: Path) -> None
     assert len(row["network_hash"]) == 64
     assert row["scenario"] == '{"extra": 1.5, "network": "n.net.xml", "vehicles": 60}'
     assert row["command"] == f"loopgate run {tmp_path / 'n.net.xml'} --vehicles 60 --seed 0"
+    assert json.loads(row["warnings"]) == [f"{tmp_path / 'n.net.xml'}: found 4 of 12 loops"]
     assert (row["sumo_version"], row["refusals"], row["edge_km"]) == ("1.28.0", row["laps"] + 2, 0.624)
     assert row["first_deadlock_s"] == row["observed_s"] == pytest.approx(100 + 5000 / 60)
     assert (row["duration_s"], row["measured_s"]) == (600, row["observed_s"])

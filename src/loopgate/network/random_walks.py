@@ -1,0 +1,104 @@
+"""Random closed walks over edges: quick where there are many, no proof where there are few."""
+
+from __future__ import annotations
+
+import heapq
+import random
+
+from loopgate.network.road_graph import RoadGraph
+
+__all__ = ["RandomWalks"]
+
+_DETOUR = 1.0
+"""Road lengths are stretched by a random share of up to this much, so that loops differ."""
+
+_CROWDED = 3.0
+"""By how much a road that another loop uses counts as longer where roads that others use are avoided."""
+
+
+class RandomWalks:
+    """Random closed walks over the edges of a part of a network in which every edge leads to every other.
+
+    Parameters
+    ----------
+    part
+        The edges.
+    length_m
+        Shortest and longest walk wanted [m].
+    shy
+        Whether roads that other loops use are avoided.
+    """
+
+    def __init__(self, part: RoadGraph, length_m: tuple[float, float], *, shy: bool) -> None:
+        self._low, self._high = length_m
+        self._shy = shy
+        self._edges, self._roads = part.edges, part.roads
+        self._number = {edge: k for k, edge in enumerate(part.edges)}
+        self._users = [0] * len(part.edges)
+
+    def use(self, edges: tuple[str, ...]) -> None:
+        """Remember that a loop uses these edges."""
+        for edge in edges:
+            self._users[self._number[edge]] += 1
+
+    def attempt(self, rng: random.Random, reach: float) -> tuple[str, ...] | None:
+        """Return a closed edge-simple walk, or None if this attempt found none.
+
+        Walks are about as long as the range of lengths allows, or as the part of it that `reach` leaves.
+        O(E log E) for the E edges within reach.
+        """
+        stretch = [1.0 + _DETOUR * rng.random() for _ in self._edges]
+        if self._shy:
+            stretch = [s * (1.0 + _CROWDED * users) for s, users in zip(stretch, self._users, strict=True)]
+        start = rng.randrange(len(self._edges))
+        high = self._low + (self._high - self._low) * reach
+        goal_m = rng.uniform(self._low, high)
+        out = self._reach(start, stretch, goal_m, banned=frozenset(), target=None)
+        # Half of the way out, half of it back; both vary, so any edge about half way will do.
+        half = [k for k, (metres, _) in out.items() if 0.3 * goal_m <= metres <= 0.6 * goal_m]
+        if not half:
+            return None
+        turn = half[rng.randrange(len(half))]
+        there = _trace(out, turn)
+        back = self._reach(turn, stretch, self._high, banned=frozenset(there[1:-1]), target=start)
+        if start not in back:
+            return None
+        walk = there[:-1] + _trace(back, start)[:-1]
+        return tuple(self._edges[k] for k in walk)
+
+    def _reach(
+        self,
+        start: int,
+        stretch: list[float],
+        limit_m: float,
+        *,
+        banned: frozenset[int],
+        target: int | None,
+    ) -> dict[int, tuple[float, int]]:
+        """Return (metres driven, edge before) of every edge reached: Dijkstra over stretched lengths.
+
+        The start is reached again only as `target`; until then it stands for the beginning.
+        """
+        done: dict[int, tuple[float, int]] = {}
+        heap: list[tuple[float, int, float, int]] = [(0.0, start, 0.0, -1)]
+        while heap:
+            cost, here, metres, before = heapq.heappop(heap)
+            if here in done:
+                continue
+            done[here] = (metres, before)
+            if here == target:
+                break
+            road = self._roads[here]
+            for following, through_m in road.onward:
+                driven = metres + road.length_m + through_m
+                if following not in done and following not in banned and driven <= limit_m:
+                    weight = (road.length_m + through_m) * stretch[following]
+                    heapq.heappush(heap, (cost + weight, following, driven, here))
+        return done
+
+
+def _trace(reached: dict[int, tuple[float, int]], end: int) -> list[int]:
+    walk = [end]
+    while (before := reached[walk[-1]][1]) >= 0:
+        walk.append(before)
+    return walk[::-1]

@@ -1,0 +1,81 @@
+"""Which edges lead to which, for one vehicle class: where closed walks can lie at all."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import networkx as nx
+
+from loopgate.network.road import RoadNetwork
+
+__all__ = ["Road", "RoadGraph", "parts_with_loops"]
+
+
+@dataclass(frozen=True, slots=True)
+class Road:
+    """An edge with the way to its followers: number of the follower, metres through the junction.
+
+    `length_m` and the metres are the least that any lane takes.
+    """
+
+    length_m: float
+    onward: tuple[tuple[int, float], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class RoadGraph:
+    """Edges each of which leads to every other; they go by number.
+
+    Attributes
+    ----------
+    edges
+        By number, in the network file's order.
+    roads
+        By number.
+    """
+
+    edges: tuple[str, ...]
+    roads: tuple[Road, ...]
+
+    @property
+    def movements(self) -> int:
+        """How many pairs of edges there are of which one leads to the other."""
+        return sum(len(road.onward) for road in self.roads)
+
+
+def parts_with_loops(network: RoadNetwork, *, vclass: str, u_turns: bool) -> tuple[RoadGraph, ...]:
+    """Return the parts of the network in which closed walks lie, those with the most edges first.
+
+    O(connections), and the order depends on the network alone.
+    """
+    graph: nx.DiGraph[str] = nx.DiGraph()
+    through: dict[tuple[str, str], float] = {}
+    for c in network.connections:
+        if not network.allows(c, vclass) or (c.direction == "t" and not u_turns):
+            continue
+        graph.add_edge(c.from_edge, c.to_edge)
+        metres = sum(network.lanes[lane].length_m for lane in c.via)
+        pair = (c.from_edge, c.to_edge)
+        through[pair] = min(metres, through.get(pair, metres))
+    parts = nx.strongly_connected_components(graph) if graph else ()
+    closed = [part for part in parts if len(part) > 1 or any((edge, edge) in through for edge in part)]
+    closed.sort(key=lambda part: (len(part), min(part)), reverse=True)
+    return tuple(_part(network, part, through) for part in closed)
+
+
+def _part(network: RoadNetwork, inside: set[str], through: dict[tuple[str, str], float]) -> RoadGraph:
+    # The file's order, not the hash's, so that the same seed finds the same loops.
+    edges = tuple(edge for edge in network.edges if edge in inside)
+    number = {edge: k for k, edge in enumerate(edges)}
+    roads = tuple(
+        Road(
+            network.edges[edge].length_m,
+            tuple(
+                (number[following], through[edge, following])
+                for following in dict.fromkeys(c.to_edge for c in network.outgoing(edge))
+                if following in inside and (edge, following) in through
+            ),
+        )
+        for edge in edges
+    )
+    return RoadGraph(edges, roads)

@@ -1,0 +1,95 @@
+"""Random loops for a run: as many as were asked for and work, or as there are."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import islice
+
+from loopgate.abstraction.queue_layout import lay_out_queues, why_not
+from loopgate.abstraction.sharing import SharingBound
+from loopgate.errors import LoopgateError, RefusedLoopError, RouteError
+from loopgate.network import FoundLoops, Loop, RoadNetwork, find_loops
+from loopgate.network.generate import LoopSearch
+from loopgate.network.vehicle_type import DEFAULT_TYPE
+from loopgate.simulation.scenario import Scenario
+
+__all__ = ["random_loops"]
+
+
+def random_loops(scenario: Scenario, network: RoadNetwork, count: int) -> FoundLoops:
+    """Find `count` loops as the scenario wants them; on queues only such as work there, also together.
+
+    Raises
+    ------
+    RouteError
+        If there is not a single one; the text says why.
+    """
+    if scenario.abstraction == "queues":
+        return _for_queues(scenario, network, count)
+    sharing = SharingBound(network, scenario.max_shared, rho_m=scenario.rho_m)
+    return find_loops(
+        network,
+        count,
+        length_m=scenario.loop_length_m,
+        seed=scenario.loops_seed,
+        u_turns=scenario.u_turns,
+        admits=sharing.admits if scenario.max_shared < 1.0 else None,
+    )
+
+
+def _for_queues(scenario: Scenario, network: RoadNetwork, count: int) -> FoundLoops:
+    refused: list[str] = []
+
+    def works(loop: Loop) -> bool:
+        try:
+            reason = why_not(network, loop)
+        except LoopgateError as error:
+            reason = f"cannot be laid out: {error}"
+        if reason:
+            refused.append(reason)
+        return not reason
+
+    search = LoopSearch(
+        network,
+        count,
+        length_m=scenario.loop_length_m,
+        seed=scenario.loops_seed,
+        u_turns=scenario.u_turns,
+        admits=works,
+    )
+    loops = list(islice(search, count))
+    spare = count
+    while (error := _not_together(network, loops)) is not None:
+        refused.append(error.reason)
+        loops = [loop for loop in loops if loop.id != error.loop]
+        # Each newcomer can keep others from working in its turn, so there is an end to trying.
+        if spare:
+            spare -= 1
+            loops += islice(search, 1)
+    if len(loops) == count:
+        return FoundLoops(tuple(loops))
+    shortfall = search.shortfall(len(loops), count, seed=scenario.loops_seed, dropped=_dropped(refused))
+    way_out = search.way_out()
+    if not loops:
+        raise RouteError("; ".join(text for text in (shortfall, way_out) if text))
+    return FoundLoops(tuple(loops), shortfall, way_out)
+
+
+def _dropped(reasons: Sequence[str]) -> str:
+    if len(reasons) > 1:
+        return f"{len(reasons)} that do not work as queues, the last of which {reasons[-1]}"
+    return f"1 that does not work as queues: it {reasons[0]}" if reasons else ""
+
+
+def _not_together(network: RoadNetwork, loops: Sequence[Loop]) -> RefusedLoopError | None:
+    """Return why one of the loops, each of which works alone, does not work beside the others.
+
+    Where one loop changes lanes, or on the other lane of a narrow street, another loses places.
+    """
+    if not loops:
+        return None
+    try:
+        lay_out_queues(network, [(loop, DEFAULT_TYPE) for loop in loops])
+    except RefusedLoopError as error:
+        return error
+    return None

@@ -1,0 +1,187 @@
+"""What SUMO may be set to under a gate, which counts on drivers that keep clear of each other.
+
+What is taken, and what is foreseen of it, was measured: `docs/queues.md` has the table.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from pathlib import Path
+
+from loopgate.errors import ScenarioError
+from loopgate.network import Loop, RoadNetwork
+from loopgate.network.sumo_config import is_sumo_config
+from loopgate.network.vehicle_type import VehicleType
+from loopgate.network.xml_file import read_xml
+
+__all__ = ["check_types", "left_out", "unforeseen"]
+
+_MODEL, _TAU, _ACTION, _IGNORES, _GAP, _MINOR = (
+    "carFollowModel",
+    "tau",
+    "actionStepLength",
+    "jmIgnoreJunctionFoeProb",
+    "minGap",
+    "jmSigmaMinor",
+)
+
+_FORESEEN = ("Krauss", "KraussOrig1", "KraussPS", "KraussX", "Daniel1")
+"""Models of following with which it can be told when a vehicle will be past a crossing; SUMO's own first."""
+
+_UNFORESEEN = ("IDM", "IDMM", "EIDM", "ACC", "Wiedemann", "BKerner")
+"""Models that keep clear of what is before them, but may be slower over a crossing than expected."""
+
+_SUMO = {_TAU: 1.0, "accel": 2.6, "sigma": 0.5, "speedFactor": 1.0, "speedDev": 0.1}
+"""What SUMO takes where a type of a car says nothing."""
+
+_LEAST_GAP_M = 0.5
+_MOST_DAWDLING_MPS2 = 1.75
+"""Acceleration times sigma: so much a driver may lose each second for no reason."""
+
+_LEAST_TOP, _LEAST_PACE, _MOST_DEVIATION = 0.8, 0.9, 0.1
+"""Of the speed limit: top speed, mean of what drivers choose, and how far they differ. Who drives slower is
+on a crossing for longer than expected."""
+
+_OF_THEIR_OWN = frozenset({"bicycle", "motorcycle", "scooter"})
+"""Vehicle classes that by SUMO's defaults are slower than these bounds, or dawdle more."""
+
+_ROUNDING = 1e-9
+
+_DRIVING = (
+    "step-length",
+    "step-method.ballistic",
+    "default.action-step-length",
+    "default.speeddev",
+    "lateral-resolution",
+)
+"""Options of SUMO that decide how vehicles drive."""
+
+
+def check_types(kinds: Iterable[VehicleType], *, step_s: float, source: str) -> None:
+    """Refuse vehicle types whose drivers come nearer to each other than a gate counts on.
+
+    Parameters
+    ----------
+    kinds
+        Those of the vehicles under the gate.
+    step_s
+        Length of a simulation step [s].
+    source
+        The file they come from, for the message.
+
+    Raises
+    ------
+    ScenarioError
+        If one of them was not measured clean; the text names type, attribute and way out.
+    """
+    for kind in {kind.id: kind for kind in kinds}.values():
+        reason = _refusal(kind, step_s)
+        if reason:
+            msg = f"{source}: vType {kind.id}: {reason}, or --gate open"
+            raise ScenarioError(msg)
+
+
+def _refusal(kind: VehicleType, step_s: float) -> str:
+    model = kind.attributes.get(_MODEL, _FORESEEN[0])
+    if model not in _FORESEEN + _UNFORESEEN:
+        known = ", ".join(_FORESEEN + _UNFORESEEN)
+        return f"{_MODEL} {model} does not keep clear enough for a gate; use one of {known}"
+    tau_s = _number(kind, _TAU)
+    if tau_s < step_s - _ROUNDING:
+        return (
+            f"{_TAU} {tau_s:g} is below the step of {step_s:g} s: SUMO lets such vehicles drive into each "
+            f"other; give {_TAU} {step_s:g} or more, or --step-length {tau_s:g}"
+        )
+    action_s = _number(kind, _ACTION, step_s)
+    if action_s > step_s + _ROUNDING:
+        return (
+            f"{_ACTION} {action_s:g} is above the step of {step_s:g} s: in between SUMO takes no orders from "
+            f"a gate; leave it out"
+        )
+    if kind.min_gap_m < _LEAST_GAP_M:
+        return f"{_GAP} {kind.min_gap_m:g} is too small, bodies touch; give {_GAP} {_LEAST_GAP_M:g} m or more"
+    if _number(kind, _IGNORES, 0.0) > 0.0:
+        return f"{_IGNORES} lets it drive into vehicles inside a junction; leave it out"
+    return ""
+
+
+def unforeseen(network: RoadNetwork, users: Iterable[tuple[Loop, VehicleType]]) -> tuple[str, ...]:
+    """Say of which types it cannot be told when a vehicle will be past a crossing, and why.
+
+    Where there is one, others set out only when a vehicle has left what they share. That is safe whoever
+    drives, and costs throughput.
+
+    Parameters
+    ----------
+    network
+        The roads.
+    users
+        For each vehicle its loop and its type.
+
+    Returns
+    -------
+    tuple
+        A warning for each such type; none if all drive as SUMO's cars do.
+    """
+    fastest: dict[str, tuple[VehicleType, float]] = {}
+    for loop, kind in {(loop.id, kind.id): (loop, kind) for loop, kind in users}.values():
+        limits = [network.lanes[span.lane_id].speed_mps for span in loop.spans if span.internal]
+        _, before = fastest.get(kind.id, (kind, 0.0))
+        fastest[kind.id] = kind, max([before, *limits])
+    found = [(name, _peculiarity(kind, limit)) for name, (kind, limit) in fastest.items()]
+    return tuple(
+        f"vType {name}: {what}: nothing is foreseen of vehicles on crossings, which costs some throughput"
+        for name, what in found
+        if what
+    )
+
+
+def _peculiarity(kind: VehicleType, limit_mps: float) -> str:
+    """Return what keeps a type from driving as SUMO's cars do; empty if nothing does."""
+    model, accel, sigma = kind.attributes.get(_MODEL), _number(kind, "accel"), _number(kind, "sigma")
+    minor = _number(kind, _MINOR, 0.0)
+    pace, deviation = _speed_factor(kind)
+    tops = {name: _number(kind, name, limit_mps) for name in ("maxSpeed", "desiredMaxSpeed")}
+    slow, top = min(tops.items(), key=lambda item: item[1])
+    checks = {
+        f"{_MODEL} {model}": model in _UNFORESEEN,
+        f"vClass {kind.vclass}": kind.vclass in _OF_THEIR_OWN,
+        f"accel {accel:g} with sigma {sigma:g}": accel * sigma > _MOST_DAWDLING_MPS2,
+        f"accel {accel:g} with {_MINOR} {minor:g}": accel * minor > _MOST_DAWDLING_MPS2,
+        f"{slow} {top:g} where the limit is {limit_mps:g} m/s": top < _LEAST_TOP * limit_mps,
+        f"speedFactor {pace:g} with deviation {deviation:g}": pace < _LEAST_PACE
+        or deviation > _MOST_DEVIATION,
+    }
+    return next((text for text, holds in checks.items() if holds), "")
+
+
+def _speed_factor(kind: VehicleType) -> tuple[float, float]:
+    """Return mean and deviation: a number and ``speedDev``, or as in ``normc(1,0.1,0.2,2)``."""
+    text = kind.attributes.get("speedFactor", "")
+    drawn = re.match(r"normc?\(([^,)]+),([^,)]+)", text)
+    if not drawn:
+        return _number(kind, "speedFactor"), _number(kind, "speedDev")
+    try:
+        return float(drawn[1]), float(drawn[2])
+    except ValueError:
+        return _SUMO["speedFactor"], _SUMO["speedDev"]
+
+
+def _number(kind: VehicleType, attribute: str, default: float | None = None) -> float:
+    fallback = _SUMO[attribute] if default is None else default
+    try:
+        return float(kind.attributes.get(attribute, fallback))
+    except ValueError:
+        return fallback  # what is no number SUMO itself refuses
+
+
+def left_out(network: str) -> tuple[str, ...]:
+    """Return a warning about what a configuration says of driving, if only its roads and loops are taken."""
+    if not is_sumo_config(network):
+        return ()
+    top = read_xml(Path(network), root="configuration", what="configuration", error=ScenarioError)
+    said = [e.tag for e in top.iter() if e.tag in _DRIVING and ("value" in e.attrib or "v" in e.attrib)]
+    if not said:
+        return ()
+    return (f"{network}: only its roads and loops are taken, not {', '.join(said)}; see --step-length",)

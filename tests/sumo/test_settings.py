@@ -1,0 +1,47 @@
+"""Vehicle types that do not drive as SUMO's cars do, under the gate and on the road."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from loopgate.network import RoadNetwork, write_loops
+from loopgate.simulation import assembly
+from loopgate.simulation.random_loops import random_loops
+from loopgate.simulation.run import run
+from loopgate.simulation.scenario import Scenario
+
+pytestmark = pytest.mark.sumo
+
+SLOW = 'maxSpeed="3"'
+GRID = str(Path(__file__).parents[2] / "networks" / "grid5-priority.net.xml")
+
+
+def driven(folder: Path, attributes: str) -> Mapping[str, Any]:
+    """Return the summary of 140 vehicles of a type on the grid, five minutes."""
+    file = folder / "loops.rou.xml"
+    write_loops(random_loops(Scenario(network=GRID), RoadNetwork.open(GRID), 40).loops, file)
+    file.write_text(file.read_text().replace("<routes>", f'<routes><vType id="t" {attributes}/>'))
+    return run(Scenario(network=GRID, routes=str(file), vehicles=140, duration_s=300.0, positions=True))
+
+
+def test_nothing_is_foreseen_of_who_is_slow(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The run says so and is clean; if something is foreseen of them all the same, they meet on crossings."""
+    summary = driven(tmp_path, SLOW)
+    (warning,) = summary["warnings"]
+    assert "nothing is foreseen" in warning
+    assert (summary["audit"], summary["collisions"], summary["trespasses"]) == ("clean", 0, 0)
+    monkeypatch.setattr(assembly, "unforeseen", lambda _network, _users: ())
+    foreseen = driven(tmp_path, SLOW)
+    assert foreseen["warnings"] == []
+    assert any("on the stretch that" in finding for finding in foreseen["audit"])
+
+
+@pytest.mark.parametrize("model", ["KraussOrig1", "Daniel1"])
+def test_other_models_of_following(model: str, tmp_path: Path) -> None:
+    """Those that drive as SUMO's own does."""
+    summary = driven(tmp_path, f'carFollowModel="{model}"')
+    assert (summary["warnings"], summary["audit"], summary["collisions"]) == ([], "clean", 0)

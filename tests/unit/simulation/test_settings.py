@@ -1,0 +1,108 @@
+"""What vehicle types and steps a gate takes."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from loopgate.errors import ScenarioError
+from loopgate.network import RoadNetwork, VehicleType, find_loops
+from loopgate.simulation.scenario import Scenario
+from loopgate.simulation.settings import check_types, left_out, unforeseen
+
+
+@pytest.mark.parametrize(
+    ("step_s", "attributes"),
+    [
+        (1.0, {}),
+        (1.0, {"carFollowModel": "Krauss", "tau": "1.0", "actionStepLength": "1"}),
+        (1.0, {"carFollowModel": "KraussOrig1", "actionStepLength": "0.5"}),
+        (1.0, {"carFollowModel": "Daniel1", "tau": "2", "sigma": "0"}),
+        (0.5, {"tau": "0.5", "actionStepLength": "0.5"}),
+        (0.1, {"jmIgnoreJunctionFoeProb": "0"}),
+    ],
+)
+def test_what_keeps_clear_is_taken(step_s: float, attributes: dict[str, str]) -> None:
+    """Types that were measured clean, and what SUMO makes of a type that says nothing."""
+    check_types([VehicleType("bus", attributes=attributes)], step_s=step_s, source="r.rou.xml")
+
+
+@pytest.mark.parametrize(
+    ("step_s", "attributes", "words"),
+    [
+        (1.0, {"carFollowModel": "CACC"}, "carFollowModel CACC does not keep clear .*; use one of Krauss, "),
+        (1.0, {"carFollowModel": "Nobody"}, "carFollowModel Nobody"),
+        (1.0, {"tau": "0.9"}, "tau 0.9 is below the step of 1 s: .* --step-length 0.9"),
+        (1.0, {"actionStepLength": "2"}, "actionStepLength 2 is above the step of 1 s"),
+        (0.5, {"actionStepLength": "1"}, "actionStepLength 1 is above the step of 0.5 s"),
+        (1.0, {"jmIgnoreJunctionFoeProb": "0.1"}, "jmIgnoreJunctionFoeProb lets it drive into"),
+        (1.0, {"sigma": "?", "tau": "0.25"}, "tau 0.25"),
+    ],
+)
+def test_what_comes_too_near_is_refused(step_s: float, attributes: dict[str, str], words: str) -> None:
+    """By file, type and attribute, in one line with the way out."""
+    kinds = [VehicleType("car"), VehicleType("bus", attributes=attributes)]
+    with pytest.raises(ScenarioError, match=f"^r.rou.xml: vType bus: {words}.*, or --gate open$"):
+        check_types(kinds, step_s=step_s, source="r.rou.xml")
+
+
+def test_long_steps_are_for_no_gate() -> None:
+    """Above a second SUMO's vehicles drive into each other, whatever a gate does."""
+    with pytest.raises(ScenarioError, match=r"step_s: 1.5 s is too long under a gate, .* at most 1 s"):
+        Scenario(network="n", step_s=1.5)
+    assert Scenario(network="n", step_s=1.5, gate="open").step_s == 1.5
+
+
+def test_a_configuration_that_says_how_to_drive(tmp_path: Path) -> None:
+    """Where only its roads and loops are taken, what else it says of driving is named."""
+    config = tmp_path / "c.sumocfg"
+    config.write_text(
+        '<configuration><input><net-file value="n.net.xml"/></input><processing>'
+        '<step-method.ballistic value="true"/><step-length v="0.5"/><no-warnings value="true"/>'
+        "</processing></configuration>"
+    )
+    (warning,) = left_out(str(config))
+    assert "not step-method.ballistic, step-length;" in warning
+    config.write_text('<configuration><net-file value="n.net.xml"/></configuration>')
+    assert left_out(str(config)) == left_out("n.net.xml") == ()
+
+
+@pytest.fixture(scope="module")
+def bs3d() -> RoadNetwork:
+    return RoadNetwork.open("sumo:bs3d")
+
+
+@pytest.mark.parametrize(
+    ("attributes", "words"),
+    [
+        ({}, ""),
+        ({"carFollowModel": "Daniel1", "accel": "3.5", "maxSpeed": "50", "speedFactor": "1.5"}, ""),
+        ({"speedFactor": "normc(1,0.1,0.2,2)", "tau": "2", "decel": "9", "sigma": "0"}, ""),
+        ({"accel": "8", "sigma": "0"}, ""),
+        ({"carFollowModel": "IDM"}, "carFollowModel IDM"),
+        ({"accel": "8"}, "accel 8 with sigma 0.5"),
+        ({"maxSpeed": "3"}, "maxSpeed 3 where the limit is 1[0-9.]+ m/s"),
+        ({"desiredMaxSpeed": "4"}, "desiredMaxSpeed 4 where"),
+        ({"speedFactor": "0.5"}, "speedFactor 0.5 with deviation 0.1"),
+        ({"speedDev": "0.4"}, "speedFactor 1 with deviation 0.4"),
+        ({"speedFactor": "norm(0.6, 0.05)"}, "speedFactor 0.6 with deviation 0.05"),
+        ({"jmSigmaMinor": "1"}, "accel 2.6 with jmSigmaMinor 1"),
+    ],
+)
+def test_of_whom_nothing_is_foreseen(bs3d: RoadNetwork, attributes: dict[str, str], words: str) -> None:
+    """One warning for the type that is not as SUMO's cars are, none for those that are."""
+    loops = find_loops(bs3d, 4).loops
+    users = [(loop, VehicleType("car")) for loop in loops]
+    found = unforeseen(bs3d, [*users, (loops[0], VehicleType("odd", attributes=attributes))])
+    assert len(found) == bool(words)
+    if words:
+        assert re.match(f"vType odd: {words}.*: nothing is foreseen of vehicles on crossings", found[0])
+
+
+def test_classes_with_dynamics_of_their_own(bs3d: RoadNetwork) -> None:
+    """SUMO gives motorcycles and bicycles other dynamics than cars, whatever their types leave out."""
+    (loop,) = find_loops(bs3d, 1).loops
+    assert not unforeseen(bs3d, [(loop, VehicleType("b", vclass="bus"))])
+    assert "vClass bicycle" in unforeseen(bs3d, [(loop, VehicleType("b", vclass="bicycle"))])[0]
