@@ -48,7 +48,7 @@ def test_every_place_holds_two_and_every_stretch_a_vehicle(length_m: float, kind
     if length_m < least_change_m(needed):
         assert "on edge a" in why_not(network, loop, kind)
         return
-    stretch = lay_stretches(network, [(loop, kind)])[0]["a"]
+    stretch = lay_stretches(network, [(loop, kind)], {})[0]["a"]
     assert 0.0 <= stretch.begin_m < stretch.end_m <= length_m
     assert stretch.end_m - stretch.begin_m >= least_change_m(needed) - 1e-9
     layout = lay_out_queues(network, [(loop, kind), (loop, DEFAULT_TYPE)])

@@ -296,7 +296,7 @@ def _ways_on(chain: Sequence[_Piece]) -> Iterator[tuple[_Piece, list[_Piece], _P
 def _ahead_m(loop: Loop, here: _Piece, piece: _Piece) -> float:
     """Return how far after the stop line of a place a piece begins [m]."""
     line_m = here.begin_m + here.length_m - HOLD_MARGIN_M
-    return (piece.begin_m - line_m) % loop.length_m
+    return round((piece.begin_m - line_m) % loop.length_m, 6)
 
 
 def _course(loop: Loop, here: _Piece, between: Sequence[_Piece], after: _Piece) -> Iterator[Turn | Target]:

@@ -148,7 +148,9 @@ def conflicts_by_loop(layout: Layout, drawn: Drawn) -> dict[str, list[DrawnConfl
 
 def _side(way: _Way, names: Sequence[str], row: Sequence[float], length_m: float) -> Side:
     first, last, waits = row
-    return Side(next(iter(way.loops)), names[way.lane], first, last, last + length_m - first, bool(waits))
+    # Fronts between those that were drawn touch too.
+    begin, end = first - _EVERY_M / 2, last + _EVERY_M / 2
+    return Side(next(iter(way.loops)), names[way.lane], begin, end, last + length_m - first, bool(waits))
 
 
 def _ways(layout: Layout, numbers: dict[str, int]) -> list[_Way]:

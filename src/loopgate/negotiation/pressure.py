@@ -81,7 +81,7 @@ class Pressure:
             return False
         behind = view.held(request.here)
         share = behind / (behind + view.room(request.here))
-        return ahead - share * capacity >= (now_s - request.since_s) / self._patience_s
+        return ahead / capacity - share >= (now_s - request.since_s) / self._patience_s
 
 
 class Platoon(Pressure):

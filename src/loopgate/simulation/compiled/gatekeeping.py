@@ -325,7 +325,7 @@ def _waits(i: int, now_s: float, pressure: tuple[float, float, float], b: Books)
         return False
     here = _here(i, b)
     share = b.states[here].held_by / b.states[here].room
-    return bool(ahead - share * capacity >= (now_s - v[i].since_s) / patience_s)
+    return bool(ahead / capacity - share >= (now_s - v[i].since_s) / patience_s)
 
 
 @njit(cache=True, error_model="numpy")
