@@ -35,7 +35,8 @@ class Pressure:
         Share of its capacity from which a place counts as crowded; above 1 there is no reserve. At 0 it
         follows from the network.
     patience
-        Wait [s] that outweighs one vehicle of difference in the reserve.
+        Longest wait [s] for the reserve, from an empty place into a full one; less in proportion to how much
+        fuller the place ahead is.
     wait
         Wait [s] that counts as much as one vehicle of pressure in the order.
 

@@ -177,7 +177,7 @@ def test_bridges_are_no_collisions(tmp_path: Path) -> None:
 
 def test_a_foe_forgotten(tmp_path: Path) -> None:
     """The abstraction says nothing of the crossing: the drawing shows it, and the meeting."""
-    ways = {"v1": drive(20.0, 5.0, until_m=90.0), "v2": drive(20.0, 4.3, until_m=90.0)}
+    ways = {"v1": drive(20.0, 5.0, until_m=90.0), "v2": drive(20.0, 4.25, until_m=90.0)}
     found = audit(tmp_path, ways, GRANTED, layout({}, {}))
     assert set(rules(found)) == {"conflict", "drawn"}
     assert "are no foes" in found.findings[0].text

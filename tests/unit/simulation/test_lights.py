@@ -51,7 +51,7 @@ class Scene:
 
 def signal(light: str, ahead_m: float = 0.1) -> Signal:
     """Make a light with one link."""
-    return Signal(f"over {light}", light, 0, ahead_m, 10.0)
+    return Signal(f"over {light}", light, 0, ahead_m, 10.0, at_line=ahead_m < 1.0)
 
 
 @pytest.mark.parametrize("letter", ["r", "y", "u"])

@@ -1,0 +1,219 @@
+"""The ground that bodies sweep: who touches whom, who merely follows, and where one may wait."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from loopgate.abstraction.queue_layout import QueueLayout, lay_out_queues
+from loopgate.abstraction.swept import Touches, courses_of, find_touches
+from loopgate.abstraction.waiting import Part, waiting_parts
+from loopgate.network import Connection, Edge, Lane, RoadNetwork, VehicleType, make_loop
+from loopgate.network.vehicle_type import DEFAULT_TYPE
+
+Points = tuple[tuple[float, float], ...]
+
+BUS = VehicleType(id="bus", length_m=12.0)
+
+
+def length(shape: Points) -> float:
+    """Return the length of a polyline."""
+    return sum(((x - u) ** 2 + (y - v) ** 2) ** 0.5 for (x, y), (u, v) in zip(shape, shape[1:], strict=False))
+
+
+def network(ways: list[list[tuple[str, Points]]], heights: dict[str, float] | None = None) -> RoadNetwork:
+    """Return closed ways of lanes, each a list of names and shapes; lanes inside junctions begin with a colon."""
+    high = heights or {}
+    lanes: dict[str, Lane] = {}
+    connections = []
+    for way in ways:
+        for name, shape in way:
+            inside = name.startswith(":")
+            lanes[f"{name}_0"] = Lane(
+                f"{name}_0",
+                name,
+                0,
+                inside,
+                length(shape),
+                10.0,
+                3.2,
+                shape,
+                frozenset({"passenger"}),
+                heights=(high[name],) * len(shape) if name in high else (),
+            )
+        roads = [k for k, (name, _) in enumerate(way) if not name.startswith(":")]
+        for k, following in zip(roads, [*roads[1:], roads[0]], strict=True):
+            between = way[k + 1 : following] if following > k else way[k + 1 :] + way[:following]
+            via = tuple(f"{name}_0" for name, _ in between)
+            ends = way[k][0], way[following][0]
+            if ends not in [(c.from_edge, c.to_edge) for c in connections]:
+                connections.append(Connection(ends[0], 0, ends[1], 0, via, "s", f"J{ends[0]}", -1, None))
+    edges = {lane.edge: Edge(lane.edge, "J", "J", (lane,)) for lane in lanes.values() if not lane.internal}
+    return RoadNetwork(
+        name="made", file=Path("made"), edges=edges, lanes=lanes, junctions={}, connections=tuple(connections)
+    )
+
+
+def touches(net: RoadNetwork, *loops: list[str], kind: VehicleType = DEFAULT_TYPE) -> Touches:
+    """Return the touches of vehicles on loops."""
+    return find_touches(net, courses_of(net, users(net, *loops, kind=kind)))
+
+
+def users(
+    net: RoadNetwork, *loops: list[str], kind: VehicleType = DEFAULT_TYPE
+) -> list[tuple[object, VehicleType]]:
+    """Return loops with a type each."""
+    return [(make_loop(net, f"loop{k}", edges), kind) for k, edges in enumerate(loops)]  # type: ignore[misc]
+
+
+def lanes_of(found: Touches) -> set[frozenset[str]]:
+    """Return the pairs of lanes on which fronts are that touch."""
+    return {frozenset((t.one.lane, t.other.lane)) for t in found.rows()}
+
+
+EAST = [
+    ("w", ((-100.0, 0.0), (-10.0, 0.0))),
+    (":ew", ((-10.0, 0.0), (10.0, 0.0))),
+    ("e", ((10.0, 0.0), (100.0, 0.0))),
+]
+BACK = [
+    (":eb", ((100.0, 0.0), (100.0, 200.0))),
+    ("b", ((100.0, 200.0), (-100.0, 200.0))),
+    (":bw", ((-100.0, 200.0), (-100.0, 0.0))),
+]
+
+
+def across(at: float, *, before: float = -100.0) -> list[tuple[str, Points]]:
+    """Return a way from south to north at an x, and back far to the west."""
+    return [
+        ("s", ((at, before), (at, -10.0))),
+        (":sn", ((at, -10.0), (at, 10.0))),
+        ("n", ((at, 10.0), (at, 100.0))),
+        (":far", ((at, 100.0), (-500.0, 100.0))),
+        ("f", ((-500.0, 100.0), (-500.0, before))),
+        (":home", ((-500.0, before), (at, before))),
+    ]
+
+
+def test_ways_that_cross_touch_where_they_do() -> None:
+    """Cars of 1.8 m on straight lanes at right angles: from 2.2 m or so before the middle to as much behind."""
+    net = network([EAST + BACK, across(0.0)])
+    found = touches(net, ["w", "e", "b"], ["s", "n", "f"])
+    assert frozenset((":ew_0", ":sn_0")) in lanes_of(found)
+    fronts = [t.at_m for t in found.rows() if (t.one.lane, t.other.lane) == (":ew_0", ":sn_0")]
+    assert min(fronts) == pytest.approx(10.0 - 1.6, abs=0.6)
+    layout = lay_out_queues(net, users(net, ["w", "e", "b"], ["s", "n", "f"]))  # type: ignore[arg-type]
+    begin, end = layout.conflicts.overlaps["w_0>e_0"]["s_0>n_0"]
+    assert begin == pytest.approx(8.4, abs=0.8)
+    assert end == pytest.approx(11.6, abs=0.8)
+
+
+def test_a_stop_line_moves_back_from_a_way_that_passes_over_it() -> None:
+    """The other road passes 12 m before the end of w, on which vehicles would wait."""
+    net = network([EAST + BACK, across(-12.0)])
+    found = touches(net, ["w", "e", "b"], ["s", "n", "f"])
+    part = waiting_parts(net, found)["w_0"]
+    assert part.begin_m == 0.0
+    assert part.end_m == pytest.approx(90.0 - 2.0 - 1.6, abs=1.1)
+    layout: QueueLayout = lay_out_queues(net, users(net, ["w", "e", "b"], ["s", "n", "f"]))  # type: ignore[arg-type]
+    leg = next(leg for leg in layout.itineraries["loop0"].legs if leg.state == "w_0")
+    assert leg.end_m == pytest.approx(part.end_m - 0.1)
+    assert leg.crossings[0].foes == {"s_0>n_0"}
+    assert leg.crossings[0].ahead_m == pytest.approx(90.0 - leg.end_m)
+
+
+def test_a_place_begins_where_nobody_passes_any_more() -> None:
+    """The other road passes 8 m behind the beginning of e: a car is out of its way with its rear past that."""
+    net = network([EAST + BACK, across(18.0)])
+    part = waiting_parts(net, touches(net, ["w", "e", "b"], ["s", "n", "f"]))["e_0"]
+    assert part.begin_m == pytest.approx(8.0 + 1.6, abs=1.1)
+    assert part.end_m == pytest.approx(90.0)
+
+
+def test_a_way_that_bends_back_over_its_own_stop_line_is_its_own_foe() -> None:
+    """A ring road inside the junction leads from w round over the last metres of w."""
+    ring: Points = (
+        (-10.0, 0.0),
+        (5.0, 0.0),
+        (15.0, 15.0),
+        (0.0, 30.0),
+        (-20.0, 20.0),
+        (-20.0, -20.0),
+        (0.0, -40.0),
+    )
+    way = [
+        ("w", ((-100.0, 0.0), (-10.0, 0.0))),
+        (":ring", ring),
+        ("e", ((0.0, -40.0), (100.0, -40.0))),
+        (":round", ((100.0, -40.0), (100.0, -100.0), (-150.0, -100.0), (-150.0, 0.0))),
+        ("b", ((-150.0, 0.0), (-120.0, 0.0))),
+        (":on", ((-120.0, 0.0), (-100.0, 0.0))),
+    ]
+    net = network([way])
+    layout = lay_out_queues(net, users(net, ["w", "e", "b"]))  # type: ignore[arg-type]
+    assert "w_0>e_0" in layout.conflicts.foes["w_0>e_0"]
+    leg = next(leg for leg in layout.itineraries["loop0"].legs if leg.state == "w_0")
+    assert leg.end_m < layout.itineraries["loop0"].length_m
+    assert waiting_parts(net, touches(net, ["w", "e", "b"]))["w_0"].end_m < 80.0
+
+
+def test_a_bridge_does_not_touch_the_road_below() -> None:
+    """Six metres higher it does not, one metre it does."""
+    for above, apart in ((6.0, True), (1.0, False)):
+        heights = {name: above for name, _ in across(0.0)} | {name: 0.0 for name, _ in EAST + BACK}
+        net = network([EAST + BACK, across(0.0)], heights)
+        found = touches(net, ["w", "e", "b"], ["s", "n", "f"])
+        assert (frozenset((":ew_0", ":sn_0")) not in lanes_of(found)) is apart
+
+
+def test_who_follows_does_not_touch() -> None:
+    """On one loop alone, and where another one leaves the same lane."""
+    net = network([EAST + BACK])
+    assert not len(touches(net, ["w", "e", "b"]).one)
+
+
+def test_long_bodies_cut_corners() -> None:
+    """A turn of 9 m radius: a car keeps off a lane 3.4 m inside of it, a bus does not."""
+    turn: Points = tuple(
+        (-10.0 + 9.0 * x, 9.0 - 9.0 * y)
+        for x, y in ((0.0, 1.0), (0.383, 0.924), (0.707, 0.707), (0.924, 0.383), (1.0, 0.0))
+    )
+    way = [
+        ("w", ((-100.0, 0.0), (-10.0, 0.0))),
+        (":left", turn),
+        ("n", ((-1.0, 9.0), (-1.0, 100.0))),
+        (":back", ((-1.0, 100.0), (-300.0, 100.0))),
+        ("f", ((-300.0, 100.0), (-300.0, 0.0))),
+        (":home", ((-300.0, 0.0), (-100.0, 0.0))),
+    ]
+    beside = [
+        ("x", ((-60.0, 3.4), (-9.0, 3.4))),
+        (":xy", ((-9.0, 3.4), (-9.0, 60.0))),
+        ("y", ((-9.0, 60.0), (-200.0, 60.0))),
+        (":yx", ((-200.0, 60.0), (-200.0, 3.4), (-60.0, 3.4))),
+    ]
+    net = network([way, beside])
+    waits = [
+        waiting_parts(net, touches(net, ["w", "n", "f"], ["x", "y"], kind=kind)).get("x_0", Part(0.0, 51.0))
+        for kind in (DEFAULT_TYPE, BUS)
+    ]
+    assert waits[1].end_m < waits[0].end_m
+
+
+def test_two_lanes_of_one_edge_are_left_to_sumo() -> None:
+    """They may be narrower than two bodies; nobody changes lanes there."""
+    net = network([EAST + BACK])
+    lane = net.lanes["w_0"]
+    twin = replace(lane, id="w_1", index=1, shape=tuple((x, y + 1.0) for x, y in lane.shape))
+    edges = dict(net.edges) | {"w": Edge("w", "J", "J", (lane, twin))}
+    wide = RoadNetwork(
+        name="made",
+        file=net.file,
+        edges=edges,
+        lanes={**net.lanes, "w_1": twin},
+        junctions={},
+        connections=net.connections,
+    )
+    assert not len(touches(wide, ["w", "e", "b"]).one)
