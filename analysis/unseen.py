@@ -64,10 +64,10 @@ def made(count: int, folder: Path) -> Iterator[tuple[str, dict[str, Any]]]:
     """Make networks of every kind, always the same; yield each with what is to be driven on it."""
     folder.mkdir(parents=True, exist_ok=True)
     for number in range(count):
-        rng = random.Random(number)
         file = folder / f"made{number:03d}.net.xml"
         if not file.exists():
-            _make(rng, file, number)
+            _make(random.Random(number), file, number)
+        rng = random.Random(f"vehicles {number}")
         scenario = {
             "loops": 30,
             "vehicles": rng.choice((30, 80, 150)),

@@ -110,8 +110,10 @@ def find_conflicts(
         _add(foes, one, other)
         if one != other and frozenset((one, other)) not in known:
             unlisted.add((one, other))
+        line_m, clear_m = _between_places(network, by_id[one], lengths[one], places)
         joins = one != other and _same_end(by_id[one], by_id[other])
-        overlaps[one][other] = begin - BETWEEN_M, max(end + BETWEEN_M, lengths[one] if joins else -math.inf)
+        far_m = max(end + BETWEEN_M, lengths[one] if joins else -math.inf)
+        overlaps[one][other] = max(begin - BETWEEN_M, line_m), min(far_m, clear_m)
     return Conflicts(
         foes={name: frozenset(found) for name, found in foes.items()},
         overlaps=overlaps,
@@ -122,6 +124,18 @@ def find_conflicts(
         },
         unlisted=tuple(sorted(unlisted)),
     )
+
+
+def _between_places(
+    network: RoadNetwork, movement: Connection, length_m: float, places: Mapping[str, Part]
+) -> tuple[float, float]:
+    """Return where a front leaves the place before a movement and a rear gets into that behind it [m].
+
+    Nobody who waits in a place is in the way, however near a touch is: fronts are looked at some way apart.
+    """
+    before, behind = f"{movement.from_edge}_{movement.from_lane}", f"{movement.to_edge}_{movement.to_lane}"
+    line_m = places[before].end_m - network.lanes[before].length_m if before in places else -math.inf
+    return line_m, length_m + places[behind].begin_m if behind in places else math.inf
 
 
 def _shared(under_way: _UnderWay, touches: Touches) -> Iterator[tuple[str, str, float, float]]:

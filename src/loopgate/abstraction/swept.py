@@ -41,6 +41,9 @@ _FOLLOWS_M = 4.0
 _LOOK_BACK_M = 30.0
 """How far behind the longest body two ways are looked at to see whether they come from one lane [m]."""
 
+_JUST_LEFT_M = 12.0
+"""Up to here behind the end of a lane, SUMO keeps those apart that leave it one after the other [m]."""
+
 _ABOVE_M = 2.5
 """Lanes that lie so far above one another do not touch [m]."""
 
@@ -332,23 +335,35 @@ class _Ways:
         """Return in which pairs one body follows the other closely along its way."""
         count = len(self._courses)
         pairs, number = np.unique(one * count + other, return_inverse=True)
-        known = [self._relation(*divmod(int(pair), count)) for pair in pairs]
-        relation = np.array(known, dtype=np.float64).reshape(-1, 3)[number.reshape(-1)]
-        # Fronts as metres behind a point that both pass; not a number where there is none.
-        s, t = body.at_m[a] + relation[:, 0], body.at_m[b] + relation[:, 1]
-        first = np.where(s >= t, a, b)
-        gap = np.abs(s - t) - body.length_m[first]
-        # Where ways join, one is followed only once all of it is on the common way.
-        joined = body.at_m[first] + relation[:, 2] >= body.length_m[first]
-        return np.asarray(joined & (gap < _FOLLOWS_M))
+        known = [divmod(int(pair), count) for pair in pairs]
+        follows = np.zeros(len(a), dtype=bool)
+        for relation in (self._along, self._split):
+            rows = np.array([relation(*pair) for pair in known], dtype=np.float64).reshape(-1, 3)
+            mine_m, theirs_m, common_m = rows[number.reshape(-1)].T
+            # Fronts as metres behind a point that both pass; not a number where there is none.
+            s, t = body.at_m[a] + mine_m, body.at_m[b] + theirs_m
+            first = np.where(s >= t, a, b)
+            gap = np.abs(s - t) - body.length_m[first]
+            if relation == self._along:
+                # Where ways join, one is followed only once all of it is on the common way.
+                ordered = body.at_m[first] + common_m >= body.length_m[first]
+            else:
+                ordered = np.maximum(s, t) - body.length_m[first] <= common_m
+            follows |= ordered & (gap < _FOLLOWS_M)
+        return follows
 
-    def _relation(self, one: int, other: int) -> tuple[float, float, float]:
-        """Return what to add to the positions of the fronts, and how long the first is on the common way."""
+    def _along(self, one: int, other: int) -> tuple[float, float, float]:
+        """Return what to add to the positions of the fronts, and how long the first is on the common way.
+
+        For courses of which one leads onto the lane of the other.
+        """
         mine, theirs = self._courses[one], self._courses[other]
-        behind = dict(self._behind(mine))
-        for lane, metres in self._behind(theirs):
-            if lane in behind:
-                return behind[lane], metres, math.inf
+        for metres, lane in self._behind(mine):
+            if lane == theirs.lane:
+                return metres, 0.0, math.inf
+        for metres, lane in self._behind(theirs):
+            if lane == mine.lane:
+                return 0.0, metres, math.inf
         ahead = self._leads.get(mine.lane, {})
         if theirs.lane in ahead:
             return 0.0, ahead[theirs.lane], self._common_m(theirs, ahead)
@@ -356,6 +371,18 @@ class _Ways:
         if mine.lane in ahead:
             return ahead[mine.lane], 0.0, self._common_m(mine, ahead)
         return math.nan, math.nan, 0.0
+
+    def _split(self, one: int, other: int) -> tuple[float, float, float]:
+        """Return what to add to the positions of the fronts, and up to where rears have just left one lane.
+
+        For courses that come from one lane. SUMO lets nobody pass another that has hardly left it.
+        """
+        behind = {lane: metres for metres, lane in self._behind(self._courses[one])}
+        common = [(behind[c], metres, c) for metres, c in self._behind(self._courses[other]) if c in behind]
+        if not common:
+            return math.nan, math.nan, 0.0
+        mine_m, theirs_m, lane = min(common, key=lambda one: one[0] + one[1])
+        return mine_m, theirs_m, self._length_m[lane] + _JUST_LEFT_M
 
     def _common_m(self, course: Course, ahead: Mapping[str, float]) -> float:
         """Return how much of the lanes behind the front's own lies ahead of another lane too [m]."""
@@ -366,10 +393,10 @@ class _Ways:
             metres += self._length_m[lane]
         return metres
 
-    def _behind(self, course: Course) -> Iterator[tuple[str, float]]:
+    def _behind(self, course: Course) -> Iterator[tuple[float, str]]:
         """Yield the lanes of a course with how far behind the beginning of its own each begins [m]."""
-        yield course.lane, 0.0
+        yield 0.0, course.lane
         metres = 0.0
         for lane in course.before:
             metres += self._length_m[lane]
-            yield lane, metres
+            yield metres, lane

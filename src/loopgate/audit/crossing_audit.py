@@ -240,7 +240,7 @@ class _Audit:
         hits = overlapping(positions, self._length_m[vehicle], self._width_m[vehicle])
         for a, b in hits[np.argsort(positions.time_s[hits[:, 0]], kind="stable")].tolist():
             lanes = str(positions.lane_name[a]), str(positions.lane_name[b])
-            if lies_above(self._layout, *lanes):
+            if lies_above(self._layout, *lanes) or self._in_line(positions, a, b):
                 continue
             time = float(positions.time_s[a])
             pair = (int(vehicle[a]), int(vehicle[b]))
@@ -255,6 +255,14 @@ class _Audit:
             text = f"{names[0]} on {lanes[0]} and {names[1]} on {lanes[1]}: their bodies overlap"
             self._add(time, names[0], lanes[0], "bodies", text)
         self._touching = now
+
+    def _in_line(self, positions: Positions, a: int, b: int) -> bool:
+        """Return whether two bodies on one lane lie one behind the other: it may be drawn too short for them."""
+        if positions.lane_name[a] != positions.lane_name[b]:
+            return False
+        first, last = (a, b) if positions.pos_m[a] >= positions.pos_m[b] else (b, a)
+        length_m = self._length_m[positions.vehicle[first]]
+        return bool(positions.pos_m[first] - length_m >= positions.pos_m[last])
 
     def _add(self, at_s: float, vehicle: str, place: str, rule: str, text: str) -> None:
         self._told[rule] += 1

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
-from loopgate.audit.layout import Layout, LoopWay
+from loopgate.audit.layout import Layout, LoopWay, Span
 
 __all__ = ["Drawn", "DrawnConflict", "Meeting", "Side", "conflicts_by_loop", "find_meetings", "lies_above"]
 
@@ -23,8 +23,16 @@ _NEAR_M = 4.0
 _LOOK_BACK_M = 30.0
 """How far behind and ahead of a body ways are compared [m]."""
 
+_ROUNDING_M = 1e-6
+
 _LEAST_M = 0.1
 """Shorter stretches are corners that touch [m]."""
+
+_JUST_LEFT_M = 12.0
+"""So far behind the end of a lane those that have left it, one after the other, are kept apart by SUMO [m]."""
+
+_APART_M = 2.0
+"""Fronts farther apart than this belong to different stretches [m]."""
 
 _ABOVE_M = 2.5
 """Lanes this far above each other do not meet [m]."""
@@ -72,15 +80,17 @@ Drawn = Sequence[Meeting]
 
 @dataclass(slots=True)
 class _Way:
-    """A lane as part of a way: what lies behind and ahead of it, as metres from its own beginning."""
+    """A lane as part of a way: where lanes behind and ahead of it, and it itself, begin [m]; their lengths."""
 
     lane: int
     window: dict[int, float]
+    lengths: dict[int, float]
     points: npt.NDArray[np.float64]
     arcs: npt.NDArray[np.float64]
     length_m: float
-    changed: bool
-    """Whether vehicles come onto it from the lane beside it."""
+    first_m: float
+    last_m: float
+    """Where on it vehicles are, that change to the lane beside it or come from there."""
     loops: dict[str, float] = field(default_factory=dict)
     sizes: dict[float, float] = field(default_factory=dict)
     """Widths by length of the vehicles."""
@@ -110,28 +120,37 @@ def find_meetings(layout: Layout) -> list[Meeting]:
     tree = shapely.STRtree(shapes)
     one, other = tree.query(shapes, predicate="intersects")
     keep = one < other
-    hulls: dict[tuple[int, float, int, float], list[list[float]]] = {}
+    pairs: dict[tuple[int, float, int, float], list[tuple[_Body, _Body]]] = {}
     for a, b in zip(one[keep].tolist(), other[keep].tolist(), strict=True):
         x, y = bodies[a], bodies[b]
         i, j = ways[x.way].lane, ways[y.way].lane
         beside = edges[i] == edges[j] and not edges[i].startswith(":")
         if i == j or beside or lies_above(layout, names[i], names[j]) or _follows(ways, x, y):
             continue
-        key = (x.way, x.length_m, y.way, y.length_m)
-        rows = hulls.setdefault(key, [[np.inf, -np.inf, 0.0], [np.inf, -np.inf, 0.0]])
-        for row, body in zip(rows, (x, y), strict=True):
-            row[0] = min(row[0], body.at_m)
-            row[1] = max(row[1], body.at_m - body.length_m)
-            row[2] = max(row[2], body.waits)
-    return [
-        Meeting(
-            _side(ways[v], names, mine, length),
-            _side(ways[w], names, theirs, other_length),
-            (ways[v].loops, ways[w].loops),
-        )
-        for (v, length, w, other_length), (mine, theirs) in hulls.items()
-        if min(mine[1] + length - mine[0], theirs[1] + other_length - theirs[0]) >= _LEAST_M
-    ]
+        pairs.setdefault((x.way, x.length_m, y.way, y.length_m), []).append((x, y))
+    found = []
+    for (v, _, w, _), touching in pairs.items():
+        for zone in _zones(touching):
+            mine, theirs = _side(ways[v], names, zone, 0), _side(ways[w], names, zone, 1)
+            if min(mine.fronts_m, theirs.fronts_m) >= _LEAST_M:
+                found.append(Meeting(mine, theirs, (ways[v].loops, ways[w].loops)))
+    return found
+
+
+def _zones(touching: Sequence[tuple[_Body, _Body]]) -> Iterator[list[tuple[_Body, _Body]]]:
+    """Yield the pairs in groups that hang together: two lanes can meet at both of their ends."""
+    for part in _runs(touching, 0):
+        yield from _runs(part, 1)
+
+
+def _runs(pairs: Sequence[tuple[_Body, _Body]], side: int) -> Iterator[list[tuple[_Body, _Body]]]:
+    run: list[tuple[_Body, _Body]] = []
+    for pair in sorted(pairs, key=lambda pair: pair[side].at_m):
+        if run and pair[side].at_m - run[-1][side].at_m > _APART_M:
+            yield run
+            run = []
+        run.append(pair)
+    yield run
 
 
 def conflicts_by_loop(layout: Layout, drawn: Drawn) -> dict[str, list[DrawnConflict]]:
@@ -146,11 +165,17 @@ def conflicts_by_loop(layout: Layout, drawn: Drawn) -> dict[str, list[DrawnConfl
     return {name: sorted(some, key=lambda c: (c.begin_m, c.end_m, c.foe)) for name, some in found.items()}
 
 
-def _side(way: _Way, names: Sequence[str], row: Sequence[float], length_m: float) -> Side:
-    first, last, waits = row
-    # Fronts between those that were drawn touch too.
-    begin, end = first - _EVERY_M / 2, last + _EVERY_M / 2
-    return Side(next(iter(way.loops)), names[way.lane], begin, end, last + length_m - first, bool(waits))
+def _side(way: _Way, names: Sequence[str], zone: Sequence[tuple[_Body, _Body]], which: int) -> Side:
+    bodies = [pair[which] for pair in zone]
+    fronts = [body.at_m for body in bodies]
+    return Side(
+        loop=next(iter(way.loops)),
+        lane=names[way.lane],
+        begin_m=min(fronts),
+        end_m=max(body.at_m - body.length_m for body in bodies),
+        fronts_m=max(fronts) - min(fronts),
+        waits=any(body.waits for body in bodies),
+    )
 
 
 def _ways(layout: Layout, numbers: dict[str, int]) -> list[_Way]:
@@ -165,22 +190,37 @@ def _ways(layout: Layout, numbers: dict[str, int]) -> list[_Way]:
         lanes = [
             (lane, span.begin_m, span.end_m - span.begin_m) for span in loop.spans for lane in span.driven
         ]
-        came = [lane != span.driven[0] for span in loop.spans for lane in span.driven]
-        for lane, _, _ in lanes:
-            numbers.setdefault(lane, len(numbers))
+        driven = [part for span in loop.spans for part in _driven(loop, span)]
+        lengths = {numbers.setdefault(lane, len(numbers)): length_m for lane, _, length_m in lanes}
         for k, (lane, begin_m, length_m) in enumerate(lanes):
             if lane not in layout.shapes:
                 continue
             window = dict(_window(loop, lanes, k, longest + _LOOK_BACK_M, numbers))
-            key = ((numbers[lane], float(came[k])), *sorted(window.items()))
+            window[numbers[lane]] = 0.0
+            key = ((numbers[lane], driven[k][0]), (numbers[lane], driven[k][1]), *sorted(window.items()))
             way = found.get(key)
             if way is None:
                 points, arcs = _path(layout, lanes, k, longest)
-                way = found[key] = _Way(numbers[lane], window, points, arcs, length_m, came[k])
+                way = found[key] = _Way(numbers[lane], window, lengths, points, arcs, length_m, *driven[k])
             way.loops.setdefault(name, begin_m)
             for size, width in sizes[name].items():
                 way.sizes[size] = max(width, way.sizes.get(size, 0.0))
     return list(found.values())
+
+
+def _driven(loop: LoopWay, span: Span) -> list[tuple[float, float]]:
+    """Return where vehicles are on each lane of a span that they drive on [m]: all along, unless they change.
+
+    They change between the place before and the one behind, if these lie on the span.
+    """
+    length_m = span.end_m - span.begin_m
+    if not span.entered:
+        return [(0.0, length_m)]
+    places = [((leg.begin_m - span.begin_m) % loop.length_m, leg.end_m - leg.begin_m) for leg in loop.legs]
+    inside = sorted(place for place in places if place[0] < length_m)
+    before = [at + size for at, size in inside if at < _NEAR_M]
+    behind = [at for at, _ in inside if at >= _NEAR_M]
+    return [(0.0, min(behind, default=length_m)), (max(before, default=_ROUNDING_M), length_m)]
 
 
 _Lanes = Sequence[tuple[str, float, float]]
@@ -233,7 +273,8 @@ def _bodies(layout: Layout, ways: Sequence[_Way]) -> tuple[list[_Body], Any]:
         lap_m = layout.loops[loop].length_m
         for length, width in way.sizes.items():
             at = np.linspace(0.0, way.length_m, max(2, int(np.ceil(way.length_m / _EVERY_M)) + 1))
-            at = at[at >= length] if way.changed else at
+            at = at[(at >= min(way.first_m, way.length_m)) & (at <= way.last_m)]
+            at = at[at >= length] if way.first_m > 0.0 else at
             front = np.column_stack([np.interp(at, way.arcs, way.points[:, c]) for c in (0, 1)])
             # Where the way behind is not known it is taken to be straight.
             back_m = np.maximum(at - length, way.arcs[0])
@@ -248,8 +289,8 @@ def _bodies(layout: Layout, ways: Sequence[_Way]) -> tuple[list[_Body], Any]:
                 np.stack((front[known] + side, front[known] - side, tail - side, tail + side), axis=1)
             )
             for metres in at[known].tolist():
-                lane = next((n for m, n in reversed(behind) if m <= metres - length), -1)
-                lane = way.lane if metres - length >= 0.0 else lane
+                rear_m = metres - length + _ROUNDING_M
+                lane = next((n for m, n in reversed(behind) if m <= rear_m), -1)
                 waits = any(
                     b + k * lap_m <= metres - length + 1e-6 and metres <= e + k * lap_m + 1e-6
                     for b, e in places
@@ -268,25 +309,23 @@ def lies_above(layout: Layout, one: str, other: str) -> bool:
 
 
 def _follows(ways: Sequence[_Way], one: _Body, other: _Body) -> bool:
-    """Return whether one of two bodies comes behind the other on a way that both take, and close to it."""
+    """Return whether one of two bodies comes behind the other on a way that both take, and close to it.
+
+    Either on one way, with all of the first ahead of the second; or where both have just left one lane.
+    """
     mine, theirs = ways[one.way], ways[other.way]
-    ahead_m = _ahead_m(mine, theirs)
-    if ahead_m is None:
-        return False
-    gain = other.at_m + ahead_m[0] - one.at_m
-    first, last = (other, one) if gain >= 0 else (one, other)
-    after = ways[last.way]
-    on_way = first.rear_lane == after.lane or first.rear_lane in after.window
-    return (on_way or ahead_m[1]) and abs(gain) - first.length_m < _NEAR_M
-
-
-def _ahead_m(mine: _Way, theirs: _Way) -> tuple[float, bool] | None:
-    """Return how far ahead of mine their lane begins [m], and whether both come from one lane, if known."""
-    here = {mine.lane: 0.0, **mine.window}
-    there = {theirs.lane: 0.0, **theirs.window}
-    common = [lane for lane in here if lane in there]
+    here, there = mine.window, theirs.window
+    if mine.lane in there or theirs.lane in here:
+        off_m = here[theirs.lane] if theirs.lane in here else -there[mine.lane]
+        gain = other.at_m + off_m - one.at_m
+        first, last = (other, one) if gain >= 0 else (one, other)
+        if abs(gain) - first.length_m < _NEAR_M and first.rear_lane in ways[last.way].window:
+            return True
+    common = [lane for lane, at_m in here.items() if at_m <= 0.0 and there.get(lane, 1.0) <= 0.0]
     if not common:
-        return None
-    behind = [lane for lane in common if here[lane] <= 0.0 and there[lane] <= 0.0]
-    lane = max(behind, key=lambda one: here[one]) if behind else min(common, key=lambda one: here[one])
-    return here[lane] - there[lane], bool(behind)
+        return False
+    lane = max(common, key=lambda name: here[name] + there[name])
+    s, t = one.at_m - here[lane], other.at_m - there[lane]
+    length_m = one.length_m if s >= t else other.length_m
+    just_left = max(s, t) - length_m <= mine.lengths[lane] + _JUST_LEFT_M
+    return just_left and abs(s - t) - length_m < _NEAR_M
