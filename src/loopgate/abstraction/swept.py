@@ -238,9 +238,11 @@ def _lay(network: RoadNetwork, course: Course, bodies: _Bodies) -> _Rows:
     xy, arc = np.concatenate(points[::-1]), np.concatenate(arcs[::-1])
     height = np.concatenate(heights[::-1])
     fronts = _fronts(lane.length_m)
+    # Without lanes inside junctions vehicles jump from lane to lane: they have no direction meanwhile.
+    whole = bool(course.before) and (lane.internal or network.lanes[course.before[0]].internal)
     found = []
     for length in dict.fromkeys((bodies.shortest_m, bodies.longest_m)):
-        at = fronts if course.before else fronts[fronts >= length]
+        at = fronts if whole else fronts[fronts >= length]
         rear = np.maximum(at - length, arc[0])
         front_x, front_y = np.interp(at, arc, xy[:, 0]), np.interp(at, arc, xy[:, 1])
         dx = front_x - np.interp(rear, arc, xy[:, 0])

@@ -13,7 +13,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from loopgate.audit.bodies import overlapping
-from loopgate.audit.drawing import conflicts_by_loop, find_meetings, lies_above
+from loopgate.audit.drawing import conflicts_by_loop, find_meetings, jumps, lies_above
 from loopgate.audit.exclusion import Clash, Exclusion, Passages
 from loopgate.audit.layout import Layout
 from loopgate.audit.position_table import Positions, read_positions
@@ -116,6 +116,12 @@ class _Audit:
         bodies = layout.vehicles.values()
         self._length_m = np.array([body.length_m for body in bodies])
         self._width_m = np.array([body.width_m for body in bodies])
+        self._jumped_to = {
+            span.driven[0]
+            for loop in layout.loops.values()
+            for k, span in enumerate(loop.spans)
+            if jumps(loop.spans[k - 1], span)
+        }
         self._touching: set[tuple[int, int]] = set()
         self._astray: dict[int, str] = {}
         self._rows = 0
@@ -240,7 +246,7 @@ class _Audit:
         hits = overlapping(positions, self._length_m[vehicle], self._width_m[vehicle])
         for a, b in hits[np.argsort(positions.time_s[hits[:, 0]], kind="stable")].tolist():
             lanes = str(positions.lane_name[a]), str(positions.lane_name[b])
-            if lies_above(self._layout, *lanes) or self._in_line(positions, a, b):
+            if lies_above(self._layout, *lanes) or self._cannot_touch(positions, a, b):
                 continue
             time = float(positions.time_s[a])
             pair = (int(vehicle[a]), int(vehicle[b]))
@@ -256,8 +262,15 @@ class _Audit:
             self._add(time, names[0], lanes[0], "bodies", text)
         self._touching = now
 
-    def _in_line(self, positions: Positions, a: int, b: int) -> bool:
-        """Return whether two bodies on one lane lie one behind the other: it may be drawn too short for them."""
+    def _cannot_touch(self, positions: Positions, a: int, b: int) -> bool:
+        """Return whether two bodies that overlap as drawn do not on the road.
+
+        Where a lane is drawn shorter than it is, those on it lie one behind the other all the same.
+        """
+        for row in (a, b):
+            length_m = self._length_m[positions.vehicle[row]]
+            if positions.lane_name[row] in self._jumped_to and positions.pos_m[row] < length_m:
+                return True  # without lanes inside junctions there is no direction while it gets over
         if positions.lane_name[a] != positions.lane_name[b]:
             return False
         first, last = (a, b) if positions.pos_m[a] >= positions.pos_m[b] else (b, a)

@@ -12,7 +12,16 @@ import shapely
 
 from loopgate.audit.layout import Layout, LoopWay, Span
 
-__all__ = ["Drawn", "DrawnConflict", "Meeting", "Side", "conflicts_by_loop", "find_meetings", "lies_above"]
+__all__ = [
+    "Drawn",
+    "DrawnConflict",
+    "Meeting",
+    "Side",
+    "conflicts_by_loop",
+    "find_meetings",
+    "jumps",
+    "lies_above",
+]
 
 _EVERY_M = 0.5
 """How far apart the fronts are at which bodies are drawn [m]."""
@@ -190,7 +199,9 @@ def _ways(layout: Layout, numbers: dict[str, int]) -> list[_Way]:
         lanes = [
             (lane, span.begin_m, span.end_m - span.begin_m) for span in loop.spans for lane in span.driven
         ]
-        driven = [part for span in loop.spans for part in _driven(loop, span)]
+        driven = [
+            part for k, span in enumerate(loop.spans) for part in _driven(loop, span, loop.spans[k - 1])
+        ]
         lengths = {numbers.setdefault(lane, len(numbers)): length_m for lane, _, length_m in lanes}
         for k, (lane, begin_m, length_m) in enumerate(lanes):
             if lane not in layout.shapes:
@@ -208,19 +219,26 @@ def _ways(layout: Layout, numbers: dict[str, int]) -> list[_Way]:
     return list(found.values())
 
 
-def _driven(loop: LoopWay, span: Span) -> list[tuple[float, float]]:
+def _driven(loop: LoopWay, span: Span, before: Span) -> list[tuple[float, float]]:
     """Return where vehicles are on each lane of a span that they drive on [m]: all along, unless they change.
 
-    They change between the place before and the one behind, if these lie on the span.
+    They change between the place before and the one behind, if these lie on the span. Without lanes inside
+    junctions they jump from lane to lane: nothing can be drawn until they are on the second.
     """
     length_m = span.end_m - span.begin_m
+    begin_m = _ROUNDING_M if jumps(before, span) else 0.0
     if not span.entered:
-        return [(0.0, length_m)]
+        return [(begin_m, length_m)]
     places = [((leg.begin_m - span.begin_m) % loop.length_m, leg.end_m - leg.begin_m) for leg in loop.legs]
     inside = sorted(place for place in places if place[0] < length_m)
-    before = [at + size for at, size in inside if at < _NEAR_M]
-    behind = [at for at, _ in inside if at >= _NEAR_M]
-    return [(0.0, min(behind, default=length_m)), (max(before, default=_ROUNDING_M), length_m)]
+    first = [at + size for at, size in inside if at < _NEAR_M]
+    last = [at for at, _ in inside if at >= _NEAR_M]
+    return [(begin_m, min(last, default=length_m)), (max(first, default=_ROUNDING_M), length_m)]
+
+
+def jumps(before: Span, span: Span) -> bool:
+    """Return whether vehicles get from one lane to another with no lane inside a junction between."""
+    return not before.internal and not span.internal
 
 
 _Lanes = Sequence[tuple[str, float, float]]
