@@ -116,7 +116,7 @@ def given(names: list[str], seeds: int, vehicles: list[int]) -> Iterator[tuple[s
                         name,
                         {
                             "loops": 60,
-                            "loop_length_m": [600.0, 4000.0],
+                            "loop_length_m": "600:4000",
                             "loops_seed": seed,
                             "vehicles": count,
                             "seed": seed,

@@ -38,7 +38,7 @@ _LEAST_M = 0.1
 """Shorter stretches are corners that touch [m]."""
 
 _JUST_LEFT_M = 12.0
-"""So far behind the end of a lane those that have left it, one after the other, are kept apart by SUMO [m]."""
+"""So far behind the end of a lane SUMO keeps those apart that leave it one after the other [m]."""
 
 _APART_M = 2.0
 """Fronts farther apart than this belong to different stretches [m]."""
@@ -65,7 +65,7 @@ class Side(NamedTuple):
     """One of two bodies that touch: a loop, the lane of the front, where front and rear touch as above [m].
 
     `fronts_m` is how far apart the first and the last of these fronts are [m]. `waits` says whether some of
-    these bodies lie in a place, between its beginning and its stop line.
+    these bodies lie in a place, between its beginning and its stop line, `shortest` whether none are shorter.
     """
 
     loop: str
@@ -74,6 +74,7 @@ class Side(NamedTuple):
     end_m: float
     fronts_m: float
     waits: bool
+    shortest: bool
 
 
 class Meeting(NamedTuple):
@@ -89,7 +90,7 @@ Drawn = Sequence[Meeting]
 
 @dataclass(slots=True)
 class _Way:
-    """A lane as part of a way: where lanes behind and ahead of it, and it itself, begin [m]; their lengths."""
+    """A lane as part of a way: where it and the lanes behind and ahead begin [m], and their lengths."""
 
     lane: int
     window: dict[int, float]
@@ -163,9 +164,14 @@ def _runs(pairs: Sequence[tuple[_Body, _Body]], side: int) -> Iterator[list[tupl
 
 
 def conflicts_by_loop(layout: Layout, drawn: Drawn) -> dict[str, list[DrawnConflict]]:
-    """Return the stretches of each loop on which bodies can touch those on other lanes."""
+    """Return the stretches of each loop on which the shortest bodies can touch those on other lanes.
+
+    Longer ones swing out farther, each in its own way: whether they touch, their rectangles tell.
+    """
     found: dict[str, set[DrawnConflict]] = {name: set() for name in layout.loops}
     for meeting in drawn:
+        if not (meeting.one.shortest and meeting.other.shortest):
+            continue
         sides = (meeting.one, meeting.other), (meeting.other, meeting.one)
         for (mine, foe), loops in zip(sides, meeting.loops, strict=True):
             for loop, off_m in loops.items():
@@ -184,6 +190,7 @@ def _side(way: _Way, names: Sequence[str], zone: Sequence[tuple[_Body, _Body]], 
         end_m=max(body.at_m - body.length_m for body in bodies),
         fronts_m=max(fronts) - min(fronts),
         waits=any(body.waits for body in bodies),
+        shortest=bodies[0].length_m == min(way.sizes),
     )
 
 

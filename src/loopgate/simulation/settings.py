@@ -43,6 +43,9 @@ _LEAST_TOP, _LEAST_PACE, _MOST_DEVIATION = 0.8, 0.9, 0.1
 """Of the speed limit: top speed, mean of what drivers choose, and how far they differ. Who drives slower is
 on a crossing for longer than expected."""
 
+_LONG_M = 9.0
+"""Vehicles longer than this swing out: how long they are in somebody's way depends on where both are."""
+
 _OF_THEIR_OWN = frozenset({"bicycle", "motorcycle", "scooter"})
 """Vehicle classes that by SUMO's defaults are slower than these bounds, or dawdle more."""
 
@@ -146,6 +149,7 @@ def _peculiarity(kind: VehicleType, limit_mps: float) -> str:
     slow, top = min(tops.items(), key=lambda item: item[1])
     checks = {
         f"{_MODEL} {model}": model in _UNFORESEEN,
+        f"length {kind.length_m:g} m": kind.length_m > _LONG_M,
         f"vClass {kind.vclass}": kind.vclass in _OF_THEIR_OWN,
         f"accel {accel:g} with sigma {sigma:g}": accel * sigma > _MOST_DAWDLING_MPS2,
         f"accel {accel:g} with {_MINOR} {minor:g}": accel * minor > _MOST_DAWDLING_MPS2,
