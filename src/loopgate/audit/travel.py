@@ -127,7 +127,9 @@ class Traveller:
         arcs = np.maximum.accumulate(np.concatenate(([self._last[1]], arcs_m)))
         self._last = float(time[-1]), float(arcs[-1])
         entered.append(self._reached(s.begin_m, time, arcs))
-        return Passages.join(entered), self._reached(s.end_m + self.body.length_m, time, arcs)
+        # A stretch may be one for longer bodies only: then this one leaves it as it comes.
+        left_m = np.maximum(s.end_m + self.body.length_m, s.begin_m)
+        return Passages.join(entered), self._reached(left_m, time, arcs)
 
     def ungranted(self, time_s: Floats, arcs_m: Floats, tolerance_m: float) -> tuple[Ints, Floats]:
         """Return the rows at which the front is beyond what was granted before that step, and by how much."""
