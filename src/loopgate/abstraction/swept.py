@@ -49,6 +49,9 @@ _ABOVE_M = 2.5
 
 _MOST_PAIRS = 2_000_000
 
+_MOST_LENGTHS = 4
+"""So many lengths of vehicles are looked at on a course."""
+
 
 @dataclass(frozen=True, slots=True)
 class Course:
@@ -69,11 +72,16 @@ class Course:
 
 @dataclass(slots=True)
 class _Bodies:
-    """Lengths of the shortest and the longest vehicle on a course, and width of the widest [m]."""
+    """Lengths of the vehicles on a course, and width of the widest [m]."""
 
-    shortest_m: float
-    longest_m: float
+    lengths_m: set[float]
     width_m: float
+
+    def looked_at_m(self) -> list[float]:
+        """Return the lengths to be looked at, ascending: all, or a few of them where there are many."""
+        every = sorted(self.lengths_m)
+        few = min(len(every), _MOST_LENGTHS)
+        return sorted({every[round(k * (len(every) - 1) / max(1, few - 1))] for k in range(few)})
 
 
 Courses = dict[Course, _Bodies]
@@ -83,13 +91,11 @@ def courses_of(network: RoadNetwork, users: Sequence[tuple[Loop, VehicleType]]) 
     """Return all courses of vehicles on loops. O(spans)."""
     found: Courses = {}
     for loop, kinds in _kinds(users):
-        shortest = min(kind.length_m for kind in kinds)
-        longest = max(kind.length_m for kind in kinds)
+        lengths = {kind.length_m for kind in kinds}
         width = max(kind.width_m for kind in kinds)
-        for course in _along(network, loop, longest):
-            bodies = found.setdefault(course, _Bodies(shortest, longest, width))
-            bodies.shortest_m = min(bodies.shortest_m, shortest)
-            bodies.longest_m = max(bodies.longest_m, longest)
+        for course in _along(network, loop, max(lengths)):
+            bodies = found.setdefault(course, _Bodies(set(), width))
+            bodies.lengths_m |= lengths
             bodies.width_m = max(bodies.width_m, width)
     return found
 
@@ -222,7 +228,7 @@ class _Rows(NamedTuple):
 
 
 def _lay(network: RoadNetwork, course: Course, bodies: _Bodies) -> _Rows:
-    """Return the bodies of a course, one for each front and each of the two lengths."""
+    """Return the bodies of a course, one for each front and each length."""
     lane = network.lanes[course.lane]
     points: list[Floats] = []
     arcs: list[Floats] = []
@@ -241,7 +247,7 @@ def _lay(network: RoadNetwork, course: Course, bodies: _Bodies) -> _Rows:
     # Without lanes inside junctions vehicles jump from lane to lane: they have no direction meanwhile.
     whole = bool(course.before) and (lane.internal or network.lanes[course.before[0]].internal)
     found = []
-    for length in dict.fromkeys((bodies.shortest_m, bodies.longest_m)):
+    for length in bodies.looked_at_m():
         at = fronts if whole else fronts[fronts >= length]
         rear = np.maximum(at - length, arc[0])
         front_x, front_y = np.interp(at, arc, xy[:, 0]), np.interp(at, arc, xy[:, 1])
