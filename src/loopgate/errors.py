@@ -7,6 +7,8 @@ The command line prints that line and exits with code 2.
 
 from __future__ import annotations
 
+import re
+
 __all__ = [
     "AnalysisError",
     "GateError",
@@ -26,8 +28,15 @@ __all__ = [
 ]
 
 
+UNPRINTABLE = re.compile("[\x00-\x1f\x7f-\x9f\u2028\u2029\ud800-\udfff]")
+"""Control characters, line ends, and halves of characters, which no encoding can write."""
+
+
 class LoopgateError(Exception):
-    """Base of all errors that the package raises on purpose."""
+    """Base of all errors that the package raises on purpose; whatever names come into it, one line."""
+
+    def __str__(self) -> str:
+        return UNPRINTABLE.sub(lambda found: ascii(found[0])[1:-1], super().__str__())
 
 
 class SystemModelError(LoopgateError):
