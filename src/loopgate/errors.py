@@ -36,7 +36,11 @@ class LoopgateError(Exception):
     """Base of all errors that the package raises on purpose; whatever names come into it, one line."""
 
     def __str__(self) -> str:
-        return UNPRINTABLE.sub(lambda found: ascii(found[0])[1:-1], super().__str__())
+        return UNPRINTABLE.sub(_printable, super().__str__())
+
+
+def _printable(found: re.Match[str]) -> str:
+    return " " if found[0].isspace() else ascii(found[0])[1:-1]
 
 
 class SystemModelError(LoopgateError):

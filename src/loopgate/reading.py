@@ -17,7 +17,7 @@ from typing import Any
 
 from loopgate.errors import UNPRINTABLE, LoopgateError
 
-__all__ = ["is_file", "is_plain", "read_json", "read_toml", "refusing", "shown"]
+__all__ = ["is_file", "is_plain", "read_json", "read_object", "read_toml", "refusing", "shown"]
 
 _LONGEST_VALUE = 80
 _LONGEST_REASON = 200
@@ -25,7 +25,9 @@ _LONGEST_REASON = 200
 
 @contextmanager
 def refusing(file: Path | str, what: str, error: type[LoopgateError], *, wrong: str = "") -> Iterator[None]:
-    """Turn whatever goes wrong inside into `error`; errors of the package pass through.
+    """Turn whatever goes wrong inside into `error`, a line that begins with the file.
+
+    Errors of the package that are such an `error` already pass through.
 
     Parameters
     ----------
@@ -40,12 +42,15 @@ def refusing(file: Path | str, what: str, error: type[LoopgateError], *, wrong: 
     """
     try:
         yield
-    except LoopgateError:
+    except error:
         raise
-    except OSError as problem:
-        msg = f"{file}: cannot read the {what} ({problem.strerror or _reason(problem)})"
+    except LoopgateError as problem:
+        msg = f"{file}: {problem}"
         raise error(msg) from problem
     except Exception as problem:
+        if isinstance(problem, OSError) and problem.strerror:  # parsers raise bare ones for what they read
+            msg = f"{file}: cannot read the {what} ({problem.strerror})"
+            raise error(msg) from problem
         msg = f"{file}: {wrong or f'no readable {what}'} ({_reason(problem)})"
         raise error(msg) from problem
 
@@ -54,6 +59,15 @@ def read_json(file: Path | str, what: str, error: type[LoopgateError]) -> Any:  
     """Return what a JSON file holds; raise `error` if it cannot be read or is no JSON."""
     with refusing(file, what, error, wrong="not a JSON file"):
         return json.loads(_text(file, what, error, 256_000_000))
+
+
+def read_object(file: Path | str, what: str, error: type[LoopgateError]) -> dict[str, Any]:
+    """Return the JSON object that a file holds; raise `error` if it holds something else."""
+    data = read_json(file, what, error)
+    if not isinstance(data, dict):
+        msg = f"{file}: no {what}: it holds {shown(data)}; expected a JSON object"
+        raise error(msg)
+    return data
 
 
 def read_toml(file: Path | str, what: str, error: type[LoopgateError]) -> dict[str, Any]:

@@ -4,19 +4,21 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
 import pyarrow as pa
-import pyarrow.parquet as pq
 
 from loopgate.analysis.rows import read_run_row
 from loopgate.errors import ResultsError
+from loopgate.reading import read_object, refusing, shown
 from loopgate.results import row_columns as c
+from loopgate.results.columns import EDGE, EDGE_COLUMNS, EDGE_LENGTH, EVENT_COLUMNS, SHAPE, VEHICLE_COLUMNS
 from loopgate.results.row_schema import ROW_SCHEMA
+from loopgate.results.table_file import read_rows, read_table
 
 __all__ = ["Results", "Run", "read_results", "read_run"]
 
@@ -60,17 +62,14 @@ def read_run(folder: Path | str) -> Run:
         If a file of it is missing or cannot be read.
     """
     folder = Path(folder)
-    try:
+    with refusing(folder, "run folder", ResultsError):
         return Run(
             folder=folder,
-            summary=json.loads((folder / "summary.json").read_text(encoding="utf-8")),
-            events=pd.read_parquet(folder / "events.parquet"),
-            vehicles=pd.read_parquet(folder / "vehicles.parquet"),
-            edges=pd.read_parquet(folder / "edges.parquet"),
+            summary=read_object(folder / "summary.json", "summary", ResultsError),
+            events=_read(folder / "events.parquet", EVENT_COLUMNS[:4]),
+            vehicles=_read(folder / "vehicles.parquet", VEHICLE_COLUMNS[:1]),
+            edges=_read(folder / "edges.parquet", EDGE_COLUMNS[:1]),
         )
-    except (OSError, ValueError) as error:
-        msg = f"{folder}: not a readable run folder ({' '.join(str(error).split())[:200]})"
-        raise ResultsError(msg) from error
 
 
 def read_results(folder: Path | str) -> Results:
@@ -82,17 +81,25 @@ def read_results(folder: Path | str) -> Results:
         If it is none of these, or a file cannot be read.
     """
     folder = Path(folder)
-    if (folder / "rows").is_dir():
-        rows = _latest(_read_rows(folder / "rows"))
-        edge_sets = {file.stem: _read(file) for file in sorted((folder / "edges").glob("*.parquet"))}
-        manifest = folder / "sweep.json"
-        known = json.loads(manifest.read_text(encoding="utf-8")) if manifest.is_file() else {}
-        return Results(folder, _with_varying_keys(rows), edge_sets, known)
-    runs = [folder] if (folder / "summary.json").is_file() else _run_folders(folder)
-    if not runs:
-        msg = f"{folder}: no results; expected rows/ (a sweep), summary.json (a run) or a folder of runs"
-        raise ResultsError(msg)
-    return _from_runs(folder, runs)
+    with refusing(folder, "folder of results", ResultsError):
+        if (folder / "rows").is_dir():
+            return _from_rows(folder)
+        runs = [folder] if (folder / "summary.json").is_file() else _run_folders(folder)
+        if not runs:
+            msg = f"{folder}: no results; expected rows/ (a sweep), summary.json (a run) or a folder of runs"
+            raise ResultsError(msg)
+        return _from_runs(folder, runs)
+
+
+def _from_rows(folder: Path) -> Results:
+    rows = _latest(_read_rows(folder / "rows"))
+    edge_sets = {
+        file.stem: _read(file, (EDGE, EDGE_LENGTH, SHAPE))
+        for file in sorted((folder / "edges").glob("*.parquet"))
+    }
+    manifest = folder / "sweep.json"
+    known = read_object(manifest, "description of a sweep", ResultsError) if manifest.is_file() else {}
+    return Results(folder, _with_varying_keys(rows, folder / "rows"), edge_sets, known)
 
 
 def _run_folders(folder: Path) -> list[Path]:
@@ -112,39 +119,23 @@ def _read_rows(folder: Path) -> pd.DataFrame:
     for left in reversed(range(_READ_TRIES)):
         files = sorted(folder.glob("*.parquet"))
         try:
-            tables = [_read_table(file) for file in files]
-            rows: pd.DataFrame = pa.concat_tables([ROW_SCHEMA.empty_table(), *tables]).to_pandas()
-        except FileNotFoundError as error:
+            tables = [read_rows(file) for file in files]
+        except ResultsError as error:
+            if not isinstance(error.__cause__, FileNotFoundError):
+                raise
             if not left:
                 msg = f"{folder}: its files change faster than they can be read; try again"
                 raise ResultsError(msg) from error
             time.sleep(0.2)
         else:
+            rows: pd.DataFrame = pa.concat_tables([ROW_SCHEMA.empty_table(), *tables]).to_pandas()
             return rows
     raise AssertionError  # the loop returns or raises
 
 
-def _read_table(file: Path) -> pa.Table:
-    try:
-        return pq.read_table(file, schema=ROW_SCHEMA)
-    except FileNotFoundError:
-        raise
-    except (OSError, pa.ArrowInvalid) as error:
-        msg = f"{file}: not a readable Parquet file ({' '.join(str(error).split())[:200]})"
-        raise ResultsError(msg) from error
-
-
-def _read(file: Path) -> pd.DataFrame:
-    frame: pd.DataFrame = _read_edges(file).to_pandas()
+def _read(file: Path, needed: Sequence[str]) -> pd.DataFrame:
+    frame: pd.DataFrame = read_table(file, needed).to_pandas()
     return frame
-
-
-def _read_edges(file: Path) -> pa.Table:
-    try:
-        return pq.read_table(file)
-    except (OSError, pa.ArrowInvalid) as error:
-        msg = f"{file}: not a readable Parquet file ({' '.join(str(error).split())[:200]})"
-        raise ResultsError(msg) from error
 
 
 def _latest(rows: pd.DataFrame) -> pd.DataFrame:
@@ -153,9 +144,12 @@ def _latest(rows: pd.DataFrame) -> pd.DataFrame:
     return ordered.drop_duplicates(c.KEY, keep="last").reset_index(drop=True)
 
 
-def _with_varying_keys(rows: pd.DataFrame) -> pd.DataFrame:
+def _with_varying_keys(rows: pd.DataFrame, folder: Path) -> pd.DataFrame:
     """Add a column for each scenario key that has no column yet and is not the same in all rows."""
-    scenarios = [json.loads(text) if text else {} for text in rows[c.SCENARIO]]
+    scenarios = [
+        _scenario(text, f"{folder}: row {key}") if text else {}
+        for key, text in zip(rows[c.KEY], rows[c.SCENARIO], strict=True)
+    ]
     names = sorted({name for scenario in scenarios for name in scenario} - set(rows.columns))
     columns = {name: [scenario.get(name) for scenario in scenarios] for name in names}
     varying = {
@@ -163,4 +157,13 @@ def _with_varying_keys(rows: pd.DataFrame) -> pd.DataFrame:
         for name, values in columns.items()
         if len({str(v) for v in values}) > 1
     }
-    return rows.assign(**varying)
+    return rows.assign(**{name: pd.Series(values, index=rows.index) for name, values in varying.items()})
+
+
+def _scenario(text: str, what: str) -> dict[str, Any]:
+    with refusing(what, "scenario", ResultsError):
+        scenario = json.loads(text)
+    if isinstance(scenario, dict):
+        return scenario
+    msg = f"{what}: its scenario is {shown(scenario)}; expected a JSON object"
+    raise ResultsError(msg)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -15,8 +14,10 @@ import pandas as pd
 from loopgate.analysis.columns import LAP_TIME
 from loopgate.analysis.trips import compute_laps
 from loopgate.errors import ResultsError
+from loopgate.reading import read_object, read_toml, refusing
 from loopgate.results import columns as run
 from loopgate.results import row_columns as c
+from loopgate.results.table_file import read_table
 
 __all__ = ["LAP_GRID", "RunRow", "read_run_row", "run_row"]
 
@@ -24,6 +25,18 @@ LAP_GRID = np.linspace(0.0, 1.0, 21)
 """Quantiles of the lap times that a row keeps."""
 
 _HALF_HOUR_S = 1800.0
+_NO_EDGES = pd.DataFrame(columns=list(run.EDGE_COLUMNS))
+_EDGE_COLUMNS = (
+    run.EDGE,
+    run.EDGE_LENGTH,
+    run.VISITS,
+    run.MEAN_REVISIT,
+    run.MAX_REVISIT,
+    run.IDLENESS,
+    run.EDGE_HOLD,
+    run.SHAPE,
+)
+"""What a row needs of the edges; there may be more."""
 
 _SAME_NAME = (
     c.LAPS,
@@ -60,22 +73,23 @@ def read_run_row(folder: Path) -> RunRow:
     Raises
     ------
     ResultsError
-        If ``summary.json``, ``events.parquet`` or ``edges.parquet`` is missing or cannot be read.
+        If ``scenario.toml``, ``summary.json`` or ``events.parquet`` is missing, or one of these or
+        ``edges.parquet`` cannot be read.
     """
-    try:
-        scenario = tomllib.loads((folder / "scenario.toml").read_text(encoding="utf-8"))
-        summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+    with refusing(folder, "run folder", ResultsError):
+        scenario = read_toml(folder / "scenario.toml", "scenario", ResultsError)
+        summary = read_object(folder / "summary.json", "summary", ResultsError)
         kinds = [str(kind) for kind in (run.Event.START, run.Event.EDGE, run.Event.LAP)]
-        events = pd.read_parquet(
-            folder / "events.parquet", columns=list(run.EVENT_COLUMNS[:4]), filters=[(run.EVENT, "in", kinds)]
-        )
+        events = read_table(
+            folder / "events.parquet",
+            run.EVENT_COLUMNS[:4],
+            columns=run.EVENT_COLUMNS[:4],
+            filters=[(run.EVENT, "in", kinds)],
+        ).to_pandas()
         # A run that locks up while it warms up has measured nothing, and has no edges.
         file = folder / "edges.parquet"
-        edges = pd.read_parquet(file) if file.exists() else pd.DataFrame(columns=list(run.EDGE_COLUMNS))
-    except (OSError, ValueError) as error:
-        msg = f"{folder}: not a readable run folder ({_one_line(error)})"
-        raise ResultsError(msg) from error
-    return run_row(scenario=scenario, summary=summary, events=events, edges=edges)
+        edges = read_table(file, _EDGE_COLUMNS).to_pandas() if file.exists() else _NO_EDGES
+        return run_row(scenario=scenario, summary=summary, events=events, edges=edges)
 
 
 def run_row(
@@ -175,7 +189,3 @@ def _edges(edges: pd.DataFrame) -> dict[str, Any]:
         c.EDGE_MAX_REVISIT: edges[run.MAX_REVISIT].astype(float).tolist(),
         c.EDGE_IDLENESS: edges[run.IDLENESS].astype(float).tolist(),
     }
-
-
-def _one_line(error: BaseException) -> str:
-    return " ".join(str(error).split())[:200]

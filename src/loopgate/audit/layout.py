@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 from loopgate.errors import ResultsError
+from loopgate.reading import read_object, refusing, shown
 
 __all__ = ["Layout", "Leg", "LoopWay", "Span", "VehicleBody", "read_layout", "write_layout"]
+
+_LARGEST = 1e12
+_FEWEST_POINTS = 2
 
 Stretch = tuple[float, float]
 
@@ -109,38 +113,99 @@ def read_layout(file: Path) -> Layout:
     ResultsError
         If it cannot be read or is no layout.
     """
-    try:
-        data = json.loads(file.read_text(encoding="utf-8"))
-        return Layout(
-            step_s=data["step_s"],
-            room=data["room"],
-            loops={name: _loop(loop) for name, loop in data["loops"].items()},
-            vehicles={name: VehicleBody(**body) for name, body in data["vehicles"].items()},
-            movements={name: tuple(lanes) for name, lanes in data["movements"].items()},
-            shapes={lane: tuple((x, y) for x, y in shape) for lane, shape in data["shapes"].items()},
+    data = read_object(file, "layout of a run", ResultsError)
+    with refusing(file, "layout of a run", ResultsError, wrong="no layout of a run"):
+        layout = Layout(
+            step_s=_number(data["step_s"]),
+            room={_text(state): _whole(room) for state, room in data["room"].items()},
+            loops={_text(name): _loop(loop) for name, loop in data["loops"].items()},
+            vehicles={_text(name): _body(body) for name, body in data["vehicles"].items()},
+            movements={name: tuple(map(_text, lanes)) for name, lanes in data["movements"].items()},
+            shapes={
+                lane: tuple((_number(x), _number(y)) for x, y in shape)
+                for lane, shape in data["shapes"].items()
+            },
         )
-    except OSError as error:
-        msg = f"{file}: cannot read the layout ({error.strerror or error})"
-        raise ResultsError(msg) from error
-    except (ValueError, KeyError, TypeError) as error:
-        msg = f"{file}: no layout of a run ({type(error).__name__}: {error})"
-        raise ResultsError(msg) from error
+        _check(layout)
+        return layout
+
+
+def _check(layout: Layout) -> None:
+    """Raise ValueError where parts name what is not there."""
+    for name, body in layout.vehicles.items():
+        loop = layout.loops.get(body.loop)
+        if loop is None or not 0 <= body.leg < len(loop.legs):
+            msg = f"vehicle {name}: there is no leg {body.leg} on a loop {body.loop}"
+            raise ValueError(msg)
+    for name, loop in layout.loops.items():
+        if not (loop.spans and loop.length_m > 0.0):
+            msg = f"loop {name}: it has no length"
+            raise ValueError(msg)
+        inside = [span.lanes[0] for span in loop.spans if span.internal]
+        undrawn = [lane for lane in inside if len(layout.shapes.get(lane, ())) < _FEWEST_POINTS]
+        if undrawn:
+            msg = f"loop {name}: its lane {undrawn[0]} has no shape"
+            raise ValueError(msg)
 
 
 def _loop(data: Mapping[str, Any]) -> LoopWay:
     return LoopWay(
-        length_m=data["length_m"],
-        spans=tuple(Span(s["begin_m"], s["end_m"], tuple(s["lanes"])) for s in data["spans"]),
+        length_m=_number(data["length_m"]),
+        spans=tuple(
+            Span(_number(s["begin_m"]), _number(s["end_m"]), _lanes(s["lanes"])) for s in data["spans"]
+        ),
         legs=tuple(
             Leg(
-                leg["state"],
-                leg["begin_m"],
-                leg["end_m"],
+                _text(leg["state"]),
+                _number(leg["begin_m"]),
+                _number(leg["end_m"]),
                 tuple(
-                    (movement, {foe: (s[0], s[1]) if s else None for foe, s in foes.items()})
+                    (
+                        _text(movement),
+                        {foe: (_number(s[0]), _number(s[1])) if s else None for foe, s in foes.items()},
+                    )
                     for movement, foes in leg["crossings"]
                 ),
             )
             for leg in data["legs"]
         ),
     )
+
+
+def _body(data: Mapping[str, Any]) -> VehicleBody:
+    return VehicleBody(
+        loop=_text(data["loop"]),
+        length_m=_number(data["length_m"]),
+        width_m=_number(data["width_m"]),
+        start_m=_number(data["start_m"]),
+        leg=_whole(data["leg"]),
+    )
+
+
+def _lanes(data: Iterable[object]) -> tuple[str, ...]:
+    lanes = tuple(map(_text, data))
+    if not lanes:
+        msg = "a span has no lane"
+        raise ValueError(msg)
+    return lanes
+
+
+def _number(value: object) -> float:
+    if isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= _LARGEST:
+        return value
+    msg = f"{shown(value)} stands where a finite number is expected"
+    raise ValueError(msg)
+
+
+def _whole(value: object) -> int:
+    if isinstance(value, int) and not isinstance(value, bool):
+        return value
+    msg = f"{shown(value)} stands where a whole number is expected"
+    raise ValueError(msg)
+
+
+def _text(value: object) -> str:
+    if isinstance(value, str):
+        return value
+    msg = f"{shown(value)} stands where a name is expected"
+    raise ValueError(msg)

@@ -13,6 +13,7 @@ import pyarrow as pa
 import pyarrow.csv
 
 from loopgate.errors import ResultsError
+from loopgate.reading import refusing
 
 __all__ = ["ATTRIBUTES", "Positions", "read_positions"]
 
@@ -83,7 +84,7 @@ def read_positions(
     ResultsError
         If it cannot be read.
     """
-    try:
+    with refusing(file, "positions", ResultsError):
         rest: pd.DataFrame | None = None
         with _open(file) as reader:
             for batch in reader:
@@ -99,9 +100,6 @@ def read_positions(
                     yield _positions(frame[whole], vehicles, lanes, step_s)
         if rest is not None and len(rest):
             yield _positions(rest, vehicles, lanes, step_s)
-    except (OSError, pa.ArrowException) as error:
-        msg = f"{file}: cannot read the positions ({error})"
-        raise ResultsError(msg) from error
 
 
 def _open(file: Path) -> pyarrow.csv.CSVStreamingReader:

@@ -3,4 +3,13 @@
 from loopgate.gates.base import Decision, FollowingGate, Gate, Reason, TimedGate
 from loopgate.gates.registry import check_gate, gate_names, make_gate
 
-__all__ = ["Decision", "FollowingGate", "Gate", "Reason", "TimedGate", "check_gate", "gate_names", "make_gate"]
+__all__ = [
+    "Decision",
+    "FollowingGate",
+    "Gate",
+    "Reason",
+    "TimedGate",
+    "check_gate",
+    "gate_names",
+    "make_gate",
+]

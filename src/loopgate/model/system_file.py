@@ -19,7 +19,7 @@ from loopgate.errors import SystemFileError, SystemModelError
 from loopgate.model.ids import RobotId, StateId
 from loopgate.model.robot import Robot
 from loopgate.model.system import System
-from loopgate.reading import is_plain, read_json, shown
+from loopgate.reading import is_plain, read_json, refusing, shown
 
 __all__ = ["read_system", "system_from_dict", "system_to_dict", "write_system"]
 
@@ -37,11 +37,8 @@ def read_system(file: Path | str) -> System:
         the robot or state concerned.
     """
     data = read_json(file, "system file", SystemFileError)
-    try:
+    with refusing(file, "system file", SystemFileError):
         return system_from_dict(data)
-    except SystemModelError as error:
-        msg = f"{file}: {error}"
-        raise SystemFileError(msg) from error
 
 
 def write_system(system: System, file: Path | str, *, note: str = "") -> None:

@@ -12,8 +12,10 @@ import sumolib
 
 from loopgate.errors import NetworkError
 from loopgate.network.records import Connection, Edge, Junction, Lane, Points
+from loopgate.network.soundness import check_sound
 from loopgate.network.sumo_config import is_sumo_config, read_sumo_config
 from loopgate.network.xml_file import check_root
+from loopgate.reading import refusing
 
 __all__ = ["RoadNetwork", "packaged_networks"]
 
@@ -79,23 +81,19 @@ class RoadNetwork:
         Raises
         ------
         NetworkError
-            If there is no such network, or the file is no SUMO network.
+            If there is no such network, or the file is no SUMO network or one that makes no sense.
         """
         text = str(name)
         file = _packaged(text) if text.startswith(PACKAGED) else Path(text)
         if is_sumo_config(file):
             file = read_sumo_config(file).net_file
         check_root(file, root="net", what="network", error=NetworkError)
-        try:
-            net = sumolib.net.readNet(str(file), withInternal=True)
-        except Exception as error:  # sumolib raises whatever its parser stumbles on
-            text = str(error) or type(error).__name__
-            msg = f"{file}: not a SUMO network that can be read ({type(error).__name__}: {text})"
-            raise NetworkError(msg) from error
-        network = _records(net, text, file)
+        with refusing(file, "network", NetworkError, wrong="not a SUMO network that can be read"):
+            network = _records(sumolib.net.readNet(str(file), withInternal=True), text, file)
         if not network.edges:
             msg = f"{file}: the network has no edges"
             raise NetworkError(msg)
+        check_sound(network.file, network.lanes, network.edges, network.junctions, network.connections)
         return network
 
     def edge(self, edge: str) -> Edge:

@@ -14,6 +14,7 @@ import pandas as pd
 
 from loopgate.analysis.monitoring import compute_edges
 from loopgate.errors import ScenarioError
+from loopgate.reading import is_file
 from loopgate.results.columns import (
     DISTANCE,
     EDGE,
@@ -88,7 +89,7 @@ class Folder:
         if ":" in str(path.relative_to(path.anchor)):
             msg = f"{path}: SUMO takes what follows a colon for a port; choose a folder without one"
             raise ScenarioError(msg)
-        if (path / SUMMARY).exists() and not overwrite:
+        if is_file(path / SUMMARY) and not overwrite:
             msg = f"{path}: it holds the results of a run; choose another folder, or --overwrite"
             raise ScenarioError(msg)
         try:

@@ -15,7 +15,7 @@ from loopgate.errors import LoopgateError, ScenarioError
 from loopgate.gates import check_gate
 from loopgate.negotiation.registry import check_negotiation
 from loopgate.reading import read_toml, shown
-from loopgate.simulation.values import Choice, Flag, LengthRange, Real, Rule, Text, Whole, checked
+from loopgate.simulation.values import Rule, checked, choice, flag, length_range, real, text, whole
 
 __all__ = ["Scenario", "read_scenario"]
 
@@ -82,27 +82,27 @@ class Scenario:
         Whether SUMO records where every vehicle is at every step, and the audit checks it.
     """
 
-    network: Annotated[str, Text()]
-    routes: Annotated[str, Text()] = ""
-    traffic: Annotated[str, Text()] = ""
-    loops: Annotated[int, Whole(0, _MANY)] = 0
-    loop_length_m: Annotated[tuple[float, float], LengthRange(1e6)] = (400.0, 2000.0)
-    max_shared: Annotated[float, Real(0.0, 1.0)] = 1.0
-    loops_seed: Annotated[int, Whole(0, _LARGEST_SEED)] = 1
-    vehicles: Annotated[int, Whole(0, _MANY)] = 0
-    gate: Annotated[str, Text()] = "certified"
-    abstraction: Annotated[str, Choice(ABSTRACTIONS)] = "queues"
-    negotiation: Annotated[str, Text()] = ""
-    lights: Annotated[str, Choice(("", *LIGHTS))] = ""
-    duration_s: Annotated[float, Real(1.0, _LONG_S)] = 3600.0
-    warmup_s: Annotated[float, Real(0.0, _LONG_S)] = 0.0
-    seed: Annotated[int, Whole(0, _LARGEST_SEED)] = 1
-    step_s: Annotated[float, Real(0.01, 10.0)] = 1.0
-    rho_m: Annotated[float, Real(0.01, 1e3)] = 1.25
-    piece_m: Annotated[float, Real(0.01, 1e6)] = 100.0
-    on_deadlock: Annotated[str, Choice(ON_DEADLOCK)] = "stop"
-    deadlock_after_s: Annotated[float, Real(0.0, _LONG_S)] = 60.0
-    positions: Annotated[bool, Flag()] = False
+    network: Annotated[str, text()]
+    routes: Annotated[str, text()] = ""
+    traffic: Annotated[str, text()] = ""
+    loops: Annotated[int, whole(0, _MANY)] = 0
+    loop_length_m: Annotated[tuple[float, float], length_range(1e6)] = (400.0, 2000.0)
+    max_shared: Annotated[float, real(0.0, 1.0)] = 1.0
+    loops_seed: Annotated[int, whole(0, _LARGEST_SEED)] = 1
+    vehicles: Annotated[int, whole(0, _MANY)] = 0
+    gate: Annotated[str, text()] = "certified"
+    abstraction: Annotated[str, choice(ABSTRACTIONS)] = "queues"
+    negotiation: Annotated[str, text()] = ""
+    lights: Annotated[str, choice(("", *LIGHTS))] = ""
+    duration_s: Annotated[float, real(1.0, _LONG_S)] = 3600.0
+    warmup_s: Annotated[float, real(0.0, _LONG_S)] = 0.0
+    seed: Annotated[int, whole(0, _LARGEST_SEED)] = 1
+    step_s: Annotated[float, real(0.01, 10.0)] = 1.0
+    rho_m: Annotated[float, real(0.01, 1e3)] = 1.25
+    piece_m: Annotated[float, real(0.01, 1e6)] = 100.0
+    on_deadlock: Annotated[str, choice(ON_DEADLOCK)] = "stop"
+    deadlock_after_s: Annotated[float, real(0.0, _LONG_S)] = 60.0
+    positions: Annotated[bool, flag()] = False
 
     def __post_init__(self) -> None:
         for name, rule in _rules().items():

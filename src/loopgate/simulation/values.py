@@ -2,29 +2,35 @@
 
 from __future__ import annotations
 
-import math
 import numbers
 import operator
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
+from typing import NoReturn
 
 from loopgate.errors import ScenarioError
 from loopgate.reading import is_plain, shown
 
-__all__ = ["Choice", "Flag", "LengthRange", "Real", "Rule", "Text", "Whole", "checked"]
+__all__ = ["Rule", "checked", "choice", "flag", "length_range", "real", "text", "whole"]
+
+_LONGEST_TEXT = 4096
+"""Characters; as long as a path can be."""
 
 
-class Rule(Protocol):
-    """A kind of value."""
+@dataclass(frozen=True, slots=True)
+class Rule:
+    """A kind of value.
 
-    @property
-    def expected(self) -> str:
-        """What is expected, for messages."""
-        ...
+    Attributes
+    ----------
+    expected
+        What is expected, for messages.
+    accept
+        Returns a value as it is kept; raises TypeError or ValueError if it is none of this kind.
+    """
 
-    def __call__(self, value: object) -> object:
-        """Return the value as it is kept; raise ValueError if it is none of this kind."""
-        ...
+    expected: str
+    accept: Callable[[object], object]
 
 
 def checked(key: str, value: object, rule: Rule) -> object:
@@ -36,116 +42,73 @@ def checked(key: str, value: object, rule: Rule) -> object:
         If it is none that the key may have; the text says which it may.
     """
     try:
-        return rule(value)
-    except (ValueError, OverflowError) as error:
+        return rule.accept(value)
+    except (TypeError, ValueError, OverflowError) as error:
         msg = f"{key} is {shown(value)}; expected {rule.expected}"
         raise ScenarioError(msg) from error
 
 
-@dataclass(frozen=True, slots=True)
-class Real:
-    """A number, both bounds included; so it is finite."""
-
-    least: float
-    most: float
-
-    @property
-    def expected(self) -> str:
-        return f"a number from {self.least:g} to {self.most:g}"
-
-    def __call__(self, value: object) -> float:
-        return _number(value, self.least, self.most)
+def real(least: float, most: float) -> Rule:
+    """Return the rule for a number, both bounds included; so it is finite."""
+    return Rule(f"a number from {least:g} to {most:g}", lambda value: _number(value, least, most))
 
 
-@dataclass(frozen=True, slots=True)
-class Whole:
-    """A whole number, both bounds included."""
+def whole(least: int, most: int) -> Rule:
+    """Return the rule for a whole number, both bounds included."""
 
-    least: int
-    most: int
+    def accept(value: object) -> int:
+        _of_type(value, numbers.Integral)
+        number = operator.index(value)  # type: ignore[arg-type]  # numpy's whole numbers have one too
+        return number if least <= number <= most else _refuse()
 
-    @property
-    def expected(self) -> str:
-        return f"a whole number from {self.least} to {self.most}"
-
-    def __call__(self, value: object) -> int:
-        if not isinstance(value, numbers.Integral) or isinstance(value, bool):
-            raise ValueError
-        if not self.least <= (whole := operator.index(value)) <= self.most:
-            raise ValueError
-        return whole
+    return Rule(f"a whole number from {least} to {most}", accept)
 
 
-@dataclass(frozen=True, slots=True)
-class LengthRange:
-    """Two lengths [m], the shorter first, also written ``400:2000``; above 0 and up to `most`."""
+def length_range(most: float) -> Rule:
+    """Return the rule for two lengths [m] above 0, the shorter first, also written ``400:2000``."""
 
-    most: float
-
-    @property
-    def expected(self) -> str:
-        return f"two numbers, shortest and longest, above 0 and up to {self.most:g}"
-
-    def __call__(self, value: object) -> tuple[float, float]:
+    def accept(value: object) -> tuple[float, float]:
         pair = [float(part) for part in value.split(":")] if isinstance(value, str) else value
         if not isinstance(pair, list | tuple):
-            raise ValueError
-        low, high = (_number(part, 0.0, self.most) for part in pair)
-        if not 0.0 < low <= high:
-            raise ValueError
-        return low, high
+            raise TypeError
+        low, high = (_number(part, 0.0, most) for part in pair)
+        return (low, high) if 0.0 < low <= high else _refuse()
+
+    return Rule(f"two numbers, shortest and longest, above 0 and up to {most:g}", accept)
 
 
-@dataclass(frozen=True, slots=True)
-class Text:
-    """A text that can be printed and be the name of a file."""
+def text() -> Rule:
+    """Return the rule for a text that can be printed and be the name of a file."""
 
-    longest: int = 4096
+    def accept(value: object) -> str:
+        if not isinstance(value, str):
+            raise TypeError
+        return value if len(value) <= _LONGEST_TEXT and is_plain(value) else _refuse()
 
-    @property
-    def expected(self) -> str:
-        return f"a text of at most {self.longest} characters, without control characters"
-
-    def __call__(self, value: object) -> str:
-        if not isinstance(value, str) or len(value) > self.longest or not is_plain(value):
-            raise ValueError
-        return value
+    return Rule(f"a text of at most {_LONGEST_TEXT} characters, none of them control characters", accept)
 
 
-@dataclass(frozen=True, slots=True)
-class Choice:
-    """One of some words; the empty one, if it is among them, stands for a default."""
-
-    words: tuple[str, ...]
-
-    @property
-    def expected(self) -> str:
-        return f"one of {', '.join(word for word in self.words if word)}"
-
-    def __call__(self, value: object) -> str:
-        if not isinstance(value, str) or value not in self.words:
-            raise ValueError
-        return value
+def choice(words: tuple[str, ...]) -> Rule:
+    """Return the rule for one of some words; the empty one, if it is among them, stands for a default."""
+    named = ", ".join(word for word in words if word)
+    return Rule(f"one of {named}", lambda value: value if value in words else _refuse())
 
 
-@dataclass(frozen=True, slots=True)
-class Flag:
-    """Yes or no."""
-
-    @property
-    def expected(self) -> str:
-        return "true or false"
-
-    def __call__(self, value: object) -> bool:
-        if not isinstance(value, bool):
-            raise ValueError  # noqa: TRY004  `checked` words all refusals alike
-        return value
+def flag() -> Rule:
+    """Return the rule for yes or no."""
+    return Rule("true or false", lambda value: value if isinstance(value, bool) else _refuse())
 
 
 def _number(value: object, least: float, most: float) -> float:
-    if not isinstance(value, numbers.Real) or isinstance(value, bool):
-        raise ValueError
-    number = float(value)
-    if math.isnan(number) or not least <= number <= most:
-        raise ValueError
-    return number
+    _of_type(value, numbers.Real)
+    number = float(value)  # type: ignore[arg-type]  # numpy's numbers too
+    return number if least <= number <= most else _refuse()
+
+
+def _of_type(value: object, kind: type) -> None:
+    if not isinstance(value, kind) or isinstance(value, bool):
+        raise TypeError
+
+
+def _refuse() -> NoReturn:
+    raise ValueError

@@ -9,6 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from loopgate.analysis.load import read_results
+from loopgate.errors import SweepError
+from loopgate.reading import refusing
 from loopgate.results import row_columns as c
 from loopgate.sweep.description import Point
 
@@ -71,4 +73,5 @@ def _size(point: Point) -> float:
     vehicles = scenario.get("vehicles") or _DEFAULT_VEHICLES
     duration = scenario.get(c.DURATION, scenario.get("duration", _DEFAULT_DURATION_S))
     warmup = scenario.get(c.WARMUP, scenario.get("warmup", 0.0))
-    return float(vehicles) * (float(duration) + float(warmup))
+    with refusing(point.key, "run of the sweep", SweepError):
+        return float(vehicles) * (float(duration) + float(warmup))

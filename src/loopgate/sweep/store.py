@@ -25,6 +25,7 @@ from filelock import FileLock, Timeout
 from loopgate.errors import ResultsError
 from loopgate.results import row_columns as c
 from loopgate.results.row_schema import ROW_SCHEMA
+from loopgate.results.table_file import read_rows
 from loopgate.sweep.task import Result
 
 __all__ = ["MANIFEST", "Store"]
@@ -127,7 +128,7 @@ class Store:
         parts = sorted(self._rows.glob(f"{_PART}*.parquet"))
         if len(parts) < 2:  # noqa: PLR2004 - nothing to merge
             return
-        table = pa.concat_tables([pq.read_table(part, schema=ROW_SCHEMA) for part in parts])
+        table = pa.concat_tables([read_rows(part) for part in parts])
         target = self._rows / f"{_CHUNK}{uuid.uuid4().hex[:12]}.parquet"
         self._write(target, lambda file: pq.write_table(table, file, compression="zstd"))
         with self._explained():
@@ -139,14 +140,7 @@ class Store:
             for left in [*self._rows.glob(f"*{_TEMPORARY}"), *self._edges.glob(f"*{_TEMPORARY}")]:
                 left.unlink()
         for file in sorted(self._rows.glob("*.parquet")):
-            try:
-                table = pq.read_table(file, columns=[c.KEY, c.ATTEMPT, c.STATUS]).to_pylist()
-            except (pa.ArrowInvalid, OSError) as error:
-                msg = (
-                    f"{file}: not a readable Parquet file ({error}); the disk may have lost it. "
-                    "Remove it and run the same command again: its rows will be made anew"
-                )
-                raise ResultsError(msg) from error
+            table = read_rows(file).select([c.KEY, c.ATTEMPT, c.STATUS]).to_pylist()
             for row in table:
                 if row[c.ATTEMPT] >= self.attempts(row[c.KEY]):
                     self._attempts[row[c.KEY]] = (row[c.ATTEMPT], row[c.STATUS])

@@ -38,8 +38,14 @@ def test_paths_are_relative_to_the_file(tmp_path: Path) -> None:
         ({"network": "n", "vehicles": -1}, "vehicles is -1; expected a whole number from 0 to 1000000"),
         ({"network": "n", "duration": 0}, "duration_s is 0; expected a number from 1 to 1e+08"),
         ({"network": "n", "max_shared": 1.5}, "max_shared is 1.5; expected a number from 0 to 1"),
-        ({"network": "n", "loop_length": "9:3"}, "loop_length_m is '9:3'; expected two numbers, shortest and longest"),
-        ({"network": "n", "abstraction": "cells"}, "abstraction is 'cells'; expected one of segments, queues"),
+        (
+            {"network": "n", "loop_length": "9:3"},
+            "loop_length_m is '9:3'; expected two numbers, shortest and longest",
+        ),
+        (
+            {"network": "n", "abstraction": "cells"},
+            "abstraction is 'cells'; expected one of segments, queues",
+        ),
         ({"network": "n", "traffic": "t", "abstraction": "segments"}, "on abstraction queues only"),
         ({"network": "n", "gate": "collision", "on_deadlock": "teleport"}, "with gate open only"),
     ],
