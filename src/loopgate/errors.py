@@ -32,11 +32,16 @@ UNPRINTABLE = re.compile("[\x00-\x1f\x7f-\x9f\u2028\u2029\ud800-\udfff]")
 """Control characters, line ends, and halves of characters, which no encoding can write."""
 
 
+_LONGEST = 2_000
+"""Longest message, in characters; beyond, its middle is left out: it lists names without end."""
+
+
 class LoopgateError(Exception):
     """Base of all errors that the package raises on purpose; whatever names come into it, one line."""
 
     def __str__(self) -> str:
-        return UNPRINTABLE.sub(_printable, super().__str__())
+        text = UNPRINTABLE.sub(_printable, super().__str__())
+        return text if len(text) <= _LONGEST else f"{text[: _LONGEST // 2]} ... {text[-_LONGEST // 4 :]}"
 
 
 def _printable(found: re.Match[str]) -> str:

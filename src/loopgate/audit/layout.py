@@ -13,7 +13,10 @@ from loopgate.reading import read_object, refusing, shown
 
 __all__ = ["Layout", "Leg", "LoopWay", "Span", "VehicleBody", "read_layout", "write_layout"]
 
-_LARGEST = 1e12
+_LARGEST_M = 1e9
+_SHORTEST_LOOP_M = 0.1
+_MOST_LAPS = 10.0
+"""Arc lengths may be counted on, beyond the end of a loop; not farther than so many rounds."""
 _FEWEST_POINTS = 2
 
 Stretch = tuple[float, float]
@@ -131,15 +134,27 @@ def read_layout(file: Path) -> Layout:
 
 
 def _check(layout: Layout) -> None:
-    """Raise ValueError where parts name what is not there."""
+    """Raise ValueError where parts name what is not there, or lie far off their loop."""
+    if not 0.0 < layout.step_s <= _LARGEST_M:
+        msg = f"its step takes {layout.step_s} s"
+        raise ValueError(msg)
     for name, body in layout.vehicles.items():
         loop = layout.loops.get(body.loop)
         if loop is None or not 0 <= body.leg < len(loop.legs):
             msg = f"vehicle {name}: there is no leg {body.leg} on a loop {body.loop}"
             raise ValueError(msg)
+        if not (
+            abs(body.start_m) <= _MOST_LAPS * loop.length_m and 0.0 < body.length_m and 0.0 < body.width_m
+        ):
+            msg = f"vehicle {name}: it starts at {body.start_m} m, {body.length_m} m long, {body.width_m} m wide"
+            raise ValueError(msg)
     for name, loop in layout.loops.items():
-        if not (loop.spans and loop.length_m > 0.0):
+        if not (loop.spans and loop.length_m >= _SHORTEST_LOOP_M):
             msg = f"loop {name}: it has no length"
+            raise ValueError(msg)
+        ends = [m for part in (*loop.spans, *loop.legs) for m in (part.begin_m, part.end_m)]
+        if max(map(abs, ends)) > _MOST_LAPS * loop.length_m:
+            msg = f"loop {name}: it has parts that do not lie on it"
             raise ValueError(msg)
         inside = [span.lanes[0] for span in loop.spans if span.internal]
         undrawn = [lane for lane in inside if len(layout.shapes.get(lane, ())) < _FEWEST_POINTS]
@@ -191,7 +206,7 @@ def _lanes(data: Iterable[object]) -> tuple[str, ...]:
 
 
 def _number(value: object) -> float:
-    if isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= _LARGEST:
+    if isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= _LARGEST_M:
         return value
     msg = f"{shown(value)} stands where a finite number is expected"
     raise ValueError(msg)

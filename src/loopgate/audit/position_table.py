@@ -24,6 +24,8 @@ ATTRIBUTES = ("id", "lane", "pos", "speed", "odometer", "x", "y", "angle")
 """What SUMO is asked to write of every vehicle at every step."""
 
 _BLOCK_BYTES = 8_000_000
+_LARGEST = 1e10
+"""Of any figure; in metres, some years of driving."""
 _WORD = pa.dictionary(pa.int32(), pa.string())
 _TYPES = {
     "timestep_time": pa.float64(),
@@ -124,11 +126,17 @@ def _positions(
         return np.asarray(table[codes])
 
     def column(name: str) -> Floats:
-        return frame[f"vehicle_{name}"].to_numpy(dtype=np.float64)
+        values = frame[f"vehicle_{name}"].to_numpy(dtype=np.float64)
+        # Where nobody drives, SUMO leaves fields empty.
+        if not (np.abs(values[vehicle >= 0]) <= _LARGEST).all():
+            msg = f"{name} of a vehicle is missing or no number up to {_LARGEST:g}"
+            raise ValueError(msg)
+        return values
 
+    vehicle = numbers("vehicle_id", vehicles)
     return Positions(
         time_s=frame["timestep_time"].to_numpy(dtype=np.float64) + step_s,
-        vehicle=numbers("vehicle_id", vehicles),
+        vehicle=vehicle,
         lane=numbers("vehicle_lane", lanes),
         lane_name=frame["vehicle_lane"].to_numpy(dtype=object),
         pos_m=column("pos"),
