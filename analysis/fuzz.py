@@ -1,11 +1,12 @@
 """Spoil valid inputs in many ways and see that each is read or refused in one line: ``make fuzz``.
 
-    python analysis/fuzz.py --inputs 20000 --cli 500 --subprocesses 30
+    python analysis/fuzz.py --inputs 20000 --cli 500
     python analysis/fuzz.py --again "sweep file" 17
 
-Each input is read in a process of its own kind: it may take 20 s, and 1 GB more memory than the process has
-when it begins. The same seed spoils the same inputs in the same way; ``--again`` does one of them in this
-process and shows what happens. Input 0 of each reader of files is valid, and has to be read. Ends with exit code 1 if an input was neither read nor refused.
+Another process reads them: each may take 20 s, and 1 GB more memory than the process has when it begins.
+The same seed spoils the same inputs in the same way; ``--again`` does one of them in this process and shows
+what happens. Input 0 of each reader of files is valid, and has to be read. Ends with exit code 1 if an input
+was neither read nor refused.
 """
 
 from __future__ import annotations
@@ -29,14 +30,18 @@ from pathlib import Path
 from random import Random
 from typing import NamedTuple
 
+from fuzz_cli import CLI, check_commands
 from fuzz_mutations import spoiled
+from fuzz_readers import READERS, make_inputs
 
 from loopgate.errors import LoopgateError
+from loopgate.sweep.memory import peak_memory_mb, reset_peak_memory
 
 HANG_S = 20.0
 MEMORY_MB = 1024
 _LONGEST_LINE = 2_500
 _EVERY_S = 15.0
+_MUCH_MB = 500.0
 
 
 class Outcome(NamedTuple):
@@ -54,21 +59,20 @@ class Tally:
     kinds: Counter[str] = field(default_factory=Counter)
     faults: dict[str, list[int]] = field(default_factory=dict)
     peak_mb: float = 0.0
+    peak_at: int = 0
     seconds: float = 0.0
 
     def add(self, number: int, outcome: Outcome) -> None:
         """Count an input."""
         self.kinds[outcome.kind] += 1
-        self.peak_mb = max(self.peak_mb, outcome.peak_mb)
+        if outcome.peak_mb > self.peak_mb:
+            self.peak_mb, self.peak_at = outcome.peak_mb, number
         if outcome.kind not in {"read", "refused"}:
             self.faults.setdefault(f"{outcome.kind}: {outcome.text}", []).append(number)
 
 
 def try_reader(name: str, number: int, inputs: Path, scratch: Path, seed: int) -> None:
     """Spoil one input and read it; whatever it raises is the caller's to judge."""
-    from fuzz_cli import CLI
-    from fuzz_readers import READERS
-
     reader = next(r for r in (*READERS, CLI) if r.name == name)
     random = Random(f"{seed} {name} {number}")
     folder = scratch / reader.name.replace(" ", "-").replace(",", "")
@@ -98,11 +102,6 @@ def _check_text(text: str) -> None:
 
 def _serve(connection: Connection, inputs: str, scratch: str, seed: int) -> None:
     """Answer with the outcome of each input that is asked for, until None."""
-    import fuzz_cli  # noqa: F401  what is imported now counts as memory that the process has
-    import fuzz_readers  # noqa: F401  as above
-
-    from loopgate.sweep.memory import peak_memory_mb, reset_peak_memory
-
     quiet = os.open(os.devnull, os.O_WRONLY)
     os.dup2(quiet, 2)
     os.dup2(quiet, 1)
@@ -152,17 +151,20 @@ class Worker:
         try:
             outcome: Outcome = self._connection.recv()
         except EOFError:
-            code = self._process.exitcode if self._process else None
-            self.close()
+            code = self.close()
             return Outcome("died", f"exit code {code}")
         return outcome
 
-    def close(self) -> None:
-        """End the process."""
+    def close(self) -> int | None:
+        """End the process; return with what code it had ended before, if it had."""
+        code = None
         if self._process is not None:
+            self._process.join(1.0)
+            code = self._process.exitcode
             self._process.kill()
             self._process.join()
         self._process = self._connection = None
+        return code
 
     def _begin(self) -> Connection:
         shutil.rmtree(self._scratch, ignore_errors=True)  # it may have died with a file spoiled
@@ -211,9 +213,9 @@ def _make(inputs: Path) -> None:
 
 
 def _make_inputs(folder: str) -> None:
-    from fuzz_readers import make_inputs
-
     make_inputs(Path(folder))
+    check_commands(Path(folder))
+    shutil.rmtree(Path(folder) / "out")
 
 
 @contextlib.contextmanager
@@ -224,8 +226,6 @@ def _making_inputs() -> Iterator[None]:
 
 
 def _all(given: argparse.Namespace, inputs: Path, scratch: Path) -> dict[str, Tally]:
-    from fuzz_readers import READERS
-
     without_files = {reader.name for reader in READERS if not reader.files}
     shares = sum(reader.share for reader in READERS)
     plan = [(r.name, -(-given.inputs * r.share // shares)) for r in READERS]
@@ -266,6 +266,8 @@ def _print(tallies: dict[str, Tally]) -> None:
     most = max((tally.peak_mb for tally in tallies.values()), default=0.0)
     _line("all", total, kinds, most, sum(tally.seconds for tally in tallies.values()))
     for name, tally in tallies.items():
+        if tally.peak_mb > _MUCH_MB:
+            print(f"{name}: {tally.peak_mb:.0f} MB (as number {tally.peak_at})")
         for text, numbers in sorted(tally.faults.items(), key=lambda item: -len(item[1])):
             print(f"{name}: {len(numbers)} x {text} (as number {numbers[0]})")
 

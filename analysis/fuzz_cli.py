@@ -13,11 +13,13 @@ from random import Random
 from fuzz_mutations import spoiled, spoiled_word
 from fuzz_readers import Reader
 
+import loopgate.report.page
+import loopgate.traffic.libsumo_backend  # noqa: F401  its memory is not the input's, nor that of the page above
 from loopgate.cli.main import main
 from loopgate.errors import LoopgateError
 from loopgate.reading import is_file
 
-__all__ = ["CLI"]
+__all__ = ["CLI", "check_commands"]
 
 _PROCESSES = 0.06
 """Share of the command lines that are given to a process of their own."""
@@ -25,8 +27,8 @@ _PROCESSES = 0.06
 _COMMANDS = (
     "run network/n.net.xml --routes routes/r.rou.xml --duration 5 --gate certified --step-length 1 -o OUT",
     "run network/n.net.xml --vehicles 3 --loops 2 --length 200:600 --duration 5 --seed 3 --warmup 2",
-    "run network/n.net.xml --negotiation pressure:patience=5 --duration 5 --traffic routes/t.rou.xml",
-    "run network/n.net.xml --routes routes/r.rou.xml --abstraction segments --rho 1.2 --piece 50 --duration 5",
+    "run network/n.net.xml --vehicles 2 --length 200:600 --negotiation pressure:patience=5 --duration 5 --traffic routes/t.rou.xml",
+    "run network/n.net.xml --routes routes/r.rou.xml --abstraction segments --rho 1.2 --duration 5",
     "run scenario/s.toml --duration 5 --deadlock-after 60 --lights off --on-deadlock stop",
     "run configured/c.sumocfg --gate open --duration 5 --json",
     "loops network/n.net.xml --count 3 --length 100:600 --seed 1 --max-shared 0.9 --rho 1.25",
@@ -41,10 +43,10 @@ _COMMANDS = (
     "check-certificate certificates/c.jsonl",
     "sweep sweep/s.toml --dry-run --workers 2 --timeout 9 -o OUT --json",
     "sweep sweep/s.toml --dry-run",
-    "report results -o OUT/page.html",
-    "report run --files OUT -o OUT/page.html",
+    "report results/ -o OUT/page.html",
+    "report run/ --files OUT -o OUT/page.html",
 )
-_FOLDERS = {"results", "run"}
+_FOLDERS = {"results/", "run/"}
 _COSTLY = {"--rounds", "--walks", "--steps", "--limit", "--systems", "--count", "--duration", "--warmup"}
 """Options by which one asks for long work: they are spoiled by words that are no larger number."""
 
@@ -81,10 +83,7 @@ def _command(folder: Path, random: Random) -> None:
             if costly
             else random.choice((*nasty, "1e308", *[spoiled_word(words[number], random)] * 6))
         )
-    full = [
-        str(folder / word) if word and is_file(folder / word) or word in _FOLDERS else word for word in words
-    ]
-    full = [word.replace("OUT", str(folder / "out" / str(random.randrange(10**9)))) for word in full]
+    full = _full(words, folder, str(random.randrange(10**9)))
     try:
         for file, before in spoils.items():
             file.write_bytes(spoiled(file.name, before, random))
@@ -98,6 +97,27 @@ def _command(folder: Path, random: Random) -> None:
         raise AssertionError(msg)
     if code == 2:  # noqa: PLR2004  bad input
         raise LoopgateError(lines[0])
+
+
+def check_commands(folder: Path) -> None:
+    """Run every command line without a fault; also compiles what they need, which takes its time.
+
+    Raises
+    ------
+    AssertionError
+        If one is refused.
+    """
+    for number, command in enumerate(_COMMANDS):
+        code, text = _here(_full(command.split(), folder, f"valid{number}"))
+        if code not in {0, 3}:
+            msg = f"{command}: exit code {code}: {text}"
+            raise AssertionError(msg)
+
+
+def _full(words: list[str], folder: Path, out: str) -> list[str]:
+    """Return words with the inputs' folder before the names of files, and a place for OUT."""
+    full = [str(folder / word) if is_file(folder / word) or word in _FOLDERS else word for word in words]
+    return [word.replace("OUT", str(folder / "out" / out)) for word in full]
 
 
 def _in_process(words: list[str]) -> tuple[int, str]:

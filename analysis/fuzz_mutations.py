@@ -41,6 +41,49 @@ _WORDS = (
     *("", "true", "null", "[]", "{}", "../../x", "x" * _LONG, "\N{SNOWMAN}", "\ufeff", "&#0;", "1979-05-27"),
     *("[" * _DEEP, "{" * 500, "<a>" * _DEEP, '"', "'", "=", "[[", "]]", "\x00", "\x1f\x8b", "PAR1", "\r"),
 )
+_PLAIN = (
+    *(
+        b"nan",
+        b"inf",
+        b"-inf",
+        b"-1",
+        b"0",
+        b"1",
+        b"7",
+        b"0.5",
+        b"1e308",
+        b"-1e308",
+        b"1e-320",
+        b"99999999999999999999",
+    ),
+    *(
+        b"",
+        b" ",
+        b"x",
+        b"../../x",
+        b"x" * _LONG,
+        b"1,2",
+        b"nan,nan",
+        b"inf,1",
+        b":",
+        b"_0",
+        b"true",
+        b"1" * 5000,
+    ),
+)
+"""Values of an attribute, a part of one, or a text."""
+
+_TOML = (
+    *(b"nan", b"-inf", b"-1", b"0", b"1.5", b"1e308", b"99999999999999999999", b"0x" + b"f" * 5000, b"true"),
+    *(b'""', b'"x"', b'"../../x"', b'"' + b"x" * _LONG + b'"', b'"\\u0000"', b"[]", b"[1]", b"[nan]", b"{}"),
+    *(
+        b"{ from = 0, to = 99999999999 }",
+        b"{ from = 5 }",
+        b"1979-05-27",
+        b"[" * 300 + b"]" * 300,
+        b'"certifed"',
+    ),
+)
 _TOKEN = re.compile(rb'"[^"\n]*"|[-+]?[0-9][0-9.eE+-]*|[A-Za-z_][\w.:#-]*')
 _VALUE = re.compile(rb'"[^"\n]*"|(?<![\w."])[-+]?[0-9][0-9.eE+-]*')
 _ENCODINGS = (b"none-such", b"utf-16", b"utf-7", b"idna", b"cp037", b"", b"big5", b"hex")
@@ -56,7 +99,14 @@ def spoiled(name: str, content: bytes, random: Random) -> bytes:
 
 
 def _once(name: str, content: bytes, random: Random) -> bytes:
-    structured = {".json": _json, ".parquet": _parquet, ".jsonl": _json_line}
+    structured = {
+        ".json": _json,
+        ".jsonl": _json_line,
+        ".parquet": _parquet,
+        ".sumocfg": _attribute,
+        ".toml": _entry,
+        ".xml": _attribute,
+    }
     ending = "." + name.rpartition(".")[2]
     if ending in structured and random.random() < 0.6:  # noqa: PLR2004  more often so than not
         try:
@@ -86,6 +136,43 @@ def spoiled_value(data: Any, random: Random) -> Any:  # noqa: ANN401  any JSON v
     else:
         changed[key] = spoiled_value(data[key], random)
     return changed
+
+
+def _attribute(content: bytes, random: Random) -> bytes:
+    """Spoil an attribute or leave out an element, and leave the file XML."""
+    if random.random() < 0.1:  # noqa: PLR2004  a share
+        elements = list(re.finditer(rb"<[a-zA-Z][^<>]*/>", content))
+        return _without(content, random.choice(elements)) if elements else b""
+    found = list(re.finditer(rb'\s([\w-]+)="([^"<]*)"', content))
+    if not found:
+        return content[:-1]
+    one, other = random.choice(found), random.choice(found)
+    way = random.random()
+    if way < 0.1:  # noqa: PLR2004  as above
+        return _without(content, one)
+    if way < 0.3:  # noqa: PLR2004  as above
+        value = other[2]
+    elif way < 0.6 and b" " in one[2]:  # noqa: PLR2004  as above
+        parts = one[2].split()
+        parts[random.randrange(len(parts))] = random.choice((*parts, *_PLAIN))
+        value = b" ".join(parts)
+    else:
+        value = random.choice(_PLAIN)
+    return content[: one.start(2)] + value + content[one.end(2) :]
+
+
+def _entry(content: bytes, random: Random) -> bytes:
+    """Spoil a value, and leave the file TOML."""
+    found = list(re.finditer(rb'"[^"\n]*"|(?<![\w."])[-+]?[0-9][0-9.]*', content))
+    if not found:
+        return content[:-1]
+    one = random.choice(found)
+    value = random.choice((*_TOML, *(other[0] for other in found)))
+    return content[: one.start()] + value + content[one.end() :]
+
+
+def _without(content: bytes, part: re.Match[bytes]) -> bytes:
+    return content[: part.start()] + content[part.end() :]
 
 
 def _json(content: bytes, random: Random) -> bytes:

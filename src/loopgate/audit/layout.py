@@ -143,16 +143,16 @@ def _check(layout: Layout) -> None:
         if loop is None or not 0 <= body.leg < len(loop.legs):
             msg = f"vehicle {name}: there is no leg {body.leg} on a loop {body.loop}"
             raise ValueError(msg)
-        if not (
-            abs(body.start_m) <= _MOST_LAPS * loop.length_m and 0.0 < body.length_m and 0.0 < body.width_m
-        ):
-            msg = f"vehicle {name}: it starts at {body.start_m} m, {body.length_m} m long, {body.width_m} m wide"
+        far = abs(body.start_m) > _MOST_LAPS * loop.length_m
+        if far or body.length_m <= 0.0 or body.width_m <= 0.0:
+            msg = f"vehicle {name}: {body.length_m} m by {body.width_m} m, it starts at {body.start_m} m"
             raise ValueError(msg)
     for name, loop in layout.loops.items():
         if not (loop.spans and loop.length_m >= _SHORTEST_LOOP_M):
             msg = f"loop {name}: it has no length"
             raise ValueError(msg)
-        ends = [m for part in (*loop.spans, *loop.legs) for m in (part.begin_m, part.end_m)]
+        parts: list[Span | Leg] = [*loop.spans, *loop.legs]
+        ends = [m for part in parts for m in (part.begin_m, part.end_m)]
         if max(map(abs, ends)) > _MOST_LAPS * loop.length_m:
             msg = f"loop {name}: it has parts that do not lie on it"
             raise ValueError(msg)

@@ -126,7 +126,7 @@ def _positions(
         return np.asarray(table[codes])
 
     def column(name: str) -> Floats:
-        values = frame[f"vehicle_{name}"].to_numpy(dtype=np.float64)
+        values = frame[name].to_numpy(dtype=np.float64)
         # Where nobody drives, SUMO leaves fields empty.
         if not (np.abs(values[vehicle >= 0]) <= _LARGEST).all():
             msg = f"{name} of a vehicle is missing or no number up to {_LARGEST:g}"
@@ -135,14 +135,14 @@ def _positions(
 
     vehicle = numbers("vehicle_id", vehicles)
     return Positions(
-        time_s=frame["timestep_time"].to_numpy(dtype=np.float64) + step_s,
+        time_s=column("timestep_time") + step_s,
         vehicle=vehicle,
         lane=numbers("vehicle_lane", lanes),
         lane_name=frame["vehicle_lane"].to_numpy(dtype=object),
-        pos_m=column("pos"),
-        speed_mps=column("speed"),
-        odometer_m=column("odometer"),
-        x_m=column("x"),
-        y_m=column("y"),
-        angle_deg=column("angle"),
+        pos_m=column("vehicle_pos"),
+        speed_mps=column("vehicle_speed"),
+        odometer_m=column("vehicle_odometer"),
+        x_m=column("vehicle_x"),
+        y_m=column("vehicle_y"),
+        angle_deg=column("vehicle_angle"),
     )

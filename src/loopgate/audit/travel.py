@@ -198,7 +198,7 @@ class Traveller:
         last = np.floor((arcs_m[-1] - marks_m) / lap_m).astype(np.int64)
         times = np.maximum(last - first + 1, 0)
         if times.sum() > _MOST_PASSAGES:
-            msg = f"vehicle {self.number + 1} of the record: it drives {times.max()} laps from one row to a later one"
+            msg = f"vehicle {self.number + 1} of the record: it drives {times.max()} laps between two rows"
             raise ResultsError(msg)
         rows = np.repeat(np.arange(len(marks_m)), times)
         lap = np.arange(len(rows)) - np.repeat(np.cumsum(times) - times, times) + first[rows]

@@ -11,13 +11,16 @@ from typing import Any
 import sumolib
 
 from loopgate.errors import NetworkError
+from loopgate.network.diagnosis import first_fault
 from loopgate.network.records import Connection, Edge, Junction, Lane, Points
 from loopgate.network.soundness import check_sound
 from loopgate.network.sumo_config import is_sumo_config, read_sumo_config
-from loopgate.network.xml_file import check_root
+from loopgate.network.xml_file import check_root, open_xml
 from loopgate.reading import refusing
 
 __all__ = ["RoadNetwork", "packaged_networks"]
+
+_MOST_LINKS = 10_000  # many times what SUMO can work with
 
 PACKAGED = "sumo:"
 """Prefix of the names of networks that ship in the SUMO package."""
@@ -88,8 +91,15 @@ class RoadNetwork:
         if is_sumo_config(file):
             file = read_sumo_config(file).net_file
         check_root(file, root="net", what="network", error=NetworkError)
-        with refusing(file, "network", NetworkError, wrong="not a SUMO network that can be read"):
-            network = _records(sumolib.net.readNet(str(file), withInternal=True), text, file)
+        try:
+            with refusing(file, "network", NetworkError, wrong="not a SUMO network that can be read"):
+                network = _records(sumolib.net.readNet(str(file), withInternal=True), text, file)
+        except NetworkError as error:
+            if not isinstance(error.__cause__, LookupError | AttributeError | TypeError | ValueError):
+                raise  # it is no XML to look into
+            with open_xml(file) as stream:
+                fault = first_fault(stream, file)
+            raise (NetworkError(fault) if fault else error) from error.__cause__
         if not network.edges:
             msg = f"{file}: the network has no edges"
             raise NetworkError(msg)
@@ -212,6 +222,9 @@ def _records(net: Any, name: str, file: Path) -> RoadNetwork:  # noqa: ANN401  s
 def _junction(node: Any) -> Junction:  # noqa: ANN401  sumolib has no types
     def rows(matrix: dict[int, str]) -> tuple[frozenset[int], ...]:
         size = max(matrix, default=-1) + 1
+        if size > _MOST_LINKS or min(matrix, default=0) < 0:
+            msg = f"junction {node.getID()}: a request has an index outside 0 to {_MOST_LINKS - 1}"
+            raise NetworkError(msg)
         # The strings are written with link 0 rightmost.
         return tuple(
             frozenset(j for j, bit in enumerate(reversed(matrix.get(i, ""))) if bit == "1")

@@ -11,7 +11,7 @@ from xml.etree import ElementTree as ET
 from loopgate.errors import LoopgateError
 from loopgate.reading import refusing, shown
 
-__all__ = ["check_root", "read_xml"]
+__all__ = ["check_root", "open_xml", "read_xml"]
 
 _GZIP_MAGIC = b"\x1f\x8b"
 
@@ -31,7 +31,7 @@ def read_xml(file: Path, *, root: str, what: str, error: type[LoopgateError]) ->
         The exception to raise.
     """
     check_root(file, root=root, what=what, error=error)
-    with _refusing(file, what, error), _open(file) as stream:
+    with _refusing(file, what, error), open_xml(file) as stream:
         return ET.parse(stream).getroot()  # noqa: S314  expat refuses entities that grow without bounds
 
 
@@ -47,7 +47,7 @@ def check_root(file: Path, *, root: str, what: str, error: type[LoopgateError]) 
         if file.stat().st_size == 0:
             msg = f"{file}: the file is empty; expected a SUMO {what} (XML, <{root}>)"
             raise error(msg)
-        with _open(file) as stream:
+        with open_xml(file) as stream:
             _, first = next(iter(ET.iterparse(stream, events=("start",))))  # noqa: S314  as above
         if first.tag != root:
             msg = f"{file}: the root element is <{shown(first.tag)[1:-1]}>; a SUMO {what} has <{root}>"
@@ -58,7 +58,8 @@ def _refusing(file: Path, what: str, error: type[LoopgateError]) -> AbstractCont
     return refusing(file, what, error, wrong=f"not XML that can be read; expected a SUMO {what}")
 
 
-def _open(file: Path) -> IO[bytes]:
+def open_xml(file: Path) -> IO[bytes]:
+    """Open a file, plain or gzipped, told apart by content."""
     with file.open("rb") as stream:
         zipped = stream.read(2) == _GZIP_MAGIC
     return cast("IO[bytes]", gzip.open(file)) if zipped else file.open("rb")
