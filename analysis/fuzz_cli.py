@@ -27,7 +27,8 @@ _PROCESSES = 0.06
 _COMMANDS = (
     "run network/n.net.xml --routes routes/r.rou.xml --duration 5 --gate certified --step-length 1 -o OUT",
     "run network/n.net.xml --vehicles 3 --loops 2 --length 200:600 --duration 5 --seed 3 --warmup 2",
-    "run network/n.net.xml --vehicles 2 --length 200:600 --negotiation pressure:patience=5 --duration 5 --traffic routes/t.rou.xml",
+    "run network/n.net.xml --vehicles 2 --length 200:600 --duration 5 --traffic routes/t.rou.xml",
+    "run network/n.net.xml --vehicles 2 --length 200:600 --duration 5 --negotiation pressure:patience=5",
     "run network/n.net.xml --routes routes/r.rou.xml --abstraction segments --rho 1.2 --duration 5",
     "run scenario/s.toml --duration 5 --deadlock-after 60 --lights off --on-deadlock stop",
     "run configured/c.sumocfg --gate open --duration 5 --json",

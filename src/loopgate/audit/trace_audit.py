@@ -129,7 +129,9 @@ class _Books:
 
     def start(self, at_s: float, vehicle: str, place: StateId) -> None:
         if vehicle not in self._path:
-            self._add(at_s, vehicle, place, "start", f"{vehicle}: starts in {place}, but is not in the system")
+            self._add(
+                at_s, vehicle, place, "start", f"{vehicle}: starts in {place}, but is not in the system"
+            )
             return
         self._holding[vehicle] = [place]
         self._last_grant[vehicle] = at_s

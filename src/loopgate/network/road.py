@@ -224,7 +224,7 @@ def _junction(node: Any) -> Junction:  # noqa: ANN401  sumolib has no types
         size = max(matrix, default=-1) + 1
         if size > _MOST_LINKS or min(matrix, default=0) < 0:
             msg = f"junction {node.getID()}: a request has an index outside 0 to {_MOST_LINKS - 1}"
-            raise NetworkError(msg)
+            raise ValueError(msg)
         # The strings are written with link 0 rightmost.
         return tuple(
             frozenset(j for j, bit in enumerate(reversed(matrix.get(i, ""))) if bit == "1")
