@@ -108,6 +108,27 @@ def test_sweeps(
     assert not (tmp_path / "out").exists()
 
 
+def test_a_page_that_is_a_folder(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """A report needs the name of a page."""
+    (tmp_path / "rows").mkdir()
+    assert "expected the name of a page" in refused(capsys, monkeypatch, "report", str(tmp_path), "-o", ".")
+
+
+@pytest.mark.sumo
+def test_traffic_that_stops_sumo(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """SUMO reads some of it while it runs, and what it says then is the line."""
+    (tmp_path / "t.rou.xml").write_text(
+        '<routes><trip id="a" depart="0" from="p1b" to="s1"/>'
+        '<flow id="c" begin="-1" end="60" period="10" from="p3b" to="s3"/></routes>'
+    )
+    words = ["run", RING, "--routes", LOOPS, "--duration", "5", "--traffic", str(tmp_path / "t.rou.xml")]
+    assert "flow 'c'" in refused(capsys, monkeypatch, *words)
+
+
 def test_certificates_that_are_none(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:

@@ -15,8 +15,8 @@ __all__ = ["ERROR", "start"]
 _GUI_DELAY_MS = "20"
 """Pause per step, so that there is something to see; sumo-gui has a knob for it."""
 
-ERROR: type[Exception] = traci.exceptions.TraCIException
-"""What traci raises."""
+ERROR: tuple[type[Exception], ...] = (traci.exceptions.TraCIException, traci.exceptions.FatalTraCIError)
+"""What traci raises: on what SUMO cannot do, and where it stops."""
 
 
 def start(options: Sequence[str], *, gui: bool) -> Any:  # noqa: ANN401  traci has no types
