@@ -299,6 +299,7 @@ def test_run_folders(tmp_path: Path) -> None:
     assert len(read_results(whole).runs) == 1
     assert read_run(whole).summary["loops"] == 0
     assert "no readable" in refusal(lambda: read_results(run_folder(tmp_path / "a", laps="many")))
+    assert "no run has that" in refusal(lambda: read_results(run_folder(tmp_path / "c", hold_s=1e308)))
     assert "no readable" in refusal(lambda: read_results(run_folder(tmp_path / "b", duration_s=[])))
     pd.DataFrame({"time_s": ["x"]}).to_parquet(whole / "events.parquet")
     for read in (read_run, read_results):

@@ -18,7 +18,7 @@ from loopgate.reading import read_object, refusing, shown
 from loopgate.results import row_columns as c
 from loopgate.results.columns import EDGE, EDGE_COLUMNS, EDGE_LENGTH, EVENT_COLUMNS, SHAPE, VEHICLE_COLUMNS
 from loopgate.results.row_schema import ROW_SCHEMA
-from loopgate.results.table_file import read_rows, read_table
+from loopgate.results.table_file import check_sizes_of, read_rows, read_table
 
 __all__ = ["Results", "Run", "read_results", "read_run"]
 
@@ -112,7 +112,9 @@ def _from_runs(folder: Path, runs: list[Path]) -> Results:
         row, edges = read_run_row(run)
         rows.append({**row, c.KEY: run.name, c.ATTEMPT: 1})
         edge_sets[row[c.EDGE_SET]] = edges
-    return Results(folder, pa.Table.from_pylist(rows, schema=ROW_SCHEMA).to_pandas(), edge_sets)
+    table = pa.Table.from_pylist(rows, schema=ROW_SCHEMA)
+    check_sizes_of(table, folder)
+    return Results(folder, table.to_pandas(), edge_sets)
 
 
 def _read_rows(folder: Path) -> pd.DataFrame:

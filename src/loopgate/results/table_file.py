@@ -6,6 +6,7 @@ from collections.abc import Collection, Iterable
 from pathlib import Path
 
 import pyarrow as pa
+import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
 from loopgate.errors import ResultsError
@@ -14,9 +15,10 @@ from loopgate.results import columns as run
 from loopgate.results import row_columns as c
 from loopgate.results.row_schema import ROW_SCHEMA
 
-__all__ = ["NO_PARQUET", "check_columns_of", "read_rows", "read_table"]
+__all__ = ["NO_PARQUET", "check_columns_of", "check_sizes_of", "read_rows", "read_table"]
 
 NO_PARQUET = "not a readable Parquet file"
+_LARGEST = 1e15
 
 _TEXTS = {run.VEHICLE, run.EVENT, run.PLACE, run.REASON, run.STAGE, run.LOOP, run.EDGE, run.SHAPE}
 _NUMBERS = {*run.EVENT_COLUMNS, *run.VEHICLE_COLUMNS, *run.EDGE_COLUMNS} - _TEXTS
@@ -67,7 +69,19 @@ def read_rows(file: Path) -> pa.Table:
             if table[name].null_count:
                 msg = f"{file}: a row has no {name}; remove the file and run the same sweep again"
                 raise ResultsError(msg)
+        check_sizes_of(table, file)
         return table
+
+
+def check_sizes_of(rows: pa.Table, file: Path) -> None:
+    """Refuse rows with numbers that no run has, whose squares and sums would be none."""
+    for field in rows.schema:
+        if not (pa.types.is_floating(field.type) or pa.types.is_integer(field.type)):
+            continue
+        ends = pc.min_max(rows[field.name]).as_py()
+        if any(end is not None and abs(end) > _LARGEST for end in ends.values()):
+            msg = f"{file}: {field.name} runs from {ends['min']:g} to {ends['max']:g}; no run has that"
+            raise ResultsError(msg)
 
 
 def check_columns_of(schema: pa.Schema, needed: Iterable[str], file: Path) -> None:
