@@ -17,7 +17,7 @@ from typing import Any
 
 from loopgate.errors import UNPRINTABLE, LoopgateError
 
-__all__ = ["is_file", "is_plain", "read_json", "read_object", "read_toml", "refusing", "shown"]
+__all__ = ["is_file", "is_folder", "is_plain", "read_json", "read_object", "read_toml", "refusing", "shown"]
 
 _LONGEST_VALUE = 80
 _LONGEST_REASON = 200
@@ -89,6 +89,11 @@ def _text(file: Path | str, what: str, error: type[LoopgateError], largest_bytes
 def is_file(path: Path | str) -> bool:
     """Return whether there is such a file; False for what cannot be the name of one."""
     return os.path.isfile(path)  # noqa: PTH113  pathlib's raises on names that are too long
+
+
+def is_folder(path: Path | str) -> bool:
+    """Return whether there is such a folder; False for what cannot be the name of one."""
+    return os.path.isdir(path)  # noqa: PTH112  as above
 
 
 def is_plain(text: str) -> bool:

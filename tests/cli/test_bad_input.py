@@ -108,6 +108,18 @@ def test_sweeps(
     assert not (tmp_path / "out").exists()
 
 
+def test_plans_for_folders_that_cannot_be(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """A plan looks for rows in the results' folder; where there can be none, the sweep says so when it runs."""
+    (tmp_path / "s.toml").write_text(f'[base]\nnetwork = "{RING}"\nloops = 2\n')
+    monkeypatch.setattr("sys.argv", ["loopgate", "sweep", str(tmp_path / "s.toml"), "--dry-run", "-o", LONG])
+    with pytest.raises(SystemExit) as ended:
+        command.main()
+    assert ended.value.code in {0, None}
+    assert "too long" in refused(capsys, monkeypatch, "sweep", str(tmp_path / "s.toml"), "-o", LONG)
+
+
 def test_a_page_that_is_a_folder(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:

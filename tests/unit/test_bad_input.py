@@ -349,6 +349,7 @@ def test_traces_of_another_system() -> None:
         {"vehicles": {"v": {"loop": "m", "length_m": 5, "width_m": 2, "start_m": 0, "leg": 0}}},
         {"vehicles": {"v": {"loop": "l", "length_m": 5, "width_m": 2, "start_m": 0, "leg": 7}}},
         {"room": {"a": "many"}},
+        {"room": {"a": 10**20}},
     ],
 )
 def test_layouts(tmp_path: Path, spoil: dict[str, Any]) -> None:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from loopgate.errors import ResultsError
+from loopgate.model.system import LARGEST_CAPACITY
 from loopgate.reading import read_object, refusing, shown
 
 __all__ = ["Layout", "Leg", "LoopWay", "Span", "VehicleBody", "read_layout", "write_layout"]
@@ -120,7 +121,7 @@ def read_layout(file: Path) -> Layout:
     with refusing(file, "layout of a run", ResultsError, wrong="no layout of a run"):
         layout = Layout(
             step_s=_number(data["step_s"]),
-            room={_text(state): _whole(room) for state, room in data["room"].items()},
+            room={_text(state): _room(room) for state, room in data["room"].items()},
             loops={_text(name): _loop(loop) for name, loop in data["loops"].items()},
             vehicles={_text(name): _body(body) for name, body in data["vehicles"].items()},
             movements={name: tuple(map(_text, lanes)) for name, lanes in data["movements"].items()},
@@ -216,6 +217,14 @@ def _whole(value: object) -> int:
     if isinstance(value, int) and not isinstance(value, bool):
         return value
     msg = f"{shown(value)} stands where a whole number is expected"
+    raise ValueError(msg)
+
+
+def _room(value: object) -> int:
+    room = _whole(value)
+    if 1 <= room <= LARGEST_CAPACITY:
+        return room
+    msg = f"{shown(value)} stands where a capacity from 1 to {LARGEST_CAPACITY} is expected"
     raise ValueError(msg)
 
 
