@@ -106,7 +106,9 @@ def _serve(connection: Connection, inputs: str, scratch: str, seed: int) -> None
     os.dup2(quiet, 2)
     os.dup2(quiet, 1)
     warnings.simplefilter("error")
-    os.chdir(scratch)  # a spoiled name of an output is a file here
+    here = Path(scratch, "a", "b", "c")  # a spoiled name of an output is a file here; ../../x is one too
+    here.mkdir(parents=True, exist_ok=True)
+    os.chdir(here)
     reset_peak_memory()
     base_mb = peak_memory_mb()
     pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0])
