@@ -111,7 +111,7 @@ def test_sweeps(
 def test_plans_for_folders_that_cannot_be(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    """A plan looks for rows in the results' folder; where there can be none, the sweep says so when it runs."""
+    """A plan looks for rows in the results' folder; where none can be, the sweep itself says so."""
     (tmp_path / "s.toml").write_text(f'[base]\nnetwork = "{RING}"\nloops = 2\n')
     monkeypatch.setattr("sys.argv", ["loopgate", "sweep", str(tmp_path / "s.toml"), "--dry-run", "-o", LONG])
     with pytest.raises(SystemExit) as ended:
