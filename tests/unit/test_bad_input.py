@@ -289,7 +289,9 @@ def run_folder(folder: Path, **summary: object) -> Path:
     """Make a run folder without a run."""
     folder.mkdir()
     (folder / "scenario.toml").write_text('network = "n"\n')
-    figures = dict.fromkeys(("loops", "vehicles", "seed", "laps", "distance_km", "laps_per_h", "km_per_h"), 0)
+    figures: dict[str, object] = dict.fromkeys(
+        ("loops", "vehicles", "seed", "laps", "distance_km", "laps_per_h", "km_per_h"), 0
+    )
     figures |= {"duration_s": 60.0, "network": "n", "gate": "open", "outcome": "completed", "deadlocks": []}
     (folder / "summary.json").write_text(json.dumps(figures | summary))
     Recorder(folder / "events.parquet").close()

@@ -124,8 +124,8 @@ class Scenario:
             raise ScenarioError(msg)
         if self.gated and self.step_s > LONGEST_GATED_STEP_S:
             msg = (
-                f"step_s is {self.step_s}; expected at most {LONGEST_GATED_STEP_S:g} under a gate, or vehicles "
-                "drive into each other; gate open takes longer ones"
+                f"step_s is {self.step_s}; expected at most {LONGEST_GATED_STEP_S:g} under a gate, or "
+                "vehicles drive into each other; gate open takes longer ones"
             )
             raise ScenarioError(msg)
         if self.on_deadlock == "teleport" and self.gated:
