@@ -356,6 +356,7 @@ SPAN = {"begin_m": 0, "end_m": 10, "lanes": ["e_0"], "entered": ""}
         {"step_s": 1e308},
         {"loops": {"l": 5}},
         {"loops": {"l": {"length_m": 10, "spans": [], "legs": []}}},
+        {"loops": {"l": {"length_m": 1e9, "spans": [SPAN | {"end_m": 1e9}], "legs": [LEG]}}},
         {"vehicles": {"v": {"loop": "l", "length_m": 5, "width_m": 2, "start_m": 1e9, "leg": 0}}},
         {"vehicles": {"v": {"loop": "m", "length_m": 5, "width_m": 2, "start_m": 0, "leg": 0}}},
         {"vehicles": {"v": {"loop": "l", "length_m": 5, "width_m": 2, "start_m": 0, "leg": 7}}},

@@ -17,6 +17,7 @@ __all__ = ["Layout", "Leg", "LoopWay", "Span", "VehicleBody", "read_layout", "wr
 
 _LARGEST_M = 1e9
 _SHORTEST_LOOP_M = 0.1
+_LONGEST_LOOP_M = 1e6  # bodies are drawn every half metre
 _MOST_LAPS = 10.0
 """Arc lengths may be counted on, beyond the end of a loop; not farther than so many rounds."""
 _WIDEST_M = 100.0
@@ -166,8 +167,8 @@ def _check(layout: Layout) -> None:
             msg = f"vehicle {name}: {body.length_m} m by {body.width_m} m, it starts at {body.start_m} m"
             raise ValueError(msg)
     for name, loop in layout.loops.items():
-        if not (loop.spans and loop.length_m >= _SHORTEST_LOOP_M):
-            msg = f"loop {name}: it has no length"
+        if not (loop.spans and _SHORTEST_LOOP_M <= loop.length_m <= _LONGEST_LOOP_M):
+            msg = f"loop {name}: it has {len(loop.spans)} lanes and is {loop.length_m:g} m long"
             raise ValueError(msg)
         parts: list[Span | Leg] = [*loop.spans, *loop.legs]
         ends = [m for part in parts for m in (part.begin_m, part.end_m)]
