@@ -5,7 +5,7 @@ BIN    := $(VENV)/bin
 STAMP  := $(VENV)/installed
 
 .DEFAULT_GOAL := help
-.PHONY: help demo readme setup test check format bench bench-sweep networks small-networks city throughput soak day lock clean
+.PHONY: help demo readme setup test check format bench bench-sweep networks small-networks city throughput soak day fuzz lock clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-15s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -71,6 +71,9 @@ day: $(STAMP) ## 24 simulated hours in south-east Berlin, 300 vehicles: anything
 
 lock: ## renew requirements.lock (needs uv)
 	uv pip compile pyproject.toml --extra dev --universal --generate-hashes --no-header --no-annotate --quiet -o requirements.lock
+
+fuzz: $(STAMP) ## spoil 20,000 valid inputs and 500 command lines: each is read, or refused in one line
+	$(BIN)/python analysis/fuzz.py
 
 clean: ## remove what the other targets made
 	rm -rf $(VENV) out build dist .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis

@@ -7,6 +7,8 @@ The command line prints that line and exits with code 2.
 
 from __future__ import annotations
 
+import re
+
 __all__ = [
     "AnalysisError",
     "GateError",
@@ -26,8 +28,24 @@ __all__ = [
 ]
 
 
+UNPRINTABLE = re.compile("[\x00-\x1f\x7f-\x9f\u2028\u2029\ud800-\udfff]")
+"""Control characters, line ends, and halves of characters, which no encoding can write."""
+
+
+_LONGEST = 2_000
+"""Longest message, in characters; beyond, its middle is left out: it lists names without end."""
+
+
 class LoopgateError(Exception):
-    """Base of all errors that the package raises on purpose."""
+    """Base of all errors that the package raises on purpose; whatever names come into it, one line."""
+
+    def __str__(self) -> str:
+        text = UNPRINTABLE.sub(_printable, super().__str__())
+        return text if len(text) <= _LONGEST else f"{text[: _LONGEST // 2]} ... {text[-_LONGEST // 4 :]}"
+
+
+def _printable(found: re.Match[str]) -> str:
+    return " " if found[0].isspace() else ascii(found[0])[1:-1]
 
 
 class SystemModelError(LoopgateError):

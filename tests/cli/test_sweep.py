@@ -56,7 +56,7 @@ def test_a_dry_run_lists_and_estimates_and_runs_nothing(folder: Path) -> None:
     ("words", "message"),
     [
         (["nothing.toml"], "loopgate: nothing.toml: cannot read the file"),
-        (["grid.toml"], "loopgate: sweep: the key 'network' is missing"),
+        (["grid.toml"], "loopgate: grid.toml: the key 'network' is missing"),
         (["grid.toml", "--executor", "dask"], "--executor dask needs --scheduler"),
         (["grid.toml", "--scheduler", "tcp://x:1"], "--scheduler is for --executor dask"),
     ],

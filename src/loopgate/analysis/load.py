@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import time
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -13,12 +13,13 @@ from typing import Any
 import pandas as pd
 import pyarrow as pa
 
-from loopgate.analysis.rows import read_run_row, read_summary
+from loopgate.analysis.rows import read_run_row
 from loopgate.errors import ResultsError
+from loopgate.reading import read_object, refusing, shown
 from loopgate.results import columns as run
 from loopgate.results import row_columns as c
-from loopgate.results.reading import maker, other_columns, read_rows, read_table
 from loopgate.results.row_schema import ROW_SCHEMA
+from loopgate.results.table_reading import Rows, check_sizes, maker, read_rows, read_table
 
 __all__ = ["Results", "Run", "read_results", "read_run"]
 
@@ -64,18 +65,19 @@ def read_run(folder: Path | str) -> Run:
         If a file of it is missing, cannot be read, or lacks a column.
     """
     folder = Path(folder)
-    summary = read_summary(folder)
-    made_by = maker(summary)
-    events = read_table(folder / "events.parquet", run.EVENT_COLUMNS[:5], made_by=made_by)
-    if run.STAGE not in events:  # there were no stages once
-        events[run.STAGE] = ""
-    return Run(
-        folder=folder,
-        summary=summary,
-        events=events,
-        vehicles=read_table(folder / "vehicles.parquet", run.VEHICLE_COLUMNS, made_by=made_by),
-        edges=read_table(folder / "edges.parquet", run.EDGE_COLUMNS, made_by=made_by),
-    )
+    with refusing(folder, "run folder", ResultsError):
+        summary = read_object(folder / "summary.json", "summary of a run", ResultsError)
+        made_by = maker(summary)
+        events = read_table(folder / "events.parquet", run.EVENT_COLUMNS[:5], made_by=made_by)
+        if run.STAGE not in events:  # there were no stages once
+            events[run.STAGE] = ""
+        return Run(
+            folder=folder,
+            summary=summary,
+            events=events,
+            vehicles=read_table(folder / "vehicles.parquet", run.VEHICLE_COLUMNS, made_by=made_by),
+            edges=read_table(folder / "edges.parquet", run.EDGE_COLUMNS, made_by=made_by),
+        )
 
 
 def read_results(folder: Path | str) -> Results:
@@ -87,21 +89,28 @@ def read_results(folder: Path | str) -> Results:
         If it is none of these, a file cannot be read, or lacks what the analysis cannot do without.
     """
     folder = Path(folder)
-    if (folder / "rows").is_dir():
-        rows, notes = _read_rows(folder / "rows")
-        named = (run.EDGE, run.EDGE_LENGTH, run.SHAPE)
-        edge_sets = {
-            file.stem: read_table(file, named, made_by="")
-            for file in sorted((folder / "edges").glob("*.parquet"))
-        }
-        return Results(
-            folder, _with_varying_keys(_latest(rows)), edge_sets, _manifest(folder / "sweep.json"), notes
-        )
-    runs = [folder] if (folder / "summary.json").is_file() else _run_folders(folder)
-    if not runs:
-        msg = f"{folder}: no results; expected rows/ (a sweep), summary.json (a run) or a folder of runs"
-        raise ResultsError(msg)
-    return _from_runs(folder, runs)
+    with refusing(folder, "folder of results", ResultsError):
+        if (folder / "rows").is_dir():
+            return _from_rows(folder)
+        runs = [folder] if (folder / "summary.json").is_file() else _run_folders(folder)
+        if not runs:
+            msg = f"{folder}: no results; expected rows/ (a sweep), summary.json (a run) or a folder of runs"
+            raise ResultsError(msg)
+        return _from_runs(folder, runs)
+
+
+def _from_rows(folder: Path) -> Results:
+    files = _read_rows(folder / "rows")
+    tables = [one.table for one in files]
+    rows: pd.DataFrame = pa.concat_tables([ROW_SCHEMA.empty_table(), *tables]).to_pandas()
+    edge_sets = {
+        file.stem: read_table(file, (run.EDGE, run.EDGE_LENGTH, run.SHAPE), made_by="")
+        for file in sorted((folder / "edges").glob("*.parquet"))
+    }
+    manifest = folder / "sweep.json"
+    known = read_object(manifest, "description of a sweep", ResultsError) if manifest.is_file() else {}
+    notes = tuple(_notes(folder / "rows", files))
+    return Results(folder, _with_varying_keys(_latest(rows), folder / "rows"), edge_sets, known, notes)
 
 
 def _run_folders(folder: Path) -> list[Path]:
@@ -114,46 +123,31 @@ def _from_runs(folder: Path, runs: list[Path]) -> Results:
         row, edges = read_run_row(one)
         rows.append({**row, c.KEY: one.name, c.ATTEMPT: 1})
         edge_sets[row[c.EDGE_SET]] = edges
-    return Results(folder, pa.Table.from_pylist(rows, schema=ROW_SCHEMA).to_pandas(), edge_sets)
+    table = pa.Table.from_pylist(rows, schema=ROW_SCHEMA)
+    check_sizes(table, folder)
+    return Results(folder, table.to_pandas(), edge_sets)
 
 
-def _read_rows(folder: Path) -> tuple[pd.DataFrame, tuple[str, ...]]:
+def _read_rows(folder: Path) -> list[Rows]:
     for left in reversed(range(_READ_TRIES)):
         files = sorted(folder.glob("*.parquet"))
         try:
-            tables = [read_rows(file) for file in files]
-            others = [other for file in files if (other := other_columns(file))]
-            rows: pd.DataFrame = pa.concat_tables([ROW_SCHEMA.empty_table(), *tables]).to_pandas()
-        except FileNotFoundError as error:
+            return [read_rows(file) for file in files]
+        except ResultsError as error:
+            if not isinstance(error.__cause__, FileNotFoundError):
+                raise
             if not left:
                 msg = f"{folder}: its files change faster than they can be read; try again"
                 raise ResultsError(msg) from error
             time.sleep(0.2)
-        else:
-            return rows, tuple(_notes(folder, others))
     raise AssertionError  # the loop returns or raises
 
 
-def _notes(folder: Path, others: list[tuple[str, str]]) -> Iterator[str]:
-    missing, besides = (Counter(one[which] for one in others if one[which]) for which in (0, 1))
-    for names, files in missing.items():
-        yield f"{folder}: another version made {files} files, without {names}: not known of those runs"
-    for names, files in besides.items():
-        yield f"{folder}: another version made {files} files, with more columns, not read: {names}"
-
-
-def _manifest(file: Path) -> Mapping[str, Any]:
-    if not file.is_file():
-        return {}
-    try:
-        known = json.loads(file.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        msg = f"{file}: not a readable description of a sweep ({' '.join(str(error).split())[:200]})"
-        raise ResultsError(msg) from error
-    if not isinstance(known, dict):
-        msg = f"{file}: not a description of a sweep; expected a JSON object"
-        raise ResultsError(msg)
-    return known
+def _notes(folder: Path, files: Sequence[Rows]) -> Iterator[str]:
+    for names, count in Counter(rows.missing for rows in files if rows.missing).items():
+        yield f"{folder}: another version made {count} files, without {names}: not known of those runs"
+    for names, count in Counter(rows.besides for rows in files if rows.besides).items():
+        yield f"{folder}: another version made {count} files, with more columns, not read: {names}"
 
 
 def _latest(rows: pd.DataFrame) -> pd.DataFrame:
@@ -162,9 +156,12 @@ def _latest(rows: pd.DataFrame) -> pd.DataFrame:
     return ordered.drop_duplicates(c.KEY, keep="last").reset_index(drop=True)
 
 
-def _with_varying_keys(rows: pd.DataFrame) -> pd.DataFrame:
+def _with_varying_keys(rows: pd.DataFrame, folder: Path) -> pd.DataFrame:
     """Add a column for each scenario key that has no column yet and is not the same in all rows."""
-    scenarios = [json.loads(text) if text else {} for text in rows[c.SCENARIO]]
+    scenarios = [
+        _scenario(text, f"{folder}: row {key}") if text else {}
+        for key, text in zip(rows[c.KEY], rows[c.SCENARIO], strict=True)
+    ]
     names = sorted({name for scenario in scenarios for name in scenario} - set(rows.columns))
     columns = {name: [scenario.get(name) for scenario in scenarios] for name in names}
     varying = {
@@ -172,4 +169,13 @@ def _with_varying_keys(rows: pd.DataFrame) -> pd.DataFrame:
         for name, values in columns.items()
         if len({str(v) for v in values}) > 1
     }
-    return rows.assign(**varying)
+    return rows.assign(**{name: pd.Series(values, index=rows.index) for name, values in varying.items()})
+
+
+def _scenario(text: str, what: str) -> dict[str, Any]:
+    with refusing(what, "scenario", ResultsError):
+        scenario = json.loads(text)
+    if isinstance(scenario, dict):
+        return scenario
+    msg = f"{what}: its scenario is {shown(scenario)}; expected a JSON object"
+    raise ResultsError(msg)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -15,16 +14,29 @@ import pandas as pd
 from loopgate.analysis.columns import LAP_TIME
 from loopgate.analysis.trips import compute_laps
 from loopgate.errors import ResultsError
+from loopgate.reading import read_object, read_toml, refusing
 from loopgate.results import columns as run
 from loopgate.results import row_columns as c
-from loopgate.results.reading import lacks, maker, read_table
+from loopgate.results.table_reading import lacks, maker, read_table
 
-__all__ = ["LAP_GRID", "RunRow", "read_run_row", "read_summary", "run_row"]
+__all__ = ["LAP_GRID", "RunRow", "read_run_row", "run_row"]
 
 LAP_GRID = np.linspace(0.0, 1.0, 21)
 """Quantiles of the lap times that a row keeps."""
 
 _HALF_HOUR_S = 1800.0
+_NO_EDGES = pd.DataFrame(columns=list(run.EDGE_COLUMNS))
+_EDGE_COLUMNS = (
+    run.EDGE,
+    run.EDGE_LENGTH,
+    run.VISITS,
+    run.MEAN_REVISIT,
+    run.MAX_REVISIT,
+    run.IDLENESS,
+    run.EDGE_HOLD,
+    run.SHAPE,
+)
+"""What a row needs of the edges; there may be more."""
 
 _SAME_NAME = (
     c.LAPS,
@@ -57,11 +69,6 @@ _NEEDED = (
 )
 """Without these a summary says nothing; what else is missing is only not known of the run."""
 
-_EDGE_COLUMNS = (
-    *(run.EDGE, run.EDGE_LENGTH, run.SHAPE, run.VISITS, run.MEAN_REVISIT, run.MAX_REVISIT),
-    *(run.IDLENESS, run.EDGE_HOLD),
-)
-
 
 class RunRow(NamedTuple):
     """A row, and the edges that its lists per edge refer to."""
@@ -77,52 +84,28 @@ def read_run_row(folder: Path) -> RunRow:
     Raises
     ------
     ResultsError
-        If ``summary.json``, ``events.parquet`` or ``edges.parquet`` is missing, cannot be read, or lacks a
-        figure or column that the row cannot do without.
+        If ``scenario.toml``, ``summary.json`` or ``events.parquet`` is missing, or one of these or
+        ``edges.parquet`` cannot be read or lacks a figure or column that the row cannot do without.
     """
-    summary = read_summary(folder)
-    missing = [name for name in _NEEDED if name not in summary]
-    made_by = maker(summary)
-    if missing:
-        raise lacks(folder / "summary.json", missing, made_by, what="figure")
-    try:
-        scenario = tomllib.loads((folder / "scenario.toml").read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        msg = f"{folder}: not a readable run folder ({_one_line(error)})"
-        raise ResultsError(msg) from error
-    kinds = [str(kind) for kind in (run.Event.START, run.Event.EDGE, run.Event.LAP)]
-    events = read_table(
-        folder / "events.parquet",
-        run.EVENT_COLUMNS[:4],
-        made_by=made_by,
-        only=True,
-        filters=[(run.EVENT, "in", kinds)],
-    )
-    # A run that locks up while it warms up has measured nothing, and has no edges.
-    file = folder / "edges.parquet"
-    edges = pd.DataFrame(columns=list(run.EDGE_COLUMNS))
-    if file.exists():
-        edges = read_table(file, _EDGE_COLUMNS, made_by=made_by)
-    return run_row(scenario=scenario, summary=summary, events=events, edges=edges)
-
-
-def read_summary(folder: Path) -> Mapping[str, Any]:
-    """Return what ``summary.json`` of a run folder holds.
-
-    Raises
-    ------
-    ResultsError
-        If it is missing, cannot be read, or is no JSON object.
-    """
-    try:
-        summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        msg = f"{folder}: not a readable run folder ({_one_line(error)})"
-        raise ResultsError(msg) from error
-    if not isinstance(summary, dict):
-        msg = f"{folder / 'summary.json'}: not the summary of a run; expected a JSON object"
-        raise ResultsError(msg)
-    return summary
+    with refusing(folder, "run folder", ResultsError):
+        summary = read_object(folder / "summary.json", "summary of a run", ResultsError)
+        missing = [name for name in _NEEDED if name not in summary]
+        made_by = maker(summary)
+        if missing:
+            raise lacks(folder / "summary.json", missing, made_by, what="figure")
+        scenario = read_toml(folder / "scenario.toml", "scenario", ResultsError)
+        kinds = [str(kind) for kind in (run.Event.START, run.Event.EDGE, run.Event.LAP)]
+        events = read_table(
+            folder / "events.parquet",
+            run.EVENT_COLUMNS[:4],
+            made_by=made_by,
+            only=True,
+            filters=[(run.EVENT, "in", kinds)],
+        )
+        # A run that locks up while it warms up has measured nothing, and has no edges.
+        file = folder / "edges.parquet"
+        edges = read_table(file, _EDGE_COLUMNS, made_by=made_by) if file.exists() else _NO_EDGES
+        return run_row(scenario=scenario, summary=summary, events=events, edges=edges)
 
 
 def run_row(
@@ -223,7 +206,3 @@ def _edges(edges: pd.DataFrame) -> dict[str, Any]:
         c.EDGE_MAX_REVISIT: edges[run.MAX_REVISIT].astype(float).tolist(),
         c.EDGE_IDLENESS: edges[run.IDLENESS].astype(float).tolist(),
     }
-
-
-def _one_line(error: BaseException) -> str:
-    return " ".join(str(error).split())[:200]

@@ -3,15 +3,25 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
 from loopgate.disk import writing
 from loopgate.errors import ResultsError
+from loopgate.model.system import LARGEST_CAPACITY
+from loopgate.reading import read_object, refusing, shown
 
 __all__ = ["Layout", "Leg", "LoopWay", "Span", "VehicleBody", "read_layout", "write_layout"]
+
+_LARGEST_M = 1e9
+_SHORTEST_LOOP_M = 0.1
+_LONGEST_LOOP_M = 1e6  # bodies are drawn every half metre
+_MOST_LAPS = 10.0
+"""Arc lengths may be counted on, beyond the end of a loop; not farther than so many rounds."""
+_WIDEST_M = 100.0
+_FEWEST_POINTS = 2
 
 Stretch = tuple[float, float]
 
@@ -124,39 +134,121 @@ def read_layout(file: Path) -> Layout:
     ResultsError
         If it cannot be read or is no layout.
     """
-    try:
-        data = json.loads(file.read_text(encoding="utf-8"))
-        return Layout(
-            step_s=data["step_s"],
-            room=data["room"],
-            loops={name: _loop(loop) for name, loop in data["loops"].items()},
-            vehicles={name: VehicleBody(**body) for name, body in data["vehicles"].items()},
-            movements={name: tuple(lanes) for name, lanes in data["movements"].items()},
-            shapes={lane: tuple((x, y) for x, y in shape) for lane, shape in data["shapes"].items()},
-            heights=data["heights"],
+    data = read_object(file, "layout of a run", ResultsError)
+    with refusing(file, "layout of a run", ResultsError, wrong="no layout of a run"):
+        layout = Layout(
+            step_s=_number(data["step_s"]),
+            room={_text(state): _room(room) for state, room in data["room"].items()},
+            loops={_text(name): _loop(loop) for name, loop in data["loops"].items()},
+            vehicles={_text(name): _body(body) for name, body in data["vehicles"].items()},
+            movements={name: tuple(map(_text, lanes)) for name, lanes in data["movements"].items()},
+            shapes={
+                lane: tuple((_number(x), _number(y)) for x, y in shape)
+                for lane, shape in data["shapes"].items()
+            },
+            heights={lane: _number(height) for lane, height in data["heights"].items()},
         )
-    except OSError as error:
-        msg = f"{file}: cannot read the layout ({error.strerror or error})"
-        raise ResultsError(msg) from error
-    except (ValueError, KeyError, TypeError) as error:
-        msg = f"{file}: no layout of a run ({type(error).__name__}: {error})"
-        raise ResultsError(msg) from error
+        _check(layout)
+        return layout
+
+
+def _check(layout: Layout) -> None:
+    """Raise ValueError where parts name what is not there, or lie far off their loop."""
+    if not 0.0 < layout.step_s <= _LARGEST_M:
+        msg = f"its step takes {layout.step_s} s"
+        raise ValueError(msg)
+    for name, body in layout.vehicles.items():
+        loop = layout.loops.get(body.loop)
+        if loop is None or not 0 <= body.leg < len(loop.legs):
+            msg = f"vehicle {name}: there is no leg {body.leg} on a loop {body.loop}"
+            raise ValueError(msg)
+        far = abs(body.start_m) > _MOST_LAPS * loop.length_m
+        if far or not (0.0 < body.length_m <= loop.length_m and 0.0 < body.width_m <= _WIDEST_M):
+            msg = f"vehicle {name}: {body.length_m} m by {body.width_m} m, it starts at {body.start_m} m"
+            raise ValueError(msg)
+    for name, loop in layout.loops.items():
+        if not (loop.spans and _SHORTEST_LOOP_M <= loop.length_m <= _LONGEST_LOOP_M):
+            msg = f"loop {name}: it has {len(loop.spans)} lanes and is {loop.length_m:g} m long"
+            raise ValueError(msg)
+        parts: list[Span | Leg] = [*loop.spans, *loop.legs]
+        ends = [m for part in parts for m in (part.begin_m, part.end_m)]
+        if max(map(abs, ends)) > _MOST_LAPS * loop.length_m:
+            msg = f"loop {name}: it has parts that do not lie on it"
+            raise ValueError(msg)
+        driven = [lane for span in loop.spans for lane in span.driven]
+        undrawn = [lane for lane in driven if len(layout.shapes.get(lane, ())) < _FEWEST_POINTS]
+        if undrawn:
+            msg = f"loop {name}: its lane {undrawn[0]} has no shape"
+            raise ValueError(msg)
 
 
 def _loop(data: Mapping[str, Any]) -> LoopWay:
     return LoopWay(
-        length_m=data["length_m"],
-        spans=tuple(Span(s["begin_m"], s["end_m"], tuple(s["lanes"]), s["entered"]) for s in data["spans"]),
+        length_m=_number(data["length_m"]),
+        spans=tuple(
+            Span(_number(s["begin_m"]), _number(s["end_m"]), _lanes(s["lanes"]), _text(s["entered"]))
+            for s in data["spans"]
+        ),
         legs=tuple(
             Leg(
-                leg["state"],
-                leg["begin_m"],
-                leg["end_m"],
+                _text(leg["state"]),
+                _number(leg["begin_m"]),
+                _number(leg["end_m"]),
                 tuple(
-                    (movement, {foe: (s[0], s[1]) if s else None for foe, s in foes.items()})
+                    (
+                        _text(movement),
+                        {foe: (_number(s[0]), _number(s[1])) if s else None for foe, s in foes.items()},
+                    )
                     for movement, foes in leg["crossings"]
                 ),
             )
             for leg in data["legs"]
         ),
     )
+
+
+def _body(data: Mapping[str, Any]) -> VehicleBody:
+    return VehicleBody(
+        loop=_text(data["loop"]),
+        length_m=_number(data["length_m"]),
+        width_m=_number(data["width_m"]),
+        start_m=_number(data["start_m"]),
+        leg=_whole(data["leg"]),
+    )
+
+
+def _lanes(data: Iterable[object]) -> tuple[str, ...]:
+    lanes = tuple(map(_text, data))
+    if not lanes:
+        msg = "a span has no lane"
+        raise ValueError(msg)
+    return lanes
+
+
+def _number(value: object) -> float:
+    if isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= _LARGEST_M:
+        return value
+    msg = f"{shown(value)} stands where a finite number is expected"
+    raise ValueError(msg)
+
+
+def _whole(value: object) -> int:
+    if isinstance(value, int) and not isinstance(value, bool):
+        return value
+    msg = f"{shown(value)} stands where a whole number is expected"
+    raise ValueError(msg)
+
+
+def _room(value: object) -> int:
+    room = _whole(value)
+    if 1 <= room <= LARGEST_CAPACITY:
+        return room
+    msg = f"{shown(value)} stands where a capacity from 1 to {LARGEST_CAPACITY} is expected"
+    raise ValueError(msg)
+
+
+def _text(value: object) -> str:
+    if isinstance(value, str):
+        return value
+    msg = f"{shown(value)} stands where a name is expected"
+    raise ValueError(msg)

@@ -13,6 +13,7 @@ import pyarrow as pa
 import pyarrow.csv
 
 from loopgate.errors import ResultsError
+from loopgate.reading import refusing
 
 __all__ = ["ATTRIBUTES", "Positions", "read_positions"]
 
@@ -23,6 +24,8 @@ ATTRIBUTES = ("id", "lane", "pos", "speed", "odometer", "x", "y", "angle")
 """What SUMO is asked to write of every vehicle at every step."""
 
 _BLOCK_BYTES = 8_000_000
+_LARGEST = 1e10
+"""Of any figure; in metres, some years of driving."""
 _WORD = pa.dictionary(pa.int32(), pa.string())
 _TYPES = {
     "timestep_time": pa.float64(),
@@ -83,7 +86,7 @@ def read_positions(
     ResultsError
         If it cannot be read.
     """
-    try:
+    with refusing(file, "positions", ResultsError):
         rest: pd.DataFrame | None = None
         with _open(file) as reader:
             for batch in reader:
@@ -99,9 +102,6 @@ def read_positions(
                     yield _positions(frame[whole], vehicles, lanes, step_s)
         if rest is not None and len(rest):
             yield _positions(rest, vehicles, lanes, step_s)
-    except (OSError, pa.ArrowException) as error:
-        msg = f"{file}: cannot read the positions ({error})"
-        raise ResultsError(msg) from error
 
 
 def _open(file: Path) -> pyarrow.csv.CSVStreamingReader:
@@ -126,17 +126,23 @@ def _positions(
         return np.asarray(table[codes])
 
     def column(name: str) -> Floats:
-        return frame[f"vehicle_{name}"].to_numpy(dtype=np.float64)
+        values = frame[name].to_numpy(dtype=np.float64)
+        # Where nobody drives, SUMO leaves fields empty.
+        if not (np.abs(values[vehicle >= 0]) <= _LARGEST).all():
+            msg = f"{name} of a vehicle is missing or no number up to {_LARGEST:g}"
+            raise ValueError(msg)
+        return values
 
+    vehicle = numbers("vehicle_id", vehicles)
     return Positions(
-        time_s=frame["timestep_time"].to_numpy(dtype=np.float64) + step_s,
-        vehicle=numbers("vehicle_id", vehicles),
+        time_s=column("timestep_time") + step_s,
+        vehicle=vehicle,
         lane=numbers("vehicle_lane", lanes),
         lane_name=frame["vehicle_lane"].to_numpy(dtype=object),
-        pos_m=column("pos"),
-        speed_mps=column("speed"),
-        odometer_m=column("odometer"),
-        x_m=column("x"),
-        y_m=column("y"),
-        angle_deg=column("angle"),
+        pos_m=column("vehicle_pos"),
+        speed_mps=column("vehicle_speed"),
+        odometer_m=column("vehicle_odometer"),
+        x_m=column("vehicle_x"),
+        y_m=column("vehicle_y"),
+        angle_deg=column("vehicle_angle"),
     )

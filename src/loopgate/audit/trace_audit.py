@@ -128,9 +128,14 @@ class _Books:
             _RULES[Event(event)](self, at_s, vehicle, StateId(place))
 
     def start(self, at_s: float, vehicle: str, place: StateId) -> None:
+        if vehicle not in self._path:
+            self._add(
+                at_s, vehicle, place, "start", f"{vehicle}: starts in {place}, but is not in the system"
+            )
+            return
         self._holding[vehicle] = [place]
         self._last_grant[vehicle] = at_s
-        if vehicle not in self._path or self._path[vehicle][self._position[vehicle]] != place:
+        if self._path[vehicle][self._position[vehicle]] != place:
             self._add(at_s, vehicle, place, "path", f"{vehicle}: starts in {place}, not where its path says")
         self._take(at_s, vehicle, place)
 
@@ -147,10 +152,11 @@ class _Books:
         here = self._path[vehicle][self._position[vehicle]]
         if here in self._fifo and here in self._room:
             queue = self._queue[here]
-            if queue[0] != vehicle:
+            if queue and queue[0] != vehicle:
                 text = f"{vehicle}: granted the way out of {here} before {queue[0]}, which stands before it"
                 self._add(at_s, vehicle, place, "order", text)
-            queue.remove(vehicle)
+            if vehicle in queue:  # not if it started elsewhere, which has been found already
+                queue.remove(vehicle)
         self._position[vehicle] = position if position is not None else 0
         self._granted[vehicle] += 1
         self._last_grant[vehicle] = at_s

@@ -10,6 +10,7 @@ import numpy.typing as npt
 from loopgate.audit.exclusion import Passages
 from loopgate.audit.layout import LoopWay, VehicleBody
 from loopgate.audit.stretches import ROUNDING_M, LoopStretches
+from loopgate.errors import ResultsError
 
 __all__ = ["LoopTable", "Stand", "Traveller"]
 
@@ -17,6 +18,9 @@ Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 
 _STANDING_MPS = 0.1
+_MOST_PASSAGES = 5_000_000
+"""More than a vehicle makes in a piece of its record, which has some ten thousand rows."""
+
 _LAPS = 1 << 20  # more laps than a vehicle drives: numbers of passages are counted in this base
 _TOLERANCE_M = 0.1
 """How far a front may be beyond its leg without being in the crossing [m]: SUMO's own for stops."""
@@ -195,6 +199,9 @@ class Traveller:
         first = np.floor((arcs_m[0] - marks_m) / lap_m).astype(np.int64) + 1
         last = np.floor((arcs_m[-1] - marks_m) / lap_m).astype(np.int64)
         times = np.maximum(last - first + 1, 0)
+        if times.sum() > _MOST_PASSAGES:
+            msg = f"vehicle {self.number + 1} of the record: it drives {times.max()} laps between two rows"
+            raise ResultsError(msg)
         rows = np.repeat(np.arange(len(marks_m)), times)
         lap = np.arange(len(rows)) - np.repeat(np.cumsum(times) - times, times) + first[rows]
         at_m = marks_m[rows] + lap * lap_m

@@ -12,6 +12,7 @@ import click
 
 from loopgate.cli.progress import Report, show_progress
 from loopgate.errors import SystemFileError
+from loopgate.reading import refusing
 
 if TYPE_CHECKING:
     from loopgate.model import System
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
 __all__ = ["check_certificate"]
 
 _SHOWN = 5
+_LONGEST_KIND = 40
 
 
 @click.command("check-certificate")
@@ -65,34 +67,24 @@ def _checked(file: Path, report: Report) -> Iterator[tuple[str, str]]:
         try:
             check(system, data)
         except CertificateError as error:
-            yield str(data.get("kind")), f"{file}: line {number}: {error}"
+            yield str(data.get("kind"))[:_LONGEST_KIND], f"{file}: line {number}: {error}"
         else:
             yield data["kind"], ""
 
 
 def _lines(file: Path) -> Iterator[tuple[int, dict[str, Any]]]:
-    try:
-        with file.open(encoding="utf-8") as stream:
-            for number, line in enumerate(stream, start=1):
-                data = json.loads(line)
-                if not isinstance(data, dict):
-                    msg = f"{file}: line {number}: expected a JSON object"
-                    raise SystemFileError(msg)
-                yield number, data
-    except OSError as error:
-        msg = f"{file}: cannot read the certificates ({error.strerror or error})"
-        raise SystemFileError(msg) from error
-    except (json.JSONDecodeError, UnicodeDecodeError) as error:
-        msg = f"{file}: not a file of certificates ({error})"
-        raise SystemFileError(msg) from error
+    wrong = "not a file of certificates"
+    with refusing(file, "certificates", SystemFileError, wrong=wrong), file.open(encoding="utf-8") as stream:
+        for number, line in enumerate(stream, start=1):
+            data = json.loads(line)
+            if not isinstance(data, dict):
+                msg = f"{file}: line {number}: expected a JSON object"
+                raise SystemFileError(msg)
+            yield number, data
 
 
 def _system(file: Path, number: int, data: object) -> System:
-    from loopgate.errors import SystemModelError
     from loopgate.model import system_from_dict
 
-    try:
+    with refusing(f"{file}: line {number}", "system", SystemFileError):
         return system_from_dict(data)
-    except SystemModelError as error:
-        msg = f"{file}: line {number}: {error}"
-        raise SystemFileError(msg) from error

@@ -9,6 +9,7 @@ from typing import Any
 
 import click
 
+from loopgate.cli.numbers import FiniteRange
 from loopgate.cli.progress import show_progress
 
 __all__ = ["explore"]
@@ -23,7 +24,11 @@ __all__ = ["explore"]
 @click.option("--json", "as_json", is_flag=True, help="Print JSON only.")
 @click.option("--plain", is_flag=True, help="Use the plain exploration, the compiled one's oracle (slow).")
 @click.option(
-    "--memory-gb", default=4.0, show_default=True, help="Stop with a message before more memory is used [GB]."
+    "--memory-gb",
+    type=FiniteRange(0.0, 1e6, min_open=True),
+    default=4.0,
+    show_default=True,
+    help="Stop with a message before more memory is used [GB].",
 )
 def explore(file: Path, gate: str, *, witness: bool, as_json: bool, plain: bool, memory_gb: float) -> None:
     """Explore the system in FILE exhaustively from its start, under a gate."""

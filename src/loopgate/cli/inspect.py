@@ -7,11 +7,13 @@ from pathlib import Path
 import click
 
 from loopgate.cli.inspect_options import Wanted
+from loopgate.cli.numbers import FiniteRange
 from loopgate.errors import ScenarioError
 
 __all__ = ["inspect"]
 
 _RHO_M, _PIECE_M = 1.25, 100.0
+_LONGEST_VEHICLE_M = 1e3
 
 
 @click.command(
@@ -26,9 +28,13 @@ _RHO_M, _PIECE_M = 1.25, 100.0
 @click.argument("network")
 @click.option("--routes", type=click.Path(path_type=Path), help="Route file or .sumocfg with closed loops.")
 @click.option("--abstraction", type=click.Choice(["queues", "segments"]), default="queues", show_default=True)
-@click.option("--rho", "rho_m", type=float, help=f"Safe radius of segments; default {_RHO_M:g} [m].")
 @click.option(
-    "--piece", "piece_m", type=float, help=f"Longest private piece of segments; default {_PIECE_M:g} [m]."
+    "--rho", "rho_m", type=FiniteRange(0.01, 1e3), help=f"Safe radius of segments; default {_RHO_M:g} [m]."
+)
+@click.option(
+    *("--piece", "piece_m"),
+    type=FiniteRange(0.01, 1e6),
+    help=f"Longest private piece of segments; default {_PIECE_M:g} [m].",
 )
 @click.option("--vehicle-length", "vehicle_length_m", type=float, help="Default: as the file says, or 5 [m].")
 @click.option("--seed", type=int, default=1, show_default=True, help="Seed of the starting places.")
@@ -74,8 +80,10 @@ def inspect(  # noqa: PLR0913  one per option
     if abstraction == "queues" and not (rho_m is None and piece_m is None):
         msg = "--rho and --piece belong to --abstraction segments; queues have neither"
         raise ScenarioError(msg)
-    if vehicle_length_m is not None and not vehicle_length_m > 0.0:
-        msg = f"--vehicle-length is {vehicle_length_m:g} m; expected more than 0"
+    if vehicle_length_m is not None and not 0.0 < vehicle_length_m <= _LONGEST_VEHICLE_M:
+        msg = (
+            f"--vehicle-length is {vehicle_length_m:g} m; expected more than 0, up to {_LONGEST_VEHICLE_M:g}"
+        )
         raise ScenarioError(msg)
     wanted = Wanted(vehicle_length_m, seed, picture, out, every, as_json)
     roads = RoadNetwork.open(network)

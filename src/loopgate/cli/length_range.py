@@ -6,6 +6,8 @@ import click
 
 __all__ = ["LENGTH_RANGE"]
 
+_LONGEST_M = 1e6
+
 
 class _LengthRange(click.ParamType[tuple[float, float]]):
     name = "MIN:MAX"
@@ -20,8 +22,8 @@ class _LengthRange(click.ParamType[tuple[float, float]]):
             found = float(low), float(high)
         except ValueError:
             self.fail(f"{value!r} is no range of lengths; write two numbers, like 400:2000", param, ctx)
-        if not 0.0 < found[0] <= found[1]:
-            self.fail(f"{value!r}: expected 0 < shortest <= longest", param, ctx)
+        if not 0.0 < found[0] <= found[1] <= _LONGEST_M:
+            self.fail(f"{value!r}: expected 0 < shortest <= longest <= {_LONGEST_M:g}", param, ctx)
         return found
 
 

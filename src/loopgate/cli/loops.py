@@ -8,6 +8,7 @@ from pathlib import Path
 import click
 
 from loopgate.cli.length_range import LENGTH_RANGE
+from loopgate.cli.numbers import FiniteRange
 
 __all__ = ["loops"]
 
@@ -21,7 +22,9 @@ __all__ = ["loops"]
     """
 )
 @click.argument("network")
-@click.option("--count", type=click.IntRange(min=1), default=12, show_default=True, help="How many loops.")
+@click.option(
+    "--count", type=click.IntRange(1, 1_000_000), default=12, show_default=True, help="How many loops."
+)
 @click.option(
     "--length",
     "length_m",
@@ -33,10 +36,12 @@ __all__ = ["loops"]
 @click.option("--seed", type=int, default=1, show_default=True, help="The same seed makes the same loops.")
 @click.option(
     "--max-shared",
-    type=click.FloatRange(0.0, 1.0),
+    type=FiniteRange(0.0, 1.0),
     help="Largest share of each loop's length that may lie in zones with others, 0 to 1.",
 )
-@click.option("--rho", "rho_m", type=float, help="Safe radius for --max-shared [m]; default 1.25.")
+@click.option(
+    "--rho", "rho_m", type=FiniteRange(0.01, 1e3), help="Safe radius for --max-shared [m]; default 1.25."
+)
 @click.option("--u-turns", is_flag=True, help="Let vehicles turn round at junctions.")
 @click.option(
     "-o", "--out", type=click.Path(path_type=Path, dir_okay=False), help="Route file; else standard output."

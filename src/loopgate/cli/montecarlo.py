@@ -16,7 +16,7 @@ __all__ = ["montecarlo"]
 @click.command()
 @click.argument("file", type=click.Path(path_type=Path, dir_okay=False))
 @click.option("--gate", default="collision", show_default=True, help="Gate, with options: name:option=value.")
-@click.option("--rounds", default=1000, show_default=True, type=click.IntRange(min=1), help="How many.")
+@click.option("--rounds", default=1000, show_default=True, type=click.IntRange(1, 10**9), help="How many.")
 @click.option("--seed", default=1, show_default=True, help="Where the random numbers begin.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON only.")
 def montecarlo(file: Path, gate: str, *, rounds: int, seed: int, as_json: bool) -> None:

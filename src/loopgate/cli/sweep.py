@@ -13,6 +13,7 @@ from typing import Any
 
 import click
 
+from loopgate.cli.numbers import FiniteRange
 from loopgate.errors import SweepError
 from loopgate.sweep.description import Point, Sweep, read_sweep
 from loopgate.sweep.drive import Progress, run_sweep
@@ -31,7 +32,9 @@ _SHOWN = 12  # lines of a dry run
 )
 @click.argument("file", type=click.Path(path_type=Path))
 @click.option("-o", "--out", type=click.Path(path_type=Path), help="Results folder [default: out/NAME].")
-@click.option("-j", "--workers", type=click.IntRange(1), help="Processes [default: one per processor].")
+@click.option(
+    "-j", "--workers", type=click.IntRange(1, 10_000), help="Processes [default: one per processor]."
+)
 @click.option(
     "--executor",
     type=click.Choice(["local", "dask"]),
@@ -41,7 +44,7 @@ _SHOWN = 12  # lines of a dry run
 )
 @click.option("--scheduler", metavar="ADDRESS", help="Dask scheduler, such as tcp://host:8786.")
 @click.option(
-    "--timeout", type=click.FloatRange(0, min_open=True), help="Longest wall time of a local run [s]."
+    "--timeout", type=FiniteRange(0.0, 1e8, min_open=True), help="Longest wall time of a local run [s]."
 )
 @click.option("--retry-failed", is_flag=True, help="Also run again what failed before.")
 @click.option("--keep-runs", is_flag=True, help="Keep every run folder in RESULTS/runs.")
@@ -69,7 +72,7 @@ def sweep(  # noqa: PLR0913 - one argument per option
     described = read_sweep(file)
     folder = out or Path("out") / described.name
     points = described.points()
-    _check(points, runner)
+    _check(points, runner, file)
     if dry_run:
         _show_plan(described, points, folder, workers, as_json=as_json)
         return
@@ -102,14 +105,14 @@ def sweep(  # noqa: PLR0913 - one argument per option
     click.echo(f"next: loopgate report {folder} -o {folder}/report.html")
 
 
-def _check(points: list[Point], runner: str) -> None:
-    """Refuse a scenario key that no run would accept before anything runs."""
+def _check(points: list[Point], runner: str, file: Path) -> None:
+    """Refuse keys, values, gates and negotiations that no run would accept before anything runs."""
     if runner != DEFAULT_RUNNER:
         return
     from loopgate.simulation.scenario import Scenario
 
     for point in points:
-        Scenario.from_dict(dict(point.scenario), source="sweep")
+        Scenario.from_dict(dict(point.scenario), source=str(file))
 
 
 @contextlib.contextmanager

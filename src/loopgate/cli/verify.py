@@ -31,12 +31,28 @@ _SMALL = 5_000
 
 @click.command()
 @click.argument("file", required=False, type=click.Path(path_type=Path, dir_okay=False))
-@click.option("--random", "systems", type=click.IntRange(1), help="Check so many random systems instead.")
+@click.option(
+    "--random", "systems", type=click.IntRange(1, 10**9), help="Check so many random systems instead."
+)
 @click.option("--gate", default="certified", show_default=True, help="Gate, with options: name:option=value.")
 @click.option("--seed", default=1, show_default=True, help="Of the random systems and walks.")
-@click.option("--limit", default=100_000, show_default=True, help="Most configurations to explore.")
-@click.option("--walks", default=20, show_default=True, help="Random walks where exploring does not fit.")
-@click.option("--steps", default=500, show_default=True, help="Moves per walk.")
+@click.option(
+    "--limit",
+    type=click.IntRange(0, 10**9),
+    default=100_000,
+    show_default=True,
+    help="Most configurations to explore.",
+)
+@click.option(
+    "--walks",
+    type=click.IntRange(0, 10**9),
+    default=20,
+    show_default=True,
+    help="Random walks where exploring does not fit.",
+)
+@click.option(
+    "--steps", type=click.IntRange(0, 10**9), default=500, show_default=True, help="Moves per walk."
+)
 @click.option(
     "--certificates",
     type=click.Path(path_type=Path, dir_okay=False),

@@ -37,13 +37,19 @@ class AgentsGate:
     """
 
     def __init__(self, system: System, *, loss: float = 0.0, seed: int = 0) -> None:
-        if not 0.0 <= loss <= 1.0:
-            msg = f"gate agents: loss is {loss!r}; expected a probability from 0 to 1"
-            raise GateError(msg)
+        self.check_options(loss=loss, seed=seed)
         check_single(system)
         self._system = system
         self._link = Link(loss=loss)
         self._seed = seed
+
+    @staticmethod
+    def check_options(*, loss: float = 0.0, seed: int = 0) -> None:
+        """Raise `GateError` if `loss` is no probability; any seed will do."""
+        del seed
+        if not 0.0 <= loss <= 1.0:
+            msg = f"gate agents: loss is {loss!r}; expected a probability from 0 to 1"
+            raise GateError(msg)
 
     def decide(self, configuration: Configuration, robot: int) -> Decision:
         """Let the agents decide the next move of `robot`."""

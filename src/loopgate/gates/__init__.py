@@ -1,6 +1,15 @@
 """Gates: they decide, one request at a time, which robot may enter its next state."""
 
 from loopgate.gates.base import Decision, FollowingGate, Gate, Reason, TimedGate
-from loopgate.gates.registry import gate_names, make_gate
+from loopgate.gates.registry import check_gate, gate_names, make_gate
 
-__all__ = ["Decision", "FollowingGate", "Gate", "Reason", "TimedGate", "gate_names", "make_gate"]
+__all__ = [
+    "Decision",
+    "FollowingGate",
+    "Gate",
+    "Reason",
+    "TimedGate",
+    "check_gate",
+    "gate_names",
+    "make_gate",
+]

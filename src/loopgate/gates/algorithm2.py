@@ -49,14 +49,19 @@ class Algorithm2Gate:
     """
 
     def __init__(self, system: System, *, lookahead: int = 1, budget: int = 20_000) -> None:
+        self.check_options(lookahead=lookahead, budget=budget)
+        self.lookahead = lookahead
+        self._system = system
+        self._search = CircuitSearch(system, lookahead=lookahead, budget=budget)
+
+    @staticmethod
+    def check_options(*, lookahead: int = 1, budget: int = 20_000) -> None:
+        """Raise `GateError` if an option is not a whole number from 1 up."""
         options: dict[str, object] = {"lookahead": lookahead, "budget": budget}
         for name, value in options.items():
             if not isinstance(value, int) or isinstance(value, bool) or value < 1:
                 msg = f"gate algorithm2: {name} is {value!r}; expected a whole number from 1 up"
                 raise GateError(msg)
-        self.lookahead = lookahead
-        self._system = system
-        self._search = CircuitSearch(system, lookahead=lookahead, budget=budget)
 
     def decide(self, configuration: Configuration, robot: int) -> Decision:
         """Decide the next move of `robot`. A deadlock's blockers are the other robots of its circuit."""

@@ -73,8 +73,9 @@ class Gate(Protocol):
     """Decides moves of one system. It knows robots and states, nothing of roads, files or clocks.
 
     A gate class is called with the system, and with keyword options that the user may set
-    (``--gate name:option=value``). The caller asks `decide` as often as it likes, then reports each move
-    that really happens, in order, through `moved`.
+    (``--gate name:option=value``). It may have a static method ``check_options``, which takes the same
+    options and raises `GateError` on a value without meaning: it is asked before anything runs. The caller
+    asks `decide` as often as it likes, then reports each move that really happens, in order, through `moved`.
     """
 
     def decide(self, configuration: Configuration, robot: int) -> Decision:

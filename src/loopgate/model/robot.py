@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from loopgate.errors import SystemModelError
 from loopgate.model.ids import RobotId, StateId
+from loopgate.reading import shown
 
 __all__ = ["Robot"]
 
@@ -50,7 +51,7 @@ class Robot:
             raise SystemModelError(msg)
         if not 0 <= self.start < len(self.path):
             last = len(self.path) - 1
-            msg = f"robot {self.id}: start {self.start} is not a position on its path (0 to {last})"
+            msg = f"robot {self.id}: start {shown(self.start)} is not a position on its path (0 to {last})"
             raise SystemModelError(msg)
         followers = self.path[1:] + self.path[:1] if self.closed and len(self.path) > 1 else self.path[1:]
         for here, following in zip(self.path, followers, strict=False):

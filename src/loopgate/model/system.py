@@ -11,8 +11,12 @@ from loopgate.errors import IllegalMoveError, SystemModelError
 from loopgate.model.configuration import Configuration
 from loopgate.model.ids import RobotId, StateId
 from loopgate.model.robot import Robot
+from loopgate.reading import shown
 
-__all__ = ["System"]
+__all__ = ["LARGEST_CAPACITY", "System"]
+
+LARGEST_CAPACITY = 1_000_000
+"""More than any road holds; sums over all states still fit into the integers of compiled code."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -38,8 +42,8 @@ class System:
     Raises
     ------
     SystemModelError
-        On duplicate robots, capacities below 1, capacity or FIFO given for a state that is on no path, or
-        more robots starting in a state than it holds.
+        On duplicate robots, capacities below 1 or above `LARGEST_CAPACITY`, capacity or FIFO given for a
+        state that is on no path, or more robots starting in a state than it holds.
     """
 
     robots: tuple[Robot, ...]
@@ -112,8 +116,8 @@ class System:
             if name not in number:
                 msg = f"state {name}: a capacity is given, but no robot's path visits it"
                 raise SystemModelError(msg)
-            if room < 1:
-                msg = f"state {name}: capacity {room} is below 1"
+            if not 1 <= room <= LARGEST_CAPACITY:
+                msg = f"state {name}: its capacity is {shown(room)}; expected 1 to {LARGEST_CAPACITY}"
                 raise SystemModelError(msg)
         for name in sorted(self.fifo):
             if name not in number:

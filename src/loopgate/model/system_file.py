@@ -19,6 +19,7 @@ from loopgate.errors import SystemFileError, SystemModelError
 from loopgate.model.ids import RobotId, StateId
 from loopgate.model.robot import Robot
 from loopgate.model.system import System
+from loopgate.reading import is_plain, read_json, refusing, shown
 
 __all__ = ["read_system", "system_from_dict", "system_to_dict", "write_system"]
 
@@ -35,19 +36,9 @@ def read_system(file: Path | str) -> System:
         If the file cannot be read, is no JSON, or describes no valid system; the text names the file and
         the robot or state concerned.
     """
-    try:
-        data = json.loads(Path(file).read_text(encoding="utf-8"))
-    except OSError as error:
-        msg = f"{file}: cannot read the system file ({error.strerror or error})"
-        raise SystemFileError(msg) from error
-    except (json.JSONDecodeError, UnicodeDecodeError, RecursionError) as error:
-        msg = f"{file}: not a JSON file ({error})"
-        raise SystemFileError(msg) from error
-    try:
+    data = read_json(file, "system file", SystemFileError)
+    with refusing(file, "system file", SystemFileError):
         return system_from_dict(data)
-    except SystemModelError as error:
-        msg = f"{file}: {error}"
-        raise SystemFileError(msg) from error
 
 
 def write_system(system: System, file: Path | str, *, note: str = "") -> None:
@@ -109,7 +100,7 @@ def _robot(entry: object, number: int) -> Robot:
     fields = _keys(entry, what, allowed=_ROBOT_KEYS, needed={"id", "path"})
     closed = fields.get("closed", True)
     if not isinstance(closed, bool):
-        msg = f"{what}: closed is {closed!r}; expected true or false"
+        msg = f"{what}: closed is {shown(closed)}; expected true or false"
         raise SystemModelError(msg)
     return Robot(
         id=RobotId(_text(fields["id"], f"{what}: its id")),
@@ -123,7 +114,7 @@ def _keys(data: object, what: str, *, allowed: set[str], needed: set[str]) -> Ma
     fields = _mapping(data, what)
     for key in fields:
         if key not in allowed:
-            msg = f"{what}: unknown key {key!r}; known are {', '.join(sorted(allowed))}"
+            msg = f"{what}: unknown key {shown(key)}; known are {', '.join(sorted(allowed))}"
             raise SystemModelError(msg)
     for key in sorted(needed - fields.keys()):
         msg = f"{what}: the key {key!r} is missing"
@@ -146,19 +137,19 @@ def _list(data: object, what: str) -> list[Any]:
 
 
 def _text(data: object, what: str) -> str:
-    if not isinstance(data, str) or not data:
-        msg = f"{what} is {data!r}; expected a non-empty string"
+    if not isinstance(data, str) or not data or not is_plain(data):
+        msg = f"{what} is {shown(data)}; expected a non-empty string without control characters"
         raise SystemModelError(msg)
     return data
 
 
 def _integer(data: object, what: str) -> int:
     if not isinstance(data, int) or isinstance(data, bool):
-        msg = f"{what} is {data!r}; expected a whole number"
+        msg = f"{what} is {shown(data)}; expected a whole number"
         raise SystemModelError(msg)
     return data
 
 
 def _kind(data: object) -> str:
     names: dict[type, str] = {dict: "an object", list: "a list", str: "a string"}
-    return names.get(type(data), repr(data))
+    return names.get(type(data), shown(data))

@@ -10,7 +10,7 @@ from loopgate.errors import ScenarioError
 from loopgate.negotiation.base import Negotiation
 from loopgate.spec import SpecError, make_from_spec
 
-__all__ = ["make_negotiation", "negotiation_names"]
+__all__ = ["check_negotiation", "make_negotiation", "negotiation_names"]
 
 _GROUP = "loopgate.negotiations"
 
@@ -20,13 +20,18 @@ def negotiation_names() -> list[str]:
     return sorted({point.name for point in entry_points(group=_GROUP)})
 
 
+def check_negotiation(spec: str) -> None:
+    """Check a negotiation's name and options, by making one; raise `ScenarioError` as `make_negotiation`."""
+    make_negotiation(spec, Random(0))
+
+
 def make_negotiation(spec: str, rng: Random) -> Negotiation:
     """Make the negotiation that `spec` names (``name`` or ``name:option=value,...``).
 
     Raises
     ------
     ScenarioError
-        If no negotiation has that name, or it has no such option.
+        If no negotiation has that name, it has no such option, or an option has no such value.
     """
     try:
         return make_from_spec("negotiation", _GROUP, spec, lambda f, o: cast("Negotiation", f(rng, **o)))

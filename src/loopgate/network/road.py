@@ -11,13 +11,17 @@ from typing import Any
 import sumolib
 
 from loopgate.errors import NetworkError
+from loopgate.network.diagnosis import first_fault
 from loopgate.network.records import Connection, Edge, Junction, Lane, Points
+from loopgate.network.soundness import check_sound
 from loopgate.network.sumo_config import is_sumo_config, read_sumo_config
-from loopgate.network.xml_file import check_root
+from loopgate.network.xml_file import check_root, open_xml
+from loopgate.reading import refusing
 
 __all__ = ["RoadNetwork", "packaged_networks"]
 
 _ROUNDING_M = 0.1
+_MOST_LINKS = 10_000  # many times what SUMO can work with
 
 PACKAGED = "sumo:"
 """Prefix of the names of networks that ship in the SUMO package."""
@@ -81,7 +85,7 @@ class RoadNetwork:
         Raises
         ------
         NetworkError
-            If there is no such network, or the file is no SUMO network.
+            If there is no such network, or the file is no SUMO network or one that makes no sense.
         """
         text = str(name)
         file = _packaged(text) if text.startswith(PACKAGED) else Path(text)
@@ -89,15 +93,18 @@ class RoadNetwork:
             file = read_sumo_config(file).net_file
         check_root(file, root="net", what="network", error=NetworkError)
         try:
-            net = sumolib.net.readNet(str(file), withInternal=True)
-        except Exception as error:  # sumolib raises whatever its parser stumbles on
-            text = str(error) or type(error).__name__
-            msg = f"{file}: not a SUMO network that can be read ({type(error).__name__}: {text})"
-            raise NetworkError(msg) from error
-        network = _records(net, text, file)
+            with refusing(file, "network", NetworkError, wrong="not a SUMO network that can be read"):
+                network = _records(sumolib.net.readNet(str(file), withInternal=True), text, file)
+        except NetworkError as error:
+            if not isinstance(error.__cause__, LookupError | AttributeError | TypeError | ValueError):
+                raise  # it is no XML to look into
+            with open_xml(file) as stream:
+                fault = first_fault(stream, file)
+            raise (NetworkError(fault) if fault else error) from error.__cause__
         if not network.edges:
             msg = f"{file}: the network has no edges"
             raise NetworkError(msg)
+        check_sound(network.file, network.lanes, network.edges, network.junctions, network.connections)
         return network
 
     def edge(self, edge: str) -> Edge:
@@ -237,6 +244,9 @@ def _same(one: Points, other: Points) -> bool:
 def _junction(node: Any) -> Junction:  # noqa: ANN401  sumolib has no types
     def rows(matrix: dict[int, str]) -> tuple[frozenset[int], ...]:
         size = max(matrix, default=-1) + 1
+        if size > _MOST_LINKS or min(matrix, default=0) < 0:
+            msg = f"junction {node.getID()}: a request has an index outside 0 to {_MOST_LINKS - 1}"
+            raise ValueError(msg)
         # The strings are written with link 0 rightmost.
         return tuple(
             frozenset(j for j, bit in enumerate(reversed(matrix.get(i, ""))) if bit == "1")

@@ -15,8 +15,12 @@ from loopgate.network.road import RoadNetwork
 from loopgate.network.sumo_config import is_sumo_config, read_sumo_config
 from loopgate.network.vehicle_type import DEFAULT_TYPE, VehicleType, vehicle_type
 from loopgate.network.xml_file import read_xml
+from loopgate.reading import shown
 
 __all__ = ["LoopVehicle", "RoutesFile", "read_loops", "routes_text", "write_loops", "write_text"]
+
+_BEYOND_M = 10.0
+"""How far beyond its edge a position may be: the lanes of an edge differ in length."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -157,19 +161,22 @@ def read_loops(network: RoadNetwork, file: Path | str) -> RoutesFile:
     ]
     by_id = {loop.id: loop for loop in loops}
     vehicles = tuple(
-        LoopVehicle(v.id, v.loop, v.type, _depart(by_id[v.loop], *departs))
+        LoopVehicle(v.id, v.loop, v.type, _depart(f"{path}: vehicle {v.id}", by_id[v.loop], *departs))
         for v, departs in zip(found.vehicles, found.departs, strict=True)
     )
     return RoutesFile(path, tuple(loops), vehicles, found.types)
 
 
-def _depart(loop: Loop, edge_number: str, position: str) -> float | None:
+def _depart(what: str, loop: Loop, edge_number: str, position: str) -> float | None:
     """Return the arc length that ``departEdge`` and ``departPos`` name, or None if they name none."""
     try:
         position_m, number = float(position), int(edge_number or 0)
     except ValueError:
         return None  # "base", "random", "free": SUMO would choose
     span = [span for span in loop.spans if not span.internal][number % len(loop.edges)]
+    if not abs(position_m) <= span.length_m + _BEYOND_M:
+        msg = f"{what}: departPos is {shown(position)}; edge {span.edge} is {span.length_m:g} m long"
+        raise RouteError(msg)
     return span.begin_m + (position_m if position_m >= 0 else span.length_m + position_m)
 
 

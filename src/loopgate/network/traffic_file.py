@@ -8,6 +8,7 @@ from pathlib import Path
 
 from loopgate.errors import RouteError
 from loopgate.network.sumo_config import is_sumo_config, read_sumo_config
+from loopgate.network.vehicle_type import vehicle_type
 from loopgate.network.xml_file import read_xml
 
 __all__ = ["TrafficFile", "read_traffic"]
@@ -54,7 +55,7 @@ def read_traffic(file: Path | str) -> TrafficFile:
     Raises
     ------
     RouteError
-        If the file cannot be read or has no vehicles; the text names it.
+        If the file cannot be read, has no vehicles, or a vehicle type makes no sense; the text names it.
     """
     path = Path(file)
     if is_sumo_config(path):
@@ -65,6 +66,8 @@ def read_traffic(file: Path | str) -> TrafficFile:
     ids: set[str] = set()
     for source in routes:
         top = read_xml(source, root="routes", what="route file", error=RouteError)
+        for element in top.iter("vType"):
+            vehicle_type(element, str(source))
         ids.update(element.get("id", "") for tag in _VEHICLES for element in top.iter(tag))
     if not ids:
         msg = f"{path}: no vehicles in it; expected <vehicle>, <trip> or <flow> elements as ordinary traffic"

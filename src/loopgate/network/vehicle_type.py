@@ -1,12 +1,14 @@
-"""Vehicle types, as far as they matter to loops: length, gap and class."""
+"""Vehicle types, as far as they matter to loops: length, gap, class, and whether their figures make sense."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from xml.etree import ElementTree as ET
 
 from loopgate.errors import RouteError
+from loopgate.reading import shown
 
 __all__ = ["DEFAULT_TYPE", "VehicleType", "vehicle_type"]
 
@@ -29,6 +31,33 @@ _WIDTH_M = {"bicycle": 0.65, "bus": 2.5, "coach": 2.6, "delivery": 2.16, "traile
 """SUMO's default widths by vehicle class where they are not a passenger car's."""
 
 _CAR_WIDTH_M = 1.8
+
+
+_ABOVE_0 = math.ulp(0.0)
+_FIGURES: dict[str, tuple[float, float, str]] = {
+    "length": (_ABOVE_0, 1e3, "metres"),
+    "width": (_ABOVE_0, 1e2, "metres"),
+    "height": (_ABOVE_0, 1e2, "metres"),
+    "minGap": (0.0, 1e3, "metres"),
+    "minGapLat": (0.0, 1e2, "metres"),
+    "accel": (_ABOVE_0, 1e3, "m/s2"),
+    "decel": (_ABOVE_0, 1e3, "m/s2"),
+    "apparentDecel": (_ABOVE_0, 1e3, "m/s2"),
+    "emergencyDecel": (_ABOVE_0, 1e3, "m/s2"),
+    "maxSpeed": (_ABOVE_0, 1e4, "m/s"),
+    "desiredMaxSpeed": (_ABOVE_0, 1e4, "m/s"),
+    "maxSpeedLat": (_ABOVE_0, 1e4, "m/s"),
+    "tau": (_ABOVE_0, 1e3, "seconds"),
+    "sigma": (0.0, 1.0, "a share"),
+    "speedDev": (0.0, 1e2, "a share of the speed limit"),
+    "speedFactor": (_ABOVE_0, 1e2, "a share of the speed limit"),
+    "mass": (_ABOVE_0, 1e9, "kilograms"),
+}
+"""Least and greatest value of an attribute, and what it is. SUMO takes some of what lies outside, such as a
+length that is no number, and drives on without a word."""
+
+_SETTINGS = ("lc", "jm", "cc", "actionStep", "boarding", "impatience", "loading", "startup")
+"""Beginnings of the names of further settings, of any sign and size, but finite; some may be clock times."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,22 +95,47 @@ DEFAULT_TYPE = VehicleType()
 
 
 def vehicle_type(element: ET.Element, source: str) -> VehicleType:
-    """Read a ``<vType>``; raise `RouteError` if a length is no number."""
+    """Read a ``<vType>``.
+
+    Raises
+    ------
+    RouteError
+        If a figure is none, or makes no sense (a length of 0, a speed that is infinite); the text names
+        file, type and attribute.
+    """
     name = element.get("id", "")
-
-    def metres(attribute: str, default: float) -> float:
-        text = element.get(attribute)
-        try:
-            return default if text is None else float(text)
-        except ValueError:
-            msg = f"{source}: vType {name}: {attribute} is {text!r}; expected metres"
-            raise RouteError(msg) from None
-
+    figures: dict[str, float] = {}
+    for attribute, text in element.attrib.items():
+        if attribute in _FIGURES:
+            figures[attribute] = _figure(f"{source}: vType {name}: {attribute}", text, *_FIGURES[attribute])
+        elif attribute.startswith(_SETTINGS) and not math.isfinite(_number(text, default=0.0)):
+            msg = f"{source}: vType {name}: {attribute} is {shown(text)}; expected a finite number"
+            raise RouteError(msg)
     vclass = element.get("vClass", DEFAULT_TYPE.vclass)
     return VehicleType(
         id=name,
-        length_m=metres("length", _LENGTH_M.get(vclass, DEFAULT_TYPE.length_m)),
-        min_gap_m=metres("minGap", DEFAULT_TYPE.min_gap_m),
+        length_m=figures.get("length", _LENGTH_M.get(vclass, DEFAULT_TYPE.length_m)),
+        min_gap_m=figures.get("minGap", DEFAULT_TYPE.min_gap_m),
         vclass=vclass,
         attributes=dict(element.attrib),
     )
+
+
+def _figure(what: str, text: str, least: float, most: float, unit: str) -> float:
+    """Return a figure, or the first of a distribution like ``normc(1,0.1,0.2,2)``; all must be fit."""
+    head, bracket, inside = text.strip().partition("(")
+    drawn = bracket and head in {"norm", "normc"} and inside.endswith(")")
+    numbers = [_number(part, default=math.nan) for part in (inside[:-1].split(",") if drawn else [text])]
+    low = 0.0 if drawn else least  # a spread may be 0, and so may the least speed drawn
+    if not least <= numbers[0] <= most or not all(low <= number <= most for number in numbers):
+        above = "above 0" if least == _ABOVE_0 else f"from {least:g}"
+        msg = f"{what} is {shown(text)}; expected {unit}, {above} and up to {most:g}"
+        raise RouteError(msg)
+    return numbers[0]
+
+
+def _number(text: str, *, default: float) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        return default

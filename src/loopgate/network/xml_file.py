@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import gzip
-import zlib
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import IO, cast
 from xml.etree import ElementTree as ET
 
 from loopgate.errors import LoopgateError
+from loopgate.reading import refusing, shown
 
-__all__ = ["check_root", "read_xml"]
+__all__ = ["check_root", "open_xml", "read_xml"]
 
 _GZIP_MAGIC = b"\x1f\x8b"
 
@@ -30,16 +31,13 @@ def read_xml(file: Path, *, root: str, what: str, error: type[LoopgateError]) ->
         The exception to raise.
     """
     check_root(file, root=root, what=what, error=error)
-    with _open(file) as stream:
-        try:
-            return ET.parse(stream).getroot()  # noqa: S314  as the import
-        except (ET.ParseError, OSError, EOFError, zlib.error) as problem:
-            raise _no_xml(file, what, problem, error) from problem
+    with _refusing(file, what, error), open_xml(file) as stream:
+        return ET.parse(stream).getroot()  # noqa: S314  expat refuses entities that grow without bounds
 
 
 def check_root(file: Path, *, root: str, what: str, error: type[LoopgateError]) -> None:
     """Raise `error` unless `file` begins as an XML file with that root element; reads only its beginning."""
-    try:
+    with _refusing(file, what, error):
         if not file.exists():
             msg = f"{file}: there is no such file; expected a SUMO {what}"
             raise error(msg)
@@ -49,24 +47,19 @@ def check_root(file: Path, *, root: str, what: str, error: type[LoopgateError]) 
         if file.stat().st_size == 0:
             msg = f"{file}: the file is empty; expected a SUMO {what} (XML, <{root}>)"
             raise error(msg)
-        with _open(file) as stream:
-            _, first = next(iter(ET.iterparse(stream, events=("start",))))  # noqa: S314  as the import
-    except (ET.ParseError, EOFError, zlib.error, gzip.BadGzipFile, StopIteration) as problem:
-        raise _no_xml(file, what, problem, error) from problem
-    except OSError as problem:
-        msg = f"{file}: cannot read the {what} ({problem.strerror or problem})"
-        raise error(msg) from problem
-    if first.tag != root:
-        msg = f"{file}: the root element is <{first.tag}>; a SUMO {what} has <{root}>"
-        raise error(msg)
+        with open_xml(file) as stream:
+            _, first = next(iter(ET.iterparse(stream, events=("start",))))  # noqa: S314  as above
+        if first.tag != root:
+            msg = f"{file}: the root element is <{shown(first.tag)[1:-1]}>; a SUMO {what} has <{root}>"
+            raise error(msg)
 
 
-def _open(file: Path) -> IO[bytes]:
+def _refusing(file: Path, what: str, error: type[LoopgateError]) -> AbstractContextManager[None]:
+    return refusing(file, what, error, wrong=f"not XML that can be read; expected a SUMO {what}")
+
+
+def open_xml(file: Path) -> IO[bytes]:
+    """Open a file, plain or gzipped, told apart by content."""
     with file.open("rb") as stream:
         zipped = stream.read(2) == _GZIP_MAGIC
     return cast("IO[bytes]", gzip.open(file)) if zipped else file.open("rb")
-
-
-def _no_xml(file: Path, what: str, problem: BaseException, error: type[LoopgateError]) -> LoopgateError:
-    text = str(problem) or type(problem).__name__
-    return error(f"{file}: not XML ({text}); expected a SUMO {what}")

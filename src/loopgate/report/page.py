@@ -69,9 +69,12 @@ def write_report(
     Raises
     ------
     ResultsError
-        If a file cannot be written.
+        If a file cannot be written, or `page` is no name of one.
     """
     page = Path(page)
+    if not page.name:
+        msg = f"{page}: a folder; expected the name of a page, such as report.html"
+        raise ResultsError(msg)
     folder = Path(files) if files is not None else page.with_name(f"{page.stem}-files")
     try:
         return _write(results, page, folder, report)

@@ -11,8 +11,11 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
+from loopgate.errors import ResultsError
+from loopgate.reading import refusing
 from loopgate.results.columns import EVENT, EVENT_COLUMNS, PLACE, REASON, STAGE, TIME, VEHICLE, Event
-from loopgate.results.table_file import TableFile
+from loopgate.results.table_reading import NO_PARQUET, check_columns
+from loopgate.results.table_writing import TableFile
 
 __all__ = ["Recorder", "read_event_pieces", "read_events"]
 
@@ -131,6 +134,11 @@ def read_events(file: Path, kinds: Collection[Event] = ()) -> pd.DataFrame:
         The file.
     kinds
         Which events to read; all if empty.
+
+    Raises
+    ------
+    ResultsError
+        As for `read_event_pieces`.
     """
     pieces = list(read_event_pieces(file, kinds))
     return pd.concat(pieces, ignore_index=True) if len(pieces) > 1 else pieces[0]
@@ -140,20 +148,28 @@ def read_event_pieces(file: Path, kinds: Collection[Event] = ()) -> Iterator[pd.
     """Read ``events.parquet`` in pieces, as `read_events`, so that a long run fits into memory.
 
     There is at least one piece, be it empty.
+
+    Raises
+    ------
+    ResultsError
+        If the file cannot be read, is damaged or no table of events.
     """
     wanted = {kind.value for kind in kinds}
-    there = pq.read_schema(file).names
-    names = [name for name in EVENT_COLUMNS if name in there]
-    with pq.ParquetFile(file, read_dictionary=[name for name in names if name in _WORDS]) as source:
-        yielded = False
-        for batch in source.iter_batches(batch_size=_BATCH, columns=names):
-            frame = pd.DataFrame({name: _plain(batch.column(name)) for name in names})
-            if wanted:
-                frame = frame[frame[EVENT].isin(wanted)].reset_index(drop=True)
-            yielded = True
-            yield _with_stage(frame)
-        if not yielded:
-            yield _with_stage(pd.DataFrame({name: [] for name in names}))
+    with refusing(file, "table", ResultsError, wrong=NO_PARQUET):
+        schema = pq.read_schema(file)
+        check_columns(schema, EVENT_COLUMNS[:4], file)
+        names = [name for name in EVENT_COLUMNS if name in schema.names]
+        with pq.ParquetFile(file, read_dictionary=[name for name in names if name in _WORDS]) as source:
+            yielded = False
+            for batch in source.iter_batches(batch_size=_BATCH, columns=names):
+                batch.validate(full=True)
+                frame = pd.DataFrame({name: _plain(batch.column(name)) for name in names})
+                if wanted:
+                    frame = frame[frame[EVENT].isin(wanted)].reset_index(drop=True)
+                yielded = True
+                yield _with_stage(frame)
+            if not yielded:
+                yield _with_stage(pd.DataFrame({name: [] for name in names}))
 
 
 def _plain(column: pa.Array) -> NDArray[np.float64] | NDArray[np.object_]:

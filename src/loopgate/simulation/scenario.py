@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import dataclasses
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cache, lru_cache
 from pathlib import Path
-from typing import Any, get_args, get_type_hints
+from typing import Annotated, Any, get_type_hints
 
 import tomli_w
 
-from loopgate.errors import ScenarioError
+from loopgate.errors import LoopgateError, ScenarioError
+from loopgate.gates import check_gate
+from loopgate.negotiation.registry import check_negotiation
+from loopgate.reading import read_toml, shown
+from loopgate.simulation.values import Rule, checked, choice, flag, length_range, real, text, whole
 
 __all__ = ["Scenario", "read_scenario"]
 
@@ -21,10 +25,17 @@ ON_DEADLOCK = ("stop", "continue", "teleport")
 LONGEST_GATED_STEP_S = 1.0
 """SUMO's drivers keep apart by tau, a second, and only if they look as often."""
 
+_MANY = 1_000_000
+_LONG_S = 1e8  # three years
+_LARGEST_SEED = 2**31 - 1  # SUMO's
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Scenario:
     """Everything that determines a run. The same scenario and versions give the same events.
+
+    Each field says beside it which values it may have; from a file, the command line and Python alike, any
+    other value is refused, and so are a gate or negotiation that is not installed or has no such option.
 
     Attributes
     ----------
@@ -75,48 +86,36 @@ class Scenario:
         Whether SUMO records where every vehicle is at every step, and the audit checks it.
     """
 
-    network: str
-    routes: str = ""
-    traffic: str = ""
-    loops: int = 0
-    loop_length_m: tuple[float, float] = (400.0, 2000.0)
-    max_shared: float = 1.0
-    u_turns: bool = False
-    loops_seed: int = 1
-    vehicles: int = 0
-    gate: str = "certified"
-    abstraction: str = "queues"
-    negotiation: str = ""
-    lights: str = ""
-    duration_s: float = 3600.0
-    warmup_s: float = 0.0
-    seed: int = 1
-    step_s: float = 1.0
-    rho_m: float = 1.25
-    piece_m: float = 100.0
-    on_deadlock: str = "stop"
-    deadlock_after_s: float = 60.0
-    positions: bool = False
+    network: Annotated[str, text()]
+    routes: Annotated[str, text()] = ""
+    traffic: Annotated[str, text()] = ""
+    loops: Annotated[int, whole(0, _MANY)] = 0
+    loop_length_m: Annotated[tuple[float, float], length_range(1e6)] = (400.0, 2000.0)
+    max_shared: Annotated[float, real(0.0, 1.0)] = 1.0
+    u_turns: Annotated[bool, flag()] = False
+    loops_seed: Annotated[int, whole(0, _LARGEST_SEED)] = 1
+    vehicles: Annotated[int, whole(0, _MANY)] = 0
+    gate: Annotated[str, text()] = "certified"
+    abstraction: Annotated[str, choice(ABSTRACTIONS)] = "queues"
+    negotiation: Annotated[str, text()] = ""
+    lights: Annotated[str, choice(("", *LIGHTS))] = ""
+    duration_s: Annotated[float, real(1.0, _LONG_S)] = 3600.0
+    warmup_s: Annotated[float, real(0.0, _LONG_S)] = 0.0
+    seed: Annotated[int, whole(0, _LARGEST_SEED)] = 1
+    step_s: Annotated[float, real(0.01, 10.0)] = 1.0
+    rho_m: Annotated[float, real(0.01, 1e3)] = 1.25
+    piece_m: Annotated[float, real(0.01, 1e6)] = 100.0
+    on_deadlock: Annotated[str, choice(ON_DEADLOCK)] = "stop"
+    deadlock_after_s: Annotated[float, real(0.0, _LONG_S)] = 60.0
+    positions: Annotated[bool, flag()] = False
 
     def __post_init__(self) -> None:
-        self._one_of("abstraction", ABSTRACTIONS)
-        self._one_of("lights", ("", *LIGHTS))
-        self._one_of("on_deadlock", ON_DEADLOCK)
-        self._at_least("duration_s", 1.0)
-        for field in ("loops", "vehicles", "warmup_s", "seed", "loops_seed", "deadlock_after_s"):
-            self._at_least(field, 0)
-        for field in ("step_s", "rho_m", "piece_m"):
-            self._at_least(field, 0.01)
+        for name, rule in _rules().items():
+            object.__setattr__(self, name, checked(name, getattr(self, name), rule))
         if not self.network:
             msg = "network: missing; give a .net.xml file, a .sumocfg or sumo:NAME"
             raise ScenarioError(msg)
-        if not 0.0 <= self.max_shared <= 1.0:
-            msg = f"max_shared: {self.max_shared:g} is not between 0 and 1"
-            raise ScenarioError(msg)
-        low, high = self.loop_length_m
-        if not 0 < low <= high:
-            msg = f"loop_length_m: {low:g}:{high:g} is no range; expected 0 < shortest <= longest"
-            raise ScenarioError(msg)
+        _check_names(self.gate, self.rule_for_negotiation)
         if self.traffic and self.gated and self.abstraction != "queues":
             msg = (
                 f"traffic: with gate {self.gate} it works on abstraction queues only; on {self.abstraction} "
@@ -125,8 +124,8 @@ class Scenario:
             raise ScenarioError(msg)
         if self.gated and self.step_s > LONGEST_GATED_STEP_S:
             msg = (
-                f"step_s: {self.step_s:g} s is too long under a gate, vehicles drive into each other; "
-                f"take at most {LONGEST_GATED_STEP_S:g} s, or gate open"
+                f"step_s is {self.step_s}; expected at most {LONGEST_GATED_STEP_S:g} under a gate, or "
+                "vehicles drive into each other; gate open takes longer ones"
             )
             raise ScenarioError(msg)
         if self.on_deadlock == "teleport" and self.gated:
@@ -155,9 +154,8 @@ class Scenario:
         Raises
         ------
         ScenarioError
-            On unknown names and values of the wrong type; the text says which.
+            On unknown names and values that the key may not have; the text says which.
         """
-        hints = get_type_hints(cls)
         fields = {field.name for field in dataclasses.fields(cls)}
         short = {name.rpartition("_")[0]: name for name in fields if name.endswith(("_s", "_m"))}
         short["step_length"] = "step_s"
@@ -165,15 +163,15 @@ class Scenario:
         for key, value in data.items():
             name = short.get(key, key)
             if name not in fields:
-                msg = f"{source}: unknown key {key!r}; known are {', '.join(sorted(fields))}"
+                msg = f"{source}: unknown key {shown(key)}; known are {', '.join(sorted(fields))}"
                 raise ScenarioError(msg)
-            values[name] = _convert(name, value, hints[name], source)
+            values[name] = value
         if "network" not in values:
             msg = f"{source}: the key 'network' is missing"
             raise ScenarioError(msg)
         try:
             return cls(**values)
-        except ScenarioError as error:
+        except LoopgateError as error:
             msg = f"{source}: {error}"
             raise ScenarioError(msg) from error
 
@@ -203,17 +201,19 @@ class Scenario:
             words += ["--" + _OPTION.get(field.name, field.name).replace("_", "-"), f"{value}"]
         return " ".join([*words, "-o", out])
 
-    def _one_of(self, field: str, choices: tuple[str, ...]) -> None:
-        value = getattr(self, field)
-        if value not in choices:
-            msg = f"{field}: {value!r} is unknown; choose from {', '.join(c for c in choices if c)}"
-            raise ScenarioError(msg)
 
-    def _at_least(self, field: str, least: float) -> None:
-        value = getattr(self, field)
-        if not value >= least:
-            msg = f"{field}: {value:g} is too small; expected at least {least:g}"
-            raise ScenarioError(msg)
+@cache
+def _rules() -> Mapping[str, Rule]:
+    """Return the rule that each field is annotated with."""
+    hints = get_type_hints(Scenario, include_extras=True)
+    return {field.name: hints[field.name].__metadata__[0] for field in dataclasses.fields(Scenario)}
+
+
+@lru_cache(maxsize=256)
+def _check_names(gate: str, negotiation: str) -> None:
+    """Check gate and negotiation as far as can be without roads; sweeps ask for the same ones many times."""
+    check_gate(gate)
+    check_negotiation(negotiation)
 
 
 _OPTION = {
@@ -236,38 +236,9 @@ def read_scenario(file: Path | str) -> Scenario:
         If it cannot be read or is no valid scenario; the text names the file and the key.
     """
     path = Path(file)
-    try:
-        data = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        msg = f"{file}: cannot read the scenario ({error.strerror or error})"
-        raise ScenarioError(msg) from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        msg = f"{file}: not a TOML file ({error})"
-        raise ScenarioError(msg) from error
+    data = read_toml(path, "scenario", ScenarioError)
     for key in ("network", "routes", "traffic"):
         name = data.get(key)
         if isinstance(name, str) and name and not name.startswith("sumo:"):
             data[key] = str(path.parent / name)
     return Scenario.from_dict(data, source=str(file))
-
-
-def _convert(name: str, value: object, kind: Any, source: str) -> Any:  # noqa: ANN401  any field's type
-    if kind is float and isinstance(value, int | float) and not isinstance(value, bool):
-        return float(value)
-    if kind is int and isinstance(value, int) and not isinstance(value, bool):
-        return value
-    if (kind is str or kind is bool) and isinstance(value, kind):
-        return value
-    if get_args(kind) == (float, float):
-        pair = value.split(":") if isinstance(value, str) else value
-        try:
-            low, high = (float(v) for v in pair)  # type: ignore[attr-defined]  # checked by the except
-        except (TypeError, ValueError):
-            pass
-        else:
-            return (low, high)
-        wanted = "two numbers, shortest and longest"
-    else:
-        wanted = {float: "a number", int: "a whole number", str: "a text", bool: "true or false"}[kind]
-    msg = f"{source}: {name} is {value!r}; expected {wanted}"
-    raise ScenarioError(msg)

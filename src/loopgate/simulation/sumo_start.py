@@ -81,7 +81,7 @@ def start_traffic(options: Sequence[str], *, backend: str, log: Path, yields: bo
 
 def _backend(
     name: str,
-) -> tuple[Callable[[Sequence[str]], Any], type[Exception], Callable[[str], float] | None]:
+) -> tuple[Callable[[Sequence[str]], Any], tuple[type[Exception], ...], Callable[[str], float] | None]:
     if name == "libsumo":
         from loopgate.traffic import libsumo_backend  # noqa: PLC0415  loads SUMO into the process
 

@@ -2,7 +2,7 @@
 
 The format (TOML)::
 
-    name = "grid"                 # optional; default: the file's name
+    name = "grid"                 # optional, the results go to out/NAME; default: the file's name
     scenario = "base.toml"        # optional scenario file, below [base]
 
     [base]                        # any scenario key; paths are relative to this file
@@ -29,13 +29,14 @@ from __future__ import annotations
 import hashlib
 import itertools
 import json
-import tomllib
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from loopgate.errors import SweepError
+from loopgate.reading import is_file, is_plain, read_toml, refusing, shown
 from loopgate.sweep.files import NamedFile, file_identity
 
 __all__ = ["FILE_KEYS", "Point", "Sweep", "read_sweep"]
@@ -45,6 +46,8 @@ FILE_KEYS = ("network", "routes", "traffic")
 
 _KEYS = {"name", "scenario", "base", "grid", "include", "exclude"}
 _KEY_LENGTH = 16
+_LONGEST_NAME = 100
+_MOST_RUNS = 100_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,28 +88,45 @@ class Sweep:
     exclude: Sequence[Mapping[str, Any]] = ()
     folder: Path = field(default_factory=Path)
 
+    def __post_init__(self) -> None:
+        name = self.name
+        plain = 0 < len(name.encode(errors="replace")) <= _LONGEST_NAME and is_plain(name)
+        if not plain or name.startswith(".") or set(name) & set("/\\"):
+            msg = f"name is {shown(name)}; expected the name of a folder, up to {_LONGEST_NAME} bytes long"
+            raise SweepError(msg)
+
     def points(self) -> list[Point]:
         """Return the runs in the order of the grid, then of the includes; equal ones once.
 
         Raises
         ------
         SweepError
-            If there are none, a file is missing, or an exclude names an axis that the grid has not.
+            If there are none or more than a hundred thousand, a file is missing, a value is no number that
+            is finite, or an exclude names an axis that the grid has not.
         """
+        with refusing(self.name, "sweep", SweepError):
+            return self._points()
+
+    def _points(self) -> list[Point]:
         for rule in self.exclude:
             unknown = [axis for axis in rule if axis not in self.grid]
             if unknown:
                 axes = ", ".join(self.grid) or "no axes"
                 msg = f"{self.name}: exclude names {unknown[0]}, which is no axis of the grid; it has {axes}"
                 raise SweepError(msg)
+        extended = [{**self.grid, **{k: _values(v) for k, v in rule.items()}} for rule in self.include]
+        size = sum(math.prod(map(len, axes.values())) for axes in (self.grid, *extended))
+        if size > _MOST_RUNS:
+            msg = f"{self.name}: it asks for {size} runs, at most {_MOST_RUNS} make a sweep; split it up"
+            raise SweepError(msg)
         excluded = [{axis: _values(value) for axis, value in rule.items()} for rule in self.exclude]
         chosen = [
             point
             for point in (_combine(self.grid) if self.grid or not self.include else [])
             if not any(all(point[axis] in values for axis, values in rule.items()) for rule in excluded)
         ]
-        for extra in self.include:
-            chosen += _combine({**self.grid, **{key: _values(value) for key, value in extra.items()}})
+        for extra in extended:
+            chosen += _combine(extra)
         identities: dict[str, NamedFile] = {}
         points = {p.key: p for p in (self._point({**self.base, **values}, identities) for values in chosen)}
         if not points:
@@ -140,70 +160,78 @@ def read_sweep(file: Path | str) -> Sweep:
     Raises
     ------
     SweepError
-        If it cannot be read, is no TOML, or has unknown keys or values; the text names file and key.
+        If it cannot be read, is no TOML, or has unknown keys or values (a name that is none of a folder, a
+        range of more than a hundred thousand numbers); the text names file and key.
     """
     path = Path(file)
-    data = _toml(path)
+    with refusing(path, "sweep", SweepError):
+        return _described(path, read_toml(path, "file", SweepError))
+
+
+def _described(path: Path, data: Mapping[str, Any]) -> Sweep:
     for key in data:
         if key not in _KEYS:
-            msg = f"{path}: unknown key {key!r}; known are {', '.join(sorted(_KEYS))}"
+            msg = f"{path}: unknown key {shown(key)}; known are {', '.join(sorted(_KEYS))}"
             raise SweepError(msg)
     base = dict(_table(data.get("base", {}), f"{path}: base"))
     if "scenario" in data:
-        scenario = path.parent / str(data["scenario"])
-        inherited = _toml(scenario)
+        scenario = path.parent / _text(data["scenario"], f"{path}: scenario")
+        inherited = read_toml(scenario, "file", SweepError)
         for key in FILE_KEYS:  # relative to the file that names them
-            if isinstance(inherited.get(key), str) and (scenario.parent / inherited[key]).is_file():
+            if isinstance(inherited.get(key), str) and is_file(scenario.parent / inherited[key]):
                 inherited[key] = str(scenario.parent / inherited[key])
         base = {**inherited, **base}
     grid = {
         axis: _axis(values, f"{path}: grid: {axis}")
         for axis, values in _table(data.get("grid", {}), f"{path}: grid").items()
     }
-    return Sweep(
-        name=str(data.get("name", path.stem)),
-        base=base,
-        grid=grid,
-        include=_tables(data.get("include", []), f"{path}: include"),
-        exclude=_tables(data.get("exclude", []), f"{path}: exclude"),
-        folder=path.parent,
-    )
-
-
-def _toml(path: Path) -> dict[str, Any]:
+    parts = {
+        "include": _tables(data.get("include", []), f"{path}: include"),
+        "exclude": _tables(data.get("exclude", []), f"{path}: exclude"),
+    }
+    name = _text(data.get("name", path.stem), f"{path}: name")
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        msg = f"{path}: cannot read the file ({error.strerror or error})"
+        return Sweep(name=name, base=base, grid=grid, folder=path.parent, **parts)
+    except SweepError as error:
+        msg = f"{path}: {error}"
         raise SweepError(msg) from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        msg = f"{path}: not a TOML file ({error})"
-        raise SweepError(msg) from error
+
+
+def _text(value: object, what: str) -> str:
+    if isinstance(value, str):
+        return value
+    msg = f"{what} is {shown(value)}; expected a text"
+    raise SweepError(msg)
 
 
 def _axis(values: object, what: str) -> list[Any]:
     if isinstance(values, dict):
         ends = [values.get(end) for end in ("from", "to")]
         if set(values) != {"from", "to"} or not all(type(end) is int for end in ends):
-            msg = f"{what} is {values!r}; a range is {{ from = 0, to = 4 }}, whole numbers, both included"
+            msg = (
+                f"{what} is {shown(values)}; a range is {{ from = 0, to = 4 }}, whole numbers, both included"
+            )
+            raise SweepError(msg)
+        if values["to"] - values["from"] >= _MOST_RUNS:
+            msg = f"{what} is {shown(values)}; a range has at most {_MOST_RUNS} numbers"
             raise SweepError(msg)
         return list(range(values["from"], values["to"] + 1))
     if not isinstance(values, list):
-        msg = f"{what} is {values!r}; expected a list of values, or a range {{ from = 0, to = 4 }}"
+        msg = f"{what} is {shown(values)}; expected a list of values, or a range {{ from = 0, to = 4 }}"
         raise SweepError(msg)
     return values
 
 
 def _table(value: object, what: str) -> Mapping[str, Any]:
     if not isinstance(value, dict):
-        msg = f"{what} is {value!r}; expected a table of scenario keys"
+        msg = f"{what} is {shown(value)}; expected a table of scenario keys"
         raise SweepError(msg)
     return value
 
 
 def _tables(value: object, what: str) -> list[Mapping[str, Any]]:
     if not isinstance(value, list):
-        msg = f"{what} is {value!r}; write it as [[{what.rsplit(' ', 1)[-1]}]]"
+        msg = f"{what} is {shown(value)}; write it as [[{what.rsplit(' ', 1)[-1]}]]"
         raise SweepError(msg)
     return [_table(entry, what) for entry in value]
 
@@ -222,6 +250,9 @@ def _canonical(value: object) -> object:
         return {str(key): _canonical(entry) for key, entry in value.items()}
     if isinstance(value, Iterable) and not isinstance(value, str):
         return [_canonical(entry) for entry in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        msg = f"{value} stands where a finite number is expected"
+        raise SweepError(msg)
     if isinstance(value, float) and value.is_integer():
         return int(value)
     return value if isinstance(value, bool | int | float | str | None) else str(value)

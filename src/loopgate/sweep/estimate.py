@@ -9,6 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from loopgate.analysis.load import read_results
+from loopgate.errors import SweepError
+from loopgate.reading import is_folder, refusing
 from loopgate.results import row_columns as c
 from loopgate.sweep.description import Point
 
@@ -47,7 +49,7 @@ def estimate(points: Sequence[Point], folder: Path, workers: int | None = None) 
         If the folder holds rows that cannot be read.
     """
     processes = workers or len(os.sched_getaffinity(0))
-    runs = read_results(folder).runs if (folder / "rows").is_dir() else None
+    runs = read_results(folder).runs if is_folder(folder / "rows") else None
     present = set() if runs is None else set(runs[c.KEY])
     missing = [point for point in points if point.key not in present]
     basis, each_s, per_run_s = "rule of thumb, no run finished yet", _PER_VEHICLE_STEP_S, _PER_RUN_S
@@ -71,4 +73,5 @@ def _size(point: Point) -> float:
     vehicles = scenario.get("vehicles") or _DEFAULT_VEHICLES
     duration = scenario.get(c.DURATION, scenario.get("duration", _DEFAULT_DURATION_S))
     warmup = scenario.get(c.WARMUP, scenario.get("warmup", 0.0))
-    return float(vehicles) * (float(duration) + float(warmup))
+    with refusing(point.key, "run of the sweep", SweepError):
+        return float(vehicles) * (float(duration) + float(warmup))

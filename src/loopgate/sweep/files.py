@@ -12,6 +12,7 @@ from pathlib import Path
 from loopgate.errors import SweepError
 from loopgate.network.road import PACKAGED
 from loopgate.network.sumo_config import is_sumo_config, read_sumo_config
+from loopgate.reading import is_file, refusing, shown
 
 __all__ = ["NamedFile", "PackedFile", "content_identity", "file_identity", "pack", "unpack"]
 
@@ -43,14 +44,17 @@ def file_identity(value: str, key: str, folder: Path) -> NamedFile:
     Raises
     ------
     SweepError
-        If it looks like a file and is none.
+        If it looks like a file and is none, or cannot be read.
     """
     if value.startswith(PACKAGED):
         return NamedFile(f"{value}@{metadata.version('eclipse-sumo')}", None)
     for path in (folder / value, Path(value)):
-        if path.is_file():
-            return NamedFile(content_identity(path), path.resolve())
-    msg = f"{key} {value}: there is no such file in {folder.resolve()} or in the working directory"
+        if is_file(path):
+            with refusing(path, key, SweepError):
+                return NamedFile(content_identity(path), path.resolve())
+    msg = (
+        f"{key} {shown(value)[1:-1]}: there is no such file in {folder.resolve()} or in the working directory"
+    )
     raise SweepError(msg)
 
 

@@ -24,8 +24,8 @@ from loopgate.disk import DISK_FULL, disk_error
 from loopgate.errors import ResultsError
 from loopgate.folders import FolderLock
 from loopgate.results import row_columns as c
-from loopgate.results.reading import other_columns, read_rows
 from loopgate.results.row_schema import ROW_SCHEMA
+from loopgate.results.table_reading import read_rows
 from loopgate.sweep.task import Result
 
 __all__ = ["MANIFEST", "Store"]
@@ -125,7 +125,7 @@ class Store:
         parts = sorted(self._rows.glob(f"{_PART}*.parquet"))
         if len(parts) < 2:  # noqa: PLR2004 - nothing to merge
             return
-        table = pa.concat_tables([pq.read_table(part, schema=ROW_SCHEMA) for part in parts])
+        table = pa.concat_tables([read_rows(part).table for part in parts])
         target = self._rows / f"{_CHUNK}{uuid.uuid4().hex[:12]}.parquet"
         self._write(target, lambda file: pq.write_table(table, file, compression="zstd"))
         with self._explained():
@@ -137,20 +137,15 @@ class Store:
             for left in [*self._rows.glob(f"*{_TEMPORARY}"), *self._edges.glob(f"*{_TEMPORARY}")]:
                 left.unlink()
         for file in sorted(self._rows.glob("*.parquet")):
-            try:
-                table = read_rows(file, [c.KEY, c.ATTEMPT, c.STATUS])
-            except (ResultsError, OSError) as error:
-                msg = f"{error}; remove it and run the same command again: its rows will be made anew"
-                raise ResultsError(msg) from error
-            other = other_columns(file)
-            if other is not None and other[1]:
+            rows = read_rows(file, [c.KEY, c.ATTEMPT, c.STATUS])
+            if rows.besides:
                 # A merge would lose them.
                 msg = (
                     f"{file}: made by another version of loopgate, with columns that this one does not know "
-                    f"({other[1]}); go on with that version, or choose another folder with -o"
+                    f"({rows.besides}); go on with that version, or choose another folder with -o"
                 )
                 raise ResultsError(msg)
-            for row in table.to_pylist():
+            for row in rows.table.to_pylist():
                 if row[c.ATTEMPT] >= self.attempts(row[c.KEY]):
                     self._attempts[row[c.KEY]] = (row[c.ATTEMPT], row[c.STATUS])
 

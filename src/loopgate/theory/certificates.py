@@ -12,10 +12,13 @@ from typing import Any
 from loopgate.errors import LoopgateError
 from loopgate.model import Configuration, System
 from loopgate.theory.dead_proofs import Group, follow_proof
-from loopgate.theory.oracle import Oracle
+from loopgate.theory.oracle import Oracle, OracleLimitError
 from loopgate.theory.places import Places
 
 __all__ = ["CertificateError", "check_certificate"]
+
+_MOST_CONFIGURATIONS = 250_000
+"""More than the certified gate looks at for one decision, if its budget is not raised."""
 
 
 class CertificateError(LoopgateError):
@@ -51,7 +54,7 @@ def check_certificate(system: System, certificate: Mapping[str, Any]) -> None:
     """
     try:
         _Check(system, certificate).run()
-    except (KeyError, TypeError, ValueError, IndexError) as error:
+    except (LookupError, TypeError, ValueError, ArithmeticError, AttributeError) as error:
         msg = f"certificate: malformed ({type(error).__name__}: {error})"
         raise CertificateError(msg) from error
 
@@ -160,7 +163,12 @@ class _Check:
         follow_proof(Places(self._system, rests=True), self._certificate["proof"], there, self._fail)
 
     def _exhausted(self) -> None:
-        if Oracle(self._system).live(self._after()):
+        try:
+            live = Oracle(self._system, limit=_MOST_CONFIGURATIONS).live(self._after())
+        except OracleLimitError:
+            self._fail(f"more than {_MOST_CONFIGURATIONS} configurations follow, which no gate looks through")
+            return
+        if live:
             self._fail("everybody can go on for ever from there")
 
     def _full(self) -> None:

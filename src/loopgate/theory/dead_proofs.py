@@ -107,6 +107,9 @@ class Group:
     def drive(self, robot: int, moves: int) -> Group:
         """Return the robots after `moves` of `robot`, which must end where it costs the others nothing."""
         there = self
+        if not 0 <= moves <= len(self.system.paths[robot]):
+            msg = f"{self.system.robots[robot].id} is to move {moves} times, more than once round"
+            raise ValueError(msg)
         for _ in range(moves):
             there = there.move(robot)
         places, goal = self.places, there.state(robot)

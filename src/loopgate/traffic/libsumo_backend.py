@@ -9,8 +9,8 @@ import libsumo
 
 __all__ = ["ERROR", "ODOMETER", "start"]
 
-ERROR: type[Exception] = libsumo.TraCIException
-"""What libsumo raises."""
+ERROR: tuple[type[Exception], ...] = (libsumo.TraCIException, libsumo.FatalTraCIError)
+"""What libsumo raises: on what it cannot do, and where it stops."""
 
 
 _wrapped = libsumo.libsumo._libsumo  # noqa: SLF001  what is underneath has no other name

@@ -45,7 +45,7 @@ class SumoTraffic:
     api
         The libsumo module or a traci connection, started.
     error
-        The exception type that `api` raises.
+        The exception types that `api` raises.
     yields
         Whether vehicles under the gate keep to SUMO's right of way as well: there is traffic that does.
     odometer
@@ -55,7 +55,7 @@ class SumoTraffic:
     def __init__(
         self,
         api: Any,  # noqa: ANN401  neither API has types
-        error: type[Exception],
+        error: type[Exception] | tuple[type[Exception], ...],
         *,
         yields: bool = False,
         odometer: Callable[[str], float] | None = None,

@@ -25,8 +25,8 @@ _GUI_DELAY_MS = "20"
 _TRIES, _BETWEEN_TRIES_S = 600, 0.1
 """How long SUMO may take to read a large network: a minute."""
 
-ERROR: type[Exception] = traci.exceptions.TraCIException
-"""What traci raises."""
+ERROR: tuple[type[Exception], ...] = (traci.exceptions.TraCIException, traci.exceptions.FatalTraCIError)
+"""What traci raises: on what SUMO cannot do, and where it stops."""
 
 
 def check_display() -> None:
@@ -64,7 +64,7 @@ def start(options: Sequence[str], *, gui: bool) -> Any:  # noqa: ANN401  traci h
     except BaseException as error:
         process.kill()
         process.wait()
-        if not isinstance(error, traci.exceptions.TraCIException | traci.exceptions.FatalTraCIError):
+        if not isinstance(error, ERROR):
             raise
         where = f"; can it open the display {os.environ.get('DISPLAY', '')}?" if gui else ""
         msg = f"{binary.name} ended before it answered{where}"

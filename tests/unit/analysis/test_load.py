@@ -32,7 +32,7 @@ def results(tmp_path: Path) -> Path:
 def folder(results: Path) -> Path:
     """Return a run folder that version 0.0.7 made."""
     run = next((results / "runs").iterdir())
-    vehicles = pd.DataFrame({name: [1.0] for name in VEHICLE_COLUMNS})
+    vehicles = pd.DataFrame({name: ["v" if name in {"vehicle", "loop"} else 1.0] for name in VEHICLE_COLUMNS})
     vehicles.to_parquet(run / "vehicles.parquet")
     change(run / "summary.json", versions={"loopgate": "0.0.7"})
     return run
@@ -90,7 +90,7 @@ def test_a_summary_without_a_figure(folder: Path) -> None:
     ):
         read_results(folder)
     (folder / "summary.json").write_text("[]", encoding="utf-8")
-    with pytest.raises(ResultsError, match=r"summary\.json: not the summary of a run"):
+    with pytest.raises(ResultsError, match=r"summary\.json: no summary of a run"):
         read_results(folder)
 
 
@@ -104,7 +104,7 @@ def test_rows_without_what_every_row_has(results: Path) -> None:
     words = r"\.parquet: it has no column laps: loopgate 0\.0\.7, 0\.0\.8 made it"
     with pytest.raises(ResultsError, match=words):
         read_results(results)
-    with pytest.raises(ResultsError, match=words + ".*remove it and run the same command again"):
+    with pytest.raises(ResultsError, match=words + ".*remove it and run the same sweep again"):
         Store(results)
 
 
@@ -145,7 +145,7 @@ def test_a_column_of_another_type(results: Path) -> None:
 def test_a_broken_description_of_a_sweep(results: Path, text: str) -> None:
     """Named as such."""
     (results / "sweep.json").write_text(text, encoding="utf-8")
-    with pytest.raises(ResultsError, match=r"sweep\.json: not a"):
+    with pytest.raises(ResultsError, match=r"sweep\.json: (not a JSON file|no description)"):
         read_results(results)
 
 

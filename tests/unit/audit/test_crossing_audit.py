@@ -271,7 +271,7 @@ def test_a_layout_is_read_back(tmp_path: Path) -> None:
 def test_a_record_that_cannot_be_read(tmp_path: Path) -> None:
     """An error that names the file."""
     (tmp_path / "p.csv").write_text("a;b\n1;2\n")
-    with pytest.raises(ResultsError, match=r"p\.csv: cannot read the positions"):
+    with pytest.raises(ResultsError, match=r"p\.csv: no readable positions"):
         audit_positions(tmp_path / "p.csv", layout(), pd.DataFrame(columns=list(EVENT_COLUMNS)))
 
 

@@ -94,7 +94,10 @@ def test_robots_are_found_by_name() -> None:
         (lambda: System(()), "no robots"),
         (lambda: System((robot("r1", "a"), robot("r1", "b"))), "robot r1: the id is used by 2 robots"),
         (lambda: system({"r1": "a b"}, capacity={"z": 2}), "state z: a capacity is given"),
-        (lambda: system({"r1": "a b"}, capacity={"a": 0}), "state a: capacity 0 is below 1"),
+        (
+            lambda: system({"r1": "a b"}, capacity={"a": 0}),
+            "state a: its capacity is 0; expected 1 to 1000000",
+        ),
         (lambda: system({"r1": "a b"}, fifo=("z",)), "state z: it is listed as FIFO"),
         (
             lambda: system({"r1": "a b", "r2": "a c"}),

@@ -80,18 +80,7 @@ class CertifiedGate:
         patience: int = 50,
         budget_ms: float = 0,
     ) -> None:
-        if promise not in _PROMISES:
-            msg = f"gate certified: promise is {promise!r}; expected {', '.join(_PROMISES)}"
-            raise GateError(msg)
-        if not _is_count(budget):
-            msg = f"gate certified: budget is {budget!r}; expected a whole number from 1 up"
-            raise GateError(msg)
-        if patience and not _is_count(patience):
-            msg = f"gate certified: patience is {patience!r}; expected a whole number from 0 up"
-            raise GateError(msg)
-        if not _is_time(budget_ms):
-            msg = f"gate certified: budget_ms is {budget_ms!r}; expected a number of milliseconds from 0 up"
-            raise GateError(msg)
+        self.check_options(promise=promise, budget=budget, patience=patience, budget_ms=budget_ms)
         self._system = system
         self._budget = Budget(budget, budget_ms / 1000)
         self._layout = layout = Layout(system)
@@ -107,6 +96,24 @@ class CertifiedGate:
         self._configuration: Configuration | None = system.initial
         self._stand = Stand.of(self._layout, self._configuration)
         self._begin_at_start()
+
+    @staticmethod
+    def check_options(
+        *, promise: str = "auto", budget: int = 2_000, patience: int = 50, budget_ms: float = 0
+    ) -> None:
+        """Raise `GateError` if an option has no meaning."""
+        if promise not in _PROMISES:
+            msg = f"gate certified: promise is {promise!r}; expected {', '.join(_PROMISES)}"
+            raise GateError(msg)
+        if not _is_count(budget):
+            msg = f"gate certified: budget is {budget!r}; expected a whole number from 1 up"
+            raise GateError(msg)
+        if patience and not _is_count(patience):
+            msg = f"gate certified: patience is {patience!r}; expected a whole number from 0 up"
+            raise GateError(msg)
+        if not _is_time(budget_ms):
+            msg = f"gate certified: budget_ms is {budget_ms!r}; expected a number of milliseconds from 0 up"
+            raise GateError(msg)
 
     def _choose(self, promise: str) -> Homeward | Rounds | Flow:
         layout = self._layout

@@ -1,0 +1,86 @@
+"""Whether the figures and references of a network make sense, so that nothing later need ask."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+
+from loopgate.errors import NetworkError
+from loopgate.network.records import Connection, Edge, Junction, Lane, Points
+
+__all__ = ["check_sound"]
+
+_LARGEST_COORDINATE_M = 1e8
+"""Beyond the Earth in any projection; squares of differences are still exact to the millimetre and finite."""
+_LONGEST_LANE_M = 1e6
+_WIDEST_LANE_M = 1e3
+_FASTEST_MPS = 1e4
+_FEWEST_POINTS = 2
+
+
+def check_sound(
+    file: Path,
+    lanes: Mapping[str, Lane],
+    edges: Mapping[str, Edge],
+    junctions: Mapping[str, Junction],
+    connections: Iterable[Connection],
+) -> None:
+    """Check lengths, speeds, widths and shapes, and that connections lead from lanes over lanes to lanes.
+
+    Raises
+    ------
+    NetworkError
+        If something makes no sense; the text names the file and the lane, edge, junction or connection.
+        O(size of the network).
+    """
+    for lane in lanes.values():
+        _within(file, f"lane {lane.id}: its length", lane.length_m, _LONGEST_LANE_M)
+        _within(file, f"lane {lane.id}: its speed", lane.speed_mps, _FASTEST_MPS, or_zero=True)
+        _within(file, f"lane {lane.id}: its width", lane.width_m, _WIDEST_LANE_M)
+        _drawn(file, f"lane {lane.id}", lane.shape, _FEWEST_POINTS)
+        for height in lane.heights:
+            _within(
+                file, f"lane {lane.id}: how high it lies", abs(height), _LARGEST_COORDINATE_M, or_zero=True
+            )
+    for edge in edges.values():
+        if not edge.lanes:
+            _fail(file, f"edge {edge.id}: it has no lanes")
+        for end in (edge.from_junction, edge.to_junction):
+            if end not in junctions:
+                _fail(file, f"edge {edge.id}: its junction {end} is not in the network")
+    for junction in junctions.values():
+        _drawn(file, f"junction {junction.id}", ((junction.x, junction.y), *junction.shape), 1)
+    for connection in connections:
+        _leads(file, connection, edges, lanes)
+
+
+def _leads(file: Path, connection: Connection, edges: Mapping[str, Edge], lanes: Mapping[str, Lane]) -> None:
+    what = f"connection {connection.id}"
+    for edge, lane in (
+        (connection.from_edge, connection.from_lane),
+        (connection.to_edge, connection.to_lane),
+    ):
+        if edge not in edges or not 0 <= lane < len(edges[edge].lanes):
+            _fail(file, f"{what}: there is no lane {lane} on edge {edge}")
+    for via in connection.via:
+        if via not in lanes:
+            _fail(file, f"{what}: it leads over lane {via}, which is not in the network")
+
+
+def _within(file: Path, what: str, number: float, most: float, *, or_zero: bool = False) -> None:
+    if not (0.0 < number <= most or (or_zero and number == 0.0)):
+        least = "from 0" if or_zero else "above 0"
+        _fail(file, f"{what} is {number:g}; expected a number {least} and up to {most:g}")
+
+
+def _drawn(file: Path, what: str, shape: Points, fewest: int) -> None:
+    if len(shape) < fewest:
+        _fail(file, f"{what}: its shape has {len(shape)} points; expected at least {fewest}")
+    for x, y in shape:
+        if not (abs(x) <= _LARGEST_COORDINATE_M and abs(y) <= _LARGEST_COORDINATE_M):
+            _fail(file, f"{what}: it is drawn through {x:g},{y:g}; expected metres up to 1e8")
+
+
+def _fail(file: Path, what: str) -> None:
+    msg = f"{file}: {what}"
+    raise NetworkError(msg)

@@ -1,0 +1,116 @@
+"""Reading what users give: whatever is wrong with it becomes one line that names the file.
+
+Parsers raise what they happen to stumble on: besides errors of their own also those for unknown encodings,
+for numbers of five thousand digits, for lists nested too deep, for keys that are missing. A list of all that
+is never complete, so everything that goes wrong while a file is read is taken for a fault of the file.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import tomllib
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from loopgate.errors import UNPRINTABLE, LoopgateError
+
+__all__ = ["is_file", "is_folder", "is_plain", "read_json", "read_object", "read_toml", "refusing", "shown"]
+
+_LONGEST_VALUE = 80
+_LONGEST_REASON = 200
+
+
+@contextmanager
+def refusing(file: Path | str, what: str, error: type[LoopgateError], *, wrong: str = "") -> Iterator[None]:
+    """Turn whatever goes wrong inside into `error`, a line that begins with the file.
+
+    Errors of the package that are such an `error` already pass through.
+
+    Parameters
+    ----------
+    file
+        What is being read.
+    what
+        What it should be, for messages: "system file".
+    error
+        The exception to raise.
+    wrong
+        What it is instead, if it can be opened; "no readable WHAT" by default.
+    """
+    try:
+        yield
+    except error:
+        raise
+    except LoopgateError as problem:
+        msg = f"{file}: {problem}"
+        raise error(msg) from problem
+    except Exception as problem:
+        if isinstance(problem, OSError) and problem.strerror:  # parsers raise bare ones for what they read
+            msg = f"{file}: cannot read the {what} ({problem.strerror})"
+            raise error(msg) from problem
+        msg = f"{file}: {wrong or f'no readable {what}'} ({_reason(problem)})"
+        raise error(msg) from problem
+
+
+def read_json(file: Path | str, what: str, error: type[LoopgateError]) -> Any:  # noqa: ANN401  any JSON value
+    """Return what a JSON file holds; raise `error` if it cannot be read or is no JSON."""
+    with refusing(file, what, error, wrong="not a JSON file"):
+        return json.loads(_text(file, what, error, 256_000_000))
+
+
+def read_object(file: Path | str, what: str, error: type[LoopgateError]) -> dict[str, Any]:
+    """Return the JSON object that a file holds; raise `error` if it holds something else."""
+    data = read_json(file, what, error)
+    if not isinstance(data, dict):
+        msg = f"{file}: no {what}: it holds {shown(data)}; expected a JSON object"
+        raise error(msg)
+    return data
+
+
+def read_toml(file: Path | str, what: str, error: type[LoopgateError]) -> dict[str, Any]:
+    """Return what a TOML file holds; raise `error` if it cannot be read or is no TOML."""
+    with refusing(file, what, error, wrong="not a TOML file"):
+        return tomllib.loads(_text(file, what, error, 4_000_000))
+
+
+def _text(file: Path | str, what: str, error: type[LoopgateError], largest_bytes: int) -> str:
+    """Return the text of a file that is not too large for its parser: it needs many times the memory."""
+    with Path(file).open("rb") as stream:
+        content = stream.read(largest_bytes + 1)
+    if len(content) > largest_bytes:
+        msg = f"{file}: larger than {largest_bytes / 1e6:g} MB, which no {what} should be"
+        raise error(msg)
+    return content.decode("utf-8").replace("\r\n", "\n")
+
+
+def is_file(path: Path | str) -> bool:
+    """Return whether there is such a file; False for what cannot be the name of one."""
+    return os.path.isfile(path)  # noqa: PTH113  pathlib's raises on names that are too long
+
+
+def is_folder(path: Path | str) -> bool:
+    """Return whether there is such a folder; False for what cannot be the name of one."""
+    return os.path.isdir(path)  # noqa: PTH112  as above
+
+
+def is_plain(text: str) -> bool:
+    """Return whether a text can be printed and written: no control characters, no halves of characters."""
+    return UNPRINTABLE.search(text) is None
+
+
+def shown(value: object) -> str:
+    """Return a value for a message: as Python writes it, not longer than a line."""
+    try:
+        text = repr(value)
+    except (ValueError, RecursionError):  # whole numbers of thousands of digits; lists in lists in lists
+        return f"a value of type {type(value).__name__} too long to be shown"
+    return text if len(text) <= _LONGEST_VALUE else f"{text[: _LONGEST_VALUE - 4]} ..."
+
+
+def _reason(problem: BaseException) -> str:
+    text = " ".join(str(problem).split())[:_LONGEST_REASON]
+    plain = isinstance(problem, ValueError) and not isinstance(problem, UnicodeEncodeError)
+    return text if text and plain else f"{type(problem).__name__}: {text}".rstrip(": ")

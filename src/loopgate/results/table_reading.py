@@ -1,0 +1,205 @@
+"""Reads the Parquet tables of runs and sweeps, also those that another version of loopgate made.
+
+A damaged file is refused, and so is one that lacks what the reader needs or holds something else. What only
+newer versions write is not known of older results.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import pandas as pd
+import pyarrow as pa
+import pyarrow.compute as pc
+import pyarrow.parquet as pq
+
+from loopgate.errors import ResultsError
+from loopgate.reading import refusing
+from loopgate.results import columns as run
+from loopgate.results import row_columns as c
+from loopgate.results.row_schema import ROW_SCHEMA
+
+__all__ = ["NO_PARQUET", "Rows", "check_columns", "check_sizes", "lacks", "maker", "read_rows", "read_table"]
+
+NO_PARQUET = "not a readable Parquet file"
+
+_NEEDED = (
+    c.KEY,
+    c.ATTEMPT,
+    c.STATUS,
+    c.ERROR,
+    c.SCENARIO,
+    c.NETWORK,
+    c.GATE,
+    c.VEHICLES,
+    c.SEED,
+    c.DURATION,
+    c.MEASURED,
+    c.LAPS,
+    c.LAPS_PER_H,
+    c.KM_PER_H,
+    c.OUTCOME,
+    c.DEADLOCKS,
+)
+"""Without these a row says nothing; what else is missing is only not known of it."""
+
+_AGAIN = "make it again"
+_ROWS_AGAIN = "remove it and run the same sweep again to make its rows anew"
+
+_TEXTS = {run.VEHICLE, run.EVENT, run.PLACE, run.REASON, run.STAGE, run.LOOP, run.EDGE, run.SHAPE}
+_NUMBERS = {*run.EVENT_COLUMNS, *run.VEHICLE_COLUMNS, *run.EDGE_COLUMNS} - _TEXTS
+
+_LARGEST = 1e15
+_MOST_NAMES = 4
+
+
+class Rows(NamedTuple):
+    """Rows of a sweep, and how their file differs from what this version writes: columns, as lists in words.
+
+    Attributes
+    ----------
+    table
+        `ROW_SCHEMA`, or some of its columns.
+    missing, besides
+        The columns that the file lacks, and those that it has besides; empty if none.
+    """
+
+    table: pa.Table
+    missing: str
+    besides: str
+
+
+def maker(summary: Mapping[str, Any]) -> str:
+    """Return the version of loopgate that made a run, from its summary; empty if it does not say."""
+    versions = summary.get("versions")
+    return str(versions.get("loopgate", "")) if isinstance(versions, Mapping) else ""
+
+
+def lacks(
+    file: Path, missing: Iterable[str], made_by: str, *, what: str = "column", again: str = _AGAIN
+) -> ResultsError:
+    """Return the error that names what a file of results lacks, who made it, and what to do."""
+    ours = version("loopgate")
+    msg = f"{file}: it has no {what} {_listed(missing)}"
+    if made_by in {"", ours}:
+        return ResultsError(f"{msg}, which loopgate {ours} expects; {again}")
+    return ResultsError(f"{msg}: loopgate {made_by} made it, this is {ours}; {again}, or use {made_by}")
+
+
+def read_table(
+    file: Path,
+    wanted: Sequence[str],
+    *,
+    made_by: str,
+    only: bool = False,
+    filters: list[tuple[str, str, list[str]]] | None = None,
+) -> pd.DataFrame:
+    """Read a table of a run.
+
+    Parameters
+    ----------
+    file
+        A Parquet file.
+    wanted
+        Columns that it must have.
+    made_by
+        The version of loopgate that made it, as far as known.
+    only
+        Whether to leave out all other columns.
+    filters
+        Which rows to read, as pyarrow takes it.
+
+    Raises
+    ------
+    ResultsError
+        If it cannot be read, is damaged, lacks one of these columns, or holds texts for numbers.
+    """
+    with refusing(file, "table", ResultsError, wrong=NO_PARQUET):
+        check_columns(pq.read_schema(file), wanted, file, made_by)
+        table = pq.read_table(file, columns=list(wanted) if only else None, filters=filters)
+        frame: pd.DataFrame = _whole(table).to_pandas()
+        return frame
+
+
+def read_rows(file: Path, columns: Collection[str] | None = None) -> Rows:
+    """Read a file of rows of a sweep; columns that only newer versions write are null.
+
+    Parameters
+    ----------
+    file
+        In the folder ``rows``.
+    columns
+        Which to read; default: all.
+
+    Raises
+    ------
+    ResultsError
+        If it cannot be read, is damaged, lacks a column without which rows say nothing, or a row has no key
+        or attempt; the text says how to go on. Its cause is a FileNotFoundError if the file is gone: a sweep
+        that runs may just have merged it.
+    """
+    with refusing(file, "table", ResultsError, wrong=f"{NO_PARQUET}; {_ROWS_AGAIN}"):
+        there = pq.read_schema(file).names
+        lacking = [name for name in _NEEDED if name not in there]
+        if lacking:
+            raise lacks(file, lacking, _made_rows(file, there), again=_ROWS_AGAIN)
+        table = pq.read_table(file, schema=ROW_SCHEMA, columns=None if columns is None else list(columns))
+        table = _whole(table)
+        for name in {c.KEY, c.ATTEMPT}.intersection(table.column_names):
+            if table[name].null_count:
+                msg = f"{file}: a row has no {name}; {_ROWS_AGAIN}"
+                raise ResultsError(msg)
+        check_sizes(table, file)
+        missing = [name for name in ROW_SCHEMA.names if name not in there]
+        besides = [name for name in there if name not in ROW_SCHEMA.names]
+        return Rows(table, _listed(missing), _listed(besides))
+
+
+def check_sizes(rows: pa.Table, file: Path) -> None:
+    """Refuse rows with numbers that no run has, whose squares and sums would be none."""
+    for field in rows.schema:
+        if not (pa.types.is_floating(field.type) or pa.types.is_integer(field.type)):
+            continue
+        ends = pc.min_max(rows[field.name]).as_py()
+        if any(end is not None and abs(end) > _LARGEST for end in ends.values()):
+            msg = f"{file}: {field.name} runs from {ends['min']:g} to {ends['max']:g}; no run has that"
+            raise ResultsError(msg)
+
+
+def check_columns(schema: pa.Schema, wanted: Iterable[str], file: Path, made_by: str = "") -> None:
+    """Refuse a table of a run that lacks a column, or holds texts for numbers or numbers for texts."""
+    missing = [name for name in wanted if name not in schema.names]
+    if missing:
+        raise lacks(file, missing, made_by)
+    for field in schema:
+        kind = field.type.value_type if pa.types.is_dictionary(field.type) else field.type
+        if pa.types.is_null(kind):  # a column without rows
+            continue
+        text = pa.types.is_string(kind) or pa.types.is_large_string(kind)
+        number = pa.types.is_floating(kind) or pa.types.is_integer(kind)
+        if (field.name in _TEXTS and not text) or (field.name in _NUMBERS and not number):
+            expected = "texts" if field.name in _TEXTS else "numbers"
+            msg = f"{file}: the column {field.name} holds {kind}; expected {expected}"
+            raise ResultsError(msg)
+
+
+def _whole(table: pa.Table) -> pa.Table:
+    """Return a table without what pandas has written about it, which may be damaged and is not needed."""
+    table.validate(full=True)  # pandas would read beyond the end of a column that is damaged
+    return table.replace_schema_metadata(None)
+
+
+def _made_rows(file: Path, there: Sequence[str]) -> str:
+    if c.LOOPGATE_VERSION not in there:
+        return ""
+    column = _whole(pq.read_table(file, columns=[c.LOOPGATE_VERSION]))[c.LOOPGATE_VERSION]
+    return ", ".join(sorted({str(made) for made in column.to_pylist() if made is not None}))
+
+
+def _listed(names: Iterable[str]) -> str:
+    every = list(names)
+    more = len(every) - _MOST_NAMES
+    return ", ".join(every[:_MOST_NAMES]) + (f" and {more} more" if more > 0 else "")

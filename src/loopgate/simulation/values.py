@@ -1,0 +1,114 @@
+"""What values the keys of a scenario may have: stated once, beside each field, and checked in one place."""
+
+from __future__ import annotations
+
+import numbers
+import operator
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NoReturn
+
+from loopgate.errors import ScenarioError
+from loopgate.reading import is_plain, shown
+
+__all__ = ["Rule", "checked", "choice", "flag", "length_range", "real", "text", "whole"]
+
+_LONGEST_TEXT = 4096
+"""Characters; as long as a path can be."""
+
+
+@dataclass(frozen=True, slots=True)
+class Rule:
+    """A kind of value.
+
+    Attributes
+    ----------
+    expected
+        What is expected, for messages.
+    accept
+        Returns a value as it is kept; raises TypeError or ValueError if it is none of this kind.
+    """
+
+    expected: str
+    accept: Callable[[object], object]
+
+
+def checked(key: str, value: object, rule: Rule) -> object:
+    """Return the value as it is kept.
+
+    Raises
+    ------
+    ScenarioError
+        If it is none that the key may have; the text says which it may.
+    """
+    try:
+        return rule.accept(value)
+    except (TypeError, ValueError, OverflowError) as error:
+        msg = f"{key} is {shown(value)}; expected {rule.expected}"
+        raise ScenarioError(msg) from error
+
+
+def real(least: float, most: float) -> Rule:
+    """Return the rule for a number, both bounds included; so it is finite."""
+    return Rule(f"a number from {least:g} to {most:g}", lambda value: _number(value, least, most))
+
+
+def whole(least: int, most: int) -> Rule:
+    """Return the rule for a whole number, both bounds included."""
+
+    def accept(value: object) -> int:
+        _of_type(value, numbers.Integral)
+        number = operator.index(value)  # type: ignore[arg-type]  # numpy's whole numbers have one too
+        return number if least <= number <= most else _refuse()
+
+    return Rule(f"a whole number from {least} to {most}", accept)
+
+
+def length_range(most: float) -> Rule:
+    """Return the rule for two lengths [m] above 0, the shorter first, also written ``400:2000``."""
+
+    def accept(value: object) -> tuple[float, float]:
+        pair = [float(part) for part in value.split(":")] if isinstance(value, str) else value
+        if not isinstance(pair, list | tuple):
+            raise TypeError
+        low, high = (_number(part, 0.0, most) for part in pair)
+        return (low, high) if 0.0 < low <= high else _refuse()
+
+    return Rule(f"two numbers, shortest and longest, above 0 and up to {most:g}", accept)
+
+
+def text() -> Rule:
+    """Return the rule for a text that can be printed and be the name of a file."""
+
+    def accept(value: object) -> str:
+        if not isinstance(value, str):
+            raise TypeError
+        return value if len(value) <= _LONGEST_TEXT and is_plain(value) else _refuse()
+
+    return Rule(f"a text of at most {_LONGEST_TEXT} characters, none of them control characters", accept)
+
+
+def choice(words: tuple[str, ...]) -> Rule:
+    """Return the rule for one of some words; the empty one, if it is among them, stands for a default."""
+    named = ", ".join(word for word in words if word)
+    return Rule(f"one of {named}", lambda value: value if value in words else _refuse())
+
+
+def flag() -> Rule:
+    """Return the rule for yes or no."""
+    return Rule("true or false", lambda value: value if isinstance(value, bool) else _refuse())
+
+
+def _number(value: object, least: float, most: float) -> float:
+    _of_type(value, numbers.Real)
+    number = float(value)  # type: ignore[arg-type]  # numpy's numbers too
+    return number if least <= number <= most else _refuse()
+
+
+def _of_type(value: object, kind: type) -> None:
+    if not isinstance(value, kind) or isinstance(value, bool):
+        raise TypeError
+
+
+def _refuse() -> NoReturn:
+    raise ValueError
