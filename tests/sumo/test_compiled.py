@@ -32,7 +32,7 @@ GRID = str(Path(__file__).parents[2] / "networks" / "grid5-priority.net.xml")
 DENSE = Scenario(network=GRID, loops=40, vehicles=300, duration_s=600.0, warmup_s=200.0, lights="off")
 SCENARIOS = {
     "dense grid": DENSE,
-    "no reserve": replace(DENSE, vehicles=400, negotiation="pressure:crowded=2", duration_s=1500.0),
+    "no reserve": replace(DENSE, vehicles=340, negotiation="pressure:crowded=2", duration_s=1500.0),
     "half steps": replace(DENSE, vehicles=120, step_s=0.5, duration_s=300.0),
     "city": Scenario(network="sumo:DRT", loops=60, vehicles=100, duration_s=900.0, lights="off", seed=3),
     "second city": Scenario(network="sumo:bs3d", loops=20, vehicles=100, duration_s=900.0, lights="off"),
@@ -98,10 +98,13 @@ def make(scenario: Scenario, folder: Path, *, compiled: bool) -> Made:
     )
 
 
-def same(scenario: Scenario, folder: Path) -> Made:
+def same(scenario: Scenario, folder: Path, *, in_order: bool = True) -> Made:
     """Run by both engines; every row, figure, answer and call must be the same."""
     plain = make(scenario, folder / "plain", compiled=False)
     made = make(scenario, folder / "compiled", compiled=True)
+    if not in_order:
+        for one in (plain, made):
+            one.events = one.events.sort_values(list(one.events.columns[:4]), ignore_index=True)
     pd.testing.assert_frame_equal(plain.events, made.events)
     pd.testing.assert_frame_equal(plain.vehicles, made.vehicles)
     assert plain.summary == made.summary
@@ -183,7 +186,8 @@ def test_what_should_never_happen_is_counted(tmp_path: Path, monkeypatch: pytest
         return odometer
 
     monkeypatch.setattr(Fleet, "read", wrong)
-    made = same(replace(DENSE, vehicles=60, warmup_s=0.0, duration_s=70.0), tmp_path)
+    # Who is braked is noted outside of compiled code, after the rest of the step.
+    made = same(replace(DENSE, vehicles=60, warmup_s=0.0, duration_s=70.0), tmp_path, in_order=False)
     assert made.summary["trespasses"] > 0
 
 

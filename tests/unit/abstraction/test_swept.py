@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
+import math
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,24 +13,26 @@ import pytest
 from loopgate.abstraction.queue_layout import QueueLayout, lay_out_queues
 from loopgate.abstraction.swept import Touches, courses_of, find_touches
 from loopgate.abstraction.waiting import Part, waiting_parts
-from loopgate.network import Connection, Edge, Lane, RoadNetwork, VehicleType, make_loop
+from loopgate.network import Connection, Edge, Lane, Loop, RoadNetwork, VehicleType, make_loop
 from loopgate.network.vehicle_type import DEFAULT_TYPE
 
 Points = tuple[tuple[float, float], ...]
+
+Way = list[tuple[str, Points]]
 
 BUS = VehicleType(id="bus", length_m=12.0)
 
 
 def length(shape: Points) -> float:
     """Return the length of a polyline."""
-    return sum(((x - u) ** 2 + (y - v) ** 2) ** 0.5 for (x, y), (u, v) in zip(shape, shape[1:], strict=False))
+    return sum(math.dist(here, there) for here, there in itertools.pairwise(shape))
 
 
-def network(ways: list[list[tuple[str, Points]]], heights: dict[str, float] | None = None) -> RoadNetwork:
-    """Return closed ways of lanes, each a list of names and shapes; lanes inside junctions begin with a colon."""
+def network(ways: Sequence[Way], heights: dict[str, float] | None = None) -> RoadNetwork:
+    """Return closed ways of lanes by name and shape; names of lanes inside junctions begin with a colon."""
     high = heights or {}
     lanes: dict[str, Lane] = {}
-    connections = []
+    connections: list[Connection] = []
     for way in ways:
         for name, shape in way:
             inside = name.startswith(":")
@@ -63,9 +68,9 @@ def touches(net: RoadNetwork, *loops: list[str], kind: VehicleType = DEFAULT_TYP
 
 def users(
     net: RoadNetwork, *loops: list[str], kind: VehicleType = DEFAULT_TYPE
-) -> list[tuple[object, VehicleType]]:
+) -> list[tuple[Loop, VehicleType]]:
     """Return loops with a type each."""
-    return [(make_loop(net, f"loop{k}", edges), kind) for k, edges in enumerate(loops)]  # type: ignore[misc]
+    return [(make_loop(net, f"loop{k}", edges), kind) for k, edges in enumerate(loops)]
 
 
 def lanes_of(found: Touches) -> set[frozenset[str]]:
@@ -73,19 +78,19 @@ def lanes_of(found: Touches) -> set[frozenset[str]]:
     return {frozenset((t.one.lane, t.other.lane)) for t in found.rows()}
 
 
-EAST = [
+EAST: Way = [
     ("w", ((-100.0, 0.0), (-10.0, 0.0))),
     (":ew", ((-10.0, 0.0), (10.0, 0.0))),
     ("e", ((10.0, 0.0), (100.0, 0.0))),
 ]
-BACK = [
+BACK: Way = [
     (":eb", ((100.0, 0.0), (100.0, 200.0))),
     ("b", ((100.0, 200.0), (-100.0, 200.0))),
     (":bw", ((-100.0, 200.0), (-100.0, 0.0))),
 ]
 
 
-def across(at: float, *, before: float = -100.0) -> list[tuple[str, Points]]:
+def across(at: float, *, before: float = -100.0) -> Way:
     """Return a way from south to north at an x, and back far to the west."""
     return [
         ("s", ((at, before), (at, -10.0))),
@@ -98,13 +103,13 @@ def across(at: float, *, before: float = -100.0) -> list[tuple[str, Points]]:
 
 
 def test_ways_that_cross_touch_where_they_do() -> None:
-    """Cars of 1.8 m on straight lanes at right angles: from 2.2 m or so before the middle to as much behind."""
+    """Cars of 1.8 m at right angles: from two metres or so before the middle to as much behind."""
     net = network([EAST + BACK, across(0.0)])
     found = touches(net, ["w", "e", "b"], ["s", "n", "f"])
     assert frozenset((":ew_0", ":sn_0")) in lanes_of(found)
     fronts = [t.at_m for t in found.rows() if (t.one.lane, t.other.lane) == (":ew_0", ":sn_0")]
     assert min(fronts) == pytest.approx(10.0 - 1.6, abs=0.6)
-    layout = lay_out_queues(net, users(net, ["w", "e", "b"], ["s", "n", "f"]))  # type: ignore[arg-type]
+    layout = lay_out_queues(net, users(net, ["w", "e", "b"], ["s", "n", "f"]))
     begin, end = layout.conflicts.overlaps["w_0>e_0"]["s_0>n_0"]
     assert begin == pytest.approx(8.4, abs=0.8)
     assert end == pytest.approx(11.6, abs=0.8)
@@ -117,7 +122,7 @@ def test_a_stop_line_moves_back_from_a_way_that_passes_over_it() -> None:
     part = waiting_parts(net, found)["w_0"]
     assert part.begin_m == 0.0
     assert part.end_m == pytest.approx(90.0 - 2.0 - 1.6, abs=1.1)
-    layout: QueueLayout = lay_out_queues(net, users(net, ["w", "e", "b"], ["s", "n", "f"]))  # type: ignore[arg-type]
+    layout: QueueLayout = lay_out_queues(net, users(net, ["w", "e", "b"], ["s", "n", "f"]))
     leg = next(leg for leg in layout.itineraries["loop0"].legs if leg.state == "w_0")
     assert leg.end_m == pytest.approx(part.end_m - 0.1)
     assert leg.crossings[0].foes == {"s_0>n_0"}
@@ -125,7 +130,7 @@ def test_a_stop_line_moves_back_from_a_way_that_passes_over_it() -> None:
 
 
 def test_a_place_begins_where_nobody_passes_any_more() -> None:
-    """The other road passes 8 m behind the beginning of e: a car is out of its way with its rear past that."""
+    """The other road passes 8 m behind the beginning of e: rears have to be past that."""
     net = network([EAST + BACK, across(18.0)])
     part = waiting_parts(net, touches(net, ["w", "e", "b"], ["s", "n", "f"]))["e_0"]
     assert part.begin_m == pytest.approx(8.0 + 1.6, abs=1.1)
@@ -133,7 +138,7 @@ def test_a_place_begins_where_nobody_passes_any_more() -> None:
 
 
 def test_a_way_that_bends_back_over_its_own_stop_line_is_its_own_foe() -> None:
-    """A ring road inside the junction leads from w round over the last metres of w."""
+    """Inside the junction it leads from w round over the last metres of w."""
     ring: Points = (
         (-10.0, 0.0),
         (5.0, 0.0),
@@ -143,7 +148,7 @@ def test_a_way_that_bends_back_over_its_own_stop_line_is_its_own_foe() -> None:
         (-20.0, -20.0),
         (0.0, -40.0),
     )
-    way = [
+    way: Way = [
         ("w", ((-100.0, 0.0), (-10.0, 0.0))),
         (":ring", ring),
         ("e", ((0.0, -40.0), (100.0, -40.0))),
@@ -152,7 +157,7 @@ def test_a_way_that_bends_back_over_its_own_stop_line_is_its_own_foe() -> None:
         (":on", ((-120.0, 0.0), (-100.0, 0.0))),
     ]
     net = network([way])
-    layout = lay_out_queues(net, users(net, ["w", "e", "b"]))  # type: ignore[arg-type]
+    layout = lay_out_queues(net, users(net, ["w", "e", "b"]))
     assert "w_0>e_0" in layout.conflicts.foes["w_0>e_0"]
     leg = next(leg for leg in layout.itineraries["loop0"].legs if leg.state == "w_0")
     assert leg.end_m < layout.itineraries["loop0"].length_m
@@ -180,7 +185,7 @@ def test_long_bodies_cut_corners() -> None:
         (-10.0 + 9.0 * x, 9.0 - 9.0 * y)
         for x, y in ((0.0, 1.0), (0.383, 0.924), (0.707, 0.707), (0.924, 0.383), (1.0, 0.0))
     )
-    way = [
+    way: Way = [
         ("w", ((-100.0, 0.0), (-10.0, 0.0))),
         (":left", turn),
         ("n", ((-1.0, 9.0), (-1.0, 100.0))),
@@ -188,7 +193,7 @@ def test_long_bodies_cut_corners() -> None:
         ("f", ((-300.0, 100.0), (-300.0, 0.0))),
         (":home", ((-300.0, 0.0), (-100.0, 0.0))),
     ]
-    beside = [
+    beside: Way = [
         ("x", ((-60.0, 3.4), (-9.0, 3.4))),
         (":xy", ((-9.0, 3.4), (-9.0, 60.0))),
         ("y", ((-9.0, 60.0), (-200.0, 60.0))),

@@ -44,7 +44,7 @@ def test_nobody_drives_into_a_crowded_place_that_is_fuller_than_its_own() -> Non
 
 
 def test_the_reserve_yields() -> None:
-    """Four tenths of a place are waited out after 40 s, not before: never more than 100 s, however long it is."""
+    """Four tenths of a place are waited out after 40 s, not before; all of one after 100 s."""
     road = Road(2, 6)
     assert order(road, Request(0, 0, 1, 0.0), now_s=39.0) == []
     assert order(road, Request(0, 0, 1, 0.0), now_s=41.0) == [0]
