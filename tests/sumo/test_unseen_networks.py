@@ -99,6 +99,6 @@ def test_what_cannot_be_handled_is_said_in_one_line(tmp_path: Path) -> None:
     with pytest.raises(RouteError) as told:
         run(scenario)
     assert "found 0 of 5 loops" in str(told.value)
-    assert "the last has fewer than two places in which two vehicles can queue" in str(told.value)
+    assert "has fewer than two places in which two vehicles can queue" in str(told.value)
     assert "--max-shared" not in str(told.value)
     assert "\n" not in str(told.value)

@@ -269,7 +269,7 @@ class _Audit:
         """
         for row in (a, b):
             length_m = self._length_m[positions.vehicle[row]]
-            if positions.lane_name[row] in self._jumped_to and positions.pos_m[row] < length_m:
+            if positions.lane_name[row] in self._jumped_to and positions.pos_m[row] < length_m + _TOLERANCE_M:
                 return True  # without lanes inside junctions there is no direction while it gets over
         if positions.lane_name[a] != positions.lane_name[b]:
             return False

@@ -213,8 +213,11 @@ def _ways(layout: Layout, numbers: dict[str, int]) -> list[_Way]:
         for k, (lane, begin_m, length_m) in enumerate(lanes):
             if lane not in layout.shapes:
                 continue
-            window = dict(_window(loop, lanes, k, longest + _LOOK_BACK_M, numbers))
-            window[numbers[lane]] = 0.0
+            window = {numbers[lane]: 0.0}
+            for other, ahead_m in _window(loop, lanes, k, longest + _LOOK_BACK_M, numbers):
+                window.setdefault(
+                    other, ahead_m
+                )  # a lane may lie behind and ahead, where vehicles turn round
             key = ((numbers[lane], driven[k][0]), (numbers[lane], driven[k][1]), *sorted(window.items()))
             way = found.get(key)
             if way is None:
@@ -316,6 +319,7 @@ def _bodies(layout: Layout, ways: Sequence[_Way]) -> tuple[list[_Body], Any]:
             for metres in at[known].tolist():
                 rear_m = metres - length + _ROUNDING_M
                 lane = next((n for m, n in reversed(behind) if m <= rear_m), -1)
+                lane = way.lane if rear_m >= 0.0 else lane
                 waits = any(
                     b + k * lap_m <= metres - length + 1e-6 and metres <= e + k * lap_m + 1e-6
                     for b, e in places
@@ -346,11 +350,12 @@ def _follows(ways: Sequence[_Way], one: _Body, other: _Body) -> bool:
         first, last = (other, one) if gain >= 0 else (one, other)
         if abs(gain) - first.length_m < _NEAR_M and first.rear_lane in ways[last.way].window:
             return True
-    common = [lane for lane, at_m in here.items() if at_m <= 0.0 and there.get(lane, 1.0) <= 0.0]
-    if not common:
-        return False
-    lane = max(common, key=lambda name: here[name] + there[name])
-    s, t = one.at_m - here[lane], other.at_m - there[lane]
-    length_m = one.length_m if s >= t else other.length_m
-    just_left = max(s, t) - length_m <= mine.lengths[lane] + _JUST_LEFT_M
-    return just_left and abs(s - t) - length_m < _NEAR_M
+    for lane, at_m in here.items():
+        if at_m > 0.0 or there.get(lane, 1.0) > 0.0:
+            continue
+        s, t = one.at_m - at_m, other.at_m - there[lane]
+        length_m = one.length_m if s >= t else other.length_m
+        just_left = max(s, t) - length_m <= mine.lengths[lane] + _JUST_LEFT_M
+        if just_left and abs(s - t) - length_m < _NEAR_M:
+            return True
+    return False
