@@ -25,22 +25,22 @@ pytestmark = pytest.mark.sumo
 MADE = {
     "grid": "--grid --grid.number=3 --grid.length=34",
     "blocks": "--grid --grid.x-number=3 --grid.y-number=2 --grid.length=34",
-    "roundabout": "--spider --spider.arm-number=4 --spider.circle-number=2 --spider.space-radius=34 "
+    "roundabout": "--spider --spider.arm-number=4 --spider.circle-number=2 --spider.space-radius=36 "
     "--spider.omit-center",
-    "random": "--rand --rand.iterations=12 --rand.min-distance 30 --rand.max-distance 45 --seed 3",
+    "random": "--rand --rand.iterations=12 --rand.min-distance 32 --rand.max-distance 47 --seed 3",
 }
 _MOST_FOR_EVERYONE = 4_000
 """Beyond so many configurations the exact stage takes more than a few seconds."""
 
 CASES = [
     # network, length of the vehicles [m], range of lengths of the loops [m], loops, vehicles
-    ("grid", 8.0, (60, 160), 4, 8),
-    ("grid", 8.0, (60, 260), 3, 6),
-    ("blocks", 8.0, (60, 260), 2, 6),
-    ("roundabout", 5.0, (60, 600), 4, 5),
+    ("grid", 7.0, (60, 160), 4, 8),
+    ("grid", 7.0, (60, 260), 3, 6),
+    ("blocks", 7.0, (60, 260), 2, 6),
+    ("blocks", 8.0, (60, 600), 4, 5),
     ("roundabout", 8.0, (60, 260), 2, 8),
     ("random", 5.0, (60, 260), 2, 6),
-    ("random", 8.0, (60, 600), 3, 6),
+    ("random", 8.0, (60, 260), 3, 6),
 ]
 
 
