@@ -19,7 +19,12 @@ pytestmark = pytest.mark.sumo
 NETWORKS = Path(__file__).parents[2] / "networks"
 GRID = NETWORKS / "grid5-priority.net.xml"
 ACTUATED = Scenario(
-    network=str(NETWORKS / "grid5-actuated.net.xml"), loops=30, vehicles=100, lights="obey", duration_s=900.0
+    network=str(NETWORKS / "grid5-actuated.net.xml"),
+    loops=30,
+    vehicles=100,
+    lights="obey",
+    duration_s=900.0,
+    seed=2,
 )
 
 
