@@ -12,7 +12,8 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from loopgate.abstraction.swept import BETWEEN_M, Course, Touches
+from loopgate.abstraction.courses import Course
+from loopgate.abstraction.swept import BETWEEN_M, Touches
 from loopgate.abstraction.waiting import Part
 from loopgate.network.records import Connection
 from loopgate.network.road import RoadNetwork

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
+from loopgate.abstraction.courses import courses_of
 from loopgate.abstraction.itinerary import Crossing, Itinerary, Leg, Pin
 from loopgate.abstraction.movements import Conflicts, find_conflicts, reach_m
 from loopgate.abstraction.pins import Target, Turn, find_pins
@@ -18,7 +19,7 @@ from loopgate.abstraction.stretches import (
     lay_stretches,
     least_change_m,
 )
-from loopgate.abstraction.swept import Touches, courses_of, find_touches
+from loopgate.abstraction.swept import Touches, find_touches
 from loopgate.abstraction.waiting import Part, waiting_parts
 from loopgate.errors import RefusedLoopError, RouteError
 from loopgate.model import StateId

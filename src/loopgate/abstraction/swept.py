@@ -11,11 +11,11 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial import cKDTree
 
-from loopgate.network.loop import Loop, arc_lengths
+from loopgate.abstraction.courses import Bodies, Course, Courses
+from loopgate.network.loop import arc_lengths
 from loopgate.network.road import RoadNetwork
-from loopgate.network.vehicle_type import VehicleType
 
-__all__ = ["Course", "Touches", "courses_of", "find_touches"]
+__all__ = ["BETWEEN_M", "Touches", "find_touches"]
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -30,16 +30,14 @@ END_M = 0.25
 _EVERY_M = 1.0
 """How far apart the fronts are at which bodies are looked at [m]; half of it near the ends of lanes."""
 
-BETWEEN_M = 0.25
+BETWEEN_M = _EVERY_M / 4
 """Half of what lies between two fronts that are looked at near the ends of lanes [m]."""
 
 _ENDS_M = 15.0
+"""So far from its ends a lane is looked at more closely [m]."""
 
 _FOLLOWS_M = 4.0
 """A vehicle this near behind another, along the way, follows it, and keeps its gap by itself [m]."""
-
-_LOOK_BACK_M = 30.0
-"""How far behind the longest body two ways are looked at to see whether they come from one lane [m]."""
 
 _JUST_LEFT_M = 12.0
 """Up to here behind the end of a lane, SUMO keeps those apart that leave it one after the other [m]."""
@@ -48,87 +46,7 @@ _ABOVE_M = 2.5
 """Lanes that lie so far above one another do not touch [m]."""
 
 _MOST_PAIRS = 2_000_000
-
-_MOST_LENGTHS = 4
-"""So many lengths of vehicles are looked at on a course."""
-
-
-@dataclass(frozen=True, slots=True)
-class Course:
-    """Fronts on one lane, with the lanes behind them on which the bodies lie.
-
-    Attributes
-    ----------
-    lane
-        The lane of the front.
-    before
-        The lanes before it, the nearest first, as far as the longest body reaches and one that follows it
-        closely; none where vehicles have changed to this lane.
-    """
-
-    lane: str
-    before: tuple[str, ...]
-
-
-@dataclass(slots=True)
-class _Bodies:
-    """Lengths of the vehicles on a course, and width of the widest [m]."""
-
-    lengths_m: set[float]
-    width_m: float
-
-    def looked_at_m(self) -> list[float]:
-        """Return the lengths to be looked at, ascending: all, or a few of them where there are many."""
-        every = sorted(self.lengths_m)
-        few = min(len(every), _MOST_LENGTHS)
-        return sorted({every[round(k * (len(every) - 1) / max(1, few - 1))] for k in range(few)})
-
-
-Courses = dict[Course, _Bodies]
-
-
-def courses_of(network: RoadNetwork, users: Sequence[tuple[Loop, VehicleType]]) -> Courses:
-    """Return all courses of vehicles on loops. O(spans)."""
-    found: Courses = {}
-    for loop, kinds in _kinds(users):
-        lengths = {kind.length_m for kind in kinds}
-        width = max(kind.width_m for kind in kinds)
-        for course in _along(network, loop, max(lengths)):
-            bodies = found.setdefault(course, _Bodies(set(), width))
-            bodies.lengths_m |= lengths
-            bodies.width_m = max(bodies.width_m, width)
-    return found
-
-
-def _kinds(users: Sequence[tuple[Loop, VehicleType]]) -> Iterator[tuple[Loop, list[VehicleType]]]:
-    loops = {loop.id: loop for loop, _ in users}
-    kinds: dict[str, dict[VehicleType, None]] = {name: {} for name in loops}
-    for loop, kind in users:
-        kinds[loop.id][kind] = None
-    for name, loop in loops.items():
-        yield loop, list(kinds[name])
-
-
-def _along(network: RoadNetwork, loop: Loop, reach_m: float) -> Iterator[Course]:
-    lanes: list[tuple[str, bool]] = []  # lane, and whether vehicles change to it
-    for span in loop.spans:
-        if not span.internal and span.lane_in != span.lane:
-            lanes.append((f"{span.edge}_{span.lane_in}", False))
-            lanes.append((span.lane_id, True))
-        else:
-            lanes.append((span.lane_id, False))
-    for number, (lane, changed) in enumerate(lanes):
-        before: list[str] = []
-        left_m = 0.0 if changed else reach_m + _LOOK_BACK_M
-        back = number - 1
-        while (left_m > 0.0 or (before and before[-1].startswith(":"))) and back > number - len(lanes):
-            name, here_changed = lanes[back]
-            before.append(name)
-            left_m -= network.lanes[name].length_m
-            if here_changed:
-                break
-            back -= 1
-        yield Course(lane, tuple(before))
+"""About so many pairs are looked at in one go, for the sake of memory."""
 
 
 class Touch(NamedTuple):
@@ -227,7 +145,7 @@ class _Rows(NamedTuple):
     z: Floats
 
 
-def _lay(network: RoadNetwork, course: Course, bodies: _Bodies) -> _Rows:
+def _lay(network: RoadNetwork, course: Course, bodies: Bodies) -> _Rows:
     """Return the bodies of a course, one for each front and each length."""
     lane = network.lanes[course.lane]
     points: list[Floats] = []

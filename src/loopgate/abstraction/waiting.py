@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from loopgate.abstraction.swept import Touches
+from loopgate.abstraction.swept import BETWEEN_M, Touches
 from loopgate.network.road import RoadNetwork
 
 __all__ = ["Part", "waiting_parts"]
 
-_BACK_M = 0.5
+_BACK_M = 2 * BETWEEN_M
 """How far from the last body that is touched a waiting one stays [m]: they are looked at so far apart."""
 
 

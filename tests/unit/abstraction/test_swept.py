@@ -10,8 +10,9 @@ from pathlib import Path
 
 import pytest
 
+from loopgate.abstraction.courses import courses_of
 from loopgate.abstraction.queue_layout import QueueLayout, lay_out_queues
-from loopgate.abstraction.swept import Touches, courses_of, find_touches
+from loopgate.abstraction.swept import Touches, find_touches
 from loopgate.abstraction.waiting import Part, waiting_parts
 from loopgate.network import Connection, Edge, Lane, Loop, RoadNetwork, VehicleType, make_loop
 from loopgate.network.vehicle_type import DEFAULT_TYPE

@@ -1,0 +1,96 @@
+"""The lanes on which bodies lie: each lane of a loop with what is behind it, once for all loops."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from loopgate.network.loop import Loop
+from loopgate.network.road import RoadNetwork
+from loopgate.network.vehicle_type import VehicleType
+
+__all__ = ["Bodies", "Course", "Courses", "courses_of"]
+
+_LOOK_BACK_M = 30.0
+"""How far behind the longest body two ways are looked at to see whether they come from one lane [m]."""
+
+_MOST_LENGTHS = 4
+"""So many lengths of vehicles are looked at on a course."""
+
+
+@dataclass(frozen=True, slots=True)
+class Course:
+    """Fronts on one lane, with the lanes behind them on which the bodies lie.
+
+    Attributes
+    ----------
+    lane
+        The lane of the front.
+    before
+        The lanes before it, the nearest first, as far as the longest body reaches and one that follows it
+        closely; none where vehicles have changed to this lane.
+    """
+
+    lane: str
+    before: tuple[str, ...]
+
+
+@dataclass(slots=True)
+class Bodies:
+    """Lengths of the vehicles on a course, and width of the widest [m]."""
+
+    lengths_m: set[float]
+    width_m: float
+
+    def looked_at_m(self) -> list[float]:
+        """Return the lengths to be looked at, ascending: all, or a few of them where there are many."""
+        every = sorted(self.lengths_m)
+        few = min(len(every), _MOST_LENGTHS)
+        return sorted({every[round(k * (len(every) - 1) / max(1, few - 1))] for k in range(few)})
+
+
+Courses = dict[Course, Bodies]
+
+
+def courses_of(network: RoadNetwork, users: Sequence[tuple[Loop, VehicleType]]) -> Courses:
+    """Return all courses of vehicles on loops. O(spans)."""
+    found: Courses = {}
+    for loop, kinds in _kinds(users):
+        lengths = {kind.length_m for kind in kinds}
+        width = max(kind.width_m for kind in kinds)
+        for course in _along(network, loop, max(lengths)):
+            bodies = found.setdefault(course, Bodies(set(), width))
+            bodies.lengths_m |= lengths
+            bodies.width_m = max(bodies.width_m, width)
+    return found
+
+
+def _kinds(users: Sequence[tuple[Loop, VehicleType]]) -> Iterator[tuple[Loop, list[VehicleType]]]:
+    loops = {loop.id: loop for loop, _ in users}
+    kinds: dict[str, dict[VehicleType, None]] = {name: {} for name in loops}
+    for loop, kind in users:
+        kinds[loop.id][kind] = None
+    for name, loop in loops.items():
+        yield loop, list(kinds[name])
+
+
+def _along(network: RoadNetwork, loop: Loop, reach_m: float) -> Iterator[Course]:
+    lanes: list[tuple[str, bool]] = []  # lane, and whether vehicles change to it
+    for span in loop.spans:
+        if not span.internal and span.lane_in != span.lane:
+            lanes.append((f"{span.edge}_{span.lane_in}", False))
+            lanes.append((span.lane_id, True))
+        else:
+            lanes.append((span.lane_id, False))
+    for number, (lane, changed) in enumerate(lanes):
+        before: list[str] = []
+        left_m = 0.0 if changed else reach_m + _LOOK_BACK_M
+        back = number - 1
+        while (left_m > 0.0 or (before and before[-1].startswith(":"))) and back > number - len(lanes):
+            name, here_changed = lanes[back]
+            before.append(name)
+            left_m -= network.lanes[name].length_m
+            if here_changed:
+                break
+            back -= 1
+        yield Course(lane, tuple(before))
