@@ -412,8 +412,8 @@ class Engine:
             # A stop on the edge where SUMO renews the route has moved on to the next round with it.
             line = track.stop_lines[driver.position(driver.granted)]
             if line.edge == track.rerouted_on and driver.halted_since is None:
-                self._traffic.release(driver.id)
-                self._traffic.hold(driver.id, line.edge, line.lane_index, line.position_m)
+                self._release(driver)
+                self._stop(driver)
         elif self._steering.busy(driver):
             self._steering.renew(driver)
         if driver.stops > FORGOTTEN_STOPS:

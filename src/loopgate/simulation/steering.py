@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 from collections import deque
 from dataclasses import dataclass
@@ -115,7 +116,7 @@ class Steering:
         way.pins.appendleft(Pin(edge, on, position_m, -math.inf, to_lane=lane))
         self._traffic.release(driver.id)
         try:
-            self._set(driver, way.pins[0])
+            self._traffic.hold(driver.id, edge, on, position_m)
         except TrafficError:  # too late to stop there
             self._traffic.brake(driver.id)
 
@@ -178,4 +179,6 @@ class Steering:
             self._set(way.driver, way.pins[0])
 
     def _set(self, driver: Driver, pin: Pin) -> None:
-        self._traffic.hold(driver.id, pin.edge, pin.lane, pin.position_m)
+        # Where it is too late for that, the lane it gets to is looked at all the same.
+        with contextlib.suppress(TrafficError):
+            self._traffic.hold(driver.id, pin.edge, pin.lane, pin.position_m)

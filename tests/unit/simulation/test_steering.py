@@ -6,6 +6,7 @@ import pytest
 from fake_traffic import FakeTraffic, FakeVehicle
 
 from loopgate.abstraction.itinerary import Pin
+from loopgate.errors import TrafficError
 from loopgate.results.recorder import Recorder
 from loopgate.simulation.driver import Driver
 from loopgate.simulation.fleet import Fleet
@@ -124,3 +125,19 @@ def test_a_stray_is_led_back_to_its_lane_and_counted(gaps: bool) -> None:  # noq
         assert one.vehicle.front_m <= ROAD_M
     assert (one.vehicle.lane, one.steering.strays, one.vehicle.hold_m) == (0, 1, None)
     assert (one.traffic.now_s - began_s >= 60.0) is not gaps
+
+
+def test_a_stop_that_cannot_be_set_does_not_end_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The vehicle drives on to where its lane is looked at, and is led back from a wrong one."""
+
+    def refuse(*_: object) -> bool:
+        msg = "too close to brake"
+        raise TrafficError(msg)
+
+    monkeypatch.setattr(FakeTraffic, "hold", refuse)
+    one = world(Pin("e", 0, ROAD_M, 30.0))
+    one.vehicle.lane = 1
+    one.vehicle.front_m = CHANGE_AT_M + 30.0
+    while one.busy():
+        one.step()
+    assert (one.vehicle.lane, one.steering.strays, one.vehicle.still) == (0, 1, False)
