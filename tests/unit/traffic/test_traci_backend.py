@@ -1,5 +1,6 @@
 """Starting SUMO as a process of its own, when it does not start."""
 
+import subprocess
 import sys
 from pathlib import Path
 
@@ -7,6 +8,20 @@ import pytest
 
 from loopgate.errors import TrafficError
 from loopgate.traffic import traci_backend
+
+
+@pytest.mark.parametrize("first", ["traci", "libsumo"])
+def test_what_traci_raises_is_known_whatever_is_imported_first(first: str) -> None:
+    """The exception that libsumo puts into ``traci.exceptions`` is not the one that traci raises."""
+    code = (
+        f"import {first}, traci, libsumo\n"
+        "from loopgate.traffic import traci_backend\n"
+        "try: traci.connect(1, numRetries=0, proc=None)\n"
+        "except traci_backend.ERROR: pass\n"
+        "try: traci.switch('nobody')\n"
+        "except traci_backend.ERROR: pass\n"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True, capture_output=True)
 
 
 @pytest.mark.parametrize("variable", ["DISPLAY", "WAYLAND_DISPLAY"])
