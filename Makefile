@@ -5,7 +5,7 @@ BIN    := $(VENV)/bin
 STAMP  := $(VENV)/installed
 
 .DEFAULT_GOAL := help
-.PHONY: help demo readme setup test check format bench bench-sweep networks small-networks city throughput soak unseen day fuzz lock clean
+.PHONY: help demo readme setup test check format bench bench-sweep networks small-networks city throughput soak unseen long-vehicles day fuzz lock clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-15s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -68,6 +68,9 @@ soak: $(STAMP) ## ten simulated hours per network and gate; all tests, slow ones
 
 unseen: $(STAMP) ## 200 made networks of every kind, with positions: what is not as it should be
 	$(BIN)/python analysis/unseen.py --made 200 --out out/unseen/made
+
+long-vehicles: $(STAMP) ## buses and trailers among cars, with positions: whether bodies overlap
+	$(BIN)/python analysis/long_vehicles.py
 
 day: $(STAMP) ## 24 simulated hours in south-east Berlin, 300 vehicles: anything lost, memory by the hour
 	$(BIN)/python analysis/day.py

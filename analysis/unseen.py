@@ -2,7 +2,8 @@
 
 ``python analysis/unseen.py NET [NET ...]`` drives each network with three sets of random loops, 50 to 400
 vehicles, lights off and obeyed, for a quarter of an hour; ``--made 200`` drives as many made ones of every
-kind. Runs that are done are kept in the results folder and not repeated; a study may be ended at any time.
+kind for five minutes each. Runs that are done are kept in the results folder and not repeated; a study may
+be ended at any time.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from loopgate.analysis import read_results
 from loopgate.cli.frame_table import frame_table
 from loopgate.cli.progress import show_progress
 from loopgate.errors import ResultsError
+from loopgate.network import RoadNetwork
 from loopgate.results import row_columns as c
 from loopgate.sweep import Sweep, run_sweep
 
@@ -70,11 +72,19 @@ def made(count: int, folder: Path) -> Iterator[tuple[str, dict[str, Any]]]:
         rng = random.Random(f"vehicles {number}")
         scenario = {
             "loops": 30,
-            "vehicles": rng.choice((30, 80, 150)),
+            "vehicles": min(rng.choice((30, 80, 150)), _room(file)),
             "lights": rng.choice(("off", "obey")),
             "seed": number,
+            "duration_s": 300.0,
         }
         yield str(file), scenario
+
+
+def _room(file: Path) -> int:
+    """Return how many vehicles a network has room for, about: one every 25 m of its streets."""
+    network = RoadNetwork.open(file)
+    streets = {lane.edge: lane.length_m for lane in network.lanes.values() if not lane.internal}
+    return max(2, round(sum(streets.values()) / 25.0))
 
 
 def _make(rng: random.Random, file: Path, number: int) -> None:

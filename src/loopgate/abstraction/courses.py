@@ -37,12 +37,12 @@ class Course:
 
 @dataclass(slots=True)
 class Bodies:
-    """Lengths of the vehicles on a course, and width of the widest [m]."""
+    """Lengths of the vehicles on a course, each with whether they are jointed; width of the widest [m]."""
 
-    lengths_m: set[float]
+    lengths_m: set[tuple[float, bool]]
     width_m: float
 
-    def looked_at_m(self) -> list[float]:
+    def looked_at_m(self) -> list[tuple[float, bool]]:
         """Return the lengths to be looked at, ascending: all, or a few of them where there are many."""
         every = sorted(self.lengths_m)
         few = min(len(every), _MOST_LENGTHS)
@@ -56,9 +56,9 @@ def courses_of(network: RoadNetwork, users: Sequence[tuple[Loop, VehicleType]]) 
     """Return all courses of vehicles on loops. O(spans)."""
     found: Courses = {}
     for loop, kinds in _kinds(users):
-        lengths = {kind.length_m for kind in kinds}
+        lengths = {(kind.length_m, kind.jointed) for kind in kinds}
         width = max(kind.width_m for kind in kinds)
-        for course in _along(network, loop, max(lengths)):
+        for course in _along(network, loop, max(lengths)[0]):
             bodies = found.setdefault(course, Bodies(set(), width))
             bodies.lengths_m |= lengths
             bodies.width_m = max(bodies.width_m, width)

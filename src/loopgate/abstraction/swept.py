@@ -98,7 +98,8 @@ def find_touches(network: RoadNetwork, courses: Courses) -> Touches:
     """Find all pairs of fronts at which two bodies touch though neither follows the other.
 
     A body is a rectangle from its front back to where its rear is on its way, as SUMO draws it, a little
-    wider and longer. Bodies on one lane, or on lanes of one edge, are SUMO's own affair, and so are those
+    wider and longer; one that is jointed is a rectangle for each lane it lies on. Bodies on one lane, or on
+    lanes of one edge, are SUMO's own affair, and so are those
     that follow each other closely along one way, or leave one lane one after the other. Where the network
     has heights, a bridge does not touch the road below.
 
@@ -127,14 +128,19 @@ def _touched(body: _Rows, one: Ints, other: Ints) -> Floats:
     """Return where about the first bodies of pairs are touched, as positions on the lanes of their fronts."""
     x, y = body.x[other] - body.x[one], body.y[other] - body.y[one]
     along = x * body.ahead_x[one] + y * body.ahead_y[one]
-    half = body.length_m[one] / 2
-    return np.asarray(body.at_m[one] - half + np.clip(along, -half, half))
+    half = body.half_m[one] - END_M
+    return np.asarray(body.middle_m[one] + np.clip(along, -half, half))
 
 
 class _Rows(NamedTuple):
-    """Bodies: where the front is on its lane, length, centre, direction, half of length and width, height."""
+    """Bodies or parts of them.
+
+    Where the front of the whole and the centre of the part are on the front's lane, length of the whole; then
+    of the part centre, direction, half of length and width, height.
+    """
 
     at_m: Floats
+    middle_m: Floats
     length_m: Floats
     x: Floats
     y: Floats
@@ -165,31 +171,50 @@ def _lay(network: RoadNetwork, course: Course, bodies: Bodies) -> _Rows:
     # Without lanes inside junctions vehicles jump from lane to lane: they have no direction meanwhile.
     whole = bool(course.before) and (lane.internal or network.lanes[course.before[0]].internal)
     found = []
-    for length in bodies.looked_at_m():
+    for length, jointed in bodies.looked_at_m():
         at = fronts if whole else fronts[fronts >= length]
         rear = np.maximum(at - length, arc[0])
-        front_x, front_y = np.interp(at, arc, xy[:, 0]), np.interp(at, arc, xy[:, 1])
-        dx = front_x - np.interp(rear, arc, xy[:, 0])
-        dy = front_y - np.interp(rear, arc, xy[:, 1])
-        norm = np.hypot(dx, dy)
-        straight = norm < 1e-6  # noqa: PLR2004  a lane that is drawn as one point has no direction
-        dx = np.where(straight, 1.0, dx / np.maximum(norm, 1e-6))
-        dy = np.where(straight, 0.0, dy / np.maximum(norm, 1e-6))
-        size = np.full(len(at), length)
-        found.append(
-            _Rows(
-                at,
-                size,
-                front_x - dx * length / 2,
-                front_y - dy * length / 2,
-                dx,
-                dy,
-                size / 2 + END_M,
-                np.full(len(at), bodies.width_m / 2 + SIDE_M),
-                np.interp(at, arc, height),
+        joints = [part[0] for part in arcs] if jointed else []
+        for first, last in _parts(at, rear, joints):
+            known = first > last
+            ahead_m, behind_m = first[known], last[known]
+            front_x, front_y = np.interp(ahead_m, arc, xy[:, 0]), np.interp(ahead_m, arc, xy[:, 1])
+            dx = front_x - np.interp(behind_m, arc, xy[:, 0])
+            dy = front_y - np.interp(behind_m, arc, xy[:, 1])
+            norm = np.hypot(dx, dy)
+            straight = norm < 1e-6  # noqa: PLR2004  a lane that is drawn as one point has no direction
+            dx = np.where(straight, 1.0, dx / np.maximum(norm, 1e-6))
+            dy = np.where(straight, 0.0, dy / np.maximum(norm, 1e-6))
+            size = norm if jointed else np.full(len(norm), length)
+            found.append(
+                _Rows(
+                    at[known],
+                    ahead_m - size / 2,
+                    np.full(len(size), length),
+                    front_x - dx * size / 2,
+                    front_y - dy * size / 2,
+                    dx,
+                    dy,
+                    size / 2 + END_M,
+                    np.full(len(size), bodies.width_m / 2 + SIDE_M),
+                    np.interp(ahead_m, arc, height),
+                )
             )
-        )
     return _Rows(*(np.concatenate(columns) for columns in zip(*found, strict=True)))
+
+
+def _parts(front: Floats, rear: Floats, joints: Sequence[float]) -> Iterator[tuple[Floats, Floats]]:
+    """Yield where parts of bodies begin and end, the first first; some bodies have fewer parts.
+
+    `joints` are where lanes begin, from the front's backwards: there SUMO bends what is jointed.
+    """
+    ahead = front
+    for joint in joints:
+        behind = np.maximum(rear, joint)
+        yield ahead, behind
+        ahead = behind
+    if not joints:
+        yield front, rear
 
 
 def _fronts(length_m: float) -> Floats:

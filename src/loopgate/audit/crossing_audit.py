@@ -12,8 +12,9 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from loopgate.audit.bodies import overlapping
-from loopgate.audit.drawing import conflicts_by_loop, find_meetings, jumps, lies_above
+from loopgate.audit.bodies import bends, overlapping
+from loopgate.audit.drawing import conflicts_by_loop, find_meetings, lies_above
+from loopgate.audit.drawn_bodies import jumps
 from loopgate.audit.exclusion import Clash, Exclusion, Passages
 from loopgate.audit.layout import Layout
 from loopgate.audit.position_table import Positions, read_positions
@@ -162,16 +163,17 @@ class _Audit:
 
     def _piece(self, positions: Positions) -> None:
         self._rows += len(positions.time_s)
-        self._bodies(positions)
         order = np.argsort(positions.vehicle, kind="stable")
         vehicle = positions.vehicle[order]
         cuts = np.flatnonzero(np.diff(vehicle)) + 1
         entered: list[Passages] = []
         left: list[Passages] = []
+        arcs = np.full(len(order), np.nan)
         for rows in np.split(order, cuts):
             number = int(positions.vehicle[rows[0]])
             if number >= 0:
-                self._vehicle(self._travellers[number], positions, rows, entered, left)
+                arcs[rows] = self._vehicle(self._travellers[number], positions, rows, entered, left)
+        self._bodies(positions, arcs)
         for clash in self._exclusion.judge(Passages.join(entered), Passages.join(left)):
             self._clash(clash)
 
@@ -182,16 +184,17 @@ class _Audit:
         rows: npt.NDArray[np.int64],
         entered: list[Passages],
         left: list[Passages],
-    ) -> None:
+    ) -> npt.NDArray[np.float64]:
+        """Judge the rows of one vehicle; return where its front is, see `Traveller.arcs`."""
         name = self._names[traveller.number]
         lane, time, speed = positions.lane[rows], positions.time_s[rows], positions.speed_mps[rows]
-        arcs = traveller.arcs(lane, positions.pos_m[rows], positions.odometer_m[rows])
+        found = arcs = traveller.arcs(lane, positions.pos_m[rows], positions.odometer_m[rows])
         known = ~np.isnan(arcs)
         if not known.all():
             self._stray(traveller.number, positions, rows[~known])
             arcs, lane, time, speed = arcs[known], lane[known], time[known], speed[known]
             if not len(arcs):
-                return
+                return found
         came, went = traveller.pass_over(time, arcs)
         entered.append(came)
         left.append(went)
@@ -204,6 +207,7 @@ class _Audit:
                 what = "beyond its grant" if rule == "ahead" else "still in a place it is said to have left"
                 self._add(float(time[k]), name, where, rule, f"{name}: on {where}, {metres:.1f} m {what}")
         self._note_stands(traveller.number, traveller.stands(time, arcs, speed, lane))
+        return found
 
     def _stray(self, number: int, positions: Positions, rows: npt.NDArray[np.int64]) -> None:
         for row in rows.tolist():
@@ -233,17 +237,18 @@ class _Audit:
         text = f"{name}: on the stretch that {one} and {two} share, while {self._names[clash.other]} {early}"
         self._add(clash.time_s, name, one, group.kind, text)
 
-    def _bodies(self, positions: Positions) -> None:
+    def _bodies(self, positions: Positions, arcs_m: npt.NDArray[np.float64]) -> None:
         known = positions.vehicle >= 0
         if not known.all():
-            positions = _choose(positions, known)
+            positions, arcs_m = _choose(positions, known), arcs_m[known]
         if not len(positions.time_s):
             return
         vehicle = positions.vehicle
         last = positions.time_s[-1]
         now: set[tuple[int, int]] = set()
         before: dict[tuple[int, int], float] = dict.fromkeys(self._touching, -np.inf)
-        hits = overlapping(positions, self._length_m[vehicle], self._width_m[vehicle])
+        bent = bends(self._layout, self._names, positions, arcs_m)
+        hits = overlapping(positions, self._length_m[vehicle], self._width_m[vehicle], bent)
         for a, b in hits[np.argsort(positions.time_s[hits[:, 0]], kind="stable")].tolist():
             lanes = str(positions.lane_name[a]), str(positions.lane_name[b])
             if lies_above(self._layout, *lanes) or self._cannot_touch(positions, a, b):

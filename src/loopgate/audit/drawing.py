@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 import shapely
 
-from loopgate.audit.layout import Layout, LoopWay, Span
+from loopgate.audit.drawn_bodies import NEAR_M, Body, Way, draw_bodies, find_ways
+from loopgate.audit.layout import Layout
 
 __all__ = [
     "Drawn",
@@ -19,20 +19,8 @@ __all__ = [
     "Side",
     "conflicts_by_loop",
     "find_meetings",
-    "jumps",
     "lies_above",
 ]
-
-_EVERY_M = 0.5
-"""How far apart the fronts are at which bodies are drawn [m]."""
-
-_NEAR_M = 4.0
-"""One that is nearer than this behind another on one way follows it [m]."""
-
-_LOOK_BACK_M = 30.0
-"""How far behind and ahead of a body ways are compared [m]."""
-
-_ROUNDING_M = 1e-6
 
 _LEAST_M = 0.1
 """Shorter stretches are corners that touch [m]."""
@@ -42,6 +30,9 @@ _JUST_LEFT_M = 12.0
 
 _APART_M = 2.0
 """Fronts farther apart than this belong to different stretches [m]."""
+
+_AT_ONCE = 20_000
+"""So many bodies are compared with all others in one go, for the sake of memory."""
 
 _ABOVE_M = 2.5
 """Lanes this far above each other do not meet [m]."""
@@ -88,32 +79,6 @@ class Meeting(NamedTuple):
 Drawn = Sequence[Meeting]
 
 
-@dataclass(slots=True)
-class _Way:
-    """A lane as part of a way: where it and the lanes behind and ahead begin [m], and their lengths."""
-
-    lane: int
-    window: dict[int, float]
-    lengths: dict[int, float]
-    points: npt.NDArray[np.float64]
-    arcs: npt.NDArray[np.float64]
-    length_m: float
-    first_m: float
-    last_m: float
-    """Where on it vehicles are, that change to the lane beside it or come from there."""
-    loops: dict[str, float] = field(default_factory=dict)
-    sizes: dict[float, float] = field(default_factory=dict)
-    """Widths by length of the vehicles."""
-
-
-class _Body(NamedTuple):
-    way: int
-    at_m: float
-    length_m: float
-    rear_lane: int
-    waits: bool
-
-
 def find_meetings(layout: Layout) -> list[Meeting]:
     """Find where bodies can touch, none of which follows the other.
 
@@ -121,23 +86,18 @@ def find_meetings(layout: Layout) -> list[Meeting]:
     SUMO, those on lanes beside each other on one edge too.
     """
     numbers: dict[str, int] = {}
-    ways = _ways(layout, numbers)
+    ways = find_ways(layout, numbers)
     names = list(numbers)
     edges = [name.rpartition("_")[0] for name in names]
-    bodies, shapes = _bodies(layout, ways)
+    bodies, shapes = draw_bodies(layout, ways)
     if not len(shapes):
         return []
-    tree = shapely.STRtree(shapes)
-    one, other = tree.query(shapes, predicate="intersects")
-    keep = one < other
-    pairs: dict[tuple[int, float, int, float], list[tuple[_Body, _Body]]] = {}
-    for a, b in zip(one[keep].tolist(), other[keep].tolist(), strict=True):
+    pairs: dict[tuple[int, float, int, float], list[tuple[Body, Body]]] = {}
+    for a, b in _touching(shapes, [ways[body.way].lane for body in bodies], edges):
         x, y = bodies[a], bodies[b]
         i, j = ways[x.way].lane, ways[y.way].lane
-        beside = edges[i] == edges[j] and not edges[i].startswith(":")
-        if i == j or beside or lies_above(layout, names[i], names[j]) or _follows(ways, x, y):
-            continue
-        pairs.setdefault((x.way, x.length_m, y.way, y.length_m), []).append((x, y))
+        if not (lies_above(layout, names[i], names[j]) or _follows(ways, x, y)):
+            pairs.setdefault((x.way, x.length_m, y.way, y.length_m), []).append((x, y))
     found = []
     for (v, _, w, _), touching in pairs.items():
         for zone in _zones(touching):
@@ -147,14 +107,32 @@ def find_meetings(layout: Layout) -> list[Meeting]:
     return found
 
 
-def _zones(touching: Sequence[tuple[_Body, _Body]]) -> Iterator[list[tuple[_Body, _Body]]]:
+def _touching(shapes: Any, lanes: Sequence[int], edges: Sequence[str]) -> Iterator[tuple[int, int]]:  # noqa: ANN401
+    """Yield the bodies that touch, of different lanes that do not lie beside each other on one edge."""
+    codes: dict[str, int] = {}
+    lane = np.asarray(lanes)
+    road = np.array(
+        [-n if edge.startswith(":") else codes.setdefault(edge, n) for n, edge in enumerate(edges, 1)]
+    )
+    edge = road[lane]
+    tree = shapely.STRtree(shapes)
+    for begin in range(0, len(shapes), _AT_ONCE):
+        near, other = tree.query(shapes[begin : begin + _AT_ONCE])
+        one = near + begin
+        keep = (one < other) & (lane[one] != lane[other]) & ((edge[one] < 0) | (edge[one] != edge[other]))
+        one, other = one[keep], other[keep]
+        keep = shapely.intersects(shapes[one], shapes[other])
+        yield from zip(one[keep].tolist(), other[keep].tolist(), strict=True)
+
+
+def _zones(touching: Sequence[tuple[Body, Body]]) -> Iterator[list[tuple[Body, Body]]]:
     """Yield the pairs in groups that hang together: two lanes can meet at both of their ends."""
     for part in _runs(touching, 0):
         yield from _runs(part, 1)
 
 
-def _runs(pairs: Sequence[tuple[_Body, _Body]], side: int) -> Iterator[list[tuple[_Body, _Body]]]:
-    run: list[tuple[_Body, _Body]] = []
+def _runs(pairs: Sequence[tuple[Body, Body]], side: int) -> Iterator[list[tuple[Body, Body]]]:
+    run: list[tuple[Body, Body]] = []
     for pair in sorted(pairs, key=lambda pair: pair[side].at_m):
         if run and pair[side].at_m - run[-1][side].at_m > _APART_M:
             yield run
@@ -180,7 +158,7 @@ def conflicts_by_loop(layout: Layout, drawn: Drawn) -> dict[str, list[DrawnConfl
     return {name: sorted(some, key=lambda c: (c.begin_m, c.end_m, c.foe)) for name, some in found.items()}
 
 
-def _side(way: _Way, names: Sequence[str], zone: Sequence[tuple[_Body, _Body]], which: int) -> Side:
+def _side(way: Way, names: Sequence[str], zone: Sequence[tuple[Body, Body]], which: int) -> Side:
     bodies = [pair[which] for pair in zone]
     fronts = [body.at_m for body in bodies]
     return Side(
@@ -190,145 +168,8 @@ def _side(way: _Way, names: Sequence[str], zone: Sequence[tuple[_Body, _Body]], 
         end_m=max(body.at_m - body.length_m for body in bodies),
         fronts_m=max(fronts) - min(fronts),
         waits=any(body.waits for body in bodies),
-        shortest=bodies[0].length_m == min(way.sizes),
+        shortest=bodies[0].length_m == min(way.sizes)[0],
     )
-
-
-def _ways(layout: Layout, numbers: dict[str, int]) -> list[_Way]:
-    """Return each lane once for each different way over it."""
-    sizes: dict[str, dict[float, float]] = {name: {} for name in layout.loops}
-    for body in layout.vehicles.values():
-        widths = sizes[body.loop]
-        widths[body.length_m] = max(body.width_m, widths.get(body.length_m, 0.0))
-    longest = max((body.length_m for body in layout.vehicles.values()), default=0.0)
-    found: dict[tuple[tuple[int, float], ...], _Way] = {}
-    for name, loop in layout.loops.items():
-        lanes = [
-            (lane, span.begin_m, span.end_m - span.begin_m) for span in loop.spans for lane in span.driven
-        ]
-        driven = [
-            part for k, span in enumerate(loop.spans) for part in _driven(loop, span, loop.spans[k - 1])
-        ]
-        lengths = {numbers.setdefault(lane, len(numbers)): length_m for lane, _, length_m in lanes}
-        for k, (lane, begin_m, length_m) in enumerate(lanes):
-            if lane not in layout.shapes:
-                continue
-            window = {numbers[lane]: 0.0}
-            for other, ahead_m in _window(loop, lanes, k, longest + _LOOK_BACK_M, numbers):
-                window.setdefault(
-                    other, ahead_m
-                )  # a lane may lie behind and ahead, where vehicles turn round
-            key = ((numbers[lane], driven[k][0]), (numbers[lane], driven[k][1]), *sorted(window.items()))
-            way = found.get(key)
-            if way is None:
-                points, arcs = _path(layout, lanes, k, longest)
-                way = found[key] = _Way(numbers[lane], window, lengths, points, arcs, length_m, *driven[k])
-            way.loops.setdefault(name, begin_m)
-            for size, width in sizes[name].items():
-                way.sizes[size] = max(width, way.sizes.get(size, 0.0))
-    return list(found.values())
-
-
-def _driven(loop: LoopWay, span: Span, before: Span) -> list[tuple[float, float]]:
-    """Return where vehicles are on each lane of a span that they drive on [m]: all along, unless they change.
-
-    They change between the place before and the one behind, if these lie on the span. Without lanes inside
-    junctions they jump from lane to lane: nothing can be drawn until they are on the second.
-    """
-    length_m = span.end_m - span.begin_m
-    begin_m = _ROUNDING_M if jumps(before, span) else 0.0
-    if not span.entered:
-        return [(begin_m, length_m)]
-    places = [((leg.begin_m - span.begin_m) % loop.length_m, leg.end_m - leg.begin_m) for leg in loop.legs]
-    inside = sorted(place for place in places if place[0] < length_m)
-    first = [at + size for at, size in inside if at < _NEAR_M]
-    last = [at for at, _ in inside if at >= _NEAR_M]
-    return [(begin_m, min(last, default=length_m)), (max(first, default=_ROUNDING_M), length_m)]
-
-
-def jumps(before: Span, span: Span) -> bool:
-    """Return whether vehicles get from one lane to another with no lane inside a junction between."""
-    return not before.internal and not span.internal
-
-
-_Lanes = Sequence[tuple[str, float, float]]
-
-
-def _window(
-    loop: LoopWay, lanes: _Lanes, k: int, reach_m: float, numbers: Mapping[str, int]
-) -> Iterator[tuple[int, float]]:
-    """Yield the lanes within reach of the `k`-th with how far ahead of its beginning each begins [m]."""
-    begin_m, length_m = lanes[k][1], lanes[k][2]
-    for step in (-1, 1):
-        on_road = False  # what lies behind is told up to the lane from which a junction was entered
-        for far in range(1, len(lanes)):
-            lane, at, length = lanes[(k + step * far) % len(lanes)]
-            ahead = (at - begin_m) % loop.length_m
-            ahead = ahead - loop.length_m if step < 0 else ahead
-            if (step < 0 and ahead + length < -reach_m and on_road) or ahead > length_m + reach_m:
-                break
-            on_road |= not lane.startswith(":")
-            yield numbers[lane], round(ahead, 3)
-
-
-def _path(
-    layout: Layout, lanes: _Lanes, k: int, reach_m: float
-) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
-    """Return the drawn way up to the end of the `k`-th lane, with metres from its beginning."""
-    parts, at_m = [], lanes[k][2]
-    for far in range(len(lanes)):
-        lane, _, length = lanes[k - far]
-        shape = layout.shapes.get(lane)
-        if shape is None:
-            break
-        points = np.asarray(shape, dtype=np.float64)
-        steps = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))))
-        drawn = steps[-1] if steps[-1] > 0 else 1.0
-        parts.append((points, at_m - length + steps * (length / drawn)))
-        at_m -= length
-        if at_m < -reach_m:
-            break
-    return np.concatenate([p for p, _ in reversed(parts)]), np.concatenate([a for _, a in reversed(parts)])
-
-
-def _bodies(layout: Layout, ways: Sequence[_Way]) -> tuple[list[_Body], Any]:
-    bodies: list[_Body] = []
-    corners: list[npt.NDArray[np.float64]] = []
-    for number, way in enumerate(ways):
-        behind = sorted((metres, lane) for lane, metres in way.window.items() if metres <= 0.0)
-        loop, begin_m = next(iter(way.loops.items()))
-        places = [(leg.begin_m - begin_m, leg.end_m - begin_m) for leg in layout.loops[loop].legs]
-        lap_m = layout.loops[loop].length_m
-        for length, width in way.sizes.items():
-            at = np.linspace(0.0, way.length_m, max(2, int(np.ceil(way.length_m / _EVERY_M)) + 1))
-            at = at[(at >= min(way.first_m, way.length_m)) & (at <= way.last_m)]
-            at = at[at >= length] if way.first_m > 0.0 else at
-            front = np.column_stack([np.interp(at, way.arcs, way.points[:, c]) for c in (0, 1)])
-            # Where the way behind is not known it is taken to be straight.
-            back_m = np.maximum(at - length, way.arcs[0])
-            rear = np.column_stack([np.interp(back_m, way.arcs, way.points[:, c]) for c in (0, 1)])
-            ahead = front - rear
-            norm = np.hypot(ahead[:, 0], ahead[:, 1])
-            known = norm > 1e-6  # noqa: PLR2004  else there is no direction
-            ahead = ahead[known] / norm[known][:, None]
-            side = np.column_stack((-ahead[:, 1], ahead[:, 0])) * (width / 2)
-            tail = front[known] - ahead * length
-            corners.append(
-                np.stack((front[known] + side, front[known] - side, tail - side, tail + side), axis=1)
-            )
-            for metres in at[known].tolist():
-                rear_m = metres - length + _ROUNDING_M
-                lane = next((n for m, n in reversed(behind) if m <= rear_m), -1)
-                lane = way.lane if rear_m >= 0.0 else lane
-                waits = any(
-                    b + k * lap_m <= metres - length + 1e-6 and metres <= e + k * lap_m + 1e-6
-                    for b, e in places
-                    for k in (-1, 0, 1)
-                )
-                bodies.append(_Body(number, metres, length, lane, waits))
-    if not corners:
-        return [], ()
-    return bodies, shapely.polygons(np.concatenate(corners))
 
 
 def lies_above(layout: Layout, one: str, other: str) -> bool:
@@ -337,7 +178,7 @@ def lies_above(layout: Layout, one: str, other: str) -> bool:
     return one in heights and other in heights and abs(heights[one] - heights[other]) > _ABOVE_M
 
 
-def _follows(ways: Sequence[_Way], one: _Body, other: _Body) -> bool:
+def _follows(ways: Sequence[Way], one: Body, other: Body) -> bool:
     """Return whether one of two bodies comes behind the other on a way that both take, and close to it.
 
     Either on one way, with all of the first ahead of the second; or where both have just left one lane.
@@ -348,7 +189,7 @@ def _follows(ways: Sequence[_Way], one: _Body, other: _Body) -> bool:
         off_m = here[theirs.lane] if theirs.lane in here else -there[mine.lane]
         gain = other.at_m + off_m - one.at_m
         first, last = (other, one) if gain >= 0 else (one, other)
-        if abs(gain) - first.length_m < _NEAR_M and first.rear_lane in ways[last.way].window:
+        if abs(gain) - first.length_m < NEAR_M and first.rear_lane in ways[last.way].window:
             return True
     for lane, at_m in here.items():
         if at_m > 0.0 or there.get(lane, 1.0) > 0.0:
@@ -356,6 +197,6 @@ def _follows(ways: Sequence[_Way], one: _Body, other: _Body) -> bool:
         s, t = one.at_m - at_m, other.at_m - there[lane]
         length_m = one.length_m if s >= t else other.length_m
         just_left = max(s, t) - length_m <= mine.lengths[lane] + _JUST_LEFT_M
-        if just_left and abs(s - t) - length_m < _NEAR_M:
+        if just_left and abs(s - t) - length_m < NEAR_M:
             return True
     return False

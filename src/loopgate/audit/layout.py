@@ -82,13 +82,17 @@ class LoopWay:
 
 @dataclass(frozen=True, slots=True)
 class VehicleBody:
-    """A vehicle: its loop, its size [m], and where it starts: arc length of its front, its leg."""
+    """A vehicle: its loop, its size [m], and where it starts: arc length of its front, its leg.
+
+    One that is `jointed` bends where lanes meet.
+    """
 
     loop: str
     length_m: float
     width_m: float
     start_m: float
     leg: int
+    jointed: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -214,6 +218,7 @@ def _body(data: Mapping[str, Any]) -> VehicleBody:
         width_m=_number(data["width_m"]),
         start_m=_number(data["start_m"]),
         leg=_whole(data["leg"]),
+        jointed=data["jointed"] is True,
     )
 
 

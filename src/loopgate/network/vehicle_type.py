@@ -32,6 +32,19 @@ _WIDTH_M = {"bicycle": 0.65, "bus": 2.5, "coach": 2.6, "delivery": 2.16, "traile
 
 _CAR_WIDTH_M = 1.8
 
+_JOINTED_SHAPES = ("bus/flexible", "rail", "truck/semitrailer", "truck/trailer")
+_JOINTED_CLASSES = (
+    "cable_car",
+    "rail",
+    "rail_electric",
+    "rail_fast",
+    "rail_urban",
+    "subway",
+    "trailer",
+    "tram",
+)
+"""What SUMO draws in parts, each in a direction of its own."""
+
 
 _ABOVE_0 = math.ulp(0.0)
 _FIGURES: dict[str, tuple[float, float, str]] = {
@@ -89,6 +102,14 @@ class VehicleType:
             return float(self.attributes["width"])
         except (KeyError, ValueError):
             return _WIDTH_M.get(self.vclass, _CAR_WIDTH_M)
+
+    @property
+    def jointed(self) -> bool:
+        """Whether it bends where lanes meet, as a trailer does: SUMO's angle is its first part's then."""
+        if "locomotiveLength" in self.attributes:
+            return True
+        shape = self.attributes.get("guiShape")
+        return self.vclass in _JOINTED_CLASSES if shape is None else shape.startswith(_JOINTED_SHAPES)
 
 
 DEFAULT_TYPE = VehicleType()

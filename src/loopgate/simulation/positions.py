@@ -45,8 +45,9 @@ def make_layout(assembly: Assembly, step_s: float) -> Layout:
     loops: dict[str, LoopWay] = {}
     vehicles: dict[str, VehicleBody] = {}
     for start, itinerary, robot in zip(assembly.starts, abstraction.itineraries, system.robots, strict=True):
+        kind = start.type
         vehicles[start.vehicle] = VehicleBody(
-            start.loop.id, start.type.length_m, start.type.width_m, start.front_m, robot.start
+            start.loop.id, kind.length_m, kind.width_m, start.front_m, robot.start, kind.jointed
         )
         if start.loop.id not in loops:
             spans = tuple(_span(s) for s in start.loop.spans)

@@ -22,6 +22,8 @@ Points = tuple[tuple[float, float], ...]
 Way = list[tuple[str, Points]]
 
 BUS = VehicleType(id="bus", length_m=12.0)
+STIFF = VehicleType(id="stiff", length_m=16.5)
+TRAILER = VehicleType(id="trailer", length_m=16.5, vclass="trailer")
 
 
 def length(shape: Points) -> float:
@@ -163,6 +165,28 @@ def test_a_way_that_bends_back_over_its_own_stop_line_is_its_own_foe() -> None:
     leg = next(leg for leg in layout.itineraries["loop0"].legs if leg.state == "w_0")
     assert leg.end_m < layout.itineraries["loop0"].length_m
     assert waiting_parts(net, touches(net, ["w", "e", "b"]))["w_0"].end_m < 80.0
+
+
+def test_what_is_jointed_bends_at_the_corner_where_what_is_stiff_cuts_it() -> None:
+    """The other road ends 3 m inside the corner: only what is stiff sweeps over it."""
+    corner: Way = [
+        ("w", ((-100.0, 0.0), (0.0, 0.0))),
+        (":corner", ((0.0, 0.0), (0.0, 0.1))),
+        ("n", ((0.0, 0.1), (0.0, 100.0))),
+        (":home", ((0.0, 100.0), (-300.0, 100.0), (-300.0, 0.0), (-100.0, 0.0))),
+    ]
+    inside: Way = [
+        ("i", ((-90.0, 90.0), (-4.5, 4.5))),
+        (":back", ((-4.5, 4.5), (-90.0, 95.0), (-100.0, 95.0), (-90.0, 90.0))),
+    ]
+    net = network([corner, inside])
+    (round_corner, _), (on_the_other, _) = users(net, ["w", "n"], ["i"])
+    met = {}
+    for kind in (STIFF, TRAILER):
+        users_of_it = [(round_corner, kind), (on_the_other, DEFAULT_TYPE)]
+        found = find_touches(net, courses_of(net, users_of_it))
+        met[kind.id] = frozenset(("n_0", "i_0")) in lanes_of(found)
+    assert met == {"stiff": True, "trailer": False}
 
 
 def test_a_bridge_does_not_touch_the_road_below() -> None:

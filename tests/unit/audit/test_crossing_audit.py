@@ -6,12 +6,15 @@ import dataclasses
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 import pytest
 
 from loopgate.audit import Layout, PositionAudit, audit_positions, position_table, read_layout, write_layout
+from loopgate.audit.bodies import bends, overlapping
 from loopgate.audit.drawing import conflicts_by_loop, find_meetings, lies_above
 from loopgate.audit.layout import Leg, LoopWay, Span, VehicleBody
+from loopgate.audit.position_table import Positions
 from loopgate.errors import ResultsError
 from loopgate.results.columns import EVENT_COLUMNS
 
@@ -294,3 +297,50 @@ def test_wide_bodies_reach_farther() -> None:
     plan = dataclasses.replace(plan, vehicles={"b": bus, "c": car})
     on_c = conflicts_by_loop(plan, find_meetings(plan))["c"]
     assert min(c.begin_m for c in on_c) == pytest.approx(53.75, abs=0.5)
+
+
+def test_a_trailer_bends_where_lanes_meet() -> None:
+    """Its recorded angle is that of its first part; the rest lies on the lanes behind."""
+    plan = layout()
+    shapes = {**plan.shapes, "A_0": ((-5.0, -50.0), (-5.0, 0.0))}  # it comes from the south and turns right
+    trailer = VehicleBody("a", 16.5, 2.5, 20.0, 0, jointed=True)
+    plan = dataclasses.replace(plan, shapes=shapes, vehicles={"v1": trailer, "v2": plan.vehicles["v2"]})
+    one = np.zeros(1)
+    rows = Positions(
+        time_s=one,
+        vehicle=np.zeros(1, dtype=np.int64),
+        lane=np.zeros(1, dtype=np.int64),
+        lane_name=np.array([":J_0_0"], dtype=object),
+        pos_m=one + 9.0,
+        speed_mps=one,
+        odometer_m=one,
+        x_m=one + 4.0,
+        y_m=one,
+        angle_deg=one + 90.0,
+    )
+    found = bends(plan, ["v1", "v2"], rows, one + 59.0)
+    assert found[0] == pytest.approx(np.array([(4.0, 0.0), (-5.0, 0.0), (-5.0, -7.5)]))
+    stiff = dataclasses.replace(trailer, jointed=False)
+    assert bends(dataclasses.replace(plan, vehicles={"v1": stiff}), ["v1"], rows, one + 59.0) == {}
+
+
+@pytest.mark.parametrize(("at", "overlap"), [((-5.0, -6.0), True), ((-9.0, 0.0), False)])
+def test_each_part_of_a_trailer_is_a_body(at: tuple[float, float], overlap: bool) -> None:  # noqa: FBT001  cases
+    """One stands where its rear lies; another where a stiff one of its length would reach."""
+    two = np.zeros(2)
+    rows = Positions(
+        time_s=two,
+        vehicle=np.arange(2),
+        lane=np.zeros(2, dtype=np.int64),
+        lane_name=np.array([":J_0_0", "x"], dtype=object),
+        pos_m=two,
+        speed_mps=two,
+        odometer_m=two,
+        x_m=np.array([4.0, at[0]]),
+        y_m=np.array([0.0, at[1]]),
+        angle_deg=np.array([90.0, 0.0]),
+    )
+    parts = {0: np.array([(4.0, 0.0), (-5.0, 0.0), (-5.0, -7.5)])}
+    sizes = np.array([16.5, 2.0]), np.array([2.5, 1.5])
+    assert bool(len(overlapping(rows, *sizes, parts))) is overlap
+    assert len(overlapping(rows, *sizes, {})) == (0 if overlap else 1)

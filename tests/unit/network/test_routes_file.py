@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import gzip
 from pathlib import Path
+from xml.etree import ElementTree as ET
 
 import pytest
 from roads import roads
 
 from loopgate.errors import LoopgateError, NetworkError, RouteError
 from loopgate.network import RoadNetwork, VehicleType, make_loop, read_loops, read_sumo_config, write_loops
+from loopgate.network.vehicle_type import vehicle_type
 
 NET = roads(
     {"a": (100, 1), "b": (50, 1), "c": (100, 1)}, ["a_0>b_0", "b_0>a_0", "b_0>c_0", "c_0>a_0"], buses_only=[]
@@ -171,3 +173,20 @@ def test_a_configuration_without_files(tmp_path: Path) -> None:
     file.write_text('<configuration><net-file value="n"/></configuration>', encoding="utf-8")
     with pytest.raises(RouteError, match="names no route files"):
         read_loops(NET, file)
+
+
+@pytest.mark.parametrize(
+    ("attributes", "jointed"),
+    [
+        ({"vClass": "trailer"}, True),
+        ({"vClass": "trailer", "guiShape": "truck"}, False),
+        ({"guiShape": "truck/semitrailer"}, True),
+        ({"guiShape": "bus/flexible"}, True),
+        ({"vClass": "bus", "length": "18", "locomotiveLength": "9"}, True),
+        ({"vClass": "bus"}, False),
+        ({}, False),
+    ],
+)
+def test_which_vehicles_bend(attributes: dict[str, str], jointed: bool) -> None:  # noqa: FBT001  a case
+    """As SUMO draws them: by class, shape, or length of the first part."""
+    assert vehicle_type(ET.Element("vType", {"id": "t", **attributes}), "file").jointed is jointed

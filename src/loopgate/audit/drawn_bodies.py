@@ -1,0 +1,217 @@
+"""Each lane as part of the ways that lead over it, and the bodies on it, drawn from the lanes alone."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+import shapely
+
+from loopgate.audit.layout import Layout, LoopWay, Span
+
+__all__ = ["NEAR_M", "Body", "Way", "draw_bodies", "find_ways", "jumps"]
+
+_EVERY_M = 0.5
+"""How far apart the fronts are at which bodies are drawn [m]."""
+
+NEAR_M = 4.0
+"""One that is nearer than this behind another on one way follows it [m]."""
+
+_LOOK_BACK_M = 30.0
+"""How far behind and ahead of a body ways are compared [m]."""
+
+_ROUNDING_M = 1e-6
+
+_Floats = npt.NDArray[np.float64]
+
+
+@dataclass(slots=True)
+class Way:
+    """A lane as part of a way: where it and the lanes behind and ahead begin [m], and their lengths."""
+
+    lane: int
+    window: dict[int, float]
+    lengths: dict[int, float]
+    points: npt.NDArray[np.float64]
+    arcs: npt.NDArray[np.float64]
+    length_m: float
+    first_m: float
+    last_m: float
+    """Where on it vehicles are, that change to the lane beside it or come from there."""
+    loops: dict[str, float] = field(default_factory=dict)
+    sizes: dict[tuple[float, bool], float] = field(default_factory=dict)
+    """Widths of the vehicles by length and whether they are jointed."""
+
+    @property
+    def behind(self) -> list[tuple[float, int]]:
+        """Its own lane and those behind it, with where they begin, the farthest first [m]."""
+        return sorted((metres, lane) for lane, metres in self.window.items() if metres <= 0.0)
+
+
+class Body(NamedTuple):
+    """A body: its way, its front on it, its length [m], the lane of its rear, whether it lies in a place."""
+
+    way: int
+    at_m: float
+    length_m: float
+    rear_lane: int
+    waits: bool
+
+
+def find_ways(layout: Layout, numbers: dict[str, int]) -> list[Way]:
+    """Return each lane once for each different way over it."""
+    sizes: dict[str, dict[tuple[float, bool], float]] = {name: {} for name in layout.loops}
+    for body in layout.vehicles.values():
+        widths, size = sizes[body.loop], (body.length_m, body.jointed)
+        widths[size] = max(body.width_m, widths.get(size, 0.0))
+    longest = max((body.length_m for body in layout.vehicles.values()), default=0.0)
+    found: dict[tuple[tuple[int, float], ...], Way] = {}
+    for name, loop in layout.loops.items():
+        lanes = [
+            (lane, span.begin_m, span.end_m - span.begin_m) for span in loop.spans for lane in span.driven
+        ]
+        driven = [
+            part for k, span in enumerate(loop.spans) for part in _driven(loop, span, loop.spans[k - 1])
+        ]
+        lengths = {numbers.setdefault(lane, len(numbers)): length_m for lane, _, length_m in lanes}
+        for k, (lane, begin_m, length_m) in enumerate(lanes):
+            if lane not in layout.shapes:
+                continue
+            window = {numbers[lane]: 0.0}
+            for other, ahead_m in _window(loop, lanes, k, longest + _LOOK_BACK_M, numbers):
+                window.setdefault(
+                    other, ahead_m
+                )  # a lane may lie behind and ahead, where vehicles turn round
+            key = ((numbers[lane], driven[k][0]), (numbers[lane], driven[k][1]), *sorted(window.items()))
+            way = found.get(key)
+            if way is None:
+                points, arcs = _path(layout, lanes, k, longest)
+                way = found[key] = Way(numbers[lane], window, lengths, points, arcs, length_m, *driven[k])
+            way.loops.setdefault(name, begin_m)
+            for size, width in sizes[name].items():
+                way.sizes[size] = max(width, way.sizes.get(size, 0.0))
+    return list(found.values())
+
+
+def _driven(loop: LoopWay, span: Span, before: Span) -> list[tuple[float, float]]:
+    """Return where vehicles are on each lane of a span that they drive on [m]: all along, unless they change.
+
+    They change between the place before and the one behind, if these lie on the span. Without lanes inside
+    junctions they jump from lane to lane: nothing can be drawn until they are on the second.
+    """
+    length_m = span.end_m - span.begin_m
+    begin_m = _ROUNDING_M if jumps(before, span) else 0.0
+    if not span.entered:
+        return [(begin_m, length_m)]
+    places = [((leg.begin_m - span.begin_m) % loop.length_m, leg.end_m - leg.begin_m) for leg in loop.legs]
+    inside = sorted(place for place in places if place[0] < length_m)
+    first = [at + size for at, size in inside if at < NEAR_M]
+    last = [at for at, _ in inside if at >= NEAR_M]
+    return [(begin_m, min(last, default=length_m)), (max(first, default=_ROUNDING_M), length_m)]
+
+
+def jumps(before: Span, span: Span) -> bool:
+    """Return whether vehicles get from one lane to another with no lane inside a junction between."""
+    return not before.internal and not span.internal
+
+
+_Lanes = Sequence[tuple[str, float, float]]
+
+
+def _window(
+    loop: LoopWay, lanes: _Lanes, k: int, reach_m: float, numbers: Mapping[str, int]
+) -> Iterator[tuple[int, float]]:
+    """Yield the lanes within reach of the `k`-th with how far ahead of its beginning each begins [m]."""
+    begin_m, length_m = lanes[k][1], lanes[k][2]
+    for step in (-1, 1):
+        on_road = False  # what lies behind is told up to the lane from which a junction was entered
+        for far in range(1, len(lanes)):
+            lane, at, length = lanes[(k + step * far) % len(lanes)]
+            ahead = (at - begin_m) % loop.length_m
+            ahead = ahead - loop.length_m if step < 0 else ahead
+            if (step < 0 and ahead + length < -reach_m and on_road) or ahead > length_m + reach_m:
+                break
+            on_road |= not lane.startswith(":")
+            yield numbers[lane], round(ahead, 3)
+
+
+def _path(
+    layout: Layout, lanes: _Lanes, k: int, reach_m: float
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """Return the drawn way up to the end of the `k`-th lane, with metres from its beginning."""
+    parts, at_m = [], lanes[k][2]
+    for far in range(len(lanes)):
+        lane, _, length = lanes[k - far]
+        shape = layout.shapes.get(lane)
+        if shape is None:
+            break
+        points = np.asarray(shape, dtype=np.float64)
+        steps = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))))
+        drawn = steps[-1] if steps[-1] > 0 else 1.0
+        parts.append((points, at_m - length + steps * (length / drawn)))
+        at_m -= length
+        if at_m < -reach_m:
+            break
+    return np.concatenate([p for p, _ in reversed(parts)]), np.concatenate([a for _, a in reversed(parts)])
+
+
+def draw_bodies(layout: Layout, ways: Sequence[Way]) -> tuple[list[Body], Any]:
+    """Return bodies, or parts of them, and their rectangles."""
+    bodies: list[Body] = []
+    corners: list[npt.NDArray[np.float64]] = []
+    for number, way in enumerate(ways):
+        for (length_m, jointed), width_m in way.sizes.items():
+            at = np.linspace(0.0, way.length_m, max(2, int(np.ceil(way.length_m / _EVERY_M)) + 1))
+            at = at[(at >= min(way.first_m, way.length_m)) & (at <= way.last_m)]
+            at = at[at >= length_m] if way.first_m > 0.0 else at
+            described = _described(layout, number, way, at, length_m)
+            joints = [metres for metres, _ in reversed(way.behind)] if jointed else [-np.inf]
+            ahead_m = at
+            for joint_m in joints:
+                rear_m = np.maximum(at - length_m, joint_m)
+                known, shapes = _rectangles(way, ahead_m, rear_m, length_m, width_m, jointed=jointed)
+                corners.append(shapes)
+                bodies += [described[k] for k in np.flatnonzero(known)]
+                ahead_m = rear_m
+    if not bodies:
+        return [], ()
+    return bodies, shapely.polygons(np.concatenate(corners))
+
+
+def _rectangles(
+    way: Way, front_m: _Floats, rear_m: _Floats, length_m: float, width_m: float, *, jointed: bool
+) -> tuple[npt.NDArray[np.bool_], _Floats]:
+    """Return which rectangles there are from front to rear, and their corners, shape (n, 4, 2) [m].
+
+    Where the way behind is not known it is taken to be straight; the part of what is jointed ends there.
+    """
+    front = np.column_stack([np.interp(front_m, way.arcs, way.points[:, c]) for c in (0, 1)])
+    back_m = np.maximum(rear_m, way.arcs[0])
+    rear = np.column_stack([np.interp(back_m, way.arcs, way.points[:, c]) for c in (0, 1)])
+    ahead = front - rear
+    norm = np.hypot(ahead[:, 0], ahead[:, 1])
+    known = (norm > _ROUNDING_M) & (front_m > rear_m)  # else there is no direction
+    ahead = ahead[known] / norm[known][:, None]
+    side = np.column_stack((-ahead[:, 1], ahead[:, 0])) * (width_m / 2)
+    tail = rear[known] if jointed else front[known] - ahead * length_m
+    return known, np.stack((front[known] + side, front[known] - side, tail - side, tail + side), axis=1)
+
+
+def _described(layout: Layout, number: int, way: Way, at_m: _Floats, length_m: float) -> list[Body]:
+    loop, begin_m = next(iter(way.loops.items()))
+    places = [(leg.begin_m - begin_m, leg.end_m - begin_m) for leg in layout.loops[loop].legs]
+    lap_m = layout.loops[loop].length_m
+    found = []
+    for front_m in at_m.tolist():
+        rear_m = front_m - length_m + _ROUNDING_M
+        lane = next((lane for metres, lane in reversed(way.behind) if metres <= rear_m), -1)
+        waits = any(
+            b + k * lap_m <= rear_m and front_m <= e + k * lap_m + _ROUNDING_M
+            for b, e in places
+            for k in (-1, 0, 1)
+        )
+        found.append(Body(number, front_m, length_m, way.lane if rear_m >= 0.0 else lane, waits))
+    return found
