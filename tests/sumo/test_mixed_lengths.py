@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
+from long_vehicles import loops_for_all, write_mixed_fleet
 
 from loopgate.errors import TooManyVehiclesError
 from loopgate.network import RoadNetwork, generate_loops
@@ -75,3 +76,11 @@ def test_the_number_that_can_start_starts_and_moves_and_one_more_is_refused(tmp_
     one_more = Scenario(network=GRID, routes=routes(tmp_path / "more.rou.xml", most + 1), duration_s=300.0)
     with pytest.raises(TooManyVehiclesError, match=f"the first {most} can start"):
         run(one_more)
+
+
+def test_trailers_and_buses_among_cars_never_touch(tmp_path: Path) -> None:
+    """Twenty-four vehicles of 5, 12 and 16.5 m: the audit of positions is clean."""
+    routes = write_mixed_fleet(loops_for_all(GRID, 8, seed=3), 24, 3, tmp_path / "r.rou.xml")
+    summary = run(Scenario(network=GRID, routes=str(routes), duration_s=200.0, positions=True))
+    assert (summary["collisions"], summary["trespasses"], summary["overruns"]) == (0, 0, 0)
+    assert summary["audit"] == "clean"

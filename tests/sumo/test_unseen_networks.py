@@ -23,6 +23,7 @@ MADE = {
     "spider-two-lanes": "--spider --spider.arm-number=6 --spider.circle-number=3 -L 2",
     "random": "--rand --rand.iterations=60 --seed=4",
     "random-three-lanes": "--rand --rand.iterations=60 --seed=9 -L 3 --rand.random-lanenumber",
+    "random-lights-left-hand": "--rand --rand.iterations=60 --seed=12 -L 2 -j traffic_light --lefthand",
     "random-all-way-stop": "--rand --rand.iterations=80 --seed=3 -j allway_stop",
     "two-lanes-lights": f"{GRID} -L 2 -j traffic_light",
     "turn-lanes": f"{GRID} -L 2 --turn-lanes 1 --turn-lanes.length 40",
@@ -51,7 +52,7 @@ def test_it_simply_works(name: str, tmp_path: Path) -> None:
     drive(netgenerate(MADE[name], tmp_path / f"{name}.net.xml"), tmp_path / "run")
 
 
-@pytest.mark.parametrize(("lanes", "options"), [(1, ""), (2, ""), (2, "--lefthand")])
+@pytest.mark.parametrize(("lanes", "options"), [(1, ""), (2, ""), (2, "--lefthand"), (3, "")])
 def test_roundabouts_work(lanes: int, options: str, tmp_path: Path) -> None:
     """Nine of them; the rings hold nobody who waits, or few."""
     drive(roundabouts(tmp_path / "r.net.xml", lanes=lanes, options=options), tmp_path / "run", vehicles=50)
