@@ -175,7 +175,8 @@ def test_what_is_printed_to_a_full_disk(words: tuple[str, ...]) -> None:
         )
     assert done.returncode == 2
     assert "no space left on device" in done.stderr
-    assert len(done.stderr.splitlines()) == 1, done.stderr
+    said = [line for line in done.stderr.splitlines() if not line.startswith("systems: ")]
+    assert len(said) == 1, done.stderr  # besides progress, which a slow machine shows
 
 
 def test_no_display_is_said_at_once(tmp_path: Path) -> None:

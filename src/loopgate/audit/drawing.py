@@ -43,13 +43,14 @@ class DrawnConflict:
     """A stretch of a loop on which bodies can touch those on another lane.
 
     The front can touch from `begin_m` on, the rear up to `end_m`: arc lengths [m]. Named are the lanes of the
-    two fronts.
+    two fronts, and which of the zones it is in which bodies on these touch: two lanes can meet at both ends.
     """
 
     movement: str
     foe: str
     begin_m: float
     end_m: float
+    zone: int = 0
 
 
 class Side(NamedTuple):
@@ -147,15 +148,27 @@ def conflicts_by_loop(layout: Layout, drawn: Drawn) -> dict[str, list[DrawnConfl
     Longer ones swing out farther, each in its own way: whether they touch, their rectangles tell.
     """
     found: dict[str, set[DrawnConflict]] = {name: set() for name in layout.loops}
+    zones: dict[tuple[str, str], list[tuple[Side, Side]]] = {}
     for meeting in drawn:
         if not (meeting.one.shortest and meeting.other.shortest):
             continue
+        one, other = sorted(meeting[:2], key=lambda side: side.lane)
+        known = zones.setdefault((one.lane, other.lane), [])
+        zone = next((k for k, (a, b) in enumerate(known) if _meet(a, one) and _meet(b, other)), len(known))
+        if zone == len(known):
+            known.append((one, other))
         sides = (meeting.one, meeting.other), (meeting.other, meeting.one)
         for (mine, foe), loops in zip(sides, meeting.loops, strict=True):
             for loop, off_m in loops.items():
                 begin, end = mine.begin_m + off_m, mine.end_m + off_m
-                found[loop].add(DrawnConflict(mine.lane, foe.lane, begin, end))
+                found[loop].add(DrawnConflict(mine.lane, foe.lane, begin, end, zone))
     return {name: sorted(some, key=lambda c: (c.begin_m, c.end_m, c.foe)) for name, some in found.items()}
+
+
+def _meet(one: Side, other: Side) -> bool:
+    """Return whether fronts on one lane touch others on the same stretch of it."""
+    first, last = (one, other) if one.begin_m <= other.begin_m else (other, one)
+    return last.begin_m - (first.begin_m + first.fronts_m) <= _APART_M
 
 
 def _side(way: Way, names: Sequence[str], zone: Sequence[tuple[Body, Body]], which: int) -> Side:

@@ -32,11 +32,14 @@ class Group:
         The state; or the two movements, of which only one may have bodies on the stretch.
     room
         How many bodies a place holds; 0 for the other kinds.
+    zone
+        Number of the zone of those in which two lanes meet, as drawn.
     """
 
     kind: str
     names: tuple[str, ...]
     room: int = 0
+    zone: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,8 +121,8 @@ def _crossings(loop: LoopWay) -> Iterator[_Row]:
 
 def _drawn(conflicts: list[DrawnConflict]) -> Iterator[_Row]:
     for c in conflicts:
-        yield _pair("drawn", c.movement, c.foe), int(c.movement > c.foe), c.begin_m, c.end_m
+        yield _pair("drawn", c.movement, c.foe, c.zone), int(c.movement > c.foe), c.begin_m, c.end_m
 
 
-def _pair(kind: str, one: str, other: str) -> Group:
-    return Group(kind, (min(one, other), max(one, other)))
+def _pair(kind: str, one: str, other: str, zone: int = 0) -> Group:
+    return Group(kind, (min(one, other), max(one, other)), zone=zone)

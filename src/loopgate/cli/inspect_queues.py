@@ -40,6 +40,11 @@ class _Seen:
     placed: Abstraction | None
     problem: ScenarioError | None
 
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What the user should know of the loops, and of what else the file says."""
+        return (*self.file.left_out, *(self.placed.warnings if self.placed else ()))
+
 
 def look_at_queues(roads: RoadNetwork, file: RoutesFile, wanted: Wanted) -> ScenarioError | None:
     """Show and write what is wanted; return what does not work, if anything.
@@ -190,7 +195,7 @@ def _data(seen: _Seen) -> dict[str, Any]:
         "coverage_edges": round(seen.coverage.of_edges, 6),
         "coverage_lane_km": round(seen.coverage.of_lane_km, 6),
         "starts_m": [round(front, 2) for front in seen.placed.starts_m] if seen.placed else None,
-        "warnings": seen.placed.warnings if seen.placed else [],
+        "warnings": seen.warnings,
     }
 
 
@@ -316,5 +321,5 @@ def _print_room(out: Console, seen: _Seen) -> None:
         f"coverage: loops reach {seen.coverage.of_edges:.0%} of the network's edges, "
         f"{seen.coverage.of_lane_km:.0%} of its lane-km"
     )
-    for warning in seen.placed.warnings if seen.placed else ():
+    for warning in seen.warnings:
         out.print(f"warning: {warning}", style="yellow", markup=False)

@@ -31,6 +31,7 @@ class _Seen:
     placed: Abstraction | None
     problem: ScenarioError | None
     coverage: Coverage
+    warnings: tuple[str, ...]
 
 
 def look_at_segments(
@@ -74,13 +75,14 @@ def _look(roads: RoadNetwork, file: RoutesFile, wanted: Wanted, rho_m: float, pi
     names, loops, starts_m = file.robots()
     layout = lay_out_segments(loops, rho_m=rho_m, vehicle_length_m=length, min_gap_m=gap, piece_m=piece_m)
     coverage = measure_coverage(roads, loops)
+    warnings = (*file.left_out, *layout.warnings)
     try:
         placed = place_vehicles(
             layout, vehicle_length_m=length, seed=wanted.seed, names=names, starts_m=starts_m
         )
     except ScenarioError as error:
-        return _Seen(layout, loops, None, error, coverage)
-    return _Seen(layout, loops, placed, None, coverage)
+        return _Seen(layout, loops, None, error, coverage, warnings)
+    return _Seen(layout, loops, placed, None, coverage, warnings)
 
 
 def _data(seen: _Seen, found: Survey) -> dict[str, Any]:
@@ -118,7 +120,7 @@ def _data(seen: _Seen, found: Survey) -> dict[str, Any]:
         "coverage_edges": round(seen.coverage.of_edges, 6),
         "coverage_lane_km": round(seen.coverage.of_lane_km, 6),
         "starts_m": [round(front, 2) for front in seen.placed.starts_m] if seen.placed else None,
-        "warnings": seen.layout.warnings,
+        "warnings": seen.warnings,
     }
 
 
@@ -157,5 +159,5 @@ def _print(seen: _Seen, found: Survey, most: int | None) -> None:
         f"loops reach {seen.coverage.of_edges:.0%} of the network's edges, "
         f"{seen.coverage.of_lane_km:.0%} of its lane-km"
     )
-    for warning in seen.layout.warnings:
+    for warning in seen.warnings:
         out.print(f"warning: {warning}", style="yellow", markup=False)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from xml.etree import ElementTree as ET
@@ -10,6 +10,7 @@ from xml.sax.saxutils import quoteattr
 
 from loopgate.errors import RouteError
 from loopgate.network.lanes import make_loop
+from loopgate.network.left_out import left_out
 from loopgate.network.loop import Loop
 from loopgate.network.road import RoadNetwork
 from loopgate.network.sumo_config import is_sumo_config, read_sumo_config
@@ -60,12 +61,17 @@ class RoutesFile:
         Vehicles and flows on them, in the file's order; possibly none.
     types
         The vehicle types the file defines, by id.
+    left_out, left_out_of_routes
+        What the file says that is not taken over, a line for each kind of thing; and without what it says of
+        its vehicles, for those who put others on its loops.
     """
 
     file: Path
     loops: tuple[Loop, ...]
     vehicles: tuple[LoopVehicle, ...]
     types: dict[str, VehicleType]
+    left_out: tuple[str, ...] = ()
+    left_out_of_routes: tuple[str, ...] = ()
 
     def longest_vehicle(self) -> tuple[float, float]:
         """Return length and minimum gap [m], the largest of the file's vehicles; SUMO's if it has none."""
@@ -164,7 +170,14 @@ def read_loops(network: RoadNetwork, file: Path | str) -> RoutesFile:
         LoopVehicle(v.id, v.loop, v.type, _depart(f"{path}: vehicle {v.id}", by_id[v.loop], *departs))
         for v, departs in zip(found.vehicles, found.departs, strict=True)
     )
-    return RoutesFile(path, tuple(loops), vehicles, found.types)
+    return RoutesFile(
+        path,
+        tuple(loops),
+        vehicles,
+        found.types,
+        left_out=left_out(tops, fleet=True),
+        left_out_of_routes=left_out(tops, fleet=False),
+    )
 
 
 def _depart(what: str, loop: Loop, edge_number: str, position: str) -> float | None:
@@ -194,7 +207,7 @@ def _collect_vehicles(source: Path, top: ET.Element, found: _Found) -> None:
             continue
         name = element.get("id", "")
         what = f"{source}: {element.tag} {name}"
-        kind = found.types.get(element.get("type", ""), found.types.get(DEFAULT_TYPE.id, DEFAULT_TYPE))
+        kind = _kind(what, element.get("type", DEFAULT_TYPE.id), found.types)
         inner = element.find("route")
         on = element.get("route", "") if inner is None else name
         if inner is not None:
@@ -211,6 +224,15 @@ def _collect_vehicles(source: Path, top: ET.Element, found: _Found) -> None:
         found.vehicles.append(LoopVehicle(name, on, kind))
         found.departs.append((element.get("departEdge", ""), element.get("departPos", "")))
         found.users.setdefault(on, kind)
+
+
+def _kind(what: str, name: str, types: Mapping[str, VehicleType]) -> VehicleType:
+    """Return the type of this name; what a file says of SUMO's own default type holds."""
+    if name in types or name == DEFAULT_TYPE.id:
+        return types.get(name, DEFAULT_TYPE)
+    known = f"; it defines {', '.join(list(types)[:5])}" if types else ""
+    msg = f"{what}: its type {shown(name)} is no <vType> of the file{known}"
+    raise RouteError(msg)
 
 
 def _round(edges: Sequence[str]) -> tuple[str, ...]:

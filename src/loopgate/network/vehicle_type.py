@@ -85,8 +85,8 @@ class VehicleType:
         Length of the vehicle, and the gap it leaves to the one before it when standing.
     vclass
         SUMO's vehicle class.
-    attributes
-        All that the file says about the type, as SUMO writes it.
+    attributes, parameters
+        All that the file says about the type, as SUMO writes it, and its ``<param>`` elements by key.
     """
 
     id: str = "DEFAULT_VEHTYPE"
@@ -94,6 +94,7 @@ class VehicleType:
     min_gap_m: float = 2.5
     vclass: str = "passenger"
     attributes: Mapping[str, str] = field(default_factory=dict, hash=False)
+    parameters: Mapping[str, str] = field(default_factory=dict, hash=False)
 
     @property
     def width_m(self) -> float:
@@ -126,7 +127,12 @@ def vehicle_type(element: ET.Element, source: str) -> VehicleType:
     """
     name = element.get("id", "")
     figures: dict[str, float] = {}
-    for attribute, text in element.attrib.items():
+    attributes = dict(element.attrib)
+    for part in element:  # the older way to write a model of car following
+        model = part.tag.removeprefix("carFollowing-")
+        if model != part.tag:
+            attributes |= {"carFollowModel": model, **part.attrib}
+    for attribute, text in attributes.items():
         if attribute in _FIGURES:
             figures[attribute] = _figure(f"{source}: vType {name}: {attribute}", text, *_FIGURES[attribute])
         elif attribute.startswith(_SETTINGS) and not math.isfinite(_number(text, default=0.0)):
@@ -138,7 +144,8 @@ def vehicle_type(element: ET.Element, source: str) -> VehicleType:
         length_m=figures.get("length", _LENGTH_M.get(vclass, DEFAULT_TYPE.length_m)),
         min_gap_m=figures.get("minGap", DEFAULT_TYPE.min_gap_m),
         vclass=vclass,
-        attributes=dict(element.attrib),
+        attributes=attributes,
+        parameters={one.get("key", ""): one.get("value", "") for one in element.findall("param")},
     )
 
 

@@ -13,6 +13,15 @@ from loopgate.reading import refusing, shown
 
 __all__ = ["check_root", "open_xml", "read_xml"]
 
+_WAYS_OUT = {
+    "osm": "make a network of OpenStreetMap's data first: netconvert --osm-files FILE -o NAME.net.xml",
+    "routes": "this one holds routes: give the network as NETWORK and this file as --routes",
+    "net": "this one is a network: it goes first, as NETWORK; 'loopgate loops NETWORK -o FILE' makes routes",
+    "additional": "this one holds additional elements, such as stops: name it in a .sumocfg",
+    "configuration": "this one is a configuration: its name should end in .sumocfg",
+}
+"""What to do with files that are often taken for others, by their root element."""
+
 _GZIP_MAGIC = b"\x1f\x8b"
 
 
@@ -50,7 +59,8 @@ def check_root(file: Path, *, root: str, what: str, error: type[LoopgateError]) 
         with open_xml(file) as stream:
             _, first = next(iter(ET.iterparse(stream, events=("start",))))  # noqa: S314  as above
         if first.tag != root:
-            msg = f"{file}: the root element is <{shown(first.tag)[1:-1]}>; a SUMO {what} has <{root}>"
+            hint = f"; {_WAYS_OUT[first.tag]}" if first.tag in _WAYS_OUT else ""
+            msg = f"{file}: the root element is <{shown(first.tag)[1:-1]}>; a SUMO {what} has <{root}>{hint}"
             raise error(msg)
 
 

@@ -140,12 +140,13 @@ def _vehicles(scenario: Scenario, network: RoadNetwork) -> tuple[list[_Vehicle],
     file = read_loops(network, scenario.routes or scenario.network)
     if file.vehicles and not scenario.vehicles:
         by_name = {loop.id: loop for loop in file.loops}
-        return [_Vehicle(v.id, by_name[v.loop], v.type, v.depart_m) for v in file.vehicles], ()
+        mine = [_Vehicle(v.id, by_name[v.loop], v.type, v.depart_m) for v in file.vehicles]
+        return mine, file.left_out
     kinds: dict[str, VehicleType] = {}
     for vehicle in file.vehicles:
         kinds.setdefault(vehicle.loop, vehicle.type)
     default = next(iter(file.types.values()), DEFAULT_TYPE)
-    return _round_robin(file.loops, kinds, default, scenario.vehicles), ()
+    return _round_robin(file.loops, kinds, default, scenario.vehicles), file.left_out_of_routes
 
 
 def _round_robin(

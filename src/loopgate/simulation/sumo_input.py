@@ -65,7 +65,9 @@ def write_sumo_input(starts: Sequence[Start], folder: Path, *, beside: Sequence[
         key = (start.loop.id, start.type.id)
         if key not in kinds:
             kinds[key] = f"{start.type.id}@{start.loop.id}"
-            ET.SubElement(top, "vType", {**start.type.attributes, "id": kinds[key]})
+            kind = ET.SubElement(top, "vType", {**start.type.attributes, "id": kinds[key]})
+            for name, value in start.type.parameters.items():
+                ET.SubElement(kind, "param", key=name, value=value)
     for loop in loops.values():
         here = pivot(loop)
         once = loop.edges[here:] + loop.edges[:here]

@@ -82,3 +82,17 @@ def test_buses_have_roads_of_their_own(bs3d: RoadNetwork) -> None:
     """Permissions are kept by class."""
     closed = [edge for edge in bs3d.edges.values() if not edge.allows("passenger")]
     assert any(edge.allows("bus") or edge.allows("pedestrian") for edge in closed)
+
+
+@pytest.mark.parametrize(
+    ("root", "way_out"),
+    [("osm", "netconvert --osm-files"), ("routes", "give the network as NETWORK and this file as --routes")],
+)
+def test_a_file_taken_for_a_network_is_refused_with_the_way_out(
+    root: str, way_out: str, tmp_path: Path
+) -> None:
+    """Raw map data, and routes in place of the network they lie on."""
+    file = tmp_path / "city.xml"
+    file.write_text(f"<{root}/>", encoding="utf-8")
+    with pytest.raises(NetworkError, match=way_out):
+        RoadNetwork.open(str(file))

@@ -190,3 +190,61 @@ def test_a_configuration_without_files(tmp_path: Path) -> None:
 def test_which_vehicles_bend(attributes: dict[str, str], jointed: bool) -> None:  # noqa: FBT001  a case
     """As SUMO draws them: by class, shape, or length of the first part."""
     assert vehicle_type(ET.Element("vType", {"id": "t", **attributes}), "file").jointed is jointed
+
+
+OWN = """<routes>
+    <vType id="car" color="red"><param key="has.rerouting.device" value="true"/></vType>
+    <route id="r" edges="{edges}" repeat="5" cycleTime="60"><stop lane="A0B0_0" duration="20"/></route>
+    <vehicle id="a" type="car" route="r" depart="30" departPos="12" color="blue">
+        <stop busStop="there" duration="20"/><stop busStop="here" duration="20"/>
+    </vehicle>
+    <vehicle id="b" type="car" route="r" depart="0" departPos="random" departSpeed="max"/>
+    <flow id="f" type="car" route="r" begin="0" end="3600" number="5"/>
+    <person id="p" depart="0"><walk edges="A0B0"/></person>
+</routes>"""
+
+
+def test_what_is_left_out_is_said_once_for_each_kind(tmp_path: Path) -> None:
+    """With how often, where first, and what happens instead; what is done anyway needs no words."""
+    file = tmp_path / "own.rou.xml"
+    file.write_text(OWN.format(edges="a b c"), encoding="utf-8")
+    read = read_loops(NET, file)
+    said = {line.removeprefix(f"{file}: ") for line in read.left_out}
+    assert said == {
+        "repeat of <route> is left out (once, in route r): every loop is driven round and round",
+        "cycleTime of <route> is left out (once, in route r): every loop is driven round and round",
+        "<stop> is left out (3 times, first in route r): nobody stops on the way",
+        "depart of <vehicle> is left out (once, in vehicle a): all vehicles start at once",
+        "color of <vehicle> is left out (once, in vehicle a)",
+        "departPos of <vehicle> is left out (once, in vehicle b): the front stands where its place has room",
+        "departSpeed of <vehicle> is left out (once, in vehicle b): vehicles start from rest",
+        "end of <flow> is left out (once, in flow f): a flow is one vehicle",
+        "number of <flow> is left out (once, in flow f): a flow is one vehicle",
+        "<person> is left out (once, in p): only vehicles on closed routes drive",
+    }
+    assert [line.partition(" is left out")[0] for line in read.left_out_of_routes] == [
+        f"{file}: repeat of <route>",
+        f"{file}: cycleTime of <route>",
+        f"{file}: <stop>",
+    ]
+    assert read.types["car"].parameters == {"has.rerouting.device": "true"}
+
+
+def test_a_type_that_is_not_in_the_file_is_refused(tmp_path: Path) -> None:
+    """It was an ordinary car before, whatever was meant."""
+    file = tmp_path / "own.rou.xml"
+    file.write_text(
+        '<routes><vType id="car"/><route id="r" edges="a b c"/>'
+        '<vehicle id="a" type="bus" route="r" depart="0"/></routes>',
+        encoding="utf-8",
+    )
+    with pytest.raises(
+        RouteError, match=r"vehicle a: its type 'bus' is no <vType> of the file; it defines car"
+    ):
+        read_loops(NET, file)
+
+
+def test_the_older_way_to_write_a_model_of_car_following_counts() -> None:
+    """SUMO takes it, so its figures are looked at as those of attributes."""
+    kind = ET.fromstring('<vType id="t"><carFollowing-IDM tau="0.4"/></vType>')
+    assert vehicle_type(kind, "file").attributes == {"id": "t", "carFollowModel": "IDM", "tau": "0.4"}

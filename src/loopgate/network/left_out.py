@@ -1,0 +1,95 @@
+"""What a route file says that loops and their vehicles do not take over: one line for each kind of thing."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from xml.etree import ElementTree as ET
+
+__all__ = ["left_out"]
+
+_TAKEN = {
+    "routes": set[str](),
+    "route": {"id", "edges"},
+    "routeDistribution": {"id"},
+    "vTypeDistribution": {"id", "vTypes", "probabilities"},
+    "vehicle": {"id", "type", "route", "departEdge"},
+    "flow": {"id", "type", "route", "departEdge"},
+}
+"""Elements, and their attributes, that are read; those of types are passed on as they are."""
+
+_FLEET = ("vehicle", "flow")
+
+_AS_IT_IS = {"depart": 0.0, "begin": 0.0, "departSpeed": 0.0, "number": 1.0}
+"""Attributes with a value that describes what is done anyway."""
+
+_MEANS = {
+    "stop": "nobody stops on the way",
+    "depart": "all vehicles start at once",
+    "begin": "all vehicles start at once",
+    "departPos": "the front stands where its place has room",
+    "departLane": "a vehicle starts on the lane that its loop needs there",
+    "departSpeed": "vehicles start from rest",
+    "repeat": "every loop is driven round and round",
+    "cycleTime": "every loop is driven round and round",
+    "person": "only vehicles on closed routes drive",
+    "personFlow": "only vehicles on closed routes drive",
+    "include": "name that file itself",
+    "container": "only vehicles on closed routes drive",
+    "containerFlow": "only vehicles on closed routes drive",
+    **dict.fromkeys(
+        ("number", "end", "period", "vehsPerHour", "perHour", "probability"), "a flow is one vehicle"
+    ),
+}
+
+
+def left_out(files: Sequence[tuple[Path, ET.Element]], *, fleet: bool) -> tuple[str, ...]:
+    """Return what of route files is not taken over, a line for each kind of thing.
+
+    Parameters
+    ----------
+    files
+        Files with their topmost elements.
+    fleet
+        Whether the file's own vehicles drive; else only what concerns routes is listed.
+    """
+    lines = []
+    for source, top in files:
+        found: Counter[tuple[str, str]] = Counter()
+        first: dict[tuple[str, str], str] = {}
+        for what, owner in _untaken(top, fleet=fleet):
+            found[what] += 1
+            first.setdefault(what, owner)
+        for (name, shown), count in found.items():
+            means = f": {_MEANS[name]}" if name in _MEANS else ""
+            times = f"{count} times, first" if count > 1 else "once,"
+            where = f" ({times} in {first[name, shown]})" if first[name, shown] else ""
+            lines.append(f"{source}: {shown} is left out{where}{means}")
+    return tuple(lines)
+
+
+def _untaken(element: ET.Element, *, fleet: bool) -> Iterator[tuple[tuple[str, str], str]]:
+    """Yield what is left out of an element: its name, how it is shown, and the element that has it."""
+    taken = _TAKEN[element.tag]
+    owner = f"{element.tag} {element.get('id', '')}".strip()
+    for name, value in element.attrib.items():
+        if name in taken or name.startswith(("xmlns", "{")) or _is_done_anyway(name, value):
+            continue
+        yield (name, f"{name} of <{element.tag}>"), owner
+    for child in element:
+        if child.tag == "vType" or not isinstance(child.tag, str):
+            continue
+        if child.tag not in _TAKEN:
+            if fleet or element.tag != "routes":
+                yield (child.tag, f"<{child.tag}>"), owner if element.tag != "routes" else child.get("id", "")
+        elif fleet or child.tag not in _FLEET:
+            yield from _untaken(child, fleet=fleet)
+
+
+def _is_done_anyway(name: str, value: str) -> bool:
+    try:
+        number = float(value)
+    except ValueError:
+        return False
+    return name == "departPos" or _AS_IT_IS.get(name) == number
