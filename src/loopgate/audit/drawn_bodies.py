@@ -12,7 +12,7 @@ import shapely
 
 from loopgate.audit.layout import Layout, LoopWay, Span
 
-__all__ = ["NEAR_M", "Body", "Way", "draw_bodies", "find_ways", "jumps"]
+__all__ = ["NEAR_M", "Body", "Way", "draw_bodies", "driven", "find_ways", "jumps"]
 
 _EVERY_M = 0.5
 """How far apart the fronts are at which bodies are drawn [m]."""
@@ -73,9 +73,7 @@ def find_ways(layout: Layout, numbers: dict[str, int]) -> list[Way]:
         lanes = [
             (lane, span.begin_m, span.end_m - span.begin_m) for span in loop.spans for lane in span.driven
         ]
-        driven = [
-            part for k, span in enumerate(loop.spans) for part in _driven(loop, span, loop.spans[k - 1])
-        ]
+        used = [part for k, span in enumerate(loop.spans) for part in driven(loop, span, loop.spans[k - 1])]
         lengths = {numbers.setdefault(lane, len(numbers)): length_m for lane, _, length_m in lanes}
         for k, (lane, begin_m, length_m) in enumerate(lanes):
             if lane not in layout.shapes:
@@ -85,18 +83,18 @@ def find_ways(layout: Layout, numbers: dict[str, int]) -> list[Way]:
                 window.setdefault(
                     other, ahead_m
                 )  # a lane may lie behind and ahead, where vehicles turn round
-            key = ((numbers[lane], driven[k][0]), (numbers[lane], driven[k][1]), *sorted(window.items()))
+            key = ((numbers[lane], used[k][0]), (numbers[lane], used[k][1]), *sorted(window.items()))
             way = found.get(key)
             if way is None:
                 points, arcs = _path(layout, lanes, k, longest)
-                way = found[key] = Way(numbers[lane], window, lengths, points, arcs, length_m, *driven[k])
+                way = found[key] = Way(numbers[lane], window, lengths, points, arcs, length_m, *used[k])
             way.loops.setdefault(name, begin_m)
             for size, width in sizes[name].items():
                 way.sizes[size] = max(width, way.sizes.get(size, 0.0))
     return list(found.values())
 
 
-def _driven(loop: LoopWay, span: Span, before: Span) -> list[tuple[float, float]]:
+def driven(loop: LoopWay, span: Span, before: Span) -> list[tuple[float, float]]:
     """Return where vehicles are on each lane of a span that they drive on [m]: all along, unless they change.
 
     They change between the place before and the one behind, if these lie on the span. Without lanes inside
@@ -108,8 +106,10 @@ def _driven(loop: LoopWay, span: Span, before: Span) -> list[tuple[float, float]
         return [(begin_m, length_m)]
     places = [((leg.begin_m - span.begin_m) % loop.length_m, leg.end_m - leg.begin_m) for leg in loop.legs]
     inside = sorted(place for place in places if place[0] < length_m)
-    first = [at + size for at, size in inside if at < NEAR_M]
-    last = [at for at, _ in inside if at >= NEAR_M]
+    # With one place alone, it is before the change if it begins where the span does.
+    several = len(inside) > 1
+    first = [at + size for at, size in inside[:1] if several or at < NEAR_M]
+    last = [at for at, _ in inside[-1:] if several or at >= NEAR_M]
     return [(begin_m, min(last, default=length_m)), (max(first, default=_ROUNDING_M), length_m)]
 
 

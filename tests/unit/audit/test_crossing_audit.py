@@ -12,7 +12,8 @@ import pytest
 
 from loopgate.audit import Layout, PositionAudit, audit_positions, position_table, read_layout, write_layout
 from loopgate.audit.bodies import bends, overlapping
-from loopgate.audit.drawing import conflicts_by_loop, find_meetings, lies_above
+from loopgate.audit.drawing import Meeting, Side, conflicts_by_loop, find_meetings, lies_above
+from loopgate.audit.drawn_bodies import driven
 from loopgate.audit.layout import Leg, LoopWay, Span, VehicleBody
 from loopgate.audit.position_table import Positions
 from loopgate.errors import ResultsError
@@ -344,3 +345,25 @@ def test_each_part_of_a_trailer_is_a_body(at: tuple[float, float], overlap: bool
     sizes = np.array([16.5, 2.0]), np.array([2.5, 1.5])
     assert bool(len(overlapping(rows, *sizes, parts))) is overlap
     assert len(overlapping(rows, *sizes, {})) == (0 if overlap else 1)
+
+
+def test_two_lanes_that_meet_at_both_ends_are_kept_apart_there() -> None:
+    """As opposite lanes of a street do, where others turn in and out: one at each end is no clash."""
+    near = Side("a", "A_0", 0.0, -2.0, 3.0, waits=False, shortest=True)
+    far = near._replace(begin_m=45.0, end_m=42.0)
+    ends = [near, far]
+    meetings = [
+        Meeting(mine, theirs._replace(loop="c", lane="C_0"), ({"a": 0.0}, {"c": 0.0}))
+        for mine, theirs in zip(ends, reversed(ends), strict=True)
+    ]
+    found = conflicts_by_loop(layout(), [*meetings, *meetings])
+    assert [(c.begin_m, c.zone) for c in found["a"]] == [(0.0, 0), (45.0, 1)]
+    assert [(c.begin_m, c.zone) for c in found["c"]] == [(0.0, 1), (45.0, 0)]
+
+
+def test_a_vehicle_changes_lanes_between_its_places() -> None:
+    """Before the first of them it is on the one lane, behind the last on the other."""
+    span = Span(10.0, 110.0, ("E_1", "E_0"), entered="E_0")
+    places = (Leg("E_0", 30.0, 60.0), Leg("E_1", 80.0, 108.0))
+    way = LoopWay(300.0, (span, Span(110.0, 310.0, ("F_0",))), places)
+    assert driven(way, span, way.spans[1]) == [(1e-6, 70.0), (50.0, 100.0)]
