@@ -6,12 +6,12 @@ import random
 
 import pytest
 
-from loopgate.distributed import decide_by_messages
 from loopgate.gates import Reason, make_gate
+from loopgate.gates.circuits import circuits_through
+from loopgate.gates.theorem1 import theorem1
 from loopgate.model import Configuration, Robot, System
-from loopgate.theory.circuits import circuits_through
-from loopgate.theory.random_systems import Shape, dense, random_system, sparse
-from loopgate.theory.theorem1 import theorem1
+from loopgate.research.agents import decide_by_messages
+from loopgate.research.theory.random_systems import Shape, dense, random_system, sparse
 
 SHAPES = [
     Shape(robots=3, states=4, path=(2, 4)),
