@@ -65,7 +65,7 @@ class StateSpace:
 
     Notes
     -----
-    O(robots) table look-ups per configuration; about 30 bytes for each, and 5 for each move.
+    O(robots) table look-ups per configuration; 32 bytes for each, and 10 for each move, at the worst moment.
     """
 
     def __init__(
@@ -159,7 +159,9 @@ class StateSpace:
         if self._limit is not None and count > self._limit:
             msg = f"more than {self._limit} configurations; take a smaller system"
             raise ExplorationLimitError(msg)
-        needed_gb = (most * (8 * self.encoding.words + 32) + 10 * edges) / _GB
+        # What is there twice while the list of targets grows, or what a gate lets come about.
+        later = max(4 * edges, 10 * most + edges)
+        needed_gb = (most * (8 * self.encoding.words + 24) + 6 * edges + later) / _GB
         if needed_gb > self._memory_gb or max(most, edges) > _MOST:
             msg = (
                 f"more than {count} configurations: they need {needed_gb:.1f} GB of memory, and "

@@ -58,6 +58,14 @@ def test_order_is_not_counted_without_private_states() -> None:
     assert found.witness is None
 
 
+def test_a_start_is_not_live_because_it_is_private() -> None:
+    """Two end in one place that holds one: whoever comes second never gets there."""
+    ends = [Robot(RobotId(r), (StateId(f"p{r}"), StateId("e")), closed=False) for r in ("r1", "r2")]
+    found = explore(System(ends), make_gate("collision", System(ends)))
+    assert (found.configurations, found.live, found.deadlocks, found.stuck) == (3, 0, 0, 2)
+    assert found.higher_order == {"unordered": 3}
+
+
 def test_witness_of_a_bad_start_has_no_moves() -> None:
     """If the start is not live, nothing has to be admitted for it."""
     system = instance("fig2b")
