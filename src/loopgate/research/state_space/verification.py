@@ -150,7 +150,8 @@ def verify_everywhere(
     ExplorationLimitError
         If there are more than `limit` configurations.
     """
-    return verify_space(StateSpace(system, limit=limit), make, progress=progress, each=each)
+    space = StateSpace(system, limit=limit, progress=progress)
+    return verify_space(space, make, progress=progress, each=each)
 
 
 def verify_space(
