@@ -122,7 +122,7 @@ def explorations(*, large: bool) -> list[dict[str, Any]]:
         for gate in ("collision", "algorithm2"):
             if gate == "algorithm2" and name == "round8":
                 continue
-            found = explore(system, make_gate(gate, system))
+            found = explore(system, make_gate(gate, system), memory_gb=8.0)
             row = {
                 "system": name,
                 "gate": gate,
