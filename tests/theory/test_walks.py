@@ -41,6 +41,14 @@ def test_a_robot_at_home_has_no_risky_walk() -> None:
     assert risky_walks(system, system.initial, 0) == ()
 
 
+def test_no_walk_ends_where_its_own_robot_stands() -> None:
+    """r1 comes back to a in its round; that it stands there itself is no risk, that r2 stands in c is."""
+    system = System([robot("r1", "a b a c"), robot("r2", "q a b c")])
+    assert risky_walks(system, system.initial, 0) == ()
+    walks = risky_walks(system, system.configuration((0, 3)), 0, lookahead=3)
+    assert [[system.states[s] for s in walk.states] for walk in walks] == [["a", "b", "a", "c"]]
+
+
 def test_safe_walk_needs_all_states_free() -> None:
     """From p over a and b home; with r2 in b it is gone."""
     system = System([robot("r1", "p a b"), robot("r2", "q b a")])
