@@ -19,8 +19,8 @@ from pathlib import Path
 from statistics import median
 
 from loopgate.gates.certified import CertifiedGate
-from loopgate.theory.acyclicity import live_by_order
-from loopgate.theory.random_systems import dense, random_system, sparse
+from loopgate.research.theory.acyclicity import live_by_order
+from loopgate.research.theory.random_systems import dense, random_system, sparse
 
 _EVERY = 10
 """Every so many decisions are taken by the solver as well."""

@@ -1,4 +1,4 @@
-"""Measure Algorithm 2's decisions and the exhaustive exploration, each against its plain version.
+"""Measure Algorithm 2's decisions, against their plain version, and the exhaustive exploration.
 
     python analysis/bench_theory.py [--quick] [--large]
 
@@ -17,12 +17,12 @@ from itertools import islice
 from typing import Any
 
 from loopgate.gates import Reason, make_gate
+from loopgate.gates.circuits import circuits_through
+from loopgate.gates.theorem1 import theorem1
 from loopgate.model import Configuration, System
-from loopgate.theory.circuits import circuits_through
-from loopgate.theory.instances import instance
-from loopgate.theory.random_systems import Shape, dense, random_system, sparse
-from loopgate.theory.theorem1 import theorem1
-from loopgate.untimed import explore, explore_plainly
+from loopgate.research.state_space import explore
+from loopgate.research.theory.instances import instance
+from loopgate.research.theory.random_systems import Shape, dense, random_system, sparse
 
 _MOST_CIRCUITS = 5000
 _PLAIN_S = 4.0
@@ -104,7 +104,7 @@ def decisions(kind: str, robots: int, moves: int) -> dict[str, Any]:
 
 
 def explorations(*, large: bool) -> list[dict[str, Any]]:
-    """Time the exploration, compiled and plain; the plain one on small systems only."""
+    """Time the exploration."""
     explore(
         instance("fig8"), make_gate("collision", instance("fig8"))
     )  # compiles, or loads what was compiled
@@ -122,7 +122,7 @@ def explorations(*, large: bool) -> list[dict[str, Any]]:
         for gate in ("collision", "algorithm2"):
             if gate == "algorithm2" and name == "round8":
                 continue
-            found = explore(system, make_gate(gate, system))
+            found = explore(system, make_gate(gate, system), memory_gb=8.0)
             row = {
                 "system": name,
                 "gate": gate,
@@ -131,9 +131,6 @@ def explorations(*, large: bool) -> list[dict[str, Any]]:
                 "seconds": round(found.seconds, 3),
                 "configurations_per_s": round(found.configurations / found.seconds),
             }
-            if found.configurations < 20_000:  # noqa: PLR2004 - more takes the plain version minutes
-                plain = explore_plainly(system, make_gate(gate, system))
-                row["plain_configurations_per_s"] = round(plain.configurations / plain.seconds)
             rows.append(row)
             print(json.dumps(row), flush=True)
     return rows

@@ -13,8 +13,8 @@ import time
 from pathlib import Path
 
 from loopgate.gates import make_gate
-from loopgate.theory.oracle import OracleLimitError
-from loopgate.untimed import any_shape, any_system, verify_everywhere, verify_walks
+from loopgate.research.state_space import ExplorationLimitError, verify_everywhere, verify_walks
+from loopgate.research.theory.variety import any_shape, any_system
 
 _EXPLORED = 400
 _WALKED = 20_000
@@ -39,7 +39,7 @@ def row(seed: int, gate: str) -> dict[str, object]:
     system, shape = any_system(seed), any_shape(seed)
     try:
         found = verify_everywhere(system, lambda s: make_gate(gate, s), limit=_EXPLORED)
-    except OracleLimitError:
+    except ExplorationLimitError:
         found = verify_walks(system, lambda s: make_gate(gate, s), seed=seed, steps=_STEPS, limit=_WALKED)
     figures = found.as_dict()
     figures.update(

@@ -17,11 +17,14 @@ import sys
 import time
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
+
 from loopgate.gates import make_gate
 from loopgate.model import write_system
-from loopgate.theory.random_systems import small_system
-from loopgate.untimed.gated import Gated, judge_moves
-from loopgate.untimed.space import Space
+from loopgate.research.state_space import StateSpace
+from loopgate.research.state_space.reach import Reach, asking
+from loopgate.research.theory.random_systems import small_system
 
 COLUMNS = (
     "seed",
@@ -41,29 +44,34 @@ COLUMNS = (
 def study(seed: int) -> dict[str, int]:
     """Return the row of one seed."""
     system = small_system(seed)
-    space = Space(system, memory_gb=2.0)
-    algorithm2 = make_gate("algorithm2", system)
-    judged = judge_moves(space, algorithm2)
-    banker = judge_moves(space, make_gate("banker", system))
-    unsafe = blocked = 0
-    if judged.unsafe_accepted or judged.blocked:
-        # It would fail in some live configuration; does it let that come about?
-        gated = Gated(space, algorithm2)
-        gated.explore()
-        unsafe, blocked = gated.count - gated.live, gated.stuck_live
+    space = StateSpace(system)
+    live = space.live
+    asked = live[space.moves.sources]
+    safe = asked & live[space.moves.targets]
+    algorithm2, banker = (answers(space, name) for name in ("algorithm2", "banker"))
+    reach = Reach(space, asking(space, make_gate("algorithm2", system)))
     return {
         "seed": seed,
         "robots": len(system.robots),
         "states": sum(not private for private in system.private),
         "configurations": space.count,
-        "live": space.live,
-        "unsafe": unsafe,
-        "blocked": blocked,
-        "safe_moves": judged.safe,
-        "algorithm2_moves": judged.accepted,
-        "algorithm2_unsafe_moves": judged.unsafe_accepted,
-        "banker_moves": banker.accepted,
+        "live": int(live.sum()),
+        "unsafe": int((~live)[reach.order].sum()),
+        "blocked": int((reach.stuck & live).sum()),
+        "safe_moves": int(safe.sum()),
+        "algorithm2_moves": int((safe & algorithm2).sum()),
+        "algorithm2_unsafe_moves": int((asked & ~safe & algorithm2).sum()),
+        "banker_moves": int((safe & banker).sum()),
     }
+
+
+def answers(space: StateSpace, name: str) -> NDArray[np.bool_]:
+    """Return which moves a gate admits, whether or not it lets their beginnings come about."""
+    admitted = np.zeros(len(space.moves.targets), np.bool_)
+    ask = asking(space, make_gate(name, space.system))
+    if ask is not None:
+        ask(np.arange(space.count, dtype=np.int32), admitted)
+    return admitted
 
 
 def summarise(rows: list[dict[str, int]]) -> dict[str, dict[str, float]]:

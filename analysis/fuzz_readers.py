@@ -27,9 +27,9 @@ from loopgate.negotiation.registry import check_negotiation
 from loopgate.network import RoadNetwork, generate_loops, read_loops
 from loopgate.network.sumo_config import read_sumo_config
 from loopgate.network.traffic_file import read_traffic
+from loopgate.research.theory.instances import instance
 from loopgate.results.recorder import read_events
 from loopgate.sweep.store import Store
-from loopgate.theory.instances import instance
 
 __all__ = ["READERS", "Reader", "make_inputs"]
 

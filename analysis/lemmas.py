@@ -15,12 +15,11 @@ from collections import Counter
 
 import numpy as np
 
-from loopgate.theory.circuits import all_circuits
-from loopgate.theory.orders import Orders
-from loopgate.theory.random_systems import small_system
-from loopgate.theory.theorem1 import lemma1, lemma2, lemma3, lemma4
-from loopgate.untimed.kernel_gated import higher_order_keys
-from loopgate.untimed.space import Space
+from loopgate.gates.circuits import all_circuits
+from loopgate.gates.theorem1 import lemma1, lemma2, lemma3, lemma4
+from loopgate.research.state_space import StateSpace
+from loopgate.research.theory.orders import Orders
+from loopgate.research.theory.random_systems import small_system
 
 LEMMAS = ("lemma1", "lemma2", "lemma3", "lemma4")
 
@@ -28,17 +27,11 @@ LEMMAS = ("lemma1", "lemma2", "lemma3", "lemma4")
 def judge(seed: int) -> Counter[str]:
     """Count the circuits of one system, and those that break a lemma, simple or not."""
     system = small_system(seed)
-    space = Space(system, memory_gb=2.0)
-    packed = space.packed
+    space = StateSpace(system)
     orders = Orders(system)
-    keys = np.empty(space.table.size, np.uint64)
-    found = higher_order_keys(
-        space.table, 0, space.table.size, np.uint64(0), keys,
-        packed.shift, packed.mask, packed.after, packed.state, packed.home, packed.room,
-    )  # fmt: skip
     counts: Counter[str] = Counter()
-    for key in keys[:found].tolist():
-        here = packed.configuration(key)
+    for number in np.flatnonzero(~space.live & ~space.locked).tolist():
+        here = space.configuration(number)
         circuits = [(circuit, orders.of_circuit(here, circuit)) for circuit in all_circuits(system, here)]
         deadlocks = [(set(circuit.robots), circuit, k) for circuit, k in circuits if k is not None]
         for robots, circuit, k in deadlocks:

@@ -13,10 +13,10 @@ import json
 import random
 from collections import Counter
 
-from loopgate.distributed import Kind, decide_by_messages
 from loopgate.gates import make_gate
-from loopgate.theory.random_systems import dense, random_system, sparse
-from loopgate.theory.walks import default_lookahead
+from loopgate.gates.walks import default_lookahead
+from loopgate.research.agents import Kind, decide_by_messages
+from loopgate.research.theory.random_systems import dense, random_system, sparse
 
 
 def study(kind: str, robots: int, steps: int, seed: int) -> dict[str, object]:

@@ -28,7 +28,8 @@ from loopgate.errors import GateError, SystemModelError
 from loopgate.gates import make_gate
 from loopgate.gates.certified import CertifiedGate
 from loopgate.model import System
-from loopgate.theory.road_systems import (
+from loopgate.research.state_space import ExplorationLimitError, StateSpace, verify_space
+from loopgate.research.theory.road_systems import (
     Roads,
     commuters,
     figure_eight,
@@ -39,9 +40,6 @@ from loopgate.theory.road_systems import (
     two_rings,
     two_way_grid,
 )
-from loopgate.untimed.exploration import ExplorationLimitError
-from loopgate.untimed.numbered import Numbered, why_not_numbered
-from loopgate.untimed.numbered_checking import verify_numbered
 
 FAMILIES: tuple[Roads, ...] = (
     *(ring(3), ring(5), two_rings(2), two_rings(3), two_rings(4), commuters(2), commuters(3)),
@@ -98,7 +96,7 @@ class Case:
     capacity: str
     vehicles: int
     start: str
-    numbered: Numbered
+    space: StateSpace
 
 
 def capacity_of(roads: Roads, capacity: str) -> int | Callable[[str], int]:
@@ -116,17 +114,15 @@ def find_case(roads: Roads, capacity: str, vehicles: int, limit: int) -> Case | 
     for seed in (None, *range(STARTS)):
         try:
             system = road_system(roads, vehicles, capacity_of(roads, capacity), seed=seed)
-            if why_not_numbered(system):
-                return None
-            numbered = Numbered(system, limit=limit)
+            space = StateSpace(system, limit=limit)
         except SystemModelError:
             continue
         except ExplorationLimitError:
             return None
-        if not numbered.somebody()[0]:
+        if not space.somebody[0]:
             continue
-        rank = int(numbered.live[0]) + int(bool(numbered.live[0]) and takes(system))
-        case = Case(roads, capacity, vehicles, "even" if seed is None else f"seed {seed}", numbered)
+        rank = int(space.live[0]) + int(bool(space.live[0]) and takes(system))
+        case = Case(roads, capacity, vehicles, "even" if seed is None else f"seed {seed}", space)
         if best is None or rank > best[0]:
             best = rank, case
         if best[0] == 2:  # noqa: PLR2004 - it does not get better
@@ -153,25 +149,25 @@ def promise_by_default(system: System) -> str:
 
 def rows(case: Case) -> Iterator[dict[str, Any]]:
     """Check the gates on one system."""
-    numbered = case.numbered
-    system = numbered.words.system
+    space = case.space
+    system = space.system
     head = {
         "system": case.roads.name,
         "capacity": case.capacity,
         "vehicles": case.vehicles,
         "start": case.start,
-        "reachable": numbered.count,
-        "locked": int(numbered.locked.sum()),
-        "somebody": int(numbered.somebody().sum()),
-        "everyone": int(numbered.live.sum()),
+        "reachable": space.count,
+        "locked": int(space.locked.sum()),
+        "somebody": int(space.somebody.sum()),
+        "everyone": int(space.live.sum()),
         "auto": promise_by_default(system),
     }
     for gate in GATES:
-        if numbered.count > MOST_FOR_ALL_GATES and gate not in IN_LARGE:
+        if space.count > MOST_FOR_ALL_GATES and gate not in IN_LARGE:
             continue
-        promise = gate.partition("promise=")[2] or ("everyone" if numbered.live[0] else "somebody")
+        promise = gate.partition("promise=")[2] or ("everyone" if space.live[0] else "somebody")
         began = time.perf_counter()
-        found = verify_numbered(numbered, partial(make_gate, gate), promise=promise)
+        found = verify_space(space, partial(make_gate, gate), promise=promise)
         figures = found.as_dict()
         example = found.counterexample
         yield {

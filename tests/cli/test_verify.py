@@ -11,8 +11,8 @@ from click.testing import CliRunner
 from loopgate.cli.main import cli
 from loopgate.errors import LoopgateError
 from loopgate.model import write_system
-from loopgate.theory.instances import instance
-from loopgate.theory.random_systems import random_system, sparse
+from loopgate.research.theory.instances import instance
+from loopgate.research.theory.random_systems import random_system, sparse
 
 _RUN = CliRunner()
 

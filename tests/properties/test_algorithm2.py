@@ -6,12 +6,13 @@ import random
 
 import pytest
 
-from loopgate.distributed import decide_by_messages
 from loopgate.gates import Reason, make_gate
+from loopgate.gates.circuits import circuits_through
+from loopgate.gates.theorem1 import theorem1
+from loopgate.gates.walks import Holders
 from loopgate.model import Configuration, Robot, System
-from loopgate.theory.circuits import circuits_through
-from loopgate.theory.random_systems import Shape, dense, random_system, sparse
-from loopgate.theory.theorem1 import theorem1
+from loopgate.research.agents import decide_by_messages
+from loopgate.research.theory.random_systems import Shape, dense, random_system, sparse
 
 SHAPES = [
     Shape(robots=3, states=4, path=(2, 4)),
@@ -59,6 +60,45 @@ def test_fast_search_is_the_theory(shape: Shape, lookahead: int) -> None:
                 refused += decision.reason is Reason.DEADLOCK
             here = system.move(here, rng.choice(enabled))
     assert refused > 0
+
+
+def blocking(system: System, here: Configuration) -> dict[int, tuple[int, ...]]:
+    """Return the states that block and the robots one of which must leave first, by striking out."""
+    full: dict[int, tuple[int, ...]] = {}
+    for state, count in enumerate(system.occupancy(here)):
+        if not system.private[state] and count >= system.room[state]:
+            inside = tuple(system.occupants(here, state))
+            full[state] = inside[:1] if state in system.fifo_states else inside
+    while released := [
+        state
+        for state, robots in full.items()
+        if system.room[state] > 1
+        and any(
+            after is not None and (system.private[after] or (system.room[after] > 1 and after not in full))
+            for after in (system.next_state(here, robot) for robot in robots)
+        )
+    ]:
+        for state in released:
+            del full[state]
+    return full
+
+
+@pytest.mark.parametrize("shape", [shape for shape in SHAPES if shape.capacity != (1, 1)])
+def test_who_blocks_where_states_hold_several(shape: Shape) -> None:
+    """Asked one by one, as by striking out all full states that lead to room."""
+    several = 0
+    for seed in range(12):
+        system = random_system(shape, seed)
+        rng, here = random.Random(seed), system.initial
+        while enabled := [i for i in range(len(system.robots)) if system.enabled(here, i)]:
+            held, expected = Holders(system, here), blocking(system, here)
+            states = rng.sample(range(len(system.states)), len(system.states))
+            assert {s: held.of(s) for s in states if held.of(s)} == expected
+            several += any(system.room[s] > 1 for s in expected)
+            here = system.move(here, rng.choice(enabled))
+            if rng.random() < 1 / 40:
+                break
+    assert several > 0
 
 
 def with_repeats(system: System, rng: random.Random) -> System:

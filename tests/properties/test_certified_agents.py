@@ -6,13 +6,13 @@ from collections import Counter
 
 import pytest
 
-from loopgate.distributed import Kind, Link, components, part, run_certified_agents
 from loopgate.errors import GateError
 from loopgate.gates.certified.breakdown import Remainder
 from loopgate.model import Robot, RobotId, StateId, System
-from loopgate.theory.homing import Homing
-from loopgate.theory.instances import instance
-from loopgate.theory.random_systems import Shape, random_system
+from loopgate.research.agents import Kind, Link, components, part, run_certified_agents
+from loopgate.research.theory.homing import Homing
+from loopgate.research.theory.instances import instance
+from loopgate.research.theory.random_systems import Shape, random_system
 
 _BAD = Link(delay=(0.1, 7.0), loss=0.3, duplicate=0.2)
 

@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 
 from loopgate.errors import GateError, SystemModelError
 from loopgate.gates.certified import CertifiedGate
+from loopgate.gates.deadlocks import deadlocked_robots
 from loopgate.model import System
-from loopgate.theory.deadlocks import deadlocked_robots
-from loopgate.theory.oracle import Oracle, OracleLimitError
-from loopgate.theory.random_systems import Shape, random_system
+from loopgate.research.theory.oracle import Oracle, OracleLimitError
+from loopgate.research.theory.random_systems import Shape, random_system
 
 _STEPS = 40
 

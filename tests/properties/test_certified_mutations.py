@@ -28,13 +28,13 @@ from loopgate.gates.certified.patience import Patience
 from loopgate.gates.certified.rounds import _Walk
 from loopgate.gates.certified.search import Search
 from loopgate.gates.certified.stand import Stand
+from loopgate.gates.deadlocks import deadlocked_robots, homes_decide_liveness
 from loopgate.model import Configuration, Robot, StateId, System
-from loopgate.theory.deadlocks import deadlocked_robots, homes_decide_liveness
-from loopgate.theory.homing import Homing
-from loopgate.theory.instances import fig7, instance
-from loopgate.theory.oracle import Oracle, OracleLimitError
-from loopgate.theory.random_systems import Shape, random_system
-from loopgate.untimed import any_system
+from loopgate.research.theory.homing import Homing
+from loopgate.research.theory.instances import fig7, instance
+from loopgate.research.theory.oracle import Oracle, OracleLimitError
+from loopgate.research.theory.random_systems import Shape, random_system
+from loopgate.research.theory.variety import any_system
 
 _STEPS = 25
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 import random
 
 import pytest
+from structured_systems import deepest, from_home, interlocked, uphill
 
 from loopgate.gates.certified import CertifiedGate
 from loopgate.model import System
-from loopgate.theory.acyclicity import live_by_order
-from loopgate.theory.homing import Homing
-from loopgate.theory.instances import fig7
-from loopgate.theory.structured import deepest, from_home, interlocked, uphill
+from loopgate.research.theory.acyclicity import live_by_order
+from loopgate.research.theory.homing import Homing
+from loopgate.research.theory.instances import fig7
 
 
 def _agrees_with_the_solver(system: System, seed: int, steps: int) -> tuple[int, int]:

@@ -14,12 +14,7 @@ from loopgate.errors import SystemModelError, UnsafeStartError
 from loopgate.gates import make_gate
 from loopgate.gates.certified import CertifiedGate
 from loopgate.model import System
-from loopgate.simulation.compiled import count, gatekeeping
-from loopgate.simulation.compiled.making import make_books
-from loopgate.simulation.compiled.tables import Books, Rider
-from loopgate.simulation.fleet import Fleet
-from loopgate.simulation.rows import table
-from loopgate.theory.road_systems import (
+from loopgate.research.theory.road_systems import (
     Roads,
     commuters,
     figure_eight,
@@ -30,6 +25,11 @@ from loopgate.theory.road_systems import (
     two_rings,
     two_way_grid,
 )
+from loopgate.simulation.compiled import count, gatekeeping
+from loopgate.simulation.compiled.making import make_books
+from loopgate.simulation.compiled.tables import Books, Rider
+from loopgate.simulation.fleet import Fleet
+from loopgate.simulation.rows import table
 
 ROADS = (
     ring(4),

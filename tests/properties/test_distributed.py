@@ -7,14 +7,14 @@ from dataclasses import replace
 
 import pytest
 
-from loopgate.distributed import Kind, Link, Outcome, Sensing, decide_by_messages, run_agents
 from loopgate.errors import GateError, SystemModelError
 from loopgate.gates import Reason, make_gate
-from loopgate.theory.instances import instance
-from loopgate.theory.oracle import Oracle
-from loopgate.theory.random_systems import Shape, random_system
-from loopgate.theory.walks import default_lookahead
-from loopgate.untimed import explore
+from loopgate.gates.walks import default_lookahead
+from loopgate.research.agents import Kind, Link, Outcome, Sensing, decide_by_messages, run_agents
+from loopgate.research.state_space import explore
+from loopgate.research.theory.instances import instance
+from loopgate.research.theory.oracle import Oracle
+from loopgate.research.theory.random_systems import Shape, random_system
 
 CONFIGURATIONS = 10_000
 RUNS = 100

@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from loopgate.model import Configuration, System
-from loopgate.theory.oracle import Oracle
-from loopgate.theory.random_systems import Shape, random_system
+from loopgate.research.theory.oracle import Oracle
+from loopgate.research.theory.random_systems import Shape, random_system
 
 SHAPES = [
     Shape(robots=3, states=3, path=(2, 3), proposition1=False),

@@ -1,63 +1,62 @@
-"""The fast check of a gate finds what the plain one finds, and what somebody can keep up is exact."""
+"""The check of a gate finds what brute force finds, and what somebody can keep up is exact."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from functools import partial
 
+from brute_force import can_be_kept, counted, verify_plainly
 from hypothesis import given
 from hypothesis import strategies as st
 
-from loopgate.gates import Gate, make_gate
-from loopgate.model import Configuration, System
-from loopgate.theory.deadlocks import deadlocked_robots
-from loopgate.theory.oracle import OracleLimitError
-from loopgate.untimed import any_system, verify_everywhere
-from loopgate.untimed.checking import verify_plainly
-from loopgate.untimed.exploration import ExplorationLimitError
-from loopgate.untimed.numbered import Numbered
+from loopgate.errors import UnsafeStartError
+from loopgate.gates import make_gate
+from loopgate.research.state_space import ExplorationLimitError, StateSpace, verify_space, verify_walks
+from loopgate.research.theory.oracle import Oracle
+from loopgate.research.theory.variety import any_system
 
-_LIMIT = 1_000
+_LIMIT = 600
 GATES = ["collision", "algorithm2", "banker", "certified", "certified:promise=somebody"]
 
 
 @given(seed=st.integers(0, 2**32), gate=st.sampled_from(GATES))
-def test_fast_is_plain(seed: int, gate: str) -> None:
-    """All counts, the judge and the counterexample; a gate that promises somebody is judged more strictly."""
-    system = any_system(seed)
-
-    def make(of: System) -> Gate:
-        return make_gate(gate, of)
-
+def test_as_by_brute_force(seed: int, gate: str) -> None:
+    """All counts; certified keeps its promise, and the one to everyone for everyone."""
+    system = any_system(seed, robots=(2, 6))
     try:
-        plain = verify_plainly(system, make, limit=_LIMIT)
-    except OracleLimitError:
+        space = StateSpace(system, limit=_LIMIT)
+    except ExplorationLimitError:
         return
-    fast = verify_everywhere(system, make, limit=_LIMIT)
-    if fast.judge == "somebody":
-        assert fast.holds
-        fast = replace(fast, judge="deadlocks", safe=0, safe_admitted=0, reachable_live=plain.reachable_live)
-    elif gate == "certified":
-        assert fast.starving == 0
-    assert replace(fast, starving=0) == plain
+    found = verify_space(space, partial(make_gate, gate))
+    try:
+        made = make_gate(gate, system)
+    except UnsafeStartError:
+        assert (found.starts_refused, found.live_starts_refused) == (1, Oracle(system).live(system.initial))
+        return
+    if found.dead_starts_accepted:
+        assert not Oracle(system).live(system.initial)
+        return
+    assert counted(found) == verify_plainly(system, made)
+    if gate.startswith("certified"):
+        assert found.holds
+    if gate == "certified" and found.judge == "oracle":
+        assert found.starving == 0
 
 
 @given(seed=st.integers(0, 2**32))
 def test_somebody_is_what_can_be_kept_up(seed: int) -> None:
     """Striking out circular waits, then whatever leads only to what is struck out, leaves the same."""
-    system = any_system(seed, robots=(3, 5))
+    system = any_system(seed, robots=(2, 5))
     try:
-        numbered = Numbered(system, limit=_LIMIT)
+        space = StateSpace(system, limit=_LIMIT)
     except ExplorationLimitError:
         return
-    every = [numbered.configuration(k) for k in range(numbered.count)]
-    kept = {here for here in every if not deadlocked_robots(system, here)}
-    while struck := {here for here in kept if not _goes_on(system, here, kept)}:
-        kept -= struck
-    assert {here for here, good in zip(every, numbered.somebody(), strict=True) if good} == kept
+    kept = {space.configuration(k) for k, good in enumerate(space.somebody) if good}
+    assert kept == can_be_kept(system)
 
 
-def _goes_on(system: System, here: Configuration, kept: set[Configuration]) -> bool:
-    robots = range(len(system.robots))
-    return all(system.finished(here, i) for i in robots) or any(
-        system.enabled(here, i) and system.moved(here, i) in kept for i in robots
-    )
+@given(seed=st.integers(0, 2**32), gate=st.sampled_from(["certified", "certified:promise=somebody"]))
+def test_walks_are_judged_by_the_same_promise(seed: int, gate: str) -> None:
+    """A gate that keeps its promise everywhere keeps it along walks."""
+    system = any_system(seed, robots=(2, 5))
+    found = verify_walks(system, partial(make_gate, gate), seed=seed, steps=20)
+    assert found.holds or found.live_starts_refused

@@ -8,10 +8,10 @@ import pytest
 
 from loopgate.errors import SystemModelError
 from loopgate.gates import make_gate
-from loopgate.paper import reproduce
-from loopgate.paper.section5 import at_states, table1
-from loopgate.theory.instances import TABLE1_STARTS, instance
-from loopgate.untimed.counting import count_runs
+from loopgate.research.paper import reproduce
+from loopgate.research.paper.section5 import at_states, table1
+from loopgate.research.runs.counting import count_runs
+from loopgate.research.theory.instances import TABLE1_STARTS, instance
 
 
 def test_quick_reproduction(tmp_path: Path) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from loopgate.gates import Reason, make_gate
 from loopgate.model import RobotId
-from loopgate.theory.instances import instance
+from loopgate.research.theory.instances import instance
 
 MOVES = [
     "r3",

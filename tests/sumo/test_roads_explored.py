@@ -17,8 +17,7 @@ from loopgate.abstraction.queues import make_queues
 from loopgate.gates import Gate, make_gate
 from loopgate.model import System
 from loopgate.network import RoadNetwork, VehicleType, generate_loops
-from loopgate.untimed.numbered import Numbered
-from loopgate.untimed.numbered_checking import verify_numbered
+from loopgate.research.state_space import StateSpace, verify_space
 
 pytestmark = pytest.mark.sumo
 
@@ -83,16 +82,16 @@ def test_every_configuration_is_safe(
     driven = [made[k % loops] for k in range(vehicles)]
     system = make_queues(network, driven, [kind] * vehicles).system
     assert min(system.room) >= 2
-    numbered = Numbered(system, limit=25_000)
-    assert numbered.live[0]
-    assert numbered.locked.any()
-    assert (numbered.somebody() == ~numbered.locked).all()
-    for promise in ("somebody", "everyone")[: 2 if numbered.count < _MOST_FOR_EVERYONE else 1]:
+    space = StateSpace(system, limit=25_000)
+    assert space.live[0]
+    assert space.locked.any()
+    assert (space.somebody == ~space.locked).all()
+    for promise in ("somebody", "everyone")[: 2 if space.count < _MOST_FOR_EVERYONE else 1]:
 
         def make(of: System, gate: str = f"certified:promise={promise}") -> Gate:
             return make_gate(gate, of)
 
-        found = verify_numbered(numbered, make, promise=promise)
+        found = verify_space(space, make, promise=promise)
         assert found.holds
         assert found.decisions > found.safe
         assert (found.permissiveness, found.coverage) == (1.0, 1.0)

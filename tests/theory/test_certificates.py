@@ -11,10 +11,10 @@ import pytest
 from loopgate.errors import GateError
 from loopgate.gates.certified import CertifiedGate
 from loopgate.model import Robot, RobotId, StateId, System
-from loopgate.theory.certificates import CertificateError, check_certificate
-from loopgate.theory.instances import fig7, instance
-from loopgate.theory.oracle import Oracle
-from loopgate.untimed import any_system
+from loopgate.research.theory.certificates import CertificateError, check_certificate
+from loopgate.research.theory.instances import fig7, instance
+from loopgate.research.theory.oracle import Oracle
+from loopgate.research.theory.variety import any_system
 
 
 def _certificates(

@@ -4,14 +4,19 @@ from __future__ import annotations
 
 import pytest
 
+from loopgate.gates.circuits import (
+    Circuit,
+    all_circuits,
+    circuits_through,
+    sub_circuit,
+)
+from loopgate.gates.theorem1 import Condition, lemma1, lemma2, lemma3, lemma4, theorem1
+from loopgate.gates.walks import Walk
 from loopgate.model import RobotId, StateId
-from loopgate.theory.circuits import Circuit, all_circuits, circuits_through, shared_states, sub_circuit
-from loopgate.theory.instances import fig7, instance
-from loopgate.theory.oracle import Oracle
-from loopgate.theory.orders import Orders, order
-from loopgate.theory.random_systems import small_system
-from loopgate.theory.theorem1 import Condition, lemma1, lemma2, lemma3, lemma4, theorem1
-from loopgate.theory.walks import Walk
+from loopgate.research.theory.instances import fig7, instance
+from loopgate.research.theory.oracle import Oracle
+from loopgate.research.theory.orders import Orders, order
+from loopgate.research.theory.random_systems import small_system
 
 
 def test_fig2a_is_a_deadlock() -> None:
@@ -82,7 +87,7 @@ def test_fig5_is_live_by_the_second_condition() -> None:
     """
     system = instance("fig5")
     (circuit,) = all_circuits(system, system.initial)
-    assert circuit.intermediate <= shared_states(system, circuit.robots)
+    assert lemma1(system, circuit)
     assert len(circuit.intermediate) == 6
     verdict = theorem1(system, system.initial, circuit)
     assert verdict.live

@@ -6,10 +6,10 @@ import pytest
 
 from loopgate.errors import SystemModelError
 from loopgate.model import Robot, RobotId, StateId, System
-from loopgate.theory.acyclicity import AcyclicityError, live_by_order
-from loopgate.theory.homing import Homing
-from loopgate.theory.oracle import Oracle
-from loopgate.theory.random_systems import Shape, random_system
+from loopgate.research.theory.acyclicity import AcyclicityError, live_by_order
+from loopgate.research.theory.homing import Homing
+from loopgate.research.theory.oracle import Oracle
+from loopgate.research.theory.random_systems import Shape, random_system
 
 
 @pytest.mark.parametrize("seed", range(40))

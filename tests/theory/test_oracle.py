@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from builders import ring_of_three, system
-from loopgate.theory.oracle import Oracle, OracleLimitError
+from loopgate.research.theory.oracle import Oracle, OracleLimitError
 
 
 def test_a_circular_wait_is_not_live() -> None:

@@ -15,8 +15,9 @@ from loopgate.gates import make_gate
 from loopgate.gates.certified.budget import Budget
 from loopgate.gates.certified.flow import Flow
 from loopgate.gates.certified.stand import Stand
-from loopgate.theory.instances import instance
-from loopgate.theory.road_systems import (
+from loopgate.research.state_space import StateSpace, Verification, verify_space
+from loopgate.research.theory.instances import instance
+from loopgate.research.theory.road_systems import (
     Roads,
     commuters,
     figure_eight,
@@ -27,9 +28,6 @@ from loopgate.theory.road_systems import (
     two_rings,
     two_way_grid,
 )
-from loopgate.untimed import Verification
-from loopgate.untimed.numbered import Numbered
-from loopgate.untimed.numbered_checking import verify_numbered
 
 STUDY = Path(__file__).parents[2] / "analysis" / "road_systems.py"
 
@@ -54,9 +52,9 @@ NARROW = [
 ]
 
 
-def check(numbered: Numbered, gate: str) -> Verification:
+def check(space: StateSpace, gate: str) -> Verification:
     """Ask a gate about every move in every configuration that it lets come about."""
-    return verify_numbered(numbered, partial(make_gate, gate))
+    return verify_space(space, partial(make_gate, gate))
 
 
 @pytest.mark.parametrize(("roads", "capacity", "vehicles", "seed"), WIDE)
@@ -67,14 +65,14 @@ def test_the_chain_rule_is_exact(roads: Roads, capacity: int, vehicles: int, see
     start on it admits every move that does and no other.
     """
     system = road_system(roads, vehicles, capacity, seed=seed)
-    numbered = Numbered(system)
-    somebody = numbered.somebody()
-    assert (somebody == ~numbered.locked).all()
+    space = StateSpace(system)
+    somebody = space.somebody
+    assert (somebody == ~space.locked).all()
     flow = Flow(system, Budget(2_000))
-    for number in range(numbered.count):
-        here = numbered.configuration(number)
+    for number in range(space.count):
+        here = space.configuration(number)
         assert flow.begin(here, Stand.of(flow.layout, here)) == somebody[number]
-    found = check(numbered, "certified:promise=somebody")
+    found = check(space, "certified:promise=somebody")
     assert found.holds
     assert (found.permissiveness, found.coverage, found.deadlocks) == (1.0, 1.0, 0)
 
@@ -84,8 +82,8 @@ def test_the_exact_stage_is_exact_where_places_hold_one(
     roads: Roads, vehicles: int, seed: int | None
 ) -> None:
     """Everyone can go on, nothing safe is refused."""
-    numbered = Numbered(road_system(roads, vehicles, 1, seed=seed))
-    found = check(numbered, "certified:promise=everyone")
+    space = StateSpace(road_system(roads, vehicles, 1, seed=seed))
+    found = check(space, "certified:promise=everyone")
     assert found.holds
     assert (found.permissiveness, found.coverage) == (1.0, 1.0)
     assert (found.deadlocks, found.starving, found.budget_stops) == (0, 0, 0)
@@ -94,37 +92,37 @@ def test_the_exact_stage_is_exact_where_places_hold_one(
 def test_the_exact_stage_joins_in_where_some_places_hold_one() -> None:
     """The middle of a figure eight holds one, the others two: safe, with little refused needlessly."""
     roads = figure_eight(3)
-    numbered = Numbered(road_system(roads, 5, lambda place: 1 if place in roads.narrow else 2))
-    assert numbered.locked.any()
-    found = check(numbered, "certified:promise=somebody")
+    space = StateSpace(road_system(roads, 5, lambda place: 1 if place in roads.narrow else 2))
+    assert space.locked.any()
+    found = check(space, "certified:promise=somebody")
     assert found.holds
     assert found.deadlocks == 0
     assert found.permissiveness is not None
     assert 0.5 < found.permissiveness < 1.0
-    assert check(numbered, "certified:promise=everyone").permissiveness == 1.0
+    assert check(space, "certified:promise=everyone").permissiveness == 1.0
 
 
 def test_somebody_is_less_than_everyone() -> None:
     """Seven of eight slots taken on two rings: who wants to change over waits for ever, the rings turn."""
-    numbered = Numbered(instance("roads_commuters_n7"))
-    assert not numbered.live.any()
-    found = check(numbered, "certified:promise=somebody")
+    space = StateSpace(instance("roads_commuters_n7"))
+    assert not space.live.any()
+    found = check(space, "certified:promise=somebody")
     assert found.holds
     assert found.starving == found.configurations == 10
-    assert check(numbered, "certified:promise=everyone").starts_refused == 1
+    assert check(space, "certified:promise=everyone").starts_refused == 1
 
 
 def test_algorithm_2_fails_on_streets_whose_places_hold_one() -> None:
     """Four vehicles, and an unsafe move is admitted; six, and nobody is; `certified` does neither."""
-    unsound, blocked = Numbered(instance("roads_unsound_n4")), Numbered(instance("roads_blocked_n6"))
+    unsound, blocked = StateSpace(instance("roads_unsound_n4")), StateSpace(instance("roads_blocked_n6"))
     found = check(unsound, "algorithm2")
     assert (found.unsafe_admitted, found.stuck, found.starving) == (15, 2, 5)
     assert found.counterexample is not None
     assert found.counterexample.moves == ("v1", "v1", "v3", "v3", "v2", "v4")
     assert (check(blocked, "algorithm2").configurations, check(blocked, "algorithm2").stuck) == (1, 1)
-    for numbered in (unsound, blocked):
-        assert numbered.live[0]
-        assert check(numbered, "certified").permissiveness == 1.0
+    for space in (unsound, blocked):
+        assert space.live[0]
+        assert check(space, "certified").permissiveness == 1.0
 
 
 @pytest.mark.parametrize(("roads", "capacity", "vehicles", "seed"), WIDE[:6])
@@ -132,15 +130,15 @@ def test_algorithm_2_is_the_chain_rule_where_places_hold_two(
     roads: Roads, capacity: int, vehicles: int, seed: int | None
 ) -> None:
     """It lets the same configurations come about, by the same moves."""
-    numbered = Numbered(road_system(roads, vehicles, capacity, seed=seed))
-    found = verify_numbered(numbered, partial(make_gate, "algorithm2"), promise="somebody")
+    space = StateSpace(road_system(roads, vehicles, capacity, seed=seed))
+    found = verify_space(space, partial(make_gate, "algorithm2"), promise="somebody")
     assert found.holds
     assert (found.permissiveness, found.coverage) == (1.0, 1.0)
 
 
 def test_banker_never_moves_without_places_of_ones_own() -> None:
     """Two vehicles per loop: no way leads to a private place."""
-    assert check(Numbered(road_system(ring(5), 4, 2)), "banker").stuck == 1
+    assert check(StateSpace(road_system(ring(5), 4, 2)), "banker").stuck == 1
 
 
 def test_too_many_vehicles_are_told_so() -> None:

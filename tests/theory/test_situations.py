@@ -8,9 +8,9 @@ import pytest
 
 from builders import system
 from loopgate.gates import make_gate
+from loopgate.gates.deadlocks import deadlocked_robots
 from loopgate.model import Configuration, System
-from loopgate.theory.deadlocks import deadlocked_robots
-from loopgate.theory.oracle import Oracle
+from loopgate.research.theory.oracle import Oracle
 
 RING3 = {"loop1": "p1 s1 s2", "loop2": "p2 s2 s3", "loop3": "p3 s3 s1"}
 ORDER2 = {

@@ -8,11 +8,11 @@ import networkx as nx
 import pytest
 
 from loopgate.gates import Reason, make_gate
+from loopgate.gates.deadlocks import deadlocked_robots, homes_decide_liveness
+from loopgate.gates.walks import Holders, risky_walks, safe_walk
 from loopgate.model import Robot, RobotId, StateId, System
-from loopgate.theory.deadlocks import deadlocked_robots, homes_decide_liveness
-from loopgate.theory.digraph import digraph, proposition1, write_graphml
-from loopgate.theory.instances import instance, instance_names
-from loopgate.theory.walks import held_states, risky_walks, safe_walk
+from loopgate.research.theory.digraph import digraph, proposition1, write_graphml
+from loopgate.research.theory.instances import instance, instance_names
 
 
 def robot(name: str, path: str, *, closed: bool = True, start: int = 0) -> Robot:
@@ -41,6 +41,14 @@ def test_a_robot_at_home_has_no_risky_walk() -> None:
     assert risky_walks(system, system.initial, 0) == ()
 
 
+def test_no_walk_ends_where_its_own_robot_stands() -> None:
+    """r1 comes back to a in its round; that it stands there itself is no risk, that r2 stands in c is."""
+    system = System([robot("r1", "a b a c"), robot("r2", "q a b c")])
+    assert risky_walks(system, system.initial, 0) == ()
+    walks = risky_walks(system, system.configuration((0, 3)), 0, lookahead=3)
+    assert [[system.states[s] for s in walk.states] for walk in walks] == [["a", "b", "a", "c"]]
+
+
 def test_safe_walk_needs_all_states_free() -> None:
     """From p over a and b home; with r2 in b it is gone."""
     system = System([robot("r1", "p a b"), robot("r2", "q b a")])
@@ -66,10 +74,12 @@ def test_states_of_several_robots_block_when_full() -> None:
     )
     full = system.initial
     q, t = system.states.index(StateId("q")), system.states.index(StateId("t"))
-    assert held_states(system, full) == {q: (0,), t: (2,)}
+    held = Holders(system, full)
+    assert (held.of(q), held.of(t)) == ((0,), (2,))
     assert deadlocked_robots(system, full) == {0, 1, 2, 3}
     roomy = System(system.robots[:3], {StateId("q"): 2, StateId("t"): 2}, [StateId("q"), StateId("t")])
-    assert held_states(roomy, roomy.initial) == {}
+    held = Holders(roomy, roomy.initial)
+    assert (held.of(q), held.of(t)) == ((), ())
     assert not deadlocked_robots(roomy, roomy.initial)
 
 

@@ -9,14 +9,14 @@ from types import ModuleType
 import pytest
 
 from loopgate.gates import Reason, make_gate
+from loopgate.gates.circuits import all_circuits, circuits_through
+from loopgate.gates.theorem1 import Condition, theorem1
 from loopgate.model import Configuration, RobotId, System, system_to_dict
-from loopgate.theory.circuits import all_circuits, circuits_through
-from loopgate.theory.instances import instance
-from loopgate.theory.oracle import Oracle
-from loopgate.theory.orders import order
-from loopgate.theory.random_systems import small_system
-from loopgate.theory.theorem1 import Condition, theorem1
-from loopgate.untimed import explore
+from loopgate.research.state_space import explore
+from loopgate.research.theory.instances import instance
+from loopgate.research.theory.oracle import Oracle
+from loopgate.research.theory.orders import order
+from loopgate.research.theory.random_systems import small_system
 
 SCRIPT = Path(__file__).parents[2] / "analysis" / "counterexamples.py"
 

@@ -23,12 +23,12 @@ from loopgate.errors import LoopgateError, NetworkError, RouteError
 from loopgate.model import read_system, system_from_dict
 from loopgate.network import RoadNetwork, read_loops
 from loopgate.network.traffic_file import read_traffic
+from loopgate.research.theory.certificates import CertificateError, check_certificate
 from loopgate.results import row_columns as c
 from loopgate.results.columns import EDGE_COLUMNS, EVENT_COLUMNS, VEHICLE_COLUMNS
 from loopgate.results.recorder import Recorder, read_events
 from loopgate.sweep.store import Store
 from loopgate.sweep.task import Result
-from loopgate.theory.certificates import CertificateError, check_certificate
 
 RING = (Path(__file__).parents[2] / "networks" / "ring3.net.xml").read_text(encoding="utf-8")
 NET = roads({"a": (100, 1), "b": (50, 1)}, ["a_0>b_0", "b_0>a_0"], buses_only=[])

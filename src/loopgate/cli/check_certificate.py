@@ -52,8 +52,8 @@ def check_certificate(ctx: click.Context, file: Path, *, as_json: bool) -> None:
 
 
 def _checked(file: Path, report: Report) -> Iterator[tuple[str, str]]:
-    from loopgate.theory.certificates import CertificateError
-    from loopgate.theory.certificates import check_certificate as check
+    from loopgate.research.theory.certificates import CertificateError
+    from loopgate.research.theory.certificates import check_certificate as check
 
     system: System | None = None
     for number, data in _lines(file):

@@ -22,7 +22,6 @@ __all__ = ["explore"]
     "--witness", is_flag=True, help="Also print a shortest way to an unsafe or stuck configuration."
 )
 @click.option("--json", "as_json", is_flag=True, help="Print JSON only.")
-@click.option("--plain", is_flag=True, help="Use the plain exploration, the compiled one's oracle (slow).")
 @click.option(
     "--memory-gb",
     type=FiniteRange(0.0, 1e6, min_open=True),
@@ -30,20 +29,16 @@ __all__ = ["explore"]
     show_default=True,
     help="Stop with a message before more memory is used [GB].",
 )
-def explore(file: Path, gate: str, *, witness: bool, as_json: bool, plain: bool, memory_gb: float) -> None:
+def explore(file: Path, gate: str, *, witness: bool, as_json: bool, memory_gb: float) -> None:
     """Explore the system in FILE exhaustively from its start, under a gate."""
     from loopgate.gates import make_gate
     from loopgate.model import read_system
-    from loopgate.untimed import explore as explore_fast
-    from loopgate.untimed import explore_plainly
+    from loopgate.research.state_space import explore as explore_all
 
     system = read_system(file)
     with show_progress("configurations") as report:
         made = make_gate(gate, system, perf_counter)
-        if plain:
-            found = explore_plainly(system, made, witness=witness, progress=report)
-        else:
-            found = explore_fast(system, made, witness=witness, memory_gb=memory_gb, progress=report)
+        found = explore_all(system, made, witness=witness, memory_gb=memory_gb, progress=report)
     data: dict[str, Any] = found.as_dict()
     if witness:
         data["witness"] = None

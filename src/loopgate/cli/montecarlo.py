@@ -23,7 +23,7 @@ def montecarlo(file: Path, gate: str, *, rounds: int, seed: int, as_json: bool) 
     """Run random rounds of the system in FILE and count how many every robot completes."""
     from loopgate.gates import make_gate
     from loopgate.model import read_system
-    from loopgate.untimed import run_rounds
+    from loopgate.research.runs import run_rounds
 
     system = read_system(file)
     with show_progress("rounds", total=rounds) as report:

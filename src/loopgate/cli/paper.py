@@ -25,7 +25,7 @@ __all__ = ["paper"]
 @click.option("--json", "as_json", is_flag=True, help="Print JSON only.")
 def paper(out: Path, *, quick: bool, seed: int, as_json: bool) -> None:
     """Reproduce the experiments of the paper: printed figure, ours, and why they differ."""
-    from loopgate.paper import reproduce
+    from loopgate.research.paper import reproduce
 
     with show_progress("steps") as report:
         data = reproduce(out, quick=quick, seed=seed, progress=report)

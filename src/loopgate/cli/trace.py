@@ -22,7 +22,7 @@ def trace(file: Path, gate: str, *, moves: str, as_json: bool) -> None:
     """Make MOVES in the system in FILE, and say at each step whom the gate admits and why not the others."""
     from loopgate.gates import make_gate
     from loopgate.model import RobotId, read_system
-    from loopgate.untimed import trace_moves
+    from loopgate.research.runs import trace_moves
 
     system = read_system(file)
     names = [RobotId(name.strip()) for name in moves.split(",") if name.strip()]

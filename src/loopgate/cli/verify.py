@@ -18,7 +18,7 @@ from loopgate.model import Configuration, System, system_to_dict
 
 if TYPE_CHECKING:
     from loopgate.gates import Gate
-    from loopgate.untimed import Verification
+    from loopgate.research.state_space import Verification
 
 __all__ = ["EXIT_BROKEN", "verify"]
 
@@ -109,15 +109,14 @@ class _Plan:
 
     def check(self, system: System, report: Report) -> Verification:
         """Check one system, everywhere or else by walks; write its certificates if they are asked for."""
-        from loopgate.theory.oracle import OracleLimitError
-        from loopgate.untimed import verify_everywhere, verify_walks
+        from loopgate.research.state_space import ExplorationLimitError, verify_everywhere, verify_walks
 
         self._write({"system": system_to_dict(system)})
         try:
             return verify_everywhere(
                 system, self._make, limit=self.limit, progress=report, each=self._certify
             )
-        except OracleLimitError:
+        except ExplorationLimitError:
             return verify_walks(
                 system,
                 self._make,
@@ -131,7 +130,8 @@ class _Plan:
 
     def check_random(self, systems: int, report: Report) -> Verification:
         """Check random systems, whose seeds count up from the plan's; one walk each where one is needed."""
-        from loopgate.untimed import Verification, any_system
+        from loopgate.research.state_space import Verification
+        from loopgate.research.theory.variety import any_system
 
         total = Verification("mixed", "mixed", systems=0)
         for number in range(systems):

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 from loopgate.errors import GateError
 from loopgate.gates.base import Decision, Reason
-from loopgate.gates.circuit_judge import BudgetSpent, Leg
-from loopgate.gates.circuit_search import CircuitSearch
+from loopgate.gates.circuit_search import BudgetSpent, CircuitSearch
+from loopgate.gates.circuits import describe_circuit
 from loopgate.gates.collision import collision_decision
 from loopgate.model import Configuration, System
 
@@ -20,7 +20,7 @@ __all__ = ["Algorithm2Gate"]
 class Algorithm2Gate:
     """Admits a move iff it is collision-free and every circuit it would be part of is live by Theorem 1.
 
-    States that hold several robots are read as `loopgate.theory.walks` says: one with room is as good as
+    States that hold several robots are read as `loopgate.gates.walks` says: one with room is as good as
     private, a full one is an occupied collision state whose robot is the head of its queue. A move into a
     state that keeps room is then free at once, and otherwise, where all states hold several, the decision is
     one walk along the chain of full states.
@@ -82,19 +82,10 @@ class Algorithm2Gate:
         return Decision(
             admitted=False,
             reason=Reason.DEADLOCK,
-            blockers=tuple(leg.robot for leg in circuit if leg.robot != robot),
-            detail=self._describe(circuit),
+            blockers=tuple(other for other in circuit.robots if other != robot),
+            # The order of a deadlock is the number of its intermediate states (Lemma 3).
+            detail=f"order-{len(circuit.intermediate)} deadlock {describe_circuit(self._system, circuit)}",
         )
 
     def moved(self, configuration: Configuration, robot: int) -> None:
         """Do nothing: the gate has no memory."""
-
-    def _describe(self, circuit: list[Leg]) -> str:
-        """Return the circuit in words; its order is the number of its intermediate states (Lemma 3)."""
-        names = self._system.states
-        between = {state for leg in circuit for state in leg.states[1:-1]}
-        walks = " > ".join(
-            f"{self._system.robots[leg.robot].id}: {' '.join(names[s] for s in leg.states)}"
-            for leg in circuit
-        )
-        return f"order-{len(between)} deadlock {walks}"

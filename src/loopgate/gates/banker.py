@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from loopgate.gates.base import Decision, Reason
 from loopgate.gates.collision import collision_decision
+from loopgate.gates.walks import safe_walk
 from loopgate.model import Configuration, System
-from loopgate.theory.walks import safe_walk
 
 __all__ = ["BankerGate"]
 

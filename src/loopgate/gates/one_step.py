@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from loopgate.gates.base import Decision, Reason
 from loopgate.gates.collision import collision_decision
+from loopgate.gates.deadlocks import deadlocked_robots
 from loopgate.model import Configuration, System
-from loopgate.theory.deadlocks import deadlocked_robots
 
 __all__ = ["OneStepGate"]
 

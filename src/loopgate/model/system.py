@@ -62,8 +62,9 @@ class System:
     """How many robots state ``s`` holds."""
     fifo_states: tuple[int, ...] = field(init=False, repr=False)
     """Numbers of the FIFO states that are shared, ascending; indexes ``Configuration.queues``."""
+    following: tuple[tuple[int, ...], ...] = field(init=False, repr=False)
+    """``following[i][p]`` is the position robot ``i`` moves to from position ``p``, -1 if it stays."""
     _queue_of: dict[int, int] = field(init=False, repr=False)
-    _following: tuple[tuple[int, ...], ...] = field(init=False, repr=False)
 
     def __init__(
         self,
@@ -99,7 +100,7 @@ class System:
             tuple(-1 if (q := robot.next_position(p)) is None else q for p in range(len(robot.path)))
             for robot in self.robots
         )
-        put(self, "_following", following)
+        put(self, "following", following)
         self._check_start()
 
     def _check_robots(self) -> None:
@@ -174,17 +175,17 @@ class System:
 
     def next_position(self, configuration: Configuration, robot: int) -> int | None:
         """Return the position `robot` moves to next, or None if it stays for good."""
-        following = self._following[robot][configuration.positions[robot]]
+        following = self.following[robot][configuration.positions[robot]]
         return None if following < 0 else following
 
     def next_state(self, configuration: Configuration, robot: int) -> int | None:
         """Return the state `robot` moves to next, or None if it stays for good."""
-        following = self._following[robot][configuration.positions[robot]]
+        following = self.following[robot][configuration.positions[robot]]
         return None if following < 0 else self.paths[robot][following]
 
     def finished(self, configuration: Configuration, robot: int) -> bool:
         """Return whether `robot` stays where it is for good."""
-        return self._following[robot][configuration.positions[robot]] < 0
+        return self.following[robot][configuration.positions[robot]] < 0
 
     def occupancy(self, configuration: Configuration) -> list[int]:
         """Return how many robots stand in each state, by state number."""
@@ -251,7 +252,7 @@ class System:
     def moved(self, configuration: Configuration, robot: int) -> Configuration:
         """Return the configuration after a move that the caller knows to be enabled (unchecked)."""
         p = configuration.positions[robot]
-        q = self._following[robot][p]
+        q = self.following[robot][p]
         positions = (*configuration.positions[:robot], q, *configuration.positions[robot + 1 :])
         if not self.fifo_states:
             return Configuration(positions)

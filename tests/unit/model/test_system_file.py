@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from builders import robot
 from loopgate.errors import SystemFileError, SystemModelError
 from loopgate.model import System, read_system, system_from_dict, system_to_dict, write_system
-from loopgate.theory.random_systems import Shape, random_system
+from loopgate.research.theory.random_systems import Shape, random_system
 
 
 def test_the_documented_example_reads(tmp_path: Path) -> None:

@@ -1,6 +1,6 @@
 """Certificates: what shows that a decision is right, as plain data that others can check.
 
-The checker is `loopgate.theory.certificates`; the kinds of certificates are named there.
+The checker is `loopgate.research.theory.certificates`; the kinds of certificates are named there.
 """
 
 from __future__ import annotations

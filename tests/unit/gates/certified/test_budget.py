@@ -16,7 +16,7 @@ from loopgate.gates.certified.layout import Layout
 from loopgate.gates.certified.rounds import Rounds
 from loopgate.gates.certified.stand import Stand
 from loopgate.model import Robot, RobotId, StateId, System
-from loopgate.untimed import any_system
+from loopgate.research.theory.variety import any_system
 
 
 class Ticking:

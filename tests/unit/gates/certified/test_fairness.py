@@ -11,7 +11,7 @@ from loopgate.gates.certified.checker import Checker
 from loopgate.gates.certified.homeward import Homeward
 from loopgate.gates.certified.patience import Patience
 from loopgate.model import Robot, RobotId, StateId, System
-from loopgate.theory.random_systems import Shape, random_system
+from loopgate.research.theory.random_systems import Shape, random_system
 
 _PATHS = {
     "r1": ("s0", "p1", "s3", "s2"),

@@ -1,0 +1,196 @@
+"""Risky and safe walks (Zhou et al. 2020, Def. 7 and 8), extended to states that hold several robots.
+
+A *full* state is one no further robot fits into. A state of capacity 1 that a robot stands in is an occupied
+collision state; what its robot must do before another can enter is to leave it. A state of larger
+capacity that has room is as good as a private state. One that is full is an occupied collision state, and its
+robot is the head of its queue; if it is not FIFO, any of its robots may leave first. But where a chain of
+such full states leads to one with room, or to a private state, all of them can get room by moves that block
+nobody, so they count as having room.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from loopgate.model import Configuration, System
+
+__all__ = ["Holders", "Walk", "default_lookahead", "risky_walks", "safe_walk", "steps_ahead"]
+
+
+@dataclass(frozen=True, slots=True)
+class Walk:
+    """An individual walk of a robot (Def. 7).
+
+    Attributes
+    ----------
+    robot
+        Whose walk it is.
+    states
+        State numbers from the tail, where the robot stands, to the head.
+    """
+
+    robot: int
+    states: tuple[int, ...]
+
+    @property
+    def tail(self) -> int:
+        """The state in which the robot stands, ``t(w)``."""
+        return self.states[0]
+
+    @property
+    def head(self) -> int:
+        """The last state, ``h(w)``."""
+        return self.states[-1]
+
+    @property
+    def intermediate(self) -> tuple[int, ...]:
+        """The states between tail and head in driving order, ``SE(w)``; ``L(w)`` of them."""
+        return self.states[1:-1]
+
+
+def default_lookahead(system: System) -> int:
+    """Return how many states a robot looks ahead: ``N - 2`` from where it stands (Alg. 1, step 1).
+
+    At least one, so that two robots that block each other are seen where Prop. 1 does not hold.
+    """
+    return max(1, len(system.robots) - 2)
+
+
+def steps_ahead(system: System, robot: int, position: int, most: int) -> Iterator[int]:
+    """Yield the positions `robot` comes to after `position`, `most` of them or up to the path's end."""
+    following = system.following[robot]
+    for _ in range(most):
+        position = following[position]
+        if position < 0:
+            return
+        yield position
+
+
+class Holders:
+    """Which states block in a configuration, and by whom; found out as it is asked.
+
+    A state of capacity 1 blocks iff a robot stands in it. A larger one blocks iff it is full and no chain of
+    moves out of full states of capacity above 1 leads to a private state or to one with room.
+    """
+
+    def __init__(self, system: System, configuration: Configuration) -> None:
+        self._system = system
+        self._here = configuration
+        self._standing = {
+            path[p]: i for i, (path, p) in enumerate(zip(system.paths, configuration.positions, strict=True))
+        }
+        self._known: dict[int, tuple[int, ...]] = {}
+
+    def of(self, state: int) -> tuple[int, ...]:
+        """Return the robots one of which must leave `state` before another can enter; () if it has room."""
+        if state not in self._standing or self._system.private[state]:
+            return ()
+        if self._system.room[state] == 1:
+            return (self._standing[state],)
+        if state not in self._known:
+            self._follow(state)
+        return self._known[state]
+
+    def _follow(self, root: int) -> None:
+        """Find the holders of `root`, a state of capacity above 1, and of the full ones it leads to."""
+        system, here = self._system, self._here
+        full: dict[int, tuple[int, ...]] = {}
+        before: dict[int, list[int]] = {root: []}
+        given: list[int] = []
+        to_do = [root]
+        while to_do:
+            state = to_do.pop()
+            if system.private[state] or (system.room[state] > 1 and system.has_room(here, state)):
+                given.append(state)
+            elif system.room[state] > 1:
+                inside = tuple(system.occupants(here, state))
+                full[state] = inside[:1] if system.states[state] in system.fifo else inside
+                for robot in full[state]:
+                    wanted = system.next_state(here, robot)
+                    if wanted is None:
+                        continue
+                    if wanted not in before:
+                        to_do.append(wanted)
+                    before.setdefault(wanted, []).append(state)
+        self._known.update(full)
+        released = set(given)
+        self._known.update(dict.fromkeys(given, ()))
+        while given:
+            for state in before[given.pop()]:
+                if state not in released:
+                    released.add(state)
+                    given.append(state)
+                    self._known[state] = ()
+
+
+def risky_walks(
+    system: System,
+    configuration: Configuration,
+    robot: int,
+    *,
+    held: Holders | None = None,
+    lookahead: int | None = None,
+) -> tuple[Walk, ...]:
+    """Return the risky walks of `robot`, shortest first (Def. 8; Alg. 1, step 1).
+
+    A risky walk runs through collision states only and ends in one that another robot holds. A robot in a
+    private state, or behind others in a FIFO state, has none. Where a held state comes several times, the
+    nearest counts (Section 6).
+
+    Parameters
+    ----------
+    system, configuration, robot
+        Where everyone stands, and whose walks to return.
+    held
+        `Holders` of the configuration, if the caller has them.
+    lookahead
+        States to look ahead; `default_lookahead` if not given.
+    """
+    held = held or Holders(system, configuration)
+    path = system.paths[robot]
+    tail = path[configuration.positions[robot]]
+    if robot not in held.of(tail):
+        return ()
+    most = default_lookahead(system) if lookahead is None else lookahead
+    states = [tail]
+    heads: set[int] = set()
+    walks: list[Walk] = []
+    for position in steps_ahead(system, robot, configuration.positions[robot], most):
+        state = path[position]
+        by = held.of(state)
+        if system.private[state] or (system.room[state] > 1 and not by):
+            break
+        states.append(state)
+        if by not in {(), (robot,)} and state not in heads:
+            heads.add(state)
+            walks.append(Walk(robot, tuple(states)))
+    return tuple(walks)
+
+
+def safe_walk(system: System, configuration: Configuration, robot: int) -> Walk | None:
+    """Return the safe walk of `robot`, or None (Def. 8): every state has room up to its next private state.
+
+    The terminal state of an open path counts as private if no other robot will come to it. O(path length).
+    """
+    states = [system.state_at(configuration, robot)]
+    path = system.paths[robot]
+    for position in steps_ahead(system, robot, configuration.positions[robot], len(path)):
+        state = path[position]
+        if not system.has_room(configuration, state):
+            return None
+        states.append(state)
+        last = system.robots[robot].next_position(position) is None
+        if system.private[state] or (last and not _needed(system, configuration, robot, state)):
+            return Walk(robot, tuple(states))
+    return None
+
+
+def _needed(system: System, configuration: Configuration, robot: int, state: int) -> bool:
+    """Return whether another robot than `robot` will come to `state`."""
+    for other in system.visitors[state] - {robot}:
+        path = system.paths[other]
+        ahead = steps_ahead(system, other, configuration.positions[other], len(path))
+        if any(path[position] == state for position in ahead):
+            return True
+    return False

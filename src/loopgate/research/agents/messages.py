@@ -1,0 +1,145 @@
+"""What robots say to each other."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+from loopgate.gates.circuits import Circuit
+from loopgate.gates.walks import Walk
+from loopgate.model import Configuration
+
+__all__ = ["Circuits", "Claim", "Entry", "Kind", "Message", "Note", "Payload", "Question", "Verdict", "Visit"]
+
+
+class Kind(StrEnum):
+    """Kinds of messages, as they are counted."""
+
+    VISIT = "visit"
+    """Step 2 of Algorithm 1: a chain of risky walks looks for its way back to the asking robot."""
+    REPLY = "reply"
+    """The circuits found behind a visit."""
+    CIRCUIT = "circuit"
+    """Step 3: the asking robot makes a circuit known and asks its robots to check it."""
+    CHECK = "check"
+    """The answer: whether the robot's one-step move would free the circuit."""
+    DELAY = "delay"
+    """`Neg`: a robot tells the coordinator the delay it has drawn."""
+    GRANT = "grant"
+    """`Neg`: the coordinator names the robot with the least delay."""
+    CLAIM = "claim"
+    """The winner asks everybody to stand still for this round."""
+    AGREE = "agree"
+    """A robot agrees, to one robot a round."""
+    ASK = "ask"
+    """Certified: a robot asks the coordinator for its next move, and so shows that it is there."""
+    ELECT = "elect"
+    """Certified: a robot that misses the coordinator wants to take over."""
+    VOTE = "vote"
+    """Certified: a robot agrees to that, and says what it has accepted last."""
+    PROPOSE = "propose"
+    """Certified: the coordinator makes the next entry known, with its witness."""
+    ACCEPT = "accept"
+    """Certified: a robot has checked the entry and keeps it."""
+    DONE = "done"
+    """Certified: the robot that was granted a move has made it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Visit:
+    """``(r_j, <r_i, s>, RW, Index)``: the asking robot, the state it asks about, walks so far, robots left.
+
+    ``visited`` are the collision states of the robots of the walks, for ``S_alpha(W)``.
+    """
+
+    asker: int
+    state: int
+    walks: tuple[Walk, ...]
+    visited: tuple[frozenset[int], ...]
+    index: frozenset[int]
+
+
+@dataclass(frozen=True, slots=True)
+class Circuits:
+    """Answer to the visit with number ``visit``: circuits with their robots' collision states, and costs."""
+
+    visit: int
+    circuits: tuple[tuple[Circuit, tuple[frozenset[int], ...]], ...]
+    depth: int
+    hops: int
+
+
+@dataclass(frozen=True, slots=True)
+class Question:
+    """A circuit to check, with the asking robot standing in ``state`` instead of where it is seen."""
+
+    asker: int
+    state: int
+    circuit: Circuit
+    visited: tuple[frozenset[int], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """Answer to the question with number ``question``."""
+
+    question: int
+    frees: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Claim:
+    """Negotiation: the round it is for, the robot concerned, and the delay drawn."""
+
+    round: int
+    robot: int
+    delay: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """What the robots of a component agree on.
+
+    Attributes
+    ----------
+    version, term
+        Number of the entry, and of the coordinator's term in which it was proposed.
+    configuration
+        Where the robots stand once ``mover`` has made its move.
+    mover
+        The robot that moves; -1 for none.
+    broken, lost
+        Robots that have broken down for good, and states in which one of them may still stand as well.
+    witness
+        Moves that bring everybody home from there; empty once somebody has broken down.
+    """
+
+    version: int
+    term: int
+    configuration: Configuration
+    mover: int = -1
+    broken: frozenset[int] = frozenset()
+    lost: tuple[int, ...] = ()
+    witness: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Note:
+    """A message of the certified agents: the term it belongs to, and an entry where it is about one."""
+
+    term: int
+    entry: Entry | None = None
+
+
+Payload = Visit | Circuits | Question | Verdict | Claim | Note
+
+
+@dataclass(frozen=True, slots=True)
+class Message:
+    """One message; ``number`` is unique, so that copies are recognised."""
+
+    number: int
+    kind: Kind
+    sender: int
+    receiver: int
+    payload: Payload

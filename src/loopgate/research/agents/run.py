@@ -1,0 +1,211 @@
+"""Whole runs of agents over a bad network: Algorithm 2 with its negotiation, round by round."""
+
+from __future__ import annotations
+
+import random
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+
+from loopgate.model import Configuration, System
+from loopgate.research.agents.agent import Agent, Outcome
+from loopgate.research.agents.decision import check_single, place
+from loopgate.research.agents.messages import Claim, Kind, Message
+from loopgate.research.agents.network import Link, MessageNetwork
+from loopgate.research.agents.sensing import Sensing
+
+__all__ = ["DistributedRun", "run_agents"]
+
+_DECIDE = 60.0
+_NEGOTIATE = 20.0
+"""Time for a decision, and for each step of the negotiation [units of the delays]."""
+
+
+@dataclass(frozen=True, slots=True)
+class DistributedRun:
+    """What a run came to.
+
+    Attributes
+    ----------
+    moves
+        Robots in the order in which they moved, with the configuration they moved in.
+    rounds
+        Rounds of deciding and negotiating; at most one robot moves in each.
+    stopped
+        Decisions that missed answers, and so were ``stop``.
+    replaced
+        Rounds in which a coordinator failed and another took over.
+    messages
+        Copies sent, by kind.
+    last
+        Where the robots stood at the end.
+    """
+
+    moves: tuple[tuple[Configuration, int], ...]
+    rounds: int
+    stopped: int
+    replaced: int
+    messages: dict[Kind, int]
+    last: Configuration
+
+
+class _Negotiator:
+    """One robot's part in `Neg`: as a candidate, as the coordinator, and as one that agrees to a winner."""
+
+    def __init__(self, agent: Agent, network: MessageNetwork) -> None:
+        self.agent = agent
+        self.round = -1
+        self.won = False
+        self.heard = False
+        self.agreed: set[int] = set()
+        self._agreed_to: int | None = None
+        self._delays: dict[int, float] = {}
+        self._network = network
+        network.connect(agent.robot, self.receive)
+
+    def start(self, number: int) -> None:
+        """Forget the last round."""
+        self.round = number
+        self.won = self.heard = False
+        self.agreed.clear()
+        self._agreed_to = None
+        self._delays.clear()
+
+    def receive(self, message: Message) -> None:
+        """Take what belongs to the negotiation; hand the rest to the agent. Late messages are void."""
+        claim = message.payload
+        if not isinstance(claim, Claim):
+            self.agent.receive(message)
+        elif claim.round == self.round:
+            if message.kind is Kind.DELAY:
+                self._delays[claim.robot] = claim.delay
+            elif message.kind is Kind.GRANT:
+                self.heard = True
+                self.won = self.won or claim.robot == self.agent.robot
+            elif message.kind is Kind.CLAIM:
+                self.agree(claim)
+            elif message.kind is Kind.AGREE:
+                self.agreed.add(message.sender)
+
+    def agree(self, claim: Claim) -> None:
+        """Agree to the first robot that claims the round, and to no other."""
+        if self._agreed_to in {None, claim.robot}:
+            self._agreed_to = claim.robot
+            self._network.send(Kind.AGREE, self.agent.robot, claim.robot, claim)
+
+    def claim(self, robots: int) -> None:
+        """Ask everybody to agree, oneself included: who has agreed to another does not claim."""
+        if self._agreed_to in {None, self.agent.robot}:
+            self._agreed_to = self.agent.robot
+            for other in range(robots):
+                if other != self.agent.robot:
+                    claim = Claim(self.round, self.agent.robot)
+                    self._network.send(Kind.CLAIM, self.agent.robot, other, claim)
+
+    def coordinate(self, candidates: list[int]) -> None:
+        """Name the candidate with the least delay heard of to all candidates."""
+        if not self._delays:
+            return
+        winner = min(self._delays, key=lambda robot: (self._delays[robot], robot))
+        grant = Claim(self.round, winner)
+        for robot in candidates:
+            self._network.send(Kind.GRANT, self.agent.robot, robot, grant)
+
+
+def run_agents(
+    system: System,
+    *,
+    rounds: int,
+    seed: int,
+    link: Link | None = None,
+    sensing: Sensing | None = None,
+    fails: Callable[[int, int], bool] = lambda _number, _robot: False,
+) -> DistributedRun:
+    """Run the agents from the start for at most `rounds` rounds.
+
+    In each round every robot decides by messages whether its move is free of collisions and deadlocks. Those
+    whose move is negotiate: each tells the coordinator, drawn among them, a random delay, and the coordinator
+    names the least. If nobody hears from it, the next one in the draw takes over. The robot named asks all
+    others to agree, which each does for one robot per round; it moves only with every agreement. So two
+    robots never move on what they learnt about the same configuration, whatever messages are lost or late; a
+    missing one means to stand still.
+
+    Parameters
+    ----------
+    system
+        States of one robot each.
+    rounds, seed
+        How long, and where the random numbers begin.
+    link, sensing
+        How messages fare, how far robots see.
+    fails
+        Whether a robot fails to act as coordinator in a round.
+
+    Raises
+    ------
+    SystemModelError
+        If a shared state holds more than one robot.
+    """
+    check_single(system)
+    rng = random.Random(seed)
+    network = MessageNetwork(link or Link(), rng)
+    robots = len(system.robots)
+    agents = [Agent(system, i, network) for i in range(robots)]
+    negotiators = [_Negotiator(agent, network) for agent in agents]
+    here = system.initial
+    moves: list[tuple[Configuration, int]] = []
+    stopped = replaced = done = 0
+    everyone = frozenset(range(robots))
+    for number in range(rounds):
+        if all(system.finished(here, i) for i in range(robots)):
+            break
+        done += 1
+        place(system, here, agents, sensing or Sensing())
+        for negotiator in negotiators:
+            negotiator.start(number)
+            negotiator.agent.begin(everyone)
+        network.run(until=network.now + _DECIDE)
+        stopped += sum(agent.outcome is Outcome.OPEN for agent in agents)
+        candidates = [agent.robot for agent in agents if agent.outcome is Outcome.LIVE]
+        if not candidates:
+            continue
+        tried = _negotiate(network, negotiators, candidates, rng, partial(fails, number))
+        replaced += tried > 1
+        for robot in candidates:
+            if negotiators[robot].won:
+                negotiators[robot].claim(robots)
+        network.run(until=network.now + _NEGOTIATE)
+        for robot in candidates:
+            negotiator = negotiators[robot]
+            if negotiator.won and negotiator.agreed == everyone - {robot}:
+                moves.append((here, robot))
+                here = system.move(here, robot)
+    return DistributedRun(tuple(moves), done, stopped, replaced, dict(Counter(network.sent)), here)
+
+
+def _negotiate(
+    network: MessageNetwork,
+    negotiators: list[_Negotiator],
+    candidates: list[int],
+    rng: random.Random,
+    fails: Callable[[int], bool],
+) -> int:
+    """Let coordinators act in turn until somebody has heard of a winner; return how many acted."""
+    order = rng.sample(candidates, len(candidates))
+    delays = {robot: rng.random() for robot in candidates}
+    tried = 0
+    for coordinator in order[:3]:
+        tried += 1
+        for robot in candidates:
+            # Who has heard of a winner stays with it.
+            if not negotiators[robot].heard:
+                claim = Claim(negotiators[robot].round, robot, delays[robot])
+                network.send(Kind.DELAY, robot, coordinator, claim)
+        network.run(until=network.now + _NEGOTIATE)
+        if not fails(coordinator):
+            negotiators[coordinator].coordinate(candidates)
+        network.run(until=network.now + _NEGOTIATE)
+        if any(negotiators[robot].heard for robot in candidates):
+            break
+    return tried

@@ -1,0 +1,167 @@
+"""One run, move by move: whom the gate admits at each step, and why it refuses the others."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from itertools import islice
+from typing import Any
+
+from loopgate.errors import IllegalMoveError
+from loopgate.gates import Gate, Reason
+from loopgate.gates.circuits import Circuit, circuits_through, describe_circuit
+from loopgate.model import Configuration, RobotId, StateId, System
+from loopgate.research.theory.orders import OrderLimitError, Orders
+
+__all__ = ["Refusal", "Step", "trace_moves"]
+
+_MOST_CIRCUITS = 2000
+_MOST_ORDERS = 20_000
+
+
+@dataclass(frozen=True, slots=True)
+class Refusal:
+    """Why a robot may not move now.
+
+    Attributes
+    ----------
+    reason
+        The gate's reason, or ``NEGOTIATION`` for a robot that was admitted while another moved.
+    detail
+        The same for people: who occupies the state, or the deadlock's order and circuit.
+    order
+        Order of the deadlock that the move would cause (Def. 11), where it is one.
+    circuit
+        Its robots.
+    """
+
+    reason: Reason
+    detail: str
+    order: int | None = None
+    circuit: tuple[RobotId, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """One configuration of a run.
+
+    Attributes
+    ----------
+    step
+        Moves made before it.
+    configuration
+        Where the robots stand.
+    admitted
+        The robots that the gate admits.
+    refused
+        The others, and the admitted ones that lost the negotiation for this step; a robot that stays for good
+        is left out.
+    moved
+        The robot that moves next; None at the end.
+    """
+
+    step: int
+    configuration: tuple[StateId, ...]
+    admitted: tuple[RobotId, ...]
+    refused: dict[RobotId, Refusal]
+    moved: RobotId | None
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the step as a JSON object."""
+        return {
+            "step": self.step,
+            "configuration": list(self.configuration),
+            "admitted": list(self.admitted),
+            "refused": {
+                name: {
+                    "reason": str(refusal.reason),
+                    "detail": refusal.detail,
+                    **({"order": refusal.order, "circuit": list(refusal.circuit)} if refusal.circuit else {}),
+                }
+                for name, refusal in self.refused.items()
+            },
+            "moved": self.moved,
+        }
+
+
+def trace_moves(system: System, gate: Gate, moves: Iterable[RobotId]) -> list[Step]:
+    """Make `moves` from the start and say at each step what the gate answers every robot.
+
+    Raises
+    ------
+    SystemModelError
+        If a move names no robot of the system.
+    IllegalMoveError
+        If the gate refuses a move; the text says why.
+    """
+    here = system.initial
+    steps: list[Step] = []
+    orders = Orders(system, limit=_MOST_ORDERS)
+    for name in moves:
+        robot = system.robot_number(name)
+        step = _step(system, gate, here, len(steps), robot, orders)
+        if name not in step.admitted:
+            refusal = step.refused.get(name)
+            why = "it stays for good" if refusal is None else f"{refusal.reason} ({refusal.detail})"
+            others = " ".join(step.admitted) or "none"
+            msg = f"move {len(steps) + 1}: robot {name} is refused: {why}; admitted are {others}"
+            raise IllegalMoveError(msg)
+        steps.append(step)
+        here = system.move(here, robot)
+        gate.moved(here, robot)
+    steps.append(_step(system, gate, here, len(steps), None, orders))
+    return steps
+
+
+def _step(
+    system: System, gate: Gate, here: Configuration, number: int, mover: int | None, orders: Orders
+) -> Step:
+    admitted: list[RobotId] = []
+    refused: dict[RobotId, Refusal] = {}
+    for robot, entry in enumerate(system.robots):
+        decision = gate.decide(here, robot)
+        if decision.admitted and system.enabled(here, robot):
+            admitted.append(entry.id)
+            if mover is not None and robot != mover:
+                detail = f"{system.robots[mover].id} moves first"
+                refused[entry.id] = Refusal(Reason.NEGOTIATION, detail)
+        elif decision.reason is Reason.DEADLOCK:
+            refused[entry.id] = _deadlock(system, here, robot, decision.detail, orders)
+        elif decision.reason is not Reason.STAYS:
+            reason = Reason.OCCUPIED if decision.admitted else decision.reason
+            refused[entry.id] = Refusal(reason, decision.detail or _why(system, here, robot, reason))
+    moved = None if mover is None else system.robots[mover].id
+    return Step(number, system.describe(here), tuple(admitted), refused, moved)
+
+
+def _why(system: System, here: Configuration, robot: int, reason: Reason) -> str:
+    """Return what a refusal without words of its own is about."""
+    state = system.next_state(here, robot)
+    if state is None or reason not in {Reason.OCCUPIED, Reason.BEHIND}:
+        return ""
+    if reason is Reason.BEHIND:
+        queue = system.occupants(here, system.state_at(here, robot))
+        return f"it stands behind {system.robots[queue[queue.index(robot) - 1]].id}"
+    inside = " ".join(system.robots[other].id for other in system.occupants(here, state))
+    return f"{system.states[state]} is taken by {inside}"
+
+
+def _deadlock(system: System, here: Configuration, robot: int, detail: str, orders: Orders) -> Refusal:
+    """Find the deadlock of lowest order that the move would cause; keep the gate's words if there is none."""
+    after = system.moved(here, robot)
+    state = system.state_at(after, robot)
+    found: tuple[int, Circuit] | None = None
+    try:
+        for circuit in islice(circuits_through(system, after, state), _MOST_CIRCUITS):
+            order = orders.of_circuit(after, circuit)
+            if order is not None and (found is None or order < found[0]):
+                found = (order, circuit)
+    except OrderLimitError:
+        found = None
+    if found is None:
+        return Refusal(Reason.DEADLOCK, detail)
+    order, circuit = found
+    names = tuple(system.robots[i].id for i in circuit.robots)
+    return Refusal(
+        Reason.DEADLOCK, f"order-{order} deadlock {describe_circuit(system, circuit)}", order, names
+    )

@@ -1,0 +1,19 @@
+"""All configurations of a system without roads and clocks: those that a gate lets come about, and safety."""
+
+from loopgate.research.state_space.counterexample import Counterexample
+from loopgate.research.state_space.exploration import Exploration, explore
+from loopgate.research.state_space.space import ExplorationLimitError, StateSpace
+from loopgate.research.state_space.verification import Verification, verify_everywhere, verify_space
+from loopgate.research.state_space.walks import verify_walks
+
+__all__ = [
+    "Counterexample",
+    "Exploration",
+    "ExplorationLimitError",
+    "StateSpace",
+    "Verification",
+    "explore",
+    "verify_everywhere",
+    "verify_space",
+    "verify_walks",
+]

@@ -1,0 +1,155 @@
+"""Exhaustive exploration: every configuration that a gate lets come about, in figures."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from loopgate.gates import Gate
+from loopgate.gates.deadlocks import homes_decide_liveness
+from loopgate.model import System
+from loopgate.research.state_space.counterexample import Counterexample, promise_of
+from loopgate.research.state_space.reach import Reach, asking
+from loopgate.research.state_space.space import StateSpace
+from loopgate.research.theory.orders import Orders
+
+__all__ = ["Exploration", "explore"]
+
+
+@dataclass(frozen=True, slots=True)
+class Exploration:
+    """Figures of all configurations that are reachable from the start under a gate.
+
+    Attributes
+    ----------
+    configurations
+        How many there are; a configuration is the robots' positions (and the order within FIFO states).
+    transitions
+        Admitted moves among them.
+    live
+        How many of them are live: every robot can go on for ever, were the gate not there.
+    deadlocks
+        How many have a circular wait (Def. 3).
+    higher_order
+        How many are neither live nor a deadlock, by order (Def. 11), with those of no order under
+        ``"unordered"``. None where some robot has no private or terminal state.
+    stuck
+        How many are unfinished though the gate admits nothing.
+    unsafe_admitted
+        How many are not what the gate promises though an admitted move leads to them: live, or, of a gate
+        that promises that somebody can always move, that.
+    seconds
+        Wall-clock time of the exploration [s].
+    witness
+        A shortest way to a configuration that is unsafe or stuck, if it was asked for and there is one. The
+        start may be.
+    """
+
+    configurations: int
+    transitions: int
+    live: int
+    deadlocks: int
+    higher_order: dict[str, int] | None
+    stuck: int
+    unsafe_admitted: int
+    seconds: float
+    witness: Counterexample | None = field(default=None)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the figures as a JSON object, without the witness."""
+        return {
+            "configurations": self.configurations,
+            "transitions": self.transitions,
+            "live": self.live,
+            "deadlocks": self.deadlocks,
+            "higher_order": self.higher_order,
+            "stuck": self.stuck,
+            "unsafe_admitted": self.unsafe_admitted,
+            "seconds": round(self.seconds, 3),
+        }
+
+
+def explore(
+    system: System,
+    gate: Gate,
+    *,
+    witness: bool = False,
+    memory_gb: float = 4.0,
+    limit: int | None = None,
+    progress: Callable[[int], None] = lambda _: None,
+) -> Exploration:
+    """Explore all configurations reachable from the start under `gate`.
+
+    Parameters
+    ----------
+    system, gate
+        What to explore. The gate's decisions must depend on the configuration alone; `Gate.moved` is not
+        called.
+    witness
+        Whether to look for a shortest counterexample.
+    memory_gb
+        The most memory to use [GB].
+    limit
+        The most configurations to find without the gate, if given.
+    progress
+        Called now and then with the number of configurations found.
+
+    Raises
+    ------
+    ExplorationLimitError
+        If memory or limit do not suffice.
+
+    Notes
+    -----
+    First all configurations are found that can be reached without the gate (`StateSpace`), then those among
+    them that it lets come about (`Reach`).
+    """
+    began = time.perf_counter()
+    space = StateSpace(system, memory_gb=memory_gb, limit=limit, progress=progress)
+    reach = Reach(space, asking(space, gate), progress)
+    order, live = reach.order, space.live
+    good = space.keeping(promise_of(gate))
+    dead = order[~(live | space.locked)[order]]
+    stuck = reach.stuck
+    found: Counterexample | None = None
+    bad = order[(stuck | ~good)[order]] if witness else order[:0]
+    if len(bad):
+        names = tuple(system.robots[i].id for i in reach.way(int(bad[0])))
+        where = system.describe(space.configuration(int(bad[0])))
+        found = Counterexample("stuck" if good[bad[0]] else "unsafe", names, where)
+    return Exploration(
+        configurations=len(order),
+        transitions=int(reach.ways.sum(dtype=np.int64)),
+        live=int(live[order].sum()),
+        deadlocks=int(space.locked[order].sum()),
+        higher_order=_orders(space, dead) if homes_decide_liveness(system) else None,
+        stuck=int(stuck.sum()),
+        unsafe_admitted=int((~good)[order[1:]].sum()),
+        seconds=time.perf_counter() - began,
+        witness=found,
+    )
+
+
+def _orders(space: StateSpace, dead: NDArray[np.int32]) -> dict[str, int]:
+    """Count configurations that are neither live nor have a circular wait by their order.
+
+    Where a robot is in a private state does not matter, nor who stands before whom, so those that differ in
+    nothing else are looked at once.
+    """
+    orders = Orders(space.system)
+    keys, private = space.keys[dead], space.encoding.arrays.state < 0
+    where = np.stack([space.encoding.positions(keys, i) for i in range(len(space.system.robots))])
+    for i, row in enumerate(where):
+        row[private[i][row]] = np.argmax(private[i])
+    _, firsts, counts = np.unique(where, axis=1, return_index=True, return_counts=True)
+    found: dict[str, int] = {}
+    for number, count in zip(dead[firsts].tolist(), counts.tolist(), strict=True):
+        order = orders.of_configuration(space.configuration(number))
+        key = "unordered" if order is None else str(order)
+        found[key] = found.get(key, 0) + count
+    return {key: found[key] for key in sorted(found, key=lambda k: (k == "unordered", len(k), k))}

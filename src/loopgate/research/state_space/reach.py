@@ -1,0 +1,168 @@
+"""What a gate lets come about: one breadth-first search, which asks the gate in blocks."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from loopgate.gates import Decision, Gate
+from loopgate.gates.algorithm2 import Algorithm2Gate
+from loopgate.gates.banker import BankerGate
+from loopgate.gates.collision import CollisionGate
+from loopgate.gates.open import OpenGate
+from loopgate.gates.walks import default_lookahead
+from loopgate.model import Configuration
+from loopgate.research.state_space.kernel_circuits import scratch_for
+from loopgate.research.state_space.kernel_gates import ALGORITHM2, BANKER, ask
+from loopgate.research.state_space.kernels import advance
+from loopgate.research.state_space.space import StateSpace
+
+__all__ = ["Ask", "Reach", "ask_gate", "asking"]
+
+Ask = Callable[[NDArray[np.int32], NDArray[np.bool_]], None]
+"""Writes which moves out of the configurations with these numbers are admitted, move by move."""
+Each = Callable[[Configuration, int, Decision, bool], None]
+"""What is called with each decision and whether the move is possible at all."""
+
+_CHUNK = 1 << 14
+_BITS = 64
+
+
+class Reach:
+    """The configurations that can be reached by admitted moves, breadth first from the start.
+
+    Parameters
+    ----------
+    space
+        All configurations.
+    asked
+        What asks the gate; if nothing does, all moves are admitted.
+    progress
+        Called now and then with the number of configurations found.
+    within
+        If given, only moves that lead to these configurations count where nothing is asked.
+
+    Attributes
+    ----------
+    order
+        Numbers of the configurations in the order in which they are found.
+    rank
+        Each one's place in that order; -1 for those that cannot be reached.
+    admitted
+        Whether a move is admitted; asked only where it begins in `order`.
+    ways
+        How many moves of a configuration are.
+    """
+
+    def __init__(
+        self,
+        space: StateSpace,
+        asked: Ask | None,
+        progress: Callable[[int], None] = lambda _: None,
+        within: NDArray[np.bool_] | None = None,
+    ) -> None:
+        self._space = space
+        moves = space.moves
+        self.rank = np.full(space.count, -1, np.int32)
+        self.ways = np.zeros(space.count, np.int16)
+        self.admitted = np.full(len(moves.targets), asked is None)
+        if within is not None:
+            self.admitted = within[moves.targets]
+        order = np.zeros(space.count, np.int32)
+        self.rank[0] = 0
+        begin, count = 0, 1
+        while begin < count:
+            end = min(count, begin + _CHUNK)
+            if asked is not None:
+                asked(order[begin:end], self.admitted)
+            count = advance(
+                begin, end, count, order, self.rank, self.ways, self.admitted, moves.first, moves.targets
+            )
+            begin = end
+            progress(count)
+        self.order: NDArray[np.int32] = order[:count]
+
+    @property
+    def stuck(self) -> NDArray[np.bool_]:
+        """Whether nothing is admitted in a configuration that can be reached, though not all are through."""
+        stopped: NDArray[np.bool_] = (self.rank >= 0) & (self.ways == 0) & ~self._space.moves.done
+        return stopped
+
+    def way(self, number: int) -> list[int]:
+        """Return the robots that move on a shortest way to a configuration, the first to be found."""
+        moves = self._space.moves
+        robots: list[int] = []
+        while number:
+            edges = np.flatnonzero(self.admitted & (moves.targets == number))
+            sources = np.searchsorted(moves.first, edges, side="right") - 1
+            nearest = int(np.argmin(self.rank[sources]))
+            robots.append(int(moves.movers[edges[nearest]]))
+            number = int(sources[nearest])
+        return robots[::-1]
+
+
+def asking(space: StateSpace, gate: Gate) -> Ask | None:
+    """Return what asks `gate` as fast as can be, about possible moves only.
+
+    None if nothing need be asked: ``open`` and ``collision`` admit them all. ``banker`` and, where at most 64
+    robots share at most 64 states of capacity 1, ``algorithm2`` are compiled; others are asked themselves.
+    """
+    moves, encoding = space.moves, space.encoding
+    if isinstance(gate, (OpenGate, CollisionGate)):
+        return None
+    compiled = _compiled(space, gate)
+    if compiled is None:
+        return ask_gate(space, gate)
+    visits = np.zeros(len(space.system.robots), np.uint64)
+    if compiled[0] == ALGORITHM2:
+        for i, row in enumerate(encoding.arrays.state):
+            for s in row[row >= 0].tolist():
+                visits[i] |= np.uint64(1 << s)
+    scratch = scratch_for(len(visits))
+
+    def quickly(numbers: NDArray[np.int32], admitted: NDArray[np.bool_]) -> None:
+        ask(
+            numbers, space.keys, moves.first, moves.movers, admitted, encoding.arrays, compiled, visits,
+            *scratch,
+        )  # fmt: skip
+
+    return quickly
+
+
+def _compiled(space: StateSpace, gate: Gate) -> NDArray[np.int64] | None:
+    """Return the numbers that stand for `gate` in compiled code, or None."""
+    system = space.system
+    if isinstance(gate, BankerGate):
+        return np.array([BANKER, 0, 0], np.int64)
+    shared = sum(not private for private in system.private)
+    if (
+        isinstance(gate, Algorithm2Gate)
+        and all(room == 1 for room in system.room)
+        and shared <= _BITS
+        and len(system.robots) <= _BITS
+    ):
+        return np.array([ALGORITHM2, default_lookahead(system), gate.lookahead], np.int64)
+    return None
+
+
+def ask_gate(space: StateSpace, gate: Gate, each: Each | None = None) -> Ask:
+    """Return what asks the gate itself about every robot, and `each` time says what it answered."""
+    moves = space.moves
+    robots = range(moves.robots)
+
+    def one_by_one(numbers: NDArray[np.int32], admitted: NDArray[np.bool_]) -> None:
+        for number in numbers.tolist():
+            here = space.configuration(number)
+            begin, end = moves.first[number : number + 2].tolist()
+            edge_of = dict(zip(moves.movers[begin:end].tolist(), range(begin, end), strict=True))
+            for robot in edge_of if each is None else robots:
+                decision = gate.decide(here, robot)
+                edge = edge_of.get(robot)
+                if edge is not None:
+                    admitted[edge] = decision.admitted
+                if each is not None:
+                    each(here, robot, decision, edge is not None)
+
+    return one_by_one

@@ -1,0 +1,179 @@
+"""All configurations that a system can reach, with their moves; who can go on for ever."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cached_property
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from loopgate.errors import LoopgateError
+from loopgate.gates.deadlocks import homes_decide_liveness
+from loopgate.model import Configuration, System
+from loopgate.research.state_space.encoding import Encoding
+from loopgate.research.state_space.kernels import expand, find, new_slots, rehash
+from loopgate.research.state_space.moves import Moves
+
+__all__ = ["ExplorationLimitError", "StateSpace"]
+
+_T = TypeVar("_T", bound=np.generic)
+
+_CHUNK = 1 << 17
+"""Most moves to look for at once."""
+_FULLEST = 0.7
+"""Share of the table's slots that may be taken."""
+_GB = 1e9
+_MOST = (1 << 31) - 1
+"""Most configurations and moves: they have 32-bit numbers."""
+
+
+class ExplorationLimitError(LoopgateError):
+    """The system has more configurations than memory or the user allows."""
+
+
+class StateSpace:
+    """The configurations that can be reached from the start without a gate, numbered breadth first.
+
+    Parameters
+    ----------
+    system
+        Any system.
+    memory_gb
+        The most memory to use [GB].
+    limit
+        The most configurations to find, if given.
+    progress
+        Called now and then with the number of configurations found.
+
+    Attributes
+    ----------
+    system
+        The system.
+    keys
+        The words of each configuration, in rows; the start is number 0.
+    moves
+        All moves between them.
+    locked
+        Whether a configuration has a circular wait (Def. 3).
+
+    Raises
+    ------
+    ExplorationLimitError
+        If memory or limit do not suffice.
+
+    Notes
+    -----
+    O(robots) table look-ups per configuration; 32 bytes for each, and 10 for each move, at the worst moment.
+    """
+
+    def __init__(
+        self,
+        system: System,
+        *,
+        memory_gb: float = 4.0,
+        limit: int | None = None,
+        progress: Callable[[int], None] = lambda _: None,
+    ) -> None:
+        self.system = system
+        self.encoding = Encoding(system)
+        self._memory_gb = memory_gb
+        self._limit = limit
+        self._slots = new_slots(12)
+        self._fill(progress)
+
+    @property
+    def count(self) -> int:
+        """How many configurations there are."""
+        return len(self.keys)
+
+    def number(self, configuration: Configuration) -> int:
+        """Return the number of a configuration that can be reached.
+
+        Raises
+        ------
+        KeyError
+            If it cannot.
+        """
+        found = find(self._slots, self.keys, self.encoding.encode(configuration))
+        if found < 0:
+            msg = "the configuration cannot be reached from the start"
+            raise KeyError(msg)
+        return int(found)
+
+    def configuration(self, number: int) -> Configuration:
+        """Return the configuration of that number."""
+        return self.encoding.decode(self.keys[number])
+
+    @cached_property
+    def live(self) -> NDArray[np.bool_]:
+        """Whether every robot can go on for ever."""
+        if homes_decide_liveness(self.system):
+            return self.moves.leading_to(self._home)
+        return self.moves.everyone()
+
+    @cached_property
+    def somebody(self) -> NDArray[np.bool_]:
+        """Whether somebody can always move on, for ever, without any circular wait on the way."""
+        return self.moves.somebody(~self.locked)
+
+    def keeping(self, promise: str) -> NDArray[np.bool_]:
+        """Return what is safe under a promise: `live` for ``everyone``, `somebody` for ``somebody``."""
+        return self.live if promise == "everyone" else self.somebody
+
+    def _fill(self, progress: Callable[[int], None]) -> None:
+        encoding, robots = self.encoding, len(self.system.robots)
+        chunk = max(1, _CHUNK // robots)
+        keys = np.zeros((chunk, encoding.words), np.uint64)
+        first = np.zeros(chunk + 1, np.int64)
+        locked, home, rests = np.zeros(chunk, np.bool_), np.zeros(chunk, np.bool_), np.zeros(chunk, np.int16)
+        targets, movers = np.zeros(chunk, np.int32), np.zeros(chunk, np.int16)
+        keys[0] = encoding.encode(self.system.initial)
+        count, begin = 1, 0
+        rehash(self._slots, keys, count)
+        while begin < count:
+            end = min(count, begin + chunk)
+            most, edges = count + (end - begin) * robots, int(first[begin]) + (end - begin) * robots
+            self._check(count, most, edges)
+            if most > _FULLEST * self._slots.size:
+                self._slots = new_slots(int(most / _FULLEST).bit_length())
+                rehash(self._slots, keys, count)
+            keys, first = _grown(keys, most), _grown(first, end + 1)
+            locked, home, rests = _grown(locked, end), _grown(home, end), _grown(rests, end)
+            targets, movers = _grown(targets, edges), _grown(movers, edges)
+            count = expand(
+                begin, end, count, keys, self._slots, first, targets, movers, locked, home, rests,
+                encoding.arrays,
+            )  # fmt: skip
+            begin = end
+            progress(count)
+        self._check(count, count, 0)
+        edges = int(first[count])
+        self.keys: NDArray[np.uint64] = keys[:count]
+        self.locked: NDArray[np.bool_] = locked[:count]
+        self._home = home[:count]
+        self.moves = Moves(first[: count + 1], targets[:edges], movers[:edges], rests[:count], robots)
+
+    def _check(self, count: int, most: int, edges: int) -> None:
+        if self._limit is not None and count > self._limit:
+            msg = f"more than {self._limit} configurations; take a smaller system"
+            raise ExplorationLimitError(msg)
+        # What is there twice while the list of targets grows, or what a gate lets come about.
+        later = max(4 * edges, 10 * most + edges)
+        needed_gb = (most * (8 * self.encoding.words + 24) + 6 * edges + later) / _GB
+        if needed_gb > self._memory_gb or max(most, edges) > _MOST:
+            msg = (
+                f"more than {count} configurations: they need {needed_gb:.1f} GB of memory, and "
+                f"{self._memory_gb:g} GB are allowed; allow more or explore a smaller system"
+            )
+            raise ExplorationLimitError(msg)
+
+
+def _grown(array: NDArray[_T], size: int) -> NDArray[_T]:
+    """Return the array, or a longer copy if it is shorter than `size`; memory is taken as it is touched."""
+    if len(array) >= size:
+        return array
+    larger = np.zeros((size + size // 2, *array.shape[1:]), array.dtype)
+    larger[: len(array)] = array
+    return larger

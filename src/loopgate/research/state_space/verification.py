@@ -1,0 +1,252 @@
+"""Checking a gate in every configuration: each decision against the exact answer."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, field, fields
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from loopgate.errors import UnsafeStartError
+from loopgate.gates import Decision, Gate, Reason
+from loopgate.model import Configuration, System
+from loopgate.research.state_space.counterexample import Counterexample, promise_of
+from loopgate.research.state_space.reach import Reach, ask_gate
+from loopgate.research.state_space.space import StateSpace
+
+__all__ = ["Each", "Verification", "verify_everywhere", "verify_space"]
+
+Each = Callable[[Gate, Configuration, int], None]
+"""What is called with the gate, the configuration and the robot of a decision."""
+
+
+def nothing(gate: Gate, configuration: Configuration, robot: int) -> None:
+    """Do nothing with a decision."""
+    del gate, configuration, robot
+
+
+@dataclass(frozen=True, slots=True)
+class Verification:
+    """What a check of a gate found; adding two adds their counts.
+
+    Attributes
+    ----------
+    method
+        ``exhaustive`` or ``walks``.
+    judge
+        Where the exact answer comes from: ``oracle`` (all configurations), ``homing`` or ``sat``; for a gate
+        that promises that somebody can always move ``somebody`` (all configurations) or, where that does not
+        fit, ``deadlocks`` (circular waits only).
+    systems
+        Systems checked.
+    configurations
+        Configurations in which every robot was asked about; in walks, with repetitions.
+    decisions
+        Enabled moves decided.
+    safe, safe_admitted
+        Safe ones among them, and how many of these the gate admitted; 0 without a judge of safety.
+    unsafe_admitted, stuck, disabled_admitted
+        Broken promises; see `Counterexample`.
+    budget_stops
+        Refusals for want of budget.
+    starts_refused, live_starts_refused, dead_starts_accepted
+        Starts that the gate refused, those among them that are live, and starts that it did not refuse
+        though they are not live (these are not walked from).
+    explored, reachable_live
+        Configurations that the gate lets come about, and that some gate could let come about without ever
+        being unsafe (exhaustive checks only).
+    deadlocks
+        Configurations with a circular wait that the gate lets come about (exhaustive checks only).
+    starving
+        Configurations that the gate lets come about and from which, by moves that it admits, not every robot
+        can go on for ever (exhaustive checks only). Not part of `holds`: a gate that promises that somebody
+        can move does not promise more.
+    counterexample
+        The first found, if any.
+    """
+
+    method: str
+    judge: str
+    systems: int = 1
+    configurations: int = 0
+    decisions: int = 0
+    safe: int = 0
+    safe_admitted: int = 0
+    unsafe_admitted: int = 0
+    stuck: int = 0
+    disabled_admitted: int = 0
+    budget_stops: int = 0
+    starts_refused: int = 0
+    live_starts_refused: int = 0
+    dead_starts_accepted: int = 0
+    explored: int = 0
+    reachable_live: int = 0
+    deadlocks: int = 0
+    starving: int = 0
+    counterexample: Counterexample | None = field(default=None)
+
+    @property
+    def holds(self) -> bool:
+        """Whether no promise was seen broken."""
+        broken = self.unsafe_admitted + self.stuck + self.disabled_admitted
+        return not broken + self.live_starts_refused + self.dead_starts_accepted
+
+    @property
+    def permissiveness(self) -> float | None:
+        """Accepted over safe moves; None where safety was not judged."""
+        return self.safe_admitted / self.safe if self.safe else None
+
+    @property
+    def coverage(self) -> float | None:
+        """Configurations the gate lets come about, over those that could; None for walks."""
+        return self.explored / self.reachable_live if self.reachable_live else None
+
+    def __add__(self, other: Verification) -> Verification:
+        mine = {f.name: getattr(self, f.name) for f in fields(self)}
+        for name, value in mine.items():
+            theirs = getattr(other, name)
+            if isinstance(value, int):
+                mine[name] = value + theirs
+            elif name == "counterexample":
+                mine[name] = value or theirs
+            elif value != theirs:
+                mine[name] = "mixed"
+        return Verification(**mine)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return all figures as a JSON object."""
+        data = asdict(self)
+        data.update(holds=self.holds, permissiveness=self.permissiveness, coverage=self.coverage)
+        return data
+
+
+def verify_everywhere(
+    system: System,
+    make: Callable[[System], Gate],
+    *,
+    limit: int = 100_000,
+    progress: Callable[[int], None] = lambda _: None,
+    each: Each = nothing,
+) -> Verification:
+    """Check every configuration that the gate lets come about, breadth first from the start.
+
+    Parameters
+    ----------
+    system
+        The system.
+    make
+        Makes the gate. Its decisions must depend on the configuration alone; `Gate.moved` is not called.
+    limit
+        The most configurations to look at.
+    progress
+        Called with the number of configurations found so far.
+    each
+        Called after each decision about a possible move.
+
+    Raises
+    ------
+    ExplorationLimitError
+        If there are more than `limit` configurations.
+    """
+    space = StateSpace(system, limit=limit, progress=progress)
+    return verify_space(space, make, progress=progress, each=each)
+
+
+def verify_space(
+    space: StateSpace,
+    make: Callable[[System], Gate],
+    *,
+    promise: str | None = None,
+    progress: Callable[[int], None] = lambda _: None,
+    each: Each = nothing,
+) -> Verification:
+    """Check as `verify_everywhere` does, in a space that is there already.
+
+    Parameters
+    ----------
+    space
+        All configurations of the system.
+    make, progress, each
+        As there.
+    promise
+        What counts as safe: ``everyone``, a configuration from which every robot can go on for ever;
+        ``somebody``, one from which somebody can always move on without any circular wait ever. By default
+        what the gate promises, see `promise_of`.
+    """
+    try:
+        gate = make(space.system)
+    except UnsafeStartError:
+        live = int(space.live[0])
+        return Verification("exhaustive", "oracle", starts_refused=1, live_starts_refused=live)
+    asked = promise or promise_of(gate)
+    judge = "oracle" if asked == "everyone" else asked
+    good = space.keeping(asked)
+    if not good[0]:
+        return Verification("exhaustive", judge, dead_starts_accepted=1)
+    disabled: list[tuple[int, int]] = []
+    budget_stops = 0
+
+    def take_note(here: Configuration, robot: int, decision: Decision, possible: bool) -> None:  # noqa: FBT001
+        nonlocal budget_stops
+        budget_stops += decision.reason is Reason.BUDGET
+        if possible:
+            each(gate, here, robot)
+        elif decision.admitted:
+            disabled.append((space.number(here), robot))
+
+    reach = Reach(space, ask_gate(space, gate, take_note), progress)
+    moves, order = space.moves, reach.order
+    decided = (reach.rank >= 0)[moves.sources]
+    safe = decided & good[moves.targets]
+    unsafe = reach.admitted & ~safe
+    return Verification(
+        "exhaustive",
+        judge,
+        configurations=len(order),
+        decisions=int(decided.sum()),
+        safe=int(safe.sum()),
+        safe_admitted=int((safe & reach.admitted).sum()),
+        unsafe_admitted=int(unsafe.sum()),
+        stuck=int(reach.stuck.sum()),
+        disabled_admitted=len(disabled),
+        budget_stops=budget_stops,
+        explored=len(order),
+        reachable_live=len(Reach(space, None, within=good).order),
+        deadlocks=int(space.locked[order].sum()),
+        starving=int((~moves.only(reach.admitted).everyone())[order].sum()),
+        counterexample=_first(space, reach, unsafe, disabled),
+    )
+
+
+def _first(
+    space: StateSpace, reach: Reach, unsafe: NDArray[np.bool_], disabled: list[tuple[int, int]]
+) -> Counterexample | None:
+    """Return the broken promise that is found first, with a shortest way to it."""
+    moves = space.moves
+    edges = np.flatnonzero(unsafe)
+    broken: list[tuple[int, int, int, str]] = [
+        (int(reach.rank[number]), 0, robot, "disabled") for number, robot in disabled
+    ]
+    broken += [
+        (rank, 1, robot, "unsafe")
+        for rank, robot in zip(
+            reach.rank[moves.sources[edges]].tolist(), moves.movers[edges].tolist(), strict=True
+        )
+    ]
+    broken += [(rank, 2, -1, "stuck") for rank in reach.rank[reach.stuck].tolist()]
+    if not broken:
+        return None
+    rank, _, robot, kind = min(broken)
+    number = int(reach.order[rank])
+    return counterexample(space.system, kind, reach.way(number), space.configuration(number), robot)
+
+
+def counterexample(
+    system: System, kind: str, way: list[int], here: Configuration, robot: int
+) -> Counterexample:
+    """Put into words that a promise is broken in `here`, by the next move of `robot` if it is one."""
+    way = way if robot < 0 else [*way, robot]
+    there = system.moved(here, robot) if kind == "unsafe" else here
+    return Counterexample(kind, tuple(system.robots[i].id for i in way), system.describe(there))

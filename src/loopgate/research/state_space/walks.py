@@ -1,0 +1,174 @@
+"""Checking a gate along random walks of admitted moves, where not every configuration can be looked at."""
+
+from __future__ import annotations
+
+import random
+from collections import Counter
+from collections.abc import Callable
+from typing import Protocol
+
+from loopgate.errors import UnsafeStartError
+from loopgate.gates import Gate, Reason
+from loopgate.gates.deadlocks import deadlocked_robots, homes_decide_liveness
+from loopgate.model import Configuration, System
+from loopgate.research.state_space.counterexample import Counterexample, promise_of
+from loopgate.research.state_space.space import ExplorationLimitError, StateSpace
+from loopgate.research.state_space.verification import Each, Verification, counterexample, nothing
+from loopgate.research.theory.acyclicity import AcyclicityError, live_by_order
+from loopgate.research.theory.homing import Homing
+
+__all__ = ["verify_walks"]
+
+_SEARCHED = 10
+"""Beyond so many robots the solver judges, where it can; below, plain search is quicker."""
+
+
+class _Judge(Protocol):
+    """The exact answer: does a configuration keep the promise."""
+
+    name: str
+
+    def live(self, configuration: Configuration) -> bool:
+        """Return the answer."""
+        ...
+
+
+class _BySat:
+    name = "sat"
+
+    def __init__(self, system: System) -> None:
+        self._system = system
+        self.live(system.initial)  # raises at once where the system is not of a kind it covers
+
+    def live(self, configuration: Configuration) -> bool:
+        return live_by_order(self._system, configuration)
+
+
+class _BySpace:
+    def __init__(self, space: StateSpace, promise: str) -> None:
+        self.name = "oracle" if promise == "everyone" else promise
+        self._space = space
+        self._good = space.keeping(promise)
+
+    def live(self, configuration: Configuration) -> bool:
+        return bool(self._good[self._space.number(configuration)])
+
+
+class _ByDeadlocks:
+    name = "deadlocks"
+
+    def __init__(self, system: System) -> None:
+        self._system = system
+
+    def live(self, configuration: Configuration) -> bool:
+        return not deadlocked_robots(self._system, configuration)
+
+
+def _judge_for(system: System, promise: str, limit: int) -> _Judge:
+    """Return what can judge `system` by a promise: exactly, or by circular waits where it is too large."""
+    if promise == "everyone" and homes_decide_liveness(system):
+        if len(system.robots) > _SEARCHED:
+            try:
+                return _BySat(system)
+            except AcyclicityError:
+                pass
+        return Homing(system)
+    try:
+        return _BySpace(StateSpace(system, limit=limit), promise)
+    except ExplorationLimitError:
+        return _ByDeadlocks(system)
+
+
+def verify_walks(
+    system: System,
+    make: Callable[[System], Gate],
+    *,
+    seed: int,
+    walks: int = 1,
+    steps: int = 100,
+    limit: int = 20_000,
+    progress: Callable[[int], None] = lambda _: None,
+    each: Each = nothing,
+) -> Verification:
+    """Check along random walks of admitted moves, each told to the gate.
+
+    The judge is a plain search for a way home where private states decide liveness, or the SAT solver where
+    there are many robots and it covers the system; else all configurations are looked at; beyond the limit
+    only stuck configurations, broken capacities and circular waits are found.
+
+    Parameters
+    ----------
+    system, make
+        The system, and what makes the gate; each walk begins with a new one.
+    seed
+        Of the walks.
+    walks, steps
+        How many walks, and the most moves of each.
+    limit
+        The most configurations to look at for judging.
+    progress
+        Called with the number of moves made so far.
+    each
+        Called after each decision about a possible move.
+    """
+    rng = random.Random(seed)
+    judge: _Judge | None = None
+    counts: Counter[str] = Counter()
+    example: Counterexample | None = None
+    for _ in range(walks):
+        try:
+            gate = make(system)
+        except UnsafeStartError:
+            judge = judge or _judge_for(system, "everyone", limit)
+            live = int(judge.name != "deadlocks" and judge.live(system.initial))
+            return Verification("walks", judge.name, starts_refused=1, live_starts_refused=live)
+        judge = judge or _judge_for(system, promise_of(gate), limit)
+        if not judge.live(system.initial):
+            return Verification("walks", judge.name, dead_starts_accepted=1)
+        here, moves = system.initial, list[int]()
+        for _ in range(steps):
+            admitted, broken = _ask(system, gate, here, judge, counts, each)
+            if broken and example is None:
+                example = counterexample(system, broken[0], moves, here, broken[1])
+            if not admitted:
+                break
+            robot = rng.choice(admitted)
+            here = system.moved(here, robot)
+            gate.moved(here, robot)
+            moves.append(robot)
+            counts["done"] += 1
+            progress(counts["done"])
+    del counts["done"]
+    return Verification("walks", judge.name if judge else "none", counterexample=example, **counts)
+
+
+def _ask(
+    system: System, gate: Gate, here: Configuration, judge: _Judge, counts: Counter[str], each: Each
+) -> tuple[list[int], tuple[str, int] | None]:
+    """Ask a gate about every robot; return those admitted and a promise that is broken, by whose move."""
+    broken: tuple[str, int] | None = None
+    admitted = []
+    counts["configurations"] += 1
+    for robot in range(len(system.robots)):
+        decision = gate.decide(here, robot)
+        counts["budget_stops"] += decision.reason is Reason.BUDGET
+        if not system.enabled(here, robot):
+            if decision.admitted:
+                counts["disabled_admitted"] += 1
+                broken = ("disabled", robot)
+            continue
+        counts["decisions"] += 1
+        each(gate, here, robot)
+        safe = judge.live(system.moved(here, robot))
+        if judge.name != "deadlocks":
+            counts["safe"] += safe
+            counts["safe_admitted"] += safe and decision.admitted
+        if decision.admitted:
+            admitted.append(robot)
+            if not safe:
+                counts["unsafe_admitted"] += 1
+                broken = broken or ("unsafe", robot)
+    if not admitted and not all(system.finished(here, i) for i in range(len(system.robots))):
+        counts["stuck"] += 1
+        broken = broken or ("stuck", -1)
+    return admitted, broken
