@@ -166,7 +166,7 @@ def details(runs: pd.DataFrame, study: Study) -> pd.DataFrame:
         if done.empty:
             rows.append({"vehicles": count, "rule": rule, "km": f"refused: {group[c.ERROR].iloc[0]}"})
             continue
-        gated = done[done[c.AUDIT] != "not gated"]
+        gated = done[done[c.AUDIT] != c.NOT_GATED]
         rows.append(
             {
                 "vehicles": count,

@@ -225,7 +225,9 @@ def compute_capacity(
     check_columns(runs, [VEHICLES, value], "runs")
     rows = []
     for names, group in groups(succeeded(runs).dropna(subset=[value, VEHICLES]), by, "runs"):
-        samples = {int(str(n)): part[value].to_numpy(dtype=float) for n, part in group.groupby(VEHICLES)}
+        samples = {
+            int(float(str(n))): part[value].to_numpy(dtype=float) for n, part in group.groupby(VEHICLES)
+        }
         if not samples:
             continue
         counts = np.array(list(samples))

@@ -16,6 +16,7 @@ from loopgate.results.row_columns import (
     LAPS_PER_H,
     LONGEST_WAIT,
     NETWORK,
+    NOT_GATED,
     TELEPORTS,
 )
 
@@ -52,7 +53,7 @@ def compute_safety(*, runs: pd.DataFrame, by: Sequence[str] = (NETWORK, GATE)) -
     rows = []
     for names, group in groups(runs, by, "runs"):
         done = succeeded(group)
-        gated = done[done[AUDIT] != "not gated"]
+        gated = done[done[AUDIT] != NOT_GATED]
         figures = {
             FAILED: len(group) - len(done),
             RUNS: len(done),

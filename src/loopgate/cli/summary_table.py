@@ -9,6 +9,8 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
+from loopgate.results.row_columns import NOT_GATED
+
 __all__ = ["print_summary", "summary_rows"]
 
 
@@ -39,6 +41,8 @@ def summary_rows(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
         *_surroundings(summary),
         ("audit", _audit(summary["audit"])),
     ]
+    if summary["audit"] == NOT_GATED:
+        rows = [row for row in rows if row[0] != "hold time"]
     if not summary["loops"]:
         rows = [row for row in rows if row[0] not in {"coverage", "idleness"}]
     if not summary["decisions"]:

@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
@@ -34,17 +35,25 @@ from loopgate.results import columns as run
 from loopgate.results import row_columns as c
 from loopgate.results.row_schema import ROW_SCHEMA
 
-__all__ = ["add_series", "network_sections"]
+__all__ = ["add_series", "common_count", "network_sections"]
 
 _BY = [SERIES, c.VEHICLES]
 _PERCENT = (0.05, 0.25, 0.5, 0.75, 0.95)
+_MOST_PANELS = 6
 
 
 def add_series(runs: pd.DataFrame) -> pd.DataFrame:
-    """Return the runs with a column `SERIES`: the gate, and what else tells runs of equal vehicles apart."""
-    other = (c.ABSTRACTION, c.NEGOTIATION, c.LIGHTS, c.LOOPS, c.DURATION, c.WARMUP, *_extra(runs))
+    """Return the runs with a column `SERIES`: the gate, and what else tells runs of equal vehicles apart.
+
+    How many loops are in use follows from the number of vehicles where a file has more loops than that, so
+    it tells runs apart only where they differ in nothing else.
+    """
+    other = (c.ABSTRACTION, c.NEGOTIATION, c.LIGHTS, c.DURATION, c.WARMUP, *_extra(runs))
     by_gate = runs.groupby(c.GATE, dropna=False)
     parts = [c.GATE, *(name for name in other if by_gate[name].nunique(dropna=False).max() > 1)]
+    alike = runs.groupby([c.NETWORK, c.VEHICLES, *parts], dropna=False)
+    if alike[c.LOOPS].nunique(dropna=False).max() > 1:
+        parts.append(c.LOOPS)
     settings = runs[parts].drop_duplicates()
     labels = [", ".join(map(_label, parts, row)) for row in settings.itertuples(index=False)]
     return runs.merge(settings.assign(**{SERIES: labels}), on=parts, how="left").set_axis(runs.index)
@@ -74,6 +83,28 @@ def network_sections(results: Results) -> list[Section]:
     return [_section(str(network), part, results) for network, part in runs.groupby(c.NETWORK, sort=True)]
 
 
+def common_count(runs: pd.DataFrame) -> int:
+    """Return the largest vehicle count with which every series was run, or as many of them as any count."""
+    series = runs.groupby(c.VEHICLES)[SERIES].nunique()
+    return int(series.index[series == series.max()].max())
+
+
+def _panels(runs: pd.DataFrame) -> list[int]:
+    """Return the vehicle counts whose survival is drawn: where runs lock up, spread evenly if too many."""
+    locking = np.unique(runs.loc[runs[c.DEADLOCKS] > 0, c.VEHICLES].to_numpy(dtype=int))
+    if not len(locking):
+        return [common_count(runs)]
+    chosen = np.linspace(0, len(locking) - 1, min(len(locking), _MOST_PANELS)).round().astype(int)
+    return [int(count) for count in locking[chosen]]
+
+
+def _panels_in_words(runs: pd.DataFrame) -> str:
+    locking = runs.loc[runs[c.DEADLOCKS] > 0, c.VEHICLES].nunique()
+    if locking > _MOST_PANELS:
+        return f"for {_MOST_PANELS} of the {locking} vehicle counts with which runs lock up"
+    return "for each vehicle count with which runs lock up" if locking else "for the largest vehicle count"
+
+
 def _short(network: str) -> str:
     return re.sub(r"(\.net)?\.xml(\.gz)?$|\.sumocfg$", "", Path(network).name) or network
 
@@ -91,6 +122,7 @@ def _section(network: str, runs: pd.DataFrame, results: Results) -> Section:
     return Section(
         network=network,
         runs=runs,
+        count=common_count(runs),
         figures=_figures(runs, by_name, look, results),
         tables=tables,
         hidden=names[len(look) :],
@@ -103,7 +135,7 @@ def _tables(runs: pd.DataFrame, names: Sequence[str]) -> list[TableItem]:
     wide = laps.pivot_table(index=[*_BY, c.LAPS], columns=a.QUANTILE, values=a.LAP_TIME, observed=True)
     wide.columns = pd.Index([f"{100 * float(str(q)):.0f} % [s]" for q in wide.columns])
     revisits = compute_mean(runs=runs, value=c.MEAN_REVISIT, by=_BY)
-    gated = runs[runs[c.DECISIONS] > 0]
+    gated = runs[runs[c.AUDIT].ne(c.NOT_GATED) & runs[c.HOLD].notna()]
     tables = [
         TableItem(
             "throughput",
@@ -150,13 +182,13 @@ def _tables(runs: pd.DataFrame, names: Sequence[str]) -> list[TableItem]:
         TableItem(
             "hold",
             "Time standing at gates, all vehicles together [s]",
-            compute_mean(runs=runs, value=c.HOLD, by=_BY),
-            'compute_mean(runs=runs, value="hold_s", by=["gate", "vehicles"])',
+            compute_mean(runs=gated, value=c.HOLD, by=_BY),
+            'compute_mean(runs=runs.dropna(subset="hold_s"), value="hold_s", by=["gate", "vehicles"])',
         ),
         TableItem(
             "decisions",
             "Decisions",
-            compute_decision_time(runs=gated, by=_BY),
+            compute_decision_time(runs=runs[runs[c.DECISIONS] > 0], by=_BY),
             'compute_decision_time(runs=runs, by=["gate", "vehicles"])',
         ),
         TableItem(
@@ -215,10 +247,12 @@ def _figures(
     add(
         "survival",
         "Time to the first deadlock",
-        "Kaplan-Meier curves over all vehicle counts together, with 95 % bands; a tick marks runs that ended "
+        f"Kaplan-Meier curves with 95 % bands, {_panels_in_words(runs)}; a tick marks runs that ended "
         "without deadlock.",
-        lambda: draw.survival_figure(compute_survival(runs=runs, by=[SERIES]), look),
-        'compute_survival(runs=runs, by=["gate"])',
+        lambda: draw.survival_figure(
+            compute_survival(runs=runs[runs[c.VEHICLES].isin(_panels(runs))], by=_BY), look
+        ),
+        'compute_survival(runs=runs, by=["gate", "vehicles"])',
     )
     laps = compute_lap_distribution(runs=runs, by=_BY, quantiles=_PERCENT)
     if len(laps):
@@ -229,14 +263,18 @@ def _figures(
             lambda: draw.laps_figure(laps, look),
             'compute_lap_distribution(runs=runs, by=["gate", "vehicles"])',
         )
-    edges = compute_edge_means(runs=runs, edge_sets=results.edge_sets, by=[SERIES])
-    if len(edges):
+    count = common_count(runs)
+    edges = compute_edge_means(runs=runs[runs[c.VEHICLES] == count], edge_sets=results.edge_sets, by=[SERIES])
+    of_count = f'runs=runs[runs["vehicles"] == {count}], edge_sets=results.edge_sets, by=["gate"]'
+    held = edges[edges[run.EDGE_HOLD].notna()]
+    if len(held):
         add(
             "map",
             "Where vehicles are held",
-            "Hold time per edge, mean over all runs; dark and thick is long. Roads on no loop are not drawn.",
-            lambda: map_figure(edges, look, run.EDGE_HOLD, "hold time per edge and run [s]"),
-            'compute_edge_means(runs=runs, edge_sets=results.edge_sets, by=["gate"])',
+            f"Hold time per edge with {count} vehicles, mean over runs; dark and thick is long. Roads on no "
+            "loop are not drawn.",
+            lambda: map_figure(held, look, run.EDGE_HOLD, "hold time per edge and run [s]"),
+            f"compute_edge_means({of_count})",
         )
     if "decisions" in tables:
         add(
@@ -275,9 +313,9 @@ def _figures(
         add(
             "idleness-map",
             "Which roads go unwatched",
-            "Idleness per edge, mean over all runs; dark and thick is long.",
+            f"Idleness per edge with {count} vehicles, mean over runs; dark and thick is long.",
             lambda: map_figure(edges, look, run.IDLENESS, "idleness per edge [s]"),
-            'compute_edge_means(runs=runs, edge_sets=results.edge_sets, by=["gate"])',
+            f"compute_edge_means({of_count})",
         )
     fundamental = compute_fundamental(runs=runs)
     if len(fundamental[c.VEHICLES].unique()) > 1:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 import pandas as pd
@@ -60,29 +60,40 @@ def deadlock_figure(rates: pd.DataFrame, look: Mapping[str, Look]) -> Figure:
 
 
 def survival_figure(survival: pd.DataFrame, look: Mapping[str, Look]) -> Figure:
-    """Draw Kaplan-Meier curves with their bands, from `compute_survival` by series."""
-    figure, axes = _frame()
-    for series, part in _parts(survival, look):
-        style = look[series]
-        axes.step(
-            part[a.AT], part[a.SURVIVAL], where="post", label=series, color=style.colour, linestyle=style.dash
-        )
-        axes.fill_between(
-            part[a.AT],
-            part[a.LOW].astype(float),
-            part[a.HIGH].astype(float),
-            step="post",
-            color=style.colour,
-            alpha=0.15,
-            linewidth=0,
-        )
-        ends = part[part[a.CENSORED] > 0]
-        axes.plot(ends[a.AT], ends[a.SURVIVAL], linestyle="none", marker="|", color=style.colour)
-    axes.set_xlabel("simulated time [s]")
-    axes.set_ylabel("runs not yet locked up")
-    axes.set_ylim(-0.03, 1.03)
-    axes.yaxis.set_major_formatter(PercentFormatter(1.0))
-    return _finish(figure, axes, vehicles=False)
+    """Draw Kaplan-Meier curves with their bands, from `compute_survival`: a panel per vehicle count."""
+    counts = sorted(survival[c.VEHICLES].unique())
+    columns = min(len(counts), 2) or 1
+    rows = max(1, -(-len(counts) // columns))
+    figure = Figure(figsize=(_SIZE[0], _SIZE[1] if rows == 1 else 2.2 * rows + 0.9))
+    grid = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
+    for axes, count in zip(grid.flat, counts, strict=False):
+        axes.set_title(f"{count:g} vehicles", fontsize=10)
+        for series, part in _parts(survival[survival[c.VEHICLES] == count], look):
+            _survival_curve(axes, series, part, look[series])
+    for axes in grid.flat[len(counts) :]:
+        axes.set_axis_off()
+    figure.supxlabel("simulated time [s]", fontsize=10)
+    figure.supylabel("runs not yet locked up", fontsize=10)
+    grid[0, 0].set_ylim(-0.03, 1.03)
+    grid[0, 0].yaxis.set_major_formatter(PercentFormatter(1.0))
+    return _legend(figure, grid.flat)
+
+
+def _survival_curve(axes: Axes, series: str, part: pd.DataFrame, style: Look) -> None:
+    axes.step(
+        part[a.AT], part[a.SURVIVAL], where="post", label=series, color=style.colour, linestyle=style.dash
+    )
+    axes.fill_between(
+        part[a.AT],
+        part[a.LOW].astype(float),
+        part[a.HIGH].astype(float),
+        step="post",
+        color=style.colour,
+        alpha=0.15,
+        linewidth=0,
+    )
+    ends = part[part[a.CENSORED] > 0]
+    axes.plot(ends[a.AT], ends[a.SURVIVAL], linestyle="none", marker="|", color=style.colour)
 
 
 def laps_figure(laps: pd.DataFrame, look: Mapping[str, Look]) -> Figure:
@@ -187,8 +198,16 @@ def _finish(figure: Figure, axes: Axes, *, vehicles: bool = True, whole: bool = 
             axes.set_xticks([middle])
         elif whole:
             axes.xaxis.set_major_locator(MaxNLocator(integer=True, steps=[1, 2, 5, 10]))
-    handles, labels = axes.get_legend_handles_labels()
-    if handles:
-        columns = 1 if max(map(len, labels)) > 24 else min(len(labels), 3)  # noqa: PLR2004 - fits a phone
-        figure.legend(handles, labels, loc="outside lower center", ncols=columns)
+    return _legend(figure, [axes])
+
+
+def _legend(figure: Figure, panels: Iterable[Axes]) -> Figure:
+    """Name each series once, below all panels."""
+    known = {}
+    for axes in panels:
+        handles, labels = axes.get_legend_handles_labels()
+        known.update(zip(labels, handles, strict=True))
+    if known:
+        columns = 1 if max(map(len, known)) > 24 else min(len(known), 3)  # noqa: PLR2004 - fits a phone
+        figure.legend(list(known.values()), list(known), loc="outside lower center", ncols=columns)
     return figure

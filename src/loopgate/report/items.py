@@ -39,6 +39,8 @@ class Section:
 
     network: str
     runs: pd.DataFrame
+    count: int
+    """The vehicle count at which series are compared where one must be chosen."""
     figures: Sequence[FigureItem]
     tables: Sequence[TableItem]
     hidden: Sequence[str]

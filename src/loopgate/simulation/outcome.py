@@ -35,6 +35,7 @@ from loopgate.results.columns import (
     Y,
 )
 from loopgate.results.recorder import read_events
+from loopgate.results.row_columns import NOT_GATED
 from loopgate.simulation.gatekeeper import Gatekeeper
 from loopgate.simulation.histogram import Histogram
 from loopgate.simulation.loop_run import Course
@@ -232,7 +233,7 @@ def summary(
             "gate": round(course.total_s - course.sumo_s, 3),
             "total": round(course.total_s, 3),
         },
-        "audit": (list(findings) or "clean") if keeper else "not gated",
+        "audit": (list(findings) or "clean") if keeper else NOT_GATED,
         "warnings": list(warnings),
         "versions": _versions(),
         "command": scenario.command(str(folder.path)),

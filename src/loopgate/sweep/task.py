@@ -43,6 +43,9 @@ Runner = Callable[[Mapping[str, Any], Path], object]
 
 DEFAULT_RUNNER = "loopgate.sweep.simulate:run_scenario"
 
+_LEFT_TO_THE_RUN = (c.VEHICLES, c.LOOPS, c.NEGOTIATION, c.LIGHTS)
+"""Keys of a scenario that, where they are 0 or empty, let the run choose: its own figure counts."""
+
 _ONE_AT_A_TIME = threading.Lock()  # a process holds one simulation; a worker with threads must queue
 
 
@@ -137,7 +140,11 @@ def failed_row(task: Task, error: str) -> dict[str, Any]:
 def _identity(task: Task) -> dict[str, Any]:
     """Return the columns that are known before the run, what was asked for taking precedence."""
     point = task.point
-    asked = {name: point.scenario[name] for name in c.OPTION_COLUMNS if point.scenario.get(name) is not None}
+    asked = {
+        name: value
+        for name in c.OPTION_COLUMNS
+        if (value := point.scenario.get(name)) is not None and (value or name not in _LEFT_TO_THE_RUN)
+    }
     return {
         **asked,
         c.KEY: point.key,
