@@ -9,13 +9,15 @@ from xml.etree import ElementTree as ET
 from xml.sax.saxutils import quoteattr
 
 from loopgate.errors import RouteError
+from loopgate.keeping import Kept
+from loopgate.network.content import content_identity
 from loopgate.network.lanes import make_loop
 from loopgate.network.loop import Loop
 from loopgate.network.road import RoadNetwork
 from loopgate.network.sumo_config import is_sumo_config, read_sumo_config
 from loopgate.network.vehicle_type import DEFAULT_TYPE, VehicleType, vehicle_type
 from loopgate.network.xml_file import read_xml
-from loopgate.reading import shown
+from loopgate.reading import is_file, refusing, shown
 
 __all__ = ["LoopVehicle", "RoutesFile", "read_loops", "routes_text", "write_loops", "write_text"]
 
@@ -132,6 +134,18 @@ def read_loops(network: RoadNetwork, file: Path | str) -> RoutesFile:
         text names file, route and edge.
     """
     path = Path(file)
+    with refusing(path, "route file", RouteError):
+        content = content_identity(path) if network.content and is_file(path) else ""
+    if not content:
+        return _read(network, path)
+    # Messages and the result name the file, so it is part of the key.
+    return _KEPT.get((network.content, str(file), content), lambda: _read(network, path))
+
+
+_KEPT: Kept[RoutesFile] = Kept(8)
+
+
+def _read(network: RoadNetwork, path: Path) -> RoutesFile:
     files = read_sumo_config(path).route_files if is_sumo_config(path) else (path,)
     if not files:
         msg = f'{path}: the configuration names no route files; expected <route-files value="..."/>'

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 import pandas as pd
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogFormatter, MaxNLocator, PercentFormatter
@@ -203,10 +204,10 @@ def _finish(figure: Figure, axes: Axes, *, vehicles: bool = True, whole: bool = 
 
 def _legend(figure: Figure, panels: Iterable[Axes]) -> Figure:
     """Name each series once, below all panels."""
-    known = {}
+    known: dict[str, Artist] = {}
     for axes in panels:
         handles, labels = axes.get_legend_handles_labels()
-        known.update(zip(labels, handles, strict=True))
+        known.update(zip(map(str, labels), handles, strict=True))
     if known:
         columns = 1 if max(map(len, known)) > 24 else min(len(known), 3)  # noqa: PLR2004 - fits a phone
         figure.legend(list(known.values()), list(known), loc="outside lower center", ncols=columns)

@@ -31,9 +31,10 @@ from loopgate.analysis.rows import read_run_row
 from loopgate.disk import DISK_FULL
 from loopgate.errors import LoopgateError, SweepError
 from loopgate.folders import temporary_folder
+from loopgate.network.content import content_identity
 from loopgate.results import row_columns as c
 from loopgate.sweep.description import Point
-from loopgate.sweep.files import PackedFile, content_identity, unpack
+from loopgate.sweep.files import PackedFile, unpack
 from loopgate.sweep.memory import peak_memory_mb, reset_peak_memory
 
 __all__ = ["DEFAULT_RUNNER", "Result", "Runner", "Task", "execute", "failed_row", "load_runner"]
