@@ -16,11 +16,11 @@ from typing import Any
 
 import pandas as pd
 
-from loopgate.analysis import read_results
 from loopgate.analysis.statistics import mean_interval
 from loopgate.cli.progress import show_progress
 from loopgate.network import Loop, write_loops
 from loopgate.results import row_columns as c
+from loopgate.runs import read_results
 from loopgate.sweep import Sweep, run_sweep
 
 ROOT = Path(__file__).resolve().parents[1]

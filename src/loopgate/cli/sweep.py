@@ -112,9 +112,10 @@ def sweep(  # noqa: PLR0913 - one argument per option
 def _check(points: list[Point], file: Path) -> None:
     """Refuse keys, values, gates and negotiations that no run would accept before anything runs."""
     from loopgate.simulation.scenario import Scenario
+    from loopgate.sweep.description import with_files
 
     for point in points:
-        Scenario.from_dict(dict(point.scenario), source=str(file))
+        Scenario.from_dict(with_files(point.scenario, point.files), source=str(file))
 
 
 @contextlib.contextmanager

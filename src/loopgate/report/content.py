@@ -6,11 +6,13 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
+from typing import TypedDict
 
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
+from loopgate import plots
 from loopgate.analysis import columns as a
 from loopgate.analysis import (
     compute_capacity,
@@ -25,21 +27,23 @@ from loopgate.analysis import (
     compute_time_to_deadlock,
 )
 from loopgate.analysis.frames import succeeded
-from loopgate.analysis.load import Results
-from loopgate.report import figures as draw
-from loopgate.report.figures import SERIES
-from loopgate.report.items import FigureItem, Section, TableItem
-from loopgate.report.road_map import map_figure
-from loopgate.report.style import Look, looks
+from loopgate.plots.style import Look, looks_of, series_order
+from loopgate.report.items import SERIES, FigureItem, Section, TableItem
 from loopgate.results import columns as run
 from loopgate.results import row_columns as c
 from loopgate.results.row_schema import ROW_SCHEMA
+from loopgate.runs.results import Results
 
 __all__ = ["add_series", "common_count", "network_sections"]
 
 _BY = [SERIES, c.VEHICLES]
 _PERCENT = (0.05, 0.25, 0.5, 0.75, 0.95)
 _MOST_PANELS = 6
+
+
+class _Style(TypedDict):
+    series: str
+    look: Mapping[str, Look]
 
 
 def add_series(runs: pd.DataFrame) -> pd.DataFrame:
@@ -109,14 +113,9 @@ def _short(network: str) -> str:
     return re.sub(r"(\.net)?\.xml(\.gz)?$|\.sumocfg$", "", Path(network).name) or network
 
 
-def series_order(names: Sequence[str]) -> list[str]:
-    """Return the series sorted, those of the open gate first: they are what others are compared with."""
-    return sorted(names, key=lambda name: (not name.startswith("open"), name))
-
-
 def _section(network: str, runs: pd.DataFrame, results: Results) -> Section:
-    names = series_order(list(runs[SERIES].unique()))
-    look = looks(names)
+    look = looks_of(runs[SERIES])
+    names = series_order(runs[SERIES])
     tables = _tables(runs, names)
     by_name = {item.name: item.table for item in tables}
     return Section(
@@ -225,6 +224,7 @@ def _figures(
 ) -> list[FigureItem]:
     several = tables["throughput"][a.RUNS].max() > 1
     bars = "Means over seeds with 95 % intervals (Student's t)." if several else "One run each: no intervals."
+    style: _Style = {"series": SERIES, "look": look}
     items: list[FigureItem] = []
 
     def add(name: str, title: str, caption: str, figure: Callable[[], Figure], code: str) -> None:
@@ -234,14 +234,14 @@ def _figures(
         "throughput",
         "Throughput",
         bars,
-        lambda: draw.mean_figure(tables["throughput"], look, "throughput [vehicle-km/h]"),
+        lambda: plots.plot_mean(tables["throughput"], "throughput [vehicle-km/h]", **style),
         'compute_mean(runs=runs, value="km_per_h", by=["gate", "vehicles"])',
     )
     add(
         "deadlock-rate",
         "Runs that lock up",
         "Share of runs with a deadlock, with 95 % Wilson intervals.",
-        lambda: draw.deadlock_figure(tables["deadlocks"], look),
+        lambda: plots.plot_deadlock_rate(tables["deadlocks"], **style),
         'compute_deadlock_rate(runs=runs, by=["gate", "vehicles"])',
     )
     add(
@@ -249,8 +249,8 @@ def _figures(
         "Time to the first deadlock",
         f"Kaplan-Meier curves with 95 % bands, {_panels_in_words(runs)}; a tick marks runs that ended "
         "without deadlock.",
-        lambda: draw.survival_figure(
-            compute_survival(runs=runs[runs[c.VEHICLES].isin(_panels(runs))], by=_BY), look
+        lambda: plots.plot_survival(
+            compute_survival(runs=runs[runs[c.VEHICLES].isin(_panels(runs))], by=_BY), **style
         ),
         'compute_survival(runs=runs, by=["gate", "vehicles"])',
     )
@@ -260,7 +260,7 @@ def _figures(
             "laps",
             "Lap times",
             "Boxes hold the middle half of all laps, whiskers 5 to 95 %, markers the median.",
-            lambda: draw.laps_figure(laps, look),
+            lambda: plots.plot_laps(laps, **style),
             'compute_lap_distribution(runs=runs, by=["gate", "vehicles"])',
         )
     count = common_count(runs)
@@ -273,7 +273,7 @@ def _figures(
             "Where vehicles are held",
             f"Hold time per edge with {count} vehicles, mean over runs; dark and thick is long. Roads on no "
             "loop are not drawn.",
-            lambda: map_figure(held, look, run.EDGE_HOLD, "hold time per edge and run [s]"),
+            lambda: plots.plot_edges(held, run.EDGE_HOLD, label="hold time per edge and run [s]", **style),
             f"compute_edge_means({of_count})",
         )
     if "decisions" in tables:
@@ -281,7 +281,7 @@ def _figures(
             "decision-time",
             "Decision time",
             "Median and 99th percentile of a run's decisions, each the median over runs.",
-            lambda: draw.decision_figure(tables["decisions"], look),
+            lambda: plots.plot_decision_time(tables["decisions"], **style),
             'compute_decision_time(runs=runs, by=["gate", "vehicles"])',
         )
     if tables["revisits"][a.MEAN].notna().any():
@@ -289,7 +289,7 @@ def _figures(
             "revisits",
             "Revisit intervals",
             f"Time between two visits of an edge, mean over edges. {bars}",
-            lambda: draw.mean_figure(tables["revisits"], look, "revisit interval [s]"),
+            lambda: plots.plot_mean(tables["revisits"], "revisit interval [s]", **style),
             'compute_mean(runs=runs, value="mean_revisit_s", by=["gate", "vehicles"])',
         )
     for name, title, what in (
@@ -306,7 +306,7 @@ def _figures(
                 name,
                 title,
                 f"{what} {bars}",
-                partial(draw.mean_figure, means, look, f"{title.lower()} [s]"),
+                partial(plots.plot_mean, means, f"{title.lower()} [s]", **style),
                 f'compute_mean(runs=runs, value="{name.replace("-", "_")}_s", by=["gate", "vehicles"])',
             )
     if len(edges) and edges[run.IDLENESS].notna().any():
@@ -314,7 +314,7 @@ def _figures(
             "idleness-map",
             "Which roads go unwatched",
             f"Idleness per edge with {count} vehicles, mean over runs; dark and thick is long.",
-            lambda: map_figure(edges, look, run.IDLENESS, "idleness per edge [s]"),
+            lambda: plots.plot_edges(edges, run.IDLENESS, label="idleness per edge [s]", **style),
             f"compute_edge_means({of_count})",
         )
     fundamental = compute_fundamental(runs=runs)
@@ -323,7 +323,7 @@ def _figures(
             "fundamental-diagram",
             "Fundamental diagram",
             "Flow over density, means over seeds.",
-            lambda: draw.fundamental_figure(fundamental, look),
+            lambda: plots.plot_fundamental(fundamental, **style),
             "compute_fundamental(runs=runs)",
         )
     return items

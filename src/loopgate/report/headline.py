@@ -9,8 +9,7 @@ import pandas as pd
 
 from loopgate.analysis import columns as a
 from loopgate.analysis.statistics import wilson_interval
-from loopgate.report.figures import SERIES
-from loopgate.report.items import Section
+from loopgate.report.items import SERIES, Section
 from loopgate.results import row_columns as c
 
 __all__ = ["DASH", "headline", "number"]

@@ -8,7 +8,10 @@ from dataclasses import dataclass
 import pandas as pd
 from matplotlib.figure import Figure
 
-__all__ = ["FigureItem", "Section", "TableItem"]
+__all__ = ["SERIES", "FigureItem", "Section", "TableItem"]
+
+SERIES = "series"
+"""The column that names a series: gate, and whatever else varies besides network, vehicles and seed."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -21,6 +21,7 @@ STATUS_OK: Final = "ok"
 STATUS_FAILED: Final = "failed"
 ERROR: Final = "error"  # one line, empty if ok
 SCENARIO: Final = "scenario"  # the whole scenario as asked for, as JSON
+FOLDER: Final = "results"  # where the row was read from; only where several folders hold the same run
 
 # Options that studies group by; all others are in the scenario
 NETWORK: Final = "network"

@@ -16,6 +16,7 @@ from loopgate.gates import check_gate
 from loopgate.negotiation.registry import check_negotiation
 from loopgate.reading import read_toml, shown
 from loopgate.simulation.values import Rule, checked, choice, flag, length_range, real, text, whole
+from loopgate.spec import in_file
 
 __all__ = ["Scenario", "read_scenario"]
 
@@ -60,7 +61,8 @@ class Scenario:
     vehicles
         How many vehicles; 0 for one per loop.
     gate
-        A gate's name, with options behind a colon; ``open`` leaves all to SUMO's right of way.
+        A gate's name, with options behind a colon; ``open`` leaves all to SUMO's right of way, and
+        ``file.py:Name`` is a class or function of your own.
     abstraction
         ``segments`` or ``queues``.
     negotiation
@@ -241,4 +243,8 @@ def read_scenario(file: Path | str) -> Scenario:
         name = data.get(key)
         if isinstance(name, str) and name and not name.startswith("sumo:"):
             data[key] = str(path.parent / name)
+    for key in ("gate", "negotiation"):
+        where = in_file(str(data.get(key, "")))
+        if where is not None:
+            data[key] = f"{path.parent / where.file}:{where.rest}"
     return Scenario.from_dict(data, source=str(file))

@@ -8,10 +8,10 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from loopgate.analysis.load import read_results
 from loopgate.errors import SweepError
 from loopgate.reading import is_folder, refusing
 from loopgate.results import row_columns as c
+from loopgate.runs.results import read_results
 from loopgate.sweep.description import Point
 
 __all__ = ["Estimate", "estimate"]

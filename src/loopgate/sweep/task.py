@@ -9,7 +9,6 @@ import contextlib
 import functools
 import hashlib
 import importlib
-import importlib.util
 import json
 import os
 import platform
@@ -22,7 +21,6 @@ from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from importlib import metadata
 from pathlib import Path
-from types import ModuleType
 from typing import Any, cast
 
 import pandas as pd
@@ -33,7 +31,8 @@ from loopgate.errors import LoopgateError, SweepError
 from loopgate.folders import temporary_folder
 from loopgate.network.content import content_identity
 from loopgate.results import row_columns as c
-from loopgate.sweep.description import Point
+from loopgate.spec import SpecError, in_file, load_from_file
+from loopgate.sweep.description import Point, with_files
 from loopgate.sweep.files import PackedFile, unpack
 from loopgate.sweep.memory import peak_memory_mb, reset_peak_memory
 
@@ -100,9 +99,8 @@ def execute(task: Task) -> Result:
 def _run(task: Task) -> Result:
     runner = load_runner(task.runner)
     with temporary_folder() as scratch:
-        scenario = dict(task.point.scenario)
         places = {key: str(_locate(task, key, scratch)) for key in task.files}
-        scenario |= places
+        scenario = with_files(task.point.scenario, places)
         out = scratch / "run"
         if task.keep is not None:
             shutil.rmtree(task.keep, ignore_errors=True)
@@ -179,25 +177,17 @@ def load_runner(name: str) -> Runner:
     SweepError
         If there is no such module, file or function.
     """
-    module_name, _, attribute = name.rpartition(":")
+    where = in_file(name)
     try:
-        module = (
-            _load_file(module_name) if module_name.endswith(".py") else importlib.import_module(module_name)
-        )
-        return cast("Runner", getattr(module, attribute))
-    except (ImportError, OSError, AttributeError, ValueError) as error:
+        if where is not None:
+            return load_from_file("runner", where.file, where.rest)
+        module_name, _, attribute = name.rpartition(":")
+        return cast("Runner", getattr(importlib.import_module(module_name), attribute))
+    except SpecError as error:
+        raise SweepError(str(error)) from error
+    except (ImportError, AttributeError, ValueError) as error:
         msg = f"runner {name}: cannot be imported ({error}); expected module:function or file.py:function"
         raise SweepError(msg) from error
-
-
-def _load_file(file: str) -> ModuleType:
-    spec = importlib.util.spec_from_file_location(Path(file).stem, file)
-    if spec is None or spec.loader is None:
-        msg = f"{file} is no Python file"
-        raise ImportError(msg)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
 
 
 def _describe(error: Exception) -> str:

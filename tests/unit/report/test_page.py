@@ -9,10 +9,10 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from loopgate.analysis import Results, read_results
 from loopgate.errors import ResultsError
 from loopgate.report.content import add_series
 from loopgate.report.page import write_report
+from loopgate.runs import Results, read_results
 
 Make = Callable[..., Results]
 
@@ -172,7 +172,7 @@ def test_a_run_in_which_nothing_was_achieved(make: Make, tmp_path: Path) -> None
 def test_partial_results_with_a_failure(make: Make, tmp_path: Path) -> None:
     """Both how many are there and how many failed."""
     results = make({"vehicles": [10], "gate": ["open", "certified"], "trouble": ["none", "raise"]})
-    partial = Results(results.folder, results.runs, results.edge_sets, {**results.manifest, "runs": 9})
+    partial = Results(results.folders, results.runs, results.edge_sets, {**results.manifest, "runs": 9})
     text = page(partial, tmp_path).text
     assert "4 runs of 9 planned are there; 2 failed." in text
 
@@ -188,7 +188,7 @@ def test_rows_of_different_codes_are_pointed_out(make: Make, tmp_path: Path) -> 
     """A package changed in the middle of a sweep makes rows that are not of one kind."""
     results = make({"vehicles": [10, 20]})
     mixed = results.runs.assign(loopgate_code=["a", "b"])
-    text = page(Results(results.folder, mixed, results.edge_sets), tmp_path).text
+    text = page(Results(results.folders, mixed, results.edge_sets), tmp_path).text
     assert "made by 2 different codes of loopgate" in text
 
 

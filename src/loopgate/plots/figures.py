@@ -1,9 +1,11 @@
-"""The figures of the report; each takes the table it shows."""
+"""Figures from the tables that `loopgate.analysis` computes: one line, marker or box style per series."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
+from typing import NamedTuple
 
+import matplotlib as mpl
 import numpy as np
 import pandas as pd
 from matplotlib.artist import Artist
@@ -12,66 +14,72 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogFormatter, MaxNLocator, PercentFormatter
 
 from loopgate.analysis import columns as a
-from loopgate.report.style import Look
+from loopgate.plots.style import RC, Look, looks_of
 from loopgate.results import row_columns as c
 
 __all__ = [
-    "SERIES",
-    "deadlock_figure",
-    "decision_figure",
-    "fundamental_figure",
-    "laps_figure",
-    "mean_figure",
-    "survival_figure",
+    "plot_deadlock_rate",
+    "plot_decision_time",
+    "plot_fundamental",
+    "plot_laps",
+    "plot_mean",
+    "plot_survival",
 ]
 
-SERIES = "series"  # gate, and whatever else varies besides network, vehicles and seed
 _SIZE = (5.2, 3.5)
-# How far series stand apart, as a share of the axis, so that intervals do not hide each other.
 _SPREAD = 0.008
+"""How far series stand apart, as a share of the axis."""
 
 
-def mean_figure(means: pd.DataFrame, look: Mapping[str, Look], label: str) -> Figure:
+@mpl.rc_context(RC)
+def plot_mean(
+    means: pd.DataFrame, label: str = "", *, series: str = c.GATE, look: Mapping[str, Look] | None = None
+) -> Figure:
     """Draw means with intervals against vehicles, from `compute_mean` by series and vehicles."""
     figure, axes = _frame()
-    shift = _shifts(means, look)
-    for series, part in _parts(means, look):
-        x = part[c.VEHICLES] + shift[series]
+    for name, part, style, shift in _lines(means, series, look):
+        x = part[c.VEHICLES] + shift
         reach = np.abs(part[[a.LOW, a.HIGH]].sub(part[a.MEAN], axis=0).to_numpy(dtype=float).T)
-        axes.errorbar(
-            x, part[a.MEAN], yerr=np.nan_to_num(reach), capsize=2.5, label=series, **look[series].line()
-        )
+        axes.errorbar(x, part[a.MEAN], yerr=np.nan_to_num(reach), capsize=2.5, label=name, **style.line())
     axes.set_ylabel(label)
     _from_zero(axes)
     return _finish(figure, axes)
 
 
-def deadlock_figure(rates: pd.DataFrame, look: Mapping[str, Look]) -> Figure:
+@mpl.rc_context(RC)
+def plot_deadlock_rate(
+    rates: pd.DataFrame, *, series: str = c.GATE, look: Mapping[str, Look] | None = None
+) -> Figure:
     """Draw the share of runs that lock up, with Wilson intervals, from `compute_deadlock_rate`."""
     figure, axes = _frame()
-    shift = _shifts(rates, look)
-    for series, part in _parts(rates, look):
-        x = part[c.VEHICLES] + shift[series]
+    for name, part, style, shift in _lines(rates, series, look):
+        x = part[c.VEHICLES] + shift
         reach = np.abs(part[[a.LOW, a.HIGH]].sub(part[a.RATE], axis=0).to_numpy(dtype=float).T)
-        axes.errorbar(x, part[a.RATE], yerr=reach, capsize=2.5, label=series, **look[series].line())
+        axes.errorbar(x, part[a.RATE], yerr=reach, capsize=2.5, label=name, **style.line())
     axes.set_ylabel("runs that lock up")
     axes.set_ylim(-0.03, 1.03)
     axes.yaxis.set_major_formatter(PercentFormatter(1.0))
     return _finish(figure, axes)
 
 
-def survival_figure(survival: pd.DataFrame, look: Mapping[str, Look]) -> Figure:
-    """Draw Kaplan-Meier curves with their bands, from `compute_survival`: a panel per vehicle count."""
-    counts = sorted(survival[c.VEHICLES].unique())
-    columns = min(len(counts), 2) or 1
-    rows = max(1, -(-len(counts) // columns))
+@mpl.rc_context(RC)
+def plot_survival(
+    survival: pd.DataFrame, *, series: str = c.GATE, look: Mapping[str, Look] | None = None
+) -> Figure:
+    """Draw Kaplan-Meier curves with their bands, from `compute_survival`, one panel per vehicle count."""
+    panels = [("", survival)]
+    if c.VEHICLES in survival:
+        panels = [(f"{count:g} vehicles", part) for count, part in survival.groupby(c.VEHICLES, sort=True)]
+    columns = min(len(panels), 2) or 1
+    rows = max(1, -(-len(panels) // columns))
     figure = Figure(figsize=(_SIZE[0], _SIZE[1] if rows == 1 else 2.2 * rows + 0.9))
     grid = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
-    for axes, count in zip(grid.flat, counts, strict=False):
-        axes.set_title(f"{count:g} vehicles", fontsize=10)
-        for series, part in _parts(survival[survival[c.VEHICLES] == count], look):
-            _survival_curve(axes, series, part, look[series])
-    for axes in grid.flat[len(counts) :]:
+    look = look or looks_of(survival[series])
+    for axes, (title, panel) in zip(grid.flat, panels, strict=False):
+        axes.set_title(title, fontsize=10)
+        for name, part, style, _ in _lines(panel, series, look):
+            _survival_curve(axes, name, part, style)
+    for axes in grid.flat[len(panels) :]:
         axes.set_axis_off()
     figure.supxlabel("simulated time [s]", fontsize=10)
     figure.supylabel("runs not yet locked up", fontsize=10)
@@ -80,9 +88,9 @@ def survival_figure(survival: pd.DataFrame, look: Mapping[str, Look]) -> Figure:
     return _legend(figure, grid.flat)
 
 
-def _survival_curve(axes: Axes, series: str, part: pd.DataFrame, style: Look) -> None:
+def _survival_curve(axes: Axes, name: str, part: pd.DataFrame, style: Look) -> None:
     axes.step(
-        part[a.AT], part[a.SURVIVAL], where="post", label=series, color=style.colour, linestyle=style.dash
+        part[a.AT], part[a.SURVIVAL], where="post", label=name, color=style.colour, linestyle=style.dash
     )
     axes.fill_between(
         part[a.AT],
@@ -97,22 +105,20 @@ def _survival_curve(axes: Axes, series: str, part: pd.DataFrame, style: Look) ->
     axes.plot(ends[a.AT], ends[a.SURVIVAL], linestyle="none", marker="|", color=style.colour)
 
 
-def laps_figure(laps: pd.DataFrame, look: Mapping[str, Look]) -> Figure:
+@mpl.rc_context(RC)
+def plot_laps(laps: pd.DataFrame, *, series: str = c.GATE, look: Mapping[str, Look] | None = None) -> Figure:
     """Draw lap times as boxes (25 to 75 %) with whiskers (5 to 95 %), from `compute_lap_distribution`."""
     figure, axes = _frame()
     counts = sorted(laps[c.VEHICLES].unique())
-    names = [name for name in look if (laps[SERIES] == name).any()]
-    width = 0.8 / max(len(names), 1)
-    for number, series in enumerate(names):
-        style = look[series]
-        part = laps[laps[SERIES] == series].pivot_table(
-            index=c.VEHICLES, columns=a.QUANTILE, values=a.LAP_TIME, observed=True
-        )
+    lines = _lines(laps, series, look)
+    width = 0.8 / max(len(lines), 1)
+    for number, (name, rows, style, _) in enumerate(lines):
+        part = rows.pivot_table(index=c.VEHICLES, columns=a.QUANTILE, values=a.LAP_TIME, observed=True)
         boxes = [
             {"whislo": row[0.05], "q1": row[0.25], "med": row[0.5], "q3": row[0.75], "whishi": row[0.95]}
             for _, row in part.iterrows()
         ]
-        at = [counts.index(n) + (number - (len(names) - 1) / 2) * width for n in part.index]
+        at = [counts.index(n) + (number - (len(lines) - 1) / 2) * width for n in part.index]
         line = {"color": style.colour, "linewidth": 1.2}
         axes.bxp(
             boxes,
@@ -126,23 +132,25 @@ def laps_figure(laps: pd.DataFrame, look: Mapping[str, Look]) -> Figure:
             capprops=line,
         )
         medians = [box["med"] for box in boxes]
-        axes.plot(at, medians, linestyle="none", marker=style.marker, color=style.colour, label=series)
+        axes.plot(at, medians, linestyle="none", marker=style.marker, color=style.colour, label=name)
     axes.set_xticks(range(len(counts)), [f"{n:g}" for n in counts])
     axes.set_ylabel("lap time [s]")
     axes.set_ylim(bottom=0)
     return _finish(figure, axes, whole=False)
 
 
-def decision_figure(decisions: pd.DataFrame, look: Mapping[str, Look]) -> Figure:
+@mpl.rc_context(RC)
+def plot_decision_time(
+    decisions: pd.DataFrame, *, series: str = c.GATE, look: Mapping[str, Look] | None = None
+) -> Figure:
     """Draw median and 99th percentile of the decision time, from `compute_decision_time`."""
     figure, axes = _frame()
-    for series, part in _parts(decisions, look):
-        style = look[series]
-        axes.plot(part[c.VEHICLES], part[c.DECISION_MEDIAN], label=f"{series}, median", **style.line())
+    for name, part, style, _ in _lines(decisions, series, look):
+        axes.plot(part[c.VEHICLES], part[c.DECISION_MEDIAN], label=f"{name}, median", **style.line())
         axes.plot(
             part[c.VEHICLES],
             part[c.DECISION_P99],
-            label=f"{series}, 99 %",
+            label=f"{name}, 99 %",
             **{**style.line(), "linestyle": "dotted", "markerfacecolor": "white"},
         )
     axes.set_ylabel("decision time [µs]")
@@ -152,12 +160,15 @@ def decision_figure(decisions: pd.DataFrame, look: Mapping[str, Look]) -> Figure
     return _finish(figure, axes)
 
 
-def fundamental_figure(runs: pd.DataFrame, look: Mapping[str, Look]) -> Figure:
+@mpl.rc_context(RC)
+def plot_fundamental(
+    runs: pd.DataFrame, *, series: str = c.GATE, look: Mapping[str, Look] | None = None
+) -> Figure:
     """Draw flow over density, means over seeds, from `compute_fundamental`."""
     figure, axes = _frame()
-    means = runs.groupby([SERIES, c.VEHICLES], observed=True)[[a.DENSITY, a.FLOW]].mean().reset_index()
-    for series, part in _parts(means, look):
-        axes.plot(part[a.DENSITY], part[a.FLOW], label=series, **look[series].line())
+    means = runs.groupby([series, c.VEHICLES], observed=True)[[a.DENSITY, a.FLOW]].mean().reset_index()
+    for name, part, style, _ in _lines(means, series, look):
+        axes.plot(part[a.DENSITY], part[a.FLOW], label=name, **style.line())
     axes.set_xlabel("density [vehicles per km of road on loops]")
     axes.set_ylabel("flow [vehicles/h]")
     axes.set_ylim(bottom=0)
@@ -175,18 +186,26 @@ def _from_zero(axes: Axes) -> None:
     axes.set_ylim(0.0, 1.07 * max(float(axes.dataLim.intervaly[1]), 1e-9))
 
 
-def _parts(table: pd.DataFrame, look: Mapping[str, Look]) -> list[tuple[str, pd.DataFrame]]:
-    parts = [(series, table[table[SERIES] == series]) for series in look]
-    return [(series, part) for series, part in parts if len(part)]
+class _Line(NamedTuple):
+    """A series as it is drawn: beside its neighbours, so that intervals do not hide each other."""
+
+    name: str
+    rows: pd.DataFrame
+    style: Look
+    shift: float
 
 
-def _shifts(table: pd.DataFrame, look: Mapping[str, Look]) -> dict[str, float]:
-    counts = table[c.VEHICLES].dropna()
+def _lines(table: pd.DataFrame, series: str, look: Mapping[str, Look] | None) -> list[_Line]:
+    look = look or looks_of(table[series])
+    counts = table[c.VEHICLES].dropna() if c.VEHICLES in table else pd.Series(dtype=float)
     span = float(counts.max() - counts.min()) if len(counts) else 0.0
     # Round a single count there is room: its neighbours on the axis are no counts that were run.
     step = _SPREAD * span * min(1.0, 4 / max(len(look), 1)) if span else 0.8 / max(len(look), 1)
-    names: Sequence[str] = list(look)
-    return {series: (i - (len(names) - 1) / 2) * step for i, series in enumerate(names)}
+    lines = [
+        _Line(name, table[table[series] == name], style, (number - (len(look) - 1) / 2) * step)
+        for number, (name, style) in enumerate(look.items())
+    ]
+    return [line for line in lines if len(line.rows)]
 
 
 def _finish(figure: Figure, axes: Axes, *, vehicles: bool = True, whole: bool = True) -> Figure:
