@@ -48,6 +48,15 @@ def compute_safety(*, runs: pd.DataFrame, by: Sequence[str] = (NETWORK, GATE)) -
     ------
     AnalysisError
         On a missing column.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> from loopgate.analysis import compute_safety
+    >>> runs = pd.DataFrame({"gate": ["open", "certified"], "audit": ["not gated", "clean"]})
+    >>> runs = runs.assign(deadlocks=[1, 0], collisions=0, teleports=0, laps_per_h=80, longest_wait_s=40)
+    >>> compute_safety(runs=runs, by=["gate"])[["gate", "deadlocked", "collisions"]].values.tolist()
+    [['certified', 0, 0], ['open', 1, 0]]
     """
     check_columns(runs, _NEEDED, "runs")
     rows = []

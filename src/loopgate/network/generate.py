@@ -222,6 +222,14 @@ def find_loops(  # noqa: PLR0913  one per choice
     -----
     Each random attempt costs O(E log E) for the E edges within reach. Where fewer are found than asked for
     it takes some seconds until that is sure.
+
+    Examples
+    --------
+    >>> from loopgate import RoadNetwork, find_loops
+    >>> network = RoadNetwork.open("networks/grid5-priority.net.xml")
+    >>> found = find_loops(network, 3, length_m=(500, 900), seed=2)
+    >>> [500 <= loop.length_m <= 900 for loop in found.loops]
+    [True, True, True]
     """
     search = LoopSearch(
         network, count, length_m=length_m, seed=seed, u_turns=u_turns, vclass=vclass, admits=admits

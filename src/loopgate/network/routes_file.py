@@ -132,6 +132,14 @@ def read_loops(network: RoadNetwork, file: Path | str) -> RoutesFile:
     RouteError
         If the file cannot be read, holds no route, or a route is no loop that its vehicle can drive; the
         text names file, route and edge.
+
+    Examples
+    --------
+    >>> from loopgate import RoadNetwork, read_loops
+    >>> network = RoadNetwork.open("networks/order2.net.xml")
+    >>> file = read_loops(network, "routes/order2.rou.xml")
+    >>> len(file.loops)
+    5
     """
     path = Path(file)
     with refusing(path, "route file", RouteError):

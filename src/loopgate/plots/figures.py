@@ -35,7 +35,17 @@ _SPREAD = 0.008
 def plot_mean(
     means: pd.DataFrame, label: str = "", *, series: str = c.GATE, look: Mapping[str, Look] | None = None
 ) -> Figure:
-    """Draw means with intervals against vehicles, from `compute_mean` by series and vehicles."""
+    """Draw means with intervals against vehicles, from `compute_mean` by series and vehicles.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> from loopgate.analysis import compute_mean
+    >>> from loopgate.plots import plot_mean
+    >>> runs = pd.DataFrame({"gate": "open", "vehicles": [20, 40], "km_per_h": [90.0, 150.0]})
+    >>> figure = plot_mean(compute_mean(runs=runs), "vehicle-km/h")
+    >>> figure.savefig("figure.svg")
+    """
     figure, axes = _frame()
     for name, part, style, shift in _lines(means, series, look):
         x = part[c.VEHICLES] + shift
@@ -50,7 +60,17 @@ def plot_mean(
 def plot_deadlock_rate(
     rates: pd.DataFrame, *, series: str = c.GATE, look: Mapping[str, Look] | None = None
 ) -> Figure:
-    """Draw the share of runs that lock up, with Wilson intervals, from `compute_deadlock_rate`."""
+    """Draw the share of runs that lock up, with Wilson intervals, from `compute_deadlock_rate`.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> from loopgate.analysis import compute_deadlock_rate
+    >>> from loopgate.plots import plot_deadlock_rate
+    >>> runs = pd.DataFrame({"gate": "open", "vehicles": [20, 40], "deadlocks": [0, 1]})
+    >>> figure = plot_deadlock_rate(compute_deadlock_rate(runs=runs))
+    >>> figure.savefig("figure.svg")
+    """
     figure, axes = _frame()
     for name, part, style, shift in _lines(rates, series, look):
         x = part[c.VEHICLES] + shift
@@ -66,7 +86,17 @@ def plot_deadlock_rate(
 def plot_survival(
     survival: pd.DataFrame, *, series: str = c.GATE, look: Mapping[str, Look] | None = None
 ) -> Figure:
-    """Draw Kaplan-Meier curves with their bands, from `compute_survival`, one panel per vehicle count."""
+    """Draw Kaplan-Meier curves with their bands, from `compute_survival`, one panel per vehicle count.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> from loopgate.analysis import compute_survival
+    >>> from loopgate.plots import plot_survival
+    >>> runs = pd.DataFrame({"gate": "open", "first_deadlock_s": [900, None], "observed_s": [900, 3600]})
+    >>> figure = plot_survival(compute_survival(runs=runs))
+    >>> figure.savefig("figure.svg")
+    """
     panels = [("", survival)]
     if c.VEHICLES in survival:
         panels = [(f"{count:g} vehicles", part) for count, part in survival.groupby(c.VEHICLES, sort=True)]
@@ -107,7 +137,18 @@ def _survival_curve(axes: Axes, name: str, part: pd.DataFrame, style: Look) -> N
 
 @mpl.rc_context(RC)
 def plot_laps(laps: pd.DataFrame, *, series: str = c.GATE, look: Mapping[str, Look] | None = None) -> Figure:
-    """Draw lap times as boxes (25 to 75 %) with whiskers (5 to 95 %), from `compute_lap_distribution`."""
+    """Draw lap times as boxes (25 to 75 %) with whiskers (5 to 95 %), from `compute_lap_distribution`.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> from loopgate.analysis import compute_lap_distribution
+    >>> from loopgate.plots import plot_laps
+    >>> quantiles = [60.0 + number for number in range(21)]
+    >>> runs = pd.DataFrame({"gate": "open", "vehicles": 40, "laps": 120, "lap_quantiles_s": [quantiles]})
+    >>> figure = plot_laps(compute_lap_distribution(runs=runs))
+    >>> figure.savefig("figure.svg")
+    """
     figure, axes = _frame()
     counts = sorted(laps[c.VEHICLES].unique())
     lines = _lines(laps, series, look)
@@ -143,7 +184,18 @@ def plot_laps(laps: pd.DataFrame, *, series: str = c.GATE, look: Mapping[str, Lo
 def plot_decision_time(
     decisions: pd.DataFrame, *, series: str = c.GATE, look: Mapping[str, Look] | None = None
 ) -> Figure:
-    """Draw median and 99th percentile of the decision time, from `compute_decision_time`."""
+    """Draw median and 99th percentile of the decision time, from `compute_decision_time`.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> from loopgate.analysis import compute_decision_time
+    >>> from loopgate.plots import plot_decision_time
+    >>> runs = pd.DataFrame({"gate": ["banker"], "vehicles": [40], "decisions": [1000], "refusals": [250]})
+    >>> runs = runs.assign(messages=None, decision_median_us=5.0, decision_p99_us=30.0, decision_max_us=90.0)
+    >>> figure = plot_decision_time(compute_decision_time(runs=runs))
+    >>> figure.savefig("figure.svg")
+    """
     figure, axes = _frame()
     for name, part, style, _ in _lines(decisions, series, look):
         axes.plot(part[c.VEHICLES], part[c.DECISION_MEDIAN], label=f"{name}, median", **style.line())
@@ -164,7 +216,18 @@ def plot_decision_time(
 def plot_fundamental(
     runs: pd.DataFrame, *, series: str = c.GATE, look: Mapping[str, Look] | None = None
 ) -> Figure:
-    """Draw flow over density, means over seeds, from `compute_fundamental`."""
+    """Draw flow over density, means over seeds, from `compute_fundamental`.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> from loopgate.analysis import compute_fundamental
+    >>> from loopgate.plots import plot_fundamental
+    >>> runs = pd.DataFrame({"gate": "open", "vehicles": [20, 40], "edge_km": 8.0, "km_per_h": [500, 800]})
+    >>> runs = runs.assign(mean_speed_mps=[7.0, 5.0])
+    >>> figure = plot_fundamental(compute_fundamental(runs=runs))
+    >>> figure.savefig("figure.svg")
+    """
     figure, axes = _frame()
     means = runs.groupby([series, c.VEHICLES], observed=True)[[a.DENSITY, a.FLOW]].mean().reset_index()
     for name, part, style, _ in _lines(means, series, look):

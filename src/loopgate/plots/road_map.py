@@ -46,6 +46,14 @@ def plot_edges(
         share one scale.
     look
         Which series, in which order; default: all.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> from loopgate.plots import plot_edges
+    >>> edges = pd.DataFrame({"gate": "open", "shape": ["0,0 80,0", "80,0 80,60"], "idleness_s": [20, 90]})
+    >>> figure = plot_edges(edges, "idleness_s", label="idleness [s]")
+    >>> figure.savefig("map.svg")
     """
     look = look or looks_of(edges[series])
     above = edges[edges[value] > 0][series].unique()

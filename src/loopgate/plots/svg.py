@@ -16,7 +16,17 @@ _NO_METADATA = {"Date": None, "Creator": None, "Format": None, "Type": None}
 
 
 def figure_svg(figure: Figure, name: str) -> str:
-    """Return the figure as SVG, the same bytes for the same figure, with ids of its own on the page."""
+    """Return the figure as SVG, the same bytes for the same figure, with ids of its own on the page.
+
+    Examples
+    --------
+    >>> from matplotlib.figure import Figure
+    >>> from loopgate.plots import figure_svg
+    >>> figure = Figure()
+    >>> axes = figure.subplots()
+    >>> figure_svg(figure, "empty").rstrip().endswith("</svg>")
+    True
+    """
     with mpl.rc_context({**RC, "svg.hashsalt": name}):
         buffer = io.StringIO()
         figure.savefig(buffer, format="svg", metadata=_NO_METADATA)

@@ -72,6 +72,14 @@ def write_report(
     ------
     ResultsError
         If a file cannot be written, or `page` is no name of one.
+
+    Examples
+    --------
+    >>> from loopgate import Scenario, read_results, run, write_report
+    >>> roads = {"network": "networks/order2.net.xml", "routes": "routes/order2.rou.xml"}
+    >>> made = run(Scenario(**roads, gate="open", duration_s=60), "out/one")
+    >>> write_report(read_results("out/one"), "out/report.html").page.name
+    'report.html'
     """
     page = Path(page)
     if not page.name:

@@ -61,8 +61,13 @@ def read_results(folder: Path | str | Sequence[Path | str]) -> Results:
 
     Examples
     --------
-    >>> results = read_results("out/grid")  # doctest: +SKIP
-    >>> results.runs[["gate", "vehicles", "km_per_h"]]  # doctest: +SKIP
+    >>> from loopgate import Scenario, read_results, run
+    >>> roads = {"network": "networks/order2.net.xml", "routes": "routes/order2.rou.xml", "gate": "open"}
+    >>> made = [run(Scenario(**roads, seed=n, duration_s=60), f"out/seed{n}") for n in (1, 2)]
+    >>> read_results("out").runs[["gate", "vehicles", "seed"]].values.tolist()
+    [['open', 5, 1], ['open', 5, 2]]
+    >>> len(read_results(["out/seed1", "out/seed2"]).runs)
+    2
     """
     if isinstance(folder, Path | str):
         return _read(Path(folder))

@@ -94,6 +94,14 @@ def read_run(folder: Path | str) -> Run:
     ------
     ResultsError
         If a file of it is missing, cannot be read, or lacks a column.
+
+    Examples
+    --------
+    >>> from loopgate import Scenario, read_run, run
+    >>> roads = {"network": "networks/order2.net.xml", "routes": "routes/order2.rou.xml"}
+    >>> made = run(Scenario(**roads, gate="open", duration_s=60), "out/one")
+    >>> read_run("out/one").events.equals(made.events)
+    True
     """
     folder = Path(folder)
     with refusing(folder, "run folder", ResultsError):

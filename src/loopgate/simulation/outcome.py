@@ -35,7 +35,6 @@ from loopgate.results.columns import (
     Y,
 )
 from loopgate.results.recorder import read_events
-from loopgate.results.row_columns import NOT_GATED
 from loopgate.simulation.gatekeeper import Gatekeeper
 from loopgate.simulation.histogram import Histogram
 from loopgate.simulation.loop_run import Course
@@ -233,7 +232,7 @@ def summary(
             "gate": round(course.total_s - course.sumo_s, 3),
             "total": round(course.total_s, 3),
         },
-        "audit": (list(findings) or "clean") if keeper else NOT_GATED,
+        "audit": (list(findings) or "clean") if keeper else "not gated",
         "warnings": list(warnings),
         "versions": _versions(),
         "command": scenario.command(str(folder.path)),

@@ -236,6 +236,15 @@ def read_scenario(file: Path | str) -> Scenario:
     ------
     ScenarioError
         If it cannot be read or is no valid scenario; the text names the file and the key.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from loopgate import read_scenario
+    >>> Path("mine.toml").write_text('network = "sumo:DRT"') > 0
+    True
+    >>> read_scenario("mine.toml").gate
+    'certified'
     """
     path = Path(file)
     data = read_toml(path, "scenario", ScenarioError)

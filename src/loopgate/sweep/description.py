@@ -188,6 +188,13 @@ def read_sweep(file: Path | str) -> Sweep:
     SweepError
         If it cannot be read, is no TOML, or has unknown keys or values (a name that is none of a folder, a
         range of more than a hundred thousand numbers); the text names file and key.
+
+    Examples
+    --------
+    >>> from loopgate import read_sweep
+    >>> sweep = read_sweep("analysis/first_sweep.toml")
+    >>> len(sweep.points())
+    18
     """
     path = Path(file)
     with refusing(path, "sweep", SweepError):

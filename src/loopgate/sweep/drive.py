@@ -102,6 +102,15 @@ def run_sweep(  # noqa: PLR0913 - each is a choice of the caller's, all but two 
         If the sweep has no runs, or the executor breaks down.
     ResultsError
         If the folder cannot be written, or a worker's disk is full. The rows made so far are kept.
+
+    Examples
+    --------
+    >>> from concurrent.futures import ThreadPoolExecutor
+    >>> from loopgate import Sweep, run_sweep
+    >>> roads = {"network": "networks/order2.net.xml", "routes": "routes/order2.rou.xml"}
+    >>> sweep = Sweep("seeds", {**roads, "gate": "open", "duration_s": 60}, {"seed": [1, 2]})
+    >>> run_sweep(sweep, "out/seeds", executor=ThreadPoolExecutor(1)).done
+    2
     """
     folder = Path(folder)
     points = sweep.points()

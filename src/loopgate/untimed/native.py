@@ -62,6 +62,15 @@ def explore(
     Notes
     -----
     O(robots) table look-ups per configuration that can be reached without the gate; 12 to 24 bytes for each.
+
+    Examples
+    --------
+    >>> from loopgate import Robot, System, explore, make_gate
+    >>> system = System([Robot("a", ("a1", "s1", "s2")), Robot("b", ("b1", "s2", "s1"))])
+    >>> explore(system, make_gate("collision", system)).deadlocks
+    1
+    >>> explore(system, make_gate("certified", system)).deadlocks
+    0
     """
     if why_not_packed(system):
         if not why_not_numbered(system):
