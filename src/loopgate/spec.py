@@ -92,7 +92,10 @@ def name_of(kind: str, group: str, thing: object) -> str:
     for point in entry_points(group=group):
         if point.value == home:
             return point.name
-    name = _HERE + re.sub(r"\W+", "-", own)
+    # Lambdas and partial classes are called alike.
+    name = (
+        f"{_HERE}{own}" if own.isidentifier() and hasattr(thing, "__qualname__") else f"{_HERE}{id(thing):x}"
+    )
     with suppress(TypeError, OSError):  # no source, as in a notebook
         file = inspect.getsourcefile(cast("Any", thing))
         if file and own.isidentifier() and file.endswith(".py") and Path(file).is_file():

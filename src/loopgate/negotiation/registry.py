@@ -41,7 +41,6 @@ class _Made:
 
     def __init__(self, negotiation: Negotiation) -> None:
         self._negotiation = negotiation
-        self.__qualname__ = f"{type(negotiation).__qualname__}-{id(negotiation):x}"
 
     def __call__(self, rng: Random) -> Negotiation:
         del rng
