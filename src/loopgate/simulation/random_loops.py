@@ -82,7 +82,7 @@ def _for_queues(scenario: Scenario, network: RoadNetwork, count: int) -> FoundLo
             loops += islice(search, 1)
     if len(loops) == count:
         return FoundLoops(tuple(loops))
-    shortfall = search.shortfall(len(loops), count, seed=scenario.loops_seed, dropped=_dropped(refused))
+    shortfall = search.shortfall(len(loops), count, dropped=_dropped(refused))
     way_out = search.way_out()
     if not loops:
         raise RouteError("; ".join(text for text in (shortfall, way_out) if text))
