@@ -1,4 +1,4 @@
-"""What a process has worked out and will need again: runs share networks, loops and their layout."""
+"""Results that a process keeps because it needs them again: runs share networks, loops and layouts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What gates cost and what loops see: lap times, decision time, messages, hold time per edge."""
+"""Costs of gates and views of loops: lap times, decision time, messages, hold time per edge."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How well the loops watch the road: visits, revisit intervals and idleness of every edge.
+"""Monitoring of the road by the loops: visits, revisit intervals and idleness of every edge.
 
 A *visit* is an `Event.EDGE` row: a vehicle enters the edge. The *revisit interval* is the time between
 two visits in a row, whoever makes them. The *idleness* of an edge at time t is the time since its last

@@ -1,4 +1,4 @@
-"""How often and how soon runs lock up."""
+"""Deadlocks over many runs: their rate, and the time until they come."""
 
 from __future__ import annotations
 

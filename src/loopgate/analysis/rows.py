@@ -36,7 +36,7 @@ _EDGE_COLUMNS = (
     run.EDGE_HOLD,
     run.SHAPE,
 )
-"""What a row needs of the edges; there may be more."""
+"""Columns of the edges that a row needs; there may be more."""
 
 _SAME_NAME = (
     c.LAPS,

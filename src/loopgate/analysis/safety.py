@@ -1,4 +1,4 @@
-"""Did the runs of a group stay safe: deadlocks, collisions, teleports, audits."""
+"""Safety of the runs of a group: deadlocks, collisions, teleports, audits."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the vehicles of one run did: laps, holds, waits and throughput, from the run's events."""
+"""The trips of the vehicles of one run: laps, holds, waits and throughput, from the run's events."""
 
 from __future__ import annotations
 

@@ -17,8 +17,8 @@ from importlib.metadata import entry_points
 from loopgate.errors import GateError
 from loopgate.gates.base import Gate, TimedGate
 from loopgate.model import System
+from loopgate.plugins import PluginError, make_plugin, name_of
 from loopgate.reading import shown
-from loopgate.spec import SpecError, make_from_spec, name_of
 
 __all__ = ["check_gate", "gate_names", "make_gate", "name_gate"]
 
@@ -43,7 +43,7 @@ def name_gate(gate: object) -> str:
         raise GateError(msg)
     try:
         return name_of("gate", _GROUP, gate)
-    except SpecError as error:
+    except PluginError as error:
         raise GateError(str(error)) from error
 
 
@@ -65,8 +65,8 @@ def check_gate(spec: str) -> None:
             checks(**options)
 
     try:
-        make_from_spec("gate", _GROUP, spec, check)
-    except SpecError as error:
+        make_plugin("gate", _GROUP, spec, check)
+    except PluginError as error:
         raise GateError(str(error)) from error
 
 
@@ -98,8 +98,8 @@ def make_gate(gate: object, system: System, clock: Callable[[], float] | None = 
     """
     spec = name_gate(gate)
     try:
-        made: object = make_from_spec("gate", _GROUP, spec, lambda f, o: f(system, **o))
-    except SpecError as error:
+        made: object = make_plugin("gate", _GROUP, spec, lambda f, o: f(system, **o))
+    except PluginError as error:
         raise GateError(str(error)) from error
     if not isinstance(made, Gate):
         msg = f"gate {spec}: it makes {shown(made)}, which is no gate; expected the methods decide and moved"

@@ -59,7 +59,7 @@ class System:
     private: tuple[bool, ...] = field(init=False, repr=False)
     """Whether a single robot visits state ``s``."""
     room: tuple[int, ...] = field(init=False, repr=False)
-    """How many robots state ``s`` holds."""
+    """Number of robots that state ``s`` holds."""
     fifo_states: tuple[int, ...] = field(init=False, repr=False)
     """Numbers of the FIFO states that are shared, ascending; indexes ``Configuration.queues``."""
     _queue_of: dict[int, int] = field(init=False, repr=False)

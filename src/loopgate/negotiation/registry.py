@@ -7,8 +7,8 @@ from random import Random
 
 from loopgate.errors import ScenarioError
 from loopgate.negotiation.base import Negotiation
+from loopgate.plugins import PluginError, make_plugin, name_of
 from loopgate.reading import shown
-from loopgate.spec import SpecError, make_from_spec, name_of
 
 __all__ = ["check_negotiation", "make_negotiation", "name_negotiation", "negotiation_names"]
 
@@ -32,7 +32,7 @@ def name_negotiation(negotiation: object) -> str:
         negotiation = _Made(negotiation)
     try:
         return name_of("negotiation", _GROUP, negotiation)
-    except SpecError as error:
+    except PluginError as error:
         raise ScenarioError(str(error)) from error
 
 
@@ -61,8 +61,8 @@ def make_negotiation(spec: str, rng: Random) -> Negotiation:
         If no negotiation has that name, it has no such option, or an option has no such value.
     """
     try:
-        made: object = make_from_spec("negotiation", _GROUP, spec, lambda f, o: f(rng, **o))
-    except SpecError as error:
+        made: object = make_plugin("negotiation", _GROUP, spec, lambda f, o: f(rng, **o))
+    except PluginError as error:
         raise ScenarioError(str(error)) from error
     if not isinstance(made, Negotiation):
         msg = f"negotiation {spec}: it makes {shown(made)}, which is none; expected the method order"

@@ -1,4 +1,4 @@
-"""What a file holds, whatever it is called and wherever it lies."""
+"""The identity of a file by its content, whatever its name and place."""
 
 from __future__ import annotations
 

@@ -28,8 +28,8 @@ _TRIES_PER_LOOP = 60
 
 _MOST_STEPS = 1_000_000
 _STEPS_PER_LOOP = 500
-"""What the search for every loop may take: steps of a few microseconds, and what it counts to look closer
-at one walk. Some seconds in all; up to several hundred edges that is every loop there is."""
+"""Effort that the search for every loop may take: steps of a few microseconds, and how many of them a closer
+look at one walk counts for. Some seconds in all; up to several hundred edges that is every loop there is."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,7 +94,7 @@ class LoopSearch:
         self.complete = False
         """Whether every closed walk was looked at; known when no loop is left."""
         self.dropped = 0
-        """How many loops `admits` did not take."""
+        """Number of loops that `admits` did not take."""
         self.longest_below_m = 0.0
         """Length of the longest loop that was too short [m]; 0 if none was."""
         self._parts = parts_with_loops(network, vclass=vclass, u_turns=u_turns)
@@ -192,7 +192,7 @@ class LoopSearch:
 
 
 class LoopOptions(TypedDict, total=False):
-    """What may be said of loops to be found, besides the network and how many."""
+    """Wishes for the loops to be found, besides the network and their number."""
 
     length_m: tuple[float, float]
     """Shortest and longest loop [m]; default 400 to 2000."""

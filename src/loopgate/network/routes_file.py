@@ -22,7 +22,7 @@ from loopgate.reading import is_file, refusing, shown
 __all__ = ["LoopVehicle", "RoutesFile", "read_loops", "routes_text", "write_loops", "write_text"]
 
 _BEYOND_M = 10.0
-"""How far beyond its edge a position may be: the lanes of an edge differ in length."""
+"""Largest distance of a position beyond its edge [m]: the lanes of an edge differ in length."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +50,7 @@ class LoopVehicle:
 
 @dataclass(frozen=True, slots=True)
 class RoutesFile:
-    """What a route file or configuration holds.
+    """The content of a route file or configuration.
 
     Attributes
     ----------
@@ -101,7 +101,7 @@ class _Route:
 
 @dataclass(slots=True)
 class _Found:
-    """What has been found in the files so far; `users` are the types of the first vehicle of each route."""
+    """The content of the files read so far; `users` are the types of the first vehicle of each route."""
 
     types: dict[str, VehicleType]
     routes: dict[str, _Route]

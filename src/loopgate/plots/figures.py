@@ -28,7 +28,7 @@ __all__ = [
 
 _SIZE = (5.2, 3.5)
 _SPREAD = 0.008
-"""How far series stand apart, as a share of the axis."""
+"""Distance between neighbouring series, as a share of the axis."""
 
 
 @mpl.rc_context(RC)

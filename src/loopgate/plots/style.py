@@ -1,4 +1,4 @@
-"""How figures look: colours that everyone can tell apart, markers and dashes that survive a grey printer."""
+"""The look of figures: colours that all can tell apart, markers and dashes that survive a grey printer."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the report says of one results folder: series, tables and figures, before any page is laid out."""
+"""The content of a report: series, tables and figures, before any page is laid out."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What was run, how far it is, what failed, and the commands that repeat it."""
+"""Facts about a sweep: its settings, its progress, its failures, and the commands that repeat it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a report is made of: figures and tables with their words, by network."""
+"""The parts of a report: figures and tables with their words, by network."""
 
 from __future__ import annotations
 

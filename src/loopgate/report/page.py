@@ -39,7 +39,7 @@ _LONGEST_TABLE = 400  # rows on the page; the files have all
 
 @dataclass(frozen=True, slots=True)
 class ReportFiles:
-    """What was written."""
+    """The files of a report."""
 
     page: Path
     files: Path | None

@@ -31,20 +31,20 @@ class Results:
     """Many runs."""
 
     folders: tuple[Path, ...]
-    """Where they were read from."""
+    """The folders that they were read from."""
     runs: pd.DataFrame
     """One row per run, in the order of the keys; columns as in `results.row_columns`, and one for each
     further scenario key that varies."""
     edge_sets: Mapping[str, pd.DataFrame]
     """For each `EDGE_SET` its edges, in the order of the lists: `EDGE`, `EDGE_LENGTH` [m], `SHAPE`."""
     manifest: Mapping[str, Any] = field(default_factory=dict)
-    """What the sweep consists of; empty for run folders without a sweep."""
+    """The description of the sweep; empty for run folders without a sweep."""
     notes: tuple[str, ...] = ()
-    """What to know of rows that another version of loopgate made, or that came twice."""
+    """Remarks on rows that another version of loopgate made, or that came twice."""
 
     @property
     def name(self) -> str:
-        """What the sweep is called, or the folders are."""
+        """Name of the sweep, or of the folders."""
         return str(self.manifest.get("name") or ", ".join(folder.name for folder in self.folders))
 
 

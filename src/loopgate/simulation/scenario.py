@@ -14,9 +14,9 @@ import tomli_w
 from loopgate.errors import LoopgateError, ScenarioError
 from loopgate.gates import check_gate
 from loopgate.negotiation.registry import check_negotiation
+from loopgate.plugins import in_file
 from loopgate.reading import read_toml, shown
 from loopgate.simulation.values import Rule, checked, choice, flag, length_range, real, text, whole
-from loopgate.spec import in_file
 
 __all__ = ["Scenario", "read_scenario"]
 

@@ -38,8 +38,8 @@ from typing import Any, cast
 from loopgate.errors import SweepError
 from loopgate.gates import name_gate
 from loopgate.negotiation.registry import name_negotiation
+from loopgate.plugins import in_file
 from loopgate.reading import is_file, is_plain, read_toml, refusing, shown
-from loopgate.spec import in_file
 from loopgate.sweep.files import NamedFile, file_identity
 
 __all__ = ["FILE_KEYS", "Point", "Sweep", "read_sweep", "with_files"]

@@ -23,7 +23,7 @@ class NamedFile:
     identity: str
     """SHA-256 of the file's content; for a name, the name and the version of what it comes from."""
     path: Path | None
-    """Where the file is, or None for a name that every machine resolves for itself."""
+    """The file, or None for a name that every machine resolves for itself."""
 
 
 @dataclass(frozen=True, slots=True)

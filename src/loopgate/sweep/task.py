@@ -30,8 +30,8 @@ from loopgate.disk import DISK_FULL
 from loopgate.errors import LoopgateError, SweepError
 from loopgate.folders import temporary_folder
 from loopgate.network.content import content_identity
+from loopgate.plugins import PluginError, in_file, load_from_file
 from loopgate.results import row_columns as c
-from loopgate.spec import SpecError, in_file, load_from_file
 from loopgate.sweep.description import Point, with_files
 from loopgate.sweep.files import PackedFile, unpack
 from loopgate.sweep.memory import peak_memory_mb, reset_peak_memory
@@ -58,10 +58,10 @@ class Task:
     """``module:function`` or ``file.py:function``."""
     files: Mapping[str, PackedFile] = field(default_factory=dict)
     names: Mapping[str, str] = field(default_factory=dict)
-    """What a command calls the files, where the sweep was started."""
+    """Names of the files for a command on the machine on which the sweep was started."""
     attempt: int = 1
     keep: Path | None = None
-    """Where to keep the run folder; default: nowhere, once its row is made."""
+    """Folder in which to keep the run; None removes it once its row is made."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -183,7 +183,7 @@ def load_runner(name: str) -> Runner:
             return load_from_file("runner", where.file, where.rest)
         module_name, _, attribute = name.rpartition(":")
         return cast("Runner", getattr(importlib.import_module(module_name), attribute))
-    except SpecError as error:
+    except PluginError as error:
         raise SweepError(str(error)) from error
     except (ImportError, AttributeError, ValueError) as error:
         msg = f"runner {name}: cannot be imported ({error}); expected module:function or file.py:function"

@@ -23,7 +23,7 @@ from loopgate.errors import LoopgateError
 from loopgate.keeping import Kept
 from loopgate.reading import refusing, shown
 
-__all__ = ["FileSpec", "SpecError", "in_file", "load_from_file", "make_from_spec", "name_of"]
+__all__ = ["FilePlugin", "PluginError", "in_file", "load_from_file", "make_plugin", "name_of"]
 
 T = TypeVar("T")
 Factory = Callable[..., Any]
@@ -46,11 +46,11 @@ _HERE = "here."
 _at_hand: dict[str, Factory] = {}
 
 
-class SpecError(LoopgateError):
+class PluginError(LoopgateError):
     """A name that is not installed, or an option that does not exist."""
 
 
-class FileSpec(NamedTuple):
+class FilePlugin(NamedTuple):
     """A name that leads into a Python file.
 
     Attributes
@@ -65,28 +65,28 @@ class FileSpec(NamedTuple):
     rest: str
 
 
-def in_file(spec: str) -> FileSpec | None:
+def in_file(spec: str) -> FilePlugin | None:
     """Return the file and the rest of ``file.py:Name:option=value``; None for another name."""
     found = _IN_FILE.fullmatch(spec)
-    return FileSpec(found["file"], found["rest"]) if found else None
+    return FilePlugin(found["file"], found["rest"]) if found else None
 
 
 def name_of(kind: str, group: str, thing: object) -> str:
-    """Return a name by which `make_from_spec` finds a class or function, in other processes too if it can.
+    """Return a name by which `make_plugin` finds a class or function, in other processes too if it can.
 
     A text is a name already. What is installed has the name of its entry point, what stands at the top of a
     Python file ``file.py:Name``; anything else gets a name that only this process knows.
 
     Raises
     ------
-    SpecError
+    PluginError
         If `thing` cannot be called.
     """
     if isinstance(thing, str):
         return thing
     if not callable(thing):
         msg = f"{kind} {shown(thing)}: expected a name, or a class or function that makes one"
-        raise SpecError(msg)
+        raise PluginError(msg)
     own = getattr(thing, "__qualname__", type(thing).__qualname__)
     home = f"{getattr(thing, '__module__', '')}:{own}"
     for point in entry_points(group=group):
@@ -104,7 +104,7 @@ def name_of(kind: str, group: str, thing: object) -> str:
     return name
 
 
-def make_from_spec(
+def make_plugin(
     kind: str, group: str, spec: str, make: Callable[[Callable[..., Any], Mapping[str, object]], T]
 ) -> T:
     """Load the entry point that `spec` names and make it with the options of `spec`.
@@ -124,7 +124,7 @@ def make_from_spec(
 
     Raises
     ------
-    SpecError
+    PluginError
         If nothing has that name, the thing has no such option, or refuses an option's value.
     """
     name, colon, rest = _split(spec)
@@ -135,13 +135,13 @@ def make_from_spec(
         if option not in known:
             has = f"its options are {', '.join(known)}" if known else "it has no options"
             msg = f"{kind} {name}: unknown option {shown(option)}; {has}"
-            raise SpecError(msg)
+            raise PluginError(msg)
         _check_value(f"{kind} {name}: {option}", value, known[option].annotation)
     try:
         return make(factory, options)
     except (TypeError, ValueError) as error:
         msg = f"{kind} {_short(spec)}: {error}"
-        raise SpecError(msg) from error
+        raise PluginError(msg) from error
 
 
 def _split(spec: str) -> tuple[str, str, str]:
@@ -161,19 +161,19 @@ def _factory(kind: str, group: str, name: str) -> Factory:
         return load_from_file(kind, where.file, where.rest)
     if name.startswith(_HERE):
         msg = f"{kind} {_short(name)}: made in another program; write it to a file, and name file.py:NAME"
-        raise SpecError(msg)
+        raise PluginError(msg)
     points = {point.name: point for point in entry_points(group=group)}
     if name not in points:
         msg = (
             f"{kind} {_short(name)}: there is no such {kind}; installed are {', '.join(sorted(points))}; "
             "for one of your own write file.py:NAME"
         )
-        raise SpecError(msg)
+        raise PluginError(msg)
     try:
         return cast("Factory", points[name].load())
     except (ImportError, AttributeError) as error:
         msg = f"{kind} {name}: it is installed, but cannot be imported ({error})"
-        raise SpecError(msg) from error
+        raise PluginError(msg) from error
 
 
 def load_from_file(kind: str, file: str, name: str) -> Factory:
@@ -181,16 +181,16 @@ def load_from_file(kind: str, file: str, name: str) -> Factory:
 
     Raises
     ------
-    SpecError
+    PluginError
         If there is no such file, it fails, or it defines no such thing that can be called.
     """
-    with refusing(f"{kind} {file}:{name}", "Python file", SpecError, wrong="the file fails"):
+    with refusing(f"{kind} {file}:{name}", "Python file", PluginError, wrong="the file fails"):
         source = Path(file).read_bytes()
         module = _MODULES.get((str(Path(file).resolve()), source), lambda: _run_file(file, source))
     thing = getattr(module, name, None)
     if not callable(thing):
         msg = f"{kind} {file}:{name}: the file defines no class or function of that name"
-        raise SpecError(msg)
+        raise PluginError(msg)
     return cast("Factory", thing)
 
 
@@ -224,20 +224,20 @@ def _option(kind: str, spec: str, part: str) -> tuple[str, object]:
     key, equals, text = part.partition("=")
     if not key or not equals:
         msg = f"{kind} {_short(spec)}: {shown(part)} is no option; write name=value"
-        raise SpecError(msg)
+        raise PluginError(msg)
     return key.strip(), _value(text.strip())
 
 
 def _check_value(what: str, value: object, annotation: object) -> None:
     if isinstance(value, int | float) and not abs(value) <= _LARGEST:
         msg = f"{what} is {shown(value)}; expected a finite number, at most {_LARGEST:g} in size"
-        raise SpecError(msg)
+        raise PluginError(msg)
     # Annotations are texts where the module postpones them.
     name = annotation if isinstance(annotation, str) else getattr(annotation, "__name__", "")
     kinds, expected = _KINDS.get(name, ((object,), ""))
     if not isinstance(value, kinds) or (isinstance(value, bool) and bool not in kinds and expected):
         msg = f"{what} is {shown(value)}; expected {expected}"
-        raise SpecError(msg)
+        raise PluginError(msg)
 
 
 def _short(spec: str) -> str:

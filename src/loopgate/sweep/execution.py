@@ -1,4 +1,4 @@
-"""Run what is missing of a sweep, keep each row as it comes."""
+"""Make the missing runs of a sweep, and keep each row as it comes."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _TRIES = 2  # a worker that dies takes its run with it; the second time it is th
 
 @dataclass(frozen=True, slots=True)
 class Progress:
-    """How far a sweep is."""
+    """The progress of a sweep."""
 
     total: int
     """Runs of the sweep."""
@@ -48,7 +48,7 @@ class Progress:
 
 @dataclass(frozen=True, slots=True)
 class SweepOutcome:
-    """What a sweep did."""
+    """The outcome of a sweep: counts of runs, and the time it took [s]."""
 
     folder: Path
     total: int

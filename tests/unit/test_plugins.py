@@ -16,8 +16,8 @@ from loopgate.gates.open import OpenGate
 from loopgate.model import System
 from loopgate.negotiation.registry import make_negotiation, name_negotiation
 from loopgate.negotiation.simple import OldestFirst
+from loopgate.plugins import in_file
 from loopgate.simulation.scenario import Scenario, read_scenario
-from loopgate.spec import in_file
 
 MINE = """
 from __future__ import annotations
