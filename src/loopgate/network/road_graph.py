@@ -1,4 +1,4 @@
-"""The graph of edges and their followers for one vehicle class: its strong components hold the closed walks."""
+"""The graph of edges and their followers for one vehicle class; its strong components hold all loops."""
 
 from __future__ import annotations
 
