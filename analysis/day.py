@@ -30,7 +30,7 @@ from loopgate.results.columns import (
     VEHICLE,
     X,
 )
-from loopgate.runs import read_run
+from loopgate.runs.run import read_run
 from loopgate.simulation.loop_run import Course
 from loopgate.simulation.run import run
 from loopgate.simulation.scenario import Scenario

@@ -22,7 +22,7 @@ from loopgate.cli.progress import show_progress
 from loopgate.report.base_map import DPI
 from loopgate.report.network_map import draw_map
 from loopgate.report.page import write_report
-from loopgate.runs import read_results
+from loopgate.runs.results import read_results
 from loopgate.simulation.assembly import assemble
 from loopgate.simulation.run import run
 from loopgate.simulation.scenario import Scenario

@@ -18,7 +18,7 @@ from loopgate.analysis import compute_safety, compute_time_to_deadlock
 from loopgate.cli.frame_table import frame_table
 from loopgate.cli.progress import show_progress
 from loopgate.results import row_columns as c
-from loopgate.runs import read_results
+from loopgate.runs.results import read_results
 from loopgate.sweep import read_sweep, run_sweep
 
 HERE = Path(__file__).resolve().parent

@@ -20,7 +20,7 @@ from loopgate.analysis.statistics import mean_interval
 from loopgate.cli.progress import show_progress
 from loopgate.network import Loop, write_loops
 from loopgate.results import row_columns as c
-from loopgate.runs import read_results
+from loopgate.runs.results import read_results
 from loopgate.sweep import Sweep, run_sweep
 
 ROOT = Path(__file__).resolve().parents[1]

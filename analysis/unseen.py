@@ -22,7 +22,7 @@ from loopgate.cli.frame_table import frame_table
 from loopgate.cli.progress import show_progress
 from loopgate.errors import ResultsError
 from loopgate.results import row_columns as c
-from loopgate.runs import read_results
+from loopgate.runs.results import read_results
 from loopgate.sweep import Sweep, run_sweep
 
 ROOT = Path(__file__).resolve().parents[1]

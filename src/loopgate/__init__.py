@@ -20,7 +20,9 @@ if TYPE_CHECKING:
     from loopgate.model import Robot, System, read_system
     from loopgate.network import Loop, RoadNetwork, find_loops, read_loops
     from loopgate.report.page import ReportFiles, write_report
-    from loopgate.runs import Results, Run, read_results, read_run, run
+    from loopgate.runs.results import Results, read_results
+    from loopgate.runs.run import Run, read_run
+    from loopgate.runs.start import run
     from loopgate.simulation.scenario import Scenario, read_scenario
     from loopgate.sweep import LocalExecutor, Sweep, SweepOutcome, read_sweep, run_sweep
     from loopgate.untimed import explore
@@ -31,7 +33,9 @@ _MODULES = {
     "loopgate.model": ("Robot", "System", "read_system"),
     "loopgate.network": ("Loop", "RoadNetwork", "find_loops", "read_loops"),
     "loopgate.report.page": ("ReportFiles", "write_report"),
-    "loopgate.runs": ("Results", "Run", "read_results", "read_run", "run"),
+    "loopgate.runs.results": ("Results", "read_results"),
+    "loopgate.runs.run": ("Run", "read_run"),
+    "loopgate.runs.start": ("run",),
     "loopgate.simulation.scenario": ("Scenario", "read_scenario"),
     "loopgate.sweep": ("LocalExecutor", "Sweep", "SweepOutcome", "read_sweep", "run_sweep"),
     "loopgate.untimed": ("explore",),

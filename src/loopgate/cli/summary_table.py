@@ -9,7 +9,7 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-from loopgate.runs.summary_rows import summary_rows
+from loopgate.results.summary_rows import summary_rows
 
 __all__ = ["print_summary"]
 

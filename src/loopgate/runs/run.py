@@ -20,13 +20,13 @@ from loopgate.reading import read_object, read_toml, refusing
 from loopgate.results import columns as run
 from loopgate.results import row_columns as c
 from loopgate.results.row_schema import ROW_SCHEMA
+from loopgate.results.summary_rows import summary_rows
 from loopgate.results.table_reading import maker, read_table
-from loopgate.runs.summary_rows import summary_rows
 
 __all__ = ["Run", "read_run"]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Run:
     """One run; a notebook shows it as a table with its figures.
 

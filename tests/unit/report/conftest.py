@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from loopgate.runs import Results, read_results
+from loopgate.runs.results import Results, read_results
 from loopgate.sweep import Sweep, run_sweep
 
 RUNNER = f"{Path(__file__).parents[1] / 'sweep' / 'fake_runner.py'}:run"

@@ -16,7 +16,7 @@ from tornado.httpclient import AsyncHTTPClient
 from tornado.websocket import websocket_connect
 
 from loopgate.report.page import write_report
-from loopgate.runs import Results
+from loopgate.runs.results import Results
 
 Make = Callable[..., Results]
 

@@ -12,12 +12,12 @@ import pyarrow.parquet as pq
 import pytest
 
 from loopgate.results.row_schema import ROW_SCHEMA
-from loopgate.runs import Results
+from loopgate.runs.results import Results
 
 ROWS, CHUNK, EDGES = 100_000, 1000, 80
 REPORT = """
 import sys, time
-from loopgate.runs import read_results
+from loopgate.runs.results import read_results
 from loopgate.report.page import write_report
 from loopgate.sweep.memory import peak_memory_mb
 begin = time.perf_counter()

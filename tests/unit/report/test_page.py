@@ -12,7 +12,7 @@ import pytest
 from loopgate.errors import ResultsError
 from loopgate.report.content import add_series
 from loopgate.report.page import write_report
-from loopgate.runs import Results, read_results
+from loopgate.runs.results import Results, read_results
 
 Make = Callable[..., Results]
 

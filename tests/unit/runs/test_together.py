@@ -15,7 +15,7 @@ from click.testing import CliRunner
 from loopgate.cli.main import cli
 from loopgate.errors import ResultsError
 from loopgate.report.content import add_series
-from loopgate.runs import read_results
+from loopgate.runs.results import read_results
 from loopgate.sweep import Sweep, run_sweep
 
 RUNNER = f"{Path(__file__).parents[1] / 'sweep' / 'fake_runner.py'}:run"

@@ -15,7 +15,7 @@ from distributed import Client
 
 from loopgate.errors import SweepError
 from loopgate.results.row_columns import VOLATILE_COLUMNS
-from loopgate.runs import read_results
+from loopgate.runs.results import read_results
 from loopgate.sweep import Progress, Sweep, run_sweep
 from loopgate.sweep.cluster import dask_executor
 

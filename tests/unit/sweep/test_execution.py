@@ -16,7 +16,7 @@ import pytest
 
 from loopgate.errors import ResultsError
 from loopgate.results.row_columns import VOLATILE_COLUMNS
-from loopgate.runs import read_results
+from loopgate.runs.results import read_results
 from loopgate.sweep import Progress, Sweep, run_sweep
 from loopgate.sweep.local import LocalExecutor, WorkerDiedError
 from loopgate.sweep.store import Store

@@ -11,7 +11,7 @@ import pytest
 
 from loopgate.errors import SweepError
 from loopgate.gates.collision import CollisionGate
-from loopgate.runs import read_results
+from loopgate.runs.results import read_results
 from loopgate.sweep import Sweep, run_sweep
 
 GATE = "from loopgate.gates.collision import CollisionGate\nclass Mine(CollisionGate):\n    {}\n"

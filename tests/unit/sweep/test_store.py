@@ -12,7 +12,7 @@ import pytest
 
 from loopgate.errors import ResultsError
 from loopgate.results import row_columns as c
-from loopgate.runs import read_results
+from loopgate.runs.results import read_results
 from loopgate.sweep import Sweep, run_sweep
 from loopgate.sweep.store import Store
 from loopgate.sweep.task import Result
