@@ -21,6 +21,11 @@ PUBLIC = {
     for home in (loopgate, loopgate.analysis, loopgate.plots)
     for name in home.__all__
     if inspect.isfunction(getattr(home, name))
+} | {
+    "loopgate.RoadNetwork.open": loopgate.RoadNetwork.open,
+    "loopgate.Scenario": loopgate.Scenario,
+    "loopgate.Sweep": loopgate.Sweep,
+    "loopgate.System": loopgate.System,
 }
 
 
@@ -30,8 +35,8 @@ def test_an_example_runs_as_printed(name: str, monkeypatch: pytest.MonkeyPatch, 
     for folder in ("analysis", "networks", "routes"):
         (tmp_path / folder).symlink_to(ROOT / folder)
     monkeypatch.chdir(tmp_path)
-    function: Callable[..., object] = PUBLIC[name]
-    (found,) = doctest.DocTestFinder(recurse=False).find(inspect.unwrap(function), name, globs={})
+    public: Callable[..., object] = PUBLIC[name]
+    (found,) = doctest.DocTestFinder(recurse=False).find(inspect.unwrap(public), name, globs={})
     assert found.examples, f"{name} has no example"
     said: list[str] = []
     assert doctest.DocTestRunner().run(found, out=said.append).failed == 0, "".join(said)

@@ -56,13 +56,15 @@ def test_a_run_with_a_folder_is_what_the_folder_holds(tmp_path: Path) -> None:
 
 def test_a_notebook_shows_figures_in_words_and_pictures() -> None:
     """Without a gate nothing is said of holds; a name from outside is text."""
-    shown = run(SCENARIO)._repr_html_()
+    shown = run(SCENARIO)._repr_html_() or ""
     assert "<th style='text-align:left'>throughput</th>" in shown
     assert shown.count("<svg ") == 3
     free = run(Scenario(**ROADS, gate="open", duration_s=60))  # type: ignore[arg-type]
-    assert "hold time" not in free._repr_html_()
+    assert "hold time" not in (free._repr_html_() or "hold time")
     named = Run({**free.summary, "network": "<b>"}, free.events, free.vehicles, free.edges, free.scenario)
-    assert "&lt;b&gt;" in named._repr_html_()
+    assert "&lt;b&gt;" in (named._repr_html_() or "")
+    known = {key: value for key, value in free.summary.items() if key != "idleness_s"}
+    assert Run(known, free.events, free.vehicles, free.edges, free.scenario)._repr_html_() is None
 
 
 def test_a_gate_of_the_notebook_rules() -> None:

@@ -44,6 +44,13 @@ class System:
     SystemModelError
         On duplicate robots, capacities below 1 or above `LARGEST_CAPACITY`, capacity or FIFO given for a
         state that is on no path, or more robots starting in a state than it holds.
+
+    Examples
+    --------
+    >>> from loopgate import Robot, System
+    >>> system = System([Robot("a", ("a1", "s", "a2")), Robot("b", ("b1", "s", "s2"))], {"s": 2})
+    >>> [system.states[number] for number, alone in enumerate(system.private) if not alone]
+    ['s']
     """
 
     robots: tuple[Robot, ...]

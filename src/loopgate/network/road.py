@@ -96,6 +96,14 @@ class RoadNetwork:
         ------
         NetworkError
             If there is no such network, or the file is no SUMO network or one that makes no sense.
+
+        Examples
+        --------
+        >>> from loopgate import RoadNetwork
+        >>> network = RoadNetwork.open("networks/ring3.net.xml")
+        >>> edge = next(iter(network.edges.values()))
+        >>> edge.lanes[0].length_m > 0
+        True
         """
         text = str(name)
         file = _packaged(text) if text.startswith(PACKAGED) else Path(text)

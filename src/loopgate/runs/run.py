@@ -76,15 +76,19 @@ class Run:
                 found[name] = plot_edges(means, column, label=label)
         return found
 
-    def _repr_html_(self) -> str:
+    def _repr_html_(self) -> str | None:
+        try:
+            words, figures = summary_rows(self.summary), self.figures
+        except KeyError:  # another version made it, and knew less; a notebook then shows its name
+            return None
         rows = "".join(
             f"<tr><th style='text-align:left'>{html.escape(what)}</th>"
             f"<td style='text-align:left'>{html.escape(much)}</td></tr>"
-            for what, much in summary_rows(self.summary)
+            for what, much in words
         )
-        figures = "".join(figure_svg(figure, name) for name, figure in self.figures.items())
+        drawn = "".join(figure_svg(figure, name) for name, figure in figures.items())
         title = f"{self.summary['network']}: {self.summary['gate']}, seed {self.summary['seed']}"
-        return f"<h4>{html.escape(title)}</h4><table>{rows}</table>{figures}"
+        return f"<h4>{html.escape(title)}</h4><table>{rows}</table>{drawn}"
 
 
 def read_run(folder: Path | str) -> Run:

@@ -86,6 +86,12 @@ class Scenario:
         How long vehicles must have been standing in a circle [s].
     positions
         Whether SUMO records where every vehicle is at every step, and the audit checks it.
+
+    Examples
+    --------
+    >>> from loopgate import Scenario
+    >>> Scenario(network="sumo:DRT", loops=20, vehicles=60, gate="banker").command("out/drt")
+    'loopgate run sumo:DRT --loops 20 --vehicles 60 --gate banker -o out/drt'
     """
 
     network: Annotated[str, text()]

@@ -86,6 +86,14 @@ class Sweep:
         Points to add, and points of the grid to leave out; lists stand for any of their values.
     folder
         Paths in the scenario are relative to it; where no such file is there, to the working directory.
+
+    Examples
+    --------
+    >>> from loopgate import Sweep
+    >>> base = {"network": "sumo:DRT", "loops": 20}
+    >>> sweep = Sweep("gates", base, {"gate": ["open", "certified"], "vehicles": [20, 40], "seed": [1, 2, 3]})
+    >>> len(sweep.points())
+    12
     """
 
     name: str
