@@ -19,7 +19,6 @@ import numpy as np
 import pandas as pd
 from rich.console import Console
 
-from loopgate.analysis.load import read_run
 from loopgate.cli.frame_table import frame_table
 from loopgate.cli.progress import show_progress
 from loopgate.results.columns import (
@@ -31,6 +30,7 @@ from loopgate.results.columns import (
     VEHICLE,
     X,
 )
+from loopgate.runs.run import read_run
 from loopgate.simulation.loop_run import Course
 from loopgate.simulation.run import run
 from loopgate.simulation.scenario import Scenario

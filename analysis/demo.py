@@ -17,12 +17,12 @@ import headline
 import pandas as pd
 from rich.console import Console
 
-from loopgate.analysis import read_results
 from loopgate.cli.frame_table import frame_table
 from loopgate.cli.progress import show_progress
 from loopgate.report.base_map import DPI
 from loopgate.report.network_map import draw_map
 from loopgate.report.page import write_report
+from loopgate.runs.results import read_results
 from loopgate.simulation.assembly import assemble
 from loopgate.simulation.run import run
 from loopgate.simulation.scenario import Scenario

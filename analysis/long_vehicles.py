@@ -67,7 +67,7 @@ def main() -> None:
             scenario = Scenario(
                 network=name, routes=str(file), duration_s=options.duration, positions=True, seed=seed
             )
-            summary = run(scenario, folder, overwrite=True)
+            summary = run(scenario, folder, overwrite=True).summary
             kept = ("collisions", "overruns", "trespasses", "strays", "audit")
             console.print(
                 f"{folder.name}: {summary['distance_km']:.0f} km, "

@@ -14,10 +14,11 @@ import pandas as pd
 from rich.console import Console
 
 from loopgate.analysis import columns as ac
-from loopgate.analysis import compute_safety, compute_time_to_deadlock, read_results
+from loopgate.analysis import compute_safety, compute_time_to_deadlock
 from loopgate.cli.frame_table import frame_table
 from loopgate.cli.progress import show_progress
 from loopgate.results import row_columns as c
+from loopgate.runs.results import read_results
 from loopgate.sweep import read_sweep, run_sweep
 
 HERE = Path(__file__).resolve().parent

@@ -16,11 +16,11 @@ from typing import Any
 
 import pandas as pd
 
-from loopgate.analysis import read_results
 from loopgate.analysis.statistics import mean_interval
 from loopgate.cli.progress import show_progress
 from loopgate.network import Loop, write_loops
 from loopgate.results import row_columns as c
+from loopgate.runs.results import read_results
 from loopgate.sweep import Sweep, run_sweep
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -166,7 +166,7 @@ def details(runs: pd.DataFrame, study: Study) -> pd.DataFrame:
         if done.empty:
             rows.append({"vehicles": count, "rule": rule, "km": f"refused: {group[c.ERROR].iloc[0]}"})
             continue
-        gated = done[done[c.AUDIT] != "not gated"]
+        gated = done[done[c.AUDIT] != c.NOT_GATED]
         rows.append(
             {
                 "vehicles": count,

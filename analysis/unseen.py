@@ -19,12 +19,12 @@ import pandas as pd
 from made_networks import narrow_streets, netgenerate, roundabouts
 from rich.console import Console
 
-from loopgate.analysis import read_results
 from loopgate.cli.frame_table import frame_table
 from loopgate.cli.progress import show_progress
 from loopgate.errors import ResultsError
 from loopgate.network import RoadNetwork
 from loopgate.results import row_columns as c
+from loopgate.runs.results import read_results
 from loopgate.sweep import Sweep, run_sweep
 
 ROOT = Path(__file__).resolve().parents[1]

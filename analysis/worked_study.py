@@ -13,17 +13,12 @@ from pathlib import Path
 from loopgate import (
     Scenario,
     Sweep,
-    compute_deadlock_rate,
-    compute_holds,
-    compute_laps,
-    compute_mean,
-    compute_paired,
     read_results,
-    read_run,
     run,
     run_sweep,
     write_report,
 )
+from loopgate.analysis import compute_deadlock_rate, compute_holds, compute_laps, compute_mean, compute_paired
 
 HERE = Path(__file__).resolve().parent
 OUT = Path(sys.argv[1]) if len(sys.argv) > 1 else HERE.parent / "out" / "worked-study"
@@ -58,8 +53,7 @@ def main() -> None:
 
     # %% One run, closely: whose laps take longest, and how much of that is waiting?
     scenario = Scenario.from_dict({**BASE, "vehicles": 40, "gate": "certified", "seed": 1})
-    run(scenario, OUT / "one-run", overwrite=True)
-    one = read_run(OUT / "one-run")
+    one = run(scenario, OUT / "one-run", overwrite=True)
     end_s = one.summary["duration_s"]
     laps = compute_laps(events=one.events, end_s=end_s)
     holds = compute_holds(events=one.events, end_s=end_s)

@@ -1,9 +1,12 @@
 """Vehicles on closed loops in a SUMO road network that never collide and never lock up.
 
-Everything a study needs is here; each name is imported when it is first used, so that the command line and
-the gates do not wait for pandas or SUMO::
+What a notebook needs is here; each name is imported when it is first used, so that the command line and the
+gates do not wait for pandas or SUMO::
 
-    from loopgate import Scenario, Sweep, compute_mean, read_results, run, run_sweep, write_report
+    from loopgate import Scenario, run
+    from loopgate.analysis import compute_holds
+
+Tables of tables are computed by `loopgate.analysis`, figures of them drawn by `loopgate.plots`.
 """
 
 from __future__ import annotations
@@ -12,91 +15,66 @@ import importlib
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from loopgate.analysis import (
-        Results,
-        Run,
-        compute_capacity,
-        compute_deadlock_rate,
-        compute_decision_time,
-        compute_edge_holds,
-        compute_edge_means,
-        compute_edges,
-        compute_fundamental,
-        compute_holds,
-        compute_lap_distribution,
-        compute_laps,
-        compute_mean,
-        compute_paired,
-        compute_revisit_intervals,
-        compute_revisits,
-        compute_safety,
-        compute_survival,
-        compute_throughput,
-        compute_time_to_deadlock,
-        compute_vehicle_holds,
-        compute_waits,
-        read_results,
-        read_run,
-    )
     from loopgate.errors import LoopgateError
+    from loopgate.gates import make_gate
+    from loopgate.model import Robot, System, read_system
+    from loopgate.network import Loop, RoadNetwork, find_loops, read_loops
     from loopgate.report.page import ReportFiles, write_report
-    from loopgate.simulation.run import run
+    from loopgate.research.state_space import explore
+    from loopgate.runs.results import Results, read_results
+    from loopgate.runs.run import Run, read_run
+    from loopgate.runs.start import run
     from loopgate.simulation.scenario import Scenario, read_scenario
     from loopgate.sweep import LocalExecutor, Sweep, SweepOutcome, read_sweep, run_sweep
 
+_MODULES = {
+    "loopgate.errors": ("LoopgateError",),
+    "loopgate.gates": ("make_gate",),
+    "loopgate.model": ("Robot", "System", "read_system"),
+    "loopgate.network": ("Loop", "RoadNetwork", "find_loops", "read_loops"),
+    "loopgate.report.page": ("ReportFiles", "write_report"),
+    "loopgate.runs.results": ("Results", "read_results"),
+    "loopgate.runs.run": ("Run", "read_run"),
+    "loopgate.runs.start": ("run",),
+    "loopgate.simulation.scenario": ("Scenario", "read_scenario"),
+    "loopgate.sweep": ("LocalExecutor", "Sweep", "SweepOutcome", "read_sweep", "run_sweep"),
+    "loopgate.research.state_space": ("explore",),
+}
+_HOME = {name: module for module, names in _MODULES.items() for name in names}
+
 __all__ = [
     "LocalExecutor",
+    "Loop",
     "LoopgateError",
     "ReportFiles",
     "Results",
+    "RoadNetwork",
+    "Robot",
     "Run",
     "Scenario",
     "Sweep",
     "SweepOutcome",
-    "compute_capacity",
-    "compute_deadlock_rate",
-    "compute_decision_time",
-    "compute_edge_holds",
-    "compute_edge_means",
-    "compute_edges",
-    "compute_fundamental",
-    "compute_holds",
-    "compute_lap_distribution",
-    "compute_laps",
-    "compute_mean",
-    "compute_paired",
-    "compute_revisit_intervals",
-    "compute_revisits",
-    "compute_safety",
-    "compute_survival",
-    "compute_throughput",
-    "compute_time_to_deadlock",
-    "compute_vehicle_holds",
-    "compute_waits",
+    "System",
+    "explore",
+    "find_loops",
+    "make_gate",
+    "read_loops",
     "read_results",
     "read_run",
     "read_scenario",
     "read_sweep",
+    "read_system",
     "run",
     "run_sweep",
     "write_report",
 ]
 
-_MODULES = {
-    "loopgate.errors": ("LoopgateError",),
-    "loopgate.report.page": ("ReportFiles", "write_report"),
-    "loopgate.simulation.run": ("run",),
-    "loopgate.simulation.scenario": ("Scenario", "read_scenario"),
-    "loopgate.sweep": ("LocalExecutor", "Sweep", "SweepOutcome", "read_sweep", "run_sweep"),
-}
-_HOME = {name: module for module, names in _MODULES.items() for name in names}
-
 
 def __getattr__(name: str) -> object:
-    if name not in __all__:
+    if name not in _HOME:
         msg = f"module {__name__!r} has no attribute {name!r}"
         raise AttributeError(msg)
-    return getattr(importlib.import_module(_HOME.get(name, "loopgate.analysis")), name)
+    return getattr(importlib.import_module(_HOME[name]), name)
 
 
 def __dir__() -> list[str]:

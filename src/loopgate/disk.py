@@ -1,4 +1,4 @@
-"""What a disk may refuse, said in one line that names the file."""
+"""Errors of the disk, in one line that names the file."""
 
 from __future__ import annotations
 

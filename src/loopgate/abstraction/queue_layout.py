@@ -22,6 +22,7 @@ from loopgate.abstraction.stretches import (
 from loopgate.abstraction.swept import Touches, find_touches
 from loopgate.abstraction.waiting import Part, waiting_parts
 from loopgate.errors import RefusedLoopError, RouteError
+from loopgate.keeping import Kept
 from loopgate.model import StateId
 from loopgate.network.loop import HOLD_MARGIN_M, LaneSpan, Loop
 from loopgate.network.records import Connection
@@ -95,6 +96,16 @@ def lay_out_queues(network: RoadNetwork, users: Sequence[tuple[Loop, VehicleType
     RefusedLoopError
         If a loop cannot work as queues; the text says why.
     """
+    kinds = tuple(dict.fromkeys(users))  # how many vehicles there are of a kind makes no difference
+    if not network.content:
+        return _lay_out(network, kinds)
+    return _KEPT.get((network.content, kinds), lambda: _lay_out(network, kinds))
+
+
+_KEPT: Kept[QueueLayout] = Kept(8)
+
+
+def _lay_out(network: RoadNetwork, users: Sequence[tuple[Loop, VehicleType]]) -> QueueLayout:
     touches = find_touches(network, courses_of(network, users))
     plan = _Plan(network, users, touches)
     loops = {loop.id: loop for loop, _ in users}

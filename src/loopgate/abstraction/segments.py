@@ -14,6 +14,7 @@ from loopgate.abstraction.starts import choose_starts
 from loopgate.abstraction.zone_warnings import zone_warnings
 from loopgate.abstraction.zones import Zones, make_zones
 from loopgate.errors import ScenarioError
+from loopgate.keeping import Kept
 from loopgate.model import Robot, RobotId, StateId, System
 from loopgate.network.loop import Loop
 
@@ -95,7 +96,16 @@ def lay_out_segments(
                 f"use fewer vehicles, more loops, or --abstraction queues"
             )
             raise ScenarioError(msg)
-    need_m = needed_length_m(vehicle_length_m, min_gap_m)
+    key = (tuple(loops), rho_m, vehicle_length_m, min_gap_m, piece_m)
+    return _KEPT.get(
+        key, lambda: _lay_out(loops, rho_m, needed_length_m(vehicle_length_m, min_gap_m), piece_m)
+    )
+
+
+_KEPT: Kept[Layout] = Kept(8)
+
+
+def _lay_out(loops: Sequence[Loop], rho_m: float, need_m: float, piece_m: float) -> Layout:
     zones = make_zones(loops, collision_segments(loops, rho_m), need_m)
     return Layout(
         loops=tuple(loops),

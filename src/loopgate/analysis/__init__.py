@@ -11,7 +11,6 @@ from loopgate.analysis.costs import (
     compute_edge_means,
     compute_lap_distribution,
 )
-from loopgate.analysis.load import Results, Run, read_results, read_run
 from loopgate.analysis.monitoring import (
     compute_edge_holds,
     compute_edges,
@@ -33,8 +32,6 @@ from loopgate.analysis.trips import (
 )
 
 __all__ = [
-    "Results",
-    "Run",
     "compute_capacity",
     "compute_deadlock_rate",
     "compute_decision_time",
@@ -55,6 +52,4 @@ __all__ = [
     "compute_time_to_deadlock",
     "compute_vehicle_holds",
     "compute_waits",
-    "read_results",
-    "read_run",
 ]

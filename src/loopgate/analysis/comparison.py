@@ -65,6 +65,14 @@ def compute_mean(
     ------
     AnalysisError
         On a missing column or a level that is none.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> from loopgate.analysis import compute_mean
+    >>> runs = pd.DataFrame({"gate": "open", "vehicles": 40, "km_per_h": [90.0, 110.0, 100.0]})
+    >>> compute_mean(runs=runs).round(1)[["mean", "low", "high"]].values.tolist()
+    [[100.0, 75.2, 124.8]]
     """
     check_columns(runs, [value], "runs")
     rows = []
@@ -115,6 +123,15 @@ def compute_paired(
     ------
     AnalysisError
         On a missing column, an unknown baseline, or several runs that could be the partner.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> from loopgate.analysis import compute_paired
+    >>> runs = pd.DataFrame({"gate": ["open", "open", "certified", "certified"], "seed": [1, 2, 1, 2]})
+    >>> runs = runs.assign(vehicles=40, km_per_h=[90.0, 110.0, 100.0, 120.0])
+    >>> compute_paired(runs=runs, baseline="open")[["gate", "pairs", "difference", "ratio"]].values.tolist()
+    [['certified', 2, 10.0, 1.1]]
     """
     keys = [*by, *match]
     check_columns(runs, [GATE, value, *keys], "runs")
@@ -174,6 +191,14 @@ def compute_fundamental(*, runs: pd.DataFrame) -> pd.DataFrame:
     ------
     AnalysisError
         On a missing column.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> from loopgate.analysis import compute_fundamental
+    >>> runs = pd.DataFrame({"vehicles": [40], "edge_km": 8.0, "km_per_h": 800.0, "mean_speed_mps": 5.0})
+    >>> compute_fundamental(runs=runs)[["density_veh_per_km", "flow_veh_per_h"]].values.tolist()
+    [[5.0, 100.0]]
     """
     check_columns(runs, [VEHICLES, EDGE_KM, KM_PER_H, MEAN_SPEED], "runs")
     good = succeeded(runs)
@@ -221,11 +246,21 @@ def compute_capacity(
     ------
     AnalysisError
         On a missing column.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> from loopgate.analysis import compute_capacity
+    >>> runs = pd.DataFrame({"gate": "open", "vehicles": [20, 40, 60], "km_per_h": [90.0, 150.0, 80.0]})
+    >>> compute_capacity(runs=runs)[["gate", "capacity_vehicles", "peak", "at_border"]].values.tolist()
+    [['open', 40, 150.0, False]]
     """
     check_columns(runs, [VEHICLES, value], "runs")
     rows = []
     for names, group in groups(succeeded(runs).dropna(subset=[value, VEHICLES]), by, "runs"):
-        samples = {int(str(n)): part[value].to_numpy(dtype=float) for n, part in group.groupby(VEHICLES)}
+        samples = {
+            int(float(str(n))): part[value].to_numpy(dtype=float) for n, part in group.groupby(VEHICLES)
+        }
         if not samples:
             continue
         counts = np.array(list(samples))

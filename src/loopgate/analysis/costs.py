@@ -1,4 +1,4 @@
-"""What gates cost and what loops see: lap times, decision time, messages, hold time per edge."""
+"""Costs of gates and views of loops: lap times, decision time, messages, hold time per edge."""
 
 from __future__ import annotations
 
@@ -65,6 +65,15 @@ def compute_lap_distribution(
     ------
     AnalysisError
         On a missing column.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> from loopgate.analysis import compute_lap_distribution
+    >>> quantiles = [60.0 + number for number in range(21)]
+    >>> runs = pd.DataFrame({"gate": "open", "vehicles": 40, "laps": 120, "lap_quantiles_s": [quantiles]})
+    >>> compute_lap_distribution(runs=runs, quantiles=[0.5])["lap_s"].tolist()
+    [69.5]
     """
     check_columns(runs, [LAPS, LAP_QUANTILES], "runs")
     rows = []
@@ -107,6 +116,15 @@ def compute_decision_time(*, runs: pd.DataFrame, by: Sequence[str] = (GATE, VEHI
     ------
     AnalysisError
         On a missing column.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> from loopgate.analysis import compute_decision_time
+    >>> runs = pd.DataFrame({"gate": ["banker"], "vehicles": [40], "decisions": [1000], "refusals": [250]})
+    >>> runs = runs.assign(messages=None, decision_median_us=5.0, decision_p99_us=30.0, decision_max_us=90.0)
+    >>> compute_decision_time(runs=runs)[["decision_median_us", "refused_share"]].values.tolist()
+    [[5.0, 0.25]]
     """
     times = (DECISION_MEDIAN, DECISION_P99, DECISION_MAX)
     check_columns(runs, [DECISIONS, REFUSALS, MESSAGES, *times], "runs")
@@ -155,6 +173,18 @@ def compute_edge_means(
     ------
     AnalysisError
         On a missing column.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> from loopgate.analysis import compute_edge_means
+    >>> edge_sets = {"x": pd.DataFrame({"edge": ["e1"], "length_m": [80.0], "shape": ["0,0 80,0"]})}
+    >>> runs = pd.DataFrame({"gate": "open", "edge_set": ["x", "x"], "edge_visits": [[3.0], [5.0]]})
+    >>> nothing = pd.Series([[0.0], [0.0]])
+    >>> lists = ("edge_hold_s", "edge_mean_revisit_s", "edge_max_revisit_s", "edge_idleness_s")
+    >>> runs = runs.assign(**dict.fromkeys(lists, nothing))
+    >>> compute_edge_means(runs=runs, edge_sets=edge_sets)[["edge", "runs", "visits"]].values.tolist()
+    [['e1', 2, 4.0]]
     """
     lists = {
         run.VISITS: EDGE_VISITS,

@@ -1,4 +1,4 @@
-"""How well the loops watch the road: visits, revisit intervals and idleness of every edge.
+"""Monitoring of the road by the loops: visits, revisit intervals and idleness of every edge.
 
 A *visit* is an `Event.EDGE` row: a vehicle enters the edge. The *revisit interval* is the time between
 two visits in a row, whoever makes them. The *idleness* of an edge at time t is the time since its last
@@ -62,6 +62,15 @@ def compute_revisit_intervals(*, events: pd.DataFrame, end_s: float, begin_s: fl
     ------
     AnalysisError
         On a missing column or an empty period.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> from loopgate.analysis import compute_revisit_intervals
+    >>> rows = [(10, "v1", "edge", "e1"), (40, "v2", "edge", "e1"), (100, "v1", "edge", "e1")]
+    >>> events = pd.DataFrame(rows, columns=["time_s", "vehicle", "event", "place"])
+    >>> compute_revisit_intervals(events=events, end_s=120)["revisit_s"].tolist()
+    [30.0, 60.0]
     """
     visits = _visits(events, begin_s, end_s)
     frame = pd.DataFrame(
@@ -105,6 +114,17 @@ def compute_revisits(
     ------
     AnalysisError
         On a missing column or an empty period.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> from loopgate.analysis import compute_revisits
+    >>> rows = [(10, "v1", "edge", "e1"), (40, "v2", "edge", "e1"), (100, "v1", "edge", "e1")]
+    >>> events = pd.DataFrame(rows, columns=["time_s", "vehicle", "event", "place"])
+    >>> compute_revisits(events=events, end_s=120, edges=["e1", "e2"])[["edge", "visits", "mean_revisit_s"]]
+      edge  visits  mean_revisit_s
+    0   e1       3            45.0
+    1   e2       0             NaN
     """
     visits = _visits(events, begin_s, end_s)
     wanted = sorted(visits[PLACE].unique()) if edges is None else list(dict.fromkeys(edges))
@@ -150,6 +170,15 @@ def compute_edge_holds(*, events: pd.DataFrame, end_s: float, begin_s: float = 0
     ------
     AnalysisError
         On a missing column or an empty period.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> from loopgate.analysis import compute_edge_holds
+    >>> rows = [(5, "v1", "edge", "e1"), (10, "v1", "hold", "b"), (25, "v1", "go", "b")]
+    >>> events = pd.DataFrame(rows, columns=["time_s", "vehicle", "event", "place"])
+    >>> compute_edge_holds(events=events, end_s=100).values.tolist()
+    [['e1', 15.0]]
     """
     holds = compute_holds(events=events, begin_s=begin_s, end_s=end_s)
     entered = events.loc[events[EVENT] == Event.EDGE, [TIME, VEHICLE, PLACE]].sort_values(TIME, kind="stable")
@@ -189,6 +218,16 @@ def compute_edges(
     ------
     AnalysisError
         On a missing column or an empty period.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> from loopgate.analysis import compute_edges
+    >>> rows = [(5, "v1", "edge", "e1"), (10, "v1", "hold", "b"), (25, "v1", "go", "b")]
+    >>> events = pd.DataFrame(rows, columns=["time_s", "vehicle", "event", "place"])
+    >>> edges = pd.DataFrame({"edge": ["e1"], "length_m": [80.0], "shape": ["0,0 80,0"]})
+    >>> compute_edges(events=events, edges=edges, end_s=100)[["edge", "visits", "hold_s"]].values.tolist()
+    [['e1', 1, 15.0]]
     """
     check_columns(edges, (EDGE, EDGE_LENGTH, SHAPE), "edges")
     revisits = compute_revisits(events=events, begin_s=begin_s, end_s=end_s, edges=edges[EDGE])

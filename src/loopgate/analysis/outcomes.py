@@ -1,4 +1,4 @@
-"""How often and how soon runs lock up."""
+"""Deadlocks over many runs: their rate, and the time until they come."""
 
 from __future__ import annotations
 
@@ -55,6 +55,14 @@ def compute_deadlock_rate(
     ------
     AnalysisError
         On a missing column or a level that is none.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> from loopgate.analysis import compute_deadlock_rate
+    >>> runs = pd.DataFrame({"gate": "open", "vehicles": 40, "deadlocks": [1, 0, 0, 2]})
+    >>> compute_deadlock_rate(runs=runs)[["runs", "deadlocked", "rate"]].values.tolist()
+    [[4.0, 2.0, 0.5]]
     """
     check_columns(runs, [DEADLOCKS], "runs")
     rows = []
@@ -92,6 +100,14 @@ def compute_survival(*, runs: pd.DataFrame, by: Sequence[str] = (GATE,), level: 
     ------
     AnalysisError
         On a missing column.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> from loopgate.analysis import compute_survival
+    >>> runs = pd.DataFrame({"gate": "open", "first_deadlock_s": [900, None], "observed_s": [900, 3600]})
+    >>> compute_survival(runs=runs)[["time_s", "survival"]].values.tolist()
+    [[0.0, 1.0], [900.0, 0.5], [3600.0, 0.5]]
     """
     check_columns(runs, [FIRST_DEADLOCK, OBSERVED], "runs")
     curves = [
@@ -163,6 +179,14 @@ def compute_time_to_deadlock(
     ------
     AnalysisError
         On a missing column or a horizon that is not positive.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> from loopgate.analysis import compute_time_to_deadlock
+    >>> runs = pd.DataFrame({"gate": "open", "first_deadlock_s": [900, None], "observed_s": [900, 3600]})
+    >>> compute_time_to_deadlock(runs=runs, by=["gate"])[["median_s", "restricted_mean_s"]].values.tolist()
+    [[900.0, 2250.0]]
     """
     if horizon_s is not None and horizon_s <= 0:
         msg = f"horizon {horizon_s:g} s is none; expected a time above 0 s"

@@ -36,7 +36,7 @@ _EDGE_COLUMNS = (
     run.EDGE_HOLD,
     run.SHAPE,
 )
-"""What a row needs of the edges; there may be more."""
+"""Columns of the edges that a row needs; there may be more."""
 
 _SAME_NAME = (
     c.LAPS,
@@ -147,7 +147,10 @@ def run_row(
     audit = summary.get(c.AUDIT)
     row[c.AUDIT] = audit if audit is None or isinstance(audit, str) else json.dumps(audit)
     row[c.WARNINGS] = json.dumps(summary.get(c.WARNINGS) or [], ensure_ascii=False)
-    return RunRow(row | _laps(row, events) | _edges(edges), edges[[run.EDGE, run.EDGE_LENGTH, run.SHAPE]])
+    row |= _laps(row, events) | _edges(edges)
+    if audit == c.NOT_GATED:  # nobody was held, and nobody measured how long vehicles waited instead
+        row |= dict.fromkeys((c.HOLD, c.LONGEST_WAIT, c.EDGE_HOLD))
+    return RunRow(row, edges[[run.EDGE, run.EDGE_LENGTH, run.SHAPE]])
 
 
 def _part(summary: Mapping[str, Any], key: str) -> Mapping[str, Any]:

@@ -1,4 +1,4 @@
-"""Did the runs of a group stay safe: deadlocks, collisions, teleports, audits."""
+"""Safety of the runs of a group: deadlocks, collisions, teleports, audits."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from loopgate.results.row_columns import (
     LAPS_PER_H,
     LONGEST_WAIT,
     NETWORK,
+    NOT_GATED,
     TELEPORTS,
 )
 
@@ -47,12 +48,21 @@ def compute_safety(*, runs: pd.DataFrame, by: Sequence[str] = (NETWORK, GATE)) -
     ------
     AnalysisError
         On a missing column.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> from loopgate.analysis import compute_safety
+    >>> runs = pd.DataFrame({"gate": ["open", "certified"], "audit": ["not gated", "clean"]})
+    >>> runs = runs.assign(deadlocks=[1, 0], collisions=0, teleports=0, laps_per_h=80, longest_wait_s=40)
+    >>> compute_safety(runs=runs, by=["gate"])[["gate", "deadlocked", "collisions"]].values.tolist()
+    [['certified', 0, 0], ['open', 1, 0]]
     """
     check_columns(runs, _NEEDED, "runs")
     rows = []
     for names, group in groups(runs, by, "runs"):
         done = succeeded(group)
-        gated = done[done[AUDIT] != "not gated"]
+        gated = done[done[AUDIT] != NOT_GATED]
         figures = {
             FAILED: len(group) - len(done),
             RUNS: len(done),

@@ -1,4 +1,4 @@
-"""What the vehicles of one run did: laps, holds, waits and throughput, from the run's events."""
+"""The trips of the vehicles of one run: laps, holds, waits and throughput, from the run's events."""
 
 from __future__ import annotations
 
@@ -52,6 +52,15 @@ def compute_laps(*, events: pd.DataFrame, end_s: float, begin_s: float = 0.0) ->
     ------
     AnalysisError
         On a missing column or an empty period.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> from loopgate.analysis import compute_laps
+    >>> rows = [(0, "v1", "start", "a"), (80, "v1", "lap", "a"), (170, "v1", "lap", "a")]
+    >>> events = pd.DataFrame(rows, columns=["time_s", "vehicle", "event", "place"])
+    >>> compute_laps(events=events, end_s=200)["lap_s"].tolist()
+    [80.0, 90.0]
     """
     chosen = _of(events, (Event.START, Event.EDGE, Event.LAP), end_s, begin_s)
     first = ~chosen.duplicated(VEHICLE)
@@ -83,6 +92,15 @@ def compute_holds(*, events: pd.DataFrame, end_s: float, begin_s: float = 0.0) -
     ------
     AnalysisError
         On a missing column or an empty period.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> from loopgate.analysis import compute_holds
+    >>> rows = [(10, "v1", "hold", "b"), (25, "v1", "go", "b"), (90, "v1", "hold", "c")]
+    >>> events = pd.DataFrame(rows, columns=["time_s", "vehicle", "event", "place"])
+    >>> compute_holds(events=events, end_s=100)[["place", "hold_s", "open"]].values.tolist()
+    [['b', 15.0, False], ['c', 10.0, True]]
     """
     return _spells(events, (Event.HOLD,), (Event.GO,), begin_s, end_s).rename(columns={"length_s": HOLD})
 
@@ -102,6 +120,15 @@ def compute_waits(*, events: pd.DataFrame, end_s: float, begin_s: float = 0.0) -
     ------
     AnalysisError
         On a missing column or an empty period.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> from loopgate.analysis import compute_waits
+    >>> rows = [(10, "v1", "refuse", "b"), (12, "v1", "refuse", "b"), (25, "v1", "grant", "b")]
+    >>> events = pd.DataFrame(rows, columns=["time_s", "vehicle", "event", "place"])
+    >>> compute_waits(events=events, end_s=100)[["place", "wait_s"]].values.tolist()
+    [['b', 15.0]]
     """
     return _spells(events, (Event.REFUSE,), (Event.GRANT,), begin_s, end_s).rename(columns={"length_s": WAIT})
 
@@ -119,6 +146,15 @@ def compute_vehicle_holds(*, events: pd.DataFrame, end_s: float, begin_s: float 
     ------
     AnalysisError
         On a missing column or an empty period.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> from loopgate.analysis import compute_vehicle_holds
+    >>> rows = [(10, "v1", "hold", "b"), (25, "v1", "go", "b"), (60, "v1", "lap", "a")]
+    >>> events = pd.DataFrame(rows, columns=["time_s", "vehicle", "event", "place"])
+    >>> compute_vehicle_holds(events=events, end_s=100)[["vehicle", "laps", "hold_s"]].values.tolist()
+    [['v1', 1, 15.0]]
     """
     check_columns(events, EVENT_COLUMNS[:4], "events")
     index = pd.Index(sorted(events[VEHICLE].unique()), name=VEHICLE, dtype=object)
@@ -156,6 +192,15 @@ def compute_throughput(
     ------
     AnalysisError
         On a missing column or an empty period.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> from loopgate.analysis import compute_throughput
+    >>> rows = [(60, "v1", "lap", "a"), (90, "v2", "lap", "a")]
+    >>> events = pd.DataFrame(rows, columns=["time_s", "vehicle", "event", "place"])
+    >>> compute_throughput(events=events, end_s=120, distance_m=1200).T[0].to_dict()
+    {'laps': 2.0, 'laps_per_h': 60.0, 'km_per_h': 36.0}
     """
     check_columns(events, EVENT_COLUMNS[:4], "events")
     check_period(begin_s, end_s)

@@ -1,4 +1,4 @@
-"""What a user wants `loopgate inspect` to show, whatever the abstraction."""
+"""The options of `loopgate inspect` that both abstractions share."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ __all__ = ["Wanted"]
 
 @dataclass(frozen=True, slots=True)
 class Wanted:
-    """Options of the command.
+    """Options of the command `loopgate inspect`.
 
     Attributes
     ----------

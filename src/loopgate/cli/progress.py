@@ -9,16 +9,6 @@ from contextlib import contextmanager
 from threading import Timer
 from typing import Protocol
 
-from rich.console import Console
-from rich.progress import (
-    BarColumn,
-    MofNCompleteColumn,
-    Progress,
-    TextColumn,
-    TimeElapsedColumn,
-    TimeRemainingColumn,
-)
-
 __all__ = ["Report", "show_progress"]
 
 _QUICK_S = 2.0
@@ -49,6 +39,16 @@ def show_progress(what: str, *, total: int | None = None) -> Iterator[Report]:
 
 @contextmanager
 def _live(what: str, total: int | None) -> Iterator[Report]:
+    from rich.console import Console
+    from rich.progress import (
+        BarColumn,
+        MofNCompleteColumn,
+        Progress,
+        TextColumn,
+        TimeElapsedColumn,
+        TimeRemainingColumn,
+    )
+
     bar = Progress(
         TextColumn("{task.description}"),
         BarColumn(),

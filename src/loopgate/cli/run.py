@@ -6,14 +6,16 @@ import dataclasses
 import json
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from loopgate.cli.interrupts import EXIT_INTERRUPTED
 from loopgate.cli.main import EXIT_DEADLOCK, EXIT_UNCLEAN
-from loopgate.simulation.loop_run import Course
 from loopgate.simulation.scenario import ABSTRACTIONS, LIGHTS, ON_DEADLOCK, Scenario, read_scenario
+
+if TYPE_CHECKING:
+    from loopgate.simulation.loop_run import Course
 
 __all__ = ["exit_code", "run"]
 

@@ -6,18 +6,19 @@ import contextlib
 import json
 from collections import Counter
 from collections.abc import Callable, Iterator
-from concurrent.futures import Executor
 from datetime import timedelta
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from loopgate.cli.numbers import FiniteRange
 from loopgate.errors import SweepError
-from loopgate.sweep.description import Point, Sweep, read_sweep
-from loopgate.sweep.drive import Progress, run_sweep
-from loopgate.sweep.task import DEFAULT_RUNNER
+
+if TYPE_CHECKING:
+    from concurrent.futures import Executor
+
+    from loopgate.sweep import Point, Progress, Sweep
 
 __all__ = ["sweep"]
 
@@ -50,7 +51,7 @@ _SHOWN = 12  # lines of a dry run
 @click.option("--keep-runs", is_flag=True, help="Keep every run folder in RESULTS/runs.")
 @click.option("--dry-run", is_flag=True, help="List the runs and estimate the time, run nothing.")
 @click.option("--json", "as_json", is_flag=True, help="Print the outcome as JSON.")
-@click.option("--runner", default=DEFAULT_RUNNER, hidden=True)
+@click.option("--runner", hidden=True)
 def sweep(  # noqa: PLR0913 - one argument per option
     *,
     file: Path,
@@ -63,16 +64,19 @@ def sweep(  # noqa: PLR0913 - one argument per option
     keep_runs: bool,
     dry_run: bool,
     as_json: bool,
-    runner: str,
+    runner: str | None,
 ) -> None:
     """Run every scenario of the sweep FILE (TOML) that has no row in the results folder yet.
 
     End it at any moment, by any means: the same command goes on where it stopped.
     """
+    from loopgate.sweep import read_sweep, run_sweep
+
     described = read_sweep(file)
     folder = out or Path("out") / described.name
     points = described.points()
-    _check(points, runner, file)
+    if runner is None:
+        _check(points, file)
     if dry_run:
         _show_plan(described, points, folder, workers, as_json=as_json)
         return
@@ -80,7 +84,7 @@ def sweep(  # noqa: PLR0913 - one argument per option
         "timeout_s": timeout,
         "retry_failed": retry_failed,
         "keep_runs": keep_runs,
-        "runner": runner,
+        **({"runner": runner} if runner else {}),
     }
     try:
         with _pool(executor, scheduler) as (pool, size), _progress(described.name) as report:
@@ -105,14 +109,13 @@ def sweep(  # noqa: PLR0913 - one argument per option
     click.echo(f"next: loopgate report {folder} -o {folder}/report.html")
 
 
-def _check(points: list[Point], runner: str, file: Path) -> None:
+def _check(points: list[Point], file: Path) -> None:
     """Refuse keys, values, gates and negotiations that no run would accept before anything runs."""
-    if runner != DEFAULT_RUNNER:
-        return
     from loopgate.simulation.scenario import Scenario
+    from loopgate.sweep.description import with_files
 
     for point in points:
-        Scenario.from_dict(dict(point.scenario), source=str(file))
+        Scenario.from_dict(with_files(point.scenario, point.files), source=str(file))
 
 
 @contextlib.contextmanager

@@ -1,7 +1,7 @@
 """Gates: they decide, one request at a time, which robot may enter its next state."""
 
 from loopgate.gates.base import Decision, FollowingGate, Gate, Reason, TimedGate
-from loopgate.gates.registry import check_gate, gate_names, make_gate
+from loopgate.gates.registry import check_gate, gate_names, make_gate, name_gate
 
 __all__ = [
     "Decision",
@@ -12,4 +12,5 @@ __all__ = [
     "check_gate",
     "gate_names",
     "make_gate",
+    "name_gate",
 ]

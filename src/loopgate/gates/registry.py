@@ -5,21 +5,22 @@ A package of yours adds a gate with two lines in its pyproject.toml::
     [project.entry-points."loopgate.gates"]
     mine = "my_package.my_gate:MyGate"
 
-and it works wherever a gate is named: ``loopgate run --gate mine``, ``mine:option=3``.
+and it works wherever a gate is named: ``loopgate run --gate mine``, ``mine:option=3``. Without a package,
+``my_gate.py:MyGate`` names a class or function in a file.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from importlib.metadata import entry_points
-from typing import cast
 
 from loopgate.errors import GateError
 from loopgate.gates.base import Gate, TimedGate
 from loopgate.model import System
-from loopgate.spec import SpecError, make_from_spec
+from loopgate.plugins import PluginError, make_plugin, name_of
+from loopgate.reading import shown
 
-__all__ = ["check_gate", "gate_names", "make_gate"]
+__all__ = ["check_gate", "gate_names", "make_gate", "name_gate"]
 
 _GROUP = "loopgate.gates"
 
@@ -27,6 +28,23 @@ _GROUP = "loopgate.gates"
 def gate_names() -> list[str]:
     """Return the names of all installed gates, sorted."""
     return sorted({point.name for point in entry_points(group=_GROUP)})
+
+
+def name_gate(gate: object) -> str:
+    """Return the name of a gate's class, or of a function that is called with a `System` and returns a gate.
+
+    Raises
+    ------
+    GateError
+        If it is neither, nor a name.
+    """
+    if isinstance(gate, Gate) and not isinstance(gate, type):
+        msg = f"gate {type(gate).__name__}: a run makes its gate for its own system; give the class"
+        raise GateError(msg)
+    try:
+        return name_of("gate", _GROUP, gate)
+    except PluginError as error:
+        raise GateError(str(error)) from error
 
 
 def check_gate(spec: str) -> None:
@@ -47,25 +65,45 @@ def check_gate(spec: str) -> None:
             checks(**options)
 
     try:
-        make_from_spec("gate", _GROUP, spec, check)
-    except SpecError as error:
+        make_plugin("gate", _GROUP, spec, check)
+    except PluginError as error:
         raise GateError(str(error)) from error
 
 
-def make_gate(spec: str, system: System, clock: Callable[[], float] | None = None) -> Gate:
-    """Make the gate that `spec` names (``name`` or ``name:option=value,...``), for `system`.
+def make_gate(gate: object, system: System, clock: Callable[[], float] | None = None) -> Gate:
+    """Make a gate for `system`.
 
-    A gate with a budget of time measures it with `clock` [s]; without one its time has no limit.
+    Parameters
+    ----------
+    gate
+        A name (``name`` or ``name:option=value,...``), or a class or function as for `name_gate`.
+    system
+        What it decides on.
+    clock
+        Tells the time [s] to a gate with a budget of time; without one its time has no limit.
 
     Raises
     ------
     GateError
-        If no gate has that name, the gate has no such option, or the gate refuses the system's start.
+        If no gate has that name, the gate has no such option, it is none, or it refuses the system's start.
+
+    Examples
+    --------
+    >>> from loopgate import Robot, System, make_gate
+    >>> system = System([Robot("a", ("s1", "s2")), Robot("b", ("s2", "s3"))])
+    >>> gate = make_gate("collision", system)
+    >>> decision = gate.decide(system.initial, 0)
+    >>> decision.admitted, str(decision.reason)
+    (False, 'occupied')
     """
+    spec = name_gate(gate)
     try:
-        gate = make_from_spec("gate", _GROUP, spec, lambda f, o: cast("Gate", f(system, **o)))
-    except SpecError as error:
+        made: object = make_plugin("gate", _GROUP, spec, lambda f, o: f(system, **o))
+    except PluginError as error:
         raise GateError(str(error)) from error
-    if clock is not None and isinstance(gate, TimedGate):
-        gate.use_clock(clock)
-    return gate
+    if not isinstance(made, Gate):
+        msg = f"gate {spec}: it makes {shown(made)}, which is no gate; expected the methods decide and moved"
+        raise GateError(msg)
+    if clock is not None and isinstance(made, TimedGate):
+        made.use_clock(clock)
+    return made

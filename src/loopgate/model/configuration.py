@@ -1,4 +1,4 @@
-"""Where every robot stands."""
+"""A configuration: the positions of all robots."""
 
 from __future__ import annotations
 

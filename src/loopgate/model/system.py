@@ -44,6 +44,13 @@ class System:
     SystemModelError
         On duplicate robots, capacities below 1 or above `LARGEST_CAPACITY`, capacity or FIFO given for a
         state that is on no path, or more robots starting in a state than it holds.
+
+    Examples
+    --------
+    >>> from loopgate import Robot, System
+    >>> system = System([Robot("a", ("a1", "s", "a2")), Robot("b", ("b1", "s", "s2"))], {"s": 2})
+    >>> [system.states[number] for number, alone in enumerate(system.private) if not alone]
+    ['s']
     """
 
     robots: tuple[Robot, ...]
@@ -59,7 +66,7 @@ class System:
     private: tuple[bool, ...] = field(init=False, repr=False)
     """Whether a single robot visits state ``s``."""
     room: tuple[int, ...] = field(init=False, repr=False)
-    """How many robots state ``s`` holds."""
+    """Number of robots that state ``s`` holds."""
     fifo_states: tuple[int, ...] = field(init=False, repr=False)
     """Numbers of the FIFO states that are shared, ascending; indexes ``Configuration.queues``."""
     following: tuple[tuple[int, ...], ...] = field(init=False, repr=False)

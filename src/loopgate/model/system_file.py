@@ -35,6 +35,16 @@ def read_system(file: Path | str) -> System:
     SystemFileError
         If the file cannot be read, is no JSON, or describes no valid system; the text names the file and
         the robot or state concerned.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from loopgate import read_system
+    >>> text = '{"robots": [{"id": "a", "path": ["s1", "s2"]}, {"id": "b", "path": ["s2", "s3"]}]}'
+    >>> Path("two.json").write_text(text) > 0
+    True
+    >>> read_system("two.json").states
+    ('s1', 's2', 's3')
     """
     data = read_json(file, "system file", SystemFileError)
     with refusing(file, "system file", SystemFileError):

@@ -41,6 +41,7 @@ class View(Protocol):
         ...
 
 
+@runtime_checkable
 class Negotiation(Protocol):
     """Orders requests and may ask some to wait. It never admits what the gate refuses.
 

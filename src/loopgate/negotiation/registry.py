@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from importlib.metadata import entry_points
 from random import Random
-from typing import cast
 
 from loopgate.errors import ScenarioError
 from loopgate.negotiation.base import Negotiation
-from loopgate.spec import SpecError, make_from_spec
+from loopgate.plugins import PluginError, make_plugin, name_of
+from loopgate.reading import shown
 
-__all__ = ["check_negotiation", "make_negotiation", "negotiation_names"]
+__all__ = ["check_negotiation", "make_negotiation", "name_negotiation", "negotiation_names"]
 
 _GROUP = "loopgate.negotiations"
 
@@ -18,6 +18,33 @@ _GROUP = "loopgate.negotiations"
 def negotiation_names() -> list[str]:
     """Return the names of all installed negotiations, sorted."""
     return sorted({point.name for point in entry_points(group=_GROUP)})
+
+
+def name_negotiation(negotiation: object) -> str:
+    """Return the name of a class or function that makes a negotiation, or of one that is made already.
+
+    Raises
+    ------
+    ScenarioError
+        If it is none of these, nor a name.
+    """
+    if isinstance(negotiation, Negotiation) and not isinstance(negotiation, type):
+        negotiation = _Made(negotiation)
+    try:
+        return name_of("negotiation", _GROUP, negotiation)
+    except PluginError as error:
+        raise ScenarioError(str(error)) from error
+
+
+class _Made:
+    """Hands out a negotiation that is there already; it draws lots by its own means."""
+
+    def __init__(self, negotiation: Negotiation) -> None:
+        self._negotiation = negotiation
+
+    def __call__(self, rng: Random) -> Negotiation:
+        del rng
+        return self._negotiation
 
 
 def check_negotiation(spec: str) -> None:
@@ -34,6 +61,10 @@ def make_negotiation(spec: str, rng: Random) -> Negotiation:
         If no negotiation has that name, it has no such option, or an option has no such value.
     """
     try:
-        return make_from_spec("negotiation", _GROUP, spec, lambda f, o: cast("Negotiation", f(rng, **o)))
-    except SpecError as error:
+        made: object = make_plugin("negotiation", _GROUP, spec, lambda f, o: f(rng, **o))
+    except PluginError as error:
         raise ScenarioError(str(error)) from error
+    if not isinstance(made, Negotiation):
+        msg = f"negotiation {spec}: it makes {shown(made)}, which is none; expected the method order"
+        raise ScenarioError(msg)
+    return made

@@ -1,4 +1,4 @@
-"""Where lanes come near each other: the geometry under collision segments."""
+"""Contacts: stretches on which lanes come near each other, the geometry under collision segments."""
 
 from __future__ import annotations
 

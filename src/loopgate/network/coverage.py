@@ -1,4 +1,4 @@
-"""How much of a network closed loops reach: what a monitoring scenario can see at all."""
+"""Coverage: the share of a network that closed loops reach."""
 
 from __future__ import annotations
 

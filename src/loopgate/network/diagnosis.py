@@ -1,4 +1,4 @@
-"""What is wrong with a network file that could not be read: looked for only then, for the message."""
+"""Diagnosis of a network file that could not be read: made only then, for the message."""
 
 from __future__ import annotations
 

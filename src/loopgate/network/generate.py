@@ -6,6 +6,7 @@ import random
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import chain, islice
+from typing import TypedDict, Unpack
 
 from loopgate.errors import RouteError
 from loopgate.network.every_walk import every_walk
@@ -15,7 +16,7 @@ from loopgate.network.random_walks import RandomWalks
 from loopgate.network.road import RoadNetwork
 from loopgate.network.road_graph import parts_with_loops
 
-__all__ = ["FoundLoops", "LoopSearch", "find_loops", "generate_loops"]
+__all__ = ["FoundLoops", "LoopOptions", "LoopSearch", "find_loops", "generate_loops"]
 
 _RELAX = 0.9
 _LEAST_REACH = 0.3
@@ -27,8 +28,8 @@ _TRIES_PER_LOOP = 60
 
 _MOST_STEPS = 1_000_000
 _STEPS_PER_LOOP = 500
-"""What the search for every loop may take: steps of a few microseconds, and what it counts to look closer
-at one walk. Some seconds in all; up to several hundred edges that is every loop there is."""
+"""Effort that the search for every loop may take: steps of a few microseconds, and how many of them a closer
+look at one walk counts for. Some seconds in all; up to several hundred edges that is every loop there is."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,11 +90,11 @@ class LoopSearch:
         vclass: str = "passenger",
         admits: Callable[[Loop], bool] | None = None,
     ) -> None:
-        self.network, self.length_m, self.vclass = network, length_m, vclass
+        self.network, self.length_m, self.seed, self.vclass = network, length_m, seed, vclass
         self.complete = False
         """Whether every closed walk was looked at; known when no loop is left."""
         self.dropped = 0
-        """How many loops `admits` did not take."""
+        """Number of loops that `admits` did not take."""
         self.longest_below_m = 0.0
         """Length of the longest loop that was too short [m]; 0 if none was."""
         self._parts = parts_with_loops(network, vclass=vclass, u_turns=u_turns)
@@ -108,7 +109,7 @@ class LoopSearch:
     def __iter__(self) -> Iterator[Loop]:
         return self._loops
 
-    def shortfall(self, found: int, count: int, *, seed: int, dropped: str = "") -> str:
+    def shortfall(self, found: int, count: int, *, dropped: str = "") -> str:
         """Return that `found` of `count` were found, and whether there are others.
 
         `dropped` says in words which `admits` did not take; empty if none.
@@ -116,7 +117,7 @@ class LoopSearch:
         name, low, high = self.network.name, *self.length_m
         if not self._parts:
             return f"{name}: no way round for {self.vclass}: no edge open to it can be reached from itself"
-        wanted = f"{count} loops of {low:g} to {high:g} m for {self.vclass} (seed {seed})"
+        wanted = f"{count} loops of {low:g} to {high:g} m for {self.vclass} (seed {self.seed})"
         if not self.complete:
             others = "; no others were found"
         elif not found and not dropped and self.longest_below_m:
@@ -190,28 +191,41 @@ class LoopSearch:
         return loop
 
 
-def find_loops(  # noqa: PLR0913  one per choice
+class LoopOptions(TypedDict, total=False):
+    """Wishes for the loops to be found, besides the network and their number."""
+
+    length_m: tuple[float, float]
+    """Shortest and longest loop [m]; default 400 to 2000."""
+    seed: int
+    """Seed of the search; default 1."""
+    u_turns: bool
+    """Whether vehicles may turn round at junctions; default no."""
+    vclass: str
+    """SUMO vehicle class that must be allowed; default ``passenger``."""
+    admits: Callable[[Loop], bool] | None
+    """Asked of every new loop, as for `LoopSearch`; default: all are taken."""
+
+
+def find_loops(
     network: RoadNetwork,
     count: int,
     *,
-    length_m: tuple[float, float] = (400.0, 2000.0),
-    seed: int = 1,
-    u_turns: bool = False,
-    vclass: str = "passenger",
-    admits: Callable[[Loop], bool] | None = None,
     ease: str = "raise --max-shared",
     progress: Callable[[int], None] | None = None,
+    **options: Unpack[LoopOptions],
 ) -> FoundLoops:
     """Find distinct closed loops, none of which uses an edge twice, as many as asked for or as there are.
 
     Parameters
     ----------
-    network, count, length_m, seed, u_turns, vclass, admits
-        As for `LoopSearch`, which says how they are found.
+    network, count
+        Where, and how many; `LoopSearch` says how they are found.
     ease
         What the user may do about `admits`, for the message; may be empty.
     progress
         Called with the number of loops found so far.
+    options
+        See `LoopOptions`.
 
     Raises
     ------
@@ -222,10 +236,16 @@ def find_loops(  # noqa: PLR0913  one per choice
     -----
     Each random attempt costs O(E log E) for the E edges within reach. Where fewer are found than asked for
     it takes some seconds until that is sure.
+
+    Examples
+    --------
+    >>> from loopgate import RoadNetwork, find_loops
+    >>> network = RoadNetwork.open("networks/grid5-priority.net.xml")
+    >>> found = find_loops(network, 3, length_m=(500, 900), seed=2)
+    >>> [500 <= loop.length_m <= 900 for loop in found.loops]
+    [True, True, True]
     """
-    search = LoopSearch(
-        network, count, length_m=length_m, seed=seed, u_turns=u_turns, vclass=vclass, admits=admits
-    )
+    search = LoopSearch(network, count, **options)
     loops: list[Loop] = []
     for loop in islice(search, count):
         loops.append(loop)
@@ -234,24 +254,20 @@ def find_loops(  # noqa: PLR0913  one per choice
     if len(loops) == count:
         return FoundLoops(tuple(loops))
     dropped = f"{search.dropped} that share{'s' * (search.dropped == 1)} too much" if search.dropped else ""
-    shortfall = search.shortfall(len(loops), count, seed=seed, dropped=dropped)
+    shortfall = search.shortfall(len(loops), count, dropped=dropped)
     way_out = search.way_out(ease=ease)
     if not loops:
         raise RouteError("; ".join(text for text in (shortfall, way_out) if text))
     return FoundLoops(tuple(loops), shortfall, way_out)
 
 
-def generate_loops(  # noqa: PLR0913  one per choice
+def generate_loops(
     network: RoadNetwork,
     count: int,
     *,
-    length_m: tuple[float, float] = (400.0, 2000.0),
-    seed: int = 1,
-    u_turns: bool = False,
-    vclass: str = "passenger",
-    admits: Callable[[Loop], bool] | None = None,
     ease: str = "raise --max-shared",
     progress: Callable[[int], None] | None = None,
+    **options: Unpack[LoopOptions],
 ) -> tuple[Loop, ...]:
     """Make as many loops as asked for; parameters as for `find_loops`.
 
@@ -260,17 +276,7 @@ def generate_loops(  # noqa: PLR0913  one per choice
     RouteError
         If not enough loops were found; the text says how many there are.
     """
-    found = find_loops(
-        network,
-        count,
-        length_m=length_m,
-        seed=seed,
-        u_turns=u_turns,
-        vclass=vclass,
-        admits=admits,
-        ease=ease,
-        progress=progress,
-    )
+    found = find_loops(network, count, ease=ease, progress=progress, **options)
     if found.shortfall:
         msg = f"{found.shortfall}; ask for fewer, {found.way_out}"
         raise RouteError(msg)

@@ -1,4 +1,4 @@
-"""Which lanes a vehicle takes round a closed route."""
+"""The lanes that a vehicle takes round a closed route."""
 
 from __future__ import annotations
 
@@ -119,7 +119,7 @@ class _Ways:
 
 
 _Layer = dict[int, list[tuple[_Cost, _Step]]]
-"""What can be done on one edge: by lane entered, the steps and what they cost."""
+"""The choices on one edge: for each lane entered, the steps and their cost."""
 
 
 def _layers(network: RoadNetwork, edges: Sequence[str], vclass: str) -> list[_Layer]:

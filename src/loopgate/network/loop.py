@@ -15,7 +15,7 @@ from loopgate.network.records import Points
 __all__ = ["HOLD_MARGIN_M", "LaneSpan", "Loop", "Place"]
 
 HOLD_MARGIN_M = 0.1
-"""How far before the end of a lane a vehicle can be held [m]: SUMO's own tolerance for stops."""
+"""Distance before the end of a lane at which a vehicle can be held [m]: SUMO's own tolerance for stops."""
 
 _SHORTEST_HOLD_LANE_M = 0.5
 _ROUNDING_M = 1e-6

@@ -47,9 +47,8 @@ class RandomWalks:
         Walks are about as long as the range of lengths allows, or as the part of it that `reach` leaves.
         O(E log E) for the E edges within reach.
         """
+        # One draw per edge, reached or not: seeds of studies stand for their loops.
         stretch = [1.0 + _DETOUR * rng.random() for _ in self._edges]
-        if self._shy:
-            stretch = [s * (1.0 + _CROWDED * users) for s, users in zip(stretch, self._users, strict=True)]
         start = rng.randrange(len(self._edges))
         high = self._low + (self._high - self._low) * reach
         goal_m = rng.uniform(self._low, high)
@@ -92,7 +91,8 @@ class RandomWalks:
             for following, through_m in road.onward:
                 driven = metres + road.length_m + through_m
                 if following not in done and following not in banned and driven <= limit_m:
-                    weight = (road.length_m + through_m) * stretch[following]
+                    crowded = 1.0 + _CROWDED * self._users[following] if self._shy else 1.0
+                    weight = (road.length_m + through_m) * (stretch[following] * crowded)
                     heapq.heappush(heap, (cost + weight, following, driven, here))
         return done
 

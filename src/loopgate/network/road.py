@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 from collections.abc import Mapping
+from copy import copy
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -11,6 +12,8 @@ from typing import Any
 import sumolib
 
 from loopgate.errors import NetworkError
+from loopgate.keeping import Kept, without_collection
+from loopgate.network.content import content_identity
 from loopgate.network.diagnosis import first_fault
 from loopgate.network.records import Connection, Edge, Junction, Lane, Points
 from loopgate.network.soundness import check_sound
@@ -44,9 +47,14 @@ class RoadNetwork:
         Junctions by id.
     connections
         Movements between normal edges, in the file's order.
+    content
+        SHA-256 of the file; empty if there is none.
     """
 
-    __slots__ = ("_between", "_outgoing", "connections", "edges", "file", "junctions", "lanes", "name")
+    __slots__ = (
+        *("connections", "content", "edges", "file", "junctions", "lanes", "name"),
+        *("_between", "_outgoing"),
+    )
 
     def __init__(
         self,
@@ -57,9 +65,11 @@ class RoadNetwork:
         lanes: Mapping[str, Lane],
         junctions: Mapping[str, Junction],
         connections: tuple[Connection, ...],
+        content: str = "",
     ) -> None:
         self.name = name
         self.file = file
+        self.content = content
         self.edges = MappingProxyType(dict(edges))
         self.lanes = MappingProxyType(dict(lanes))
         self.junctions = MappingProxyType(dict(junctions))
@@ -80,31 +90,30 @@ class RoadNetwork:
         ----------
         name
             A ``.net.xml`` or ``.net.xml.gz`` file, a ``.sumocfg`` (its network), or ``sumo:NAME`` for a
-            network that ships in the SUMO package.
+            network that ships in the SUMO package. The last few that were read are kept, by their content.
 
         Raises
         ------
         NetworkError
             If there is no such network, or the file is no SUMO network or one that makes no sense.
+
+        Examples
+        --------
+        >>> from loopgate import RoadNetwork
+        >>> network = RoadNetwork.open("networks/ring3.net.xml")
+        >>> edge = next(iter(network.edges.values()))
+        >>> edge.lanes[0].length_m > 0
+        True
         """
         text = str(name)
         file = _packaged(text) if text.startswith(PACKAGED) else Path(text)
         if is_sumo_config(file):
             file = read_sumo_config(file).net_file
         check_root(file, root="net", what="network", error=NetworkError)
-        try:
-            with refusing(file, "network", NetworkError, wrong="not a SUMO network that can be read"):
-                network = _records(sumolib.net.readNet(str(file), withInternal=True), text, file)
-        except NetworkError as error:
-            if not isinstance(error.__cause__, LookupError | AttributeError | TypeError | ValueError):
-                raise  # it is no XML to look into
-            with open_xml(file) as stream:
-                fault = first_fault(stream, file)
-            raise (NetworkError(fault) if fault else error) from error.__cause__
-        if not network.edges:
-            msg = f"{file}: the network has no edges"
-            raise NetworkError(msg)
-        check_sound(network.file, network.lanes, network.edges, network.junctions, network.connections)
+        with refusing(file, "network", NetworkError):
+            content = content_identity(file)
+        network = copy(_KEPT.get(content, lambda: _read(text, file, content)))
+        network.name, network.file = text, file  # the same roads, as they are called this time
         return network
 
     def edge(self, edge: str) -> Edge:
@@ -140,6 +149,27 @@ class RoadNetwork:
         return one.link < len(rows) and other.link in rows[one.link]
 
 
+_KEPT: Kept[RoadNetwork] = Kept(2)
+
+
+def _read(name: str, file: Path, content: str) -> RoadNetwork:
+    try:
+        wrong = "not a SUMO network that can be read"
+        with refusing(file, "network", NetworkError, wrong=wrong), without_collection():
+            network = _records(sumolib.net.readNet(str(file), withInternal=True), name, file, content)
+    except NetworkError as error:
+        if not isinstance(error.__cause__, LookupError | AttributeError | TypeError | ValueError):
+            raise  # it is no XML to look into
+        with open_xml(file) as stream:
+            fault = first_fault(stream, file)
+        raise (NetworkError(fault) if fault else error) from error.__cause__
+    if not network.edges:
+        msg = f"{file}: the network has no edges"
+        raise NetworkError(msg)
+    check_sound(network.file, network.lanes, network.edges, network.junctions, network.connections)
+    return network
+
+
 def packaged_networks() -> dict[str, Path]:
     """Return the networks that ship in the SUMO package (its folder ``tools/game``), by name."""
     spec = importlib.util.find_spec("sumo")
@@ -166,7 +196,7 @@ def _points(shape: Any) -> Points:  # noqa: ANN401  sumolib has no types
     return tuple((float(p[0]), float(p[1])) for p in shape)
 
 
-def _records(net: Any, name: str, file: Path) -> RoadNetwork:  # noqa: ANN401  sumolib has no types
+def _records(net: Any, name: str, file: Path, content: str) -> RoadNetwork:  # noqa: ANN401  sumolib has no types
     classes: dict[frozenset[str], frozenset[str]] = {}  # a few sets, shared by thousands of lanes
     lanes: dict[str, Lane] = {}
     edges: dict[str, Edge] = {}
@@ -219,7 +249,13 @@ def _records(net: Any, name: str, file: Path) -> RoadNetwork:  # noqa: ANN401  s
     )
     junctions = {node.getID(): _junction(node) for node in net.getNodes()}
     return RoadNetwork(
-        name=name, file=file, edges=edges, lanes=lanes, junctions=junctions, connections=connections
+        name=name,
+        file=file,
+        edges=edges,
+        lanes=lanes,
+        junctions=junctions,
+        connections=connections,
+        content=content,
     )
 
 

@@ -1,4 +1,4 @@
-"""Which edges lead to which, for one vehicle class: where closed walks can lie at all."""
+"""The graph of edges and their followers for one vehicle class; its strong components hold all loops."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class RoadGraph:
 
     @property
     def movements(self) -> int:
-        """How many pairs of edges there are of which one leads to the other."""
+        """Number of pairs of edges of which one leads to the other."""
         return sum(len(road.onward) for road in self.roads)
 
 

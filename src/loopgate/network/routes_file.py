@@ -9,6 +9,8 @@ from xml.etree import ElementTree as ET
 from xml.sax.saxutils import quoteattr
 
 from loopgate.errors import RouteError
+from loopgate.keeping import Kept
+from loopgate.network.content import content_identity
 from loopgate.network.lanes import make_loop
 from loopgate.network.left_out import left_out
 from loopgate.network.loop import Loop
@@ -16,12 +18,12 @@ from loopgate.network.road import RoadNetwork
 from loopgate.network.sumo_config import is_sumo_config, read_sumo_config
 from loopgate.network.vehicle_type import DEFAULT_TYPE, VehicleType, vehicle_type
 from loopgate.network.xml_file import read_xml
-from loopgate.reading import shown
+from loopgate.reading import is_file, refusing, shown
 
 __all__ = ["LoopVehicle", "RoutesFile", "read_loops", "routes_text", "write_loops", "write_text"]
 
 _BEYOND_M = 10.0
-"""How far beyond its edge a position may be: the lanes of an edge differ in length."""
+"""Largest distance of a position beyond its edge [m]: the lanes of an edge differ in length."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +51,7 @@ class LoopVehicle:
 
 @dataclass(frozen=True, slots=True)
 class RoutesFile:
-    """What a route file or configuration holds.
+    """The content of a route file or configuration.
 
     Attributes
     ----------
@@ -105,7 +107,7 @@ class _Route:
 
 @dataclass(slots=True)
 class _Found:
-    """What has been found in the files so far; `users` are the types of the first vehicle of each route."""
+    """The content of the files read so far; `users` are the types of the first vehicle of each route."""
 
     types: dict[str, VehicleType]
     routes: dict[str, _Route]
@@ -136,8 +138,28 @@ def read_loops(network: RoadNetwork, file: Path | str) -> RoutesFile:
     RouteError
         If the file cannot be read, holds no route, or a route is no loop that its vehicle can drive; the
         text names file, route and edge.
+
+    Examples
+    --------
+    >>> from loopgate import RoadNetwork, read_loops
+    >>> network = RoadNetwork.open("networks/order2.net.xml")
+    >>> file = read_loops(network, "routes/order2.rou.xml")
+    >>> len(file.loops)
+    5
     """
     path = Path(file)
+    with refusing(path, "route file", RouteError):
+        content = content_identity(path) if network.content and is_file(path) else ""
+    if not content:
+        return _read(network, path)
+    # Messages and the result name the file, so it is part of the key.
+    return _KEPT.get((network.content, str(file), content), lambda: _read(network, path))
+
+
+_KEPT: Kept[RoutesFile] = Kept(8)
+
+
+def _read(network: RoadNetwork, path: Path) -> RoutesFile:
     files = read_sumo_config(path).route_files if is_sumo_config(path) else (path,)
     if not files:
         msg = f'{path}: the configuration names no route files; expected <route-files value="..."/>'

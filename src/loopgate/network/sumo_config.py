@@ -13,7 +13,7 @@ __all__ = ["SumoConfig", "is_sumo_config", "read_sumo_config"]
 
 @dataclass(frozen=True, slots=True)
 class SumoConfig:
-    """What a ``.sumocfg`` names, as paths that can be opened.
+    """The files that a ``.sumocfg`` names, as paths that can be opened.
 
     Attributes
     ----------

@@ -75,7 +75,7 @@ _SETTINGS = ("lc", "jm", "cc", "actionStep", "boarding", "impatience", "loading"
 
 @dataclass(frozen=True, slots=True)
 class VehicleType:
-    """What a vehicle type says that matters here; the defaults are SUMO's.
+    """The attributes of a vehicle type that matter here; the defaults are SUMO's.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""What every map of a network is drawn on: the page, the roads in grey, a scale, a title."""
+"""The ground of every map of a network: a page, the roads in grey, a scale, a title."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the report says of one results folder: series, tables and figures, before any page is laid out."""
+"""The content of a report: series, tables and figures, before any page is laid out."""
 
 from __future__ import annotations
 
@@ -6,10 +6,13 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
+from typing import TypedDict
 
+import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
+from loopgate import plots
 from loopgate.analysis import columns as a
 from loopgate.analysis import (
     compute_capacity,
@@ -24,27 +27,37 @@ from loopgate.analysis import (
     compute_time_to_deadlock,
 )
 from loopgate.analysis.frames import succeeded
-from loopgate.analysis.load import Results
-from loopgate.report import figures as draw
-from loopgate.report.figures import SERIES
-from loopgate.report.items import FigureItem, Section, TableItem
-from loopgate.report.road_map import map_figure
-from loopgate.report.style import Look, looks
+from loopgate.plots.style import Look, looks_of, series_order
+from loopgate.report.items import SERIES, FigureItem, Section, TableItem
 from loopgate.results import columns as run
 from loopgate.results import row_columns as c
 from loopgate.results.row_schema import ROW_SCHEMA
+from loopgate.runs.results import Results
 
-__all__ = ["add_series", "network_sections"]
+__all__ = ["add_series", "common_count", "network_sections"]
 
 _BY = [SERIES, c.VEHICLES]
 _PERCENT = (0.05, 0.25, 0.5, 0.75, 0.95)
+_MOST_PANELS = 6
+
+
+class _Style(TypedDict):
+    series: str
+    look: Mapping[str, Look]
 
 
 def add_series(runs: pd.DataFrame) -> pd.DataFrame:
-    """Return the runs with a column `SERIES`: the gate, and what else tells runs of equal vehicles apart."""
-    other = (c.ABSTRACTION, c.NEGOTIATION, c.LIGHTS, c.LOOPS, c.DURATION, c.WARMUP, *_extra(runs))
+    """Return the runs with a column `SERIES`: the gate, and what else tells runs of equal vehicles apart.
+
+    How many loops are in use follows from the number of vehicles where a file has more loops than that, so
+    it tells runs apart only where they differ in nothing else.
+    """
+    other = (c.ABSTRACTION, c.NEGOTIATION, c.LIGHTS, c.DURATION, c.WARMUP, *_extra(runs))
     by_gate = runs.groupby(c.GATE, dropna=False)
     parts = [c.GATE, *(name for name in other if by_gate[name].nunique(dropna=False).max() > 1)]
+    alike = runs.groupby([c.NETWORK, c.VEHICLES, *parts], dropna=False)
+    if alike[c.LOOPS].nunique(dropna=False).max() > 1:
+        parts.append(c.LOOPS)
     settings = runs[parts].drop_duplicates()
     labels = [", ".join(map(_label, parts, row)) for row in settings.itertuples(index=False)]
     return runs.merge(settings.assign(**{SERIES: labels}), on=parts, how="left").set_axis(runs.index)
@@ -74,23 +87,41 @@ def network_sections(results: Results) -> list[Section]:
     return [_section(str(network), part, results) for network, part in runs.groupby(c.NETWORK, sort=True)]
 
 
+def common_count(runs: pd.DataFrame) -> int:
+    """Return the largest vehicle count with which every series was run, or as many of them as any count."""
+    series = runs.groupby(c.VEHICLES)[SERIES].nunique()
+    return int(series.index[series == series.max()].max())
+
+
+def _panels(runs: pd.DataFrame) -> list[int]:
+    """Return the vehicle counts whose survival is drawn: where runs lock up, spread evenly if too many."""
+    locking = np.unique(runs.loc[runs[c.DEADLOCKS] > 0, c.VEHICLES].to_numpy(dtype=int))
+    if not len(locking):
+        return [common_count(runs)]
+    chosen = np.linspace(0, len(locking) - 1, min(len(locking), _MOST_PANELS)).round().astype(int)
+    return [int(count) for count in locking[chosen]]
+
+
+def _panels_in_words(runs: pd.DataFrame) -> str:
+    locking = runs.loc[runs[c.DEADLOCKS] > 0, c.VEHICLES].nunique()
+    if locking > _MOST_PANELS:
+        return f"for {_MOST_PANELS} of the {locking} vehicle counts with which runs lock up"
+    return "for each vehicle count with which runs lock up" if locking else "for the largest vehicle count"
+
+
 def _short(network: str) -> str:
     return re.sub(r"(\.net)?\.xml(\.gz)?$|\.sumocfg$", "", Path(network).name) or network
 
 
-def series_order(names: Sequence[str]) -> list[str]:
-    """Return the series sorted, those of the open gate first: they are what others are compared with."""
-    return sorted(names, key=lambda name: (not name.startswith("open"), name))
-
-
 def _section(network: str, runs: pd.DataFrame, results: Results) -> Section:
-    names = series_order(list(runs[SERIES].unique()))
-    look = looks(names)
+    look = looks_of(runs[SERIES])
+    names = series_order(runs[SERIES])
     tables = _tables(runs, names)
     by_name = {item.name: item.table for item in tables}
     return Section(
         network=network,
         runs=runs,
+        count=common_count(runs),
         figures=_figures(runs, by_name, look, results),
         tables=tables,
         hidden=names[len(look) :],
@@ -103,7 +134,7 @@ def _tables(runs: pd.DataFrame, names: Sequence[str]) -> list[TableItem]:
     wide = laps.pivot_table(index=[*_BY, c.LAPS], columns=a.QUANTILE, values=a.LAP_TIME, observed=True)
     wide.columns = pd.Index([f"{100 * float(str(q)):.0f} % [s]" for q in wide.columns])
     revisits = compute_mean(runs=runs, value=c.MEAN_REVISIT, by=_BY)
-    gated = runs[runs[c.DECISIONS] > 0]
+    gated = runs[runs[c.AUDIT].ne(c.NOT_GATED) & runs[c.HOLD].notna()]
     tables = [
         TableItem(
             "throughput",
@@ -150,13 +181,13 @@ def _tables(runs: pd.DataFrame, names: Sequence[str]) -> list[TableItem]:
         TableItem(
             "hold",
             "Time standing at gates, all vehicles together [s]",
-            compute_mean(runs=runs, value=c.HOLD, by=_BY),
-            'compute_mean(runs=runs, value="hold_s", by=["gate", "vehicles"])',
+            compute_mean(runs=gated, value=c.HOLD, by=_BY),
+            'compute_mean(runs=runs.dropna(subset="hold_s"), value="hold_s", by=["gate", "vehicles"])',
         ),
         TableItem(
             "decisions",
             "Decisions",
-            compute_decision_time(runs=gated, by=_BY),
+            compute_decision_time(runs=runs[runs[c.DECISIONS] > 0], by=_BY),
             'compute_decision_time(runs=runs, by=["gate", "vehicles"])',
         ),
         TableItem(
@@ -193,6 +224,7 @@ def _figures(
 ) -> list[FigureItem]:
     several = tables["throughput"][a.RUNS].max() > 1
     bars = "Means over seeds with 95 % intervals (Student's t)." if several else "One run each: no intervals."
+    style: _Style = {"series": SERIES, "look": look}
     items: list[FigureItem] = []
 
     def add(name: str, title: str, caption: str, figure: Callable[[], Figure], code: str) -> None:
@@ -202,23 +234,25 @@ def _figures(
         "throughput",
         "Throughput",
         bars,
-        lambda: draw.mean_figure(tables["throughput"], look, "throughput [vehicle-km/h]"),
+        lambda: plots.plot_mean(tables["throughput"], "throughput [vehicle-km/h]", **style),
         'compute_mean(runs=runs, value="km_per_h", by=["gate", "vehicles"])',
     )
     add(
         "deadlock-rate",
         "Runs that lock up",
         "Share of runs with a deadlock, with 95 % Wilson intervals.",
-        lambda: draw.deadlock_figure(tables["deadlocks"], look),
+        lambda: plots.plot_deadlock_rate(tables["deadlocks"], **style),
         'compute_deadlock_rate(runs=runs, by=["gate", "vehicles"])',
     )
     add(
         "survival",
         "Time to the first deadlock",
-        "Kaplan-Meier curves over all vehicle counts together, with 95 % bands; a tick marks runs that ended "
+        f"Kaplan-Meier curves with 95 % bands, {_panels_in_words(runs)}; a tick marks runs that ended "
         "without deadlock.",
-        lambda: draw.survival_figure(compute_survival(runs=runs, by=[SERIES]), look),
-        'compute_survival(runs=runs, by=["gate"])',
+        lambda: plots.plot_survival(
+            compute_survival(runs=runs[runs[c.VEHICLES].isin(_panels(runs))], by=_BY), **style
+        ),
+        'compute_survival(runs=runs, by=["gate", "vehicles"])',
     )
     laps = compute_lap_distribution(runs=runs, by=_BY, quantiles=_PERCENT)
     if len(laps):
@@ -226,24 +260,28 @@ def _figures(
             "laps",
             "Lap times",
             "Boxes hold the middle half of all laps, whiskers 5 to 95 %, markers the median.",
-            lambda: draw.laps_figure(laps, look),
+            lambda: plots.plot_laps(laps, **style),
             'compute_lap_distribution(runs=runs, by=["gate", "vehicles"])',
         )
-    edges = compute_edge_means(runs=runs, edge_sets=results.edge_sets, by=[SERIES])
-    if len(edges):
+    count = common_count(runs)
+    edges = compute_edge_means(runs=runs[runs[c.VEHICLES] == count], edge_sets=results.edge_sets, by=[SERIES])
+    of_count = f'runs=runs[runs["vehicles"] == {count}], edge_sets=results.edge_sets, by=["gate"]'
+    held = edges[edges[run.EDGE_HOLD].notna()]
+    if len(held):
         add(
             "map",
             "Where vehicles are held",
-            "Hold time per edge, mean over all runs; dark and thick is long. Roads on no loop are not drawn.",
-            lambda: map_figure(edges, look, run.EDGE_HOLD, "hold time per edge and run [s]"),
-            'compute_edge_means(runs=runs, edge_sets=results.edge_sets, by=["gate"])',
+            f"Hold time per edge with {count} vehicles, mean over runs; dark and thick is long. Roads on no "
+            "loop are not drawn.",
+            lambda: plots.plot_edges(held, run.EDGE_HOLD, label="hold time per edge and run [s]", **style),
+            f"compute_edge_means({of_count})",
         )
     if "decisions" in tables:
         add(
             "decision-time",
             "Decision time",
             "Median and 99th percentile of a run's decisions, each the median over runs.",
-            lambda: draw.decision_figure(tables["decisions"], look),
+            lambda: plots.plot_decision_time(tables["decisions"], **style),
             'compute_decision_time(runs=runs, by=["gate", "vehicles"])',
         )
     if tables["revisits"][a.MEAN].notna().any():
@@ -251,7 +289,7 @@ def _figures(
             "revisits",
             "Revisit intervals",
             f"Time between two visits of an edge, mean over edges. {bars}",
-            lambda: draw.mean_figure(tables["revisits"], look, "revisit interval [s]"),
+            lambda: plots.plot_mean(tables["revisits"], "revisit interval [s]", **style),
             'compute_mean(runs=runs, value="mean_revisit_s", by=["gate", "vehicles"])',
         )
     for name, title, what in (
@@ -268,16 +306,16 @@ def _figures(
                 name,
                 title,
                 f"{what} {bars}",
-                partial(draw.mean_figure, means, look, f"{title.lower()} [s]"),
+                partial(plots.plot_mean, means, f"{title.lower()} [s]", **style),
                 f'compute_mean(runs=runs, value="{name.replace("-", "_")}_s", by=["gate", "vehicles"])',
             )
     if len(edges) and edges[run.IDLENESS].notna().any():
         add(
             "idleness-map",
             "Which roads go unwatched",
-            "Idleness per edge, mean over all runs; dark and thick is long.",
-            lambda: map_figure(edges, look, run.IDLENESS, "idleness per edge [s]"),
-            'compute_edge_means(runs=runs, edge_sets=results.edge_sets, by=["gate"])',
+            f"Idleness per edge with {count} vehicles, mean over runs; dark and thick is long.",
+            lambda: plots.plot_edges(edges, run.IDLENESS, label="idleness per edge [s]", **style),
+            f"compute_edge_means({of_count})",
         )
     fundamental = compute_fundamental(runs=runs)
     if len(fundamental[c.VEHICLES].unique()) > 1:
@@ -285,7 +323,7 @@ def _figures(
             "fundamental-diagram",
             "Fundamental diagram",
             "Flow over density, means over seeds.",
-            lambda: draw.fundamental_figure(fundamental, look),
+            lambda: plots.plot_fundamental(fundamental, **style),
             "compute_fundamental(runs=runs)",
         )
     return items

@@ -1,4 +1,4 @@
-"""What was run, how far it is, what failed, and the commands that repeat it."""
+"""Facts about a sweep: its settings, its progress, its failures, and the commands that repeat it."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ from typing import Any
 
 import pandas as pd
 
-from loopgate.analysis.load import Results
 from loopgate.report.items import TableItem
 from loopgate.results import row_columns as c
+from loopgate.runs.results import Results
 
 __all__ = ["commands", "facts", "failures", "progress"]
 
@@ -35,7 +35,7 @@ def progress(results: Results) -> str:
 def facts(results: Results) -> list[tuple[str, str]]:
     """Return what was run, as names and values."""
     runs = results.runs
-    rows = [("Results", str(results.folder)), *(("Note", note) for note in results.notes)]
+    rows = [("Results", ", ".join(map(str, results.folders))), *(("Note", note) for note in results.notes)]
     for name, column in (
         ("Networks", c.NETWORK),
         ("Gates", c.GATE),

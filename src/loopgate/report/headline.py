@@ -9,8 +9,7 @@ import pandas as pd
 
 from loopgate.analysis import columns as a
 from loopgate.analysis.statistics import wilson_interval
-from loopgate.report.figures import SERIES
-from loopgate.report.items import Section
+from loopgate.report.items import SERIES, Section
 from loopgate.results import row_columns as c
 
 __all__ = ["DASH", "headline", "number"]
@@ -36,7 +35,7 @@ def headline(section: Section) -> list[str]:
         *_throughput(tables),
         *_pairs(tables),
         _deadlocks(section.runs),
-        *_watching(section.runs),
+        *_watching(section.runs, section.count),
         *_mishaps(section.runs),
     ]
 
@@ -114,14 +113,14 @@ def _deadlocks(runs: pd.DataFrame) -> str:
     return f"Runs that lock up: {'; '.join(parts)}."
 
 
-def _watching(runs: pd.DataFrame) -> list[str]:
-    """Say how long roads go without a visit, by series: what a monitoring loop is driven for."""
+def _watching(runs: pd.DataFrame, count: int) -> list[str]:
+    """Say how long roads go without a visit, by series at one vehicle count: what a loop is driven for."""
     parts = []
-    for series, group in runs.groupby(SERIES, sort=True):
+    for series, group in runs[runs[c.VEHICLES] == count].groupby(SERIES, sort=True):
         mean, worst = group[c.IDLENESS].mean(), group[c.WORST_IDLENESS].max()
         if mean == mean and worst == worst:  # noqa: PLR0124 - NaN is what differs from itself
             parts.append(f"{series} {number(mean)} s on average, {number(worst)} s at worst")
-    return [f"How long edges wait for a visit: {'; '.join(parts)}."] if parts else []
+    return [f"How long edges wait for a visit with {count} vehicles: {'; '.join(parts)}."] if parts else []
 
 
 def _mishaps(runs: pd.DataFrame) -> list[str]:
@@ -129,7 +128,7 @@ def _mishaps(runs: pd.DataFrame) -> list[str]:
     parts = []
     for series, group in runs.groupby(SERIES, sort=True):
         collisions, teleports = int(group[c.COLLISIONS].sum()), int(group[c.TELEPORTS].sum())
-        audited = group[group[c.AUDIT].notna() & (group[c.AUDIT] != "not gated")]
+        audited = group[group[c.AUDIT].notna() & (group[c.AUDIT] != c.NOT_GATED)]
         clean = int((audited[c.AUDIT] == "clean").sum())
         audit = f", audit clean in {clean} of {len(audited)} runs" if len(audited) else ""
         parts.append(f"{series} {collisions} collisions, {teleports} teleports{audit}")

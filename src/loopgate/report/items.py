@@ -1,4 +1,4 @@
-"""What a report is made of: figures and tables with their words, by network."""
+"""The parts of a report: figures and tables with their words, by network."""
 
 from __future__ import annotations
 
@@ -8,7 +8,10 @@ from dataclasses import dataclass
 import pandas as pd
 from matplotlib.figure import Figure
 
-__all__ = ["FigureItem", "Section", "TableItem"]
+__all__ = ["SERIES", "FigureItem", "Section", "TableItem"]
+
+SERIES = "series"
+"""The column that names a series: gate, and whatever else varies besides network, vehicles and seed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +42,8 @@ class Section:
 
     network: str
     runs: pd.DataFrame
+    count: int
+    """The vehicle count at which series are compared where one must be chosen."""
     figures: Sequence[FigureItem]
     tables: Sequence[TableItem]
     hidden: Sequence[str]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import io
+import json
 import re
 import shlex
 from collections.abc import Callable
@@ -16,28 +16,30 @@ import matplotlib as mpl
 import pandas as pd
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
-from matplotlib.figure import Figure
 
-from loopgate.analysis.load import Results
 from loopgate.disk import disk_error, writing
 from loopgate.errors import ResultsError
+from loopgate.plots import figure_svg
+from loopgate.plots.style import RC
 from loopgate.report.content import network_sections
 from loopgate.report.facts import commands, facts, failures, progress
 from loopgate.report.headline import headline
 from loopgate.report.items import FigureItem, Section, TableItem
-from loopgate.report.style import RC
 from loopgate.report.tables import cells, write_csv, write_latex
+from loopgate.runs.results import Results
 
 __all__ = ["ReportFiles", "write_report"]
 
-_NO_METADATA = {"Date": None, "Creator": None, "Format": None, "Type": None}
-_LOAD = 'from loopgate.analysis import *\nresults = read_results("{}")\nruns = results.runs'
+_LOAD = """from loopgate import read_results
+from loopgate.analysis import *
+results = read_results({})
+runs = results.runs"""
 _LONGEST_TABLE = 400  # rows on the page; the files have all
 
 
 @dataclass(frozen=True, slots=True)
 class ReportFiles:
-    """What was written."""
+    """The files of a report."""
 
     page: Path
     files: Path | None
@@ -70,6 +72,14 @@ def write_report(
     ------
     ResultsError
         If a file cannot be written, or `page` is no name of one.
+
+    Examples
+    --------
+    >>> from loopgate import Scenario, read_results, run, write_report
+    >>> roads = {"network": "networks/order2.net.xml", "routes": "routes/order2.rou.xml"}
+    >>> made = run(Scenario(**roads, gate="open", duration_s=60), "out/one")
+    >>> write_report(read_results("out/one"), "out/report.html").page.name
+    'report.html'
     """
     page = Path(page)
     if not page.name:
@@ -97,7 +107,7 @@ def _write(results: Results, page: Path, folder: Path, report: Callable[[int, in
         if failed is not None:
             writer.table(failed, "")
     text = _template().render(
-        title=str(results.manifest.get("name", results.folder.name)),
+        title=results.name,
         made=datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
         version=metadata.version("loopgate"),
         facts=facts(results),
@@ -105,13 +115,18 @@ def _write(results: Results, page: Path, folder: Path, report: Callable[[int, in
         sections=shown,
         failures=None if failed is None else _shown_table(failed),
         commands=commands(results),
-        load=_LOAD.format(results.folder),
-        again=shlex.join(["loopgate", "report", str(results.folder), "-o", str(page)]),
+        load=_LOAD.format(_folders(results)),
+        again=shlex.join(["loopgate", "report", *map(str, results.folders), "-o", str(page)]),
         files=folder.name if len(results.runs) else None,
     )
     with writing(page):
         page.write_text(text, encoding="utf-8")
     return ReportFiles(page, folder if len(results.runs) else None, writer.figures, writer.tables)
+
+
+def _folders(results: Results) -> str:
+    names = [str(folder) for folder in results.folders]
+    return json.dumps(names if len(names) > 1 else names[0], ensure_ascii=False)
 
 
 def _lists(runs: pd.DataFrame) -> list[str]:
@@ -142,7 +157,7 @@ class _Writer:
         """Write a figure as SVG and PNG."""
         self._folder.mkdir(parents=True, exist_ok=True)
         name = prefix + item.name
-        svg = _svg(item.figure, name)
+        svg = figure_svg(item.figure, name)
         (self._folder / f"{name}.svg").write_text(svg, encoding="utf-8")
         item.figure.savefig(self._folder / f"{name}.png", metadata={"Software": None})
         self.figures += 1
@@ -178,23 +193,6 @@ def _shown_table(item: TableItem) -> dict[str, Any]:
         "more": max(0, len(item.table) - _LONGEST_TABLE),
         "code": item.code,
     }
-
-
-def _svg(figure: Figure, name: str) -> str:
-    """Return the figure as SVG, the same bytes for the same figure, with ids of its own on the page."""
-    with mpl.rc_context({"svg.hashsalt": name}):
-        buffer = io.StringIO()
-        figure.savefig(buffer, format="svg", metadata=_NO_METADATA)
-    svg = buffer.getvalue()
-    svg = re.sub(r"<metadata>.*?</metadata>", "", svg, flags=re.DOTALL)
-    svg = re.sub(r"<!DOCTYPE.*?>", "", svg, flags=re.DOTALL)
-    svg = re.sub(r'\bid="(?=[\w.]+_\d+")', f'id="{name}-', svg)
-    width = re.search(r'viewBox="0 0 ([\d.]+)', svg)
-    wide = f'style="max-width:{float(width[1]) * 4 / 3:.0f}px" ' if width else ""
-    # The page scales figures with the column; a title is what a screen reader says.
-    return re.sub(
-        r'<svg ([^>]*?)width="[\d.]+pt" height="[\d.]+pt"', rf"<svg {wide}\1", svg, count=1
-    ).replace("<svg ", '<svg role="img" ', 1)
 
 
 def _template() -> Any:  # noqa: ANN401 - Jinja's own type is not exported

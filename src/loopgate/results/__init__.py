@@ -1,1 +1,1 @@
-"""What a run leaves behind: its folder, its columns, its summary."""
+"""The files that a run leaves behind: their columns, and how they are written and read."""

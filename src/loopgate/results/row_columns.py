@@ -6,6 +6,7 @@ from typing import Final
 
 __all__ = [
     "EDGE_LISTS",
+    "NOT_GATED",
     "OPTION_COLUMNS",
     "STATUS_FAILED",
     "STATUS_OK",
@@ -20,6 +21,7 @@ STATUS_OK: Final = "ok"
 STATUS_FAILED: Final = "failed"
 ERROR: Final = "error"  # one line, empty if ok
 SCENARIO: Final = "scenario"  # the whole scenario as asked for, as JSON
+FOLDER: Final = "results"  # where the row was read from; only where several folders hold the same run
 
 # Options that studies group by; all others are in the scenario
 NETWORK: Final = "network"
@@ -54,8 +56,8 @@ MEAN_SPEED: Final = "mean_speed_mps"
 LAPS_PER_H: Final = "laps_per_h"  # over the duration asked for, also if a deadlock ended the run earlier
 KM_PER_H: Final = "km_per_h"  # as LAPS_PER_H
 MEASURED: Final = "measured_s"  # simulated time measured
-HOLD: Final = "hold_s"
-LONGEST_WAIT: Final = "longest_wait_s"
+HOLD: Final = "hold_s"  # standing at gates; missing without a gate
+LONGEST_WAIT: Final = "longest_wait_s"  # missing without a gate
 OUTCOME: Final = "outcome"
 DEADLOCKS: Final = "deadlocks"  # how many
 FIRST_DEADLOCK: Final = "first_deadlock_s"  # simulated time, missing without deadlock
@@ -72,6 +74,7 @@ REFUSALS: Final = "refusals"  # all reasons together
 REFUSAL_REASONS: Final = "refusal_reasons"  # JSON, reason: count
 MESSAGES: Final = "messages"  # messages between robots, missing where the gate sends none
 AUDIT: Final = "audit"
+NOT_GATED: Final = "not gated"  # what AUDIT says of a run without a gate, whose waits nobody measures
 WARNINGS: Final = "warnings"  # what the run warned of, such as fewer loops than asked for; JSON, a list
 LAPLESS: Final = "lapless_vehicles"  # vehicles without a lap in the last half hour that was measured
 LAP_MEAN: Final = "lap_mean_s"

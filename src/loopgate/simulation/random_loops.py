@@ -8,6 +8,7 @@ from itertools import islice
 from loopgate.abstraction.queue_layout import lay_out_queues, why_not
 from loopgate.abstraction.sharing import SharingBound
 from loopgate.errors import LoopgateError, RefusedLoopError, RouteError
+from loopgate.keeping import Kept
 from loopgate.network import FoundLoops, Loop, RoadNetwork, find_loops
 from loopgate.network.generate import LoopSearch
 from loopgate.network.vehicle_type import DEFAULT_TYPE
@@ -24,6 +25,19 @@ def random_loops(scenario: Scenario, network: RoadNetwork, count: int) -> FoundL
     RouteError
         If there is not a single one; the text says why.
     """
+    if not network.content:
+        return _random_loops(scenario, network, count)
+    wanted = (scenario.abstraction, scenario.loop_length_m, scenario.loops_seed, scenario.u_turns)
+    bound = (scenario.max_shared, scenario.rho_m)
+    # Messages name the network as it was asked for.
+    key = (network.content, network.name, count, *wanted, *bound)
+    return _KEPT.get(key, lambda: _random_loops(scenario, network, count))
+
+
+_KEPT: Kept[FoundLoops] = Kept(8)
+
+
+def _random_loops(scenario: Scenario, network: RoadNetwork, count: int) -> FoundLoops:
     if scenario.abstraction == "queues":
         return _for_queues(scenario, network, count)
     sharing = SharingBound(network, scenario.max_shared, rho_m=scenario.rho_m)
@@ -68,7 +82,7 @@ def _for_queues(scenario: Scenario, network: RoadNetwork, count: int) -> FoundLo
             loops += islice(search, 1)
     if len(loops) == count:
         return FoundLoops(tuple(loops))
-    shortfall = search.shortfall(len(loops), count, seed=scenario.loops_seed, dropped=_dropped(refused))
+    shortfall = search.shortfall(len(loops), count, dropped=_dropped(refused))
     way_out = search.way_out()
     if not loops:
         raise RouteError("; ".join(text for text in (shortfall, way_out) if text))

@@ -14,6 +14,7 @@ import tomli_w
 from loopgate.errors import LoopgateError, ScenarioError
 from loopgate.gates import check_gate
 from loopgate.negotiation.registry import check_negotiation
+from loopgate.plugins import in_file
 from loopgate.reading import read_toml, shown
 from loopgate.simulation.values import Rule, checked, choice, flag, length_range, real, text, whole
 
@@ -60,7 +61,8 @@ class Scenario:
     vehicles
         How many vehicles; 0 for one per loop.
     gate
-        A gate's name, with options behind a colon; ``open`` leaves all to SUMO's right of way.
+        A gate's name, with options behind a colon; ``open`` leaves all to SUMO's right of way, and
+        ``file.py:Name`` is a class or function of your own.
     abstraction
         ``segments`` or ``queues``.
     negotiation
@@ -84,6 +86,12 @@ class Scenario:
         How long vehicles must have been standing in a circle [s].
     positions
         Whether SUMO records where every vehicle is at every step, and the audit checks it.
+
+    Examples
+    --------
+    >>> from loopgate import Scenario
+    >>> Scenario(network="sumo:DRT", loops=20, vehicles=60, gate="banker").command("out/drt")
+    'loopgate run sumo:DRT --loops 20 --vehicles 60 --gate banker -o out/drt'
     """
 
     network: Annotated[str, text()]
@@ -234,6 +242,15 @@ def read_scenario(file: Path | str) -> Scenario:
     ------
     ScenarioError
         If it cannot be read or is no valid scenario; the text names the file and the key.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from loopgate import read_scenario
+    >>> Path("mine.toml").write_text('network = "sumo:DRT"') > 0
+    True
+    >>> read_scenario("mine.toml").gate
+    'certified'
     """
     path = Path(file)
     data = read_toml(path, "scenario", ScenarioError)
@@ -241,4 +258,8 @@ def read_scenario(file: Path | str) -> Scenario:
         name = data.get(key)
         if isinstance(name, str) and name and not name.startswith("sumo:"):
             data[key] = str(path.parent / name)
+    for key in ("gate", "negotiation"):
+        where = in_file(str(data.get(key, "")))
+        if where is not None:
+            data[key] = f"{path.parent / where.file}:{where.rest}"
     return Scenario.from_dict(data, source=str(file))

@@ -30,19 +30,25 @@ import hashlib
 import itertools
 import json
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from loopgate.errors import SweepError
+from loopgate.gates import name_gate
+from loopgate.negotiation.registry import name_negotiation
+from loopgate.plugins import in_file
 from loopgate.reading import is_file, is_plain, read_toml, refusing, shown
 from loopgate.sweep.files import NamedFile, file_identity
 
-__all__ = ["FILE_KEYS", "Point", "Sweep", "read_sweep"]
+__all__ = ["FILE_KEYS", "Point", "Sweep", "read_sweep", "with_files"]
 
 FILE_KEYS = ("network", "routes", "traffic")
 """Scenario keys whose value may be a file; these files travel with the run."""
+
+_NAMERS: Mapping[str, Callable[[object], str]] = {"gate": name_gate, "negotiation": name_negotiation}
+"""Scenario keys whose value may lead into a Python file, which travels too; and what names their things."""
 
 _KEYS = {"name", "scenario", "base", "grid", "include", "exclude"}
 _KEY_LENGTH = 16
@@ -59,9 +65,9 @@ class Point:
     scenario: Mapping[str, Any]
     """As asked for; files by the path or name that was written."""
     hashes: Mapping[str, str]
-    """For each of `FILE_KEYS` in the scenario, what identifies its content."""
+    """For each key of the scenario whose value may be a file, what identifies its content."""
     files: Mapping[str, Path]
-    """For each of `FILE_KEYS` whose value is a file, where it is."""
+    """For each key whose value is a file or names a thing in one, where the file is."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,7 +77,8 @@ class Sweep:
     Parameters
     ----------
     base
-        Scenario keys and values common to all runs.
+        Scenario keys and values common to all runs. Gates and negotiations may be classes or functions that
+        make them, as in `loopgate.run`, if a Python file holds them.
     grid
         For each axis its values; every combination is a run. Without a grid the includes are the runs, and
         without either the base is the only one.
@@ -79,6 +86,14 @@ class Sweep:
         Points to add, and points of the grid to leave out; lists stand for any of their values.
     folder
         Paths in the scenario are relative to it; where no such file is there, to the working directory.
+
+    Examples
+    --------
+    >>> from loopgate import Sweep
+    >>> base = {"network": "sumo:DRT", "loops": 20}
+    >>> sweep = Sweep("gates", base, {"gate": ["open", "certified"], "vehicles": [20, 40], "seed": [1, 2, 3]})
+    >>> len(sweep.points())
+    12
     """
 
     name: str
@@ -94,6 +109,10 @@ class Sweep:
         if not plain or name.startswith(".") or set(name) & set("/\\"):
             msg = f"name is {shown(name)}; expected the name of a folder, up to {_LONGEST_NAME} bytes long"
             raise SweepError(msg)
+        for part in ("base", "grid"):
+            object.__setattr__(self, part, _named(getattr(self, part)))
+        for part in ("include", "exclude"):
+            object.__setattr__(self, part, [_named(rule) for rule in getattr(self, part)])
 
     def points(self) -> list[Point]:
         """Return the runs in the order of the grid, then of the includes; equal ones once.
@@ -149,9 +168,24 @@ class Sweep:
             hashes[key] = identity[key] = found.identity
             if found.path is not None:
                 files[key] = found.path
+        for key in _NAMERS:
+            where = in_file(str(scenario.get(key, "")))
+            if where is not None:
+                found = identities.setdefault(where.file, file_identity(where.file, key, self.folder))
+                identity[key] = f"{found.identity}:{where.rest}"
+                files[key] = cast("Path", found.path)
         text = json.dumps(_canonical(identity), sort_keys=True, separators=(",", ":"), allow_nan=False)
         key = hashlib.sha256(text.encode()).hexdigest()[:_KEY_LENGTH]
         return Point(key, scenario, hashes, files)
+
+
+def with_files(scenario: Mapping[str, Any], places: Mapping[str, str | Path]) -> dict[str, Any]:
+    """Return the scenario with its files where they are: `places` has them by key."""
+    local = dict(scenario)
+    for key, place in places.items():
+        where = in_file(str(scenario[key])) if key in _NAMERS else None
+        local[key] = str(place) if where is None else f"{place}:{where.rest}"
+    return local
 
 
 def read_sweep(file: Path | str) -> Sweep:
@@ -162,6 +196,13 @@ def read_sweep(file: Path | str) -> Sweep:
     SweepError
         If it cannot be read, is no TOML, or has unknown keys or values (a name that is none of a folder, a
         range of more than a hundred thousand numbers); the text names file and key.
+
+    Examples
+    --------
+    >>> from loopgate import read_sweep
+    >>> sweep = read_sweep("analysis/first_sweep.toml")
+    >>> len(sweep.points())
+    18
     """
     path = Path(file)
     with refusing(path, "sweep", SweepError):
@@ -195,6 +236,28 @@ def _described(path: Path, data: Mapping[str, Any]) -> Sweep:
     except SweepError as error:
         msg = f"{path}: {error}"
         raise SweepError(msg) from error
+
+
+def _named(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return scenario keys with names for the gates and negotiations that are classes or functions."""
+    named = dict(values)
+    for key, namer in _NAMERS.items():
+        value = named.get(key)
+        if isinstance(value, list | tuple):
+            named[key] = [one if isinstance(one, str) else _checked(namer(one)) for one in value]
+        elif value is not None and not isinstance(value, str):
+            named[key] = _checked(namer(value))
+    return named
+
+
+def _checked(name: str) -> str:
+    if in_file(name) is None and name.startswith("here."):
+        msg = (
+            f"{name.removeprefix('here.')}: it stands in no Python file, so other processes cannot have it; "
+            "write it to one, and give its class or file.py:NAME"
+        )
+        raise SweepError(msg)
+    return name
 
 
 def _text(value: object, what: str) -> str:

@@ -1,4 +1,4 @@
-"""How long a sweep will take, from the rows it has or from a rule of thumb."""
+"""An estimate of the time that a sweep will take, from its finished rows or from a rule of thumb."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from loopgate.analysis.load import read_results
 from loopgate.errors import SweepError
 from loopgate.reading import is_folder, refusing
 from loopgate.results import row_columns as c
+from loopgate.runs.results import read_results
 from loopgate.sweep.description import Point
 
 __all__ = ["Estimate", "estimate"]
@@ -23,7 +23,7 @@ _DEFAULT_VEHICLES, _DEFAULT_DURATION_S = 40, 3600.0
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
-    """What is left to do, and how long it will take."""
+    """The work that is left of a sweep, and the time it will take."""
 
     present: int
     missing: int
@@ -31,7 +31,7 @@ class Estimate:
     seconds: float
     """Wall time on all workers together [s]."""
     basis: str
-    """What the time rests on."""
+    """The source of the estimate, in words."""
 
     def to_dict(self) -> dict[str, Any]:
         """Return the estimate as names and values."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
 import zlib
 from dataclasses import dataclass
@@ -10,11 +9,11 @@ from importlib import metadata
 from pathlib import Path
 
 from loopgate.errors import SweepError
+from loopgate.network.content import content_identity, members
 from loopgate.network.road import PACKAGED
-from loopgate.network.sumo_config import is_sumo_config, read_sumo_config
 from loopgate.reading import is_file, refusing, shown
 
-__all__ = ["NamedFile", "PackedFile", "content_identity", "file_identity", "pack", "unpack"]
+__all__ = ["NamedFile", "PackedFile", "file_identity", "pack", "unpack"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,7 +23,7 @@ class NamedFile:
     identity: str
     """SHA-256 of the file's content; for a name, the name and the version of what it comes from."""
     path: Path | None
-    """Where the file is, or None for a name that every machine resolves for itself."""
+    """The file, or None for a name that every machine resolves for itself."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,18 +57,6 @@ def file_identity(value: str, key: str, folder: Path) -> NamedFile:
     raise SweepError(msg)
 
 
-def content_identity(path: Path) -> str:
-    """Return the SHA-256 of a file's content, and of the contents of what it names.
-
-    Raises
-    ------
-    OSError
-        If a file cannot be read.
-    """
-    digests = [hashlib.sha256(member.read_bytes()).hexdigest() for member in _members(path)]
-    return digests[0] if len(digests) == 1 else hashlib.sha256("".join(digests).encode()).hexdigest()
-
-
 def pack(path: Path) -> PackedFile:
     """Read a file for the journey.
 
@@ -78,12 +65,10 @@ def pack(path: Path) -> PackedFile:
     OSError
         If a file cannot be read.
     """
-    files = _members(path)
+    files = members(path)
     root = Path(os.path.commonpath([file.parent for file in files]))
-    members = tuple(
-        (file.relative_to(root).as_posix(), zlib.compress(file.read_bytes(), 6)) for file in files
-    )
-    return PackedFile(content_identity(path), members[0][0], members)
+    packed = tuple((file.relative_to(root).as_posix(), zlib.compress(file.read_bytes(), 6)) for file in files)
+    return PackedFile(content_identity(path), packed[0][0], packed)
 
 
 def unpack(packed: PackedFile, folder: Path) -> Path:
@@ -94,12 +79,3 @@ def unpack(packed: PackedFile, folder: Path) -> Path:
         target.parent.mkdir(parents=True, exist_ok=True)
         target.write_bytes(zlib.decompress(content))
     return root / packed.main
-
-
-def _members(path: Path) -> list[Path]:
-    """Return the file and those without which it means nothing."""
-    path = path.resolve()
-    if not is_sumo_config(path):
-        return [path]
-    config = read_sumo_config(path)
-    return [path, *(p.resolve() for p in (config.net_file, *config.route_files, *config.additional_files))]

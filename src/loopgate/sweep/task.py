@@ -9,7 +9,6 @@ import contextlib
 import functools
 import hashlib
 import importlib
-import importlib.util
 import json
 import os
 import platform
@@ -22,7 +21,6 @@ from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from importlib import metadata
 from pathlib import Path
-from types import ModuleType
 from typing import Any, cast
 
 import pandas as pd
@@ -31,9 +29,11 @@ from loopgate.analysis.rows import read_run_row
 from loopgate.disk import DISK_FULL
 from loopgate.errors import LoopgateError, SweepError
 from loopgate.folders import temporary_folder
+from loopgate.network.content import content_identity
+from loopgate.plugins import PluginError, in_file, load_from_file
 from loopgate.results import row_columns as c
-from loopgate.sweep.description import Point
-from loopgate.sweep.files import PackedFile, content_identity, unpack
+from loopgate.sweep.description import Point, with_files
+from loopgate.sweep.files import PackedFile, unpack
 from loopgate.sweep.memory import peak_memory_mb, reset_peak_memory
 
 __all__ = ["DEFAULT_RUNNER", "Result", "Runner", "Task", "execute", "failed_row", "load_runner"]
@@ -42,6 +42,9 @@ Runner = Callable[[Mapping[str, Any], Path], object]
 """Runs a scenario (its files are local paths) and fills the folder with what a run folder holds."""
 
 DEFAULT_RUNNER = "loopgate.sweep.simulate:run_scenario"
+
+_LEFT_TO_THE_RUN = (c.VEHICLES, c.LOOPS, c.NEGOTIATION, c.LIGHTS)
+"""Keys of a scenario that, where they are 0 or empty, let the run choose: its own figure counts."""
 
 _ONE_AT_A_TIME = threading.Lock()  # a process holds one simulation; a worker with threads must queue
 
@@ -55,10 +58,10 @@ class Task:
     """``module:function`` or ``file.py:function``."""
     files: Mapping[str, PackedFile] = field(default_factory=dict)
     names: Mapping[str, str] = field(default_factory=dict)
-    """What a command calls the files, where the sweep was started."""
+    """Names of the files for a command on the machine on which the sweep was started."""
     attempt: int = 1
     keep: Path | None = None
-    """Where to keep the run folder; default: nowhere, once its row is made."""
+    """Folder in which to keep the run; None removes it once its row is made."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,9 +99,8 @@ def execute(task: Task) -> Result:
 def _run(task: Task) -> Result:
     runner = load_runner(task.runner)
     with temporary_folder() as scratch:
-        scenario = dict(task.point.scenario)
         places = {key: str(_locate(task, key, scratch)) for key in task.files}
-        scenario |= places
+        scenario = with_files(task.point.scenario, places)
         out = scratch / "run"
         if task.keep is not None:
             shutil.rmtree(task.keep, ignore_errors=True)
@@ -137,7 +139,11 @@ def failed_row(task: Task, error: str) -> dict[str, Any]:
 def _identity(task: Task) -> dict[str, Any]:
     """Return the columns that are known before the run, what was asked for taking precedence."""
     point = task.point
-    asked = {name: point.scenario[name] for name in c.OPTION_COLUMNS if point.scenario.get(name) is not None}
+    asked = {
+        name: value
+        for name in c.OPTION_COLUMNS
+        if (value := point.scenario.get(name)) is not None and (value or name not in _LEFT_TO_THE_RUN)
+    }
     return {
         **asked,
         c.KEY: point.key,
@@ -171,25 +177,17 @@ def load_runner(name: str) -> Runner:
     SweepError
         If there is no such module, file or function.
     """
-    module_name, _, attribute = name.rpartition(":")
+    where = in_file(name)
     try:
-        module = (
-            _load_file(module_name) if module_name.endswith(".py") else importlib.import_module(module_name)
-        )
-        return cast("Runner", getattr(module, attribute))
-    except (ImportError, OSError, AttributeError, ValueError) as error:
+        if where is not None:
+            return load_from_file("runner", where.file, where.rest)
+        module_name, _, attribute = name.rpartition(":")
+        return cast("Runner", getattr(importlib.import_module(module_name), attribute))
+    except PluginError as error:
+        raise SweepError(str(error)) from error
+    except (ImportError, AttributeError, ValueError) as error:
         msg = f"runner {name}: cannot be imported ({error}); expected module:function or file.py:function"
         raise SweepError(msg) from error
-
-
-def _load_file(file: str) -> ModuleType:
-    spec = importlib.util.spec_from_file_location(Path(file).stem, file)
-    if spec is None or spec.loader is None:
-        msg = f"{file} is no Python file"
-        raise ImportError(msg)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
 
 
 def _describe(error: Exception) -> str:

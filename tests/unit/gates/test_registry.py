@@ -7,7 +7,7 @@ from importlib.metadata import EntryPoint, EntryPoints
 import pytest
 
 from builders import ring_of_three
-from loopgate import spec
+from loopgate import plugins
 from loopgate.errors import GateError
 from loopgate.gates import gate_names, make_gate
 from loopgate.gates.collision import CollisionGate
@@ -45,7 +45,7 @@ def test_options_are_read_by_kind(monkeypatch: pytest.MonkeyPatch) -> None:
     """Whole numbers, decimal numbers and truth values reach the gate as such."""
     point = EntryPoint("tuned", f"{__name__}:Tuned", "loopgate.gates")
     monkeypatch.setattr(EntryPoint, "load", lambda _: Tuned)
-    monkeypatch.setattr(spec, "entry_points", lambda **_: EntryPoints([point]))
+    monkeypatch.setattr(plugins, "entry_points", lambda **_: EntryPoints([point]))
     gate = make_gate("tuned:depth=3,share=0.25,fair=true", ring_of_three())
     assert isinstance(gate, Tuned)
     assert repr(gate.options) == "(3, 0.25, True)"

@@ -15,8 +15,8 @@ import pytest
 from tornado.httpclient import AsyncHTTPClient
 from tornado.websocket import websocket_connect
 
-from loopgate.analysis import Results
 from loopgate.report.page import write_report
+from loopgate.runs.results import Results
 
 Make = Callable[..., Results]
 

@@ -11,13 +11,13 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from loopgate.analysis import Results
 from loopgate.results.row_schema import ROW_SCHEMA
+from loopgate.runs.results import Results
 
 ROWS, CHUNK, EDGES = 100_000, 1000, 80
 REPORT = """
 import sys, time
-from loopgate.analysis import read_results
+from loopgate.runs.results import read_results
 from loopgate.report.page import write_report
 from loopgate.sweep.memory import peak_memory_mb
 begin = time.perf_counter()
@@ -44,7 +44,7 @@ def test_a_hundred_thousand_rows(make: Make, tmp_path: Path) -> None:
 def _write_rows(make: Make, folder: Path) -> None:
     """Write rows like those of one small sweep, a thousand times as many, all numbers different."""
     few = make({"vehicles": [10, 20, 40, 60, 80, 120, 160], "gate": ["open", "certified"], "seed": [1]})
-    table = pq.read_table(few.folder / "rows", schema=ROW_SCHEMA).to_pylist()
+    table = pq.read_table(few.folders[0] / "rows", schema=ROW_SCHEMA).to_pylist()
     (folder / "rows").mkdir(parents=True)
     (folder / "edges").mkdir()
     random = np.random.default_rng(1)

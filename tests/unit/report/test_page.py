@@ -9,9 +9,10 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from loopgate.analysis import Results, read_results
 from loopgate.errors import ResultsError
+from loopgate.report.content import add_series
 from loopgate.report.page import write_report
+from loopgate.runs.results import Results, read_results
 
 Make = Callable[..., Results]
 
@@ -171,16 +172,23 @@ def test_a_run_in_which_nothing_was_achieved(make: Make, tmp_path: Path) -> None
 def test_partial_results_with_a_failure(make: Make, tmp_path: Path) -> None:
     """Both how many are there and how many failed."""
     results = make({"vehicles": [10], "gate": ["open", "certified"], "trouble": ["none", "raise"]})
-    partial = Results(results.folder, results.runs, results.edge_sets, {**results.manifest, "runs": 9})
+    partial = Results(results.folders, results.runs, results.edge_sets, {**results.manifest, "runs": 9})
     text = page(partial, tmp_path).text
     assert "4 runs of 9 planned are there; 2 failed." in text
+
+
+def test_failed_runs_that_left_their_vehicles_to_the_file(make: Make, tmp_path: Path) -> None:
+    """How many there would have been is not known of them; the report on the others is as it would be."""
+    text = page(make({"gate": ["open"]}, include=[{"vehicles": [10, 20]}]), tmp_path).text
+    assert "3 runs; 1 failed." in text
+    assert "with 20 vehicles (the most that were tried)" in text
 
 
 def test_rows_of_different_codes_are_pointed_out(make: Make, tmp_path: Path) -> None:
     """A package changed in the middle of a sweep makes rows that are not of one kind."""
     results = make({"vehicles": [10, 20]})
     mixed = results.runs.assign(loopgate_code=["a", "b"])
-    text = page(Results(results.folder, mixed, results.edge_sets), tmp_path).text
+    text = page(Results(results.folders, mixed, results.edge_sets), tmp_path).text
     assert "made by 2 different codes of loopgate" in text
 
 
@@ -196,6 +204,64 @@ def test_whatever_varies_besides_becomes_a_series(make: Make, tmp_path: Path) ->
     assert "certified, rho_m 1.5" in parsed.text
     assert {"n1", "n2"} <= set(parsed.ids)
     assert (tmp_path / "r-files" / "sumo-DRT-throughput.svg").exists()
+
+
+def test_loops_that_follow_from_the_vehicles_make_no_series(make: Make, tmp_path: Path) -> None:
+    """A file with more loops than vehicles uses as many as there are vehicles: still one series per gate."""
+    includes = [{"vehicles": n, "on_loops": n, "gate": ["open", "certified"]} for n in (50, 60)]
+    results = make({}, include=includes)
+    assert sorted(add_series(results.runs.drop(columns="on_loops"))["series"].unique()) == [
+        "certified",
+        "open",
+    ]
+    text = page(replace(results, runs=results.runs.drop(columns="on_loops")), tmp_path).text
+    assert "Difference to open on the same seeds" in text
+    assert "loops 50" not in text
+
+
+def test_loops_that_were_chosen_make_a_series(make: Make) -> None:
+    """Equal vehicles on 4 and on 8 loops are not the same setting."""
+    runs = make({"vehicles": [50, 60], "loops": [4, 8], "gate": ["open"]}).runs
+    assert sorted(add_series(runs)["series"].unique()) == ["open, loops 4", "open, loops 8"]
+
+
+def test_without_a_gate_no_hold_is_claimed(make: Make, tmp_path: Path) -> None:
+    """Nobody measures how long vehicles wait under SUMO's own rules: no zero in rows, table and map."""
+    results = make(FULL)
+    free = results.runs["gate"] == "open"
+    assert results.runs.loc[free, ["hold_s", "longest_wait_s", "edge_hold_s"]].isna().all().all()
+    assert results.runs.loc[~free, ["hold_s", "longest_wait_s", "edge_hold_s"]].notna().all().all()
+    page(results, tmp_path)
+    assert set(pd.read_csv(tmp_path / "r-files" / "hold.csv")["series"]) == {"certified"}
+    assert ">open<" not in (tmp_path / "r-files" / "map.svg").read_text(encoding="utf-8")
+    assert ">open<" in (tmp_path / "r-files" / "idleness-map.svg").read_text(encoding="utf-8")
+
+
+def test_survival_is_drawn_for_one_vehicle_count_at_a_time(make: Make, tmp_path: Path) -> None:
+    """Runs with 10 vehicles never lock up and those with 80 do: pooled, neither could be read."""
+    grid = {**FULL, "vehicles": [10, 70, 80]}
+    text = page(make(grid), tmp_path).text
+    drawn = (tmp_path / "r-files" / "survival.svg").read_text(encoding="utf-8")
+    assert re.findall(r">(\d+) vehicles<", drawn) == ["70", "80"]
+    assert "for each vehicle count with which runs lock up" in text
+
+
+def test_at_most_six_survival_panels(make: Make, tmp_path: Path) -> None:
+    """Spread from the fewest to the most vehicles that lock up, and the caption says so."""
+    text = page(make({"vehicles": list(range(60, 76)), "gate": ["open"]}), tmp_path).text
+    drawn = (tmp_path / "r-files" / "survival.svg").read_text(encoding="utf-8")
+    assert re.findall(r">(\d+) vehicles<", drawn) == ["60", "63", "66", "69", "72", "75"]
+    assert "for 6 of the 16 vehicle counts with which runs lock up" in text
+
+
+def test_roads_are_watched_by_equally_many_vehicles(make: Make, tmp_path: Path) -> None:
+    """Idleness in words and on maps is of one vehicle count that all series have, and says which."""
+    results = make({**FULL, "vehicles": [10, 40]})
+    lone = results.runs[(results.runs["gate"] == "open") | (results.runs["vehicles"] == 10)]
+    idle = lone.assign(idleness_s=lone["vehicles"].astype(float))
+    text = page(replace(results, runs=idle), tmp_path).text
+    assert "with 10 vehicles: certified 10 s on average, 83 s at worst; open 10 s on average" in text
+    assert "Idleness per edge with 10 vehicles" in text
 
 
 def test_more_series_than_a_reader_can_tell_apart(make: Make, tmp_path: Path) -> None:

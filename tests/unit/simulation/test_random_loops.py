@@ -6,6 +6,7 @@ import pytest
 
 from loopgate.abstraction.queue_layout import QueueLayout, lay_out_queues, why_not
 from loopgate.errors import RefusedLoopError, RouteError
+from loopgate.keeping import Kept
 from loopgate.network import Loop, RoadNetwork, VehicleType, find_loops
 from loopgate.simulation import random_loops as module
 from loopgate.simulation.random_loops import random_loops
@@ -27,6 +28,12 @@ def test_all_that_work_are_found(roads: RoadNetwork) -> None:
     assert {frozenset(loop.edges) for loop in found.loops} == working
     assert 0 < len(working) < len(every) == 14
     assert f"besides {14 - len(working)} that do not work as queues, the last of which" in found.shortfall
+
+
+@pytest.fixture(autouse=True)
+def _nothing_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Keep nothing: tests that replace what finds loops must not be given what was found before."""
+    monkeypatch.setattr(module, "_KEPT", Kept(0))
 
 
 def test_turning_round_makes_more(roads: RoadNetwork) -> None:

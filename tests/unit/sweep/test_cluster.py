@@ -13,9 +13,9 @@ import pandas as pd
 import pytest
 from distributed import Client
 
-from loopgate.analysis import read_results
 from loopgate.errors import SweepError
 from loopgate.results.row_columns import VOLATILE_COLUMNS
+from loopgate.runs.results import read_results
 from loopgate.sweep import Progress, Sweep, run_sweep
 from loopgate.sweep.cluster import dask_executor
 

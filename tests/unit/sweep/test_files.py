@@ -2,7 +2,8 @@
 
 from pathlib import Path
 
-from loopgate.sweep.files import content_identity, pack, unpack
+from loopgate.network.content import content_identity
+from loopgate.sweep.files import pack, unpack
 
 CONFIG = """<configuration><input>
 <net-file value="../net/n.net.xml"/><route-files value="r.rou.xml"/>

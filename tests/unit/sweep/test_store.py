@@ -10,9 +10,9 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from loopgate.analysis import read_results
 from loopgate.errors import ResultsError
 from loopgate.results import row_columns as c
+from loopgate.runs.results import read_results
 from loopgate.sweep import Sweep, run_sweep
 from loopgate.sweep.store import Store
 from loopgate.sweep.task import Result

@@ -108,6 +108,15 @@ def explore(
     -----
     First all configurations are found that can be reached without the gate (`StateSpace`), then those among
     them that it lets come about (`Reach`).
+
+    Examples
+    --------
+    >>> from loopgate import Robot, System, explore, make_gate
+    >>> system = System([Robot("a", ("a1", "s1", "s2")), Robot("b", ("b1", "s2", "s1"))])
+    >>> explore(system, make_gate("collision", system)).deadlocks
+    1
+    >>> explore(system, make_gate("certified", system)).deadlocks
+    0
     """
     began = time.perf_counter()
     space = StateSpace(system, memory_gb=memory_gb, limit=limit, progress=progress)

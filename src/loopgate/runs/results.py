@@ -1,4 +1,4 @@
-"""Load what runs and sweeps wrote, as tidy tables, in one line."""
+"""Many runs as one table: what sweeps and run folders hold, in one line."""
 
 from __future__ import annotations
 
@@ -19,76 +19,66 @@ from loopgate.reading import read_object, refusing, shown
 from loopgate.results import columns as run
 from loopgate.results import row_columns as c
 from loopgate.results.row_schema import ROW_SCHEMA
-from loopgate.results.table_reading import Rows, check_sizes, maker, read_rows, read_table
+from loopgate.results.table_reading import Rows, check_sizes, read_rows, read_table
 
-__all__ = ["Results", "Run", "read_results", "read_run"]
+__all__ = ["Results", "read_results"]
 
 _READ_TRIES = 3  # a sweep that is running may merge files between listing and reading them
-
-
-@dataclass(frozen=True, slots=True)
-class Run:
-    """One run folder."""
-
-    folder: Path
-    summary: Mapping[str, Any]
-    events: pd.DataFrame
-    """`EVENT_COLUMNS`."""
-    vehicles: pd.DataFrame
-    """`VEHICLE_COLUMNS`."""
-    edges: pd.DataFrame
-    """`EDGE_COLUMNS`."""
 
 
 @dataclass(frozen=True, slots=True)
 class Results:
     """Many runs."""
 
-    folder: Path
+    folders: tuple[Path, ...]
+    """The folders that they were read from."""
     runs: pd.DataFrame
     """One row per run, in the order of the keys; columns as in `results.row_columns`, and one for each
     further scenario key that varies."""
     edge_sets: Mapping[str, pd.DataFrame]
     """For each `EDGE_SET` its edges, in the order of the lists: `EDGE`, `EDGE_LENGTH` [m], `SHAPE`."""
     manifest: Mapping[str, Any] = field(default_factory=dict)
-    """What the sweep consists of; empty for run folders without a sweep."""
+    """The description of the sweep; empty for run folders without a sweep."""
     notes: tuple[str, ...] = ()
-    """What to know of rows that another version of loopgate made."""
+    """Remarks on rows that another version of loopgate made, or that came twice."""
+
+    @property
+    def name(self) -> str:
+        """Name of the sweep, or of the folders."""
+        return str(self.manifest.get("name") or ", ".join(folder.name for folder in self.folders))
 
 
-def read_run(folder: Path | str) -> Run:
-    """Load a run folder.
-
-    Raises
-    ------
-    ResultsError
-        If a file of it is missing, cannot be read, or lacks a column.
-    """
-    folder = Path(folder)
-    with refusing(folder, "run folder", ResultsError):
-        summary = read_object(folder / "summary.json", "summary of a run", ResultsError)
-        made_by = maker(summary)
-        events = read_table(folder / "events.parquet", run.EVENT_COLUMNS[:5], made_by=made_by)
-        if run.STAGE not in events:  # there were no stages once
-            events[run.STAGE] = ""
-        return Run(
-            folder=folder,
-            summary=summary,
-            events=events,
-            vehicles=read_table(folder / "vehicles.parquet", run.VEHICLE_COLUMNS, made_by=made_by),
-            edges=read_table(folder / "edges.parquet", run.EDGE_COLUMNS, made_by=made_by),
-        )
-
-
-def read_results(folder: Path | str) -> Results:
+def read_results(folder: Path | str | Sequence[Path | str]) -> Results:
     """Load the results of a sweep, also while it runs; or a run folder, or a folder of run folders.
 
+    Several folders become one table. A run that is in more than one of them, made by the same code, counts
+    once; where different codes made it, a column `FOLDER` says which row is from where.
+
     Raises
     ------
     ResultsError
-        If it is none of these, a file cannot be read, or lacks what the analysis cannot do without.
+        If a folder is none of these, a file cannot be read, or lacks what the analysis cannot do without.
+
+    Examples
+    --------
+    >>> from loopgate import Scenario, read_results, run
+    >>> roads = {"network": "networks/order2.net.xml", "routes": "routes/order2.rou.xml", "gate": "open"}
+    >>> made = [run(Scenario(**roads, seed=n, duration_s=60), f"out/seed{n}") for n in (1, 2)]
+    >>> read_results("out").runs[["gate", "vehicles", "seed"]].values.tolist()
+    [['open', 5, 1], ['open', 5, 2]]
+    >>> len(read_results(["out/seed1", "out/seed2"]).runs)
+    2
     """
-    folder = Path(folder)
+    if isinstance(folder, Path | str):
+        return _read(Path(folder))
+    if not folder:
+        msg = "no folder of results; give at least one"
+        raise ResultsError(msg)
+    parts = [_read(Path(one)) for one in folder]
+    return parts[0] if len(parts) == 1 else _together(parts)
+
+
+def _read(folder: Path) -> Results:
     with refusing(folder, "folder of results", ResultsError):
         if (folder / "rows").is_dir():
             return _from_rows(folder)
@@ -97,6 +87,31 @@ def read_results(folder: Path | str) -> Results:
             msg = f"{folder}: no results; expected rows/ (a sweep), summary.json (a run) or a folder of runs"
             raise ResultsError(msg)
         return _from_runs(folder, runs)
+
+
+def _together(parts: Sequence[Results]) -> Results:
+    folders = tuple(folder for part in parts for folder in part.folders)
+    known = [part.runs[list(ROW_SCHEMA.names)].assign(**{c.FOLDER: str(part.folders[0])}) for part in parts]
+    every = _with_varying_keys(pd.concat(known, ignore_index=True), folders[0])
+    # Run folders have no key but their name, which says nothing of what was run.
+    swept = every[c.SCENARIO].notna()
+    twins = every[swept].duplicated([c.KEY, c.STATUS, c.LOOPGATE_CODE, c.SUMO_VERSION], keep="last")
+    runs = every.drop(index=twins.index[twins]).reset_index(drop=True)
+    if not runs[runs[c.SCENARIO].notna()].duplicated(c.KEY).any():
+        runs = runs.drop(columns=c.FOLDER)
+    count = int(twins.sum())
+    notes = [note for part in parts for note in part.notes]
+    notes += (
+        [f"{count} runs are in more than one folder, made by the same code; they count once"] if count else []
+    )
+    planned = sum(int(p.manifest.get("runs", len(p.runs))) for p in parts) - count
+    return Results(
+        folders,
+        runs,
+        {name: edges for part in parts for name, edges in part.edge_sets.items()},
+        {"runs": planned},
+        tuple(notes),
+    )
 
 
 def _from_rows(folder: Path) -> Results:
@@ -110,7 +125,7 @@ def _from_rows(folder: Path) -> Results:
     manifest = folder / "sweep.json"
     known = read_object(manifest, "description of a sweep", ResultsError) if manifest.is_file() else {}
     notes = tuple(_notes(folder / "rows", files))
-    return Results(folder, _with_varying_keys(_latest(rows), folder / "rows"), edge_sets, known, notes)
+    return Results((folder,), _with_varying_keys(_latest(rows), folder / "rows"), edge_sets, known, notes)
 
 
 def _run_folders(folder: Path) -> list[Path]:
@@ -125,7 +140,7 @@ def _from_runs(folder: Path, runs: list[Path]) -> Results:
         edge_sets[row[c.EDGE_SET]] = edges
     table = pa.Table.from_pylist(rows, schema=ROW_SCHEMA)
     check_sizes(table, folder)
-    return Results(folder, table.to_pandas(), edge_sets)
+    return Results((folder,), table.to_pandas(), edge_sets)
 
 
 def _read_rows(folder: Path) -> list[Rows]:

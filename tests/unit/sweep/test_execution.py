@@ -14,9 +14,9 @@ from typing import Any
 import pandas as pd
 import pytest
 
-from loopgate.analysis import read_results
 from loopgate.errors import ResultsError
 from loopgate.results.row_columns import VOLATILE_COLUMNS
+from loopgate.runs.results import read_results
 from loopgate.sweep import Progress, Sweep, run_sweep
 from loopgate.sweep.local import LocalExecutor, WorkerDiedError
 from loopgate.sweep.store import Store

@@ -1,4 +1,4 @@
-"""Run what is missing of a sweep, keep each row as it comes."""
+"""Make the missing runs of a sweep, and keep each row as it comes."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _TRIES = 2  # a worker that dies takes its run with it; the second time it is th
 
 @dataclass(frozen=True, slots=True)
 class Progress:
-    """How far a sweep is."""
+    """The progress of a sweep."""
 
     total: int
     """Runs of the sweep."""
@@ -48,7 +48,7 @@ class Progress:
 
 @dataclass(frozen=True, slots=True)
 class SweepOutcome:
-    """What a sweep did."""
+    """The outcome of a sweep: counts of runs, and the time it took [s]."""
 
     folder: Path
     total: int
@@ -102,6 +102,15 @@ def run_sweep(  # noqa: PLR0913 - each is a choice of the caller's, all but two 
         If the sweep has no runs, or the executor breaks down.
     ResultsError
         If the folder cannot be written, or a worker's disk is full. The rows made so far are kept.
+
+    Examples
+    --------
+    >>> from concurrent.futures import ThreadPoolExecutor
+    >>> from loopgate import Sweep, run_sweep
+    >>> roads = {"network": "networks/order2.net.xml", "routes": "routes/order2.rou.xml"}
+    >>> sweep = Sweep("seeds", {**roads, "gate": "open", "duration_s": 60}, {"seed": [1, 2]})
+    >>> run_sweep(sweep, "out/seeds", executor=ThreadPoolExecutor(1)).done
+    2
     """
     folder = Path(folder)
     points = sweep.points()

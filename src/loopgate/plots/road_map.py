@@ -12,11 +12,11 @@ from matplotlib.collections import LineCollection
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
-from loopgate.report.figures import SERIES
-from loopgate.report.style import HEAT_MAP, Look
+from loopgate.plots.style import HEAT_MAP, RC, Look, looks_of
 from loopgate.results import columns as run
+from loopgate.results import row_columns as c
 
-__all__ = ["map_figure"]
+__all__ = ["plot_edges"]
 
 _WIDTH = 5.2
 _THIN, _THICK = 1.2, 5.0
@@ -24,21 +24,41 @@ _SHIFT = 0.006  # of the extent: both directions of a road stay apart
 _MAPS = 4
 
 
-def map_figure(edges: pd.DataFrame, look: Mapping[str, Look], value: str, label: str) -> Figure:
-    """Draw a figure per edge for each series, dark and thick where it is great.
+@mpl.rc_context(RC)
+def plot_edges(
+    edges: pd.DataFrame,
+    value: str,
+    *,
+    label: str = "",
+    series: str = c.GATE,
+    look: Mapping[str, Look] | None = None,
+) -> Figure:
+    """Draw the road network, each edge dark and thick where its figure is great: one map per series.
 
     Parameters
     ----------
     edges
-        From `compute_edge_means` by series: the figure and `SHAPE` ("x,y x,y ..." [m]).
-    look
-        The series to draw, at most four of those in which the figure is above 0; all share one scale.
+        From `compute_edge_means`: the figure and `SHAPE` ("x,y x,y ..." [m]).
     value, label
         The column with the figure, and what the scale says.
+    series
+        The column that names series. At most four of those are drawn in which the figure is above 0; all
+        share one scale.
+    look
+        Which series, in which order; default: all.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> from loopgate.plots import plot_edges
+    >>> edges = pd.DataFrame({"gate": "open", "shape": ["0,0 80,0", "80,0 80,60"], "idleness_s": [20, 90]})
+    >>> figure = plot_edges(edges, "idleness_s", label="idleness [s]")
+    >>> figure.savefig("map.svg")
     """
-    above = edges[edges[value] > 0][SERIES].unique()
-    known = above if len(above) else edges[SERIES].unique()
-    names = [series for series in look if series in known][:_MAPS]
+    look = look or looks_of(edges[series])
+    above = edges[edges[value] > 0][series].unique()
+    known = above if len(above) else edges[series].unique()
+    names = [name for name in look if name in known][:_MAPS]
     columns = min(len(names), 2) or 1
     rows = max(1, -(-len(names) // columns))
     shapes = {str(text): _points(str(text)) for text in edges[run.SHAPE].unique()}
@@ -50,9 +70,9 @@ def map_figure(edges: pd.DataFrame, look: Mapping[str, Look], value: str, label:
     figure = Figure(figsize=(_WIDTH, height + 0.9))
     grid = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
     scale = Normalize(0.0, float(np.nanmax([edges[value].max(), 1e-9])))
-    for axes, series in zip(grid.flat, names, strict=False):
-        _draw(axes, edges[edges[SERIES] == series], value, shapes, scale, extent)
-        axes.set_title(series, fontsize=10)
+    for axes, name in zip(grid.flat, names, strict=False):
+        _draw(axes, edges[edges[series] == name], value, shapes, scale, extent)
+        axes.set_title(name, fontsize=10)
         axes.set_xlim(low[0] - 0.03 * extent, high[0] + 0.03 * extent)
         axes.set_ylim(low[1] - 0.03 * extent, high[1] + 0.03 * extent)
     for axes in grid.flat:

@@ -9,10 +9,11 @@ import pandas as pd
 import pyarrow.parquet as pq
 import pytest
 
-from loopgate.analysis import read_results, read_run
 from loopgate.errors import ResultsError
 from loopgate.results.columns import EDGE_COLUMNS, EVENT_COLUMNS, VEHICLE_COLUMNS
 from loopgate.results.row_schema import ROW_SCHEMA
+from loopgate.runs.results import read_results
+from loopgate.runs.run import read_run
 from loopgate.sweep import Sweep, run_sweep
 from loopgate.sweep.store import Store
 

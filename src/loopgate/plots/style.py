@@ -1,12 +1,12 @@
-"""How figures look: colours that everyone can tell apart, markers and dashes that survive a grey printer."""
+"""The look of figures: colours that all can tell apart, markers and dashes that survive a grey printer."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
-__all__ = ["HEAT_MAP", "MAX_SERIES", "RC", "Look", "looks"]
+__all__ = ["HEAT_MAP", "MAX_SERIES", "RC", "Look", "looks", "looks_of", "series_order"]
 
 # Okabe and Ito (2008), for all kinds of colour vision; ordered so that neighbours differ in lightness too.
 _COLOURS = ("#000000", "#E69F00", "#0072B2", "#56B4E9", "#D55E00", "#009E73", "#CC79A7", "#808080")
@@ -65,3 +65,13 @@ def looks(series: Sequence[str]) -> dict[str, Look]:
     """Return a look for each of the first `MAX_SERIES` series, always the same for the same order."""
     triples = zip(_COLOURS, _MARKERS, _DASHES, strict=True)
     return {name: Look(*triple) for name, triple in zip(series, triples, strict=False)}
+
+
+def looks_of(column: Iterable[object]) -> dict[str, Look]:
+    """Return looks for the series that a column names, in their order."""
+    return looks(series_order(column))
+
+
+def series_order(column: Iterable[object]) -> list[str]:
+    """Return the series that a column names, sorted; open gates first: others are compared with them."""
+    return sorted({str(name) for name in column}, key=lambda name: (not name.startswith("open"), name))

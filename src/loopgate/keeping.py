@@ -1,0 +1,50 @@
+"""Results that a process keeps because it needs them again: runs share networks, loops and layouts."""
+
+from __future__ import annotations
+
+import gc
+from collections import OrderedDict
+from collections.abc import Callable, Hashable, Iterator
+from contextlib import contextmanager
+from typing import Generic, TypeVar
+
+__all__ = ["Kept", "without_collection"]
+
+T = TypeVar("T")
+
+
+class Kept(Generic[T]):
+    """The last few results of a costly function, by what determines them.
+
+    Keys hold contents (hashes of files, values of options), never names of files: what a key stands for
+    cannot change. Results are shared, so nobody may change them.
+
+    Parameters
+    ----------
+    most
+        How many results are kept; the one not asked for longest goes first.
+    """
+
+    def __init__(self, most: int) -> None:
+        self._most = most
+        self._results: OrderedDict[Hashable, T] = OrderedDict()
+
+    def get(self, key: Hashable, make: Callable[[], T]) -> T:
+        """Return the result with this key, made by `make` if it is not there; errors are not kept."""
+        found = self._results.pop(key) if key in self._results else make()
+        self._results[key] = found
+        while len(self._results) > self._most:
+            self._results.popitem(last=False)
+        return found
+
+
+@contextmanager
+def without_collection() -> Iterator[None]:
+    """Let Python's collector rest while millions of objects are made that all stay: it halves the time."""
+    resting = not gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if not resting:
+            gc.enable()

@@ -1,0 +1,255 @@
+"""Things with a name: ``name`` or ``name:option=value,option=value``.
+
+A name is that of an entry point, or ``file.py:Name`` for what a Python file of the user's defines. What a
+program has at hand gets such a name too, so that scenarios, sweeps and results are text throughout.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.util
+import inspect
+import os
+import re
+import sys
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from importlib.metadata import entry_points
+from pathlib import Path
+from types import ModuleType
+from typing import Any, NamedTuple, TypeVar, cast
+
+from loopgate.errors import LoopgateError
+from loopgate.keeping import Kept
+from loopgate.reading import refusing, shown
+
+__all__ = ["FilePlugin", "PluginError", "in_file", "load_from_file", "make_plugin", "name_of"]
+
+T = TypeVar("T")
+Factory = Callable[..., Any]
+
+_LARGEST = 1e12
+_LONGEST = 120
+_KINDS: dict[str, tuple[tuple[type, ...], str]] = {
+    "int": ((int,), "a whole number"),
+    "float": ((int, float), "a number"),
+    "bool": ((bool,), "true or false"),
+    "str": ((str,), "a text"),
+}
+"""Values that an option takes, by its annotation."""
+
+
+_IN_FILE = re.compile(r"(?P<file>.*\.py):(?P<rest>[^\W\d]\w*(?::.*)?)", re.DOTALL)
+_HERE = "here."
+"""Begins the names of things that no file holds; they mean something in one process only."""
+
+_at_hand: dict[str, Factory] = {}
+
+
+class PluginError(LoopgateError):
+    """A name that is not installed, or an option that does not exist."""
+
+
+class FilePlugin(NamedTuple):
+    """A name that leads into a Python file.
+
+    Attributes
+    ----------
+    file
+        As it is written.
+    rest
+        What it names there, with options.
+    """
+
+    file: str
+    rest: str
+
+
+def in_file(spec: str) -> FilePlugin | None:
+    """Return the file and the rest of ``file.py:Name:option=value``; None for another name."""
+    found = _IN_FILE.fullmatch(spec)
+    return FilePlugin(found["file"], found["rest"]) if found else None
+
+
+def name_of(kind: str, group: str, thing: object) -> str:
+    """Return a name by which `make_plugin` finds a class or function, in other processes too if it can.
+
+    A text is a name already. What is installed has the name of its entry point, what stands at the top of a
+    Python file ``file.py:Name``; anything else gets a name that only this process knows.
+
+    Raises
+    ------
+    PluginError
+        If `thing` cannot be called.
+    """
+    if isinstance(thing, str):
+        return thing
+    if not callable(thing):
+        msg = f"{kind} {shown(thing)}: expected a name, or a class or function that makes one"
+        raise PluginError(msg)
+    own = getattr(thing, "__qualname__", type(thing).__qualname__)
+    home = f"{getattr(thing, '__module__', '')}:{own}"
+    for point in entry_points(group=group):
+        if point.value == home:
+            return point.name
+    # Lambdas and partial classes are called alike.
+    name = (
+        f"{_HERE}{own}" if own.isidentifier() and hasattr(thing, "__qualname__") else f"{_HERE}{id(thing):x}"
+    )
+    with suppress(TypeError, OSError):  # no source, as in a notebook
+        file = inspect.getsourcefile(cast("Any", thing))
+        if file and own.isidentifier() and file.endswith(".py") and Path(file).is_file():
+            name = f"{os.path.relpath(file)}:{own}"
+    _at_hand[name] = thing
+    return name
+
+
+def make_plugin(
+    kind: str, group: str, spec: str, make: Callable[[Callable[..., Any], Mapping[str, object]], T]
+) -> T:
+    """Load the entry point that `spec` names and make it with the options of `spec`.
+
+    Parameters
+    ----------
+    kind
+        What it is, for messages: "gate", "negotiation".
+    group
+        The entry-point group.
+    spec
+        The name (see `name_of`), with options behind a colon. Values are whole numbers, decimal numbers,
+        ``true`` or ``false``, else text; numbers are finite and at most 1e12 in size. Where the factory
+        annotates an option as one of these, only such a value is taken.
+    make
+        Called with the loaded factory, whose first parameter is not an option, and the options.
+
+    Raises
+    ------
+    PluginError
+        If nothing has that name, the thing has no such option, or refuses an option's value.
+    """
+    name, colon, rest = _split(spec)
+    factory = _factory(kind, group, name)
+    options = dict(_option(kind, spec, part) for part in rest.split(",")) if colon else {}
+    known = _options(factory)
+    for option, value in options.items():
+        if option not in known:
+            has = f"its options are {', '.join(known)}" if known else "it has no options"
+            msg = f"{kind} {name}: unknown option {shown(option)}; {has}"
+            raise PluginError(msg)
+        _check_value(f"{kind} {name}: {option}", value, known[option].annotation)
+    try:
+        return make(factory, options)
+    except (TypeError, ValueError) as error:
+        msg = f"{kind} {_short(spec)}: {error}"
+        raise PluginError(msg) from error
+
+
+def _split(spec: str) -> tuple[str, str, str]:
+    """Return a name, the colon before its options if there are any, and the options."""
+    where = in_file(spec)
+    if where is None:
+        return spec.partition(":")
+    name, colon, rest = where.rest.partition(":")
+    return f"{where.file}:{name}", colon, rest
+
+
+def _factory(kind: str, group: str, name: str) -> Factory:
+    if name in _at_hand:
+        return _at_hand[name]
+    where = in_file(name)
+    if where is not None:
+        return load_from_file(kind, where.file, where.rest)
+    if name.startswith(_HERE):
+        msg = f"{kind} {_short(name)}: made in another program; write it to a file, and name file.py:NAME"
+        raise PluginError(msg)
+    points = {point.name: point for point in entry_points(group=group)}
+    if name not in points:
+        msg = (
+            f"{kind} {_short(name)}: there is no such {kind}; installed are {', '.join(sorted(points))}; "
+            "for one of your own write file.py:NAME"
+        )
+        raise PluginError(msg)
+    try:
+        return cast("Factory", points[name].load())
+    except (ImportError, AttributeError) as error:
+        msg = f"{kind} {name}: it is installed, but cannot be imported ({error})"
+        raise PluginError(msg) from error
+
+
+def load_from_file(kind: str, file: str, name: str) -> Factory:
+    """Return what a Python file defines under a name; the file is run once, unless it changes.
+
+    Raises
+    ------
+    PluginError
+        If there is no such file, it fails, or it defines no such thing that can be called.
+    """
+    with refusing(f"{kind} {file}:{name}", "Python file", PluginError, wrong="the file fails"):
+        source = Path(file).read_bytes()
+        module = _MODULES.get((str(Path(file).resolve()), source), lambda: _run_file(file, source))
+    thing = getattr(module, name, None)
+    if not callable(thing):
+        msg = f"{kind} {file}:{name}: the file defines no class or function of that name"
+        raise PluginError(msg)
+    return cast("Factory", thing)
+
+
+_MODULES: Kept[ModuleType] = Kept(32)
+
+
+def _run_file(file: str, source: bytes) -> ModuleType:
+    # Dataclasses and pickle look for a module where imports leave it.
+    name = f"loopgate_file_{hashlib.sha256(file.encode() + source).hexdigest()[:16]}"
+    spec = importlib.util.spec_from_file_location(name, file)
+    if spec is None or spec.loader is None:
+        raise ImportError(file)
+    module = sys.modules[name] = importlib.util.module_from_spec(spec)
+    try:
+        spec.loader.exec_module(module)
+    except BaseException:
+        del sys.modules[name]
+        raise
+    return module
+
+
+def _options(factory: Factory) -> dict[str, inspect.Parameter]:
+    """Return the options that a factory takes: its parameters, but for the first."""
+    try:
+        return dict(list(inspect.signature(factory).parameters.items())[1:])
+    except (TypeError, ValueError):  # some that are not written in Python do not say
+        return {}
+
+
+def _option(kind: str, spec: str, part: str) -> tuple[str, object]:
+    key, equals, text = part.partition("=")
+    if not key or not equals:
+        msg = f"{kind} {_short(spec)}: {shown(part)} is no option; write name=value"
+        raise PluginError(msg)
+    return key.strip(), _value(text.strip())
+
+
+def _check_value(what: str, value: object, annotation: object) -> None:
+    if isinstance(value, int | float) and not abs(value) <= _LARGEST:
+        msg = f"{what} is {shown(value)}; expected a finite number, at most {_LARGEST:g} in size"
+        raise PluginError(msg)
+    # Annotations are texts where the module postpones them.
+    name = annotation if isinstance(annotation, str) else getattr(annotation, "__name__", "")
+    kinds, expected = _KINDS.get(name, ((object,), ""))
+    if not isinstance(value, kinds) or (isinstance(value, bool) and bool not in kinds and expected):
+        msg = f"{what} is {shown(value)}; expected {expected}"
+        raise PluginError(msg)
+
+
+def _short(spec: str) -> str:
+    return spec if len(spec) <= _LONGEST else f"{spec[:_LONGEST]} ..."
+
+
+def _value(text: str) -> object:
+    if text in {"true", "false"}:
+        return text == "true"
+    for number in (int, float):
+        try:
+            return number(text)
+        except ValueError:
+            continue
+    return text

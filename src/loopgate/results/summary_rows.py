@@ -1,0 +1,100 @@
+"""The figures of one run in words, as the terminal and a notebook show them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from loopgate.results.row_columns import NOT_GATED
+
+__all__ = ["summary_rows"]
+
+
+def summary_rows(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Return the rows of the table: what, and how much with its unit."""
+    decision = summary["decision_us"]
+    wall = summary["wall_s"]
+    rows = [
+        ("vehicles", f"{summary['vehicles']} on {summary['loops']} loops"),
+        ("time measured", f"{summary['duration_s']:.0f} s"),
+        ("laps", f"{summary['laps']}"),
+        ("distance", f"{summary['distance_km']:.1f} km"),
+        ("mean speed", f"{summary['mean_speed_mps']:.2f} m/s"),
+        ("throughput", f"{summary['laps_per_h']:.1f} laps/h, {summary['km_per_h']:.1f} vehicle-km/h"),
+        ("hold time", f"{summary['hold_s']:.0f} s in all, longest wait {summary['longest_wait_s']:.0f} s"),
+        ("coverage", _coverage(summary)),
+        ("idleness", _idleness(summary)),
+        ("deadlocks", _deadlocks(summary)),
+        ("collisions, teleports", f"{summary['collisions']}, {summary['teleports']}"),
+        *_strange(summary),
+        ("decisions", f"{summary['decisions']}"),
+        ("refusals", ", ".join(f"{k} {v}" for k, v in summary["refusals"].items()) or "none"),
+        (
+            "decision time",
+            f"median {decision['median']:.0f} us, p99 {decision['p99']:.0f} us, max {decision['max']:.0f} us",
+        ),
+        ("wall time", f"SUMO {wall['sumo']:.1f} s, gate {wall['gate']:.1f} s, total {wall['total']:.1f} s"),
+        *_surroundings(summary),
+        ("audit", _audit(summary["audit"])),
+    ]
+    if summary["audit"] == NOT_GATED:
+        rows = [row for row in rows if row[0] != "hold time"]
+    if not summary["loops"]:
+        rows = [row for row in rows if row[0] not in {"coverage", "idleness"}]
+    if not summary["decisions"]:
+        rows = [row for row in rows if row[0] not in {"decisions", "refusals", "decision time"}]
+    return rows
+
+
+def _surroundings(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Return the rows about lights that are obeyed and about ordinary traffic, where there are any."""
+    rows = []
+    lights, others = summary.get("at_lights"), summary.get("others")
+    if lights:
+        stood = f"{lights['stood']} stood at a red with their grant, {lights['stood_s']:.0f} s in all"
+        rows.append(
+            (
+                "lights",
+                f"{lights['grants']} grants into green; {stood}; longest red {lights['longest_red_s']:.0f} s",
+            )
+        )
+    if others:
+        seen = f"{others['vehicles']} ordinary vehicles; " if "vehicles" in others else ""
+        rows.append(("other traffic", f"{seen}{others['collisions']} collisions among them"))
+        if "promise" in others:
+            rows.append(("promise", others["promise"]))
+    return rows
+
+
+def _strange(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Return the row about vehicles that did what no gate told them to, in a gated run."""
+    if summary.get("clean") is None:
+        return []
+    return [("overruns, trespasses", f"{summary['overruns']}, {summary['trespasses']}")]
+
+
+def _deadlocks(summary: Mapping[str, Any]) -> str:
+    found = summary["deadlocks"]
+    if not found:
+        return "none"
+    first = found[0]
+    return f"{len(found)}; the first at {first['at_s']:.0f} s, {len(first['vehicles'])} vehicles in a circle"
+
+
+def _coverage(summary: Mapping[str, Any]) -> str:
+    edges, lane_km = summary["coverage_edges"] or 0.0, summary["coverage_lane_km"] or 0.0
+    return f"loops reach {edges:.0%} of the network's edges, {lane_km:.0%} of its lane-km"
+
+
+def _idleness(summary: Mapping[str, Any]) -> str:
+    if summary["idleness_s"] is None:
+        return "nothing measured"
+    mean, worst, never = summary["idleness_s"], summary["worst_idleness_s"], summary["unvisited_edges"]
+    text = f"mean {mean:.0f} s, worst {worst:.0f} s (edge {summary['worst_idleness_edge']})"
+    return f"{text}, {never} edge{'s' if never != 1 else ''} never visited" if never else text
+
+
+def _audit(audit: str | list[str]) -> str:
+    if isinstance(audit, str):
+        return audit
+    return f"{len(audit)} findings, the first: {audit[0]}"

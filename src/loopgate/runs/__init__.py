@@ -1,0 +1,1 @@
+"""Runs as a notebook has them: one to be made or read, and many as one table."""

@@ -1,0 +1,125 @@
+"""One run: what came of it in figures, what happened as tables, and how it looks."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+import pyarrow as pa
+from matplotlib.figure import Figure
+
+from loopgate.analysis import compute_edge_means, compute_lap_distribution
+from loopgate.analysis.rows import run_row
+from loopgate.errors import ResultsError
+from loopgate.plots import figure_svg, plot_edges, plot_laps
+from loopgate.reading import read_object, read_toml, refusing
+from loopgate.results import columns as run
+from loopgate.results import row_columns as c
+from loopgate.results.row_schema import ROW_SCHEMA
+from loopgate.results.summary_rows import summary_rows
+from loopgate.results.table_reading import maker, read_table
+
+__all__ = ["Run", "read_run"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Run:
+    """One run; a notebook shows it as a table with its figures.
+
+    Attributes
+    ----------
+    summary
+        What ``summary.json`` holds.
+    events
+        `EVENT_COLUMNS`: what happened to whom, where and when.
+    vehicles
+        `VEHICLE_COLUMNS`: what each vehicle did.
+    edges
+        `EDGE_COLUMNS`: how often each edge was visited, and how long vehicles were held there.
+    scenario
+        What ``scenario.toml`` holds; empty where there is none.
+    folder
+        Where the files are; None if none were kept.
+    """
+
+    summary: Mapping[str, Any] = field(repr=False)
+    events: pd.DataFrame = field(repr=False)
+    vehicles: pd.DataFrame = field(repr=False)
+    edges: pd.DataFrame = field(repr=False)
+    scenario: Mapping[str, Any] = field(repr=False)
+    folder: Path | None = None
+
+    @property
+    def figures(self) -> dict[str, Figure]:
+        """The figures that one run makes: lap times, where vehicles were held, which roads went unwatched.
+
+        Those for which there is nothing to show are left out.
+        """
+        row, edges = run_row(
+            scenario=self.scenario, summary=self.summary, events=self.events, edges=self.edges
+        )
+        runs: pd.DataFrame = pa.Table.from_pylist([row], schema=ROW_SCHEMA).to_pandas()
+        found: dict[str, Figure] = {}
+        laps = compute_lap_distribution(runs=runs)
+        if len(laps):
+            found["laps"] = plot_laps(laps)
+        means = compute_edge_means(runs=runs, edge_sets={row[c.EDGE_SET]: edges})
+        for name, column, label in (
+            ("held", run.EDGE_HOLD, "hold time per edge [s]"),
+            ("idleness", run.IDLENESS, "idleness per edge [s]"),
+        ):
+            if means[column].notna().any():
+                found[name] = plot_edges(means, column, label=label)
+        return found
+
+    def _repr_html_(self) -> str | None:
+        try:
+            words, figures = summary_rows(self.summary), self.figures
+        except KeyError:  # another version made it, and knew less; a notebook then shows its name
+            return None
+        rows = "".join(
+            f"<tr><th style='text-align:left'>{html.escape(what)}</th>"
+            f"<td style='text-align:left'>{html.escape(much)}</td></tr>"
+            for what, much in words
+        )
+        drawn = "".join(figure_svg(figure, name) for name, figure in figures.items())
+        title = f"{self.summary['network']}: {self.summary['gate']}, seed {self.summary['seed']}"
+        return f"<h4>{html.escape(title)}</h4><table>{rows}</table>{drawn}"
+
+
+def read_run(folder: Path | str) -> Run:
+    """Load a run folder.
+
+    Raises
+    ------
+    ResultsError
+        If a file of it is missing, cannot be read, or lacks a column.
+
+    Examples
+    --------
+    >>> from loopgate import Scenario, read_run, run
+    >>> roads = {"network": "networks/order2.net.xml", "routes": "routes/order2.rou.xml"}
+    >>> made = run(Scenario(**roads, gate="open", duration_s=60), "out/one")
+    >>> read_run("out/one").events.equals(made.events)
+    True
+    """
+    folder = Path(folder)
+    with refusing(folder, "run folder", ResultsError):
+        summary = read_object(folder / "summary.json", "summary of a run", ResultsError)
+        made_by = maker(summary)
+        events = read_table(folder / "events.parquet", run.EVENT_COLUMNS[:5], made_by=made_by)
+        if run.STAGE not in events:  # there were no stages once
+            events[run.STAGE] = ""
+        scenario = folder / "scenario.toml"
+        return Run(
+            summary=summary,
+            events=events,
+            vehicles=read_table(folder / "vehicles.parquet", run.VEHICLE_COLUMNS, made_by=made_by),
+            edges=read_table(folder / "edges.parquet", run.EDGE_COLUMNS, made_by=made_by),
+            scenario=read_toml(scenario, "scenario", ResultsError) if scenario.is_file() else {},
+            folder=folder,
+        )

@@ -1,0 +1,79 @@
+"""Make one run and have it at hand."""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+from dataclasses import replace
+from pathlib import Path
+
+from loopgate.folders import temporary_folder
+from loopgate.gates.registry import name_gate
+from loopgate.negotiation.registry import name_negotiation
+from loopgate.runs.run import Run, read_run
+from loopgate.simulation.loop_run import Tick
+from loopgate.simulation.run import run as simulate
+from loopgate.simulation.scenario import Scenario
+
+__all__ = ["run"]
+
+
+def run(
+    scenario: Scenario,
+    out: Path | str | None = None,
+    *,
+    gate: object = None,
+    negotiation: object = None,
+    tick: Tick | None = None,
+    backend: str = "libsumo",
+    overwrite: bool = False,
+) -> Run:
+    """Run a scenario.
+
+    Parameters
+    ----------
+    scenario
+        What to run.
+    out
+        The run folder to leave; None keeps no files.
+    gate
+        Instead of the scenario's: a class or function that is called with the `System` and returns a gate,
+        or a gate's name as in a scenario.
+    negotiation
+        Instead of the scenario's: a class or function that is called with a `random.Random` and returns a
+        negotiation, a negotiation that is made already, or a name.
+    tick
+        Called every ten simulated seconds with the simulated time [s] and the course so far.
+    backend
+        ``libsumo``, ``traci`` or ``gui``.
+    overwrite
+        Whether an earlier run in `out` may be replaced.
+
+    Returns
+    -------
+    Run
+        Its figures (`summary`) and tables (`events`, `vehicles`, `edges`).
+
+    Raises
+    ------
+    LoopgateError
+        If the scenario does not fit together, SUMO refuses it, or the disk is full; the text says which part.
+
+    Examples
+    --------
+    >>> from loopgate import Scenario, run
+    >>> roads = {"network": "networks/order2.net.xml", "routes": "routes/order2.rou.xml"}
+    >>> made = run(Scenario(**roads, gate="open", duration_s=120))
+    >>> made.summary["outcome"]
+    'done'
+    >>> len(made.vehicles)
+    5
+    """
+    if gate is not None:
+        scenario = replace(scenario, gate=name_gate(gate))
+    if negotiation is not None:
+        scenario = replace(scenario, negotiation=name_negotiation(negotiation))
+    with ExitStack() as stack:
+        folder = Path(out) if out is not None else stack.enter_context(temporary_folder()) / "run"
+        simulate(scenario, folder, tick=tick, backend=backend, overwrite=overwrite)
+        made = read_run(folder)
+    return made if out is not None else replace(made, folder=None)
