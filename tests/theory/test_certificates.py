@@ -50,7 +50,7 @@ def test_all_certificates_hold(promise: str) -> None:
         for certificate in found:
             check_certificate(system, certificate)
             kinds[certificate["kind"]] += 1
-    wanted = {"home", "round", "wait", "dead"} if promise == "auto" else {"rest", "wait"}
+    wanted = {"home", "round", "chain", "wait", "dead"} if promise == "auto" else {"rest", "wait"}
     assert wanted <= set(kinds)
 
 
