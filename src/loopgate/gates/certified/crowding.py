@@ -126,8 +126,8 @@ def refuse_crowds(layout: Layout, stand: Stand) -> None:
     places = _shown([str(layout.system.states[p]) for p in crowd.places])
     msg = (
         f"gate certified: not everyone can go on for ever: {len(crowd.residents)} robots "
-        f"({layout.names(crowd.residents)}) never leave the places {places}, which hold {crowd.slots}; others "
-        f"pass there, so at most {crowd.slots - SPARE} may. {len(gone)} fewer would do: leave out "
+        f"({layout.names(crowd.residents)}) never leave the places {places}, which hold {crowd.slots}; "
+        f"others pass there, so at most {crowd.slots - SPARE} may. {len(gone)} fewer would do: leave out "
         f"{layout.names(gone)}, or ask for promise=somebody"
     )
     raise UnsafeStartError(msg)

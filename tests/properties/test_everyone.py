@@ -1,0 +1,88 @@
+"""Everyone goes on: what is proved, what the gate decides and what is so, on some of the study's systems."""
+
+from __future__ import annotations
+
+import random
+from collections import Counter
+
+import pytest
+from everyone import WRONG, draw, narrow_system, wide_system
+from road_oracle import Reach
+
+from loopgate.gates.certified.layout import Layout
+from loopgate.gates.certified.service import next_mover
+from loopgate.gates.certified.stand import Stand
+
+SAMPLE = range(120)
+
+
+def sample(*, narrow: bool) -> Counter[str]:
+    """Return what the study finds on its first systems that are small."""
+    found: Counter[str] = Counter()
+    for seed in SAMPLE:
+        roads = draw(seed, narrow=narrow)
+        if any(roads.start) and not (narrow and min(roads.slots) > 1):
+            try:
+                found += (narrow_system if narrow else wide_system)(roads, seed)
+            except OverflowError:
+                continue
+    return found
+
+
+def test_live_is_no_circle_and_no_crowd() -> None:
+    """Where places hold two or more; the gate admits what is safe and nothing else, and serves everyone."""
+    found = sample(narrow=False)
+    assert {key: found[key] for key in (*WRONG, "needless")} == dict.fromkeys((*WRONG, "needless"), 0)
+    assert found["crowded"] > 0
+    assert found["starts refused"] > found["crowded"]
+    assert found["live"] < found["configurations"]
+    assert found["served"] > 100
+
+
+def test_a_slot_free_everywhere_is_a_witness_where_places_hold_one() -> None:
+    """`Roomy` admits nothing unsafe, blocks nobody, and refuses hardly anything that is safe."""
+    found = sample(narrow=True)
+    assert {key: found[key] for key in WRONG} == dict.fromkeys(WRONG, 0)
+    assert found["safe"] > 1000
+    assert found["needless"] <= found["safe"] // 100
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_service_ends_from_every_live_configuration(seed: int) -> None:
+    """Whoever is served moves; on the way everything stays live, and no configuration comes twice."""
+    roads = draw(seed, narrow=False)
+    try:
+        reach = Reach(roads, most=800)
+    except OverflowError:
+        return
+    if not any(roads.start) or not reach.live[0]:
+        return
+    system, rng = roads.system, random.Random(seed)
+    here = system.initial
+    for _ in range(25):
+        stand = Stand.of(Layout(system), here)
+        robot, mover, seen = rng.randrange(len(system.robots)), -1, set[object]()
+        there = here
+        while mover != robot:
+            assert there not in seen
+            seen.add(there)
+            mover = next_mover(stand, robot)
+            there = system.move(there, mover)
+            stand.step(mover)
+            assert reach.is_live(there)
+        safe = [i for i in range(len(system.robots)) if system.enabled(here, i)]
+        safe = [i for i in safe if reach.is_live(system.moved(here, i))]
+        here = system.moved(here, rng.choice(safe))
+
+
+def test_service_says_so_where_nobody_can_move() -> None:
+    """A circle of full places has no end of the chain."""
+    for seed in range(400):
+        roads = draw(seed, narrow=False)
+        if any(roads.start) and all(
+            len(line) == most for line, most in zip(roads.start, roads.slots, strict=True)
+        ):
+            with pytest.raises(ValueError, match="in a circle through p"):
+                next_mover(Stand.of(Layout(roads.system), roads.system.initial), 0)
+            return
+    pytest.fail("no system was full")
