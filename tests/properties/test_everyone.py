@@ -8,6 +8,7 @@ from collections import Counter
 import pytest
 from everyone import WRONG, draw, narrow_system, wide_system
 from road_oracle import Reach
+from service_bound import longest_service
 
 from loopgate.gates.certified.layout import Layout
 from loopgate.gates.certified.service import next_mover
@@ -73,6 +74,33 @@ def test_service_ends_from_every_live_configuration(seed: int) -> None:
         safe = [i for i in range(len(system.robots)) if system.enabled(here, i)]
         safe = [i for i in safe if reach.is_live(system.moved(here, i))]
         here = system.moved(here, rng.choice(safe))
+
+
+@pytest.mark.parametrize(("loops", "moves"), [(1, 2), (2, 6), (3, 19)])
+def test_nothing_can_be_chosen_where_one_slot_is_free(loops: int, moves: int) -> None:
+    """On a line of loops there is one safe move in every configuration, and service takes ever longer."""
+    _, most, longest = longest_service(loops)
+    assert (most, longest) == (1, moves)
+
+
+def test_one_free_slot_leaves_one_safe_move_on_any_roads() -> None:
+    """Of all moves from live configurations with one slot free, just one keeps everyone going."""
+    looked_at = 0
+    for seed in range(600):
+        roads = draw(seed, narrow=False)
+        visited = {p for line in roads.start for loop, _ in line for p in roads.loops[loop]}
+        if sum(len(roads.start[p]) - roads.slots[p] for p in visited) != -1:
+            continue
+        try:
+            reach = Reach(roads, most=800)
+        except OverflowError:
+            continue
+        for here, live in zip(reach.all, reach.live.tolist(), strict=True):
+            if live:
+                safe = [there for _, there in roads.moves(here) if reach.live[reach.number[there]]]
+                assert len(safe) == 1
+                looked_at += 1
+    assert looked_at > 20
 
 
 def test_service_says_so_where_nobody_can_move() -> None:
