@@ -244,7 +244,6 @@ def test_unbroken_everyone_goes_on() -> None:
         pytest.param(Flow.closes, "return chain", "return []", id="no chain rule"),
         pytest.param(Flow.closes, "if place == left or", "if", id="the slot behind overlooked"),
         pytest.param(Roomy._full, "count[s] >= room[s]", "count[s] > room[s]", id="full overlooked"),
-        pytest.param(Roomy._pushed, "robot = line[0]", "robot = line[-1]", id="last pushed first"),
     ],
 )
 def test_each_fault_of_the_promise_to_everyone_is_noticed(

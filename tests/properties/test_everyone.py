@@ -10,9 +10,14 @@ from everyone import WRONG, draw, narrow_system, wide_system
 from road_oracle import Reach
 from service_bound import longest_service
 
+from loopgate.errors import SystemModelError
+from loopgate.gates.certified.budget import Budget
 from loopgate.gates.certified.layout import Layout
+from loopgate.gates.certified.roomy import Roomy
 from loopgate.gates.certified.service import next_mover
 from loopgate.gates.certified.stand import Stand
+from loopgate.theory.oracle import Oracle, OracleLimitError
+from loopgate.theory.random_systems import Shape, random_system
 
 SAMPLE = range(120)
 
@@ -114,3 +119,41 @@ def test_service_says_so_where_nobody_can_move() -> None:
                 next_mover(Stand.of(Layout(roads.system), roads.system.initial), 0)
             return
     pytest.fail("no system was full")
+
+
+@pytest.mark.parametrize("fifo", [0.0, 0.5, 1.0])
+def test_roomy_in_places_of_every_kind(fifo: float) -> None:
+    """Open and closed paths, any order: nothing unsafe, nobody blocked, the favoured one moves."""
+    favoured_moved = 0
+    for seed in range(60):
+        shape = Shape(
+            robots=5, states=6, path=(2, 4), private=seed % 2, capacity=(1, 3), fifo=fifo, proposition1=False,
+            closed=seed % 3 > 0,
+        )  # fmt: skip
+        try:
+            system = random_system(shape, seed)
+            oracle = Oracle(system, limit=3_000)
+            oracle.live(system.initial)
+        except (SystemModelError, OracleLimitError):
+            continue
+        layout = Layout(system)
+        stand, keeper, here = Stand.of(layout, system.initial), Roomy(layout, Budget(2_000)), system.initial
+        if layout.hopeless or not Roomy.applies(layout) or not keeper.begin(here, stand):
+            continue
+        assert oracle.live(here)
+        rng, robots = random.Random(seed), range(len(system.robots))
+        favoured = rng.choice(robots)
+        for _ in range(25):
+            enabled = [i for i in robots if stand.enabled(i)]
+            admitted = [i for i in enabled if keeper.judge(here, stand, i).admitted]
+            assert all(oracle.safe(here, i) for i in admitted)
+            assert admitted or all(system.finished(here, i) for i in robots)
+            if not admitted:
+                break
+            robot = rng.choice(admitted)
+            here = system.moved(here, robot)
+            stand.step(robot)
+            assert keeper.moved(robot)
+            favoured_moved += robot == favoured
+            keeper.favour(stand, -1 if robot == favoured else favoured)
+    assert favoured_moved > 10

@@ -127,11 +127,10 @@ class Roomy:
             return
         there = self._replayed(stand, self._witness)
         witness = list(self._witness)
-        try:
-            while robot not in witness:
-                witness += self._pushes(there, self._first(there, there.state(robot), robot))
-        except BudgetError:
-            return
+        if robot not in witness and self._layout.follow[robot][there.at[robot]] < 0:
+            return  # it stays where it is for good
+        while robot not in witness:
+            witness += self._pushes(there, self._first(there, there.state(robot), robot))
         self._witness, self._favoured = witness, robot
 
     def _judge(self, configuration: Configuration, stand: Stand, robot: int) -> _Verdict:
@@ -176,7 +175,7 @@ class Roomy:
             return moves if self._possible(there, moves) else None
         if self._favoured >= 0 or not self._possible(there, witness):
             return None
-        return witness + self._pushed(there)
+        return witness + self._pushed(there, robot)
 
     def _possible(self, there: Stand, moves: list[int]) -> bool:
         """Make the moves; False at the first that is not possible."""
@@ -195,27 +194,27 @@ class Roomy:
     def _pushes(self, there: Stand, robot: int) -> list[int]:
         """Move `robot`, and on until every place has a slot free again; return the moves."""
         there.step(robot)
-        return [robot, *self._pushed(there)]
+        return [robot, *self._pushed(there, robot)]
 
-    def _pushed(self, there: Stand) -> list[int]:
-        """Move who came first into the full place, if one is, until none is; return the moves."""
+    def _pushed(self, there: Stand, robot: int) -> list[int]:
+        """After the move of `robot`, move who came first into the full place until none is; return the moves.
+
+        Places that are left in any order are left in order of arrival here, those who were there before by
+        number. It ends, see above, and no budget may end it before: else everyone could be refused.
+        """
         lines: dict[int, list[int]] = {}
         moves: list[int] = []
-        while (full := next(self._full(there), None)) is not None:
-            self._budget.check(len(moves), inf)
-            line = there.queue.get(full) or lines.setdefault(full, there.occupants(full))
-            robot = line[0]
-            if full in lines:
-                lines[full].remove(robot)
-            there.step(robot)
+        while True:
             entered = there.state(robot)
-            if entered in lines:
-                lines[entered].append(robot)
-            elif entered not in there.queue and self._blocking[entered]:
-                others = [i for i in there.occupants(entered) if i != robot]
-                lines[entered] = [*others, robot]
+            if entered not in there.queue and self._blocking[entered]:
+                line = lines.get(entered) or [i for i in there.occupants(entered) if i != robot]
+                lines[entered] = [*line, robot]
+            full = next(self._full(there), None)
+            if full is None:
+                return moves
+            robot = there.queue[full][0] if full in there.queue else lines[full].pop(0)
+            there.step(robot)
             moves.append(robot)
-        return moves
 
     def _first(self, there: Stand, place: int, robot: int) -> int:
         line = there.queue.get(place)

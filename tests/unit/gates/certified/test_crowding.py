@@ -15,6 +15,7 @@ from loopgate.gates.certified import CertifiedGate
 from loopgate.gates.certified.checker import Checker
 from loopgate.gates.certified.crowding import find_crowd, too_many
 from loopgate.gates.certified.flow import Flow
+from loopgate.gates.certified.roomy import Roomy
 from loopgate.model import StateId, System
 from loopgate.theory.residents import fits_with_two_empty, leaves_room_for_passers
 
@@ -110,6 +111,19 @@ def test_wide_places_are_for_the_chain_rule_at_once() -> None:
     gate = CertifiedGate(ring, budget=1)
     assert isinstance(gate._keeper, Flow)
     assert gate.promise == "everyone"
+
+
+def test_wide_places_left_in_any_order_need_no_search_either() -> None:
+    """A slot free everywhere is a witness by itself, however few configurations there are to look at."""
+    ring = system(
+        {f"r{n}": "a b c d e f" for n in range(5)},
+        starts={f"r{n}": n for n in range(5)},
+        capacity=dict.fromkeys("abcdef", 2),
+    )
+    gate = CertifiedGate(ring, budget=1)
+    assert isinstance(gate._keeper, Roomy)
+    assert gate.promise == "everyone"
+    assert all(gate.decide(ring.initial, i).admitted for i in range(5))
 
 
 def test_a_slot_free_everywhere_is_looked_at_by_the_checker() -> None:
