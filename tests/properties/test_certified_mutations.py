@@ -15,18 +15,22 @@ from types import FunctionType
 from typing import Any
 
 import pytest
+from everyone import WRONG, draw, narrow_system, wide_system
 
-from loopgate.errors import GateError, SystemModelError
+from loopgate.errors import GateError, IllegalMoveError, SystemModelError
 from loopgate.gates import Decision
 from loopgate.gates.certified import CertifiedGate, deadlock
 from loopgate.gates.certified.banker import _harmless, fixpoint
 from loopgate.gates.certified.checker import Checker
+from loopgate.gates.certified.crowding import _Net, find_crowd, refuse_crowds
 from loopgate.gates.certified.flow import Flow
 from loopgate.gates.certified.homeward import Homeward
 from loopgate.gates.certified.layout import Layout
 from loopgate.gates.certified.patience import Patience
+from loopgate.gates.certified.roomy import Roomy
 from loopgate.gates.certified.rounds import _Walk
 from loopgate.gates.certified.search import Search
+from loopgate.gates.certified.service import _last_of_circle, next_mover
 from loopgate.gates.certified.stand import Stand
 from loopgate.gates.deadlocks import deadlocked_robots, homes_decide_liveness
 from loopgate.model import Configuration, Robot, StateId, System
@@ -190,6 +194,64 @@ def test_each_fault_is_noticed(
     """With the fault, some check fails."""
     _break(monkeypatch, function, old, new)
     assert not _all_pass()
+
+
+_CROWDED = (34, 503, 526, 529)
+"""Seeds of systems without a circle, but with a crowd: not live for everyone all the same."""
+
+
+def _everyone_goes_on() -> bool:
+    """Compare the promise to everyone with what is so, on small roads; everyone is served."""
+    try:
+        for seed in (*_CROWDED, *range(70)):
+            for narrow in (False, True):
+                roads = draw(seed, narrow=narrow)
+                if not any(roads.start) or (narrow and min(roads.slots) > 1):
+                    continue
+                with suppress(OverflowError):
+                    found = (narrow_system if narrow else wide_system)(roads, seed)
+                    if any(found[key] for key in WRONG) or (found["needless"] and not narrow):
+                        return False
+    except (GateError, IllegalMoveError, KeyError, IndexError, ValueError, RecursionError):
+        return False
+    return True
+
+
+def test_unbroken_everyone_goes_on() -> None:
+    """Without a fault the comparison passes."""
+    assert _everyone_goes_on()
+
+
+@pytest.mark.parametrize(
+    ("function", "old", "new"),
+    [
+        pytest.param(refuse_crowds, "if crowd is None:", "if crowd:", id="crowds are taken"),
+        pytest.param(
+            refuse_crowds, "count < most for", "count <= most for", id="a slot free where there is none"
+        ),
+        pytest.param(find_crowd, "if spare < SPARE:", "if spare < SPARE - 1:", id="one resident too many"),
+        pytest.param(
+            find_crowd,
+            "spare, places = net.least_spare(inside, outside)",
+            "spare, places = net.least_spare(inside)",
+            id="crossed or not",
+        ),
+        pytest.param(_Net.tight, "s - 1", "s", id="cuts not looked at"),
+        pytest.param(
+            next_mover, "not in seen and _full", "not in seen and not _full", id="service of the first only"
+        ),
+        pytest.param(_last_of_circle, "return last", "return head", id="service closes circles"),
+        pytest.param(Flow.closes, "return chain", "return []", id="no chain rule"),
+        pytest.param(Flow.closes, "if place == left or", "if", id="the slot behind overlooked"),
+        pytest.param(Roomy._full, "count[s] >= room[s]", "count[s] > room[s]", id="full overlooked"),
+    ],
+)
+def test_each_fault_of_the_promise_to_everyone_is_noticed(
+    monkeypatch: pytest.MonkeyPatch, function: Callable[..., Any], old: str, new: str
+) -> None:
+    """With the fault, somebody is left behind, or refused for nothing."""
+    _break(monkeypatch, function, old, new)
+    assert not _everyone_goes_on()
 
 
 def test_patience_is_covered_elsewhere() -> None:

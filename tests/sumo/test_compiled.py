@@ -194,7 +194,9 @@ def test_what_should_never_happen_is_counted(tmp_path: Path, monkeypatch: pytest
 
 def test_refusals_of_all_kinds_are_among_those_runs(tmp_path: Path) -> None:
     """Else the comparison above would say nothing of them."""
-    refusals = run(SCENARIOS["no reserve"], tmp_path / "a")["refusals"]
+    summary = run(SCENARIOS["no reserve"], tmp_path / "a")
+    assert summary["promise"] == "everyone"
+    refusals = summary["refusals"]
     refusals |= run(DENSE, tmp_path / "b")["refusals"]
     assert set(refusals) == {"crossing", "occupied", "deadlock", "reserve"}
 

@@ -33,6 +33,7 @@ def test_a_gated_run_is_clean_and_everybody_gets_round(tmp_path: Path) -> None:
     assert (summary["collisions"], summary["teleports"], summary["deadlocks"]) == (0, 0, [])
     assert summary["audit"] == "clean"
     assert summary["vehicles_without_a_lap"] == summary["overruns"] == summary["trespasses"] == 0
+    assert (summary["promise"], summary["promise_of"]) == ("", "")
     for name in ("events.parquet", "vehicles.parquet", "edges.parquet", "scenario.toml", "system.json"):
         assert (tmp_path / "run" / name).is_file(), name
 
@@ -54,6 +55,8 @@ def test_stages_are_traced_and_leave_the_trace_the_same(tmp_path: Path) -> None:
     first, second = ((tmp_path / name / "events.parquet").read_bytes() for name in "ab")
     assert first == second
     assert {s: times["count"] for s, times in summary["stage_us"].items()} == summary["stages"]
+    assert summary["promise"] == "everyone"
+    assert "everyone can go on for ever" in summary["promise_of"]
     events = read_events(tmp_path / "a" / "events.parquet")
     granted = events[events[EVENT] == "grant"]
     assert not granted.empty

@@ -50,7 +50,7 @@ def test_all_certificates_hold(promise: str) -> None:
         for certificate in found:
             check_certificate(system, certificate)
             kinds[certificate["kind"]] += 1
-    wanted = {"home", "round", "wait", "dead"} if promise == "auto" else {"rest", "wait"}
+    wanted = {"home", "round", "chain", "wait", "dead"} if promise == "auto" else {"rest", "wait"}
     assert wanted <= set(kinds)
 
 
@@ -71,6 +71,48 @@ def test_full_places_that_wait_for_one_another() -> None:
         check_certificate(system, {**certificate, "places": ["b"]})
     with pytest.raises(CertificateError, match="slot left"):
         check_certificate(system, {**certificate, "kind": "reserved", "place": "b"})
+
+
+def _ring(narrow: int) -> System:
+    """Return a ring of eight places that hold two, but for some that hold one; robots start in seven."""
+    path = tuple(StateId(s) for s in "abcdefgh")
+    robots = [Robot(RobotId(f"r{i}"), path, start=i) for i in range(7)]
+    return System(robots, dict.fromkeys(path[: 8 - narrow], 2), path)
+
+
+def test_a_slot_free_everywhere_is_shown() -> None:
+    """Where one place holds one and nobody has a home; moves that do not lead there show nothing."""
+    system = _ring(narrow=1)
+    found = _certificates(system, 1, steps=40)
+    assert {c["kind"] for c in found} >= {"room"}
+    for certificate in found:
+        check_certificate(system, certificate)
+    long = next(c for c in found if c["kind"] == "room" and len(c["moves"]) > 1)
+    with pytest.raises(CertificateError, match="no slot free in the end"):
+        check_certificate(system, {**long, "moves": long["moves"][:1]})
+    with pytest.raises(CertificateError, match="do not begin with"):
+        check_certificate(system, {**long, "moves": long["moves"][1:]})
+    with pytest.raises(CertificateError, match="not enough for everyone"):
+        check_certificate(system, {**long, "kind": "chain"})
+
+
+def test_the_chain_is_enough_only_without_a_crowd() -> None:
+    """Three residents in four slots, through which one passes: no circle, and yet not for everyone."""
+    a, b, c = (StateId(s) for s in "abc")
+    for residents, enough in ((2, True), (3, False)):
+        robots = [Robot(RobotId(f"r{n}"), (b, c), start=n % 2) for n in range(residents)]
+        system = System(
+            [*robots, Robot(RobotId("commuter"), (a, b, c))], dict.fromkeys((a, b, c), 2), (a, b, c)
+        )
+        gate = CertifiedGate(system, promise="everyone" if enough else "somebody")
+        shown = gate.certificate(system.initial, 0)
+        assert shown is not None
+        shown = {**shown, "kind": "chain"}
+        if enough:
+            check_certificate(system, shown)
+        else:
+            with pytest.raises(CertificateError, match="not enough for everyone"):
+                check_certificate(system, shown)
 
 
 def test_deep_deadlocks_are_proved() -> None:

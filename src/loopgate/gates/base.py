@@ -37,6 +37,8 @@ class Reason(StrEnum):
     """Refused for now: another robot won the negotiation."""
     BUDGET = "budget"
     """Refused: the gate could not decide within its budget."""
+    FAULT = "fault"
+    """Refused: what the gate found did not pass its own check. A fault of ours; please report it."""
 
 
 @dataclass(frozen=True, slots=True)

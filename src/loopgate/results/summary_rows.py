@@ -27,6 +27,7 @@ def summary_rows(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
         ("deadlocks", _deadlocks(summary)),
         ("collisions, teleports", f"{summary['collisions']}, {summary['teleports']}"),
         *_strange(summary),
+        *_promised(summary),
         ("decisions", f"{summary['decisions']}"),
         ("refusals", ", ".join(f"{k} {v}" for k, v in summary["refusals"].items()) or "none"),
         (
@@ -64,6 +65,11 @@ def _surroundings(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
         if "promise" in others:
             rows.append(("promise", others["promise"]))
     return rows
+
+
+def _promised(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Return the row about the gate's promise, if it gives one."""
+    return [("gate's promise", f"to {summary['promise']}")] if summary.get("promise") else []
 
 
 def _strange(summary: Mapping[str, Any]) -> list[tuple[str, str]]:

@@ -16,6 +16,7 @@ from loopgate.analysis.monitoring import compute_edges
 from loopgate.disk import disk_error, writing
 from loopgate.errors import ScenarioError
 from loopgate.folders import FolderLock
+from loopgate.gates import Reason
 from loopgate.results.columns import (
     DISTANCE,
     EDGE,
@@ -174,6 +175,12 @@ class Folder:
             whole.replace(self / SUMMARY)
 
 
+_PROMISE_OF = {
+    "everyone": "in the model of the trace everyone can go on for ever, after every move; not how soon",
+    "somebody": "in the model of the trace somebody can always move and no circular wait forms; not who",
+}
+
+
 def summary(
     scenario: Scenario,
     course: Course,
@@ -211,6 +218,7 @@ def summary(
         "abstraction": scenario.abstraction,
         "gate": scenario.gate,
         "negotiation": scenario.rule_for_negotiation if keeper else "",
+        **_promise(keeper),
         "lights": scenario.rule_for_lights,
         "seed": scenario.seed,
         "vehicles": len(tallies),
@@ -239,6 +247,12 @@ def summary(
     }
 
 
+def _promise(keeper: Gatekeeper | None) -> dict[str, str]:
+    """Return to whom the gate promises that they can always go on, and what that is a promise of."""
+    promise = getattr(keeper.gate, "promise", "") if keeper else ""
+    return {"promise": promise, "promise_of": _PROMISE_OF.get(promise, "")}
+
+
 def is_clean(summary: Mapping[str, Any]) -> bool:
     """Return whether a gated run had no collision, overrun or trespass, and no finding of the audit."""
     counted = (summary[name] for name in ("collisions", "overruns", "trespasses"))
@@ -262,6 +276,11 @@ def mishaps(summary: Mapping[str, Any]) -> list[str]:
         lines.append(
             f"SUMO took {summary['strays']} vehicles to another lane than their loop's; they were led back: "
             "the events 'stray' say which, and where"
+        )
+    if faults := summary["refusals"].get(Reason.FAULT.value):
+        lines.append(
+            f"{faults} moves were refused since what the gate found did not pass its own check; this is a "
+            "fault of loopgate: please report it with the scenario"
         )
     return lines
 

@@ -6,7 +6,7 @@ The checker is `loopgate.research.theory.certificates`; the kinds of certificate
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
+from typing import Any, TypeAlias
 
 from loopgate.gates.base import Decision, Reason
 from loopgate.gates.certified.budget import BudgetError
@@ -15,18 +15,22 @@ from loopgate.gates.certified.flow import Flow
 from loopgate.gates.certified.homeward import Homeward
 from loopgate.gates.certified.layout import Layout
 from loopgate.gates.certified.proof import Prover
+from loopgate.gates.certified.roomy import Roomy
 from loopgate.gates.certified.rounds import Rounds
 from loopgate.gates.certified.stand import Stand
 from loopgate.model import Configuration, System
 
-__all__ = ["certify"]
+__all__ = ["Keeper", "certify"]
+
+Keeper: TypeAlias = Homeward | Rounds | Roomy | Flow
+"""What holds the witness of a gate's promise."""
 
 _PROOF_LINES = 100_000
 
 
 def certify(
     system: System,
-    keeper: Homeward | Rounds | Flow,
+    keeper: Keeper,
     configuration: Configuration,
     stand: Stand,
     *,
@@ -35,14 +39,17 @@ def certify(
 ) -> dict[str, Any] | None:
     """Return the certificate of a decision about an enabled move; None where there is nothing to show.
 
-    Nothing can be shown of a refusal for want of budget or for the sake of another robot.
+    Nothing can be shown of a refusal for want of budget, for a fault, or for the sake of another robot; nor
+    of one for which only a search speaks that found no slot free everywhere.
     """
-    if decision.reason in {Reason.BUDGET, Reason.NEGOTIATION}:
+    if decision.reason in {Reason.BUDGET, Reason.FAULT, Reason.NEGOTIATION}:
         return None
     if isinstance(keeper, Homeward):
         body = _homeward(system, keeper, stand, robot, decision)
     elif isinstance(keeper, Rounds):
         body = _rounds(system, keeper, configuration, stand, robot=robot, admitted=decision.admitted)
+    elif isinstance(keeper, Roomy):
+        body = _roomy(system, keeper, stand, robot, decision)
     else:
         body = _flow(system, keeper, stand, robot, decision)
     if body is None:
@@ -105,9 +112,22 @@ def _rounds(
     return _waiting(stand.layout, there) or {"kind": "exhausted"}
 
 
+def _roomy(
+    system: System, keeper: Roomy, stand: Stand, robot: int, decision: Decision
+) -> dict[str, Any] | None:
+    if decision.admitted:
+        moves = [robot, *(keeper.witness_after(robot) or [])]
+        return {"kind": "room", "moves": _names(system, moves)}
+    there = stand.copy()
+    there.step(robot)
+    return _waiting(stand.layout, there)
+
+
 def _flow(
     system: System, keeper: Flow, stand: Stand, robot: int, decision: Decision
 ) -> dict[str, Any] | None:
+    if decision.admitted and keeper.for_everyone:
+        return {"kind": "chain"}
     if decision.admitted:
         return {"kind": "rest", "moves": _names(system, keeper.witness_with(stand, robot))}
     if decision.stage != "chain":

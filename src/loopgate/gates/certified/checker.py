@@ -78,6 +78,25 @@ class Checker:
         moving = set(circle)
         return all(i in moving or self._next[i][p] < 0 for i, p in enumerate(at))
 
+    def leaves_room(
+        self, configuration: Configuration, moves: Sequence[int], blocking: Sequence[bool]
+    ) -> bool:
+        """Return whether `moves` are legal and end with a slot free in every state that can block.
+
+        Robots that stay for good are to be where they stay by then, in states that never block. From there
+        everyone can go on for ever, see `Roomy`. `blocking` says by state whether it can block.
+        O(moves + robots + states).
+        """
+        at = list(configuration.positions)
+        if not self._play(at, self._order(configuration), moves):
+            return False
+        inside = [0] * len(self._room)
+        for path, following, p in zip(self._paths, self._next, at, strict=True):
+            inside[path[p]] += 1
+            if following[-1] < 0 and (following[p] >= 0 or blocking[path[p]]):
+                return False
+        return all(n < most or not may for n, most, may in zip(inside, self._room, blocking, strict=True))
+
     def _order(self, configuration: Configuration) -> dict[int, deque[int]]:
         if not configuration.queues:
             return {}

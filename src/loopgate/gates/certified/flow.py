@@ -15,7 +15,7 @@ _FREE = Decision(admitted=True, reason=Reason.FREE, stage="chain")
 
 
 class Flow:
-    """Promises that somebody can always move and that no circular wait ever forms.
+    """Promises that somebody can always move and that no circular wait ever forms; or more, see below.
 
     A robot *rests* in a place that holds two or more (wide) or where it hinders nobody (home). A robot
     between two rests has a slot reserved in the rest it drives to, and a way there that the witness of
@@ -34,12 +34,17 @@ class Flow:
     Sound by Reveliotis, Lawley and Ferreira (IEEE TAC 42(10), 1997): with two slots or more in each place,
     a state without circular wait always has a move that leads to another. O(length of the chain of heads)
     per decision where all places are wide.
+
+    Where the chain decides alone and no set of places is crowded (see `loopgate.gates.certified.crowding`),
+    a configuration without circle is live for *everyone*, and the same rule promises that.
     """
 
     def __init__(self, system: System, budget: Budget) -> None:
         self._layout = layout = Layout(system, rests=True)
         self._wide = layout.wide
         self._narrow = Homeward(layout, budget)
+        self.for_everyone = False
+        """Whether the start was seen to allow the promise to everyone."""
         self._held: list[int] = []
         self._coming: dict[int, list[int]] = {}
         self._rest = [self._rests(i) for i in range(len(layout.path))]
@@ -52,6 +57,11 @@ class Flow:
         waits = zip(layout.fifo, self._wide, layout.system.private, strict=True)
         rests = all((fifo and wide) or private for fifo, wide, private in waits)
         return rests and all(map(all, layout.straight))
+
+    @property
+    def missing(self) -> Reason:
+        """Why there is no witness, while there is none."""
+        return self._narrow.missing
 
     @property
     def layout(self) -> Layout:

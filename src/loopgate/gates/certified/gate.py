@@ -6,15 +6,16 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from loopgate.errors import GateError, UnsafeStartError
+from loopgate.errors import GateError
 from loopgate.gates.base import Decision, Reason
 from loopgate.gates.certified.budget import Budget, BudgetError
 from loopgate.gates.certified.certify import certify
-from loopgate.gates.certified.deadlock import stuck_for_good
+from loopgate.gates.certified.choosing import choose_keeper
 from loopgate.gates.certified.flow import Flow
 from loopgate.gates.certified.homeward import Homeward
 from loopgate.gates.certified.layout import Layout
 from loopgate.gates.certified.patience import Patience
+from loopgate.gates.certified.roomy import Roomy
 from loopgate.gates.certified.rounds import Rounds
 from loopgate.gates.certified.stand import Stand
 from loopgate.model import Configuration, System
@@ -22,8 +23,6 @@ from loopgate.model import Configuration, System
 __all__ = ["CertifiedGate"]
 
 _PROMISES = ("auto", "everyone", "somebody")
-_SMALL = 200_000
-"""Up to so many combinations of positions, robots without homes are kept going round one and all."""
 
 
 def _is_count(value: object) -> bool:
@@ -40,12 +39,16 @@ _STAYS = Decision(admitted=False, reason=Reason.STAYS)
 class CertifiedGate:
     """Admits a move iff it can show that the promise still holds afterwards.
 
-    Three promises, the strongest that can be had by default:
+    *Everyone* can go on for ever, by the first of these that applies:
 
-    - Every robot has a home: *everyone* can go on for ever (`Homeward`), exact.
-    - Some robot shares its whole path, and the system is small: the same promise (`Rounds`), exact.
-    - Otherwise: *somebody* can always move and no circular wait ever forms (`Flow`); every robot needs a
-      place on its path that holds two, or a home.
+    - Every robot has a home: `Homeward`, exact.
+    - All places are left in order of arrival and hold two or more, all paths are closed: the chain rule
+      (`Flow`), exact. The start must not be crowded (see `loopgate.gates.certified.crowding`).
+    - The system is small: `Rounds`, exact. By default only where some place holds one.
+    - A slot free in every place can be reached: `Roomy`; may refuse more than it must.
+
+    Where none does, or if asked for: *somebody* can always move and no circular wait ever forms (`Flow`);
+    every robot needs a place on its path that holds two, or a home.
 
     Parameters
     ----------
@@ -83,19 +86,12 @@ class CertifiedGate:
         self.check_options(promise=promise, budget=budget, patience=patience, budget_ms=budget_ms)
         self._system = system
         self._budget = Budget(budget, budget_ms / 1000)
-        self._layout = layout = Layout(system)
-        if layout.hopeless:
-            msg = (
-                f"gate certified: robots that come to rest for good in shared states block "
-                f"{layout.names(layout.hopeless)} for ever; end their paths elsewhere"
-            )
-            raise UnsafeStartError(msg)
-        self._keeper = self._choose(promise)
+        self._keeper = choose_keeper(system, promise, self._budget)
+        self._layout = self._keeper.layout if isinstance(self._keeper, Flow) else Layout(system)
         steers = not isinstance(self._keeper, Flow)
         self._patience = Patience(len(system.robots), patience if steers else 0)
         self._configuration: Configuration | None = system.initial
         self._stand = Stand.of(self._layout, self._configuration)
-        self._begin_at_start()
 
     @staticmethod
     def check_options(
@@ -115,51 +111,11 @@ class CertifiedGate:
             msg = f"gate certified: budget_ms is {budget_ms!r}; expected a number of milliseconds from 0 up"
             raise GateError(msg)
 
-    def _choose(self, promise: str) -> Homeward | Rounds | Flow:
-        layout = self._layout
-        small = math.prod(len(path) for path in layout.path) <= _SMALL
-        if not layout.homeless and promise != "somebody":
-            return Homeward(layout, self._budget)
-        if promise == "everyone" or (promise == "auto" and small):
-            self._budget.nodes = max(self._budget.nodes, _SMALL)
-            return Rounds(self._system, self._budget)
-        flow = Flow(self._system, self._budget)
-        self._layout = flow.layout
-        restless = flow.layout.homeless
-        if restless:
-            msg = (
-                f"gate certified: robots {layout.names(restless)} share every state on their paths and none "
-                "of these holds two; give each a state of its own or one that holds two"
-            )
-            raise UnsafeStartError(msg)
-        return flow
-
-    def _begin_at_start(self) -> None:
-        try:
-            if self._keeper.begin(self._here(), self._stand):
-                return
-        except BudgetError:
-            other = ", or ask for promise=somebody" if isinstance(self._keeper, Rounds) else ""
-            msg = f"gate certified: the start could not be shown live within the budget; raise budget{other}"
-            raise UnsafeStartError(msg) from None
-        everyone = list(range(len(self._layout.path)))
-        stuck = stuck_for_good(self._stand, everyone)
-        names = self._layout.names(stuck or everyone)
-        if not stuck and isinstance(self._keeper, Flow):
-            away = [i for i, p in enumerate(self._stand.at) if not self._layout.home[i][p]]
-            msg = (
-                f"gate certified: the start could not be shown to be live: robots {self._layout.names(away)} "
-                "start in places that hold one, and not all of them find a slot in the next that holds two; "
-                "start them there, or fewer of them"
-            )
-            raise UnsafeStartError(msg)
-        msg = f"gate certified: the start is not live: robots {names} cannot all go on; start them elsewhere"
-        raise UnsafeStartError(msg)
-
     @property
     def promise(self) -> str:
         """``everyone`` or ``somebody``: who can go on for ever."""
-        return "somebody" if isinstance(self._keeper, Flow) else "everyone"
+        keeper = self._keeper
+        return "somebody" if isinstance(keeper, Flow) and not keeper.for_everyone else "everyone"
 
     @property
     def by_chain_alone(self) -> bool:
@@ -226,6 +182,8 @@ class CertifiedGate:
             known = keeper.moved(robot, before, after)
         elif isinstance(keeper, Rounds):
             known = keeper.moved(robot, self._here())
+        elif isinstance(keeper, Roomy):
+            known = keeper.moved(robot)
         else:
             known = keeper.moved(robot, before)
         if not known:
@@ -243,6 +201,8 @@ class CertifiedGate:
         keeper = self._keeper
         if isinstance(keeper, Homeward):
             keeper.favour(self._here(), self._stand, robot)
+        elif isinstance(keeper, Roomy):
+            keeper.favour(self._stand, robot)
         elif isinstance(keeper, Rounds):
             keeper.favour(robot)
 

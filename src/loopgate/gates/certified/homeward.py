@@ -46,6 +46,8 @@ class Homeward:
         self._search = Search(layout, budget)
         self._checker = Checker(layout.system)
         self._witness: list[int] | None = None
+        self.missing = Reason.DEADLOCK
+        """Why there is no witness, while there is none."""
         self._verdicts: dict[int, _Verdict] = {}
         self._favoured = -1
 
@@ -64,10 +66,13 @@ class Homeward:
         there = stand.copy()
         moves, left = fixpoint(there, away)
         if left:
+            self.missing = Reason.BUDGET
             rest = self._search.solve(there, left)
+            self.missing = Reason.DEADLOCK
             if rest is None:
                 return False
             moves += rest
+        self.missing = Reason.FAULT
         if not self._accepts(configuration, moves):
             return False
         self._witness = moves
@@ -156,9 +161,9 @@ class Homeward:
 
     def _judge(self, configuration: Configuration, stand: Stand, robot: int) -> _Verdict:
         if self._witness is None:
-            blocked = Decision(
-                admitted=False, reason=Reason.DEADLOCK, detail="no way home for all", stage="begin"
-            )
+            details = {Reason.BUDGET: "no way home for all found within the budget"}
+            detail = details.get(self.missing, "no way home for all")
+            blocked = Decision(admitted=False, reason=self.missing, detail=detail, stage="begin")
             return _Verdict(blocked, None)
         for moves in self._pulled_forward(stand, robot):
             if self._accepts(configuration, moves):
@@ -213,7 +218,7 @@ class Homeward:
         if self._accepts(configuration, moves):
             return self._admit(moves, stage)
         wrong = Decision(
-            admitted=False, reason=Reason.BUDGET, detail="witness rejected by the checker", stage="checker"
+            admitted=False, reason=Reason.FAULT, detail="witness rejected by the checker", stage="checker"
         )
         return _Verdict(wrong, None)
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from operator import or_
+
 from loopgate.model import System
 
 __all__ = ["Layout"]
@@ -160,6 +162,11 @@ class Layout:
 
     def _blocking(self, walk: list[int]) -> tuple[int, ...]:
         return tuple(s for s in walk if not self.never_blocks[s])
+
+    @property
+    def all_wide(self) -> bool:
+        """Whether every state that can block is wide."""
+        return all(map(or_, self.never_blocks, self.wide))
 
     def names(self, robots: list[int] | tuple[int, ...], limit: int = 8) -> str:
         """Return the robots' names for an error text, shortened beyond `limit`."""

@@ -92,6 +92,8 @@ class Rounds:
         self._circle: dict[Configuration, list[int]] = {}
         self._dead: set[Configuration] = set()
         self._here: Configuration | None = None
+        self.missing = Reason.DEADLOCK
+        """Why there is no witness, while there is none."""
         self._plan: list[int] = []
 
     def begin(self, configuration: Configuration, stand: Stand) -> bool:
@@ -99,8 +101,11 @@ class Rounds:
         del stand
         self._here = None
         self._plan = []
+        self.missing = Reason.BUDGET
         if not self.live(configuration):
+            self.missing = Reason.DEADLOCK
             return False
+        self.missing = Reason.FAULT
         if not self._checker.brings_round(configuration, *self.way_from(configuration)):
             return False
         self._here = configuration
@@ -114,7 +119,7 @@ class Rounds:
         """Decide the next move of `robot`, which is enabled."""
         del stand
         if self._here is None:
-            return Decision(admitted=False, reason=Reason.DEADLOCK, detail="no way on for all", stage="begin")
+            return Decision(admitted=False, reason=self.missing, detail="no way on for all", stage="begin")
         try:
             return self._judge(self._system.moved(configuration, robot), robot)
         except BudgetError:
@@ -137,7 +142,7 @@ class Rounds:
             return Decision(admitted=False, reason=Reason.DEADLOCK, detail=detail, stage=stage)
         if not self._checker.brings_round(there, *self.way_from(there)):
             detail = "witness rejected by the checker"
-            return Decision(admitted=False, reason=Reason.BUDGET, detail=detail, stage="checker")
+            return Decision(admitted=False, reason=Reason.FAULT, detail=detail, stage="checker")
         return Decision(admitted=True, reason=Reason.FREE, stage=stage)
 
     def favour(self, robot: int) -> None:

@@ -14,6 +14,7 @@ from loopgate.model import Configuration, System
 from loopgate.research.theory.dead_proofs import Group, follow_proof
 from loopgate.research.theory.oracle import Oracle, OracleLimitError
 from loopgate.research.theory.places import Places
+from loopgate.research.theory.residents import keeps_everyone
 
 __all__ = ["CertificateError", "check_certificate"]
 
@@ -40,6 +41,9 @@ def check_certificate(system: System, certificate: Mapping[str, Any]) -> None:
         - ``round``: after ``approach``, which begins with the robot's move, the ``circle`` moves everybody
           and leads back to where it began.
         - ``rest``: after ``moves`` every robot rests and no full places wait for one another in a circle.
+        - ``room``: after ``moves`` every place that can block has a slot free, and who will end has ended.
+        - ``chain``: after the robot's move no full places wait for one another in a circle, and the system
+          is one in which everyone can go on for ever then.
         - ``wait``: after the robot's move, ``robots`` can never move again.
         - ``dead``: ``proof`` shows line by line that after the robot's move not all can get home.
         - ``no rest``: ``proof`` shows the same for getting to a rest.
@@ -74,6 +78,7 @@ class _Check:
         self._possible()
         kind, verdict = self._certificate["kind"], self._certificate["verdict"]
         admitting = {"home": self._home, "round": self._round, "rest": self._rest}
+        admitting |= {"room": self._room, "chain": self._chain}
         refusing = {
             "wait": self._wait,
             "dead": self._dead,
@@ -144,6 +149,26 @@ class _Check:
         if jammed:
             names = ", ".join(self._system.states[s] for s in jammed)
             self._fail(f"in the end the full places {names} wait for one another")
+
+    def _room(self) -> None:
+        moves, system = self._certificate["moves"], self._system
+        self._begins(moves)
+        end = self._play(self._here, moves)
+        for i, p in enumerate(end.positions):
+            ends = self._places.ends_in(i, len(system.paths[i]) - 1)
+            if ends and not (self._places.ends_in(i, p) and self._places.hinders_nobody(system.paths[i][p])):
+                self._fail(f"{system.robots[i].id} has not ended out of the way in the end")
+        for s, inside in enumerate(system.occupancy(end)):
+            if inside >= system.room[s] and not self._places.hinders_nobody(s):
+                self._fail(f"{system.states[s]} has no slot free in the end")
+
+    def _chain(self) -> None:
+        if not keeps_everyone(self._system):
+            self._fail("that full places wait in no circle is not enough for everyone to go on here")
+        jammed = self._places.jammed(self._after())
+        if jammed:
+            names = ", ".join(self._system.states[s] for s in jammed)
+            self._fail(f"after it the full places {names} wait for one another")
 
     def _after(self) -> Configuration:
         return self._play(self._here, [self._certificate["robot"]])

@@ -5,14 +5,18 @@ from __future__ import annotations
 import random
 from collections import Counter
 from collections.abc import Callable
+from contextlib import suppress
 
 import pytest
 
-from loopgate.errors import GateError
+from loopgate.errors import GateError, UnsafeStartError
 from loopgate.gates import Reason, make_gate
 from loopgate.gates.certified import CertifiedGate
 from loopgate.gates.certified.budget import Budget, BudgetError
+from loopgate.gates.certified.checker import Checker
+from loopgate.gates.certified.homeward import Homeward
 from loopgate.gates.certified.layout import Layout
+from loopgate.gates.certified.roomy import Roomy
 from loopgate.gates.certified.rounds import Rounds
 from loopgate.gates.certified.stand import Stand
 from loopgate.model import Robot, RobotId, StateId, System
@@ -54,6 +58,13 @@ def _sharing_all(*starts: int) -> System:
     """Robots without homes on a ring of four states."""
     path = tuple(StateId(s) for s in "abcd")
     return System(Robot(RobotId(f"r{i}"), path, start=start) for i, start in enumerate(starts))
+
+
+def _one_narrow_place() -> System:
+    """Seven robots without homes on a ring of eight places, which hold two but for one that holds one."""
+    path = tuple(StateId(s) for s in "abcdefgh")
+    robots = [Robot(RobotId(f"r{i}"), path, start=i) for i in range(7)]
+    return System(robots, dict.fromkeys(path[:7], 2), path)
 
 
 def test_a_search_out_of_time_is_refused_for_want_of_budget() -> None:
@@ -136,3 +147,58 @@ def test_a_time_that_is_none_is_refused(wrong: object) -> None:
     """The error names the option."""
     with pytest.raises(GateError, match="budget_ms is"):
         CertifiedGate(any_system(117), budget_ms=wrong)  # type: ignore[arg-type]  # that is the point
+
+
+def _led_elsewhere(system: System, budget: int) -> Counter[Reason]:
+    """Ask about safe moves in configurations that the gate did not lead to; return why it refuses them."""
+    gate = CertifiedGate(system, promise="everyone", budget=50_000)
+    hurried = CertifiedGate(system, promise="everyone", budget=50_000)
+    hurried._budget.nodes = budget
+    here, rng, found = system.initial, random.Random(1), Counter[Reason]()
+    for _ in range(30):
+        safe = [i for i in range(len(system.robots)) if gate.decide(here, i).admitted]
+        found.update(d.reason for i in safe if not (d := hurried.decide(here, i)).admitted)
+        if not safe:
+            break
+        here = system.moved(here, rng.choice(safe))
+    return found
+
+
+def test_a_new_beginning_out_of_budget_is_no_deadlock() -> None:
+    """Led elsewhere, a gate that finds no way on in time says that, and does not call it a deadlock."""
+    found: Counter[Reason] = Counter()
+    for seed in range(117, 137):
+        with suppress(UnsafeStartError):
+            found += _led_elsewhere(any_system(seed), 0)
+    assert found[Reason.BUDGET] > 0
+    assert found[Reason.DEADLOCK] == 0
+
+
+def test_neither_is_one_of_robots_without_homes() -> None:
+    """The same for `Rounds`: it has looked at nothing yet."""
+    system, elsewhere = _sharing_all(0, 1, 2), _sharing_all(0, 2, 1).initial
+    rounds = Rounds(system, Budget(1))
+    with pytest.raises(BudgetError):
+        rounds.begin(elsewhere, Stand.of(Layout(system), elsewhere))
+    assert rounds.judge(elsewhere, Stand.of(Layout(system), elsewhere), 1).reason is Reason.BUDGET
+
+
+@pytest.mark.parametrize("keeper", [Homeward, Rounds, Roomy])
+def test_a_rejected_witness_is_called_a_fault(
+    monkeypatch: pytest.MonkeyPatch, keeper: type[Homeward | Rounds | Roomy]
+) -> None:
+    """It is ours, and must not look like a budget that ran out, nor like a start that is not live."""
+    system = {
+        Homeward: any_system(117),
+        Rounds: _sharing_all(0, 1, 2),
+        Roomy: _one_narrow_place(),
+    }[keeper]
+    gate = CertifiedGate(system, promise="auto")
+    assert type(gate._keeper) is keeper
+    for method in ("brings_home", "brings_round", "leaves_room"):
+        monkeypatch.setattr(Checker, method, lambda *_: False)
+    decisions = [gate.decide(system.initial, i) for i in range(len(system.robots))]
+    assert {d.reason for d in decisions if d.stage == "checker"} == {Reason.FAULT}
+    with pytest.raises(GateError, match="fault of loopgate") as error:
+        CertifiedGate(system, promise="auto")
+    assert not isinstance(error.value, UnsafeStartError)

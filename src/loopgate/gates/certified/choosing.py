@@ -1,0 +1,135 @@
+"""Which promise can be given for a start, and by whom: the strongest that is asked for."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from loopgate.errors import GateError, UnsafeStartError
+from loopgate.gates.base import Reason
+from loopgate.gates.certified.budget import Budget, BudgetError
+from loopgate.gates.certified.certify import Keeper
+from loopgate.gates.certified.crowding import refuse_crowds
+from loopgate.gates.certified.deadlock import stuck_for_good
+from loopgate.gates.certified.flow import Flow
+from loopgate.gates.certified.homeward import Homeward
+from loopgate.gates.certified.layout import Layout
+from loopgate.gates.certified.roomy import Roomy
+from loopgate.gates.certified.rounds import Rounds
+from loopgate.gates.certified.stand import Stand
+from loopgate.model import System
+
+__all__ = ["choose_keeper"]
+
+_SMALL = 200_000
+"""Up to so many combinations of positions, robots without homes are kept going round one and all."""
+
+
+def choose_keeper(system: System, promise: str, budget: Budget) -> Keeper:
+    """Return the keeper of a promise, with a witness of the start; see `CertifiedGate` for the order.
+
+    Parameters
+    ----------
+    system
+        The system.
+    promise
+        ``everyone``, ``somebody`` or ``auto``.
+    budget
+        Of each exact search; where `Rounds` is chosen it is raised to what that needs.
+
+    Raises
+    ------
+    UnsafeStartError
+        If the promise cannot be given for the start; the text names the robots.
+    GateError
+        If a witness does not pass the gate's own check: a fault of ours.
+    """
+    layout = Layout(system)
+    if layout.hopeless:
+        msg = (
+            f"gate certified: robots that come to rest for good in shared states block "
+            f"{layout.names(layout.hopeless)} for ever; end their paths elsewhere"
+        )
+        raise UnsafeStartError(msg)
+    nodes = budget.nodes
+    failed: GateError = UnsafeStartError("gate certified: no keeper")
+    for keeper in _keepers(layout, promise, budget):
+        budget.nodes = max(nodes, _SMALL) if isinstance(keeper, Rounds) else nodes
+        stand = Stand.of(_layout_of(keeper, layout), system.initial)
+        try:
+            if keeper.begin(system.initial, stand):
+                return keeper
+        except BudgetError:
+            other = "" if isinstance(keeper, Homeward | Flow) else ", or ask for promise=somebody"
+            msg = f"gate certified: the start could not be shown live within the budget; raise budget{other}"
+            failed = UnsafeStartError(msg)
+            continue
+        failed = _refusal(keeper, stand)
+        if not isinstance(keeper, Roomy):
+            break
+    raise failed from None
+
+
+def _keepers(layout: Layout, promise: str, budget: Budget) -> Iterator[Keeper]:
+    """Yield those that may keep the promise, the strongest first."""
+    system = layout.system
+    flow = Flow(system, budget)
+    if promise != "somebody":
+        if not layout.homeless:
+            yield Homeward(layout, budget)
+            return
+        if flow.by_chain_alone:
+            refuse_crowds(layout, Stand.of(layout, system.initial))
+            flow.for_everyone = True
+            yield flow
+            return
+        roomy = Roomy.applies(layout)
+        small = math.prod(len(path) for path in layout.path) <= _SMALL
+        if (small and not (promise == "auto" and roomy and layout.all_wide)) or (
+            promise == "everyone" and not roomy
+        ):
+            yield Rounds(system, budget)
+        if roomy:
+            yield Roomy(layout, budget)
+        if promise == "everyone":
+            return
+    restless = flow.layout.homeless
+    if restless:
+        msg = (
+            f"gate certified: robots {layout.names(restless)} share every state on their paths and none "
+            "of these holds two; give each a state of its own or one that holds two"
+        )
+        raise UnsafeStartError(msg)
+    yield flow
+
+
+def _layout_of(keeper: Keeper, layout: Layout) -> Layout:
+    return keeper.layout if isinstance(keeper, Flow) else layout
+
+
+def _refusal(keeper: Keeper, stand: Stand) -> GateError:
+    """Return why a start is refused for which `keeper` has no witness."""
+    if keeper.missing is Reason.FAULT:
+        return GateError(
+            "gate certified: what shows the start to be live did not pass the gate's own check; "
+            "this is a fault of loopgate: please report it with the system"
+        )
+    layout = stand.layout
+    everyone = list(range(len(layout.path)))
+    stuck = stuck_for_good(stand, everyone)
+    if not stuck and isinstance(keeper, Roomy):
+        return UnsafeStartError(
+            "gate certified: the start could not be shown to be live for everyone: no moves lead to a slot "
+            "free in every place; start fewer robots, or ask for promise=somebody"
+        )
+    if not stuck and isinstance(keeper, Flow):
+        away = [i for i, p in enumerate(stand.at) if not layout.home[i][p]]
+        return UnsafeStartError(
+            f"gate certified: the start could not be shown to be live: robots {layout.names(away)} "
+            "start in places that hold one, and not all of them find a slot in the next that holds two; "
+            "start them there, or fewer of them"
+        )
+    names = layout.names(stuck or everyone)
+    return UnsafeStartError(
+        f"gate certified: the start is not live: robots {names} cannot all go on; start them elsewhere"
+    )

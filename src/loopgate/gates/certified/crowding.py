@@ -1,0 +1,195 @@
+"""The one condition on loops and numbers without which nobody can promise that everyone goes on: (S).
+
+A set of places is *crossed* if some loop has places in it and outside it. A *resident* of the set is a robot
+whose whole loop lies in it. (S): every crossed set holds at least two robots more than it has residents.
+
+Where every place holds two or more and is left in order of arrival, a configuration is live for everyone iff
+no full places wait for one another in a circle and (S) holds (docs/queues.md has the proof). A robot that
+enters the last slot of a set with residents in all others stands last there, before it only residents, all
+of whom want full places of the set: for good.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import breadth_first_order, maximum_flow
+
+from loopgate.errors import UnsafeStartError
+from loopgate.gates.certified.layout import Layout
+from loopgate.gates.certified.stand import Stand
+
+__all__ = ["SPARE", "Crowd", "find_crowd", "refuse_crowds", "too_many"]
+
+SPARE = 2
+"""Slots of a crossed set that must not belong to residents."""
+
+
+@dataclass(frozen=True, slots=True)
+class Crowd:
+    """A crossed set of places with too many residents.
+
+    Attributes
+    ----------
+    places
+        Their numbers, ascending.
+    residents
+        Numbers of the robots whose loops lie in them, ascending.
+    slots
+        How many robots the places hold together.
+    """
+
+    places: tuple[int, ...]
+    residents: tuple[int, ...]
+    slots: int
+
+    @property
+    def excess(self) -> int:
+        """How many residents there are too many."""
+        return len(self.residents) - (self.slots - SPARE)
+
+
+def find_crowd(loops: Sequence[Sequence[int]], slots: Sequence[int]) -> Crowd | None:
+    """Return a crossed set of places with too many residents, None if there is none: (S) holds.
+
+    Parameters
+    ----------
+    loops
+        The places of each robot's loop, in driving order; one entry per robot.
+    slots
+        How many robots each place holds, two or more; all robots must fit on their loops at once.
+
+    Notes
+    -----
+    If all robots could stand with a slot free in every place, (S) holds: one maximum flow says so. Else only
+    sets within those that have no room for that can be crowded, and a minimum cut for each of their places,
+    and for each place that follows it where that is tight, finds one or shows that there is none.
+    """
+    numbers = Counter(frozenset(loop) for loop in loops)
+    net = _Net(numbers, slots)
+    within = net.tight()
+    following: dict[int, set[int]] = {}
+    for loop in {tuple(loop) for loop in loops}:
+        for here, there in zip(loop, (*loop[1:], loop[0]), strict=True):
+            if here in within:
+                following.setdefault(here, set()).add(there)
+    for inside in sorted(following):
+        if net.least_spare(inside)[0] >= SPARE:
+            continue
+        for outside in sorted(following[inside]):
+            spare, places = net.least_spare(inside, outside)
+            if spare < SPARE:
+                residents = tuple(i for i, loop in enumerate(loops) if places.issuperset(loop))
+                return Crowd(tuple(sorted(places)), residents, sum(slots[p] for p in places))
+    return None
+
+
+def too_many(loops: Sequence[Sequence[int]], slots: Sequence[int]) -> list[int]:
+    """Return robots without which (S) holds, ascending; none if it holds with all.
+
+    Crowd by crowd, those on the shortest loops first, since they are residents of the most sets. Seldom there
+    are fewer that would do.
+    """
+    left = list(range(len(loops)))
+    gone: list[int] = []
+    while (crowd := find_crowd([loops[i] for i in left], slots)) is not None:
+        robots = sorted((left[k] for k in crowd.residents), key=lambda i: (len(set(loops[i])), -i))
+        gone += robots[: crowd.excess]
+        left = [i for i in left if i not in gone]
+    return sorted(gone)
+
+
+def refuse_crowds(layout: Layout, stand: Stand) -> None:
+    """See to it that (S) holds for the robots of a system whose paths are all closed.
+
+    That is plain where they stand with a slot free in every place. A place of one robot's own counts as one
+    that holds two: it never has to wait for it.
+
+    Raises
+    ------
+    UnsafeStartError
+        If (S) does not hold: no gate could keep everyone going.
+    """
+    private = layout.system.private
+    slots = [max(SPARE, room) if own else room for room, own in zip(layout.room, private, strict=True)]
+    if all(count < most for count, most in zip(stand.count, slots, strict=True)):
+        return
+    crowd = find_crowd(layout.path, slots)
+    if crowd is None:
+        return
+    gone = too_many(layout.path, slots)
+    places = _shown([str(layout.system.states[p]) for p in crowd.places])
+    msg = (
+        f"gate certified: not everyone can go on for ever: {len(crowd.residents)} robots "
+        f"({layout.names(crowd.residents)}) never leave the places {places}, which hold {crowd.slots}; "
+        f"others pass there, so at most {crowd.slots - SPARE} may. {len(gone)} fewer would do: leave out "
+        f"{layout.names(gone)}, or ask for promise=somebody"
+    )
+    raise UnsafeStartError(msg)
+
+
+def _shown(names: Sequence[str], limit: int = 8) -> str:
+    more = len(names) - limit
+    return ", ".join(names[:limit]) + (f" and {more} more" if more > 0 else "")
+
+
+class _Net:
+    """The network source -> loops -> places -> sink, in which a cut stands for a set of places.
+
+    A loop carries its robots, a place its slots. The places on the source's side are the set; cut are the
+    robots whose loops are not wholly in it, and its slots: all robots, less residents, plus slots.
+    """
+
+    def __init__(self, numbers: Counter[frozenset[int]], slots: Sequence[int]) -> None:
+        self._places = sorted(frozenset[int]().union(*numbers))
+        self._robots = numbers.total()
+        self._slots = [slots[p] for p in self._places]
+        node = {p: 1 + len(numbers) + k for k, p in enumerate(self._places)}
+        self._node = node
+        self._sink = 1 + len(numbers) + len(node)
+        self._endless = self._robots + sum(self._slots) + 1
+        self._edges = [(0, k, n) for k, n in enumerate(numbers.values(), start=1)]
+        self._edges += [
+            (k, node[p], self._endless) for k, loop in enumerate(numbers, start=1) for p in sorted(loop)
+        ]
+
+    def tight(self) -> set[int]:
+        """Return the places of the largest set with the least room, if each place is to keep a slot free.
+
+        Every crowded set lies in it: by supermodularity one that does not would have a part with more
+        residents than slots.
+        """
+        to_sink = [(n, self._sink, s - 1) for n, s in zip(self._node.values(), self._slots, strict=True)]
+        flow, left = self._flow(to_sink)
+        if flow == self._robots:
+            return set()
+        reaches_sink = self._reached(left.T.tocsr(), self._sink)
+        return {p for p in self._places if self._node[p] not in reaches_sink}
+
+    def least_spare(self, inside: int, outside: int | None = None) -> tuple[int, set[int]]:
+        """Return the fewest slots beyond residents of a set with `inside`, without `outside`; and the set."""
+        edges = [(n, self._sink, s) for n, s in zip(self._node.values(), self._slots, strict=True)]
+        edges.append((0, self._node[inside], self._endless))
+        if outside is not None:
+            edges.append((self._node[outside], self._sink, self._endless))
+        flow, left = self._flow(edges)
+        reached = self._reached(left, 0)
+        return flow - self._robots, {p for p in self._places if self._node[p] in reached}
+
+    def _flow(self, edges: Sequence[tuple[int, int, int]]) -> tuple[int, csr_array]:
+        """Return the greatest flow and what capacity it leaves, back edges included."""
+        tails, heads, most = np.array([*self._edges, *edges], np.int32).T
+        capacity = csr_array((most, (tails, heads)), shape=(self._sink + 1, self._sink + 1))
+        found = maximum_flow(capacity, 0, self._sink)
+        return int(found.flow_value), csr_array(capacity - found.flow)
+
+    @staticmethod
+    def _reached(left: csr_array, begin: int) -> Collection[int]:
+        left.eliminate_zeros()
+        nodes: NDArray[np.int32] = breadth_first_order(left, begin, return_predecessors=False)
+        return set(nodes.tolist())

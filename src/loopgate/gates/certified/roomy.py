@@ -1,0 +1,268 @@
+"""Keeping a way open to where every place has a slot free: for everyone, where homes are missing."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from heapq import heappop, heappush
+from math import inf
+from typing import NamedTuple
+
+from loopgate.gates.base import Decision, Reason
+from loopgate.gates.certified.budget import Budget, BudgetError
+from loopgate.gates.certified.checker import Checker
+from loopgate.gates.certified.deadlock import stuck_for_good
+from loopgate.gates.certified.layout import Layout
+from loopgate.gates.certified.stand import Stand
+from loopgate.model import Configuration
+
+__all__ = ["Roomy"]
+
+
+class _Verdict(NamedTuple):
+    decision: Decision
+    witness: list[int] | None
+
+
+def _refused(reason: Reason, detail: str, stage: str, blockers: tuple[int, ...] = ()) -> _Verdict:
+    refusal = Decision(admitted=False, reason=reason, blockers=blockers, detail=detail, stage=stage)
+    return _Verdict(refusal, None)
+
+
+class Roomy:
+    """Admits a move iff it finds moves after which every place has a slot free.
+
+    *A configuration with a slot free in every place is live for everyone*, whatever the places hold. Move any
+    robot, and while that leaves a place full, move who came first into it. Only one place is full at a time,
+    so this is deterministic; and one-to-one backwards, since the one who went last can go back. So it cannot
+    run into a circle without coming through its beginning, before which a place would have been full that has
+    two slots free then. So it ends, with a slot free everywhere and the robot one further. Robots on open
+    paths have ended by then, in states that never block.
+
+    Parameters
+    ----------
+    layout
+        The system's layout; see `applies`.
+    budget
+        The most configurations to look at, and the longest time, for one decision; `begin` has no limit of
+        time.
+
+    Notes
+    -----
+    Sound, and never blocks everyone. It may refuse moves that are safe, where a slot free everywhere cannot
+    be reached though everyone could go on, or is not found within the budget.
+    """
+
+    def __init__(self, layout: Layout, budget: Budget) -> None:
+        self._layout = layout
+        self._budget = budget
+        self._checker = Checker(layout.system)
+        self._blocking = [not free for free in layout.never_blocks]
+        self._enders = [i for i, follow in enumerate(layout.follow) if follow[-1] < 0]
+        self._witness: list[int] | None = None
+        self.missing = Reason.DEADLOCK
+        self._verdicts: dict[int, _Verdict] = {}
+        self._favoured = -1
+
+    @staticmethod
+    def applies(layout: Layout) -> bool:
+        """Return whether no robot comes to rest for good in a state that can block."""
+        return all(s < 0 for s in layout.settles)
+
+    @property
+    def layout(self) -> Layout:
+        """The system's layout."""
+        return self._layout
+
+    @property
+    def witness(self) -> list[int] | None:
+        """Moves that lead to a slot free in every place."""
+        return self._witness
+
+    def begin(self, configuration: Configuration, stand: Stand) -> bool:
+        """Find a witness for a configuration that was not reached by an admitted move; say if there is one.
+
+        Raises
+        ------
+        BudgetError
+            If the budget is used up before the answer is known.
+        """
+        self._verdicts.clear()
+        self._favoured = -1
+        self._witness = None
+        self.missing = Reason.BUDGET
+        moves = self._search(stand, inf)
+        self.missing = Reason.DEADLOCK
+        if moves is not None and self._accepts(configuration, moves):
+            self._witness = moves
+        return self._witness is not None
+
+    def at_once(self, stand: Stand, robot: int) -> None:
+        """Return None: every move has to be looked at."""
+        del stand, robot
+
+    def judge(self, configuration: Configuration, stand: Stand, robot: int) -> Decision:
+        """Decide the next move of `robot`, which is enabled."""
+        verdict = self._verdicts.get(robot)
+        if verdict is None:
+            verdict = self._verdicts[robot] = self._judge(configuration, stand, robot)
+        return verdict.decision
+
+    def moved(self, robot: int) -> bool:
+        """Take over the witness of the move of `robot`; False if there is none."""
+        verdict = self._verdicts.get(robot)
+        self._verdicts.clear()
+        self._witness = None if verdict is None else verdict.witness
+        return self._witness is not None
+
+    def witness_after(self, robot: int) -> list[int] | None:
+        """Return moves that lead to a slot free everywhere after the admitted move of `robot`."""
+        verdict = self._verdicts.get(robot)
+        return None if verdict is None else verdict.witness
+
+    def favour(self, stand: Stand, robot: int) -> None:
+        """From now on admit only the moves of a way on which `robot` moves; -1: end that."""
+        self._verdicts.clear()
+        self._favoured = -1
+        if robot < 0 or self._witness is None:
+            return
+        there = self._replayed(stand, self._witness)
+        witness = list(self._witness)
+        if robot not in witness and self._layout.follow[robot][there.at[robot]] < 0:
+            return  # it stays where it is for good
+        while robot not in witness:
+            witness += self._pushes(there, self._first(there, there.state(robot), robot))
+        self._witness, self._favoured = witness, robot
+
+    def _judge(self, configuration: Configuration, stand: Stand, robot: int) -> _Verdict:
+        if self._witness is None:
+            detail = "no way to a slot free in every place"
+            return _refused(self.missing, detail, "begin")
+        try:
+            return self._decided(configuration, stand, robot)
+        except BudgetError:
+            return _refused(Reason.BUDGET, "", "budget")
+
+    def _decided(self, configuration: Configuration, stand: Stand, robot: int) -> _Verdict:
+        moves, stage = self._pulled_forward(stand, robot), "replay"
+        if moves is None and self._favoured >= 0:
+            name = self._layout.system.robots[self._favoured].id
+            detail = f"{name} has waited too long and goes first"
+            return _refused(Reason.NEGOTIATION, detail, "steering", (self._favoured,))
+        if moves is None:
+            there = stand.copy()
+            there.step(robot)
+            stuck = stuck_for_good(there, range(len(there.at)))
+            if stuck:
+                detail = f"robots wait for one another: {self._layout.names(stuck)}"
+                return _refused(Reason.DEADLOCK, detail, "cycle", tuple(stuck))
+            moves, stage = self._search(there, self._budget.deadline_s()), "search"
+        if moves is None:
+            return _refused(Reason.DEADLOCK, "no moves would lead to a slot free in every place", stage)
+        if not self._accepts(configuration, [robot, *moves]):
+            return _refused(Reason.FAULT, "witness rejected by the checker", "checker")
+        return _Verdict(Decision(admitted=True, reason=Reason.FREE, stage=stage), moves)
+
+    def _pulled_forward(self, stand: Stand, robot: int) -> list[int] | None:
+        """Return what is left of the witness after the move of `robot`, lengthened where it has to be."""
+        witness = self._witness or []
+        there = stand.copy()
+        there.step(robot)
+        if self._favoured < 0 and not self._left(there):
+            return []
+        if robot in witness:
+            k = witness.index(robot)
+            moves = [*witness[:k], *witness[k + 1 :]]
+            return moves if self._possible(there, moves) else None
+        if self._favoured >= 0 or not self._possible(there, witness):
+            return None
+        return witness + self._pushed(there, robot)
+
+    def _possible(self, there: Stand, moves: list[int]) -> bool:
+        """Make the moves; False at the first that is not possible."""
+        for i in moves:
+            if not there.enabled(i):
+                return False
+            there.step(i)
+        return True
+
+    def _replayed(self, stand: Stand, moves: list[int]) -> Stand:
+        there = stand.copy()
+        for i in moves:
+            there.step(i)
+        return there
+
+    def _pushes(self, there: Stand, robot: int) -> list[int]:
+        """Move `robot`, and on until every place has a slot free again; return the moves."""
+        there.step(robot)
+        return [robot, *self._pushed(there, robot)]
+
+    def _pushed(self, there: Stand, robot: int) -> list[int]:
+        """After the move of `robot`, move who came first into the full place until none is; return the moves.
+
+        Places that are left in any order are left in order of arrival here, those who were there before by
+        number. It ends, see above, and no budget may end it before: else everyone could be refused.
+        """
+        lines: dict[int, list[int]] = {}
+        moves: list[int] = []
+        while True:
+            entered = there.state(robot)
+            if entered not in there.queue and self._blocking[entered]:
+                line = lines.get(entered) or [i for i in there.occupants(entered) if i != robot]
+                lines[entered] = [*line, robot]
+            full = next(self._full(there), None)
+            if full is None:
+                return moves
+            robot = there.queue[full][0] if full in there.queue else lines[full].pop(0)
+            there.step(robot)
+            moves.append(robot)
+
+    def _first(self, there: Stand, place: int, robot: int) -> int:
+        line = there.queue.get(place)
+        return line[0] if line else robot
+
+    def _full(self, stand: Stand) -> Iterator[int]:
+        count, room = stand.count, self._layout.room
+        return (s for s, blocks in enumerate(self._blocking) if blocks and count[s] >= room[s])
+
+    def _left(self, stand: Stand) -> int:
+        """Return how many places are full and how many robots have not ended that will; 0: done."""
+        follow = self._layout.follow
+        return sum(1 for _ in self._full(stand)) + sum(follow[i][stand.at[i]] >= 0 for i in self._enders)
+
+    def _search(self, stand: Stand, deadline_s: float) -> list[int] | None:
+        """Return moves from `stand` to a slot free everywhere, None if there are none; best first."""
+        seen = {self._key(stand)}
+        ways: list[tuple[int, int]] = [(-1, -1)]
+        todo = [(self._left(stand), 0, 0, stand)]
+        while todo:
+            left, steps, number, here = heappop(todo)
+            if not left:
+                return self._way(ways, number)
+            for i in range(len(here.at)):
+                if not here.enabled(i):
+                    continue
+                there = here.copy()
+                there.step(i)
+                key = self._key(there)
+                if key in seen:
+                    continue
+                seen.add(key)
+                self._budget.check(len(seen), deadline_s)
+                ways.append((number, i))
+                heappush(todo, (self._left(there), steps + 1, len(ways) - 1, there))
+        return None
+
+    @staticmethod
+    def _way(ways: list[tuple[int, int]], number: int) -> list[int]:
+        moves: list[int] = []
+        while number:
+            number, robot = ways[number]
+            moves.append(robot)
+        return moves[::-1]
+
+    @staticmethod
+    def _key(stand: Stand) -> tuple[tuple[int, ...], tuple[tuple[int, ...], ...]]:
+        return tuple(stand.at), stand.queues()
+
+    def _accepts(self, configuration: Configuration, moves: list[int]) -> bool:
+        return self._checker.leaves_room(configuration, moves, self._blocking)
