@@ -18,7 +18,7 @@ from loopgate.simulation.compiled import count, gatekeeping
 from loopgate.simulation.compiled.making import make_books
 from loopgate.simulation.compiled.tables import Books, Rider
 from loopgate.simulation.fleet import Fleet
-from loopgate.simulation.rows import table
+from loopgate.drive.rows import table
 from loopgate.theory.road_systems import (
     Roads,
     commuters,

@@ -18,7 +18,7 @@ from loopgate.simulation.random_loops import random_loops
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.settings import check_types, left_out, unforeseen
 from loopgate.simulation.sumo_input import Start
-from loopgate.simulation.track import Track
+from loopgate.drive.track import Track
 from loopgate.simulation.tracks import make_track
 
 __all__ = ["Assembly", "assemble"]

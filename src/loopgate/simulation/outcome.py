@@ -35,8 +35,8 @@ from loopgate.results.columns import (
     Y,
 )
 from loopgate.results.recorder import read_events
-from loopgate.simulation.gatekeeper import Gatekeeper
-from loopgate.simulation.histogram import Histogram
+from loopgate.drive.gatekeeper import Gatekeeper
+from loopgate.drive.histogram import Histogram
 from loopgate.simulation.loop_run import Course
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.watch import Deadlock

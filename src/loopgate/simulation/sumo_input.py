@@ -11,7 +11,7 @@ from xml.etree import ElementTree as ET
 from loopgate.disk import writing
 from loopgate.errors import RouteError
 from loopgate.network import Loop, VehicleType
-from loopgate.simulation.track import Round
+from loopgate.drive.track import Round
 
 __all__ = ["Start", "pivot", "rounds", "write_sumo_input"]
 

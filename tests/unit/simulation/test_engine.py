@@ -16,9 +16,9 @@ from loopgate.gates import make_gate
 from loopgate.model import StateId
 from loopgate.negotiation.simple import OldestFirst
 from loopgate.results.columns import Event
-from loopgate.simulation.engine import Engine
-from loopgate.simulation.gatekeeper import Gatekeeper
-from loopgate.simulation.track import Round, StopLine, Track
+from loopgate.drive.engine import Engine
+from loopgate.drive.gatekeeper import Gatekeeper
+from loopgate.drive.track import Round, StopLine, Track
 
 PRIVATE_M, SHARED_M = 200.0, 60.0
 

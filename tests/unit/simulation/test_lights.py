@@ -6,10 +6,10 @@ import pytest
 from fake_traffic import FakeTraffic
 
 from loopgate.gates import Reason
-from loopgate.simulation.driver import Driver
+from loopgate.drive.driver import Driver
 from loopgate.simulation.lights import Lights, Signal
 from loopgate.simulation.timetable import Timetable
-from loopgate.simulation.track import Round, Track
+from loopgate.drive.track import Round, Track
 from loopgate.traffic.base import Dynamics, Light, Phase, Program
 
 LINE_M = 100.0

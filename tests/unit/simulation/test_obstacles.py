@@ -9,7 +9,7 @@ from loopgate.abstraction.itinerary import Abstraction, Itinerary, Leg
 from loopgate.gates import Reason, make_gate
 from loopgate.model import StateId
 from loopgate.negotiation.simple import OldestFirst
-from loopgate.simulation.gatekeeper import Answer, Gatekeeper
+from loopgate.drive.gatekeeper import Answer, Gatekeeper
 
 
 @dataclass

@@ -6,11 +6,11 @@ from fake_traffic import FakeTraffic, FakeVehicle
 
 from builders import system
 from loopgate.gates import Reason
-from loopgate.simulation.driver import Driver
+from loopgate.drive.driver import Driver
 from loopgate.simulation.occupancy import Occupancy
 from loopgate.simulation.others import Others
 from loopgate.simulation.timetable import Timetable
-from loopgate.simulation.track import Round, Track
+from loopgate.drive.track import Round, Track
 from loopgate.simulation.ways import Approach, Way
 from loopgate.traffic.base import Dynamics, Light, Program
 

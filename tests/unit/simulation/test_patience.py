@@ -10,7 +10,7 @@ from loopgate.abstraction.itinerary import Abstraction, Crossing, Itinerary, Leg
 from loopgate.gates import Decision, Gate, Reason, make_gate
 from loopgate.model import Configuration, System
 from loopgate.negotiation.simple import OldestFirst
-from loopgate.simulation.gatekeeper import Answer, Gatekeeper
+from loopgate.drive.gatekeeper import Answer, Gatekeeper
 
 X, Y = Crossing("x", frozenset({"y"})), Crossing("y", frozenset({"x"}))
 

@@ -7,8 +7,8 @@ from types import SimpleNamespace
 import pytest
 
 from loopgate.abstraction.itinerary import Crossing
-from loopgate.simulation.driver import Joint
-from loopgate.simulation.motion import braking_time_s
+from loopgate.drive.driver import Joint
+from loopgate.drive.motion import braking_time_s
 from loopgate.simulation.sight import Sight
 
 

@@ -8,10 +8,10 @@ from fake_traffic import FakeTraffic, FakeVehicle
 from loopgate.abstraction.itinerary import Pin
 from loopgate.errors import TrafficError
 from loopgate.results.recorder import Recorder
-from loopgate.simulation.driver import Driver
+from loopgate.drive.driver import Driver
 from loopgate.simulation.fleet import Fleet
-from loopgate.simulation.steering import Steering
-from loopgate.simulation.track import Round, StopLine, Track
+from loopgate.drive.steering import Steering
+from loopgate.drive.track import Round, StopLine, Track
 
 ROAD_M, CHANGE_AT_M, PIN_M = 400.0, 100.0, 130.0
 
