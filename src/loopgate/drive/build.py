@@ -81,9 +81,9 @@ def make_tables(tracks: Sequence[Track], system: System | None, code: Code, *, s
         _take_places(system, states, held)
     run = table(Run, length=1)
     run["step_s"] = step_s
-    for name in run.dtype.names:
-        if name in _WORDS:
-            run[name] = code(_WORDS[name])
+    for name, word in _WORDS.items():
+        if name in Run.__annotations__:
+            run[name] = code(word)
     count = max(1, len(tracks))
     reasons = [code(reason.value) if reason else 0 for reason in REASONS]
     return Tables(

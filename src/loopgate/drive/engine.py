@@ -235,12 +235,12 @@ class Engine:
         line = self._line(driver, leg)
         try:
             on_lane = self._traffic.hold(driver.id, line.edge, line.lane_index, line.position_m)
-        except TrafficError:  # it is stopped whatever the simulator makes of its stop, as in the compiled step
+        except (
+            TrafficError
+        ):  # it is stopped whatever the simulator makes of its stop, as in the compiled step
             driver.row["held_m"] = np.inf
             self._run["overruns"] += 1
-            self._recorder.note(
-                self._traffic.now_s, driver.id, Event.OVERRUN, driver.leg(leg + 1).state
-            )
+            self._recorder.note(self._traffic.now_s, driver.id, Event.OVERRUN, driver.leg(leg + 1).state)
             self._traffic.brake(driver.id)
         else:
             if not on_lane:

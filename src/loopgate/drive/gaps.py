@@ -1,11 +1,11 @@
 """Whether a vehicle on a conflicting movement is still in the way of one that wants to cross.
 
-A vehicle is no longer in the way of another once its rear is past the stretch that the two movements share. If
-its front is on that stretch already, it is enough that its rear will be past it before the other's front can
-reach it: nothing holds it there, since it has a slot to drive into and SUMO lets no vehicle go first that finds
-another in its way. Before that, SUMO may let each wait for the other. Nor is anything foreseen of one that may
-itself have to wait on the junction, for a third that was granted before it and is still in its way. The vehicle
-that it follows into its place is taken to stand.
+A vehicle is no longer in the way of another once its rear is past the stretch that the two movements share.
+If its front is on that stretch already, it is enough that its rear will be past it before the other's front
+can reach it: nothing holds it there, since it has a slot to drive into and SUMO lets no vehicle go first that
+finds another in its way. Before that, SUMO may let each wait for the other. Nor is anything foreseen of one
+that may itself have to wait on the junction, for a third that was granted before it and is still in its way.
+The vehicle that it follows into its place is taken to stand.
 """
 
 from __future__ import annotations
@@ -92,9 +92,7 @@ def in_the_way(i: int, k: int, f: int, other: int, t: Tables) -> bool:
 
 
 @njit(cache=True, error_model="numpy")
-def _passes_before(
-    other: int, leg: int, theirs: int, shared: int, i: int, reach_m: float, t: Tables
-) -> bool:
+def _passes_before(other: int, leg: int, theirs: int, shared: int, i: int, reach_m: float, t: Tables) -> bool:
     one, ahead = t.vehicles[i], t.vehicles[other]
     inside_m = ahead.front - end_m(other, leg, t)
     left_m = t.foes[shared].to_m + ahead.length_m + _BEYOND_M - inside_m

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from time import perf_counter_ns
 from typing import Any, cast
-
-import numpy as np
 
 from loopgate.drive import step as drive
 from loopgate.drive.blocking import blockers
@@ -32,8 +30,8 @@ _OUTSIDE = frozenset({number_of(Reason.RED), number_of(Reason.TRAFFIC)})
 class Gatekeeper:
     """Answers the requests in the tables. Knows robots, states and time; no roads.
 
-    Pressure and the chain rule of the certified gate are compiled; every other negotiation and gate is asked from
-    here, between the parts of the same compiled step, and so is what else can be in the way.
+    Pressure and the chain rule of the certified gate are compiled; every other negotiation and gate is asked
+    from here, between the parts of the same compiled step, and so is what else can be in the way.
 
     Parameters
     ----------

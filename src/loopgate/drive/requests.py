@@ -1,8 +1,8 @@
 """Requests: taken, looked at, put in order, decided, granted or refused; and the books of who holds what.
 
-What `Pressure` and the chain rule of the certified gate (`loopgate.gates.certified.Flow`) would say is said here,
-where every state is private, or a FIFO state that holds two, so that a robot rests wherever it stands. What any
-other negotiation or gate says comes from outside, between these steps; see `Gatekeeper`.
+What `Pressure` and the chain rule of the certified gate (`loopgate.gates.certified.Flow`) would say is said
+here, where every state is private, or a FIFO state that holds two, so that a robot rests wherever it stands.
+What any other negotiation or gate says comes from outside, between these steps; see `Gatekeeper`.
 """
 
 from __future__ import annotations
@@ -217,13 +217,13 @@ def _late(t: Tables) -> int:
         if v[i].reason == OCCUPIED and run.now_s - v[i].since_s >= _SHORT_OF_SLOTS_S:
             wanted = _wanted(i, t)
             if room(wanted, t) <= 0:
-                t.states[wanted].short = run.round
+                t.states[wanted].short = run.turn
     late = 0
     for n in range(passed_over):
         i = e[n].ready
         if run.now_s - v[i].asked_at_s < _GIVES_WAY_S:
             continue
-        if t.states[_here(i, t)].short == run.round or run.now_s - v[i].since_s >= _PATIENCE_S:
+        if t.states[_here(i, t)].short == run.turn or run.now_s - v[i].since_s >= _PATIENCE_S:
             e[late].ready = i
             e[late].weight = v[i].since_s
             late += 1
@@ -270,7 +270,7 @@ def grant(i: int, reason: int, stage: int, t: Tables) -> None:
     for k in range(t.legs[j].pass_at, t.legs[j].pass_end):
         move = t.moves[t.passes[k].movement]
         move.under_way = _append(move.passing, move.under_way, move.most, i, t)
-        move.entered = run.round
+        move.entered = run.turn
     before = t.states[_here(i, t)]
     before.queue = _remove(t.lists, before.line, before.queue, i)
     one.granted += 1
@@ -281,7 +281,7 @@ def grant(i: int, reason: int, stage: int, t: Tables) -> None:
     place = t.states[_here(i, t)]
     place.queue = _append(place.line, place.queue, place.most, i, t)
     place.held_by = _append(place.holders, place.held_by, place.most, i, t)
-    place.filled = run.round
+    place.filled = run.turn
     run.version += 1
     one.pending = False
     one.going = True
@@ -299,12 +299,12 @@ def grant(i: int, reason: int, stage: int, t: Tables) -> None:
 
 @njit(cache=True, error_model="numpy")
 def still_free(i: int, t: Tables) -> bool:
-    """Return whether no grant of this round got into the way of a vehicle; else refuse it."""
-    crossed = t.states[_wanted(i, t)].filled == t.run[0].round
+    """Return whether no grant of this turn got into the way of a vehicle; else refuse it."""
+    crossed = t.states[_wanted(i, t)].filled == t.run[0].turn
     j = leg_of(i, t.vehicles[i].granted, t)
     for k in range(t.legs[j].pass_at, t.legs[j].pass_end):
         for f in range(t.passes[k].foe_at, t.passes[k].foe_end):
-            crossed |= t.moves[t.foes[f].movement].entered == t.run[0].round
+            crossed |= t.moves[t.foes[f].movement].entered == t.run[0].turn
     if crossed:
         why = _in_the_way(i, t)
         if why != NOTHING:
@@ -314,7 +314,7 @@ def still_free(i: int, t: Tables) -> bool:
 
 
 @njit(cache=True, error_model="numpy")
-def settle(i: int, admitted: bool, reason: int, stage: int, t: Tables) -> None:  # noqa: FBT001  as `collect`
+def settle(i: int, admitted: int, reason: int, stage: int, t: Tables) -> None:
     """Let a request be decided as the gate says."""
     t.vehicles[i].asked_at_s = t.run[0].now_s
     t.vehicles[i].decided = True
@@ -349,13 +349,13 @@ def due(i: int, t: Tables) -> bool:
 
 
 @njit(cache=True, error_model="numpy")
-def collect(first: bool, t: Tables) -> int:  # noqa: FBT001  compiled functions take arguments by position
-    """Look at the requests, at all of them `first` in a step, else at new ones; return how many are ready.
+def collect(first: int, t: Tables) -> int:
+    """Look at the requests, if it is the `first` time in a step at all of them; return how many are ready.
 
     Within a step grants take room and give none back, so each is looked at once.
     """
     run = t.run[0]
-    run.round += 1
+    run.turn += 1
     begin = run.waiting - run.fresh
     if first:
         _keep(t)
@@ -402,7 +402,7 @@ def _closes(i: int, t: Tables) -> bool:
 
 
 @njit(cache=True, error_model="numpy")
-def decide(first: bool, t: Tables) -> None:  # noqa: FBT001  as `collect`
+def decide(first: int, t: Tables) -> None:
     """Answer what `collect` finds, by pressure and the chain rule."""
     run, e = t.run[0], t.entries
     going = 0
@@ -425,6 +425,6 @@ def decide(first: bool, t: Tables) -> None:  # noqa: FBT001  as `collect`
         if still_free(i, t):
             closes = _closes(i, t)
             run.decisions += 1
-            settle(i, not closes, DEADLOCK if closes else FREE, run.chain, t)
+            settle(i, 0 if closes else 1, DEADLOCK if closes else FREE, run.chain, t)
     for n in range(staying):
         refuse(e[n].staying, RESERVE, 0, t)

@@ -8,10 +8,10 @@ from collections import deque
 from dataclasses import dataclass
 
 from loopgate.abstraction.itinerary import Pin
+from loopgate.drive.driver import Driver
 from loopgate.errors import TrafficError
 from loopgate.results.columns import Event
 from loopgate.results.recorder import Recorder
-from loopgate.drive.driver import Driver
 from loopgate.traffic.base import Traffic
 
 __all__ = ["Steering"]

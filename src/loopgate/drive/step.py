@@ -1,7 +1,7 @@
 """What happens between two steps of the traffic, and the way in from Python.
 
-Nothing here speaks to SUMO: what is to be done to vehicles, and what goes into the trace, are rows for the caller,
-in the order in which they came about.
+Nothing here speaks to SUMO: what is to be done to vehicles, and what goes into the trace, are rows for the
+caller, in the order in which they came about.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import math
 from typing import Any, Final
 
 import numpy as np
-from numba import config, njit
+from numba import njit
 
 from loopgate.drive import requests
 from loopgate.drive.gaps import begin_m, end_m, leg_of, state_of
@@ -267,14 +267,21 @@ def _tell(t: Tables) -> bool:
 
 @njit(cache=True, error_model="numpy")
 def _answer(t: Tables) -> None:
-    requests.decide(True, t)
+    requests.decide(1, t)
     while _tell(t):
-        requests.decide(False, t)
+        requests.decide(0, t)
 
 
 @njit(cache=True, error_model="numpy")
 def _step(
-    what: int, i: int, leg: int, reason: int, stage: int, odometer: Floats, robots: Numbers, tables: Any
+    what: int,
+    i: int,
+    leg: int,
+    reason: int,
+    stage: int,
+    odometer: Floats,
+    robots: Numbers,
+    tables: tuple[Any, ...],
 ) -> int:
     t = Tables(*tables)
     if what == BEGIN:
@@ -288,13 +295,13 @@ def _step(
     if what in (ANSWER, TURN):
         _answer(t)
     elif what == COLLECT:
-        return requests.collect(i == 1, t)
+        return requests.collect(i, t)
     elif what == STILL_FREE:
         return 1 if requests.still_free(i, t) else 0
     elif what == REFUSE:
         requests.refuse(i, reason, stage, t)
     elif what == SETTLE:
-        requests.settle(i, leg == 1, reason, stage, t)
+        requests.settle(i, leg, reason, stage, t)
     elif what == TELL:
         return 1 if _tell(t) else 0
     elif what == ASKS:
@@ -320,19 +327,15 @@ class Step:
 
     Notes
     -----
-    There is one way in, with all tables in a plain tuple: each way costs seconds to compile, and numba, which looks
-    at all that it is given each time, takes half as long for a plain tuple as for a named one. Uncompiled
-    (``NUMBA_DISABLE_JIT=1``) the same steps run in Python, a hundred times slower: the oracle of the compiled ones.
+    There is one way in, with all tables in a plain tuple: each way costs seconds to compile, and numba, which
+    looks at all that it is given each time, takes half as long for a plain tuple as for a named one.
+    Uncompiled (``NUMBA_DISABLE_JIT=1``) the same steps run in Python: the oracle of the compiled ones.
     """
 
     def __init__(self, tables: Tables) -> None:
-        plain = config.DISABLE_JIT
-        self._tables: tuple[Any, ...] = tuple(
-            table.view(np.recarray) if plain and table.dtype.names else table  # type: ignore[attr-defined]
-            for table in tables
-        )
+        self._tables = tuple(tables)
 
-    def __call__(  # noqa: PLR0913, PLR0917  as the compiled function takes them
+    def __call__(
         self,
         what: int,
         robot: int = 0,
@@ -348,14 +351,14 @@ class Step:
         ----------
         what
             ``BEGIN``: all vehicles are taken over. ``LOOK``: all are brought up to date after a step of the
-            traffic. ``CONSIDER``: some are steered no longer. ``ANSWER``: all requests are answered, by pressure
-            and the chain rule, and vehicles told. ``TURN``: `LOOK` and `ANSWER`. ``COLLECT``, ``STILL_FREE``,
-            ``REFUSE``, ``SETTLE``, ``TELL``: the parts of `ANSWER`, for other rules in between; see
-            `loopgate.drive.requests`. ``ASKS``, ``LEFT``, ``CLEARED``: a vehicle asks, or its rear has left a state
-            (its number is the `leg`) or the crossings behind a leg. ``NOTHING``: as it says.
+            traffic. ``CONSIDER``: some are steered no longer. ``ANSWER``: all requests are answered, by
+            pressure and the chain rule, and vehicles told. ``TURN``: `LOOK` and `ANSWER`. ``COLLECT``,
+            ``STILL_FREE``, ``REFUSE``, ``SETTLE``, ``TELL``: parts of `ANSWER`, for other rules in between;
+            see `loopgate.drive.requests`. ``ASKS``, ``LEFT``, ``CLEARED``: a vehicle asks, or its rear has
+            left a state (its number is the `leg`) or the crossings behind a leg. ``NOTHING``: as it says.
         robot, leg, reason, stage
-            Of the vehicle that it is about: for ``SETTLE`` whether it is admitted instead of the leg, and for
-            ``COLLECT`` whether it is the first time in this step instead of the robot.
+            The vehicle that it is about, and what about it. For ``COLLECT`` the robot says whether it is the
+            first time in this step, for ``SETTLE`` the leg whether the vehicle is admitted.
         odometer
             What the simulator says, by vehicle [m].
         robots
@@ -364,6 +367,6 @@ class Step:
         Returns
         -------
         int
-            How many are ready (``COLLECT``); whether it is so (``STILL_FREE``), whether anybody may go (``TELL``).
+            How many are ready (``COLLECT``), whether it is so (``STILL_FREE``), or anybody may go (``TELL``).
         """
         return int(_step(what, robot, leg, reason, stage, odometer, robots, self._tables))

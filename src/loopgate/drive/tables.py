@@ -211,11 +211,11 @@ class State:
     line, queue
         Where in the lists the vehicles are whose last granted leg is in it, head first, and how many.
     filled
-        The round of decisions in which a grant last took a slot of it.
+        The turn of deciding in which a grant last took a slot of it.
     slot, slot_before
         The vehicle its last slot is kept for, or `NOBODY`, now and before.
     short
-        The round in which its head was last found to lack a slot.
+        The turn in which its head was last found to lack a slot.
     """
 
     room: int
@@ -240,7 +240,7 @@ class Move:
     passing, under_way, most
         Where in the lists the vehicles are that are under way on it, how many, and how many have room there.
     entered
-        The round of decisions in which a grant last led over it.
+        The turn of deciding in which a grant last led over it.
     way
         The vehicle it is kept clear for, or `NOBODY`.
     """
@@ -292,8 +292,8 @@ class Run:
         Whether one on a shared stretch is out of the way if it will have left it in time.
     crowded, patience_s, wait_s
         Of `Pressure`, where that is compiled.
-    version, grants, round
-        Of the books, which grows with all that may lift a refusal; grants and rounds of decisions so far.
+    version, grants, turn
+        Of the books, which grows with all that may lift a refusal; grants and turns of deciding so far.
     waiting, fresh, answers
         Length of these lists; the last `fresh` of those waiting have not been looked at.
     rows, acts, lost
@@ -312,7 +312,7 @@ class Run:
     wait_s: float
     version: int
     grants: int
-    round: int
+    turn: int
     waiting: int
     fresh: int
     answers: int

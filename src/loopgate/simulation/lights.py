@@ -8,11 +8,11 @@ from dataclasses import dataclass
 from typing import Any
 
 from loopgate.abstraction.itinerary import Itinerary, Leg
+from loopgate.drive.driver import Driver
+from loopgate.drive.motion import time_s
 from loopgate.gates import Reason
 from loopgate.network import RoadNetwork
 from loopgate.network.records import Connection
-from loopgate.drive.driver import Driver
-from loopgate.drive.motion import time_s
 from loopgate.simulation.timetable import Timetable
 from loopgate.traffic.base import Traffic
 

@@ -7,10 +7,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from loopgate.gates import Reason
 from loopgate.drive.driver import Driver
-from loopgate.drive.motion import time_s
 from loopgate.drive.gatekeeper import Gatekeeper
+from loopgate.drive.motion import time_s
+from loopgate.gates import Reason
 from loopgate.simulation.timetable import Timetable
 from loopgate.simulation.ways import Approach, Way
 from loopgate.traffic.base import Traffic

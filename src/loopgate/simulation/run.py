@@ -11,6 +11,8 @@ from typing import Any
 
 from loopgate.audit import write_layout
 from loopgate.disk import writing
+from loopgate.drive.engine import Engine
+from loopgate.drive.gatekeeper import Gatekeeper
 from loopgate.folders import remove_abandoned, temporary_folder
 from loopgate.gates import make_gate
 from loopgate.model import write_system
@@ -23,8 +25,6 @@ from loopgate.simulation import outcome
 from loopgate.simulation.as_is import run_as_is
 from loopgate.simulation.assembly import Assembly, assemble
 from loopgate.simulation.checking import audit_run
-from loopgate.drive.engine import Engine
-from loopgate.drive.gatekeeper import Gatekeeper
 from loopgate.simulation.loop_run import Course, Tick, drive
 from loopgate.simulation.monitoring import monitoring_figures
 from loopgate.simulation.outcome import Folder, Tally

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from loopgate.simulation.assembly import Assembly
 from loopgate.drive.engine import Engine
 from loopgate.drive.gatekeeper import Gatekeeper
+from loopgate.simulation.assembly import Assembly
 from loopgate.simulation.lights import Lights, signals_of
 from loopgate.simulation.others import Others
 from loopgate.simulation.scenario import Scenario

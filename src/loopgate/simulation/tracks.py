@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from loopgate.abstraction.itinerary import Itinerary, Leg
+from loopgate.drive.track import StopLine, Track
 from loopgate.network import Loop, RoadNetwork
 from loopgate.simulation.sumo_input import Start, rounds
-from loopgate.drive.track import StopLine, Track
 
 __all__ = ["make_track"]
 

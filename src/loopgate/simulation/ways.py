@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from loopgate.abstraction.itinerary import Itinerary
+from loopgate.drive.track import Track
 from loopgate.network import RoadNetwork
 from loopgate.network.records import Connection
-from loopgate.drive.track import Track
 
 __all__ = ["Approach", "Way", "Ways"]
 
