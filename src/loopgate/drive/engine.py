@@ -198,7 +198,7 @@ class Engine:
         return int(self._run["trespasses"][0])
 
     def settle(self) -> None:
-        """Write what is not yet written: after Ctrl-C there may be rows of a step that was not carried out."""
+        """Write what is not yet written: after Ctrl-C there may be rows of a step not carried out."""
         rows = int(self._run["rows"][0])
         if rows:
             self._recorder.passed(self._traffic.now_s, self.tables.rows[:rows])

@@ -61,7 +61,8 @@ class Gatekeeper:
             and len(system.robots) > 1
             and type(negotiation) is Pressure
         )
-        self._configuration: Configuration | None = system.initial
+        self._configuration = system.initial
+        """For gates that do not follow the moves themselves."""
         self._decisions: dict[int, Decision] = {}
         self._decision_us = 0.0
 
@@ -106,16 +107,13 @@ class Gatekeeper:
         counts = zip(REASONS, self._reasons["refused"].tolist(), strict=True)
         return {reason.value: count for reason, count in counts if reason and count}
 
-    @property
     def configuration(self) -> Configuration:
-        """The configuration, written out if need be. O(robots) after a move."""
-        if self._configuration is None or self.compiled:
-            at = tuple((self._vehicles["granted"] % self._vehicles["legs"]).tolist())
-            lists, states = self._tables.lists, self._states
-            lines = [(states["line"][s], states["queue"][s]) for s in self.system.fifo_states]
-            queues = tuple(tuple(lists[begin : begin + length].tolist()) for begin, length in lines)
-            self._configuration = Configuration(at, queues)
-        return self._configuration
+        """Return the configuration, written out. O(robots and states)."""
+        at = tuple((self._vehicles["granted"] % self._vehicles["legs"]).tolist())
+        lists, states = self._tables.lists, self._states
+        lines = [(states["line"][s], states["queue"][s]) for s in self.system.fifo_states]
+        queues = tuple(tuple(lists[begin : begin + length].tolist()) for begin, length in lines)
+        return Configuration(at, queues)
 
     def answer(self) -> None:
         """Decide what is pending, and let vehicles go or stay, until nobody else may go."""
@@ -194,7 +192,7 @@ class Gatekeeper:
         if self._following is not None:
             decision = self._following.decide_here(robot)
         else:
-            decision = self.gate.decide(self.configuration, robot)
+            decision = self.gate.decide(self._configuration, robot)
         self.decision_us[decision.stage].add((perf_counter_ns() - begin) / 1000.0)
         self.messages += decision.messages
         self._decisions[robot] = decision
@@ -204,11 +202,11 @@ class Gatekeeper:
         stage = self._code(decision.stage)
         self._step(drive.SETTLE, robot, int(decision.admitted), number_of(decision.reason), stage)
         if decision.admitted:
-            self._configuration = None
             if self._following is not None:
                 self._following.moved_here(robot)
             else:
-                self.gate.moved(self.configuration, robot)
+                self._configuration = self.system.moved(self._configuration, robot)
+                self.gate.moved(self._configuration, robot)
 
     def blockers(self, robot: int) -> list[list[int]]:
         """Return whom the request of `robot` waits for: of every set, some robot has to move on."""
@@ -220,7 +218,7 @@ class Gatekeeper:
             return blockers(robot, self._tables)
         if reason != RESERVE:
             if self.compiled:  # the gate has not followed
-                decision = self.gate.decide(self.configuration, robot)
+                decision = self.gate.decide(self.configuration(), robot)
             elif self._following is not None:
                 decision = self._following.decide_here(robot)  # by now others may be in its way, or none
             else:
