@@ -78,9 +78,8 @@ class Books(Gatekeeper):
 
     def decide(self, now_s: float) -> list[tuple[int, bool, str]]:
         """Answer the requests; return who was told what."""
-        first = now_s > self.run["now_s"][0]
         self.run["now_s"] = now_s
-        self._decide(int(first))
+        self._decide()
         told = cast("Any", self.tables.entries)["answered"][: self.run["answers"][0]].tolist()
         said = []
         for robot in told:

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from loopgate.abstraction import itinerary
 from loopgate.drive.rows import table
-from loopgate.drive.sense import MOST_CALLS
 from loopgate.drive.step import FULL
 from loopgate.drive.tables import (
     NOBODY,
@@ -81,6 +80,7 @@ def make_tables(tracks: Sequence[Track], system: System | None, code: Code, *, s
         _take_places(system, states, held)
     run = table(Run, length=1)
     run["step_s"] = step_s
+    run["decided_s"] = -math.inf
     for name, word in _WORDS.items():
         if name in Run.__annotations__:
             run[name] = code(word)
@@ -99,7 +99,7 @@ def make_tables(tracks: Sequence[Track], system: System | None, code: Code, *, s
         entries=cast("Any", table(Entry, length=count)),
         rows=np.zeros((FULL * count, 5), dtype=np.int32),
         acts=np.zeros((FULL * count, 3), dtype=np.int64),
-        calls=np.zeros((MOST_CALLS * count, 2), dtype=np.int64),
+        calls=np.zeros((count, 2), dtype=np.int64),
         lists=held,
     )
 

@@ -13,10 +13,9 @@ from __future__ import annotations
 import math
 from typing import Final
 
-from numba import njit
-
 from loopgate.drive.motion import braking_time_s, time_s
 from loopgate.drive.tables import Tables
+from loopgate.kernel_cache import kernel, part
 
 __all__ = ["begin_m", "end_m", "in_the_way", "leg_of", "state_of"]
 
@@ -34,19 +33,19 @@ _GAP_M: Final = 2.5
 """Room that the first keeps to the vehicle before it [m], which may be standing."""
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def leg_of(i: int, leg: int, t: Tables) -> int:
     """Return where leg `leg` of the way of vehicle `i` is in the table of legs."""
     return int(t.vehicles[i].leg_at + leg % t.vehicles[i].legs)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def state_of(i: int, leg: int, t: Tables) -> int:
     """Return the state in which the leg lies."""
     return int(t.legs[leg_of(i, leg, t)].state)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def end_m(i: int, leg: int, t: Tables) -> float:
     """Return where the leg ends [m]; infinity where there is but one."""
     one = t.vehicles[i]
@@ -55,14 +54,14 @@ def end_m(i: int, leg: int, t: Tables) -> float:
     return float(leg // one.legs * one.lap_m + t.legs[leg_of(i, leg, t)].end_m)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def begin_m(i: int, leg: int, t: Tables) -> float:
     """Return where the leg begins [m]."""
     one = t.vehicles[i]
     return float(leg // one.legs * one.lap_m + t.legs[leg_of(i, leg, t)].begin_m)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _shared(k: int, foe: int, t: Tables) -> int:
     """Return where the stretch of pass `k` is that it shares with the foe, or -1."""
     for f in range(t.passes[k].foe_at, t.passes[k].foe_end):
@@ -71,7 +70,7 @@ def _shared(k: int, foe: int, t: Tables) -> int:
     return -1
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def in_the_way(i: int, k: int, f: int, other: int, t: Tables) -> bool:
     """Return whether `other`, under way on foe `f` of pass `k`, keeps vehicle `i` from setting out on it."""
     one, ahead = t.vehicles[i], t.vehicles[other]
@@ -91,7 +90,7 @@ def in_the_way(i: int, k: int, f: int, other: int, t: Tables) -> bool:
     return not clear
 
 
-@njit(cache=True, error_model="numpy")
+@part
 def _passes_before(other: int, leg: int, theirs: int, shared: int, i: int, reach_m: float, t: Tables) -> bool:
     one, ahead = t.vehicles[i], t.vehicles[other]
     inside_m = ahead.front - end_m(other, leg, t)
@@ -108,13 +107,13 @@ def _passes_before(other: int, leg: int, theirs: int, shared: int, i: int, reach
     return braking_time_s(left_m, _room_m(other, leg, t), slow, ahead.decel) + _APART_S <= reached_s
 
 
-@njit(cache=True, error_model="numpy")
+@part
 def _number(i: int, leg: int, t: Tables) -> int:
     """Return the number of the grant that led out of the leg."""
     return int(t.lists[t.vehicles[i].number_at + (leg + 1) % t.vehicles[i].numbers])
 
 
-@njit(cache=True, error_model="numpy")
+@part
 def _may_be_held(ahead: int, leg: int, t: Tables) -> bool:
     """Return whether SUMO may let a vehicle wait on the junction for one that was granted before it."""
     number = _number(ahead, leg, t)
@@ -132,7 +131,7 @@ def _may_be_held(ahead: int, leg: int, t: Tables) -> bool:
     return False
 
 
-@njit(cache=True, error_model="numpy")
+@part
 def _is_before(first: int, leg: int, f: int, k: int, t: Tables) -> bool:
     """Return whether `first`, if it is on foe `f` behind its leg, is not yet past pass `k`."""
     past_m = t.vehicles[first].front - t.vehicles[first].length_m - _BEYOND_M - end_m(first, leg, t)
@@ -145,7 +144,7 @@ def _is_before(first: int, leg: int, f: int, k: int, t: Tables) -> bool:
     return False
 
 
-@njit(cache=True, error_model="numpy")
+@part
 def _room_m(ahead: int, leg: int, t: Tables) -> float:
     """Return how far a vehicle can go from its leg if the one before it in its place stands [m]."""
     state = state_of(ahead, leg + 1, t)

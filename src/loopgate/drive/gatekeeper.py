@@ -122,9 +122,8 @@ class Gatekeeper:
         if self.compiled:
             self.count_decisions(self._time(lambda: self._step(drive.ANSWER)))
             return
-        first = 1
-        while self._decide(first) and self._step(drive.TELL):
-            first = 0
+        while self._decide() and self._step(drive.TELL):
+            pass
 
     def count_decisions(self, decided: int) -> None:
         """Count compiled decisions.
@@ -147,10 +146,10 @@ class Gatekeeper:
         """How many decisions have been made in compiled code."""
         return int(self._run["decisions"][0])
 
-    def _decide(self, first: int) -> bool:
+    def _decide(self) -> bool:
         """Decide once; return whether anybody has an answer."""
         now_s = float(self._run["now_s"][0])
-        robots = self._entries["ready"][: self._step(drive.COLLECT, first)].tolist()
+        robots = self._entries["ready"][: self._step(drive.COLLECT)].tolist()
         requests = [self._request(robot) for robot in robots if self._is_due(robot, now_s)]
         if requests:
             ordered = self.negotiation.order(requests, self, now_s)

@@ -9,8 +9,6 @@ from __future__ import annotations
 
 from typing import Final
 
-from numba import njit
-
 from loopgate.drive.gaps import in_the_way, leg_of, state_of
 from loopgate.drive.tables import (
     CROSSING,
@@ -25,6 +23,7 @@ from loopgate.drive.tables import (
     Tables,
 )
 from loopgate.gates import Reason
+from loopgate.kernel_cache import kernel, part
 
 __all__ = [
     "asks",
@@ -59,25 +58,25 @@ _RED: Final = REASONS.index(Reason.RED)
 _TRAFFIC: Final = REASONS.index(Reason.TRAFFIC)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _here(i: int, t: Tables) -> int:
     """Return the state of the last leg that was granted to the vehicle."""
     return state_of(i, t.vehicles[i].granted, t)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _wanted(i: int, t: Tables) -> int:
     """Return the state behind that."""
     return state_of(i, t.vehicles[i].granted + 1, t)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def room(state: int, t: Tables) -> int:
     """Return how many more vehicles fit into the state."""
     return int(t.states[state].room - t.states[state].held_by)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def first_before(i: int, t: Tables) -> int:
     """Return the head of the FIFO state that the vehicle stands in, if that is another one, or `NOBODY`."""
     state = t.states[_here(i, t)]
@@ -85,7 +84,7 @@ def first_before(i: int, t: Tables) -> int:
     return NOBODY if head == i or not state.fifo else head
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _remove(lists: Numbers, at: int, length: int, one: int) -> int:
     """Take `one`, if it is there, out of a list of `length`, keeping the order; return the new length."""
     for k in range(at, at + length):
@@ -96,7 +95,7 @@ def _remove(lists: Numbers, at: int, length: int, one: int) -> int:
     return length
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _append(at: int, length: int, most: int, one: int, t: Tables) -> int:
     """Put `one` at the end of a list of `length`; return the new length. There is room, or the run ends."""
     if length >= most:
@@ -106,7 +105,7 @@ def _append(at: int, length: int, most: int, one: int, t: Tables) -> int:
     return length + 1
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def left(i: int, state: int, t: Tables) -> None:
     """Take note that the rear of the vehicle has left the state."""
     place = t.states[state]
@@ -114,7 +113,7 @@ def left(i: int, state: int, t: Tables) -> None:
     t.run[0].version += 1
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def cleared(i: int, leg: int, t: Tables) -> None:
     """Take note that the rear of the vehicle has passed the crossings behind the leg."""
     j = leg_of(i, leg, t)
@@ -125,7 +124,7 @@ def cleared(i: int, leg: int, t: Tables) -> None:
         t.run[0].version += 1
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def asks(i: int, t: Tables) -> None:
     """Take a request of the vehicle, the head of its state, for the next one; it stays until granted.
 
@@ -145,7 +144,7 @@ def asks(i: int, t: Tables) -> None:
     run.fresh += 1
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _sort(length: int, t: Tables) -> None:
     """Sort those that are ready by weight, then number."""
     e = t.entries
@@ -158,7 +157,7 @@ def _sort(length: int, t: Tables) -> None:
         e[k + 1].ready, e[k + 1].weight = one, heavy
 
 
-@njit(cache=True, error_model="numpy")
+@part
 def _keep(t: Tables) -> None:
     """Keep way and last slot for some of those that have been passed over for too long; oldest request first.
 
@@ -181,7 +180,7 @@ def _keep(t: Tables) -> None:
             return
 
 
-@njit(cache=True, error_model="numpy")
+@part
 def _keep_for(i: int, t: Tables) -> None:
     """Keep the last slot for a vehicle, and its way if a slot is left, unless they are kept for another."""
     wanted = _wanted(i, t)
@@ -200,7 +199,7 @@ def _keep_for(i: int, t: Tables) -> None:
                 foe.way = i
 
 
-@njit(cache=True, error_model="numpy")
+@part
 def _late(t: Tables) -> int:
     """Sort those for whom something is kept into `Entry.ready`, oldest first; return how many.
 
@@ -231,7 +230,7 @@ def _late(t: Tables) -> int:
     return late
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _in_the_way(i: int, t: Tables) -> int:
     """Return why the vehicle may not set out now, or `NOTHING`."""
     wanted = _wanted(i, t)
@@ -250,7 +249,7 @@ def _in_the_way(i: int, t: Tables) -> int:
     return NOTHING
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def refuse(i: int, reason: int, stage: int, t: Tables) -> None:
     """Refuse the vehicle's request; it is told only if it is for a new reason."""
     one, run = t.vehicles[i], t.run[0]
@@ -262,7 +261,7 @@ def refuse(i: int, reason: int, stage: int, t: Tables) -> None:
         run.answers += 1
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def grant(i: int, reason: int, stage: int, t: Tables) -> None:
     """Let the vehicle have its next leg, with the crossing before it."""
     one, run = t.vehicles[i], t.run[0]
@@ -297,7 +296,7 @@ def grant(i: int, reason: int, stage: int, t: Tables) -> None:
     run.answers += 1
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def still_free(i: int, t: Tables) -> bool:
     """Return whether no grant of this turn got into the way of a vehicle; else refuse it."""
     crossed = t.states[_wanted(i, t)].filled == t.run[0].turn
@@ -313,7 +312,7 @@ def still_free(i: int, t: Tables) -> bool:
     return True
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def settle(i: int, admitted: int, reason: int, stage: int, t: Tables) -> None:
     """Let a request be decided as the gate says."""
     t.vehicles[i].asked_at_s = t.run[0].now_s
@@ -324,7 +323,7 @@ def settle(i: int, admitted: int, reason: int, stage: int, t: Tables) -> None:
         refuse(i, reason, stage, t)
 
 
-@njit(cache=True, error_model="numpy")
+@part
 def _possible(i: int, t: Tables) -> bool:
     """Return whether it is for the negotiation and the gate to say; else note the refusal."""
     one, run = t.vehicles[i], t.run[0]
@@ -342,22 +341,23 @@ def _possible(i: int, t: Tables) -> bool:
     return True
 
 
-@njit(cache=True, error_model="numpy")
+@part
 def due(i: int, t: Tables) -> bool:
     """Return whether the gate may be asked, for the first time or again."""
     return bool(not t.vehicles[i].decided or t.run[0].now_s - t.vehicles[i].asked_at_s >= REASK_S)
 
 
-@njit(cache=True, error_model="numpy")
-def collect(first: int, t: Tables) -> int:
-    """Look at the requests, if it is the `first` time in a step at all of them; return how many are ready.
+@kernel
+def collect(t: Tables) -> int:
+    """Look at the requests, at all of them once a step, else at new ones; return how many are ready.
 
     Within a step grants take room and give none back, so each is looked at once.
     """
     run = t.run[0]
     run.turn += 1
     begin = run.waiting - run.fresh
-    if first:
+    if run.now_s > run.decided_s:
+        run.decided_s = run.now_s
         _keep(t)
         begin = 0
     run.fresh = 0
@@ -370,7 +370,7 @@ def collect(first: int, t: Tables) -> int:
     return ready
 
 
-@njit(cache=True, error_model="numpy")
+@part
 def _waits(i: int, t: Tables) -> bool:
     """Return whether the vehicle has to leave room for others (`Pressure`)."""
     run = t.run[0]
@@ -381,7 +381,7 @@ def _waits(i: int, t: Tables) -> bool:
     return bool(fuller >= (run.now_s - t.vehicles[i].since_s) / run.patience_s)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _closes(i: int, t: Tables) -> bool:
     """Return whether the vehicle's move would close a circle of full places (`Flow.closes`).
 
@@ -401,13 +401,13 @@ def _closes(i: int, t: Tables) -> bool:
     return True  # also for a circle without it, of which there are none
 
 
-@njit(cache=True, error_model="numpy")
-def decide(first: int, t: Tables) -> None:
+@kernel
+def decide(t: Tables) -> None:
     """Answer what `collect` finds, by pressure and the chain rule."""
     run, e = t.run[0], t.entries
     going = 0
     staying = 0
-    for n in range(collect(first, t)):
+    for n in range(collect(t)):
         i = e[n].ready
         if not due(i, t):
             continue

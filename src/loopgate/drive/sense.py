@@ -5,13 +5,11 @@ from __future__ import annotations
 import math
 from typing import Final
 
-from numba import njit
-
 from loopgate.drive.tables import Floats, Tables
+from loopgate.kernel_cache import kernel, part
 
 __all__ = [
     "MARGIN_M",
-    "MOST_CALLS",
     "MOST_ROWS",
     "MUST_ASK",
     "PIVOTED",
@@ -33,22 +31,20 @@ TOLERANCE_M: Final = 0.5
 
 MOST_ROWS: Final = 16
 """So many edges, laps and legs per vehicle are noted in a step; what is more waits for the next."""
-MOST_CALLS: Final = 5
-"""So many calls there can be per vehicle in a step."""
 
-REAR_PASSED: Final = 0
-"""The rear has passed the point at which something is to be given back."""
 PIVOTED: Final = 1
 """The front is on the edge where SUMO renews the route."""
-TRESPASS: Final = 2
+REAR_PASSED: Final = 2
+"""The rear has passed the point at which something is to be given back."""
+TRESPASS: Final = 4
 """The front went past the last granted leg, or is back."""
-MUST_ASK: Final = 3
-"""The next step could take the vehicle past the point where it must brake."""
-RUNS_THROUGH: Final = 4
+RUNS_THROUGH: Final = 8
 """The vehicle is held, and can brake for that no longer."""
+MUST_ASK: Final = 16
+"""The next step could take the vehicle past the point where it must brake."""
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def braking_m(speed: float, decel: float, step_s: float) -> float:
     """Return the braking distance from `speed` [m].
 
@@ -60,7 +56,7 @@ def braking_m(speed: float, decel: float, step_s: float) -> float:
     return step_s * (steps * speed - loss * steps * (steps + 1) / 2)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def must_ask(i: int, t: Tables) -> bool:
     """Return whether the next step could take a vehicle past the point where it must brake."""
     one, step_s = t.vehicles[i], t.run[0].step_s
@@ -68,7 +64,7 @@ def must_ask(i: int, t: Tables) -> bool:
     return bool(one.line_m - one.front < fast * step_s + braking_m(fast, one.decel, step_s) + MARGIN_M)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def note(i: int, event: int, place: int, reason: int, stage: int, t: Tables) -> None:
     """Write a row for the trace, all words by number."""
     run = t.run[0]
@@ -80,14 +76,14 @@ def note(i: int, event: int, place: int, reason: int, stage: int, t: Tables) -> 
     run.rows += 1
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _edge_m(i: int, t: Tables) -> float:
     """Return where the next edge begins [m]."""
     one = t.vehicles[i]
     return float(one.road_lap * one.lap_m + t.roads[one.road_at + one.road].begin_m)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _leg_m(i: int, t: Tables) -> float:
     """Return where the next granted leg begins [m]; infinity if there is none."""
     one = t.vehicles[i]
@@ -97,7 +93,7 @@ def _leg_m(i: int, t: Tables) -> float:
     return float(lap * one.lap_m + t.legs[one.leg_at + position].begin_m)
 
 
-@njit(cache=True, error_model="numpy")
+@part
 def _pass(i: int, t: Tables) -> bool:
     """Note edges, laps and legs entered; return whether the route is renewed."""
     run, one = t.run[0], t.vehicles[i]
@@ -121,13 +117,7 @@ def _pass(i: int, t: Tables) -> bool:
     return pivoted
 
 
-@njit(cache=True, error_model="numpy")
-def _call(called: int, i: int, why: int, t: Tables) -> int:
-    t.calls[called, 0], t.calls[called, 1] = i, why
-    return called + 1
-
-
-@njit(cache=True, error_model="numpy")
+@kernel
 def sense(odometer: Floats, t: Tables) -> int:
     """Bring all vehicles up to date with what their odometers read [m]; return how many `calls` there are.
 
@@ -142,14 +132,18 @@ def sense(odometer: Floats, t: Tables) -> int:
         front = odometer[i] + one.offset
         one.speed = (front - one.front) / step_s
         one.front = front
+        why = 0
         if front >= one.note_m and _pass(i, t):
-            called = _call(called, i, PIVOTED, t)
+            why |= PIVOTED
         if front >= one.rear_m:
-            called = _call(called, i, REAR_PASSED, t)
+            why |= REAR_PASSED
         if (front > one.line_m + TOLERANCE_M) != one.trespassing:
-            called = _call(called, i, TRESPASS, t)
+            why |= TRESPASS
         if one.held_m - front < braking_m(one.speed, one.decel, step_s) - TOLERANCE_M:
-            called = _call(called, i, RUNS_THROUGH, t)
+            why |= RUNS_THROUGH
         if one.asking and must_ask(i, t):
-            called = _call(called, i, MUST_ASK, t)
+            why |= MUST_ASK
+        if why:
+            t.calls[called, 0], t.calls[called, 1] = i, why
+            called += 1
     return called

@@ -10,11 +10,10 @@ import math
 from typing import Any, Final
 
 import numpy as np
-from numba import njit
 
 from loopgate.drive import requests
 from loopgate.drive.gaps import begin_m, end_m, leg_of, state_of
-from loopgate.drive.sense import MUST_ASK, PIVOTED, REAR_PASSED, RUNS_THROUGH, must_ask, note, sense
+from loopgate.drive.sense import MUST_ASK, PIVOTED, REAR_PASSED, RUNS_THROUGH, TRESPASS, must_ask, note, sense
 from loopgate.drive.tables import (
     BRAKE,
     NOBODY,
@@ -26,6 +25,7 @@ from loopgate.drive.tables import (
     Numbers,
     Tables,
 )
+from loopgate.kernel_cache import kernel, part
 
 __all__ = [
     "ANSWER",
@@ -65,7 +65,7 @@ CLEARED: Final = 12
 NOTHING: Final = 13
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _act(i: int, what: int, t: Tables) -> None:
     run = t.run[0]
     if run.acts >= len(t.acts):
@@ -76,7 +76,7 @@ def _act(i: int, what: int, t: Tables) -> None:
     run.acts += 1
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _aim_rear(i: int, t: Tables) -> None:
     """Say where the vehicle gives back what it leaves."""
     one = t.vehicles[i]
@@ -90,7 +90,7 @@ def _aim_rear(i: int, t: Tables) -> None:
     one.rear_m = target
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _aim(i: int, t: Tables) -> None:
     """Say where the vehicle's grants end, and where it gives back what it leaves."""
     one = t.vehicles[i]
@@ -100,7 +100,7 @@ def _aim(i: int, t: Tables) -> None:
         _aim_rear(i, t)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _free_behind(i: int, t: Tables) -> None:
     """Give back what the rear of the vehicle is out of."""
     one = t.vehicles[i]
@@ -109,21 +109,27 @@ def _free_behind(i: int, t: Tables) -> None:
         state = state_of(i, one.tail, t)
         one.tail += 1
         requests.left(i, state, t)
-        note(i, t.run[0].leave, t.states[state].word, 0, 0, t)
+        _note(i, t.run[0].leave, one.tail - 1, t)
     while one.crossed != one.tail and rear_m >= begin_m(i, one.crossed + 1, t):
         one.crossed += 1
         requests.cleared(i, one.crossed - 1, t)
     _aim_rear(i, t)
 
 
-@njit(cache=True, error_model="numpy")
-def _note(i: int, event: int, ahead: int, reason: int, stage: int, t: Tables) -> None:
-    """Write a row about the state so many legs ahead of the last granted one."""
-    word = t.states[state_of(i, t.vehicles[i].granted + ahead, t)].word
-    note(i, event, word, t.reasons[reason].word, stage, t)
+@kernel
+def _note(i: int, event: int, leg: int, t: Tables) -> None:
+    """Write a row about the state in which the leg lies."""
+    note(i, event, t.states[state_of(i, leg, t)].word, 0, 0, t)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
+def _note_answer(i: int, event: int, leg: int, t: Tables) -> None:
+    """Write a row about the answer to the vehicle's request for the leg."""
+    one = t.vehicles[i]
+    note(i, event, t.states[state_of(i, leg, t)].word, t.reasons[one.reason].word, one.stage, t)
+
+
+@part
 def _note_trespass(i: int, t: Tables) -> None:
     one, run = t.vehicles[i], t.run[0]
     one.trespassing = not one.trespassing
@@ -133,7 +139,7 @@ def _note_trespass(i: int, t: Tables) -> None:
         note(i, run.enter, word, run.not_granted, 0, t)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _hold(i: int, t: Tables) -> None:
     one = t.vehicles[i]
     if not one.held:
@@ -142,7 +148,7 @@ def _hold(i: int, t: Tables) -> None:
         _act(i, STOP, t)
 
 
-@njit(cache=True, error_model="numpy")
+@part
 def _run_through(i: int, t: Tables) -> None:
     """Stop a vehicle that does not brake for its line, whatever the simulator makes of its stop.
 
@@ -150,11 +156,11 @@ def _run_through(i: int, t: Tables) -> None:
     """
     t.vehicles[i].held_m = math.inf  # once is enough
     t.run[0].overruns += 1
-    _note(i, t.run[0].overrun, 1, 0, 0, t)
+    _note(i, t.run[0].overrun, t.vehicles[i].granted + 1, t)
     _act(i, BRAKE, t)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _ask(i: int, t: Tables) -> None:
     t.vehicles[i].asking = False
     if t.vehicles[i].steered:
@@ -168,7 +174,7 @@ def _ask(i: int, t: Tables) -> None:
         _hold(i, t)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _consider(i: int, t: Tables) -> None:
     """Let a vehicle ask now if it must, else when it must: its line is new, or it is first in it now."""
     one = t.vehicles[i]
@@ -180,12 +186,12 @@ def _consider(i: int, t: Tables) -> None:
         one.asking = True
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _go(i: int, t: Tables) -> None:
     one, run = t.vehicles[i], t.run[0]
     one.going = False
     _aim(i, t)
-    _note(i, run.grant, 0, one.reason, one.stage, t)
+    _note_answer(i, run.grant, one.granted, t)
     one.longest_s = max(one.longest_s, run.now_s - one.since_s)
     if one.held:
         one.held = False
@@ -194,7 +200,7 @@ def _go(i: int, t: Tables) -> None:
         if not math.isnan(one.halted_s):
             one.hold_s += run.now_s - one.halted_s
             one.halted_s = math.nan
-            _note(i, run.go, 0, 0, 0, t)
+            _note(i, run.go, one.granted, t)
     wanted = state_of(i, one.granted, t)
     if requests.room(wanted, t) <= 0:  # each slot of it is given back as soon as the rear is out of it now
         place = t.states[wanted]
@@ -217,7 +223,7 @@ def _go(i: int, t: Tables) -> None:
                 t.vehicles[other].asking = True
 
 
-@njit(cache=True, error_model="numpy")
+@part
 def _begin(t: Tables) -> None:
     for i in range(len(t.vehicles)):
         if t.vehicles[i].taken:
@@ -225,29 +231,29 @@ def _begin(t: Tables) -> None:
             _consider(i, t)
 
 
-@njit(cache=True, error_model="numpy")
+@part
 def _look(odometer: Floats, halted: Numbers, t: Tables) -> None:
     """Bring all vehicles up to date after a step of the traffic, and do what is due."""
     called = sense(odometer, t)
     for i in halted:
         if t.vehicles[i].held and math.isnan(t.vehicles[i].halted_s):
             t.vehicles[i].halted_s = t.run[0].now_s
-            _note(i, t.run[0].hold, 1, 0, 0, t)
+            _note(i, t.run[0].hold, t.vehicles[i].granted + 1, t)
     for n in range(called):
         i, why = t.calls[n, 0], t.calls[n, 1]
-        if why == MUST_ASK:
-            _ask(i, t)
-        elif why == REAR_PASSED:
-            _free_behind(i, t)
-        elif why == PIVOTED:
+        if why & PIVOTED:
             _act(i, PIVOT, t)
-        elif why == RUNS_THROUGH:
-            _run_through(i, t)
-        else:
+        if why & REAR_PASSED:
+            _free_behind(i, t)
+        if why & TRESPASS:
             _note_trespass(i, t)
+        if why & RUNS_THROUGH:
+            _run_through(i, t)
+        if why & MUST_ASK:
+            _ask(i, t)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _tell(t: Tables) -> bool:
     """Let vehicles go or stay as they have been answered; return whether any may go."""
     run = t.run[0]
@@ -260,19 +266,19 @@ def _tell(t: Tables) -> bool:
             _go(i, t)
             again = True
         else:
-            _note(i, run.refuse, 1, t.vehicles[i].reason, t.vehicles[i].stage, t)
+            _note_answer(i, run.refuse, t.vehicles[i].granted + 1, t)
             _hold(i, t)
     return again
 
 
-@njit(cache=True, error_model="numpy")
+@part
 def _answer(t: Tables) -> None:
-    requests.decide(1, t)
+    requests.decide(t)
     while _tell(t):
-        requests.decide(0, t)
+        requests.decide(t)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _step(
     what: int,
     i: int,
@@ -295,7 +301,7 @@ def _step(
     if what in (ANSWER, TURN):
         _answer(t)
     elif what == COLLECT:
-        return requests.collect(i, t)
+        return requests.collect(t)
     elif what == STILL_FREE:
         return 1 if requests.still_free(i, t) else 0
     elif what == REFUSE:
@@ -357,8 +363,8 @@ class Step:
             see `loopgate.drive.requests`. ``ASKS``, ``LEFT``, ``CLEARED``: a vehicle asks, or its rear has
             left a state (its number is the `leg`) or the crossings behind a leg. ``NOTHING``: as it says.
         robot, leg, reason, stage
-            The vehicle that it is about, and what about it. For ``COLLECT`` the robot says whether it is the
-            first time in this step, for ``SETTLE`` the leg whether the vehicle is admitted.
+            The vehicle that it is about, and what about it. For ``SETTLE`` the leg says
+            whether the vehicle is admitted.
         odometer
             What the simulator says, by vehicle [m].
         robots

@@ -292,8 +292,9 @@ class Run:
         Whether one on a shared stretch is out of the way if it will have left it in time.
     crowded, patience_s, wait_s
         Of `Pressure`, where that is compiled.
-    version, grants, turn
-        Of the books, which grows with all that may lift a refusal; grants and turns of deciding so far.
+    version, grants, turn, decided_s
+        Of the books, which grows with all that may lift a refusal; grants and turns of deciding so far, and
+        when the last turn was [s].
     waiting, fresh, answers
         Length of these lists; the last `fresh` of those waiting have not been looked at.
     rows, acts, lost
@@ -313,6 +314,7 @@ class Run:
     version: int
     grants: int
     turn: int
+    decided_s: float
     waiting: int
     fresh: int
     answers: int
@@ -345,7 +347,7 @@ class Tables(NamedTuple):
     acts
         What is to be done to vehicles after it: vehicle, one of the constants above, the leg granted to it.
     calls
-        Room for `loopgate.drive.sense`: vehicle, and one of its constants.
+        Room for `loopgate.drive.sense`: vehicle, and some of its constants, added up.
     lists
         Lists of vehicles, and of the numbers of grants.
     """

@@ -1,6 +1,6 @@
 """Systems without roads and clocks: exhaustive exploration, single traces, Monte Carlo rounds."""
 
-from loopgate.kernel_cache import forget_stale_kernels
+import loopgate.kernel_cache  # noqa: F401  says where compiled code is kept, before there is any
 from loopgate.untimed.checking import verify_everywhere, verify_walks
 from loopgate.untimed.exploration import Exploration, ExplorationLimitError, Witness
 from loopgate.untimed.montecarlo import Rounds, run_rounds
@@ -10,8 +10,6 @@ from loopgate.untimed.plain import explore_plainly
 from loopgate.untimed.trace import Refusal, Step, trace_moves
 from loopgate.untimed.variety import any_shape, any_system
 from loopgate.untimed.verification import Counterexample, Verification
-
-forget_stale_kernels()
 
 __all__ = [
     "Counterexample",

@@ -197,9 +197,9 @@ def test_cost_follows_events(monkeypatch: pytest.MonkeyPatch) -> None:
     asked = Counter[str]()
     decide = keeper._decide
 
-    def counting(first: int) -> bool:
+    def counting() -> bool:
         asked["times"] += 1
-        return decide(first)
+        return decide()
 
     monkeypatch.setattr(keeper, "_decide", counting)
     drive(engine, traffic, 1000.0)
