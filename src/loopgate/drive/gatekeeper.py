@@ -7,6 +7,8 @@ from collections.abc import Callable
 from time import perf_counter_ns
 from typing import Any, cast
 
+import numpy as np
+
 from loopgate.drive import step as drive
 from loopgate.drive.blocking import blockers
 from loopgate.drive.histogram import Histogram
@@ -55,12 +57,8 @@ class Gatekeeper:
         self.messages = 0
         self.obstacles: tuple[Obstacle, ...] = ()
         """What else can be in the way; asked in this order, after room and crossings."""
-        self._by_rule = (
-            isinstance(gate, CertifiedGate)
-            and gate.by_chain_alone
-            and len(system.robots) > 1
-            and type(negotiation) is Pressure
-        )
+        self._by_chain = isinstance(gate, CertifiedGate) and gate.by_chain_alone and len(system.robots) > 1
+        self._by_pressure = type(negotiation) is Pressure
         self._configuration = system.initial
         """For gates that do not follow the moves themselves."""
         self._decisions: dict[int, Decision] = {}
@@ -85,7 +83,7 @@ class Gatekeeper:
     @property
     def compiled(self) -> bool:
         """Whether all is decided in compiled code: by the chain rule and pressure, with no obstacles."""
-        return self._by_rule and not self.obstacles
+        return self._by_chain and self._by_pressure and not self.obstacles
 
     def held(self, state: int) -> int:
         """Return how many vehicles hold `state`."""
@@ -153,8 +151,11 @@ class Gatekeeper:
         requests = [self._request(robot) for robot in robots if self._is_due(robot, now_s)]
         if requests:
             ordered = self.negotiation.order(requests, self, now_s)
-            for request in ordered:
-                self._decide_one(request.robot)
+            if self._by_chain and not self.obstacles:
+                self._decide_by_chain([request.robot for request in ordered])
+            else:
+                for request in ordered:
+                    self._decide_one(request.robot)
             if len(ordered) < len(requests):
                 going = {request.robot for request in ordered}
                 for request in requests:
@@ -184,9 +185,23 @@ class Gatekeeper:
         here, wanted = path[granted % len(path)], path[(granted + 1) % len(path)]
         return Request(robot, here, wanted, float(one["since_s"]))
 
+    def _decide_by_chain(self, robots: list[int]) -> None:
+        self.count_decisions(
+            self._time(lambda: self._step(drive.DECIDE, robots=np.array(robots, dtype=np.int64)))
+        )
+
     def _decide_one(self, robot: int) -> None:
         if not self._step(drive.STILL_FREE, robot) or self._obstructed(robot):
             return
+        if self._by_chain:
+            self._decide_by_chain([robot])
+        else:
+            self._ask_gate(robot)
+        if self._vehicles["going"][robot]:
+            for obstacle in self.obstacles:
+                obstacle.granted(robot)
+
+    def _ask_gate(self, robot: int) -> None:
         begin = perf_counter_ns()
         if self._following is not None:
             decision = self._following.decide_here(robot)
@@ -195,9 +210,6 @@ class Gatekeeper:
         self.decision_us[decision.stage].add((perf_counter_ns() - begin) / 1000.0)
         self.messages += decision.messages
         self._decisions[robot] = decision
-        if decision.admitted:
-            for obstacle in self.obstacles:
-                obstacle.granted(robot)
         stage = self._code(decision.stage)
         self._step(drive.SETTLE, robot, int(decision.admitted), number_of(decision.reason), stage)
         if decision.admitted:
@@ -216,7 +228,7 @@ class Gatekeeper:
         if reason in (CROSSING, OCCUPIED):
             return blockers(robot, self._tables)
         if reason != RESERVE:
-            if self.compiled:  # the gate has not followed
+            if self._by_chain:  # the gate has not followed
                 decision = self.gate.decide(self.configuration(), robot)
             elif self._following is not None:
                 decision = self._following.decide_here(robot)  # by now others may be in its way, or none

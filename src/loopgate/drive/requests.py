@@ -30,6 +30,7 @@ __all__ = [
     "cleared",
     "collect",
     "decide",
+    "decide_by_chain",
     "due",
     "first_before",
     "left",
@@ -402,6 +403,15 @@ def _closes(i: int, t: Tables) -> bool:
 
 
 @kernel
+def decide_by_chain(i: int, t: Tables) -> None:
+    """Decide the vehicle's request by the chain rule, if its way is still free."""
+    if still_free(i, t):
+        closes = _closes(i, t)
+        t.run[0].decisions += 1
+        settle(i, 0 if closes else 1, DEADLOCK if closes else FREE, t.run[0].chain, t)
+
+
+@kernel
 def decide(t: Tables) -> None:
     """Answer what `collect` finds, by pressure and the chain rule."""
     run, e = t.run[0], t.entries
@@ -421,10 +431,6 @@ def decide(t: Tables) -> None:
         going += 1
     _sort(going, t)
     for n in range(going):
-        i = e[n].ready
-        if still_free(i, t):
-            closes = _closes(i, t)
-            run.decisions += 1
-            settle(i, 0 if closes else 1, DEADLOCK if closes else FREE, run.chain, t)
+        decide_by_chain(e[n].ready, t)
     for n in range(staying):
         refuse(e[n].staying, RESERVE, 0, t)

@@ -34,6 +34,7 @@ __all__ = [
     "CLEARED",
     "COLLECT",
     "CONSIDER",
+    "DECIDE",
     "FULL",
     "LEFT",
     "LOOK",
@@ -63,6 +64,7 @@ ASKS: Final = 10
 LEFT: Final = 11
 CLEARED: Final = 12
 NOTHING: Final = 13
+DECIDE: Final = 14
 
 
 @kernel
@@ -298,6 +300,9 @@ def _step(
         for j in robots:
             t.vehicles[j].steered = False
             _consider(j, t)
+    if what == DECIDE:
+        for j in robots:
+            requests.decide_by_chain(j, t)
     if what in (ANSWER, TURN):
         _answer(t)
     elif what == COLLECT:
@@ -359,16 +364,17 @@ class Step:
             ``BEGIN``: all vehicles are taken over. ``LOOK``: all are brought up to date after a step of the
             traffic. ``CONSIDER``: some are steered no longer. ``ANSWER``: all requests are answered, by
             pressure and the chain rule, and vehicles told. ``TURN``: `LOOK` and `ANSWER`. ``COLLECT``,
-            ``STILL_FREE``, ``REFUSE``, ``SETTLE``, ``TELL``: parts of `ANSWER`, for other rules in between;
-            see `loopgate.drive.requests`. ``ASKS``, ``LEFT``, ``CLEARED``: a vehicle asks, or its rear has
-            left a state (its number is the `leg`) or the crossings behind a leg. ``NOTHING``: as it says.
+            ``STILL_FREE``, ``REFUSE``, ``SETTLE``, ``DECIDE``, ``TELL``: parts of `ANSWER`, for other rules
+            in between; see `loopgate.drive.requests`. ``ASKS``, ``LEFT``, ``CLEARED``: a vehicle asks, or
+            its rear has left a state (its number is the `leg`) or the crossings behind a leg. ``NOTHING``:
+            as it says.
         robot, leg, reason, stage
             The vehicle that it is about, and what about it. For ``SETTLE`` the leg says
             whether the vehicle is admitted.
         odometer
             What the simulator says, by vehicle [m].
         robots
-            The vehicles that came to rest at a stop, or that are steered no longer.
+            The vehicles that came to rest at a stop, are steered no longer, or are to be decided.
 
         Returns
         -------

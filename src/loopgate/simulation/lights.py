@@ -139,7 +139,7 @@ class Lights:
     def in_the_way(self, robot: int) -> Reason | None:
         """Return RED unless every light on the crossing before `robot` lets it pass, and in time."""
         driver = self._drivers[robot]
-        signals = self._ahead(driver)
+        signals = self._behind(driver, driver.granted)
         if not signals:
             return None
         now_s = self._traffic.now_s
@@ -152,8 +152,8 @@ class Lights:
             self._longest = now_s - since, signals[0].movement, signals[0].light
         return Reason.RED
 
-    def _ahead(self, driver: Driver) -> Sequence[Signal]:
-        return self._signals[driver.robot][driver.granted % len(driver.track.legs)]
+    def _behind(self, driver: Driver, leg: int) -> Sequence[Signal]:
+        return self._signals[driver.robot][leg % len(driver.track.legs)]
 
     def _lets_pass(self, driver: Driver, signals: Sequence[Signal], *, patient: bool) -> bool:
         opens = self._timetable
@@ -179,7 +179,7 @@ class Lights:
         """Take note that `robot` sets out."""
         driver = self._drivers[robot]
         self._red_since.pop(robot, None)
-        for signal in self._ahead(driver):
+        for signal in self._behind(driver, driver.granted - 1):
             self._grants += 1
             line_m = driver.line_m + signal.ahead_m
             self._under_way.append(_Passage(driver, signal, line_m))

@@ -113,6 +113,7 @@ def test_standing_at_a_red_with_a_grant_is_counted() -> None:
     """The light turns after the grant; the vehicle stands for three steps, then passes."""
     scene = Scene(signal("t"))
     scene.shows("t", "G", 5.0)
+    scene.driver.row["granted"] = 1
     scene.lights.granted(0)
     scene.lights.look()
     assert scene.lights.figures()["stood"] == 0
