@@ -61,6 +61,8 @@ class Gatekeeper:
         self._by_pressure = type(negotiation) is Pressure
         self._configuration = system.initial
         """For gates that do not follow the moves themselves."""
+        self._granted = False
+        """Whether anything has been granted since the requests were collected."""
         self._decisions: dict[int, Decision] = {}
         self._decision_us = 0.0
 
@@ -147,6 +149,7 @@ class Gatekeeper:
     def _decide(self) -> bool:
         """Decide once; return whether anybody has an answer."""
         now_s = float(self._run["now_s"][0])
+        self._granted = False
         robots = self._entries["ready"][: self._step(drive.COLLECT)].tolist()
         requests = [self._request(robot) for robot in robots if self._is_due(robot, now_s)]
         if requests:
@@ -191,13 +194,14 @@ class Gatekeeper:
         )
 
     def _decide_one(self, robot: int) -> None:
-        if not self._step(drive.STILL_FREE, robot) or self._obstructed(robot):
+        if self._granted and (not self._step(drive.STILL_FREE, robot) or self._obstructed(robot)):
             return
         if self._by_chain:
             self._decide_by_chain([robot])
         else:
             self._ask_gate(robot)
         if self._vehicles["going"][robot]:
+            self._granted = True
             for obstacle in self.obstacles:
                 obstacle.granted(robot)
 
