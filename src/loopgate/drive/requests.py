@@ -168,12 +168,16 @@ def _keep(t: Tables) -> None:
     keeps its own: so each waits for older ones only, never two for each other. Who is refused by the gate
     for all that lets others go before it again.
     """
+    before, late = t.run[0].late, _late(t)
+    t.run[0].late = late
+    if before == 0 and late == 0:
+        return
     for m in range(len(t.moves)):
         t.moves[m].way = NOBODY
     for s in range(len(t.states)):
         t.states[s].slot_before = t.states[s].slot
         t.states[s].slot = NOBODY
-    for n in range(_late(t)):
+    for n in range(late):
         _keep_for(t.entries[n].ready, t)
     for s in range(len(t.states)):
         if t.states[s].slot != t.states[s].slot_before:

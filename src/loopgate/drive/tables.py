@@ -295,8 +295,9 @@ class Run:
     version, grants, turn, decided_s
         Of the books, which grows with all that may lift a refusal; grants and turns of deciding so far, and
         when the last turn was [s].
-    waiting, fresh, answers
-        Length of these lists; the last `fresh` of those waiting have not been looked at.
+    waiting, fresh, answers, late
+        Length of these lists; the last `fresh` of those waiting have not been looked at, and for `late` of
+        them something is kept.
     rows, acts, lost
         How many there are of this step, and how many found no room.
     overruns, trespasses, decisions
@@ -318,6 +319,7 @@ class Run:
     waiting: int
     fresh: int
     answers: int
+    late: int
     rows: int
     acts: int
     lost: int
