@@ -1,41 +1,77 @@
-"""Forgets compiled code that is older than its source.
+"""Compiles functions, and keeps what was compiled in a folder of its own for each state of the sources.
 
 Numba keeps what it compiled by file, and looks at that file only: a function keeps an old version of what it
-calls, or of a constant, in another file. Here all kernels are forgotten as soon as any source file of the
-package is another than it was.
+calls, or of a constant, in another file. And several processes that find the sources changed must not share a
+folder with those that still run the old ones. So the folder is named by a hash of all sources of the package.
 """
 
 from __future__ import annotations
 
 import hashlib
+import os
+import shutil
+import time
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any, TypeVar, cast
 
-__all__ = ["forget_stale_kernels"]
+from numba import config, njit
 
-_STAMP = "kernels.stamp"
+__all__ = ["kernel", "kernel_folder", "part"]
+
+_PACKAGE = Path(__file__).parent
+_PREFIX = "loopgate-kernels-"
+_OLD_S = 7 * 24 * 3600.0
+"""After so long what was compiled of other sources is deleted [s]."""
+
+F = TypeVar("F", bound=Callable[..., Any])
 
 
-def forget_stale_kernels(package: Path = Path(__file__).parent) -> bool:
-    """Delete the compiled code in a package if its sources have changed since; return whether they had.
+def kernel_folder(given: str = "", package: Path = _PACKAGE) -> str:
+    """Return the folder for compiled code of the sources as they are; empty if none can be made.
 
     Parameters
     ----------
+    given
+        The folder that the user wants compiled code to be in (``NUMBA_CACHE_DIR``); else it is the package's
+        own, or the user's where that cannot be written to.
     package
-        The folder of the package. One that cannot be written to is left as it is.
+        The folder of the package.
     """
-    cache = package / "__pycache__"
-    sources = sorted(package.rglob("*.py"))
     facts = [
-        (str(file.relative_to(package)), file.stat().st_size, file.stat().st_mtime_ns) for file in sources
+        (str(file.relative_to(package)), file.stat().st_size, file.stat().st_mtime_ns)
+        for file in sorted(package.rglob("*.py"))
     ]
-    stamp = hashlib.sha256(repr(facts).encode()).hexdigest()
-    try:
-        if (cache / _STAMP).exists() and (cache / _STAMP).read_text(encoding="ascii") == stamp:
-            return False
-        for kernel in [*package.rglob("*.nbi"), *package.rglob("*.nbc")]:
-            kernel.unlink(missing_ok=True)
-        cache.mkdir(exist_ok=True)
-        (cache / _STAMP).write_text(stamp, encoding="ascii")
-    except OSError:
-        return False
-    return True
+    name = _PREFIX + hashlib.sha256(repr(facts).encode()).hexdigest()[:16]
+    own = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "loopgate"
+    for place in (Path(given),) if given else (package / "__pycache__", own):
+        folder = place / name
+        try:
+            if not folder.is_dir():
+                folder.mkdir(parents=True)
+                _delete_old(place)
+            if os.access(folder, os.W_OK):
+                return str(folder)
+        except OSError:
+            continue
+    return given
+
+
+def _delete_old(place: Path) -> None:
+    for folder in place.glob(f"{_PREFIX}*"):
+        if time.time() - folder.stat().st_mtime > _OLD_S:
+            shutil.rmtree(folder, ignore_errors=True)
+
+
+# Numba has one such setting for all that is compiled: it is made as soon as anything here is imported.
+config.CACHE_DIR = kernel_folder(config.CACHE_DIR)  # type: ignore[attr-defined]  # there once numba is imported
+
+
+def kernel(function: F) -> F:
+    """Compile a function when it is first called, and keep it."""
+    return cast("F", njit(cache=True, error_model="numpy")(function))
+
+
+def part(function: F) -> F:
+    """Let a function become part of the one that calls it, which is then compiled sooner than both."""
+    return cast("F", njit(inline="always", error_model="numpy")(function))

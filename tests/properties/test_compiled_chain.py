@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import random
-from types import SimpleNamespace
 from typing import Any, cast
 
 import pytest
+from books import Books
 from numba import njit
 
-from loopgate.abstraction.itinerary import Abstraction, Itinerary, Leg
+from loopgate.abstraction.itinerary import Leg
+from loopgate.drive import requests
+from loopgate.drive.step import SETTLE
+from loopgate.drive.tables import Tables
 from loopgate.errors import SystemModelError, UnsafeStartError
 from loopgate.gates import make_gate
 from loopgate.gates.certified import CertifiedGate
 from loopgate.model import System
+from loopgate.negotiation.simple import OldestFirst
 from loopgate.research.theory.road_systems import (
     Roads,
     commuters,
@@ -25,11 +29,6 @@ from loopgate.research.theory.road_systems import (
     two_rings,
     two_way_grid,
 )
-from loopgate.simulation.compiled import count, gatekeeping
-from loopgate.simulation.compiled.making import make_books
-from loopgate.simulation.compiled.tables import Books, Rider
-from loopgate.simulation.fleet import Fleet
-from loopgate.simulation.rows import table
 
 ROADS = (
     ring(4),
@@ -45,35 +44,17 @@ MOVES = 150
 
 
 @njit(error_model="numpy")
-def closes(i: int, b: Books) -> bool:
-    """Return whether the move is refused; compiled here, as a part of a kernel is."""
-    return bool(gatekeeping._closes(i, b))
-
-
-@njit(error_model="numpy")
-def go(i: int, state: int, b: Books) -> None:
-    """Let the vehicle move, and its rear leave at once."""
-    gatekeeping.asks(i, 0.0, b)
-    b.pool[count.FRESH] = 0
-    gatekeeping._grant(i, b)
-    gatekeeping.left(i, state, b)
+def closes(i: int, tables: Tables) -> bool:
+    """Return whether the move is refused; compiled here, as a part of a step is."""
+    return bool(requests._closes(i, tables))
 
 
 def books_of(system: System) -> Books:
     """Return the books for a system whose states lie end to end, with nothing to cross."""
-    names = [system.states[s] for s in range(len(system.states))]
-    ways = tuple(
-        Itinerary(
-            robot.id,
-            10.0 * len(path),
-            tuple(Leg(names[s], 10.0 * k, 10.0 * k + 9.0) for k, s in enumerate(path)),
-        )
-        for robot, path in zip(system.robots, system.paths, strict=True)
-    )
-    abstraction = Abstraction("queues", system, ways, tuple(0.0 for _ in ways))
-    riders = table(Rider, {"legs": [len(path) for path in system.paths]})
-    fleet = SimpleNamespace(columns=riders, tables=(riders, riders[:0], riders[:0]))
-    return make_books(abstraction, cast("Fleet", fleet), lambda _: 0)
+    legs = [
+        [Leg(system.states[s], 10.0 * k, 10.0 * k + 9.0) for k, s in enumerate(path)] for path in system.paths
+    ]
+    return Books(system, legs, make_gate("collision", system), OldestFirst(random.Random(0)))
 
 
 def walk(system: System, seed: int) -> int:
@@ -92,14 +73,16 @@ def walk(system: System, seed: int) -> int:
             here, there = path[at[robot]], path[(at[robot] + 1) % len(path)]
             if queues[here][0] != robot or len(queues[there]) >= system.room[there]:
                 continue
-            ours = not closes(robot, books)
+            ours = not closes(robot, books.tables)
             assert ours == gate.decide_here(robot).admitted
             refused += not ours
             if ours:
                 can.append(robot)
         robot = rng.choice(can)  # some robot can always move
         path = system.paths[robot]
-        go(robot, path[at[robot]], books)
+        books.do(SETTLE, robot, 1)
+        books.run["answers"] = 0
+        books.left(robot, path[at[robot]])
         gate.moved_here(robot)
         queues[path[at[robot]]].remove(robot)
         at[robot] = (at[robot] + 1) % len(path)

@@ -10,10 +10,10 @@ import pytest
 import sumo
 
 from loopgate.abstraction.queue_layout import lay_out_queues
+from loopgate.drive.engine import Engine
 from loopgate.network import LaneSpan
 from loopgate.network.vehicle_type import DEFAULT_TYPE
 from loopgate.simulation.assembly import assemble
-from loopgate.simulation.engine import Engine
 from loopgate.simulation.run import run
 from loopgate.simulation.scenario import Scenario
 

@@ -9,11 +9,10 @@ from pathlib import Path
 import pytest
 
 from loopgate.audit import audit_events
+from loopgate.drive import engine
 from loopgate.model import read_system
 from loopgate.results.columns import EVENT, PLACE, STAGE, TIME
 from loopgate.results.recorder import read_events
-from loopgate.simulation import engine
-from loopgate.simulation.compiled import engine as compiled_engine
 from loopgate.simulation.run import run
 from loopgate.simulation.scenario import Scenario
 from loopgate.traffic.sumo import SumoTraffic
@@ -158,8 +157,7 @@ def test_sumo_forgets_the_stops_that_vehicles_have_made(monkeypatch: pytest.Monk
         return vehicles
 
     monkeypatch.setattr(SumoTraffic, "halted", counting)
-    for module in (engine, compiled_engine):
-        monkeypatch.setattr(module, "FORGOTTEN_STOPS", 2)
+    monkeypatch.setattr(engine, "_FORGOTTEN_STOPS", 2)
     run(Scenario(network=str(GRID), loops=6, vehicles=90, duration_s=3600.0, loop_length_m=(400.0, 900.0)))
     assert max(reached.values()) > 30
     assert max(kept) < 15

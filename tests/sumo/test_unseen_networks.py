@@ -9,9 +9,9 @@ import pytest
 from made_networks import narrow_streets, netgenerate, roundabouts
 
 from loopgate.abstraction.stretches import narrow_lanes
+from loopgate.drive.engine import Engine
 from loopgate.errors import RouteError
 from loopgate.network import RoadNetwork
-from loopgate.simulation.engine import Engine
 from loopgate.simulation.run import run
 from loopgate.simulation.scenario import Scenario
 

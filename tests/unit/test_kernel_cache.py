@@ -1,40 +1,70 @@
-"""Compiled code that is older than its source is forgotten."""
+"""Compiled code is kept apart for each state of the sources."""
 
+import os
+import subprocess
+import sys
+import time
 from pathlib import Path
 
-from loopgate.kernel_cache import forget_stale_kernels
+import pytest
+
+from loopgate.kernel_cache import kernel_folder
 
 
 def package(folder: Path) -> Path:
-    """Make a package of two files, and what a kernel of one left behind."""
-    (folder / "inner" / "__pycache__").mkdir(parents=True)
+    """Make a package of two files."""
+    (folder / "inner").mkdir(parents=True)
     (folder / "a.py").write_text("A = 1\n", encoding="utf-8")
     (folder / "inner" / "b.py").write_text("B = 1\n", encoding="utf-8")
-    for ending in ("nbi", "nbc"):
-        (folder / "inner" / "__pycache__" / f"b.{ending}").write_bytes(b"kernel")
     return folder
 
 
-def kernels(folder: Path) -> int:
-    """Count what is left."""
-    return len([*folder.rglob("*.nbi"), *folder.rglob("*.nbc")])
+@pytest.mark.parametrize("given", ["", "wanted"])
+def test_a_change_in_any_file_leads_to_another_folder(given: str, tmp_path: Path) -> None:
+    """Also below the folder that the user wants; what others still run is not touched."""
+    place = str(tmp_path / given) if given else ""
+    sources = package(tmp_path / "package")
+    before = Path(kernel_folder(place, sources))
+    assert before.is_dir()
+    assert before.parent == (Path(place) if place else sources / "__pycache__")
+    assert Path(kernel_folder(place, sources)) == before
+    (sources / "inner" / "b.py").write_text("B = 12\n", encoding="utf-8")
+    after = Path(kernel_folder(place, sources))
+    assert after != before
+    assert before.is_dir()
 
 
-def test_a_change_in_any_file_makes_all_kernels_stale(tmp_path: Path) -> None:
-    """At first nothing is known of them either; later they stay until a source file changes."""
-    folder = package(tmp_path)
-    assert forget_stale_kernels(folder)
-    assert kernels(folder) == 0
-    (folder / "inner" / "__pycache__" / "b.nbi").write_bytes(b"kernel")
-    assert not forget_stale_kernels(folder)
-    assert kernels(folder) == 1
-    (folder / "a.py").write_text("A = 12\n", encoding="utf-8")
-    assert forget_stale_kernels(folder)
-    assert kernels(folder) == 0
+def test_what_is_a_week_old_is_deleted(tmp_path: Path) -> None:
+    """When a new folder is made."""
+    sources = package(tmp_path / "package")
+    before = Path(kernel_folder("", sources))
+    os.utime(before, (0.0, time.time() - 8 * 24 * 3600))
+    (sources / "a.py").write_text("A = 12\n", encoding="utf-8")
+    assert Path(kernel_folder("", sources)).is_dir()
+    assert not before.exists()
 
 
-def test_what_cannot_be_written_to_is_left_alone(tmp_path: Path) -> None:
-    """An installation may be read-only; here a file is where the folder would have to be."""
-    (tmp_path / "a.py").write_text("", encoding="utf-8")
-    (tmp_path / "__pycache__").write_text("", encoding="utf-8")
-    assert not forget_stale_kernels(tmp_path)
+def test_an_installation_that_cannot_be_written_to(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Here a file is where the folder would have to be: the user's own takes its place, if there is one."""
+    sources = package(tmp_path / "package")
+    (sources / "__pycache__").write_text("", encoding="utf-8")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "mine"))
+    assert Path(kernel_folder("", sources)).parent == tmp_path / "mine" / "loopgate"
+    (tmp_path / "other").write_text("", encoding="utf-8")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "other"))
+    assert kernel_folder("", sources) == ""
+
+
+@pytest.mark.parametrize("module", ["loopgate.drive.motion", "loopgate.research.state_space.kernels"])
+def test_kernels_are_kept_there(module: str, tmp_path: Path) -> None:
+    """Whatever is imported first, and where the user wants them."""
+    script = (
+        f"import importlib, numba\nfound = vars(importlib.import_module({module!r})).values()\n"
+        "print(*(f.stats.cache_path for f in found if hasattr(f, 'overloads') and f.stats.cache_path))\n"
+    )
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
+    done = subprocess.run(
+        [sys.executable, "-c", script], env=environment, capture_output=True, text=True, check=True
+    )
+    assert done.stdout.split()
+    assert all(path.startswith(f"{tmp_path}/loopgate-kernels-") for path in done.stdout.split())

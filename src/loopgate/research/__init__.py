@@ -1,5 +1,3 @@
 """What studies gates and drives nothing: theory, state space, runs, agents, the paper."""
 
-from loopgate.kernel_cache import forget_stale_kernels
-
-forget_stale_kernels()
+import loopgate.kernel_cache  # noqa: F401  says where compiled code is kept, before there is any

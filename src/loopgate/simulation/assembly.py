@@ -9,6 +9,7 @@ from random import Random
 from loopgate.abstraction.itinerary import Abstraction
 from loopgate.abstraction.queues import make_queues
 from loopgate.abstraction.segments import make_segments
+from loopgate.drive.track import Track
 from loopgate.errors import ScenarioError
 from loopgate.network import Loop, RoadNetwork, VehicleType, read_loops
 from loopgate.network.sumo_config import is_sumo_config
@@ -18,7 +19,6 @@ from loopgate.simulation.random_loops import random_loops
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.settings import check_types, left_out, unforeseen
 from loopgate.simulation.sumo_input import Start
-from loopgate.simulation.track import Track
 from loopgate.simulation.tracks import make_track
 
 __all__ = ["Assembly", "assemble"]

@@ -8,12 +8,11 @@ from dataclasses import dataclass
 from typing import Any
 
 from loopgate.abstraction.itinerary import Itinerary, Leg
+from loopgate.drive.driver import Driver
+from loopgate.drive.motion import time_s
 from loopgate.gates import Reason
 from loopgate.network import RoadNetwork
 from loopgate.network.records import Connection
-from loopgate.simulation.driver import Driver
-from loopgate.simulation.fleet import Fleet
-from loopgate.simulation.motion import time_s
 from loopgate.simulation.timetable import Timetable
 from loopgate.traffic.base import Traffic
 
@@ -111,7 +110,7 @@ class Lights:
     ----------
     traffic
         The running simulation.
-    drivers, fleet
+    drivers
         Of all robots: their grants, and where they are.
     signals
         From `signals_of`.
@@ -123,13 +122,11 @@ class Lights:
         self,
         traffic: Traffic,
         drivers: Sequence[Driver],
-        fleet: Fleet,
         signals: Signals,
         timetable: Timetable,
     ) -> None:
         self._traffic = traffic
         self._drivers = drivers
-        self._fleet = fleet
         self._signals = [signals[driver.track.loop] for driver in drivers]
         self._timetable = timetable
         self._red_since: dict[int, float] = {}
@@ -142,7 +139,7 @@ class Lights:
     def in_the_way(self, robot: int) -> Reason | None:
         """Return RED unless every light on the crossing before `robot` lets it pass, and in time."""
         driver = self._drivers[robot]
-        signals = self._signals[robot][driver.position(driver.granted)]
+        signals = self._behind(driver, driver.granted)
         if not signals:
             return None
         now_s = self._traffic.now_s
@@ -155,6 +152,9 @@ class Lights:
             self._longest = now_s - since, signals[0].movement, signals[0].light
         return Reason.RED
 
+    def _behind(self, driver: Driver, leg: int) -> Sequence[Signal]:
+        return self._signals[driver.robot][leg % len(driver.track.legs)]
+
     def _lets_pass(self, driver: Driver, signals: Sequence[Signal], *, patient: bool) -> bool:
         opens = self._timetable
         first = signals[0]
@@ -162,15 +162,15 @@ class Lights:
             return False
         if not patient:
             return True
-        speed = self._fleet.speeds[driver.robot]
-        to_end_m = driver.line_m - self._fleet.fronts[driver.robot]
+        speed = driver.speed_mps
+        to_end_m = driver.line_m - driver.front_m
         for signal in signals:
             distance_m = to_end_m + signal.ahead_m
-            top = min(driver.top, max(speed, signal.speed_mps))
-            slow_s = _START_S + time_s(distance_m, speed, _SLOW_ACCEL * driver.accel, _SLOW_SPEED * top)
+            top = min(driver.top_mps, max(speed, signal.speed_mps))
+            slow_s = _START_S + time_s(distance_m, speed, _SLOW_ACCEL * driver.accel_mps2, _SLOW_SPEED * top)
             fast_s = 0.0
             if not signal.at_line:
-                fast_s = time_s(distance_m, speed, driver.accel, driver.top)
+                fast_s = time_s(distance_m, speed, driver.accel_mps2, driver.top_mps)
             if not opens.may_be_open(signal.light, signal.link, fast_s, slow_s):
                 return False
         return True
@@ -179,7 +179,7 @@ class Lights:
         """Take note that `robot` sets out."""
         driver = self._drivers[robot]
         self._red_since.pop(robot, None)
-        for signal in self._signals[robot][driver.position(driver.granted)]:
+        for signal in self._behind(driver, driver.granted - 1):
             self._grants += 1
             line_m = driver.line_m + signal.ahead_m
             self._under_way.append(_Passage(driver, signal, line_m))
@@ -199,10 +199,10 @@ class Lights:
         still: list[_Passage] = []
         for passage in self._under_way:
             driver, signal = passage.driver, passage.signal
-            if self._fleet.fronts[driver.robot] > passage.line_m:
+            if driver.front_m > passage.line_m:
                 continue
             still.append(passage)
-            standing = self._fleet.speeds[driver.robot] < _STANDING_MPS
+            standing = driver.speed_mps < _STANDING_MPS
             if standing and not self._timetable.is_open(signal.light, signal.link):
                 self._stood_s += self._traffic.step_s
                 if not passage.stands:

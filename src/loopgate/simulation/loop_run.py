@@ -7,9 +7,9 @@ from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, field
 from time import perf_counter
 
+from loopgate.drive.engine import Engine
 from loopgate.results.columns import Event
 from loopgate.results.recorder import Recorder
-from loopgate.simulation.engine import Engine
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.watch import Deadlock, Watch
 from loopgate.traffic.base import Traffic

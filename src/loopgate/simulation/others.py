@@ -7,11 +7,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from loopgate.drive.driver import Driver
+from loopgate.drive.gatekeeper import Gatekeeper
+from loopgate.drive.motion import time_s
 from loopgate.gates import Reason
-from loopgate.simulation.driver import Driver
-from loopgate.simulation.fleet import Fleet
-from loopgate.simulation.motion import time_s
-from loopgate.simulation.occupancy import Occupancy
 from loopgate.simulation.timetable import Timetable
 from loopgate.simulation.ways import Approach, Way
 from loopgate.traffic.base import Traffic
@@ -66,12 +65,12 @@ class Others:
     ----------
     traffic
         The running simulation.
-    drivers, fleet
+    drivers
         Of all robots: their grants, and where they are.
     ways
         Per robot and position.
-    occupancy
-        What the gated vehicles hold.
+    keeper
+        Knows what the gated vehicles hold.
     timetable
         What the lights show.
     """
@@ -80,16 +79,14 @@ class Others:
         self,
         traffic: Traffic,
         drivers: Sequence[Driver],
-        fleet: Fleet,
         ways: Sequence[Sequence[Way]],
-        occupancy: Occupancy,
+        keeper: Gatekeeper,
         timetable: Timetable,
     ) -> None:
         self._traffic = traffic
         self._drivers = drivers
-        self._fleet = fleet
         self._ways = ways
-        self._occupancy = occupancy
+        self._keeper = keeper
         self._timetable = timetable
         self._gated = frozenset(driver.id for driver in drivers)
         self._lengths: dict[str, float] = {}
@@ -117,7 +114,7 @@ class Others:
         sets = [[other] for other in (*self._before(robot, way), *self._across(way))]
         if self._too_full(way):
             inside = [seen.vehicle for seen in self._next(way)]
-            sets.append(inside + [self._drivers[r].id for r in self._occupancy.holders(way.state)])
+            sets.append(inside + [self._drivers[r].id for r in self._keeper.holders(way.state)])
         return sets
 
     def figures(self) -> dict[str, Any]:
@@ -126,7 +123,7 @@ class Others:
 
     def _way(self, robot: int) -> Way:
         driver = self._drivers[robot]
-        return self._ways[robot][driver.position(driver.granted)]
+        return self._ways[robot][driver.granted % len(driver.track.legs)]
 
     def _before(self, robot: int, way: Way) -> list[str]:
         """Return the ordinary vehicles between `robot` and its line."""
@@ -134,7 +131,7 @@ class Others:
         if not seen:
             return []
         driver = self._drivers[robot]
-        here_m = way.line_m - (driver.line_m - self._fleet.fronts[robot])
+        here_m = way.line_m - (driver.line_m - driver.front_m)
         return [s.vehicle for s in seen if here_m < s.position_m <= way.line_m + _BEYOND_M]
 
     def _across(self, way: Way) -> list[str]:
@@ -146,11 +143,11 @@ class Others:
         if not near:
             return False
         driver = self._drivers[robot]
-        speed = self._fleet.speeds[robot]
-        left_m = driver.line_m - self._fleet.fronts[robot]
-        top = min(driver.top, way.speed_mps)
-        there_s = time_s(left_m, speed, driver.accel, top)
-        over_s = time_s(left_m + way.over_m + driver.length, speed, driver.accel, top) + _APART_S
+        speed = driver.speed_mps
+        left_m = driver.line_m - driver.front_m
+        top = min(driver.top_mps, way.speed_mps)
+        there_s = time_s(left_m, speed, driver.accel_mps2, top)
+        over_s = time_s(left_m + way.over_m + driver.length_m, speed, driver.accel_mps2, top) + _APART_S
         return any(there_s - _PASSED_S < s < over_s for approach in near for s in self._arrivals_s(approach))
 
     def _arrivals_s(self, approach: Approach) -> list[float]:
@@ -177,7 +174,7 @@ class Others:
         if not inside:
             return False
         taken = sum(math.ceil((seen.length_m + _GAP_M) / way.slot_m) for seen in inside)
-        return taken >= self._occupancy.room(way.state)
+        return taken >= self._keeper.room(way.state)
 
     def _look_around(self) -> None:
         """Note where the ordinary vehicles are, once per step. O(vehicles)."""

@@ -14,6 +14,8 @@ import pandas as pd
 
 from loopgate.analysis.monitoring import compute_edges
 from loopgate.disk import disk_error, writing
+from loopgate.drive.gatekeeper import Gatekeeper
+from loopgate.drive.histogram import Histogram
 from loopgate.errors import ScenarioError
 from loopgate.folders import FolderLock
 from loopgate.gates import Reason
@@ -36,8 +38,6 @@ from loopgate.results.columns import (
     Y,
 )
 from loopgate.results.recorder import read_events
-from loopgate.simulation.gatekeeper import Gatekeeper
-from loopgate.simulation.histogram import Histogram
 from loopgate.simulation.loop_run import Course
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.watch import Deadlock

@@ -11,6 +11,8 @@ from typing import Any
 
 from loopgate.audit import write_layout
 from loopgate.disk import writing
+from loopgate.drive.engine import Engine
+from loopgate.drive.gatekeeper import Gatekeeper
 from loopgate.folders import remove_abandoned, temporary_folder
 from loopgate.gates import make_gate
 from loopgate.model import write_system
@@ -23,9 +25,6 @@ from loopgate.simulation import outcome
 from loopgate.simulation.as_is import run_as_is
 from loopgate.simulation.assembly import Assembly, assemble
 from loopgate.simulation.checking import audit_run
-from loopgate.simulation.compiled.engine import CompiledEngine, can_be_compiled
-from loopgate.simulation.engine import Engine
-from loopgate.simulation.gatekeeper import Gatekeeper
 from loopgate.simulation.loop_run import Course, Tick, drive
 from loopgate.simulation.monitoring import monitoring_figures
 from loopgate.simulation.outcome import Folder, Tally
@@ -49,7 +48,6 @@ def run(
     backend: str = "libsumo",
     overwrite: bool = False,
     watch: type[Watch] = Watch,
-    compiled: bool = True,
 ) -> dict[str, Any]:
     """Run a scenario and leave a run folder.
 
@@ -67,8 +65,6 @@ def run(
         Whether an earlier run in `out` may be replaced.
     watch
         What recognises deadlocks, for studies of it.
-    compiled
-        Whether the drive may be compiled where it can be. The run is the same without, and slower.
 
     Returns
     -------
@@ -87,7 +83,7 @@ def run(
         else:
             remove_abandoned()
         folder = stack.enter_context(Folder(Path(out), overwrite=overwrite))
-        return _run(scenario, folder, tick, backend, watch, compiled=compiled)
+        return _run(scenario, folder, tick, backend, watch)
 
 
 def _run(
@@ -96,8 +92,6 @@ def _run(
     tick: Tick | None,
     backend: str,
     watch_class: type[Watch],
-    *,
-    compiled: bool,
 ) -> dict[str, Any]:
     tick = tick or (lambda _now, _course: None)
     if is_as_is(scenario):
@@ -124,7 +118,7 @@ def _run(
         stack.callback(traffic.close)
         recorder = Recorder(folder / outcome.EVENTS)
         stack.callback(recorder.close)
-        engine = _engine(scenario, assembly, traffic, keeper, recorder, compiled=compiled)
+        engine = Engine(traffic, assembly.tracks, keeper, recorder, foresees=assembly.foresees)
         around = Surroundings(scenario, assembly, traffic, engine, keeper)
         watch = watch_class(traffic, after_s=scenario.deadlock_after_s, at_gate=engine.refused)
         course = drive(
@@ -173,23 +167,7 @@ def _gatekeeper(scenario: Scenario, assembly: Assembly) -> Gatekeeper | None:
         return None
     gate = make_gate(scenario.gate, assembly.abstraction.system, perf_counter)
     negotiation = make_negotiation(scenario.rule_for_negotiation, Random(scenario.seed))
-    return Gatekeeper(assembly.abstraction, gate, negotiation)
-
-
-def _engine(
-    scenario: Scenario,
-    assembly: Assembly,
-    traffic: Traffic,
-    keeper: Gatekeeper | None,
-    recorder: Recorder,
-    *,
-    compiled: bool,
-) -> Engine:
-    tracks, abstraction, foresees = assembly.tracks, assembly.abstraction, assembly.foresees
-    alone = scenario.rule_for_lights != "obey" and not scenario.traffic and foresees
-    if compiled and alone and keeper and abstraction and can_be_compiled(keeper, traffic):
-        return CompiledEngine(traffic, tracks, keeper, recorder, abstraction)
-    return Engine(traffic, tracks, keeper, recorder, foresees=foresees)
+    return Gatekeeper(assembly.abstraction.system, gate, negotiation)
 
 
 def _tallies(engine: Engine, traffic: Traffic, watch: Watch, course: Course) -> list[Tally]:
@@ -200,8 +178,8 @@ def _tallies(engine: Engine, traffic: Traffic, watch: Watch, course: Course) -> 
             vehicle=driver.id,
             loop=driver.track.loop,
             loop_length_m=driver.track.lap_m,
-            laps=engine.laps(driver),
-            distance_m=engine.front_m(driver) - driver.measured_from_m,
+            laps=driver.laps,
+            distance_m=driver.distance_m,
             hold_s=driver.total_hold_s(now),
             longest_wait_s=driver.worst_wait_s(now),
             standing_s=watch.standing_s(driver.id),

@@ -9,9 +9,9 @@ from pathlib import Path
 from xml.etree import ElementTree as ET
 
 from loopgate.disk import writing
+from loopgate.drive.track import Round
 from loopgate.errors import RouteError
 from loopgate.network import Loop, VehicleType
-from loopgate.simulation.track import Round
 
 __all__ = ["Start", "pivot", "rounds", "write_sumo_input"]
 

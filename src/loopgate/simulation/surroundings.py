@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from loopgate.drive.engine import Engine
+from loopgate.drive.gatekeeper import Gatekeeper
 from loopgate.simulation.assembly import Assembly
-from loopgate.simulation.engine import Engine
-from loopgate.simulation.gatekeeper import Gatekeeper
 from loopgate.simulation.lights import Lights, signals_of
 from loopgate.simulation.others import Others
 from loopgate.simulation.scenario import Scenario
@@ -52,7 +52,7 @@ class Surroundings:
         timetable = Timetable(traffic)
         if scenario.rule_for_lights == "obey":
             signals = signals_of(assembly.network, abstraction.itineraries)
-            self._lights = Lights(traffic, engine.drivers, engine.fleet, signals, timetable)
+            self._lights = Lights(traffic, engine.drivers, signals, timetable)
             keeper.obstacles += (self._lights,)
         if scenario.traffic:
             system = abstraction.system
@@ -64,7 +64,7 @@ class Surroundings:
                 if itinerary.loop not in of_loop:
                     of_loop[itinerary.loop] = find.of(driver.track, itinerary, path, system.room)
             ways = [of_loop[itinerary.loop] for itinerary in abstraction.itineraries]
-            self._others = Others(traffic, engine.drivers, engine.fleet, ways, keeper.occupancy, timetable)
+            self._others = Others(traffic, engine.drivers, ways, keeper, timetable)
             keeper.obstacles += (self._others,)
 
     @property

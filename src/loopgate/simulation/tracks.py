@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from loopgate.abstraction.itinerary import Itinerary, Leg
+from loopgate.drive.track import StopLine, Track
 from loopgate.network import Loop, RoadNetwork
 from loopgate.simulation.sumo_input import Start, rounds
-from loopgate.simulation.track import StopLine, Track
 
 __all__ = ["make_track"]
 
@@ -43,11 +43,8 @@ def make_track(
         top_speed_mps=max(network.lanes[span.lane_id].speed_mps for span in loop.spans),
         rounds=rounds(loop),
         edges=tuple((span.begin_m, span.edge) for span in loop.spans if not span.internal),
-        states=tuple(leg.state for leg in legs),
-        ends_m=tuple(leg.end_m for leg in legs),
-        begins_m=tuple(leg.begin_m for leg in legs),
+        legs=legs,
         stop_lines=tuple(_stop_line(loop, leg) for leg in legs),
-        pins=tuple(leg.pins for leg in legs),
         start_position=position,
         keeps_lane=keeps_lane,
     )

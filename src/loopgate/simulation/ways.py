@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from loopgate.abstraction.itinerary import Itinerary
+from loopgate.drive.track import Track
 from loopgate.network import RoadNetwork
 from loopgate.network.records import Connection
-from loopgate.simulation.track import Track
 
 __all__ = ["Approach", "Way", "Ways"]
 
@@ -107,7 +107,7 @@ class Ways:
         line = track.stop_lines[position]
         ahead = (position + 1) % len(itinerary.legs)
         end = track.stop_lines[ahead]
-        length_m = track.ends_m[ahead] - track.begins_m[ahead]
+        length_m = track.legs[ahead].end_m - track.legs[ahead].begin_m
         crossings = itinerary.legs[position].crossings
         crossing = [self._movements[c.id] for c in crossings if c.id in self._movements]
         first = [self._network.lanes[lane] for lane in crossing[0].via] if crossing else []

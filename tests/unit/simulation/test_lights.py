@@ -1,15 +1,18 @@
 """Grants only into green: one vehicle before a light, without SUMO."""
 
-from types import SimpleNamespace
-
 import pytest
 from fake_traffic import FakeTraffic
 
+from builders import system
+from loopgate.abstraction.itinerary import Leg
+from loopgate.drive.build import make_tables
+from loopgate.drive.driver import Driver
+from loopgate.drive.track import Round, Track
 from loopgate.gates import Reason
-from loopgate.simulation.driver import Driver
+from loopgate.model import StateId
+from loopgate.results.recorder import Recorder
 from loopgate.simulation.lights import Lights, Signal
 from loopgate.simulation.timetable import Timetable
-from loopgate.simulation.track import Round, Track
 from loopgate.traffic.base import Dynamics, Light, Phase, Program
 
 LINE_M = 100.0
@@ -27,18 +30,17 @@ class Scene:
             top_speed_mps=10.0,
             rounds=(Round("e", "round", "first"), Round("", "onward", "second")),
             edges=((0.0, "e"),),
-            states=("a", "b"),
-            ends_m=(LINE_M, 300.0),
-            begins_m=(0.0, 150.0),
+            legs=(Leg(StateId("a"), 0.0, LINE_M), Leg(StateId("b"), 150.0, 300.0)),
         )
-        driver = Driver(0, track)
-        driver.drives_like(Dynamics(5.0, 2.6, 4.5, 1.0), 1.0)
+        tables = make_tables([track], system({"v": "a b"}), Recorder(None).code, step_s=1.0)
+        self.driver = Driver(0, track, tables)
+        self.driver.drives_like(Dynamics(5.0, 2.6, 4.5, 1.0))
+        self.driver.row["line_m"] = LINE_M
+        self.driver.row["speed"] = speed
         self.traffic = FakeTraffic({})
-        self.fleet = SimpleNamespace(fronts=[at_m], speeds=[speed])
         self.lights = Lights(
             self.traffic,
-            [driver],
-            self.fleet,  # type: ignore[arg-type]  # has what is read of a fleet
+            [self.driver],
             {"loop": (signals, ())},
             Timetable(self.traffic),
         )
@@ -111,6 +113,7 @@ def test_standing_at_a_red_with_a_grant_is_counted() -> None:
     """The light turns after the grant; the vehicle stands for three steps, then passes."""
     scene = Scene(signal("t"))
     scene.shows("t", "G", 5.0)
+    scene.driver.row["granted"] = 1
     scene.lights.granted(0)
     scene.lights.look()
     assert scene.lights.figures()["stood"] == 0
@@ -118,9 +121,9 @@ def test_standing_at_a_red_with_a_grant_is_counted() -> None:
     scene.traffic.now_s = 6.0
     for _ in range(3):
         scene.lights.look()
-    scene.fleet.fronts[0], scene.fleet.speeds[0] = 102.0, 5.0
+    scene.driver.row["front"], scene.driver.row["speed"] = 102.0, 5.0
     scene.lights.look()
-    scene.fleet.speeds[0] = 0.0
+    scene.driver.row["speed"] = 0.0
     scene.lights.look()
     figures = scene.lights.figures()
     assert (figures["grants"], figures["stood"], figures["stood_s"]) == (1, 1, 3.0)

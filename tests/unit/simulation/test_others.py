@@ -1,16 +1,21 @@
 """Where ordinary traffic is in the way of a gated vehicle, without SUMO."""
 
+from dataclasses import replace
 from types import SimpleNamespace
+from unittest.mock import Mock
 
 from fake_traffic import FakeTraffic, FakeVehicle
 
 from builders import system
+from loopgate.abstraction.itinerary import Leg
+from loopgate.drive.build import make_tables
+from loopgate.drive.driver import Driver
+from loopgate.drive.track import Round, Track
 from loopgate.gates import Reason
-from loopgate.simulation.driver import Driver
-from loopgate.simulation.occupancy import Occupancy
+from loopgate.model import StateId
+from loopgate.results.recorder import Recorder
 from loopgate.simulation.others import Others
 from loopgate.simulation.timetable import Timetable
-from loopgate.simulation.track import Round, Track
 from loopgate.simulation.ways import Approach, Way
 from loopgate.traffic.base import Dynamics, Light, Program
 
@@ -30,18 +35,16 @@ class Scene:
             top_speed_mps=10.0,
             rounds=(Round("before", "round", "first"), Round("", "onward", "second")),
             edges=((0.0, "before"),),
-            states=("before_0", "after_0"),
-            ends_m=(100.0, 170.0),
-            begins_m=(0.0, 120.0),
+            legs=(Leg(StateId("before_0"), 0.0, 100.0), Leg(StateId("after_0"), 120.0, 170.0)),
         )
-        driver = Driver(0, track)
-        driver.drives_like(Dynamics(5.0, 2.6, 4.5, 1.0), 1.0)
         paths = {"v": "before_0 after_0", "w": "after_0 before_0"}
         roads = system(paths, capacity={"before_0": 10, "after_0": 5}, fifo=("before_0", "after_0"))
-        occupancy = Occupancy(roads)
+        tables = make_tables([track, replace(track, vehicle="w")], roads, Recorder(None).code, step_s=1.0)
+        driver = Driver(0, track, tables)
+        driver.drives_like(Dynamics(5.0, 2.6, 4.5, 1.0))
+        driver.row["line_m"] = 100.0
         next_state = roads.paths[0][1]
-        for _ in range(others_in_next):
-            occupancy.take(1, next_state)
+        keeper = Mock(room=lambda _: 5 - others_in_next, holders=lambda _: [1] * others_in_next)
         way = Way(
             lane="before_0",
             line_m=100.0,
@@ -60,9 +63,8 @@ class Scene:
         self.others = Others(
             self.traffic,
             [driver, SimpleNamespace(id="w")],  # type: ignore[list-item]  # has a name, that is enough
-            SimpleNamespace(fronts=[90.0, 0.0], speeds=[0.0, 0.0]),  # type: ignore[arg-type]  # as a fleet
             [[way, way], []],
-            occupancy,
+            keeper,
             Timetable(self.traffic),
         )
 

@@ -114,7 +114,8 @@ class Layout:
         """Whether the next home is the shared terminal in which the robot stays for good."""
         self.way: list[list[tuple[int, ...]]] = []
         for i, path in enumerate(self.path):
-            walks = [self._walk_home(i, p) for p in range(len(path))]
+            has_home = any(self.home[i])
+            walks = [self._walk_home(i, p) if has_home else None for p in range(len(path))]
             self.settling.append([self._settles_after(i, walk) for walk in walks])
             self.steps.append([-1 if walk is None else len(walk) for walk in walks])
             self.way.append([() if walk is None else self._blocking(walk) for walk in walks])
@@ -151,9 +152,7 @@ class Layout:
         later = range(position + 1, len(follow)) if follow[-1] < 0 else ()
         return all(self._passable(robot, p, enders) for p in later)
 
-    def _walk_home(self, robot: int, position: int) -> list[int] | None:
-        if robot in self.homeless:
-            return None
+    def _walk_home(self, robot: int, position: int) -> list[int]:
         walk: list[int] = []
         while not self.home[robot][position]:
             position = self.follow[robot][position]

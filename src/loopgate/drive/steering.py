@@ -8,11 +8,10 @@ from collections import deque
 from dataclasses import dataclass
 
 from loopgate.abstraction.itinerary import Pin
+from loopgate.drive.driver import Driver
 from loopgate.errors import TrafficError
 from loopgate.results.columns import Event
 from loopgate.results.recorder import Recorder
-from loopgate.simulation.driver import Driver
-from loopgate.simulation.fleet import Fleet
 from loopgate.traffic.base import Traffic
 
 __all__ = ["Steering"]
@@ -51,24 +50,21 @@ class Steering:
     ----------
     traffic
         The running simulation.
-    fleet
-        Where the vehicles are.
     recorder
         Takes the events.
     """
 
-    def __init__(self, traffic: Traffic, fleet: Fleet, recorder: Recorder) -> None:
+    def __init__(self, traffic: Traffic, recorder: Recorder) -> None:
         self._traffic = traffic
-        self._fleet = fleet
         self._recorder = recorder
         self._ways: dict[int, _Way] = {}
         self.strays = 0
         """Vehicles that were on another lane than their loop's."""
 
-    def begin(self, driver: Driver) -> None:
-        """Set the first pin of the way to the state just granted, if it has any."""
-        leg = driver.granted - 1
-        pins = driver.track.pins[driver.position(leg)] if driver.track.pins else ()
+    def begin(self, driver: Driver, granted: int) -> None:
+        """Set the first pin of the way to the leg just granted, if it has any."""
+        leg = granted - 1
+        pins = driver.leg(leg).pins
         way = self._ways.get(driver.robot)
         if way is not None:  # it was granted while it was led back
             way.from_m = driver.end_m(leg)
@@ -81,10 +77,6 @@ class Steering:
     def steers(self) -> bool:
         """Whether any vehicle is steered."""
         return bool(self._ways)
-
-    def busy(self, driver: Driver) -> bool:
-        """Return whether the vehicle is steered, and may not ask for its next state."""
-        return driver.robot in self._ways
 
     def leads_back(self, driver: Driver) -> bool:
         """Return whether the vehicle is on its way back to the lane of its loop."""
@@ -102,17 +94,18 @@ class Steering:
         """Lead a vehicle back to `lane` of the edge that it is on; it can stop at a position on it [m]."""
         way = self._ways.get(driver.robot)
         if way is None:
-            way = self._ways[driver.robot] = _Way(driver, deque(), self._fleet.fronts[driver.robot])
+            way = self._ways[driver.robot] = _Way(driver, deque(), driver.front_m)
         if way.stray_since_s is not None:
             return
         way.stray_since_s = self._traffic.now_s
+        driver.row["steered"] = True
         on = self._traffic.lane_index(driver.id)
         self.strays += 1
         self._recorder.note(self._traffic.now_s, driver.id, Event.STRAY, f"{edge}_{on}")
         # Its way was longer or shorter than that of its loop, by which its odometer is read.
         at_m = self._traffic.lane(driver.id)[1]
-        front_m = driver.track.near(edge, at_m, self._fleet.fronts[driver.robot])
-        self._fleet.correct(driver.robot, front_m)
+        front_m = driver.track.near(edge, at_m, driver.front_m)
+        driver.correct(front_m)
         way.pins.appendleft(Pin(edge, on, position_m, -math.inf, to_lane=lane))
         self._traffic.release(driver.id)
         try:
@@ -134,9 +127,9 @@ class Steering:
     def _reached(self, way: _Way) -> bool:
         """Return whether the first pin has done its work; else let the vehicle change lanes if it may."""
         driver, pin = way.driver, way.pins[0]
-        past_m = self._fleet.fronts[driver.robot] - way.from_m - pin.from_m
+        past_m = driver.front_m - way.from_m - pin.from_m
         if pin.to_lane is not None:
-            return past_m >= driver.length and self._changed(way, pin.edge, pin.to_lane)
+            return past_m >= driver.length_m and self._changed(way, pin.edge, pin.to_lane)
         if past_m < 0:
             return False
         if self._traffic.lane_index(driver.id) == pin.lane:
@@ -152,7 +145,7 @@ class Steering:
             return True  # its way went on from where it was
         if self._traffic.lane_index(driver.id) == to_lane:
             return True
-        standing = self._fleet.speeds[driver.robot] < _STANDING_MPS
+        standing = driver.speed_mps < _STANDING_MPS
         if not way.still and standing and self._at(driver, way.pins[0]):
             way.still = True
             self._traffic.release(driver.id)

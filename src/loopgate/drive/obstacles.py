@@ -26,7 +26,7 @@ class Obstacle(Protocol):
         ...
 
     def granted(self, robot: int) -> None:
-        """Take note that the request of `robot` is about to be granted."""
+        """Take note that the request of `robot` has just been granted; it has not been told."""
         ...
 
     def blockers(self, robot: int) -> Sequence[Sequence[str]]:

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any, Final, get_type_hints
 
 import numpy as np
+from numba import config
 from numpy.typing import NDArray
 
 __all__ = ["table"]
@@ -34,4 +35,5 @@ def table(
     made = np.zeros(length, dtype=np.dtype(list(kinds.items()), align=True))
     for name, values in columns.items():
         made[name] = values
-    return made
+    # Compiled code reads the columns of a row as attributes; uncompiled they have to be some.
+    return made.view(np.recarray) if config.DISABLE_JIT else made  # type: ignore[attr-defined]  # set on import

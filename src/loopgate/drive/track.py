@@ -6,9 +6,12 @@ from bisect import bisect_right
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from loopgate.abstraction.itinerary import Pin
+from loopgate.abstraction.itinerary import Leg
 
 __all__ = ["Round", "StopLine", "Track"]
+
+
+_ROUNDING_M = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,14 +49,10 @@ class Track:
         From the edge on which SUMO renews the vehicle's route, and from the edge after it.
     edges
         Arc length at which each edge begins [m], ascending, and its name.
-    states
-        Names of the states by position; empty for vehicles under no gate.
-    ends_m, begins_m
-        Where each state ends and begins, in arc length [m]; see `loopgate.abstraction.itinerary.Leg`.
+    legs
+        Its states by position, as the abstraction has them; none for vehicles under no gate.
     stop_lines
-        Where to hold the vehicle at the end of each state.
-    pins
-        What keeps the vehicle to its lanes behind each state; see `loopgate.simulation.steering`.
+        Where to hold the vehicle at the end of each leg.
     start_position
         Position of the state it starts in.
     keeps_lane
@@ -67,13 +66,22 @@ class Track:
     top_speed_mps: float
     rounds: tuple[Round, Round]
     edges: tuple[tuple[float, str], ...]
-    states: tuple[str, ...] = ()
-    ends_m: tuple[float, ...] = ()
-    begins_m: tuple[float, ...] = ()
+    legs: tuple[Leg, ...] = ()
     stop_lines: tuple[StopLine, ...] = ()
-    pins: tuple[tuple[Pin, ...], ...] = ()
     start_position: int = 0
     keeps_lane: bool = False
+
+    @property
+    def front_m(self) -> float:
+        """Where the front is at the beginning, in arc length of the lap in which its first leg lies [m]."""
+        front_m = self.start_m
+        if self.legs:
+            leg = self.legs[self.start_position]
+            while front_m > leg.end_m + _ROUNDING_M:
+                front_m -= self.lap_m
+            while front_m < leg.begin_m - _ROUNDING_M:
+                front_m += self.lap_m
+        return front_m
 
     @property
     def rerouted_on(self) -> str:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from loopgate.simulation.rows import table
+from loopgate.drive.rows import table
 
 
 class Plain:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
+from loopgate.kernel_cache import kernel
 
 __all__ = ["braking_time_s", "time_s"]
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def braking_time_s(distance_m: float, room_m: float, top_mps: float, decel: float) -> float:
     """Return the time to drive a distance, at most, behind a standing vehicle `room_m` ahead.
 
@@ -28,12 +28,12 @@ def braking_time_s(distance_m: float, room_m: float, top_mps: float, decel: floa
     return freely_m / first + math.log(first / last) + (first - last) / decel
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _safe_mps(gap_m: float, decel: float) -> float:
     return math.sqrt(decel * decel + 2 * decel * gap_m) - decel
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def time_s(distance_m: float, speed: float, accel: float, top_mps: float) -> float:
     """Return the time to drive a distance, gaining speed up to a top speed."""
     if distance_m <= 0:

@@ -4,12 +4,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from random import Random
 
+from books import Books
+
 from builders import system
-from loopgate.abstraction.itinerary import Abstraction, Itinerary, Leg
+from loopgate.abstraction.itinerary import Leg
 from loopgate.gates import Reason, make_gate
 from loopgate.model import StateId
 from loopgate.negotiation.simple import OldestFirst
-from loopgate.simulation.gatekeeper import Answer, Gatekeeper
 
 
 @dataclass
@@ -35,20 +36,11 @@ class Barrier:
         return self.names
 
 
-def keeper() -> Gatekeeper:
+def keeper() -> Books:
     """Two robots, each with a private state, and a state that they share."""
     robots = system({"a": "pa s", "b": "pb s"})
-    itineraries = tuple(
-        Itinerary(name, 100.0, (Leg(StateId(f"p{name}"), 0.0, 50.0), Leg(StateId("s"), 50.0, 100.0)))
-        for name in ("a", "b")
-    )
-    abstraction = Abstraction("segments", robots, itineraries, (0.0, 0.0))
-    return Gatekeeper(abstraction, make_gate("collision", robots), OldestFirst(Random(1)))
-
-
-def said(answers: Sequence[Answer]) -> list[tuple[int, bool, str]]:
-    """Return who was told what."""
-    return [(answer.request.robot, answer.granted, answer.reason.value) for answer in answers]
+    legs = [(Leg(StateId(f"p{name}"), 0.0, 50.0), Leg(StateId("s"), 50.0, 100.0)) for name in ("a", "b")]
+    return Books(robots, legs, make_gate("collision", robots), OldestFirst(Random(1)))
 
 
 def test_an_obstacle_delays_a_grant_until_it_gives_way() -> None:
@@ -56,11 +48,11 @@ def test_an_obstacle_delays_a_grant_until_it_gives_way() -> None:
     books, barrier = keeper(), Barrier(Reason.RED)
     books.obstacles = (barrier,)
     books.asks(0, 0.0)
-    assert said(books.decide(0.0)) == [(0, False, "red")]
-    assert said(books.decide(0.5)) == []
+    assert books.decide(0.0) == [(0, False, "red")]
+    assert books.decide(0.5) == []
     assert barrier.granted_to == []
     barrier.reason = None
-    assert said(books.decide(1.0)) == [(0, True, "free")]
+    assert books.decide(1.0) == [(0, True, "free")]
     assert barrier.granted_to == [0]
 
 
@@ -85,6 +77,6 @@ def test_a_full_state_goes_before_an_obstacle() -> None:
     books.decide(0.0)
     books.obstacles = (barrier,)
     books.asks(1, 1.0)
-    assert said(books.decide(1.0)) == [(1, False, "occupied")]
+    assert books.decide(1.0) == [(1, False, "occupied")]
     assert books.blockers(1) == [[0]]
     assert books.outside_blockers(1) == []

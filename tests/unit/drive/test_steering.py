@@ -2,16 +2,20 @@
 
 from dataclasses import dataclass
 
+import numpy as np
 import pytest
 from fake_traffic import FakeTraffic, FakeVehicle
 
-from loopgate.abstraction.itinerary import Pin
+from builders import system
+from loopgate.abstraction.itinerary import Leg, Pin
+from loopgate.drive.build import make_tables
+from loopgate.drive.driver import Driver
+from loopgate.drive.steering import Steering
+from loopgate.drive.step import LOOK, Step
+from loopgate.drive.track import Round, StopLine, Track
 from loopgate.errors import TrafficError
+from loopgate.model import StateId
 from loopgate.results.recorder import Recorder
-from loopgate.simulation.driver import Driver
-from loopgate.simulation.fleet import Fleet
-from loopgate.simulation.steering import Steering
-from loopgate.simulation.track import Round, StopLine, Track
 
 ROAD_M, CHANGE_AT_M, PIN_M = 400.0, 100.0, 130.0
 
@@ -23,7 +27,7 @@ class World:
     traffic: FakeTraffic
     driver: Driver
     steering: Steering
-    fleet: Fleet
+    do: Step
 
     @property
     def vehicle(self) -> FakeVehicle:
@@ -32,12 +36,12 @@ class World:
 
     def busy(self) -> bool:
         """Whether it is steered."""
-        return self.steering.busy(self.driver)
+        return self.steering.steers
 
     def step(self) -> list[Driver]:
         """One step; who has arrived on its lane."""
         self.traffic.step()
-        self.fleet.advance(self.traffic.now_s)
+        self.do(LOOK, odometer=np.array([self.traffic.odometer("v")]))
         return self.steering.step()
 
 
@@ -52,22 +56,22 @@ def world(pin: Pin, start_m: float = 20.0) -> World:
         top_speed_mps=10.0,
         rounds=(Round("e", "round", "first"), Round("", "onward", "second")),
         edges=((0.0, "e"),),
-        states=("e/1", "e/2"),
-        ends_m=(CHANGE_AT_M, ROAD_M),
-        begins_m=(0.0, PIN_M),
+        legs=(
+            Leg(StateId("e/1"), 0.0, CHANGE_AT_M, pins=(pin,)),
+            Leg(StateId("e/2"), PIN_M, ROAD_M),
+        ),
         stop_lines=(StopLine("e", 0, CHANGE_AT_M), StopLine("e", 0, ROAD_M)),
-        pins=((pin,), ()),
     )
-    driver = Driver(0, track)
-    fleet = Fleet([track], [start_m], traffic, Recorder(None))
+    roads = system({"v": "e/1 e/2"})
+    tables = make_tables([track], roads, Recorder(None).code, step_s=traffic.step_s)
+    driver = Driver(0, track, tables)
+    driver.drives_like(traffic.dynamics("v"))
+    driver.correct(start_m)
+    driver.row["offset"] = start_m
+    steering = Steering(traffic, Recorder(None))
+    steering.begin(driver, 1)
     traffic.step()
-    dynamics = traffic.dynamics("v")
-    driver.drives_like(dynamics, traffic.step_s)
-    fleet.take_over([dynamics], [driver.top])
-    driver.grant(1)
-    steering = Steering(traffic, fleet, Recorder(None))
-    steering.begin(driver)
-    return World(traffic, driver, steering, fleet)
+    return World(traffic, driver, steering, Step(tables))
 
 
 @pytest.mark.parametrize("start_m", range(20, 30))
@@ -85,7 +89,7 @@ def test_it_changes_lanes_behind_the_place_and_is_then_free(start_m: int) -> Non
         one.step()
         if one.vehicle.lane != before:
             changed_at = one.vehicle.front_m
-    assert CHANGE_AT_M + one.driver.length <= changed_at < PIN_M
+    assert CHANGE_AT_M + one.driver.length_m <= changed_at < PIN_M
     assert one.vehicle.hold_m is None
 
 

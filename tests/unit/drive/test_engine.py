@@ -1,7 +1,6 @@
 """The engine on traffic without SUMO: who holds, who passes, who is looked at."""
 
 from collections import Counter
-from collections.abc import Iterator
 from random import Random
 
 import numpy as np
@@ -10,15 +9,15 @@ from fake_traffic import FakeTraffic, FakeVehicle
 from numpy.typing import NDArray
 
 from builders import system
-from loopgate.abstraction.itinerary import Abstraction, Itinerary, Leg
+from loopgate.abstraction.itinerary import Leg
+from loopgate.drive.engine import Engine
+from loopgate.drive.gatekeeper import Gatekeeper
+from loopgate.drive.track import Round, StopLine, Track
 from loopgate.errors import TrafficError
 from loopgate.gates import make_gate
 from loopgate.model import StateId
 from loopgate.negotiation.simple import OldestFirst
 from loopgate.results.columns import Event
-from loopgate.simulation.engine import Engine
-from loopgate.simulation.gatekeeper import Gatekeeper
-from loopgate.simulation.track import Round, StopLine, Track
 
 PRIVATE_M, SHARED_M = 200.0, 60.0
 
@@ -29,7 +28,7 @@ class Notes:
     def __init__(self) -> None:
         self.rows: list[tuple[float, str, str, str]] = []
         self.stages: list[tuple[str, str]] = []
-        self.words: list[str] = []
+        self.words: list[str] = [""]
 
     def note(
         self, time_s: float, vehicle: str, event: Event, place: str, reason: str = "", stage: str = ""
@@ -47,8 +46,9 @@ class Notes:
 
     def passed(self, time_s: float, rows: NDArray[np.int32]) -> None:
         """Keep rows of numbered words."""
-        for vehicle, event, place in rows.tolist():
-            self.note(time_s, self.words[vehicle], Event(self.words[event]), self.words[place])
+        for row in rows.tolist():
+            vehicle, event, place, reason, stage = (self.words[number] for number in row)
+            self.note(time_s, vehicle, Event(event), place, reason, stage)
 
     def of(self, *events: str) -> list[tuple[float, str, str, str]]:
         """Return the rows of these kinds."""
@@ -63,8 +63,6 @@ def world(*starts_m: float, gate: str = "collision") -> tuple[Engine, FakeTraffi
     names = [f"v{i}" for i in range(len(starts_m))]
     robots = system({name: f"p{name} s" for name in names})
     legs = {name: (Leg(StateId(f"p{name}"), 0.0, 199.0), Leg(StateId("s"), 199.0, 260.0)) for name in names}
-    itineraries = tuple(Itinerary(name, PRIVATE_M + SHARED_M, legs[name]) for name in names)
-    abstraction = Abstraction("segments", robots, itineraries, starts_m)
     tracks = [
         Track(
             vehicle=name,
@@ -74,9 +72,7 @@ def world(*starts_m: float, gate: str = "collision") -> tuple[Engine, FakeTraffi
             top_speed_mps=10.0,
             rounds=(Round(f"{name}p", "round", "first"), Round("", "onward", "second")),
             edges=((0.0, f"{name}p"), (PRIVATE_M, f"{name}s")),
-            states=(f"p{name}", "s"),
-            ends_m=(199.0, 260.0),
-            begins_m=(0.0, 199.0),
+            legs=legs[name],
             stop_lines=(StopLine(f"{name}p", 0, 199.0), StopLine(f"{name}s", 0, 59.9)),
         )
         for name, start in zip(names, starts_m, strict=True)
@@ -87,7 +83,7 @@ def world(*starts_m: float, gate: str = "collision") -> tuple[Engine, FakeTraffi
     }
     traffic = FakeTraffic(fleet)
     notes = Notes()
-    keeper = Gatekeeper(abstraction, make_gate(gate, robots), OldestFirst(Random(1)))
+    keeper = Gatekeeper(robots, make_gate(gate, robots), OldestFirst(Random(1)))
     engine = Engine(traffic, tracks, keeper, notes)  # type: ignore[arg-type]  # the notes stand in for a recorder
     return engine, traffic, notes
 
@@ -104,8 +100,8 @@ def test_alone_a_vehicle_is_never_held() -> None:
     engine, traffic, notes = world(10.0)
     drive(engine, traffic, 300.0)
     assert traffic.holds == []
-    assert engine.fleet.vehicles.laps[0] == (traffic.fleet["v0"].front_m - 10.0) // 260.0
-    assert len(notes.of("grant")) >= 2 * engine.fleet.vehicles.laps[0]
+    assert engine.vehicles["laps"][0] == (traffic.fleet["v0"].front_m - 10.0) // 260.0
+    assert len(notes.of("grant")) >= 2 * engine.vehicles["laps"][0]
 
 
 def test_two_never_hold_the_shared_state_at_once() -> None:
@@ -118,7 +114,7 @@ def test_two_never_hold_the_shared_state_at_once() -> None:
             holder.symmetric_difference_update({vehicle})
             assert len(holder) <= 1
             assert (event == "grant") == (vehicle in holder)
-    assert (engine.fleet.vehicles.laps > 10).all()
+    assert (engine.vehicles["laps"] > 10).all()
     assert traffic.holds, "they arrive together, so one of them is held"
     assert engine.overruns == engine.trespasses == 0
 
@@ -138,27 +134,16 @@ def test_the_stage_that_decided_is_in_the_trace_and_in_the_times() -> None:
     assert sum(h.count for h in times.values()) == sum(granted.values())
 
 
-def test_where_vehicles_give_way_the_gatekeeper_foresees_nothing() -> None:
-    """They may stand on a junction for ordinary traffic."""
+def test_nothing_is_foreseen_where_vehicles_give_way_or_drive_otherwise() -> None:
+    """They may stand on a junction for ordinary traffic; and the caller knows the vehicle types."""
     engine, traffic, notes = world(120.0)
     keeper = engine._gatekeeper
-    assert keeper is not None
-    assert keeper.sight is not None
-    assert keeper.sight._foresees
-    traffic.gives_way = True
-    Engine(traffic, [driver.track for driver in engine.drivers], keeper, notes)  # type: ignore[arg-type]  # as in `world`
-    assert not keeper.sight._foresees
-
-
-def test_where_drivers_are_not_such_that_it_could_the_gatekeeper_foresees_nothing() -> None:
-    """The caller knows the vehicle types."""
-    engine, traffic, notes = world(120.0)
-    keeper = engine._gatekeeper
-    assert keeper is not None
     tracks = [driver.track for driver in engine.drivers]
-    Engine(traffic, tracks, keeper, notes, foresees=False)  # type: ignore[arg-type]  # as in `world`
-    assert keeper.sight is not None
-    assert not keeper.sight._foresees
+    assert engine._run["foresees"][0]
+    other = Engine(traffic, tracks, keeper, notes, foresees=False)  # type: ignore[arg-type]  # as in `world`
+    assert not other._run["foresees"][0]
+    traffic.gives_way = True
+    assert not Engine(traffic, tracks, keeper, notes)._run["foresees"][0]  # type: ignore[arg-type]  # as in `world`
 
 
 def test_a_refused_vehicle_rests_before_its_line_and_counts_its_hold() -> None:
@@ -204,23 +189,23 @@ def test_a_vehicle_beyond_its_grant_is_seen() -> None:
     assert any(v == vehicle for _, v, _, place in notes.of("enter") if place == "s")
 
 
-def test_cost_follows_events() -> None:
-    """A vehicle far from anything is not looked at: fewer looks than steps by far."""
+def test_cost_follows_events(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A vehicle far from anything is not looked at: fewer questions to the gate than steps by far."""
     engine, traffic, _ = world(10.0)
-    looks = 0
-    advance = engine.fleet.advance
+    keeper = engine._gatekeeper
+    assert keeper is not None
+    asked = Counter[str]()
+    decide = keeper._decide
 
-    def counting(now_s: float) -> Iterator[tuple[int, int]]:
-        nonlocal looks
-        for call in advance(now_s):
-            looks += 1
-            yield call
+    def counting() -> bool:
+        asked["times"] += 1
+        return decide()
 
-    engine.fleet.advance = counting  # type: ignore[method-assign]
+    monkeypatch.setattr(keeper, "_decide", counting)
     drive(engine, traffic, 1000.0)
-    legs = 2 * int(engine.fleet.vehicles.laps[0])
-    assert looks <= 3 * legs + 3
-    assert looks < 300
+    legs = 2 * int(engine.vehicles["laps"][0])
+    assert legs <= asked["times"] <= 2 * legs + 3
+    assert asked["times"] < 300
 
 
 def test_a_vehicle_granted_in_the_same_step_does_not_ask_for_the_state_after() -> None:
@@ -245,26 +230,16 @@ def test_a_vehicle_granted_in_the_same_step_does_not_ask_for_the_state_after() -
             top_speed_mps=10.0,
             rounds=(Round(f"{name}p", "round", "first"), Round("", "onward", "second")),
             edges=((0.0, f"{name}p"), (200.0, f"{name}q")),
-            states=states,
-            ends_m=(199.0, 399.0),
-            begins_m=(0.0, 200.0),
+            legs=(Leg(StateId(states[0]), 0.0, 199.0), Leg(StateId(states[1]), 200.0, 399.0)),
             stop_lines=(StopLine(f"{name}p", 0, 199.0), StopLine(f"{name}q", 0, 199.0)),
             start_position=0 if name == "x" else 1,
         )
         for name, states in paths.items()
     ]
-    itineraries = tuple(
-        Itinerary(name, 400.0, (Leg(StateId(states[0]), 0.0, 199.0), Leg(StateId(states[1]), 200.0, 399.0)))
-        for name, states in paths.items()
-    )
     fleet = {
         name: FakeVehicle([(f"{name}p", 200.0), (f"{name}q", 200.0)], start) for name, start in starts.items()
     }
-    keeper = Gatekeeper(
-        Abstraction("queues", robots, itineraries, (198.0, 398.0)),
-        make_gate("collision", robots),
-        OldestFirst(Random(1)),
-    )
+    keeper = Gatekeeper(robots, make_gate("collision", robots), OldestFirst(Random(1)))
     notes = Notes()
     engine = Engine(FakeTraffic(fleet), tracks, keeper, notes)  # type: ignore[arg-type]  # as in `world`
     engine.begin()
@@ -286,7 +261,7 @@ def test_one_that_runs_through_its_stop_is_braked_counted_and_stays_under_the_ga
     while traffic.now_s < 600.0:
         engine.step()
     assert not traffic.fleet[name].still
-    assert engine.fleet.vehicles.laps.min() > 10
+    assert engine.vehicles["laps"].min() > 10
     assert engine.overruns == 1
 
 
@@ -305,4 +280,4 @@ def test_a_stop_that_the_simulator_refuses_does_not_end_the_run(monkeypatch: pyt
     while traffic.now_s < 600.0:
         engine.step()
     assert engine.overruns == len(traffic.brakes) == 1
-    assert engine.fleet.vehicles.laps.min() > 10
+    assert engine.vehicles["laps"].min() > 10

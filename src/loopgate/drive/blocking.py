@@ -1,0 +1,45 @@
+"""Whom a vehicle waits for that is refused for want of a slot or a clear way, read off the tables."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from typing import Any, cast
+
+from loopgate.drive.tables import CROSSING, NOBODY, OCCUPIED, Tables
+
+__all__ = ["blockers"]
+
+
+def blockers(robot: int, tables: Tables) -> list[list[int]]:
+    """Return whom the request of `robot` waits for: of every set, some vehicle has to move on."""
+    one: Any = tables.vehicles[robot]
+    leg: Any = tables.legs[one["leg_at"] + one["granted"] % one["legs"]]
+    if one["reason"] == CROSSING:
+        return list(_on_the_way(robot, leg, tables))
+    wanted = tables.legs[one["leg_at"] + (one["granted"] + 1) % one["legs"]]
+    state: Any = tables.states[cast("Any", wanted)["state"]]
+    if state["held_by"] < state["room"]:
+        return list(_kept_by([int(state["slot"])], robot, tables))
+    return [_others(robot, state["holders"], state["held_by"], tables)]
+
+
+def _on_the_way(robot: int, leg: Any, tables: Tables) -> Iterator[list[int]]:  # noqa: ANN401  a row
+    passes = cast("Any", tables.passes)[leg["pass_at"] : leg["pass_end"]]
+    moves, foes = cast("Any", tables.moves), cast("Any", tables.foes)
+    yield from _kept_by({int(way) for way in moves["way"][passes["movement"]]}, robot, tables)
+    for one in passes:
+        for foe in foes["movement"][one["foe_at"] : one["foe_end"]]:
+            move = moves[foe]
+            yield from ([other] for other in _others(robot, move["passing"], move["under_way"], tables))
+
+
+def _others(robot: int, begin: int, length: int, tables: Tables) -> list[int]:
+    return [other for other in tables.lists[begin : begin + length].tolist() if other != robot]
+
+
+def _kept_by(late: Iterable[int], robot: int, tables: Tables) -> Iterator[list[int]]:
+    """Yield those for whom something is kept still: not those that something else keeps by now."""
+    for other in sorted(late):
+        one: Any = tables.vehicles[other]
+        if other not in (NOBODY, robot) and one["pending"] and one["reason"] in (CROSSING, OCCUPIED):
+            yield [other]

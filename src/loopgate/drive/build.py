@@ -1,0 +1,269 @@
+"""Writes states and vehicles out into the tables of the drive."""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_right
+from collections import Counter
+from collections.abc import Callable, Sequence
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from loopgate.abstraction import itinerary
+from loopgate.drive.rows import table
+from loopgate.drive.step import FULL
+from loopgate.drive.tables import (
+    NOBODY,
+    REASONS,
+    Entry,
+    Foe,
+    Leg,
+    Move,
+    Pass,
+    Road,
+    Run,
+    State,
+    Tables,
+    Vehicle,
+    Why,
+)
+from loopgate.drive.track import Track
+from loopgate.model import System
+from loopgate.results.columns import Event
+
+__all__ = ["make_tables"]
+
+_LAPS = 16
+"""A vehicle's grants are numbered for so many laps: it is under way on fewer at once."""
+
+_OFTEN = 64
+"""So often a vehicle may hold its private state, lap after lap."""
+
+_WORDS = {
+    **{event.value: event for event in Event},
+    "not_granted": "not granted",
+    "chain": "chain",
+}
+
+Code = Callable[[str], int]
+
+
+def make_tables(tracks: Sequence[Track], system: System | None, code: Code, *, step_s: float) -> Tables:
+    """Return the tables at the start: everybody stands in the first state, nobody asks.
+
+    Parameters
+    ----------
+    tracks
+        One per vehicle.
+    system
+        The states, its robots the vehicles in the same order; None where vehicles drive under no gate.
+    code
+        Gives words their numbers.
+    step_s
+        Length of a simulation step [s].
+    """
+    lists = _Lists()
+    legs = _Legs(system, tracks)
+    roads = _Roads(code)
+    first = [legs.add(track.legs) for track in tracks]
+    numbers = [_LAPS * len(track.legs) for track in tracks]
+    vehicles = _vehicles(tracks, roads, code)
+    vehicles["leg_at"] = first
+    vehicles["numbers"] = numbers
+    vehicles["number_at"] = lists.add(numbers)
+    states = _states(system, lists, code)
+    moves = _moves(legs, states, lists)
+    held = lists.made()
+    if system is not None:
+        _take_places(system, states, held)
+    run = table(Run, length=1)
+    run["step_s"] = step_s
+    run["decided_s"] = -math.inf
+    for name, word in _WORDS.items():
+        if name in Run.__annotations__:
+            run[name] = code(word)
+    count = max(1, len(tracks))
+    reasons = [code(reason.value) if reason else 0 for reason in REASONS]
+    return Tables(
+        run=cast("Any", run),  # row by row they are what `Tables` says
+        vehicles=cast("Any", vehicles),
+        roads=cast("Any", roads.table()),
+        legs=cast("Any", _filled(Leg, legs.legs)),
+        passes=cast("Any", _filled(Pass, legs.passes)),
+        foes=cast("Any", _filled(Foe, legs.foes)),
+        states=cast("Any", states),
+        moves=cast("Any", moves),
+        reasons=cast("Any", table(Why, {"word": reasons})),
+        entries=cast("Any", table(Entry, length=count)),
+        rows=np.zeros((FULL * count, 5), dtype=np.int32),
+        acts=np.zeros((FULL * count, 3), dtype=np.int64),
+        calls=np.zeros((count, 2), dtype=np.int64),
+        lists=held,
+    )
+
+
+def _vehicles(tracks: Sequence[Track], roads: _Roads, code: Code) -> NDArray[np.void]:
+    front = np.array([track.front_m for track in tracks], dtype=np.float64)
+    lap_m = np.array([track.lap_m for track in tracks], dtype=np.float64)
+    count = np.array([len(track.edges) for track in tracks], dtype=np.int64)
+    passed = [
+        bisect_right([begin for begin, _ in track.edges], m % track.lap_m)
+        for track, m in zip(tracks, front.tolist(), strict=True)
+    ]
+    road = np.array(passed, dtype=np.int64)
+    start = [track.start_position for track in tracks]
+    columns = {
+        "taken": True,
+        "name": [code(track.vehicle) for track in tracks],
+        "loop": [code(track.loop) for track in tracks],
+        "lap_m": lap_m,
+        "top": 1.0,
+        "accel": 1.0,
+        "decel": 1.0,
+        "front": front,
+        "note_m": -math.inf,
+        "rear_m": math.inf,
+        "line_m": math.inf,
+        "held_m": math.inf,
+        "next_lap_m": front + lap_m,
+        "road_at": [roads.add(track.edges) for track in tracks],
+        "roads": count,
+        "road": road % count,
+        "road_lap": np.floor(front / lap_m).astype(np.int64) + road // count,
+        "pivot": [[e for _, e in track.edges].index(track.rerouted_on) for track in tracks],
+        "legs": [len(track.legs) for track in tracks],
+        "entered": start,
+        "granted": start,
+        "tail": start,
+        "crossed": start,
+        "halted_s": math.nan,
+    }
+    return table(Vehicle, columns, length=len(tracks))
+
+
+class _Lists:
+    """Lists one after the other."""
+
+    def __init__(self) -> None:
+        self._end = 0
+
+    def add(self, lengths: Sequence[int]) -> NDArray[np.int64]:
+        """Make room for lists; return where they begin."""
+        ends = self._end + np.cumsum(np.array(lengths, dtype=np.int64))
+        begins = ends - np.array(lengths, dtype=np.int64)
+        self._end = int(ends[-1]) if len(ends) else self._end
+        return begins
+
+    def made(self) -> NDArray[np.int64]:
+        """Return them, all zero."""
+        return np.zeros(self._end, dtype=np.int64)
+
+
+class _Roads:
+    """Edges, once for all vehicles of a loop."""
+
+    def __init__(self, code: Code) -> None:
+        self._code = code
+        self._at: dict[tuple[tuple[float, str], ...], int] = {}
+        self._rows: list[tuple[float | int, ...]] = []
+
+    def add(self, edges: tuple[tuple[float, str], ...]) -> int:
+        """Add the edges of a loop; return the number of the first."""
+        if edges not in self._at:
+            self._at[edges] = len(self._rows)
+            self._rows += [(begin_m, self._code(name)) for begin_m, name in edges]
+        return self._at[edges]
+
+    def table(self) -> NDArray[np.void]:
+        """Return the rows."""
+        return _filled(Road, self._rows)
+
+
+class _Legs:
+    """Legs, once for all vehicles of a loop, their crossings and the foes of these, one after the other."""
+
+    def __init__(self, system: System | None, tracks: Sequence[Track]) -> None:
+        ways = {id(track.legs): track.legs for track in tracks}
+        self.ways = tuple(ways.values())
+        names = {crossing.id for way in self.ways for leg in way for crossing in leg.crossings}
+        self.moves = {name: number for number, name in enumerate(sorted(names))}
+        """Movements by name."""
+        self.states = {name: number for number, name in enumerate(system.states)} if system else {}
+        """States by name."""
+        self.legs: list[tuple[float | int, ...]] = []
+        self.passes: list[tuple[float | int, ...]] = []
+        self.foes: list[tuple[float | int, ...]] = []
+        self._at: dict[int, int] = {}
+
+    def add(self, legs: Sequence[itinerary.Leg]) -> int:
+        """Add the legs of a loop; return the number of the first."""
+        if id(legs) in self._at:
+            return self._at[id(legs)]
+        first = self._at[id(legs)] = len(self.legs)
+        for leg in legs:
+            begin = len(self.passes)
+            for crossing in leg.crossings:
+                self._cross(crossing)
+            row = (leg.begin_m, leg.end_m, self.states[leg.state], bool(leg.pins), begin, len(self.passes))
+            self.legs.append(row)
+        return first
+
+    def _cross(self, crossing: itinerary.Crossing) -> None:
+        begin = len(self.foes)
+        for foe in sorted(crossing.foes & self.moves.keys()):  # nobody drives on the others
+            self.foes.append((self.moves[foe], *crossing.overlaps.get(foe, (np.nan, np.nan))))
+        self.passes.append((self.moves[crossing.id], crossing.speed_mps, begin, len(self.foes)))
+
+
+def _states(system: System | None, lists: _Lists, code: Code) -> NDArray[np.void]:
+    """All fit into a private state: its vehicle, as often as it holds it."""
+    if system is None:
+        return table(State, length=0)
+    everybody = len(system.robots)
+    fifo = set(system.fifo_states)
+    room = [everybody if private else room for private, room in zip(system.private, system.room, strict=True)]
+    most = [min(n, _OFTEN) if private else n for private, n in zip(system.private, room, strict=True)]
+    columns = {
+        "room": room,
+        "word": [code(name) for name in system.states],
+        "fifo": [state in fifo for state in range(len(room))],
+        "most": most,
+        "holders": lists.add(most),
+        "line": lists.add(most),
+        "slot": NOBODY,
+        "slot_before": NOBODY,
+    }
+    return table(State, columns, length=len(room))
+
+
+def _moves(legs: _Legs, states: NDArray[np.void], lists: _Lists) -> NDArray[np.void]:
+    """Each vehicle on a movement has a slot in the state behind its leg, which may cross it several times."""
+    times: list[Counter[int]] = [Counter() for _ in legs.moves]
+    for way in legs.ways:
+        for leg, following in zip(way, [*way[1:], *way[:1]], strict=True):
+            for crossing, count in Counter(crossing.id for crossing in leg.crossings).items():
+                led_to = times[legs.moves[crossing]]
+                state = legs.states[following.state]
+                led_to[state] = max(led_to[state], count)
+    most = [sum(int(states["most"][state]) * count for state, count in led_to.items()) for led_to in times]
+    return table(Move, {"most": most, "passing": lists.add(most), "way": NOBODY}, length=len(most))
+
+
+def _take_places(system: System, states: NDArray[np.void], lists: NDArray[np.int64]) -> None:
+    lines = dict(zip(system.fifo_states, system.initial.queues, strict=True))
+    holders: list[list[int]] = [[] for _ in system.states]
+    for robot, (path, position) in enumerate(zip(system.paths, system.initial.positions, strict=True)):
+        holders[path[position]].append(robot)
+    for state, robots in enumerate(holders):
+        for at, those in (("holders", robots), ("line", lines.get(state, robots))):
+            begin = states[at][state]
+            lists[begin : begin + len(robots)] = those
+    states["held_by"] = states["queue"] = [len(robots) for robots in holders]
+
+
+def _filled(row: type, rows: Sequence[tuple[float | int, ...]]) -> NDArray[np.void]:
+    made = table(row, length=len(rows))
+    made[:] = rows
+    return made

@@ -1,0 +1,135 @@
+"""One vehicle under way, for Python: its track, and what its row of the table says."""
+
+from __future__ import annotations
+
+import math
+from typing import cast
+
+import numpy as np
+
+from loopgate.abstraction.itinerary import Leg
+from loopgate.drive.tables import Tables
+from loopgate.drive.track import Track
+from loopgate.traffic.base import Dynamics
+
+__all__ = ["Driver"]
+
+
+class Driver:
+    """A vehicle on its track. Where it is and what it was granted is in the tables, and only there.
+
+    Parameters
+    ----------
+    robot
+        Its number in the system, and its row.
+    track
+        Its loop.
+    tables
+        Those of the drive.
+    """
+
+    def __init__(self, robot: int, track: Track, tables: Tables) -> None:
+        self.robot = robot
+        self.track = track
+        self.id = track.vehicle
+        self.row = cast("np.void", tables.vehicles[robot])
+        """Its row, to be read and set by column."""
+        self.stops = 0
+        """Stops made since the simulator last forgot them."""
+        self._measured_from_m = track.front_m
+        self._laps_before = 0
+
+    def drives_like(self, dynamics: Dynamics) -> None:
+        """Take over what the vehicle can do."""
+        row = self.row
+        row["length_m"] = dynamics.length_m
+        row["accel"] = dynamics.accel_mps2
+        row["decel"] = dynamics.decel_mps2
+        row["top"] = self.track.top_speed_mps * max(1.0, dynamics.speed_factor)
+
+    @property
+    def front_m(self) -> float:
+        """Where its front was after the last step, in arc length that grows from lap to lap [m]."""
+        return float(self.row["front"])
+
+    @property
+    def speed_mps(self) -> float:
+        """Its speed in the last step [m/s]."""
+        return float(self.row["speed"])
+
+    @property
+    def length_m(self) -> float:
+        """Its length [m]."""
+        return float(self.row["length_m"])
+
+    @property
+    def top_mps(self) -> float:
+        """Its top speed on its loop [m/s]."""
+        return float(self.row["top"])
+
+    @property
+    def accel_mps2(self) -> float:
+        """Its acceleration [m/s2]."""
+        return float(self.row["accel"])
+
+    @property
+    def line_m(self) -> float:
+        """Where the last granted leg ends [m]."""
+        return float(self.row["line_m"])
+
+    @property
+    def granted(self) -> int:
+        """The last granted leg."""
+        return int(self.row["granted"])
+
+    def leg(self, number: int) -> Leg:
+        """Return a leg of its endless way."""
+        return self.track.legs[number % len(self.track.legs)]
+
+    def end_m(self, number: int) -> float:
+        """Return where a leg of its endless way ends [m]; infinity where there is but one."""
+        if len(self.track.legs) == 1:
+            return math.inf
+        return number // len(self.track.legs) * self.track.lap_m + self.leg(number).end_m
+
+    def begin_m(self, number: int) -> float:
+        """Return where a leg of its endless way begins [m]."""
+        return number // len(self.track.legs) * self.track.lap_m + self.leg(number).begin_m
+
+    def correct(self, front_m: float) -> None:
+        """Take note that the front is elsewhere on the loop than the odometer said [m]."""
+        self.row["offset"] += front_m - self.row["front"]
+        self.row["front"] = front_m
+
+    def skipped(self, distance_m: float) -> None:
+        """Take note that it was moved ahead: that part of the lap is not driven [m]."""
+        self.row["offset"] += distance_m
+        self.row["next_lap_m"] += distance_m
+
+    def measure_from_now(self, now_s: float) -> None:
+        """Forget what was counted so far."""
+        row = self.row
+        self._measured_from_m, self._laps_before = self.front_m, int(row["laps"])
+        row["hold_s"] = row["longest_s"] = 0.0
+        if not math.isnan(row["halted_s"]):
+            row["halted_s"] = now_s
+
+    @property
+    def laps(self) -> int:
+        """Laps since the warm-up."""
+        return int(self.row["laps"]) - self._laps_before
+
+    @property
+    def distance_m(self) -> float:
+        """What it has driven since the warm-up [m]."""
+        return self.front_m - self._measured_from_m
+
+    def total_hold_s(self, now_s: float) -> float:
+        """Return the hold time until now, a hold under way included [s]."""
+        halted_s = float(self.row["halted_s"])
+        return float(self.row["hold_s"]) + (0.0 if math.isnan(halted_s) else now_s - halted_s)
+
+    def worst_wait_s(self, now_s: float) -> float:
+        """Return the longest time from asking to being granted, a wait under way included [s]."""
+        waiting_s = now_s - float(self.row["since_s"]) if self.row["pending"] else 0.0
+        return max(float(self.row["longest_s"]), waiting_s)

@@ -1,0 +1,315 @@
+"""The loop: step the traffic, look at the vehicles that reached something, ask the gate, hold and release."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from time import perf_counter
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from loopgate.drive import step as drive
+from loopgate.drive.build import make_tables
+from loopgate.drive.driver import Driver
+from loopgate.drive.gatekeeper import Gatekeeper
+from loopgate.drive.steering import Steering
+from loopgate.drive.step import Step
+from loopgate.drive.tables import BRAKE, RELEASE, STEER, STOP
+from loopgate.drive.track import StopLine, Track
+from loopgate.errors import TrafficError
+from loopgate.results.columns import Event
+from loopgate.results.recorder import Recorder
+from loopgate.traffic.base import Traffic
+
+__all__ = ["Engine"]
+
+_STANDING_MPS = 0.1
+
+_LOOK_EVERY_S = 10.0
+"""How often those that stand are asked for their lane [s]."""
+
+_FORGOTTEN_STOPS = 10
+"""So many stops are left behind before SUMO is made to forget them, now and then."""
+
+_TIMED_EVERY = 20
+"""Every so many steps the decisions are timed alone; else they are made in one go with all the rest."""
+
+
+class Engine:
+    """Drives vehicles round their loops, step by step.
+
+    All vehicles are read once per step; what follows costs only for the vehicles that reached a point where
+    something is to be decided: the last one before a gate at which the vehicle can still brake (so that one
+    granted there does not slow down), or where its rear is out of what it held.
+
+    Parameters
+    ----------
+    traffic
+        The running simulation, before its first step.
+    tracks
+        One per vehicle; robots of the gatekeeper's system in the same order.
+    gatekeeper
+        None lets the simulator's own right of way rule.
+    recorder
+        Takes the events.
+    foresees
+        Whether drivers are such that it can be told ahead when they will be past a crossing.
+    """
+
+    def __init__(
+        self,
+        traffic: Traffic,
+        tracks: Sequence[Track],
+        gatekeeper: Gatekeeper | None,
+        recorder: Recorder,
+        *,
+        foresees: bool = True,
+    ) -> None:
+        self._traffic = traffic
+        self._gatekeeper = gatekeeper
+        self._recorder = recorder
+        system = gatekeeper.system if gatekeeper else None
+        self.tables = make_tables(tracks, system, recorder.code, step_s=traffic.step_s)
+        self._run = cast("Any", self.tables.run)
+        self._run["foresees"] = foresees and not traffic.gives_way
+        self.vehicles = cast("NDArray[np.void]", self.tables.vehicles)
+        """The table of vehicles, by column."""
+        self.drivers = [Driver(robot, track, self.tables) for robot, track in enumerate(tracks)]
+        self._ids = [driver.id for driver in self.drivers]
+        self._driver_of = {driver.id: driver for driver in self.drivers}
+        self._step = gatekeeper.take_over(self.tables, recorder.code) if gatekeeper else Step(self.tables)
+        self._step(drive.NOTHING)  # so that compiling, or loading what was compiled, is no part of the run
+        self._steering = Steering(traffic, recorder)
+        self._worn: set[int] = set()
+        """Who has stops to be forgotten."""
+        self._forgetful: dict[int, int] = {}
+        self._next_look_s = 0.0
+        self._turns = 0
+        self.sumo_s = 0.0
+        """Wall time spent in the simulator's steps [s]."""
+
+    def begin(self) -> None:
+        """Make the first step, in which all vehicles appear, and take them over.
+
+        Raises
+        ------
+        TrafficError
+            If a vehicle could not be inserted at its start.
+        """
+        traffic, keeper = self._traffic, self._gatekeeper
+        traffic.step()
+        on_road = set(traffic.vehicles())
+        missing = [driver.id for driver in self.drivers if driver.id not in on_road]
+        if missing:
+            names = ", ".join(missing[:5]) + (", ..." if len(missing) > 5 else "")  # noqa: PLR2004  a sample
+            msg = (
+                f"SUMO could not insert {len(missing)} of {len(self.drivers)} vehicles at the start: {names}"
+            )
+            raise TrafficError(msg)
+        now = self._run["now_s"] = traffic.now_s
+        for driver in self.drivers:
+            driver.drives_like(traffic.dynamics(driver.id))
+        self.vehicles["offset"] = self.vehicles["front"] - self._read()
+        for driver in self.drivers:
+            if keeper:
+                traffic.put_under_gate(driver.id, keeps_lane=driver.track.keeps_lane)
+                self._recorder.note(now, driver.id, Event.START, driver.leg(driver.granted).state)
+            self._recorder.note(now, driver.id, Event.EDGE, driver.track.first_edge)
+        if keeper:
+            self._step(drive.BEGIN)
+            keeper.answer()
+            self._carry_out(now)
+
+    def step(self) -> None:
+        """Advance the traffic by one step and do what is due."""
+        began = perf_counter()
+        self._traffic.step()
+        self.sumo_s += perf_counter() - began
+        now = self._run["now_s"] = self._traffic.now_s
+        self._turn(now)
+        if self._gatekeeper and now >= self._next_look_s:
+            self._next_look_s = now + _LOOK_EVERY_S
+            self._look_for_strays()
+
+    def _turn(self, now: float) -> None:
+        """Do what is due after a step of the traffic."""
+        keeper, odometer = self._gatekeeper, self._read()
+        if keeper is None:
+            self._step(drive.LOOK, odometer=odometer)
+            self._carry_out(now)
+            return
+        halted = self._came_to_rest()
+        self._turns += 1
+        busy = self._steering.steers or self._worn or self._turns % _TIMED_EVERY == 0
+        if keeper.compiled and not busy:
+            before = keeper.decided
+            self._step(drive.TURN, odometer=odometer, robots=halted)
+            keeper.count_decisions(keeper.decided - before)
+        else:
+            self._step(drive.LOOK, odometer=odometer, robots=halted)
+            self._carry_out(now)
+            self._forget_stops()
+            self._on_their_lanes()
+            keeper.answer()
+        self._carry_out(now)
+
+    def _read(self) -> NDArray[np.float64]:
+        """Return what the odometers read, by vehicle [m]."""
+        return np.fromiter(self._traffic.odometers(self._ids), dtype=np.float64, count=len(self._ids))
+
+    def measure_from_now(self) -> None:
+        """Let all figures begin now: the warm-up is over."""
+        for driver in self.drivers:
+            driver.measure_from_now(self._traffic.now_s)
+
+    def jumped(self, vehicle: str, skipped_m: float) -> None:
+        """Take note that the simulator moved `vehicle` ahead by `skipped_m` (no gate)."""
+        self._driver_of[vehicle].skipped(skipped_m)
+
+    def refused(self, vehicle: str) -> Callable[[], tuple[list[list[str]], str]] | None:
+        """Return what tells whom a refused vehicle waits for, and the state it wants; None if it is not.
+
+        Of each set of vehicles, some must move on.
+        """
+        keeper, driver = self._gatekeeper, self._driver_of.get(vehicle)
+        if keeper is None or driver is None or np.isnan(driver.row["halted_s"]):
+            return None
+        return partial(self._refusal, keeper, driver)
+
+    def _refusal(self, keeper: Gatekeeper, driver: Driver) -> tuple[list[list[str]], str]:
+        inside = [[self._ids[robot] for robot in robots] for robots in keeper.blockers(driver.robot)]
+        return inside + keeper.outside_blockers(driver.robot), driver.leg(driver.granted + 1).state
+
+    @property
+    def strays(self) -> int:
+        """Vehicles that the simulator took to another lane than their loop's."""
+        return self._steering.strays
+
+    @property
+    def overruns(self) -> int:
+        """Refused vehicles that could not brake for their line, or did not: should be none."""
+        return int(self._run["overruns"][0])
+
+    @property
+    def trespasses(self) -> int:
+        """Vehicles seen with their front in a state that was not granted to them: should be none."""
+        return int(self._run["trespasses"][0])
+
+    def settle(self) -> None:
+        """Write what is not yet written: after Ctrl-C there may be rows of a step not carried out."""
+        rows = int(self._run["rows"][0])
+        if rows:
+            self._recorder.passed(self._traffic.now_s, self.tables.rows[:rows])
+            self._run["rows"] = 0
+
+    def _carry_out(self, now: float) -> None:
+        """Write rows to the trace, and tell the traffic whom to hold and whom to let go."""
+        run = self._run[0]
+        rows, acts, lost = int(run["rows"]), int(run["acts"]), int(run["lost"])
+        if lost:
+            msg = f"{lost} events of one step at {now:g} s found no room; take shorter steps"
+            raise TrafficError(msg)
+        if rows:
+            self._recorder.passed(now, self.tables.rows[:rows])
+        run["rows"] = run["acts"] = 0  # before anything can interrupt: `settle` writes what is left
+        for robot, what, leg in self.tables.acts[:acts].tolist():
+            driver = self.drivers[robot]
+            if what == STOP:
+                self._stop(driver, leg)
+            elif what == RELEASE:
+                self._release(driver)
+            elif what == STEER:
+                self._steering.begin(driver, leg)
+            elif what == BRAKE:
+                self._traffic.brake(driver.id)
+            else:
+                self._route_renewed(driver)
+
+    def _line(self, driver: Driver, leg: int) -> StopLine:
+        return driver.track.stop_lines[leg % len(driver.track.legs)]
+
+    def _stop(self, driver: Driver, leg: int) -> None:
+        """Let a vehicle stop at the end of the last leg that was granted to it."""
+        line = self._line(driver, leg)
+        try:
+            on_lane = self._traffic.hold(driver.id, line.edge, line.lane_index, line.position_m)
+        except (
+            TrafficError
+        ):  # it is stopped whatever the simulator makes of its stop, as in the compiled step
+            driver.row["held_m"] = np.inf
+            self._run["overruns"] += 1
+            self._recorder.note(self._traffic.now_s, driver.id, Event.OVERRUN, driver.leg(leg + 1).state)
+            self._traffic.brake(driver.id)
+        else:
+            if not on_lane:
+                self._steering.lead_back(driver, line.edge, line.lane_index, line.position_m)
+
+    def _release(self, driver: Driver) -> None:
+        if not self._steering.leads_back(driver):
+            self._traffic.release(driver.id)
+
+    def _on_their_lanes(self) -> None:
+        """Take note of who needs to be steered no longer; if it is refused, it can stop at its line now."""
+        done = self._steering.step()
+        for driver in done:
+            if driver.row["held"]:
+                driver.row["held_m"] = driver.line_m
+                self._stop(driver, driver.granted)
+        if done:
+            self._step(drive.CONSIDER, robots=np.array([driver.robot for driver in done], dtype=np.int64))
+
+    def _look_for_strays(self) -> None:
+        """Lead back who stands beside the lane of its loop, from where its way may not go on.
+
+        SUMO's lanes are looked at only here, where vehicles are held, and where a stop leads to one.
+        """
+        v = self.vehicles
+        for robot in np.flatnonzero((v["speed"] < _STANDING_MPS) & ~v["held"] & ~v["steered"]).tolist():
+            driver = self.drivers[robot]
+            leg = int(v["entered"][robot])
+            line = self._line(driver, leg)
+            lane, _ = self._traffic.lane(driver.id)
+            beside = lane.startswith(f"{line.edge}_") and lane != f"{line.edge}_{line.lane_index}"
+            if beside and driver.begin_m(leg) <= driver.front_m <= driver.end_m(leg):
+                self._steering.lead_back(driver, line.edge, line.lane_index, line.position_m)
+
+    def _route_renewed(self, driver: Driver) -> None:
+        if driver.row["held"]:
+            # A stop on the edge where SUMO renews the route has moved on to the next round with it.
+            line = self._line(driver, driver.granted)
+            if line.edge == driver.track.rerouted_on and np.isnan(driver.row["halted_s"]):
+                self._release(driver)
+                driver.row["held_m"] = driver.line_m
+                self._stop(driver, driver.granted)
+        elif driver.row["steered"]:
+            self._steering.renew(driver)
+        if driver.stops > _FORGOTTEN_STOPS:
+            self._forgetful.setdefault(driver.robot, 0)
+
+    def _forget_stops(self) -> None:
+        """Let SUMO forget stops: on one edge those made on all others, on the next those made on that."""
+        for robot, done in list(self._forgetful.items()):
+            driver = self.drivers[robot]
+            if driver.row["held"] or driver.row["steered"]:
+                continue  # its stop ahead would be forgotten too
+            if not self._traffic.forget_stops(driver.id, *driver.track.rounds[done]):
+                continue
+            self._forgetful[robot] = done + 1
+            if done + 1 == len(driver.track.rounds):
+                del self._forgetful[robot]
+                self._worn.discard(robot)
+                driver.stops = 0
+
+    def _came_to_rest(self) -> NDArray[np.int64]:
+        """Return the held vehicles that came to rest in the last step."""
+        robots = []
+        for vehicle in self._traffic.halted():
+            driver = self._driver_of.get(vehicle)
+            if driver is not None and driver.row["held"] and np.isnan(driver.row["halted_s"]):
+                driver.stops += 1
+                if driver.stops > _FORGOTTEN_STOPS:
+                    self._worn.add(driver.robot)
+                robots.append(driver.robot)
+        return np.array(robots, dtype=np.int64)

@@ -1,0 +1,166 @@
+"""Whether a vehicle on a conflicting movement is still in the way of one that wants to cross.
+
+A vehicle is no longer in the way of another once its rear is past the stretch that the two movements share.
+If its front is on that stretch already, it is enough that its rear will be past it before the other's front
+can reach it: nothing holds it there, since it has a slot to drive into and SUMO lets no vehicle go first that
+finds another in its way. Before that, SUMO may let each wait for the other. Nor is anything foreseen of one
+that may itself have to wait on the junction, for a third that was granted before it and is still in its way.
+The vehicle that it follows into its place is taken to stand.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+from loopgate.drive.motion import braking_time_s, time_s
+from loopgate.drive.tables import Tables
+from loopgate.kernel_cache import kernel, part
+
+__all__ = ["begin_m", "end_m", "in_the_way", "leg_of", "state_of"]
+
+_BEYOND_M: Final = 0.5
+"""Room between the rear of the first and the stretch that both use [m]."""
+
+_APART_S: Final = 0.5
+"""Time between the rear of the first leaving that stretch and the front of the second reaching it [s]."""
+
+_SLOW: Final = 0.7
+"""Share of the speed limit on its crossing that the first is taken to reach: its driver may be slow, and the
+vehicle before it slower still. At 0.85 SUMO counts a collision now and then in a dense city."""
+
+_GAP_M: Final = 2.5
+"""Room that the first keeps to the vehicle before it [m], which may be standing."""
+
+
+@kernel
+def leg_of(i: int, leg: int, t: Tables) -> int:
+    """Return where leg `leg` of the way of vehicle `i` is in the table of legs."""
+    return int(t.vehicles[i].leg_at + leg % t.vehicles[i].legs)
+
+
+@kernel
+def state_of(i: int, leg: int, t: Tables) -> int:
+    """Return the state in which the leg lies."""
+    return int(t.legs[leg_of(i, leg, t)].state)
+
+
+@kernel
+def end_m(i: int, leg: int, t: Tables) -> float:
+    """Return where the leg ends [m]; infinity where there is but one."""
+    one = t.vehicles[i]
+    if one.legs <= 1:
+        return math.inf
+    return float(leg // one.legs * one.lap_m + t.legs[leg_of(i, leg, t)].end_m)
+
+
+@kernel
+def begin_m(i: int, leg: int, t: Tables) -> float:
+    """Return where the leg begins [m]."""
+    one = t.vehicles[i]
+    return float(leg // one.legs * one.lap_m + t.legs[leg_of(i, leg, t)].begin_m)
+
+
+@kernel
+def _shared(k: int, foe: int, t: Tables) -> int:
+    """Return where the stretch of pass `k` is that it shares with the foe, or -1."""
+    for f in range(t.passes[k].foe_at, t.passes[k].foe_end):
+        if t.foes[f].movement == foe:
+            return -1 if math.isnan(t.foes[f].to_m) else f
+    return -1
+
+
+@kernel
+def in_the_way(i: int, k: int, f: int, other: int, t: Tables) -> bool:
+    """Return whether `other`, under way on foe `f` of pass `k`, keeps vehicle `i` from setting out on it."""
+    one, ahead = t.vehicles[i], t.vehicles[other]
+    if math.isnan(t.foes[f].to_m):
+        return True
+    foe = t.foes[f].movement
+    reach_m = one.line_m - one.front + t.foes[f].from_m
+    clear = False
+    for leg in range(ahead.crossed, ahead.granted):
+        j = leg_of(other, leg, t)
+        for theirs in range(t.legs[j].pass_at, t.legs[j].pass_end):
+            if t.passes[theirs].movement == foe:
+                shared = _shared(theirs, t.passes[k].movement, t)
+                clear = shared >= 0 and _passes_before(other, leg, theirs, shared, i, reach_m, t)
+                if not clear:
+                    return True
+    return not clear
+
+
+@part
+def _passes_before(other: int, leg: int, theirs: int, shared: int, i: int, reach_m: float, t: Tables) -> bool:
+    one, ahead = t.vehicles[i], t.vehicles[other]
+    inside_m = ahead.front - end_m(other, leg, t)
+    left_m = t.foes[shared].to_m + ahead.length_m + _BEYOND_M - inside_m
+    if left_m < 0:
+        return True
+    if not t.run[0].foresees or inside_m < max(_BEYOND_M, t.foes[shared].from_m):
+        return False  # not on the shared stretch yet: the two could stop across each other's way
+    slow = min(ahead.top, _SLOW * t.passes[theirs].speed_mps)
+    passed_s = time_s(left_m, ahead.speed, ahead.accel, slow) + _APART_S
+    reached_s = time_s(reach_m, one.speed, one.accel, one.top)
+    if passed_s > reached_s or _may_be_held(other, leg, t):
+        return False
+    return braking_time_s(left_m, _room_m(other, leg, t), slow, ahead.decel) + _APART_S <= reached_s
+
+
+@part
+def _number(i: int, leg: int, t: Tables) -> int:
+    """Return the number of the grant that led out of the leg."""
+    return int(t.lists[t.vehicles[i].number_at + (leg + 1) % t.vehicles[i].numbers])
+
+
+@part
+def _may_be_held(ahead: int, leg: int, t: Tables) -> bool:
+    """Return whether SUMO may let a vehicle wait on the junction for one that was granted before it."""
+    number = _number(ahead, leg, t)
+    j = leg_of(ahead, leg, t)
+    for k in range(t.legs[j].pass_at, t.legs[j].pass_end):
+        for f in range(t.passes[k].foe_at, t.passes[k].foe_end):
+            move = t.moves[t.foes[f].movement]
+            for n in range(move.passing, move.passing + move.under_way):
+                first = t.lists[n]
+                if first == ahead:
+                    continue
+                for its in range(t.vehicles[first].crossed, t.vehicles[first].granted):
+                    if _number(first, its, t) < number and _is_before(first, its, f, k, t):
+                        return True
+    return False
+
+
+@part
+def _is_before(first: int, leg: int, f: int, k: int, t: Tables) -> bool:
+    """Return whether `first`, if it is on foe `f` behind its leg, is not yet past pass `k`."""
+    past_m = t.vehicles[first].front - t.vehicles[first].length_m - _BEYOND_M - end_m(first, leg, t)
+    j = leg_of(first, leg, t)
+    for theirs in range(t.legs[j].pass_at, t.legs[j].pass_end):
+        if t.passes[theirs].movement == t.foes[f].movement:
+            shared = _shared(theirs, t.passes[k].movement, t)
+            if shared < 0 or past_m < t.foes[shared].to_m:
+                return True
+    return False
+
+
+@part
+def _room_m(ahead: int, leg: int, t: Tables) -> float:
+    """Return how far a vehicle can go from its leg if the one before it in its place stands [m]."""
+    state = state_of(ahead, leg + 1, t)
+    at = t.states[state].holders
+    first = -1
+    for n in range(at, at + t.states[state].held_by):
+        if t.lists[n] == ahead:
+            break
+        first = t.lists[n]
+    if first < 0:
+        return math.inf
+    before = t.vehicles[first]
+    for its in range(before.granted, before.tail - 1, -1):
+        if state_of(first, its, t) == state:
+            between_m = (
+                before.front - begin_m(first, its, t) - t.vehicles[ahead].front + begin_m(ahead, leg + 1, t)
+            )
+            return float(between_m - before.length_m - _GAP_M)
+    return math.inf

@@ -1,0 +1,250 @@
+"""The gatekeeper: lets the negotiation order the requests and the gate decide them."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Callable
+from time import perf_counter_ns
+from typing import Any, cast
+
+import numpy as np
+
+from loopgate.drive import step as drive
+from loopgate.drive.blocking import blockers
+from loopgate.drive.histogram import Histogram
+from loopgate.drive.obstacles import Obstacle
+from loopgate.drive.requests import REASK_S
+from loopgate.drive.step import Step
+from loopgate.drive.tables import CROSSING, NOTHING, OCCUPIED, REASONS, RESERVE, Tables, number_of
+from loopgate.gates import Decision, FollowingGate, Gate, Reason
+from loopgate.gates.certified import CertifiedGate
+from loopgate.model import Configuration, System
+from loopgate.negotiation.base import InformedNegotiation, Negotiation, Request
+from loopgate.negotiation.pressure import Pressure
+
+__all__ = ["Gatekeeper"]
+
+_CHAIN = "chain"
+_OUTSIDE = frozenset({number_of(Reason.RED), number_of(Reason.TRAFFIC)})
+"""What lifts these refusals happens outside the system."""
+
+
+class Gatekeeper:
+    """Answers the requests in the tables. Knows robots, states and time; no roads.
+
+    Pressure and the chain rule of the certified gate are compiled; every other negotiation and gate is asked
+    from here, between the parts of the same compiled step, and so is what else can be in the way.
+
+    Parameters
+    ----------
+    system
+        Robots and states.
+    gate
+        Made for it.
+    negotiation
+        Orders the requests that are possible at the same time.
+    """
+
+    def __init__(self, system: System, gate: Gate, negotiation: Negotiation) -> None:
+        self.system = system
+        self.gate = gate
+        self.negotiation = negotiation
+        self._following = gate if isinstance(gate, FollowingGate) else None
+        if isinstance(negotiation, InformedNegotiation):
+            negotiation.prepare(system)
+        self.decision_us: defaultdict[str, Histogram] = defaultdict(Histogram)
+        """Times of the decisions by the stage that made them, empty where the gate has none."""
+        self.messages = 0
+        self.obstacles: tuple[Obstacle, ...] = ()
+        """What else can be in the way; asked in this order, after room and crossings."""
+        self._by_chain = isinstance(gate, CertifiedGate) and gate.by_chain_alone and len(system.robots) > 1
+        self._by_pressure = type(negotiation) is Pressure
+        self._configuration = system.initial
+        """For gates that do not follow the moves themselves."""
+        self._granted = False
+        """Whether anything has been granted since the requests were collected."""
+        self._decisions: dict[int, Decision] = {}
+        self._decision_us = 0.0
+
+    def take_over(self, tables: Tables, code: Callable[[str], int]) -> Step:
+        """Take over the tables, in which words have the numbers that `code` gives; return the way in."""
+        self._step = Step(tables)
+        self._code = code
+        self._tables = tables
+        self._run, self._vehicles, self._states, self._entries, self._reasons = (
+            cast("Any", table)
+            for table in (tables.run, tables.vehicles, tables.states, tables.entries, tables.reasons)
+        )
+        self._held_by, self._rooms = self._states["held_by"], self._states["room"]
+        negotiation = self.negotiation
+        if isinstance(negotiation, Pressure):
+            for column, figure in zip(("crowded", "patience_s", "wait_s"), negotiation.figures, strict=True):
+                self._run[column] = figure
+        return self._step
+
+    @property
+    def compiled(self) -> bool:
+        """Whether all is decided in compiled code: by the chain rule and pressure, with no obstacles."""
+        return self._by_chain and self._by_pressure and not self.obstacles
+
+    def held(self, state: int) -> int:
+        """Return how many vehicles hold `state`."""
+        return int(self._held_by[state])
+
+    def room(self, state: int) -> int:
+        """Return how many more vehicles fit into `state`."""
+        return int(self._rooms[state] - self._held_by[state])
+
+    def holders(self, state: int) -> list[int]:
+        """Return the robots that hold `state`, in the order in which they took it."""
+        place = self._states[state]
+        robots: list[int] = self._tables.lists[place["holders"] :][: place["held_by"]].tolist()
+        return robots
+
+    @property
+    def refusals(self) -> dict[str, int]:
+        """How often each reason was given."""
+        counts = zip(REASONS, self._reasons["refused"].tolist(), strict=True)
+        return {reason.value: count for reason, count in counts if reason and count}
+
+    def configuration(self) -> Configuration:
+        """Return the configuration, written out. O(robots and states)."""
+        at = tuple((self._vehicles["granted"] % self._vehicles["legs"]).tolist())
+        lists, states = self._tables.lists, self._states
+        lines = [(states["line"][s], states["queue"][s]) for s in self.system.fifo_states]
+        queues = tuple(tuple(lists[begin : begin + length].tolist()) for begin, length in lines)
+        return Configuration(at, queues)
+
+    def answer(self) -> None:
+        """Decide what is pending, and let vehicles go or stay, until nobody else may go."""
+        if not self._run["waiting"][0]:
+            return
+        if self.compiled:
+            self.count_decisions(self._time(lambda: self._step(drive.ANSWER)))
+            return
+        while self._decide() and self._step(drive.TELL):
+            pass
+
+    def count_decisions(self, decided: int) -> None:
+        """Count compiled decisions.
+
+        There is no clock in compiled code: each decision counts as long as, on average, those of the last
+        step in which decisions alone were timed.
+        """
+        self.decision_us[_CHAIN].add(self._decision_us, times=decided)
+
+    def _time(self, answer: Callable[[], object]) -> int:
+        before, began = self.decided, perf_counter_ns()
+        answer()
+        decided = self.decided - before
+        if decided:
+            self._decision_us = (perf_counter_ns() - began) / 1000.0 / decided
+        return decided
+
+    @property
+    def decided(self) -> int:
+        """How many decisions have been made in compiled code."""
+        return int(self._run["decisions"][0])
+
+    def _decide(self) -> bool:
+        """Decide once; return whether anybody has an answer."""
+        now_s = float(self._run["now_s"][0])
+        self._granted = False
+        robots = self._entries["ready"][: self._step(drive.COLLECT)].tolist()
+        requests = [self._request(robot) for robot in robots if self._is_due(robot, now_s)]
+        if requests:
+            ordered = self.negotiation.order(requests, self, now_s)
+            if self._by_chain and not self.obstacles:
+                self._decide_by_chain([request.robot for request in ordered])
+            else:
+                for request in ordered:
+                    self._decide_one(request.robot)
+            if len(ordered) < len(requests):
+                going = {request.robot for request in ordered}
+                for request in requests:
+                    if request.robot not in going:
+                        self._step(drive.REFUSE, request.robot, 0, RESERVE)
+        return bool(self._run["answers"][0])
+
+    def _is_due(self, robot: int, now_s: float) -> bool:
+        """Return whether it is for the negotiation and the gate to say."""
+        if self._obstructed(robot):
+            return False
+        one = self._vehicles[robot]
+        return not one["decided"] or now_s - one["asked_at_s"] >= REASK_S
+
+    def _obstructed(self, robot: int) -> bool:
+        """Refuse the robot if an obstacle is in its way."""
+        for obstacle in self.obstacles:
+            reason = obstacle.in_the_way(robot)
+            if reason is not None:
+                self._step(drive.REFUSE, robot, 0, number_of(reason))
+                return True
+        return False
+
+    def _request(self, robot: int) -> Request:
+        one = self._vehicles[robot]
+        path, granted = self.system.paths[robot], int(one["granted"])
+        here, wanted = path[granted % len(path)], path[(granted + 1) % len(path)]
+        return Request(robot, here, wanted, float(one["since_s"]))
+
+    def _decide_by_chain(self, robots: list[int]) -> None:
+        self.count_decisions(
+            self._time(lambda: self._step(drive.DECIDE, robots=np.array(robots, dtype=np.int64)))
+        )
+
+    def _decide_one(self, robot: int) -> None:
+        if self._granted and (not self._step(drive.STILL_FREE, robot) or self._obstructed(robot)):
+            return
+        if self._by_chain:
+            self._decide_by_chain([robot])
+        else:
+            self._ask_gate(robot)
+        if self._vehicles["going"][robot]:
+            self._granted = True
+            for obstacle in self.obstacles:
+                obstacle.granted(robot)
+
+    def _ask_gate(self, robot: int) -> None:
+        begin = perf_counter_ns()
+        if self._following is not None:
+            decision = self._following.decide_here(robot)
+        else:
+            decision = self.gate.decide(self._configuration, robot)
+        self.decision_us[decision.stage].add((perf_counter_ns() - begin) / 1000.0)
+        self.messages += decision.messages
+        self._decisions[robot] = decision
+        stage = self._code(decision.stage)
+        self._step(drive.SETTLE, robot, int(decision.admitted), number_of(decision.reason), stage)
+        if decision.admitted:
+            if self._following is not None:
+                self._following.moved_here(robot)
+            else:
+                self._configuration = self.system.moved(self._configuration, robot)
+                self.gate.moved(self._configuration, robot)
+
+    def blockers(self, robot: int) -> list[list[int]]:
+        """Return whom the request of `robot` waits for: of every set, some robot has to move on."""
+        one = self._vehicles[robot]
+        reason = int(one["reason"])
+        if not one["pending"] or reason in _OUTSIDE or reason == NOTHING:
+            return []
+        if reason in (CROSSING, OCCUPIED):
+            return blockers(robot, self._tables)
+        if reason != RESERVE:
+            if self._by_chain:  # the gate has not followed
+                decision = self.gate.decide(self.configuration(), robot)
+            elif self._following is not None:
+                decision = self._following.decide_here(robot)  # by now others may be in its way, or none
+            else:
+                decision = self._decisions[robot]
+            if decision.blockers:
+                return [list(decision.blockers)]
+        return [[other for other in range(len(self.system.robots)) if other != robot]]
+
+    def outside_blockers(self, robot: int) -> list[list[str]]:
+        """Return as `blockers` does, by name, who keeps `robot` from a grant as the obstacles say."""
+        one = self._vehicles[robot]
+        if not one["pending"] or int(one["reason"]) not in _OUTSIDE:
+            return []
+        return [list(some) for obstacle in self.obstacles for some in obstacle.blockers(robot)]

@@ -1,0 +1,384 @@
+"""What happens between two steps of the traffic, and the way in from Python.
+
+Nothing here speaks to SUMO: what is to be done to vehicles, and what goes into the trace, are rows for the
+caller, in the order in which they came about.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Final
+
+import numpy as np
+
+from loopgate.drive import requests
+from loopgate.drive.gaps import begin_m, end_m, leg_of, state_of
+from loopgate.drive.sense import MUST_ASK, PIVOTED, REAR_PASSED, RUNS_THROUGH, TRESPASS, must_ask, note, sense
+from loopgate.drive.tables import (
+    BRAKE,
+    NOBODY,
+    PIVOT,
+    RELEASE,
+    STEER,
+    STOP,
+    Floats,
+    Numbers,
+    Tables,
+)
+from loopgate.kernel_cache import kernel, part
+
+__all__ = [
+    "ANSWER",
+    "ASKS",
+    "BEGIN",
+    "CLEARED",
+    "COLLECT",
+    "CONSIDER",
+    "DECIDE",
+    "FULL",
+    "LEFT",
+    "LOOK",
+    "NOTHING",
+    "REFUSE",
+    "SETTLE",
+    "STILL_FREE",
+    "TELL",
+    "TURN",
+    "Step",
+]
+
+FULL: Final = 24
+"""So many rows, and so many acts, there may be per vehicle in one step."""
+
+BEGIN: Final = 0
+LOOK: Final = 1
+CONSIDER: Final = 2
+ANSWER: Final = 3
+TURN: Final = 4
+COLLECT: Final = 5
+STILL_FREE: Final = 6
+REFUSE: Final = 7
+SETTLE: Final = 8
+TELL: Final = 9
+ASKS: Final = 10
+LEFT: Final = 11
+CLEARED: Final = 12
+NOTHING: Final = 13
+DECIDE: Final = 14
+
+
+@kernel
+def _act(i: int, what: int, t: Tables) -> None:
+    run = t.run[0]
+    if run.acts >= len(t.acts):
+        run.lost += 1
+        return
+    act = t.acts[run.acts]
+    act[0], act[1], act[2] = i, what, t.vehicles[i].granted
+    run.acts += 1
+
+
+@kernel
+def _aim_rear(i: int, t: Tables) -> None:
+    """Say where the vehicle gives back what it leaves."""
+    one = t.vehicles[i]
+    target = math.inf
+    if one.crossed < one.granted:
+        target = begin_m(i, one.crossed + 1, t) + one.length_m
+        if one.tail == one.crossed:
+            # Nobody waits for a slot while there are others: one look for slot and crossing together.
+            left_m = end_m(i, one.crossed, t) + one.length_m
+            target = max(target, left_m) if requests.room(state_of(i, one.crossed, t), t) > 0 else left_m
+    one.rear_m = target
+
+
+@kernel
+def _aim(i: int, t: Tables) -> None:
+    """Say where the vehicle's grants end, and where it gives back what it leaves."""
+    one = t.vehicles[i]
+    one.note_m = -math.inf  # its beginning is to be noted too
+    one.line_m = end_m(i, one.granted, t)
+    if one.granted - 1 <= one.crossed:  # else it still leaves an earlier leg
+        _aim_rear(i, t)
+
+
+@kernel
+def _free_behind(i: int, t: Tables) -> None:
+    """Give back what the rear of the vehicle is out of."""
+    one = t.vehicles[i]
+    rear_m = one.front - one.length_m
+    while one.tail != one.granted and rear_m >= end_m(i, one.tail, t):
+        state = state_of(i, one.tail, t)
+        one.tail += 1
+        requests.left(i, state, t)
+        _note(i, t.run[0].leave, one.tail - 1, t)
+    while one.crossed != one.tail and rear_m >= begin_m(i, one.crossed + 1, t):
+        one.crossed += 1
+        requests.cleared(i, one.crossed - 1, t)
+    _aim_rear(i, t)
+
+
+@kernel
+def _note(i: int, event: int, leg: int, t: Tables) -> None:
+    """Write a row about the state in which the leg lies."""
+    note(i, event, t.states[state_of(i, leg, t)].word, 0, 0, t)
+
+
+@kernel
+def _note_answer(i: int, event: int, leg: int, t: Tables) -> None:
+    """Write a row about the answer to the vehicle's request for the leg."""
+    one = t.vehicles[i]
+    note(i, event, t.states[state_of(i, leg, t)].word, t.reasons[one.reason].word, one.stage, t)
+
+
+@part
+def _note_trespass(i: int, t: Tables) -> None:
+    one, run = t.vehicles[i], t.run[0]
+    one.trespassing = not one.trespassing
+    if one.trespassing:
+        run.trespasses += 1
+        word = t.states[state_of(i, one.granted + 1, t)].word
+        note(i, run.enter, word, run.not_granted, 0, t)
+
+
+@kernel
+def _hold(i: int, t: Tables) -> None:
+    one = t.vehicles[i]
+    if not one.held:
+        one.held = True
+        one.held_m = one.line_m
+        _act(i, STOP, t)
+
+
+@part
+def _run_through(i: int, t: Tables) -> None:
+    """Stop a vehicle that does not brake for its line, whatever the simulator makes of its stop.
+
+    It stands where it comes to rest, as one that is refused, until it is granted what it asked for.
+    """
+    t.vehicles[i].held_m = math.inf  # once is enough
+    t.run[0].overruns += 1
+    _note(i, t.run[0].overrun, t.vehicles[i].granted + 1, t)
+    _act(i, BRAKE, t)
+
+
+@kernel
+def _ask(i: int, t: Tables) -> None:
+    t.vehicles[i].asking = False
+    if t.vehicles[i].steered:
+        return  # it is considered when it is on its lane
+    first = requests.first_before(i, t)
+    if first == NOBODY:
+        requests.asks(i, t)
+    elif math.isnan(t.vehicles[first].halted_s):
+        # It asks when the vehicle before it is granted. That may be too late to stop at the line then,
+        # since it brakes for that vehicle no earlier than it must. One that rests there it cannot pass.
+        _hold(i, t)
+
+
+@kernel
+def _consider(i: int, t: Tables) -> None:
+    """Let a vehicle ask now if it must, else when it must: its line is new, or it is first in it now."""
+    one = t.vehicles[i]
+    if one.legs <= 1 or one.pending or one.steered or one.going:
+        return  # one that has been granted in this step is about to be told
+    if must_ask(i, t):
+        _ask(i, t)
+    else:
+        one.asking = True
+
+
+@kernel
+def _go(i: int, t: Tables) -> None:
+    one, run = t.vehicles[i], t.run[0]
+    one.going = False
+    _aim(i, t)
+    _note_answer(i, run.grant, one.granted, t)
+    one.longest_s = max(one.longest_s, run.now_s - one.since_s)
+    if one.held:
+        one.held = False
+        one.held_m = math.inf
+        _act(i, RELEASE, t)
+        if not math.isnan(one.halted_s):
+            one.hold_s += run.now_s - one.halted_s
+            one.halted_s = math.nan
+            _note(i, run.go, one.granted, t)
+    wanted = state_of(i, one.granted, t)
+    if requests.room(wanted, t) <= 0:  # each slot of it is given back as soon as the rear is out of it now
+        place = t.states[wanted]
+        for n in range(place.holders, place.holders + place.held_by):
+            other = t.lists[n]
+            if t.vehicles[other].tail < t.vehicles[other].granted:
+                _aim_rear(other, t)
+    behind = leg_of(i, one.granted - 1, t)
+    if t.legs[behind].pinned or one.steered:
+        one.steered = True
+        _act(i, STEER, t)
+    _consider(i, t)  # the next state may begin within the braking distance
+    here = t.states[t.legs[behind].state]
+    if here.fifo:
+        for n in range(here.line, here.line + here.queue):
+            other = t.lists[n]
+            if n == here.line:
+                _consider(other, t)
+            elif not t.vehicles[other].held:
+                t.vehicles[other].asking = True
+
+
+@part
+def _begin(t: Tables) -> None:
+    for i in range(len(t.vehicles)):
+        if t.vehicles[i].taken:
+            _aim(i, t)
+            _consider(i, t)
+
+
+@part
+def _look(odometer: Floats, halted: Numbers, t: Tables) -> None:
+    """Bring all vehicles up to date after a step of the traffic, and do what is due."""
+    called = sense(odometer, t)
+    for i in halted:
+        if t.vehicles[i].held and math.isnan(t.vehicles[i].halted_s):
+            t.vehicles[i].halted_s = t.run[0].now_s
+            _note(i, t.run[0].hold, t.vehicles[i].granted + 1, t)
+    for n in range(called):
+        i, why = t.calls[n, 0], t.calls[n, 1]
+        if why & PIVOTED:
+            _act(i, PIVOT, t)
+        if why & REAR_PASSED:
+            _free_behind(i, t)
+        if why & TRESPASS:
+            _note_trespass(i, t)
+        if why & RUNS_THROUGH:
+            _run_through(i, t)
+        if why & MUST_ASK:
+            _ask(i, t)
+
+
+@kernel
+def _tell(t: Tables) -> bool:
+    """Let vehicles go or stay as they have been answered; return whether any may go."""
+    run = t.run[0]
+    answers = run.answers
+    run.answers = 0
+    again = False
+    for n in range(answers):
+        i = t.entries[n].answered
+        if t.vehicles[i].going:
+            _go(i, t)
+            again = True
+        else:
+            _note_answer(i, run.refuse, t.vehicles[i].granted + 1, t)
+            _hold(i, t)
+    return again
+
+
+@part
+def _answer(t: Tables) -> None:
+    requests.decide(t)
+    while _tell(t):
+        requests.decide(t)
+
+
+@kernel
+def _step(
+    what: int,
+    i: int,
+    leg: int,
+    reason: int,
+    stage: int,
+    odometer: Floats,
+    robots: Numbers,
+    tables: tuple[Any, ...],
+) -> int:
+    t = Tables(*tables)
+    if what == BEGIN:
+        _begin(t)
+    if what in (LOOK, TURN):
+        _look(odometer, robots, t)
+    if what == CONSIDER:
+        for j in robots:
+            t.vehicles[j].steered = False
+            _consider(j, t)
+    if what == DECIDE:
+        for j in robots:
+            requests.decide_by_chain(j, t)
+    if what in (ANSWER, TURN):
+        _answer(t)
+    elif what == COLLECT:
+        return requests.collect(t)
+    elif what == STILL_FREE:
+        return 1 if requests.still_free(i, t) else 0
+    elif what == REFUSE:
+        requests.refuse(i, reason, stage, t)
+    elif what == SETTLE:
+        requests.settle(i, leg, reason, stage, t)
+    elif what == TELL:
+        return 1 if _tell(t) else 0
+    elif what == ASKS:
+        requests.asks(i, t)
+    elif what == LEFT:
+        requests.left(i, leg, t)
+    elif what == CLEARED:
+        requests.cleared(i, leg, t)
+    return 0
+
+
+_NO_ODOMETER: Final = np.zeros(0)
+_NO_ROBOTS: Final = np.zeros(0, dtype=np.int64)
+
+
+class Step:
+    """The one way into the compiled drive, from Python: called with a constant of this module.
+
+    Parameters
+    ----------
+    tables
+        What the steps work on.
+
+    Notes
+    -----
+    There is one way in, with all tables in a plain tuple: each way costs seconds to compile, and numba, which
+    looks at all that it is given each time, takes half as long for a plain tuple as for a named one.
+    Uncompiled (``NUMBA_DISABLE_JIT=1``) the same steps run in Python: the oracle of the compiled ones.
+    """
+
+    def __init__(self, tables: Tables) -> None:
+        self._tables = tuple(tables)
+
+    def __call__(
+        self,
+        what: int,
+        robot: int = 0,
+        leg: int = 0,
+        reason: int = 0,
+        stage: int = 0,
+        odometer: Floats = _NO_ODOMETER,
+        robots: Numbers = _NO_ROBOTS,
+    ) -> int:
+        """Make a step.
+
+        Parameters
+        ----------
+        what
+            ``BEGIN``: all vehicles are taken over. ``LOOK``: all are brought up to date after a step of the
+            traffic. ``CONSIDER``: some are steered no longer. ``ANSWER``: all requests are answered, by
+            pressure and the chain rule, and vehicles told. ``TURN``: `LOOK` and `ANSWER`. ``COLLECT``,
+            ``STILL_FREE``, ``REFUSE``, ``SETTLE``, ``DECIDE``, ``TELL``: parts of `ANSWER`, for other rules
+            in between; see `loopgate.drive.requests`. ``ASKS``, ``LEFT``, ``CLEARED``: a vehicle asks, or
+            its rear has left a state (its number is the `leg`) or the crossings behind a leg. ``NOTHING``:
+            as it says.
+        robot, leg, reason, stage
+            The vehicle that it is about, and what about it. For ``SETTLE`` the leg says
+            whether the vehicle is admitted.
+        odometer
+            What the simulator says, by vehicle [m].
+        robots
+            The vehicles that came to rest at a stop, are steered no longer, or are to be decided.
+
+        Returns
+        -------
+        int
+            How many are ready (``COLLECT``), whether it is so (``STILL_FREE``), or anybody may go (``TELL``).
+        """
+        return int(_step(what, robot, leg, reason, stage, odometer, robots, self._tables))

@@ -1,0 +1,370 @@
+"""The state of the drive: a handful of tables, and what a row of each of them is."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from loopgate.gates import Reason
+
+__all__ = [
+    "BRAKE",
+    "CROSSING",
+    "DEADLOCK",
+    "FREE",
+    "NOBODY",
+    "NOTHING",
+    "OCCUPIED",
+    "PIVOT",
+    "REASONS",
+    "RELEASE",
+    "RESERVE",
+    "STEER",
+    "STOP",
+    "Codes",
+    "Entry",
+    "Floats",
+    "Foe",
+    "Leg",
+    "Move",
+    "Numbers",
+    "Pass",
+    "Road",
+    "Run",
+    "State",
+    "Tables",
+    "Vehicle",
+    "Why",
+    "number_of",
+]
+
+Floats = NDArray[np.float64]
+Numbers = NDArray[np.int64]
+Codes = NDArray[np.int32]
+
+NOBODY: Final = -1
+
+REASONS: Final = (None, *Reason)
+"""Reasons by number; 0 is none."""
+
+
+def number_of(reason: Reason) -> int:
+    """Return the number of a reason."""
+    return REASONS.index(reason)
+
+
+NOTHING: Final = 0
+FREE: Final = number_of(Reason.FREE)
+OCCUPIED: Final = number_of(Reason.OCCUPIED)
+CROSSING: Final = number_of(Reason.CROSSING)
+DEADLOCK: Final = number_of(Reason.DEADLOCK)
+RESERVE: Final = number_of(Reason.RESERVE)
+
+# What is to be done to a vehicle.
+STOP: Final = 0
+RELEASE: Final = 1
+STEER: Final = 2
+PIVOT: Final = 3
+BRAKE: Final = 4
+
+
+class Vehicle:
+    """A vehicle. Leg ``j`` of its endless way is leg ``j % legs`` of its loop in lap ``j // legs``.
+
+    It holds the legs `tail` to `granted`, and the crossings behind the legs `crossed` to ``granted - 1``.
+
+    Attributes
+    ----------
+    taken
+        Whether there is a vehicle in this row.
+    name, loop, lap_m
+        Its name and that of its loop, by number; length of a lap [m].
+    length_m, top, accel, decel
+        Length [m], top speed [m/s], acceleration and deceleration [m/s2].
+    offset, front, speed
+        What to add to the odometer, and the resulting front [m] and speed [m/s].
+    note_m, rear_m, line_m, held_m
+        Where the next edge, lap or leg begins at the earliest; where something is to be given back; where the
+        last granted leg ends; where it is held, infinity if it is not [m].
+    next_lap_m, laps
+        Front at which the next lap ends [m], laps so far.
+    road_at, roads, road, road_lap, pivot
+        Where its edges are in the table of roads, and how many; the next of them and the lap it lies in; on
+        which the simulator renews its route.
+    leg_at, legs
+        Where its legs are in the table of legs, and how many.
+    entered, granted, tail, crossed
+        The leg of the front, and what it holds; see above.
+    number_at, numbers
+        Where the numbers of its last grants are in the lists, by leg modulo how many there are.
+    trespassing, held, steered, asking
+        Whether the front was past its line, whether it is to stop there, whether it is steered (see
+        `Steering`), whether it has to be told when it must ask.
+    halted_s, hold_s, longest_s
+        When it came to rest, not a number if it has not; time at rest so far, longest time from asking to a
+        grant [s].
+    pending, since_s, reason, stage, looked_at, asked_at_s, decided, going
+        Whether it has a request, since when [s]; why that was refused last, and the word for the gate's stage
+        by number; the version of the books when it was last looked at; when the gate was last asked [s], and
+        whether it ever was; whether it has been granted, but not been told.
+    """
+
+    taken: bool
+    name: int
+    loop: int
+    lap_m: float
+    length_m: float
+    top: float
+    accel: float
+    decel: float
+    offset: float
+    front: float
+    speed: float
+    note_m: float
+    rear_m: float
+    line_m: float
+    held_m: float
+    next_lap_m: float
+    laps: int
+    road_at: int
+    roads: int
+    road: int
+    road_lap: int
+    pivot: int
+    leg_at: int
+    legs: int
+    entered: int
+    granted: int
+    tail: int
+    crossed: int
+    number_at: int
+    numbers: int
+    trespassing: bool
+    held: bool
+    steered: bool
+    asking: bool
+    halted_s: float
+    hold_s: float
+    longest_s: float
+    pending: bool
+    since_s: float
+    reason: int
+    stage: int
+    looked_at: int
+    asked_at_s: float
+    decided: bool
+    going: bool
+
+
+class Road:
+    """Where an edge of a loop begins [m], and its name by number."""
+
+    begin_m: float
+    name: int
+
+
+class Leg:
+    """A leg: the stretch of its loop [m], its state, whether pins follow, and the passes behind it."""
+
+    begin_m: float
+    end_m: float
+    state: int
+    pinned: bool
+    pass_at: int
+    pass_end: int
+
+
+class Pass:
+    """A crossing behind a leg: its movement, the lowest limit on it [m/s], and its foes."""
+
+    movement: int
+    speed_mps: float
+    foe_at: int
+    foe_end: int
+
+
+class Foe:
+    """A foe of a pass: its movement, and the stretch that both use, as `Crossing.overlaps` has it [m].
+
+    Not a number where there is none: the foe is in the way all along.
+    """
+
+    movement: int
+    from_m: float
+    to_m: float
+
+
+class State:
+    """A state.
+
+    Attributes
+    ----------
+    room, word, fifo
+        How many vehicles it holds, its name by number, and whether it is shared and left in order.
+    most
+        How many vehicles there is room for in each of these two lists.
+    holders, held_by
+        Where in the lists the vehicles are that hold it, in the order in which they took it, and how many.
+    line, queue
+        Where in the lists the vehicles are whose last granted leg is in it, head first, and how many.
+    filled
+        The turn of deciding in which a grant last took a slot of it.
+    slot, slot_before
+        The vehicle its last slot is kept for, or `NOBODY`, now and before.
+    short
+        The turn in which its head was last found to lack a slot.
+    """
+
+    room: int
+    word: int
+    fifo: bool
+    most: int
+    holders: int
+    held_by: int
+    line: int
+    queue: int
+    filled: int
+    slot: int
+    slot_before: int
+    short: int
+
+
+class Move:
+    """A movement over a junction.
+
+    Attributes
+    ----------
+    passing, under_way, most
+        Where in the lists the vehicles are that are under way on it, how many, and how many have room there.
+    entered
+        The turn of deciding in which a grant last led over it.
+    way
+        The vehicle it is kept clear for, or `NOBODY`.
+    """
+
+    passing: int
+    under_way: int
+    most: int
+    entered: int
+    way: int
+
+
+class Why:
+    """A reason: its word by number, and how often it was given for a refusal."""
+
+    word: int
+    refused: int
+
+
+class Entry:
+    """The n-th entry of each of these lists of vehicles.
+
+    Attributes
+    ----------
+    waiting
+        Those with a request, oldest first.
+    ready, weight
+        Those whose request is to be decided, and by what they are sorted.
+    staying
+        Those asked by the negotiation to wait.
+    answered
+        Those with an answer that they have not been told.
+    """
+
+    waiting: int
+    ready: int
+    weight: float
+    staying: int
+    answered: int
+
+
+class Run:
+    """The one row about the run: its clock and its settings, how long the lists are, and words by number.
+
+    Attributes
+    ----------
+    now_s, step_s
+        Simulated time, and length of a step [s].
+    foresees
+        Whether one on a shared stretch is out of the way if it will have left it in time.
+    crowded, patience_s, wait_s
+        Of `Pressure`, where that is compiled.
+    version, grants, turn, decided_s
+        Of the books, which grows with all that may lift a refusal; grants and turns of deciding so far, and
+        when the last turn was [s].
+    waiting, fresh, answers, late
+        Length of these lists; the last `fresh` of those waiting have not been looked at, and for `late` of
+        them something is kept.
+    rows, acts, lost
+        How many there are of this step, and how many found no room.
+    overruns, trespasses, decisions
+        So far; decisions of the chain rule only.
+    edge, lap, enter, leave, hold, go, grant, refuse, overrun, not_granted, chain
+        Words for the trace.
+    """
+
+    now_s: float
+    step_s: float
+    foresees: bool
+    crowded: float
+    patience_s: float
+    wait_s: float
+    version: int
+    grants: int
+    turn: int
+    decided_s: float
+    waiting: int
+    fresh: int
+    answers: int
+    late: int
+    rows: int
+    acts: int
+    lost: int
+    overruns: int
+    trespasses: int
+    decisions: int
+    edge: int
+    lap: int
+    enter: int
+    leave: int
+    hold: int
+    go: int
+    grant: int
+    refuse: int
+    overrun: int
+    not_granted: int
+    chain: int
+
+
+class Tables(NamedTuple):
+    """All tables, and lists that they point into.
+
+    Attributes
+    ----------
+    rows
+        For the trace, of one step: vehicle, event, place, reason and stage by number.
+    acts
+        What is to be done to vehicles after it: vehicle, one of the constants above, the leg granted to it.
+    calls
+        Room for `loopgate.drive.sense`: vehicle, and some of its constants, added up.
+    lists
+        Lists of vehicles, and of the numbers of grants.
+    """
+
+    run: Sequence[Run]
+    vehicles: Sequence[Vehicle]
+    roads: Sequence[Road]
+    legs: Sequence[Leg]
+    passes: Sequence[Pass]
+    foes: Sequence[Foe]
+    states: Sequence[State]
+    moves: Sequence[Move]
+    reasons: Sequence[Why]
+    entries: Sequence[Entry]
+    rows: Codes
+    acts: Numbers
+    calls: Numbers
+    lists: Numbers

@@ -1,0 +1,90 @@
+"""A gatekeeper whose vehicles stand still: requests and answers without traffic."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, cast
+
+from loopgate.abstraction.itinerary import Leg
+from loopgate.drive import step as drive
+from loopgate.drive.build import make_tables
+from loopgate.drive.gatekeeper import Gatekeeper
+from loopgate.drive.tables import REASONS
+from loopgate.drive.track import Round, Track
+from loopgate.gates import Gate
+from loopgate.model import System
+from loopgate.negotiation.base import Negotiation
+
+__all__ = ["Books", "track"]
+
+ROUNDS = (Round("e", "round", "first"), Round("", "onward", "second"))
+
+
+def track(
+    vehicle: str, legs: Sequence[Leg], *, lap_m: float, start_m: float = 0.0, position: int = 0
+) -> Track:
+    """Return the track of a vehicle on a loop of one edge."""
+    return Track(
+        vehicle=vehicle,
+        loop=vehicle,
+        lap_m=lap_m,
+        start_m=start_m,
+        top_speed_mps=10.0,
+        rounds=ROUNDS,
+        edges=((0.0, "e"),),
+        legs=tuple(legs),
+        start_position=position,
+    )
+
+
+class Books(Gatekeeper):
+    """A gatekeeper with tables, told by a test what vehicles do."""
+
+    def __init__(
+        self, system: System, legs: Sequence[Sequence[Leg]], gate: Gate, negotiation: Negotiation
+    ) -> None:
+        super().__init__(system, gate, negotiation)
+        tracks = [
+            track(robot.id, its, lap_m=100.0, start_m=its[robot.start].begin_m, position=robot.start)
+            for robot, its in zip(system.robots, legs, strict=True)
+        ]
+        words: list[str] = [""]
+
+        def code(word: str) -> int:
+            if word not in words:
+                words.append(word)
+            return words.index(word)
+
+        self.tables = make_tables(tracks, system, code, step_s=1.0)
+        self.do = self.take_over(self.tables, code)
+        self.columns: Any = cast("Any", self.tables.vehicles)
+        self.run: Any = cast("Any", self.tables.run)
+        self.run["now_s"] = -1.0
+
+    def asks(self, robot: int, now_s: float) -> None:
+        """Let a vehicle ask."""
+        before = float(self.run["now_s"][0])
+        self.run["now_s"] = now_s
+        self.do(drive.ASKS, robot)
+        self.run["now_s"] = before
+
+    def left(self, robot: int, state: int) -> None:
+        """Let the rear of a vehicle leave a state."""
+        self.do(drive.LEFT, robot, state)
+
+    def cleared(self, robot: int, leg: int) -> None:
+        """Let the rear of a vehicle pass what lies behind a leg."""
+        self.do(drive.CLEARED, robot, leg)
+
+    def decide(self, now_s: float) -> list[tuple[int, bool, str]]:
+        """Answer the requests; return who was told what."""
+        self.run["now_s"] = now_s
+        self._decide()
+        told = cast("Any", self.tables.entries)["answered"][: self.run["answers"][0]].tolist()
+        said = []
+        for robot in told:
+            reason = REASONS[self.columns["reason"][robot]]
+            said.append((robot, bool(self.columns["going"][robot]), reason.value if reason else ""))
+            self.columns["going"][robot] = False
+        self.run["answers"] = 0
+        return said

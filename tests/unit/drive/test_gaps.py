@@ -1,0 +1,78 @@
+"""What is foreseen of a vehicle: how long it takes behind one that stands, if it may have to wait."""
+
+import math
+from random import Random
+
+import pytest
+from books import Books
+
+from builders import system
+from loopgate.abstraction.itinerary import Crossing, Leg
+from loopgate.drive.gaps import _may_be_held, in_the_way
+from loopgate.drive.motion import braking_time_s
+from loopgate.drive.step import SETTLE
+from loopgate.drive.tables import Tables
+from loopgate.gates import make_gate
+from loopgate.model import StateId
+from loopgate.negotiation.simple import OldestFirst
+
+
+@pytest.mark.parametrize(
+    ("distance", "room", "top"), [(10.0, 12.0, 10.0), (10.0, 60.0, 10.0), (5.0, 5.5, 3.0)]
+)
+def test_the_time_behind_a_standing_vehicle(distance: float, room: float, top: float) -> None:
+    """Driven in small steps at the speed from which a second and the brakes are enough, it takes as long."""
+    decel, step_s = 4.5, 1e-4
+    driven, time_s = 0.0, 0.0
+    while driven < distance:
+        gap = room - driven
+        driven += min(top, math.sqrt(decel**2 + 2 * decel * gap) - decel) * step_s
+        time_s += step_s
+    assert braking_time_s(distance, room, top, decel) == pytest.approx(time_s, abs=0.01)
+
+
+def test_without_room_it_never_gets_there() -> None:
+    """It would stop before; and with nobody before it, nothing slows it down."""
+    assert braking_time_s(10.0, 10.0, 10.0, 4.5) == math.inf
+    assert braking_time_s(10.0, math.inf, 10.0, 4.5) == 0.0
+
+
+def crossing(grants: tuple[int, int], fronts_m: tuple[float, float], *, foresees: bool = True) -> Tables:
+    """Let two vehicles of 5 m, granted in this order, be on ``mine`` and ``theirs``, which share some metres.
+
+    Their first legs end at 50 m, the second begin at 70 m.
+    """
+    mine = Crossing("mine", frozenset({"theirs"}), {"theirs": (2.0, 9.0)}, 13.9)
+    theirs = Crossing("theirs", frozenset({"mine"}), {"mine": (3.0, 10.0)}, 13.9)
+    robots = system({"a": "pa qa", "b": "pb qb"})
+    legs = [
+        (Leg(StateId(f"p{name}"), 0.0, 50.0, (across,)), Leg(StateId(f"q{name}"), 70.0, 100.0))
+        for name, across in (("a", mine), ("b", theirs))
+    ]
+    books = Books(robots, legs, make_gate("collision", robots), OldestFirst(Random(1)))
+    books.run["foresees"] = foresees
+    columns = {"length_m": 5.0, "accel": 2.6, "decel": 4.5, "top": 13.9, "line_m": 50.0, "speed": [0.0, 10.0]}
+    for column, value in (columns | {"front": fronts_m}).items():
+        books.columns[column] = value
+    for robot, number in enumerate(grants):
+        if number:
+            books.do(SETTLE, robot, 1)
+            books.tables.lists[books.columns["number_at"][robot] + 1] = number
+    return books.tables
+
+
+@pytest.mark.parametrize(("grant", "front_m", "held"), [(1, 60.0, True), (1, 66.0, False), (3, 60.0, False)])
+def test_one_may_have_to_wait_for_one_that_was_granted_before_it_and_is_in_its_way(
+    grant: int,
+    front_m: float,
+    held: bool,  # noqa: FBT001  a case
+) -> None:
+    """Its leg ends at 50 m; 5 m long, it is past what both use, up to 10 m on, with its front at 65.5 m."""
+    assert _may_be_held(0, 0, crossing((2, grant), (55.0, front_m))) == held
+
+
+def test_where_vehicles_give_way_to_others_nothing_is_foreseen() -> None:
+    """The second is on the shared stretch and fast, the first 30 m away. Past it, it is out of the way."""
+    for front_m, foresees, free in ((60.0, True, True), (60.0, False, False), (65.6, False, True)):
+        tables = crossing((0, 1), (20.0, front_m), foresees=foresees)
+        assert in_the_way(0, 0, 0, 1, tables) != free
