@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any, cast
 
 from loopgate.abstraction.itinerary import Leg
-from loopgate.drive import step as drive
+from loopgate.drive import requests
 from loopgate.drive.build import make_tables
 from loopgate.drive.gatekeeper import Gatekeeper
 from loopgate.drive.tables import REASONS
@@ -65,16 +65,16 @@ class Books(Gatekeeper):
         """Let a vehicle ask."""
         before = float(self.run["now_s"][0])
         self.run["now_s"] = now_s
-        self.do(drive.ASKS, robot)
+        requests.asks(robot, self.tables)
         self.run["now_s"] = before
 
     def left(self, robot: int, state: int) -> None:
         """Let the rear of a vehicle leave a state."""
-        self.do(drive.LEFT, robot, state)
+        requests.left(robot, state, self.tables)
 
     def cleared(self, robot: int, leg: int) -> None:
         """Let the rear of a vehicle pass what lies behind a leg."""
-        self.do(drive.CLEARED, robot, leg)
+        requests.cleared(robot, leg, self.tables)
 
     def decide(self, now_s: float) -> list[tuple[int, bool, str]]:
         """Answer the requests; return who was told what."""

@@ -29,14 +29,11 @@ from loopgate.kernel_cache import kernel, part
 
 __all__ = [
     "ANSWER",
-    "ASKS",
     "BEGIN",
-    "CLEARED",
     "COLLECT",
     "CONSIDER",
     "DECIDE",
     "FULL",
-    "LEFT",
     "LOOK",
     "NOTHING",
     "REFUSE",
@@ -60,11 +57,8 @@ STILL_FREE: Final = 6
 REFUSE: Final = 7
 SETTLE: Final = 8
 TELL: Final = 9
-ASKS: Final = 10
-LEFT: Final = 11
-CLEARED: Final = 12
-NOTHING: Final = 13
-DECIDE: Final = 14
+DECIDE: Final = 10
+NOTHING: Final = 11
 
 
 @kernel
@@ -315,12 +309,6 @@ def _step(
         requests.settle(i, leg, reason, stage, t)
     elif what == TELL:
         return 1 if _tell(t) else 0
-    elif what == ASKS:
-        requests.asks(i, t)
-    elif what == LEFT:
-        requests.left(i, leg, t)
-    elif what == CLEARED:
-        requests.cleared(i, leg, t)
     return 0
 
 
@@ -365,9 +353,7 @@ class Step:
             traffic. ``CONSIDER``: some are steered no longer. ``ANSWER``: all requests are answered, by
             pressure and the chain rule, and vehicles told. ``TURN``: `LOOK` and `ANSWER`. ``COLLECT``,
             ``STILL_FREE``, ``REFUSE``, ``SETTLE``, ``DECIDE``, ``TELL``: parts of `ANSWER`, for other rules
-            in between; see `loopgate.drive.requests`. ``ASKS``, ``LEFT``, ``CLEARED``: a vehicle asks, or
-            its rear has left a state (its number is the `leg`) or the crossings behind a leg. ``NOTHING``:
-            as it says.
+            in between; see `loopgate.drive.requests`. ``NOTHING``: as it says.
         robot, leg, reason, stage
             The vehicle that it is about, and what about it. For ``SETTLE`` the leg says
             whether the vehicle is admitted.
