@@ -22,7 +22,7 @@ WIDE = {"capacity": dict.fromkeys("abcd", 2), "fifo": tuple("abcd"), "starts": {
         ({"negotiation": "platoon"}, False),
         ({"negotiation": "oldest"}, False),
         ({"gate": "algorithm2"}, False),
-        ({"gate": "certified:promise=everyone"}, False),
+        ({"gate": "certified:promise=everyone"}, True),
         ({"capacity": {"a": 2, "b": 2, "c": 2}}, False),
         ({"fifo": ("a", "b", "c")}, False),
     ],
