@@ -13,7 +13,7 @@ import click
 from loopgate.cli.interrupts import EXIT_INTERRUPTED
 from loopgate.cli.main import EXIT_DEADLOCK, EXIT_UNCLEAN
 from loopgate.simulation.loop_run import Course
-from loopgate.simulation.scenario import ABSTRACTIONS, LIGHTS, ON_DEADLOCK, Scenario, read_scenario
+from loopgate.simulation.scenario import ABSTRACTIONS, LIGHTS, ON_DEADLOCK, SPACINGS, Scenario, read_scenario
 
 __all__ = ["exit_code", "run"]
 
@@ -57,6 +57,11 @@ __all__ = ["exit_code", "run"]
     "--lights",
     type=click.Choice(LIGHTS),
     help="Traffic lights: off (default under a gate), keep (default for open), obey: grants into green only.",
+)
+@click.option(
+    "--spacing",
+    type=click.Choice(SPACINGS),
+    help="Even spacing on loops: none (default), or advice on speeds, for vehicles driven by machine.",
 )
 @click.option("--duration", "duration_s", type=float, help="Simulated time that is measured [s].")
 @click.option("--warmup", "warmup_s", type=float, help="Simulated time before that [s].")

@@ -32,6 +32,7 @@ from loopgate.simulation.outcome import Folder, Tally
 from loopgate.simulation.positions import make_layout, record_positions
 from loopgate.simulation.room import Room
 from loopgate.simulation.scenario import Scenario
+from loopgate.simulation.spacing import SpeedAdvice
 from loopgate.simulation.sumo_input import write_sumo_input
 from loopgate.simulation.sumo_start import check_backend, plain_options, start_traffic
 from loopgate.simulation.surroundings import Surroundings
@@ -126,6 +127,8 @@ def _run(
         stack.callback(recorder.close)
         engine = _engine(scenario, assembly, traffic, keeper, recorder, compiled=compiled)
         around = Surroundings(scenario, assembly, traffic, engine, keeper)
+        advice = SpeedAdvice(assembly.network, assembly.starts, traffic, engine)
+        advised = [advice.look] if scenario.spacing == "advice" else []
         watch = watch_class(traffic, after_s=scenario.deadlock_after_s, at_gate=engine.refused)
         course = drive(
             engine,
@@ -134,7 +137,7 @@ def _run(
             recorder,
             scenario=scenario,
             tick=tick,
-            each_step=[*around.each_step, *room],
+            each_step=[*around.each_step, *advised, *room],
         )
         engine.settle()
         tallies = _tallies(engine, traffic, watch, course)

@@ -21,6 +21,7 @@ __all__ = ["Scenario", "read_scenario"]
 
 ABSTRACTIONS = ("segments", "queues")
 LIGHTS = ("off", "keep", "obey")
+SPACINGS = ("none", "advice")
 ON_DEADLOCK = ("stop", "continue", "teleport")
 LONGEST_GATED_STEP_S = 1.0
 """SUMO's drivers keep apart by tau, a second, and only if they look as often."""
@@ -68,6 +69,9 @@ class Scenario:
         ``pressure``, which counts waiting too, on queues.
     lights
         ``off``, ``keep`` or ``obey``; empty for ``off`` under a gate and ``keep`` under ``open``.
+    spacing
+        ``advice`` tells vehicles how fast to drive, so that those on a loop are evenly spaced; ``none`` does
+        nothing.
     duration_s, warmup_s
         Simulated time that is measured, and before it begins [s].
     seed
@@ -99,6 +103,7 @@ class Scenario:
     abstraction: Annotated[str, choice(ABSTRACTIONS)] = "queues"
     negotiation: Annotated[str, text()] = ""
     lights: Annotated[str, choice(("", *LIGHTS))] = ""
+    spacing: Annotated[str, choice(SPACINGS)] = "none"
     duration_s: Annotated[float, real(1.0, _LONG_S)] = 3600.0
     warmup_s: Annotated[float, real(0.0, _LONG_S)] = 0.0
     seed: Annotated[int, whole(0, _LARGEST_SEED)] = 1
