@@ -35,6 +35,7 @@ if TYPE_CHECKING:
         compute_time_to_deadlock,
         compute_vehicle_holds,
         compute_waits,
+        compute_watch,
         read_results,
         read_run,
     )
@@ -73,6 +74,7 @@ __all__ = [
     "compute_time_to_deadlock",
     "compute_vehicle_holds",
     "compute_waits",
+    "compute_watch",
     "read_results",
     "read_run",
     "read_scenario",

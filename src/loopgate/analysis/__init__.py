@@ -31,6 +31,7 @@ from loopgate.analysis.trips import (
     compute_vehicle_holds,
     compute_waits,
 )
+from loopgate.analysis.watching import compute_watch
 
 __all__ = [
     "Results",
@@ -55,6 +56,7 @@ __all__ = [
     "compute_time_to_deadlock",
     "compute_vehicle_holds",
     "compute_waits",
+    "compute_watch",
     "read_results",
     "read_run",
 ]

@@ -63,6 +63,9 @@ __all__ = ["exit_code", "run"]
     type=click.Choice(SPACINGS),
     help="Even spacing on loops: none (default), or advice on speeds, for vehicles driven by machine.",
 )
+@click.option(
+    "--revisit", "revisit_s", type=float, help="Tell which streets went unseen for longer than this [s]."
+)
 @click.option("--duration", "duration_s", type=float, help="Simulated time that is measured [s].")
 @click.option("--warmup", "warmup_s", type=float, help="Simulated time before that [s].")
 @click.option("--seed", type=int, help="Seed of SUMO, starting places and negotiation.")

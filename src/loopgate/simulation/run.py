@@ -27,7 +27,7 @@ from loopgate.simulation.compiled.engine import CompiledEngine, can_be_compiled
 from loopgate.simulation.engine import Engine
 from loopgate.simulation.gatekeeper import Gatekeeper
 from loopgate.simulation.loop_run import Course, Tick, drive
-from loopgate.simulation.monitoring import monitoring_figures
+from loopgate.simulation.monitoring import monitoring_figures, write_streets
 from loopgate.simulation.outcome import Folder, Tally
 from loopgate.simulation.positions import make_layout, record_positions
 from loopgate.simulation.room import Room
@@ -229,9 +229,10 @@ def _summary(
         for loop in assembly.loops
         for edge in loop.edges
     }
-    edges = None
+    edges, watch = None, dict[str, Any]()
     if duration > 0:
         edges = folder.write_edges(list(shapes.values()), begin_s=course.begin_s, end_s=course.end_s)
+        watch = write_streets(scenario, assembly, folder, begin_s=course.begin_s, end_s=course.end_s)
     findings: list[str] = []
     audited: dict[str, Any] = {}
     if keeper is not None:
@@ -246,7 +247,8 @@ def _summary(
         findings=findings,
         warnings=(*assembly.warnings, *(assembly.abstraction.warnings if assembly.abstraction else ())),
     )
-    return figures | audited | monitoring_figures(edges, measure_coverage(assembly.network, assembly.loops))
+    figures |= audited | monitoring_figures(edges, measure_coverage(assembly.network, assembly.loops))
+    return figures | {"watch": watch}
 
 
 def _shape(assembly: Assembly, edge: str) -> str:
