@@ -21,7 +21,7 @@ from loopgate.network.vehicle_type import DEFAULT_TYPE, VehicleType
 
 __all__ = ["Cover", "cover_streets"]
 
-_MENDS = 6
+_MENDS = 20
 
 Walk = tuple[int, ...]
 
@@ -98,6 +98,9 @@ def cover_streets(
             raise RouteError(msg)
         mender = _Mender(network, design, kind, name)
         loops, bad = mender.mended(walks_of(design, plan))
+        if not bad and not loops:
+            msg = f"{network.name}: no covering loop works as queues: {Reason.QUEUES}; cover more streets"
+            raise RouteError(msg)
         if not bad:
             return Cover(design, loops, design.left_out | mender.lost, finished)
         kept_off |= dict.fromkeys(bad, Reason.QUEUES)
@@ -163,7 +166,8 @@ class _Mender:
                 number = loops.index(refusal.loop)
                 if refusal.edge is None:
                     self._join(now, number)
-                elif not self._without_ring(now, number, refusal.edge):
+                    break  # it may now be part of one that was refused too
+                if not self._without_ring(now, number, refusal.edge):
                     bad.add(refusal.edge)
             if bad:
                 return (), bad
@@ -191,12 +195,13 @@ class _Mender:
         graph, walk = self._design.graph, walks[number]
         visits = [k for k, node in enumerate(walk) if graph.edges[node] == edge]
         rings = [(one, other) for one, other in pairwise((*visits, *(k + len(walk) for k in visits[:1])))]
-        rings = [ring for ring in rings if ring[1] - ring[0] < len(walk)]
+        around = [self._is_place[node] for node in walk] * 2
+        rings = [ring for ring in rings if len(visits) > 1 and not any(around[ring[0] + 1 : ring[1]])]
         if not rings:
             return False
         begin, end = min(rings, key=lambda ring: ring[1] - ring[0])
-        around = (*walk[begin:], *walk[:begin])
-        ring, rest = around[1 : end - begin], around[end - begin :]
+        turned = (*walk[begin:], *walk[:begin])
+        ring, rest = turned[1 : end - begin], turned[end - begin :]
         walks[number] = rest
         for taken in dict.fromkeys(graph.edges[node] for node in ring):
             if not any(graph.edges[node] == taken for walk in walks for node in walk):
@@ -210,8 +215,14 @@ class _Mender:
         if not options:
             self._lose([edge])
             return
-        _, begin, detour = min(options)
-        number = min((k for k, walk in enumerate(walks) if begin in walk), key=lambda k: self._cost(walks[k]))
+        costs = [self._cost(walk) for walk in walks]
+        # The cheapest of those that make the longest loop least longer.
+        _, _, number, begin, detour = min(
+            (max(costs[k] + price, *costs), price, k, begin, detour)
+            for price, begin, detour in options
+            for k, walk in enumerate(walks)
+            if begin in walk
+        )
         at = walks[number].index(begin)
         walks[number] = (*walks[number][:at], *detour, *walks[number][at:])
 
