@@ -195,11 +195,11 @@ class _Mender:
         graph, walk = self._design.graph, walks[number]
         visits = [k for k, node in enumerate(walk) if graph.edges[node] == edge]
         rings = [(one, other) for one, other in pairwise((*visits, *(k + len(walk) for k in visits[:1])))]
-        around = [self._is_place[node] for node in walk] * 2
-        rings = [ring for ring in rings if len(visits) > 1 and not any(around[ring[0] + 1 : ring[1]])]
-        if not rings:
+        if len(visits) == 1:
             return False
-        begin, end = min(rings, key=lambda ring: ring[1] - ring[0])
+        around = [self._is_place[node] for node in walk] * 2
+        # A lane long enough may be no place: where others swing out over it.
+        begin, end = min(rings, key=lambda ring: (sum(around[ring[0] + 1 : ring[1]]), ring[1] - ring[0]))
         turned = (*walk[begin:], *walk[:begin])
         ring, rest = turned[1 : end - begin], turned[end - begin :]
         walks[number] = rest
