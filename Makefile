@@ -5,7 +5,7 @@ BIN    := $(VENV)/bin
 STAMP  := $(VENV)/installed
 
 .DEFAULT_GOAL := help
-.PHONY: help demo readme setup test check format bench bench-sweep networks small-networks city throughput soak unseen long-vehicles day fuzz proofs lock clean
+.PHONY: help demo readme setup test check format bench bench-sweep networks small-networks city throughput soak unseen long-vehicles covering day fuzz proofs lock clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-15s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -65,6 +65,9 @@ soak: $(STAMP) ## ten simulated hours per network and gate; all tests, slow ones
 	$(BIN)/loopgate sweep analysis/soak.toml -o out/soak
 	$(BIN)/loopgate report out/soak -o out/soak/report.html
 	$(BIN)/python -m pytest -n auto --hypothesis-profile=soak
+
+covering: $(STAMP) ## how near covering loops come to what is possible
+	$(BIN)/python analysis/covering.py
 
 unseen: $(STAMP) ## 200 made networks of every kind, with positions: what is not as it should be
 	$(BIN)/python analysis/unseen.py --made 200 --out out/unseen/made

@@ -59,6 +59,7 @@ class FakeTraffic:
         self.holds: list[tuple[float, str]] = []
         self.releases: list[tuple[float, str]] = []
         self.brakes: list[tuple[float, str]] = []
+        self.advice: dict[str, float] = {}
         self.misses_by_m = 0.0
         self.gated: set[str] = set()
         self.gaps = True
@@ -189,6 +190,10 @@ class FakeTraffic:
         """All alike."""
         del vehicle
         return Dynamics(self.LENGTH_M, self.ACCEL, self.DECEL, 1.0)
+
+    def advise(self, vehicle: str, speed_factor: float) -> None:
+        """Take note of it."""
+        self.advice[vehicle] = speed_factor
 
     def jump(self, vehicle: str) -> float | None:
         """Never."""

@@ -345,6 +345,7 @@ def test_traces_of_another_system() -> None:
     assert {finding.rule for finding in found} >= {"start", "path"}
 
 
+BODY: dict[str, Any] = {"loop": "l", "length_m": 5, "width_m": 2, "start_m": 0, "leg": 0, "jointed": False}
 LEG = {"state": "a", "begin_m": 0, "end_m": 9, "crossings": []}
 SPAN = {"begin_m": 0, "end_m": 10, "lanes": ["e_0"], "entered": ""}
 
@@ -357,9 +358,21 @@ SPAN = {"begin_m": 0, "end_m": 10, "lanes": ["e_0"], "entered": ""}
         {"loops": {"l": 5}},
         {"loops": {"l": {"length_m": 10, "spans": [], "legs": []}}},
         {"loops": {"l": {"length_m": 1e9, "spans": [SPAN | {"end_m": 1e9}], "legs": [LEG]}}},
-        {"vehicles": {"v": {"loop": "l", "length_m": 5, "width_m": 2, "start_m": 1e9, "leg": 0}}},
-        {"vehicles": {"v": {"loop": "m", "length_m": 5, "width_m": 2, "start_m": 0, "leg": 0}}},
-        {"vehicles": {"v": {"loop": "l", "length_m": 5, "width_m": 2, "start_m": 0, "leg": 7}}},
+        {
+            "vehicles": {
+                "v": {"loop": "l", "length_m": 5, "width_m": 2, "start_m": 1e9, "leg": 0, "jointed": False}
+            }
+        },
+        {
+            "vehicles": {
+                "v": {"loop": "m", "length_m": 5, "width_m": 2, "start_m": 0, "leg": 0, "jointed": False}
+            }
+        },
+        {
+            "vehicles": {
+                "v": {"loop": "l", "length_m": 5, "width_m": 2, "start_m": 0, "leg": 7, "jointed": False}
+            }
+        },
         {"room": {"a": "many"}},
         {"room": {"a": 10**20}},
         {"heights": {"e_0": float("nan")}},
@@ -367,8 +380,17 @@ SPAN = {"begin_m": 0, "end_m": 10, "lanes": ["e_0"], "entered": ""}
         {"heights": []},
         {"shapes": {}},
         {"shapes": {"e_0": [[0, 0]]}},
-        {"vehicles": {"v": {"loop": "l", "length_m": 1e9, "width_m": 2, "start_m": 0, "leg": 0}}},
-        {"vehicles": {"v": {"loop": "l", "length_m": 5, "width_m": 1e9, "start_m": 0, "leg": 0}}},
+        {
+            "vehicles": {
+                "v": {"loop": "l", "length_m": 1e9, "width_m": 2, "start_m": 0, "leg": 0, "jointed": False}
+            }
+        },
+        {
+            "vehicles": {
+                "v": {"loop": "l", "length_m": 5, "width_m": 1e9, "start_m": 0, "leg": 0, "jointed": False}
+            }
+        },
+        {"vehicles": {"v": BODY | {"jointed": 2}}},
         {"loops": {"l": {"length_m": 10, "spans": [SPAN | {"entered": 5}], "legs": [LEG]}}},
         {"loops": {"l": {"length_m": 10, "spans": [SPAN | {"entered": "e_1"}], "legs": [LEG]}}},
     ],
@@ -376,12 +398,11 @@ SPAN = {"begin_m": 0, "end_m": 10, "lanes": ["e_0"], "entered": ""}
 def test_layouts(tmp_path: Path, spoil: dict[str, Any]) -> None:
     """A start a billion metres off its loop would be walked back lap by lap."""
     loop = {"length_m": 10, "spans": [SPAN], "legs": [LEG]}
-    body = {"loop": "l", "length_m": 5, "width_m": 2, "start_m": 0, "leg": 0}
     whole = {
         "step_s": 1,
         "room": {},
         "loops": {"l": loop},
-        "vehicles": {"v": body},
+        "vehicles": {"v": BODY},
         "movements": {},
         "shapes": {"e_0": [[0, 0], [10, 0]]},
         "heights": {"e_0": 4.5},

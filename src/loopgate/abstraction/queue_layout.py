@@ -253,6 +253,11 @@ class _Plan:
         if len({piece.place.name for piece in chain if piece.place is not None}) < LEAST_CAPACITY:
             return "has fewer than two places in which two vehicles can queue; make it longer"
         for here, between, after in _ways_on(chain):
+            if here.place is not None and here.place == after.place:
+                return (
+                    f"comes back from lane {here.edge}_{here.lane} to itself, and vehicles can queue nowhere "
+                    "between; lead it another way"
+                )
             pins = find_pins(self._network, list(_course(loop, here, between, after)), kind.vclass)
             if isinstance(pins, Connection):
                 return (

@@ -30,6 +30,7 @@ from loopgate.analysis.trips import (
     compute_vehicle_holds,
     compute_waits,
 )
+from loopgate.analysis.watching import compute_watch
 
 __all__ = [
     "compute_capacity",
@@ -52,4 +53,5 @@ __all__ = [
     "compute_time_to_deadlock",
     "compute_vehicle_holds",
     "compute_waits",
+    "compute_watch",
 ]

@@ -218,7 +218,7 @@ def _body(data: Mapping[str, Any]) -> VehicleBody:
         width_m=_number(data["width_m"]),
         start_m=_number(data["start_m"]),
         leg=_whole(data["leg"]),
-        jointed=data["jointed"] is True,
+        jointed=_flag(data["jointed"]),
     )
 
 
@@ -241,6 +241,13 @@ def _whole(value: object) -> int:
     if isinstance(value, int) and not isinstance(value, bool):
         return value
     msg = f"{shown(value)} stands where a whole number is expected"
+    raise ValueError(msg)
+
+
+def _flag(value: object) -> bool:
+    if isinstance(value, bool):
+        return value
+    msg = f"{shown(value)} stands where true or false is expected"
     raise ValueError(msg)
 
 

@@ -12,7 +12,7 @@ import click
 
 from loopgate.cli.interrupts import EXIT_INTERRUPTED
 from loopgate.cli.main import EXIT_DEADLOCK, EXIT_UNCLEAN
-from loopgate.simulation.scenario import ABSTRACTIONS, LIGHTS, ON_DEADLOCK, Scenario, read_scenario
+from loopgate.simulation.scenario import ABSTRACTIONS, LIGHTS, ON_DEADLOCK, SPACINGS, Scenario, read_scenario
 
 if TYPE_CHECKING:
     from loopgate.simulation.loop_run import Course
@@ -59,6 +59,14 @@ __all__ = ["exit_code", "run"]
     "--lights",
     type=click.Choice(LIGHTS),
     help="Traffic lights: off (default under a gate), keep (default for open), obey: grants into green only.",
+)
+@click.option(
+    "--spacing",
+    type=click.Choice(SPACINGS),
+    help="Even spacing on loops: none (default), or advice on speeds, for vehicles driven by machine.",
+)
+@click.option(
+    "--revisit", "revisit_s", type=float, help="Tell which streets went unseen for longer than this [s]."
 )
 @click.option("--duration", "duration_s", type=float, help="Simulated time that is measured [s].")
 @click.option("--warmup", "warmup_s", type=float, help="Simulated time before that [s].")

@@ -10,7 +10,10 @@ from loopgate.network.loop import LaneSpan, Loop
 from loopgate.network.records import Connection, Lane
 from loopgate.network.road import RoadNetwork
 
-__all__ = ["make_loop"]
+__all__ = ["LEAST_CHANGE_M", "make_loop", "movements_made"]
+
+LEAST_CHANGE_M = 10.0
+"""The shortest edge on which a car can change lanes [m]: its length and gap, and some to spare."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,6 +29,9 @@ _Cost = tuple[int, float]
 
 _TWO_WAY_LANES = 1000
 """A lane on which others come the opposite way counts as so many changes of lanes: see `make_loop`."""
+
+_HARDLY = 1_000_000
+"""A change of lanes on an edge shorter than `LEAST_CHANGE_M` counts as so many."""
 
 _FREE: _Cost = (0, 0.0)
 
@@ -126,20 +132,30 @@ def _layers(network: RoadNetwork, edges: Sequence[str], vclass: str) -> list[_La
     layers: list[_Layer] = []
     for number, edge in enumerate(edges):
         lanes = network.edges[edge].lanes
-        connections = _taken(network, network.between(edge, edges[(number + 1) % len(edges)], vclass))
+        connections = _made(network, network.between(edge, edges[(number + 1) % len(edges)], vclass))
         layer: _Layer = {}
         for enter in range(len(lanes)):
             for connection in connections:
                 low, high = sorted((enter, connection.from_lane))
                 if all(vclass in lanes[index].allowed for index in range(low, high + 1)):
                     shared = sum(lanes[index].two_way for index in range(low, high + 1))
-                    cost = (high - low) + _TWO_WAY_LANES * shared, (high - low) / max(lanes[0].length_m, 0.1)
+                    hard = _HARDLY if lanes[0].length_m < LEAST_CHANGE_M else 1
+                    cost = (
+                        (high - low) * hard + _TWO_WAY_LANES * shared,
+                        (high - low) / max(lanes[0].length_m, 0.1),
+                    )
                     layer.setdefault(enter, []).append((cost, _Step(enter, connection)))
         layers.append(layer)
     return layers
 
 
-def _taken(network: RoadNetwork, connections: Sequence[Connection]) -> list[Connection]:
+def movements_made(network: RoadNetwork, vclass: str) -> list[Connection]:
+    """Return the movements that vehicles of a class make: see `make_loop` for shared lanes; in file order."""
+    pairs = dict.fromkeys((c.from_edge, c.to_edge) for c in network.connections)
+    return [c for pair in pairs for c in _made(network, network.between(*pair, vclass))]
+
+
+def _made(network: RoadNetwork, connections: Sequence[Connection]) -> list[Connection]:
     """Return the movements that SUMO makes: from a lane to a shared one only if it leads to no other."""
 
     def shared(c: Connection) -> bool:

@@ -274,17 +274,34 @@ def write_loops(loops: Iterable[Loop], file: Path | str, *, note: str = "") -> N
     write_text(routes_text(loops, note=note), file)
 
 
-def routes_text(loops: Iterable[Loop], *, note: str = "") -> str:
-    """Return what `write_loops` writes."""
+def routes_text(loops: Iterable[Loop], *, note: str = "", vehicles: Sequence[LoopVehicle] = ()) -> str:
+    """Return what `write_loops` writes, with the vehicles' types before and the vehicles behind the loops."""
+    by_id = {loop.id: loop for loop in loops}
     lines = ['<?xml version="1.0" encoding="UTF-8"?>']
     if note:
         lines.append(f"<!-- {note.replace('--', '- -')} -->")  # XML allows no double hyphen in a comment
     lines.append("<routes>")
+    for kind in dict.fromkeys(vehicle.type for vehicle in vehicles if vehicle.type != DEFAULT_TYPE):
+        attributes = " ".join(f"{name}={quoteattr(value)}" for name, value in kind.attributes.items())
+        lines.append(f"    <vType {attributes}/>")
     lines += [
-        f"    <route id={quoteattr(loop.id)} edges={quoteattr(' '.join(loop.edges))}/>" for loop in loops
+        f"    <route id={quoteattr(loop.id)} edges={quoteattr(' '.join(loop.edges))}/>"
+        for loop in by_id.values()
     ]
+    lines += [_vehicle_line(vehicle, by_id[vehicle.loop]) for vehicle in vehicles]
     lines.append("</routes>\n")
     return "\n".join(lines)
+
+
+def _vehicle_line(vehicle: LoopVehicle, loop: Loop) -> str:
+    begin = f"    <vehicle id={quoteattr(vehicle.id)} type={quoteattr(vehicle.type.id)} "
+    begin += f'route={quoteattr(loop.id)} depart="0"'
+    if vehicle.depart_m is None:
+        return f"{begin}/>"
+    roads = [span for span in loop.spans if not span.internal]
+    number = max(k for k, span in enumerate(roads) if k == 0 or span.begin_m <= vehicle.depart_m)
+    position = min(vehicle.depart_m - roads[number].begin_m, roads[number].length_m)
+    return f'{begin} departEdge="{number}" departPos="{position:.2f}"/>'
 
 
 def write_text(text: str, file: Path | str) -> None:

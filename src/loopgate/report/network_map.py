@@ -45,6 +45,7 @@ def draw_map(
     file: Path | str,
     *,
     starts_m: Sequence[float] = (),
+    unwatched: Sequence[str] = (),
     title: str = "",
     dpi: int = DPI,
 ) -> None:
@@ -62,6 +63,8 @@ def draw_map(
         The picture.
     starts_m
         Arc length of each vehicle's front at the beginning [m], to mark it; possibly none.
+    unwatched
+        Edges to mark as those that no loop reaches.
     title
         A line above the map.
     dpi
@@ -78,9 +81,11 @@ def draw_map(
         zones = {zone.state: zone.length_m for zone in found.zones}
         if itineraries:
             _zones(axes, loops, itineraries, zones, scale)
+        left = [np.asarray(lane.shape) for edge in unwatched for lane in network.edges[edge].lanes[:1]]
+        axes.add_collection(LineCollection(left, colors=_ZONE, linewidths=1.4, zorder=5), autolim=False)
         _loops(axes, loops, starts_m, scale)
         shares = {loop.loop: loop.shared for loop in found.loops}
-        _legend(axes, loops, shares, len(found.zones), starts=bool(starts_m))
+        _legend(axes, loops, shares, len(found.zones), len(left), starts=bool(starts_m))
 
 
 def _zones(
@@ -186,7 +191,7 @@ def _at(points: Floats, arcs: Floats, arc_m: float) -> tuple[float, float]:
 
 
 def _legend(
-    axes: Axes, loops: Sequence[Loop], shares: Mapping[str, float], zones: int, *, starts: bool
+    axes: Axes, loops: Sequence[Loop], shares: Mapping[str, float], zones: int, left: int, *, starts: bool
 ) -> None:
     entries = [
         Line2D(
@@ -205,6 +210,8 @@ def _legend(
     if zones:
         band = Line2D([], [], color="#FBD9BF", linewidth=8, label=f"zones: one vehicle at a time ({zones})")
         entries.append(band)
+    if left:
+        entries.append(Line2D([], [], color=_ZONE, linewidth=1.4, label=f"on no loop ({left} streets)"))
     if starts:
         dot = Line2D(
             [],

@@ -87,6 +87,9 @@ IDLENESS: Final = "idleness_s"  # time-weighted mean time since the last visit
 WORST_IDLENESS: Final = "worst_idleness_s"  # longest time since the last visit
 EDGE_HOLD: Final = "hold_s"  # vehicles' hold time on the edge
 SHAPE: Final = "shape"  # "x,y x,y ..." [m], network coordinates
+HEADWAY_CV: Final = "headway_cv"  # standard deviation over mean of the times between two visits
+BUNCHED: Final = "bunched"  # share of these below a quarter of their mean, 0 to 1
+WITHIN: Final = "within"  # share of the time in which the idleness is at most the bound, 0 to 1
 EDGE_COLUMNS: Final = (
     EDGE,
     EDGE_LENGTH,
@@ -98,4 +101,16 @@ EDGE_COLUMNS: Final = (
     WORST_IDLENESS,
     EDGE_HOLD,
     SHAPE,
+)
+STREET_COLUMNS: Final = (
+    EDGE,
+    VISITS,
+    MEAN_REVISIT,
+    MAX_REVISIT,
+    WEIGHTED_REVISIT,
+    IDLENESS,
+    WORST_IDLENESS,
+    HEADWAY_CV,
+    BUNCHED,
+    WITHIN,
 )

@@ -24,6 +24,7 @@ def summary_rows(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
         ("hold time", f"{summary['hold_s']:.0f} s in all, longest wait {summary['longest_wait_s']:.0f} s"),
         ("coverage", _coverage(summary)),
         ("idleness", _idleness(summary)),
+        *_watch(summary.get("watch") or {}),
         ("deadlocks", _deadlocks(summary)),
         ("collisions, teleports", f"{summary['collisions']}, {summary['teleports']}"),
         *_strange(summary),
@@ -98,6 +99,23 @@ def _idleness(summary: Mapping[str, Any]) -> str:
     mean, worst, never = summary["idleness_s"], summary["worst_idleness_s"], summary["unvisited_edges"]
     text = f"mean {mean:.0f} s, worst {worst:.0f} s (edge {summary['worst_idleness_edge']})"
     return f"{text}, {never} edge{'s' if never != 1 else ''} never visited" if never else text
+
+
+def _watch(watch: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Return the rows about all streets, those on no loop included, where anything was measured."""
+    if not watch:
+        return []
+    text = f"{watch['never_seen']} of {watch['streets']} never seen"
+    if watch["headway_cv"] is not None:
+        text += f"; times between visits vary by {watch['headway_cv']:.0%} of their mean, "
+        text += f"{watch['bunched']:.0%} of them bunched"
+    rows = [("streets", text)]
+    if "bound_s" in watch and watch["within_of_seen"] is not None:
+        worst = ", ".join(f"{row['edge']} ({row['worst_idleness_s']:.0f} s)" for row in watch["rarest"][:3])
+        promise = f"kept for {watch['within_of_seen']:.1%} of the time of streets that were seen"
+        broken = f"; broken on {watch['streets_over']}, worst on {worst}" if watch["streets_over"] else ""
+        rows.append((f"seen every {watch['bound_s']:g} s", promise + broken))
+    return rows
 
 
 def _audit(audit: str | list[str]) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from random import Random
 
 from loopgate.abstraction.itinerary import Abstraction
@@ -18,6 +18,7 @@ from loopgate.simulation.placing import spread
 from loopgate.simulation.random_loops import random_loops
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.settings import check_types, left_out, unforeseen
+from loopgate.simulation.spacing import advised_type
 from loopgate.simulation.sumo_input import Start
 from loopgate.simulation.tracks import make_track
 
@@ -93,6 +94,8 @@ def assemble(scenario: Scenario) -> Assembly:
             for start, itinerary, robot in zip(starts, abstraction.itineraries, robots, strict=True)
         )
     unique = tuple({loop.id: loop for loop in loops}.values())
+    if scenario.spacing == "advice":
+        starts = tuple(replace(start, type=advised_type(start.type)) for start in starts)
     return Assembly(
         network,
         unique,

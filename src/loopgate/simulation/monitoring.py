@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import pandas as pd
 
+from loopgate.analysis.watching import compute_watch, watch_figures
+from loopgate.disk import writing
 from loopgate.network.coverage import Coverage
-from loopgate.results.columns import EDGE, IDLENESS, VISITS, WORST_IDLENESS
+from loopgate.results.columns import EDGE, IDLENESS, VISITS, WORST_IDLENESS, Event
+from loopgate.results.recorder import read_events
+from loopgate.simulation.assembly import Assembly
+from loopgate.simulation.outcome import EVENTS, Folder
+from loopgate.simulation.scenario import Scenario
 
-__all__ = ["monitoring_figures"]
+__all__ = ["STREETS", "monitoring_figures", "write_streets"]
+
+STREETS = "streets.parquet"
 
 
 def monitoring_figures(edges: pd.DataFrame | None, coverage: Coverage | None) -> dict[str, Any]:
@@ -37,3 +46,24 @@ def monitoring_figures(edges: pd.DataFrame | None, coverage: Coverage | None) ->
         "worst_idleness_edge": str(edges[EDGE].iloc[worst]),
         "unvisited_edges": int((edges[VISITS] == 0).sum()),
     }
+
+
+def write_streets(
+    scenario: Scenario, assembly: Assembly, folder: Folder, *, begin_s: float, end_s: float
+) -> dict[str, Any]:
+    """Write ``streets.parquet`` from the events, and return what the summary says of it.
+
+    Its streets are all edges open to some vehicle's class, those on no loop included.
+    """
+    classes = {start.type.vclass for start in assembly.starts}
+    bound_s = scenario.revisit_s or math.inf
+    table = compute_watch(
+        events=read_events(folder / EVENTS, (Event.EDGE,)),
+        streets=[e.id for e in assembly.network.edges.values() if any(e.allows(name) for name in classes)],
+        begin_s=begin_s,
+        end_s=end_s,
+        bound_s=bound_s,
+    )
+    with writing(folder / STREETS):
+        table.to_parquet(folder / STREETS, index=False)
+    return watch_figures(table, bound_s=bound_s)

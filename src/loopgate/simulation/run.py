@@ -26,11 +26,12 @@ from loopgate.simulation.as_is import run_as_is
 from loopgate.simulation.assembly import Assembly, assemble
 from loopgate.simulation.checking import audit_run
 from loopgate.simulation.loop_run import Course, Tick, drive
-from loopgate.simulation.monitoring import monitoring_figures
+from loopgate.simulation.monitoring import monitoring_figures, write_streets
 from loopgate.simulation.outcome import Folder, Tally
 from loopgate.simulation.positions import make_layout, record_positions
 from loopgate.simulation.room import Room
 from loopgate.simulation.scenario import Scenario
+from loopgate.simulation.spacing import SpeedAdvice
 from loopgate.simulation.sumo_input import write_sumo_input
 from loopgate.simulation.sumo_start import check_backend, plain_options, start_traffic
 from loopgate.simulation.surroundings import Surroundings
@@ -120,6 +121,8 @@ def _run(
         stack.callback(recorder.close)
         engine = Engine(traffic, assembly.tracks, keeper, recorder, foresees=assembly.foresees)
         around = Surroundings(scenario, assembly, traffic, engine, keeper)
+        advice = SpeedAdvice(assembly.network, assembly.starts, traffic, engine)
+        advised = [advice.look] if scenario.spacing == "advice" else []
         watch = watch_class(traffic, after_s=scenario.deadlock_after_s, at_gate=engine.refused)
         course = drive(
             engine,
@@ -128,7 +131,7 @@ def _run(
             recorder,
             scenario=scenario,
             tick=tick,
-            each_step=[*around.each_step, *room],
+            each_step=[*around.each_step, *advised, *room],
         )
         engine.settle()
         tallies = _tallies(engine, traffic, watch, course)
@@ -204,9 +207,10 @@ def _summary(
         for loop in assembly.loops
         for edge in loop.edges
     }
-    edges = None
+    edges, watch = None, dict[str, Any]()
     if duration > 0:
         edges = folder.write_edges(list(shapes.values()), begin_s=course.begin_s, end_s=course.end_s)
+        watch = write_streets(scenario, assembly, folder, begin_s=course.begin_s, end_s=course.end_s)
     findings: list[str] = []
     audited: dict[str, Any] = {}
     if keeper is not None:
@@ -221,7 +225,8 @@ def _summary(
         findings=findings,
         warnings=(*assembly.warnings, *(assembly.abstraction.warnings if assembly.abstraction else ())),
     )
-    return figures | audited | monitoring_figures(edges, measure_coverage(assembly.network, assembly.loops))
+    figures |= audited | monitoring_figures(edges, measure_coverage(assembly.network, assembly.loops))
+    return figures | {"watch": watch}
 
 
 def _shape(assembly: Assembly, edge: str) -> str:

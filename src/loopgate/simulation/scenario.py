@@ -22,6 +22,7 @@ __all__ = ["Scenario", "read_scenario"]
 
 ABSTRACTIONS = ("segments", "queues")
 LIGHTS = ("off", "keep", "obey")
+SPACINGS = ("none", "advice")
 ON_DEADLOCK = ("stop", "continue", "teleport")
 LONGEST_GATED_STEP_S = 1.0
 """SUMO's drivers keep apart by tau, a second, and only if they look as often."""
@@ -70,6 +71,11 @@ class Scenario:
         ``pressure``, which counts waiting too, on queues.
     lights
         ``off``, ``keep`` or ``obey``; empty for ``off`` under a gate and ``keep`` under ``open``.
+    spacing
+        ``advice`` tells vehicles how fast to drive, so that those on a loop are evenly spaced; ``none`` does
+        nothing.
+    revisit_s
+        Time for which no street should go unseen [s], to be told where it did; 0 for none.
     duration_s, warmup_s
         Simulated time that is measured, and before it begins [s].
     seed
@@ -107,6 +113,8 @@ class Scenario:
     abstraction: Annotated[str, choice(ABSTRACTIONS)] = "queues"
     negotiation: Annotated[str, text()] = ""
     lights: Annotated[str, choice(("", *LIGHTS))] = ""
+    spacing: Annotated[str, choice(SPACINGS)] = "none"
+    revisit_s: Annotated[float, real(0.0, _LONG_S)] = 0.0
     duration_s: Annotated[float, real(1.0, _LONG_S)] = 3600.0
     warmup_s: Annotated[float, real(0.0, _LONG_S)] = 0.0
     seed: Annotated[int, whole(0, _LARGEST_SEED)] = 1
@@ -226,6 +234,7 @@ def _check_names(gate: str, negotiation: str) -> None:
 
 _OPTION = {
     "loop_length_m": "length",
+    "revisit_s": "revisit",
     "duration_s": "duration",
     "warmup_s": "warmup",
     "step_s": "step_length",

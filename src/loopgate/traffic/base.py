@@ -184,6 +184,10 @@ class Traffic(Protocol):
         """Return what the vehicle can do."""
         ...
 
+    def advise(self, vehicle: str, speed_factor: float) -> None:
+        """Let the vehicle drive at so many times the speed limits, where it can."""
+        ...
+
     def jump(self, vehicle: str) -> float | None:
         """Put the vehicle on an edge ahead on its route where there is room; return the distance skipped [m].
 

@@ -1,0 +1,257 @@
+"""Covering loops on which vehicles can queue: what the designed ones come to as queues, and mending them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import networkx as nx
+
+from loopgate.abstraction.queue_layout import QueuePlace
+from loopgate.abstraction.stretches import LEAST_CAPACITY, least_change_m
+from loopgate.abstraction.surveying import survey_queues
+from loopgate.errors import RouteError
+from loopgate.network import Loop, RoadNetwork, make_loop
+from loopgate.network.cover.design import Design, Task, make_design, walks_of
+from loopgate.network.cover.lane_graph import LaneGraph
+from loopgate.network.cover.reasons import Reason
+from loopgate.network.cover.search import ROUNDS, Plan
+from loopgate.network.vehicle_type import DEFAULT_TYPE, VehicleType
+
+__all__ = ["Cover", "cover_streets"]
+
+_MENDS = 20
+
+Walk = tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Cover:
+    """Loops that cover streets, all of which work as queues.
+
+    Attributes
+    ----------
+    design
+        What was to be covered, and what it takes at least.
+    loops
+        The loops.
+    left_out
+        Streets that are not covered, and why.
+    finished
+        Whether the search was let come to its end.
+    """
+
+    design: Design
+    loops: tuple[Loop, ...]
+    left_out: dict[str, Reason]
+    finished: bool = True
+
+    @property
+    def covered(self) -> tuple[str, ...]:
+        """The streets asked for that lie on some loop."""
+        on = {edge for loop in self.loops for edge in loop.edges}
+        return tuple(edge for edge in self.design.required if edge in on)
+
+
+def cover_streets(
+    network: RoadNetwork,
+    task: Task,
+    count: int,
+    *,
+    kind: VehicleType = DEFAULT_TYPE,
+    seed: int = 1,
+    name: str = "loop",
+    progress: Callable[[int, int | None], None] | None = None,
+) -> Cover:
+    """Make closed loops that cover streets, the longest as short as can be, and accepted as queues.
+
+    An interruption from the keyboard ends the search, and the best so far is taken.
+
+    Parameters
+    ----------
+    network, task
+        The roads, and what is to be covered.
+    count
+        How many loops; fewer where there are fewer streets, more where none may be longer than so much.
+    kind
+        Who drives; of the task's class.
+    seed
+        The same seed makes the same loops.
+    name
+        Beginning of the loops' names.
+    progress
+        Called with rounds done and rounds in all.
+
+    Raises
+    ------
+    RouteError
+        If no street can be covered, or no loop may be as short as asked for.
+    """
+    kept_off: dict[str, Reason] = {}
+    task = replace(task, change_m=least_change_m(kind.length_m + kind.min_gap_m))
+    while True:
+        design = make_design(network, task, without=kept_off)
+        plan, finished = _best(design, count, seed, progress)
+        if plan is None:
+            msg = f"{network.name}: no loops found of at most {task.max_length_m:g} m; allow longer ones"
+            raise RouteError(msg)
+        mender = _Mender(network, design, kind, name)
+        loops, bad = mender.mended(walks_of(design, plan))
+        if not bad and not loops:
+            msg = f"{network.name}: no covering loop works as queues: {Reason.QUEUES}; cover more streets"
+            raise RouteError(msg)
+        if not bad:
+            return Cover(design, loops, design.left_out | mender.lost, finished)
+        kept_off |= dict.fromkeys(bad, Reason.QUEUES)
+
+
+def _best(
+    design: Design, count: int, seed: int, progress: Callable[[int, int | None], None] | None
+) -> tuple[Plan | None, bool]:
+    plan = None
+    try:
+        for number, better in enumerate(design.plans(count, seed=seed)):
+            plan = better
+            if progress:
+                progress(number, ROUNDS)
+    except KeyboardInterrupt:
+        if plan is None:
+            raise
+        return plan, False
+    return plan, True
+
+
+class _Mender:
+    """Leads loops that do not work as queues another way.
+
+    Two things are mended: a walk that comes back to a lane and can wait nowhere between has the ring taken
+    out, and its streets are led over on the way from one lane to another; one with fewer than two places is
+    driven as part of another.
+    """
+
+    def __init__(self, network: RoadNetwork, design: Design, kind: VehicleType, name: str) -> None:
+        self.lost: dict[str, Reason] = {}
+        """Streets that no mended walk covers."""
+        self._network = network
+        self._design = design
+        self._name = name
+        self._kind = kind
+        needed_m = kind.length_m + kind.min_gap_m
+        graph = design.graph
+        self._is_place = [
+            QueuePlace(edge, network.edges[edge].length_m, needed_m).capacity >= LEAST_CAPACITY
+            for edge in graph.edges
+        ]
+        self._roads = _digraph(graph, design)
+
+    def mended(self, walks: Sequence[Walk]) -> tuple[tuple[Loop, ...], set[str]]:
+        """Return loops that work, or else edges that they have to keep off."""
+        now = list(walks)
+        for _ in range(_MENDS):
+            loops = [
+                make_loop(
+                    self._network,
+                    f"{self._name}{number}",
+                    [self._design.graph.edges[node] for node in walk],
+                    vclass=self._kind.vclass,
+                )
+                for number, walk in enumerate(now)
+            ]
+            refused = survey_queues(self._network, [(loop, self._kind) for loop in loops]).refused
+            if not refused:
+                return tuple(loops), set()
+            bad: set[str] = set()
+            for refusal in sorted(refused, key=lambda r: loops.index(r.loop), reverse=True):
+                number = loops.index(refusal.loop)
+                if refusal.edge is None:
+                    self._join(now, number)
+                    break  # it may now be part of one that was refused too
+                if not self._without_ring(now, number, refusal.edge):
+                    bad.add(refusal.edge)
+            if bad:
+                return (), bad
+        return (), {refusal.edge or refusal.loop.edges[0] for refusal in refused}
+
+    def _join(self, walks: list[Walk], number: int) -> None:
+        """Drive a walk as part of the shortest of those that share a node with it, or leave it out."""
+        walk = walks.pop(number)
+        sharing = [k for k, other in enumerate(walks) if set(walk) & set(other)]
+        if not sharing:
+            on = {node for other in walks for node in other}
+            self._lose([self._design.graph.edges[node] for node in walk if node not in on])
+            return
+        k = min(sharing, key=lambda k: self._cost(walks[k]))
+        at = next(place for place, node in enumerate(walks[k]) if node in walk)
+        begin = walk.index(walks[k][at])
+        walks[k] = (*walks[k][:at], *walk[begin:], *walk[:begin], *walks[k][at:])
+
+    def _lose(self, edges: Sequence[str]) -> None:
+        required = set(self._design.required)
+        self.lost |= {edge: Reason.QUEUES for edge in edges if edge in required}
+
+    def _without_ring(self, walks: list[Walk], number: int, edge: str) -> bool:
+        """Take the shortest way from an edge back to it out of a walk; return whether there is one."""
+        graph, walk = self._design.graph, walks[number]
+        visits = [k for k, node in enumerate(walk) if graph.edges[node] == edge]
+        rings = [(one, other) for one, other in pairwise((*visits, *(k + len(walk) for k in visits[:1])))]
+        if len(visits) == 1:
+            return False
+        around = [self._is_place[node] for node in walk] * 2
+        # A lane long enough may be no place: where others swing out over it.
+        begin, end = min(rings, key=lambda ring: (sum(around[ring[0] + 1 : ring[1]]), ring[1] - ring[0]))
+        turned = (*walk[begin:], *walk[:begin])
+        ring, rest = turned[1 : end - begin], turned[end - begin :]
+        walks[number] = rest
+        for taken in dict.fromkeys(graph.edges[node] for node in ring):
+            if not any(graph.edges[node] == taken for walk in walks for node in walk):
+                self._lead_over(walks, taken)
+        return True
+
+    def _lead_over(self, walks: list[Walk], edge: str) -> None:
+        """Lead a walk over an edge by the shortest detour, from one place to another; or lose it."""
+        nodes = [node for node, name in enumerate(self._design.graph.edges) if name == edge]
+        options = [option for node in nodes for option in self._detours(walks, node)]
+        if not options:
+            self._lose([edge])
+            return
+        costs = [self._cost(walk) for walk in walks]
+        # The cheapest of those that make the longest loop least longer.
+        _, _, number, begin, detour = min(
+            (max(costs[k] + price, *costs), price, k, begin, detour)
+            for price, begin, detour in options
+            for k, walk in enumerate(walks)
+            if begin in walk
+        )
+        at = walks[number].index(begin)
+        walks[number] = (*walks[number][:at], *detour, *walks[number][at:])
+
+    def _detours(self, walks: Sequence[Walk], node: int) -> Iterator[tuple[float, int, Walk]]:
+        """Yield the ways from places on the walks over a node to other places and back, with their cost."""
+        place, roads, name = self._is_place, self._roads, self._design.graph.edges
+        onto = nx.subgraph_view(roads, filter_edge=lambda _, head: head == node or not place[head])
+        off = nx.subgraph_view(roads, filter_edge=lambda tail, _: tail == node or not place[tail])
+        before, ways_in = _shortest(onto.reverse(copy=False), node)
+        after, ways_out = _shortest(off, node)
+        for begin in (p for p in before if p != node and place[p] and any(p in walk for walk in walks)):
+            home, ways_home = _shortest(roads.reverse(copy=False), begin)
+            for end in (q for q in after if q != node and place[q] and name[q] != name[begin]):
+                parts = ways_in[begin][::-1], ways_out[end], ways_home[end][::-1]
+                detour = tuple(step for part in parts for step in part[:-1])
+                yield before[begin] + after[end] + home[end], begin, detour
+
+    def _cost(self, walk: Walk) -> float:
+        return sum(float(self._roads.edges[step]["weight"]) for step in pairwise((*walk, walk[0])))
+
+
+def _shortest(roads: nx.DiGraph[int], source: int) -> tuple[dict[int, float], dict[int, list[int]]]:
+    """Return what the shortest ways from a node cost, and the ways."""
+    costs = nx.single_source_dijkstra_path_length(roads, source)
+    return costs, nx.single_source_dijkstra_path(roads, source)
+
+
+def _digraph(graph: LaneGraph, design: Design) -> nx.DiGraph[int]:
+    cost = graph.seconds if design.task.by_time else graph.length_m
+    roads: nx.DiGraph[int] = nx.DiGraph()
+    roads.add_weighted_edges_from(zip(graph.tail.tolist(), graph.head.tolist(), cost.tolist(), strict=True))
+    return roads

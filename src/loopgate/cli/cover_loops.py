@@ -1,0 +1,252 @@
+"""`loopgate loops --cover`: loops that cover streets, and what is said of them."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree as ET
+
+import click
+
+from loopgate.abstraction.covering import Cover, cover_streets
+from loopgate.abstraction.queue_layout import lay_out_queues
+from loopgate.cli.progress import show_progress
+from loopgate.cli.tables import counted, listed
+from loopgate.network import Loop, LoopVehicle, RoadNetwork, VehicleType
+from loopgate.network.cover.design import Task
+from loopgate.network.cover.watch import Patrol, allot, even_starts_m, laps_s, patrol, vehicles_needed
+from loopgate.network.cover.wishes import read_weights, streets_to_cover
+from loopgate.network.routes_file import routes_text, write_text
+from loopgate.network.vehicle_type import vehicle_type
+
+__all__ = ["CoverWish", "cover_loops"]
+
+_EXAMPLES = 3
+
+
+@dataclass(frozen=True, slots=True)
+class CoverWish:
+    """What the options say."""
+
+    network: str
+    cover: str
+    count: int
+    max_length_m: float | None
+    either_way: bool
+    vclass: str
+    u_turns: bool
+    start: str | None
+    weights: str | None
+    vehicles: int | None
+    revisit_s: float | None
+    margin: float
+    seed: int
+    plot: Path | None
+    out: Path | None
+    as_json: bool
+
+
+@dataclass(frozen=True, slots=True)
+class _Made:
+    """Covers of streets of one weight each, the heaviest first, and who drives on their loops."""
+
+    covers: tuple[Cover, ...]
+    weights: tuple[float, ...]
+    patrol: Patrol
+
+    @property
+    def loops(self) -> list[Loop]:
+        return [loop for cover in self.covers for loop in cover.loops]
+
+
+def cover_loops(wish: CoverWish) -> None:
+    """Make loops that cover streets, write them, and say what they come to."""
+    roads = RoadNetwork.open(wish.network)
+    kind = vehicle_type(ET.Element("vType", id=wish.vclass, vClass=wish.vclass), wish.network)
+    covers, weights = _covers(roads, wish, kind)
+    loops = [loop for cover in covers for loop in cover.loops]
+    if len(covers) > 1:
+        lay_out_queues(roads, [(loop, kind) for loop in loops])
+    heavy = [weight for cover, weight in zip(covers, weights, strict=True) for _ in cover.loops]
+    laps = [lap * weight for lap, weight in zip(laps_s(roads, loops), heavy, strict=True)]
+    if wish.revisit_s is not None:
+        number = vehicles_needed([lap * wish.margin for lap in laps], wish.revisit_s)
+    else:
+        number = allot(laps, wish.vehicles or len(loops))
+    made = _Made(tuple(covers), tuple(weights), patrol(roads, loops, number))
+    text = routes_text(loops, note=_note(wish), vehicles=_vehicles(roads, made, wish, kind))
+    if wish.out is not None:
+        write_text(text, wish.out)
+    if wish.plot is not None:
+        from loopgate.report.network_map import draw_map
+
+        left = [edge for cover in covers for edge in cover.left_out]
+        title = f"{roads.name}: {counted(len(loops), 'loop')}, {_km(loops):.1f} km"
+        draw_map(roads, loops, (), wish.plot, title=title, unwatched=left)
+    if wish.as_json:
+        click.echo(json.dumps(_data(made)))
+    elif wish.out is None:
+        click.echo(text, nl=False)
+    for line in _report(roads, made, wish):
+        click.echo(line, err=wish.out is None or wish.as_json)
+
+
+def _covers(roads: RoadNetwork, wish: CoverWish, kind: VehicleType) -> tuple[list[Cover], list[float]]:
+    edges = streets_to_cover(roads, wish.cover, wish.vclass)
+    weights = read_weights(roads, wish.weights) if wish.weights else {}
+    every = [edge.id for edge in roads.edges.values() if edge.allows(wish.vclass)] if edges is None else edges
+    classes: dict[float, list[str]] = {} if every else {1.0: []}  # what is wrong is said by the design
+    for edge in every:
+        classes.setdefault(weights.get(edge, 1.0), []).append(edge)
+    task = Task(
+        vclass=wish.vclass,
+        u_turns=wish.u_turns,
+        either_way=wish.either_way,
+        by_time=wish.revisit_s is not None,
+        start=wish.start,
+    )
+    if wish.max_length_m is not None:
+        task = replace(task, max_length_m=wish.max_length_m)
+    covers, heavy = [], sorted(classes, reverse=True)
+    for weight in heavy:
+        share = len(classes[weight]) * weight / max(sum(len(classes[w]) * w for w in classes), 1.0)
+        with show_progress("rounds of search") as report:
+            cover = cover_streets(
+                roads,
+                replace(task, edges=tuple(classes[weight])),
+                max(1, round(wish.count * share)),
+                kind=kind,
+                seed=wish.seed,
+                name="loop" if len(classes) == 1 else f"weight{weight:g}.",
+                progress=report,
+            )
+        covers.append(cover)
+    return covers, heavy
+
+
+def _vehicles(roads: RoadNetwork, made: _Made, wish: CoverWish, kind: VehicleType) -> list[LoopVehicle]:
+    """Return the vehicles to be written, if any are asked for or their class has to be."""
+    if wish.vehicles is None and wish.revisit_s is None and wish.vclass == VehicleType().vclass:
+        return []
+    return [
+        LoopVehicle(f"{loop.id}.{k}", loop.id, kind, at)
+        for loop, number in zip(made.loops, made.patrol.vehicles, strict=True)
+        for k, at in enumerate(even_starts_m(roads, loop, number))
+    ]
+
+
+def _note(wish: CoverWish) -> str:
+    said = {
+        "count": wish.count,
+        "max-length": wish.max_length_m,
+        "either-way": wish.either_way or None,
+        "vclass": wish.vclass,
+        "u-turns": wish.u_turns or None,
+        "start": wish.start,
+        "weights": wish.weights,
+        "vehicles": wish.vehicles,
+        "revisit": wish.revisit_s,
+        "margin": wish.margin if wish.revisit_s is not None else None,
+        "seed": wish.seed,
+    }
+    options = ", ".join(f"{name} {value}" for name, value in said.items() if value is not None)
+    return f"loopgate loops {wish.network}: cover {wish.cover}, {options}"
+
+
+def _km(loops: Sequence[Loop]) -> float:
+    return sum(loop.length_m for loop in loops) / 1000.0
+
+
+def _twice(roads: RoadNetwork, loops: Sequence[Loop]) -> float:
+    """Return which share of the way leads over streets that were driven already."""
+    visits = Counter(edge for loop in loops for edge in loop.edges)
+    driven = sum(number * roads.edges[edge].length_m for edge, number in visits.items())
+    return 1.0 - sum(roads.edges[edge].length_m for edge in visits) / driven
+
+
+def _report(roads: RoadNetwork, made: _Made, wish: CoverWish) -> Iterator[str]:
+    if wish.out is not None:
+        yield f"{counted(len(made.loops), 'loop')}, {_km(made.loops):.1f} km in all, written to {wish.out}"
+    for cover, weight in zip(made.covers, made.weights, strict=True):
+        yield from _of_cover(roads, cover, f"weight {weight:g}: " if len(made.covers) > 1 else "")
+    yield from _of_patrol(made, wish)
+
+
+def _of_cover(roads: RoadNetwork, cover: Cover, begin: str) -> Iterator[str]:
+    design, loops = cover.design, cover.loops
+    streets = len(cover.covered) + len(cover.left_out)
+    if not cover.finished:
+        yield f"{begin}interrupted: these are the best loops found so far"
+    yield (
+        f"{begin}{len(cover.covered)} of {streets} streets covered by {_km(loops):.2f} km, "
+        f"{_twice(roads, loops):.1%} of it over streets driven already"
+    )
+    laps = laps_s(roads, loops) if design.task.by_time else [loop.length_m for loop in loops]
+    unit = "s" if design.task.by_time else "m"
+    bound = design.bound(len(loops))
+    yield (
+        f"{begin}in all {sum(laps):.0f} {unit}, {sum(laps) / design.circulation - 1.0:.1%} over the least "
+        f"({design.circulation:.0f} {unit}); longest loop {max(laps):.0f} {unit}, "
+        f"{max(laps) / bound - 1.0:.1%} over its least ({bound:.0f} {unit}); shortest {min(laps):.0f} {unit}"
+    )
+    reasons: dict[str, list[str]] = {}
+    for edge, reason in cover.left_out.items():
+        reasons.setdefault(str(reason), []).append(edge)
+    for why, edges in sorted(reasons.items(), key=lambda item: -len(item[1])):
+        yield f"{begin}not covered: {len(edges)}: {why}: {listed(edges, _EXAMPLES)}"
+
+
+def _of_patrol(made: _Made, wish: CoverWish) -> Iterator[str]:
+    found = made.patrol
+    rarest = max(found.intervals_s, key=lambda edge: found.intervals_s[edge])
+    mean = sum(found.intervals_s.values()) / len(found.intervals_s)
+    number = counted(sum(found.vehicles), "vehicle")
+    if wish.revisit_s is not None:
+        heavy = [w for cover, w in zip(made.covers, made.weights, strict=True) for _ in cover.loops]
+        laps = [lap * weight for lap, weight in zip(found.laps_s, heavy, strict=True)]
+        least = sum(vehicles_needed(laps, wish.revisit_s))
+        yield (
+            f"to see every street every {wish.revisit_s:g} s: {counted(least, 'vehicle')} at the speeds "
+            f"allowed, "
+            f"{sum(found.vehicles)} where laps take {wish.margin:g} times as long"
+        )
+    yield (
+        f"with {number}, evenly spaced and at the speeds allowed, streets are seen every {mean:.0f} s on "
+        f"average; "
+        f"the rarest, {rarest}, every {found.intervals_s[rarest]:.0f} s"
+    )
+
+
+def _data(made: _Made) -> dict[str, Any]:
+    found = made.patrol
+    return {
+        "loops": [
+            {
+                "id": loop.id,
+                "length_m": round(loop.length_m, 2),
+                "lap_s": round(lap, 2),
+                "vehicles": number,
+                "edges": loop.edges,
+            }
+            for loop, lap, number in zip(made.loops, found.laps_s, found.vehicles, strict=True)
+        ],
+        "covers": [
+            {
+                "weight": weight,
+                "streets": len(cover.covered) + len(cover.left_out),
+                "covered": len(cover.covered),
+                "least_in_all": round(cover.design.circulation, 2),
+                "least_longest": round(cover.design.bound(len(cover.loops)), 2),
+                "unit": "s" if cover.design.task.by_time else "m",
+                "finished": cover.finished,
+                "not_covered": {edge: str(reason) for edge, reason in cover.left_out.items()},
+            }
+            for cover, weight in zip(made.covers, made.weights, strict=True)
+        ],
+        "intervals_s": {edge: round(interval, 2) for edge, interval in found.intervals_s.items()},
+        "warnings": [],
+    }

@@ -1,0 +1,1 @@
+"""Closed loops that cover given streets, by design: the longest as short as can be."""

@@ -1,0 +1,139 @@
+"""The least that has to be driven to cover streets: a circulation, and one closed walk about as short.
+
+Covering given arcs of a directed graph by one closed walk is the directed rural postman problem. Without the
+demand that the walk hangs together it is a minimum-cost circulation, a linear programme; where the answer
+falls into parts, each part has to be left at least once. With such cuts, added until there is one part, the
+answer is a closed walk (Christofides, Campos, Corberan, Mota, "An algorithm for the rural postman problem
+on a directed graph", Math. Programming Study 26, 1986).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import networkx as nx
+import numpy as np
+import numpy.typing as npt
+from scipy.optimize import Bounds, LinearConstraint, OptimizeResult, milp
+from scipy.sparse import csr_array, vstack
+from scipy.sparse.csgraph import connected_components
+
+from loopgate.network.cover.lane_graph import LaneGraph
+
+__all__ = ["Circulation", "circulate"]
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+
+_ROUNDS = 1
+_GAP = 0.005
+_MOST_BRANCHES = 40
+"""Cuts are added so many times, and each time the programme is solved to within `_GAP` or so many branches:
+what is left then is joined by detours, which are few."""
+
+
+@dataclass(frozen=True, slots=True)
+class Circulation:
+    """Streets driven.
+
+    Attributes
+    ----------
+    bound
+        Cost of the cheapest circulation: no set of closed walks is cheaper.
+    nodes
+        For each choice of nodes one that is visited.
+    walks
+        Closed walks, as nodes in driving order, that visit all of them; one if it hangs together.
+    """
+
+    bound: float
+    nodes: tuple[int, ...]
+    walks: tuple[tuple[int, ...], ...]
+
+
+def circulate(graph: LaneGraph, cost: Floats, choices: Sequence[Sequence[int]]) -> Circulation:
+    """Drive over one node of each choice, as cheaply as can be.
+
+    Parameters
+    ----------
+    graph
+        Strongly connected.
+    cost
+        Of each arc.
+    choices
+        Nodes of which one has to be visited; for a street with several nodes all of them.
+    """
+    nodes, arcs = len(graph.edges), len(graph.tail)
+    every = np.arange(arcs)
+    balance = csr_array(
+        (
+            np.concatenate((np.ones(arcs), -np.ones(arcs))),
+            (np.append(graph.head, graph.tail), np.tile(every, 2)),
+        ),
+        shape=(nodes, arcs),
+    )
+    into = csr_array((np.ones(arcs), (graph.head, every)), shape=(nodes, arcs))
+    member = np.concatenate([np.full(len(choice), k) for k, choice in enumerate(choices)])
+    chosen = csr_array((np.ones(len(member)), (member, np.concatenate(choices))), shape=(len(choices), nodes))
+    visits = chosen @ into
+    relaxed = _solved(cost, balance, visits, (), whole=False)
+    times = np.rint(_solved(cost, balance, visits, ()).x).astype(np.int64)
+    cuts: list[Ints] = []
+    for _ in range(_ROUNDS):
+        parts = _parts(graph, times)
+        if len(parts) == 1:
+            break
+        cuts += [(np.isin(graph.tail, part) & ~np.isin(graph.head, part)).astype(np.int64) for part in parts]
+        cut = _solved(cost, balance, visits, cuts)
+        if cut.x is None:
+            break  # not within so many branches
+        times = np.rint(cut.x).astype(np.int64)
+    seen = np.bincount(graph.head[times > 0], minlength=nodes) > 0
+    return Circulation(
+        float(relaxed.fun),
+        tuple(next(node for node in choice if seen[node]) for choice in choices),
+        tuple(_walk(graph, times, part) for part in _parts(graph, times)),
+    )
+
+
+def _solved(
+    cost: Floats,
+    balance: csr_array[np.float64],
+    visits: csr_array[np.float64],
+    cuts: Sequence[Ints],
+    *,
+    whole: bool = True,
+) -> OptimizeResult:
+    """Return how often to drive each arc, in whole numbers or not."""
+    rows = vstack([balance, visits, *([csr_array(np.array(cuts, dtype=np.float64))] if cuts else [])])
+    ways = balance.shape[0]
+    demands = rows.shape[0] - ways
+    low = np.concatenate((np.zeros(ways), np.ones(demands)))
+    high = np.concatenate((np.zeros(ways), np.full(demands, np.inf)))
+    return milp(
+        cost,
+        constraints=LinearConstraint(rows.tocsr(), low, high),
+        integrality=np.full(len(cost), int(whole)),
+        bounds=Bounds(0.0, np.inf),
+        options={"mip_rel_gap": _GAP, "node_limit": _MOST_BRANCHES} if cuts else {},
+    )
+
+
+def _parts(graph: LaneGraph, times: Ints) -> list[Ints]:
+    """Return the nodes of each part in which the arcs driven hang together."""
+    used = times > 0
+    nodes = len(graph.edges)
+    links = csr_array((np.ones(used.sum()), (graph.tail[used], graph.head[used])), shape=(nodes, nodes))
+    _, label = connected_components(links, directed=False)
+    return [np.flatnonzero(label == part) for part in np.unique(label[graph.head[used]])]
+
+
+def _walk(graph: LaneGraph, times: Ints, part: Ints) -> tuple[int, ...]:
+    """Return a closed walk over the arcs within a part, each as often as it is driven."""
+    euler: nx.MultiDiGraph[int] = nx.MultiDiGraph()
+    inside = np.isin(graph.tail, part)
+    for arc in np.flatnonzero(inside & (times > 0)).tolist():
+        ends = int(graph.tail[arc]), int(graph.head[arc])
+        euler.add_edges_from([ends] * int(times[arc]))
+    return tuple(head for _, head in nx.eulerian_circuit(euler, source=int(part.min())))

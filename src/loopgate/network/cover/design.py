@@ -1,0 +1,268 @@
+"""Covering loops by design: K closed walks over given streets, the longest as short as can be."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from loopgate.errors import RouteError
+from loopgate.network.cover.circulation import Circulation, circulate
+from loopgate.network.cover.distances import Ways, shortest_ways
+from loopgate.network.cover.lane_graph import LaneGraph, lane_graph
+from loopgate.network.cover.reasons import Reason, why_not_covered
+from loopgate.network.cover.search import Plan, search
+from loopgate.network.cover.tours import joined
+from loopgate.network.lanes import LEAST_CHANGE_M
+from loopgate.network.records import Edge
+from loopgate.network.road import RoadNetwork
+
+__all__ = ["Design", "Task", "make_design", "walks_of"]
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """What is to be covered, and how.
+
+    Attributes
+    ----------
+    edges
+        The streets; every edge open to the class if None.
+    vclass, u_turns
+        Who drives, and whether it may turn round at junctions.
+    either_way
+        Whether one of the two directions of a street is enough.
+    max_length_m
+        Longest loop allowed [m].
+    by_time
+        Whether loops are to be short in seconds at the speeds allowed, not in metres.
+    start
+        Edge that every loop has to pass.
+    change_m
+        Length of the shortest edge on which a vehicle can change lanes [m].
+    """
+
+    edges: tuple[str, ...] | None = None
+    vclass: str = "passenger"
+    u_turns: bool = False
+    either_way: bool = False
+    max_length_m: float = math.inf
+    by_time: bool = False
+    start: str | None = None
+    change_m: float = LEAST_CHANGE_M
+
+
+@dataclass(frozen=True, slots=True)
+class Design:
+    """Streets that can be covered, ready to be given to loops.
+
+    Attributes
+    ----------
+    task
+        What is to be covered.
+    graph
+        Lanes and turns, all of which can be reached from each other.
+    ways
+        Between the streets required.
+    circulation
+        Cost of the cheapest circulation over them [m, or s by time]: no loops are shorter in all.
+    worst
+        Cost of the longest of their shortest closed walks: some loop is as long.
+    tour
+        One tour through all of them.
+    required
+        Edges to be covered.
+    left_out
+        Edges that cannot be covered, and why.
+    """
+
+    task: Task
+    graph: LaneGraph
+    ways: Ways
+    circulation: float
+    worst: float
+    tour: npt.NDArray[np.int64]
+    required: tuple[str, ...]
+    left_out: dict[str, Reason]
+
+    def bound(self, count: int) -> float:
+        """Return what the longest of so many loops cannot be below."""
+        return max(self.circulation / count, self.worst)
+
+    def plans(self, count: int, *, seed: int) -> Iterator[Plan]:
+        """Yield ever better plans for so many loops, or for more where none may be longer than so much."""
+        most = self.task.max_length_m
+        if math.isinf(most):
+            yield from search(self.ways.cost, self.tour, count, self.bound(count), seed=seed)
+            return
+        count = max(count, math.ceil(self.circulation / most))
+        while count <= len(self.ways.nodes):
+            for plan in search(self.ways.cost, self.tour, count, most, seed=seed):
+                if plan.longest <= most:
+                    yield plan
+            if plan.longest <= most:
+                return
+            count += max(1, count // 20)
+
+
+def walks_of(design: Design, plan: Plan) -> list[tuple[int, ...]]:
+    """Return the closed walks of a plan, as nodes of the graph, led over the start if there is one."""
+    walks = [design.ways.walk(tour.tolist()) for tour in plan.tours]
+    if design.task.start is None:
+        return walks
+    hubs = [node for node, edge in enumerate(design.graph.edges) if edge == design.task.start]
+    return [walk if set(hubs) & set(walk) else _led_over(design, walk, hubs) for walk in walks]
+
+
+def _led_over(design: Design, walk: tuple[int, ...], hubs: Sequence[int]) -> tuple[int, ...]:
+    """Return the walk with the shortest detour from one of its nodes over a hub, and back to that."""
+    cost = design.graph.seconds if design.task.by_time else design.graph.length_m
+    there = shortest_ways(design.graph, cost, sorted({*walk, *hubs}))
+    rank = {int(node): k for k, node in enumerate(there.nodes)}
+    _, at, hub = min(
+        (there.cost[rank[node], rank[hub]] + there.cost[rank[hub], rank[node]], k, hub)
+        for k, node in enumerate(walk)
+        for hub in hubs
+    )
+    detour = there.walk((rank[walk[at]], rank[hub]))
+    return (*walk[:at], *detour, *walk[at:])
+
+
+def make_design(network: RoadNetwork, task: Task, *, without: dict[str, Reason] | None = None) -> Design:
+    """Look at what can be covered, and what it takes at least.
+
+    Parameters
+    ----------
+    network, task
+        The roads, and what is to be covered.
+    without
+        Edges to keep off, and why.
+
+    Raises
+    ------
+    NetworkError
+        If an edge of the task is not in the network.
+    RouteError
+        If not one of the streets can be covered.
+    """
+    kept_off = without or {}
+    wanted = (
+        [edge.id for edge in network.edges.values() if edge.allows(task.vclass)]
+        if task.edges is None
+        else [network.edge(edge).id for edge in dict.fromkeys(task.edges)]
+    )
+    graph = _part(network, task, wanted, kept_off)
+    nodes: dict[str, list[int]] = {}
+    for node, edge in enumerate(graph.edges):
+        nodes.setdefault(edge, []).append(node)
+    left_out = why_not_covered(network, nodes, wanted, vclass=task.vclass, u_turns=task.u_turns)
+    left_out |= {edge: reason for edge, reason in kept_off.items() if edge in left_out}
+    required = [edge for edge in wanted if edge in nodes]
+    cost = graph.seconds if task.by_time else graph.length_m
+    if math.isfinite(task.max_length_m):
+        too_long = _too_long(graph, cost, nodes, required, task.max_length_m)
+        left_out |= dict.fromkeys(too_long, Reason.TOO_LONG)
+        required = [edge for edge in required if edge not in too_long]
+    if not required:
+        raise _nothing(network, task, left_out)
+    choices = [
+        [node for edge in streets for node in nodes[edge]] for streets in _streets(network, task, required)
+    ]
+    found = circulate(graph, cost, choices)
+    ways = shortest_ways(graph, cost, found.nodes)
+    return Design(
+        task,
+        graph,
+        ways,
+        found.bound,
+        float(ways.cost.diagonal().max()),
+        _one_tour(ways, found),
+        tuple(required),
+        left_out,
+    )
+
+
+def _part(network: RoadNetwork, task: Task, wanted: Sequence[str], without: dict[str, Reason]) -> LaneGraph:
+    """Return the part of the network in which most of the wanted edges can be reached from each other."""
+    graph = lane_graph(
+        network, vclass=task.vclass, u_turns=task.u_turns, change_m=task.change_m, without=without
+    )
+    parts = graph.components()
+    if task.start is not None:
+        at = network.edge(task.start).id
+        parts = [part for part in parts if any(graph.edges[node] == at for node in part)]
+        if not parts:
+            msg = f"{network.name}: no loop leads over the start {at}; choose another edge"
+            raise RouteError(msg)
+    if not parts:
+        raise _nothing(network, task, {})
+    of_task = set(wanted)
+    return graph.within(max(parts, key=lambda part: len({graph.edges[node] for node in part} & of_task)))
+
+
+def _nothing(network: RoadNetwork, task: Task, left_out: dict[str, Reason]) -> RouteError:
+    if not any(edge.allows(task.vclass) for edge in network.edges.values()):
+        return RouteError(f"{network.name}: no edge is open to {task.vclass}; name a class of SUMO's")
+    counted = {reason: list(left_out.values()).count(reason) for reason in dict.fromkeys(left_out.values())}
+    why = "; ".join(f"{number}: {reason}" for reason, number in counted.items())
+    way_out = "" if task.u_turns else "; turning round (--u-turns) may help"
+    return RouteError(
+        f"{network.name}: no street can be covered by closed loops for {task.vclass}"
+        + (f" ({why})" if why else ": no edge can be reached from itself")
+        + way_out
+    )
+
+
+def _too_long(
+    graph: LaneGraph,
+    cost: npt.NDArray[np.float64],
+    nodes: dict[str, list[int]],
+    required: Sequence[str],
+    most: float,
+) -> set[str]:
+    every = [node for edge in required for node in nodes[edge]]
+    closed = dict(zip(every, shortest_ways(graph, cost, every).cost.diagonal(), strict=True))
+    return {edge for edge in required if min(closed[node] for node in nodes[edge]) > most}
+
+
+def _streets(network: RoadNetwork, task: Task, required: Sequence[str]) -> list[list[str]]:
+    """Return the edges of which one has to be covered each."""
+    if not task.either_way:
+        return [[edge] for edge in required]
+    waiting: dict[tuple[str, str], list[str]] = {}
+    streets: list[list[str]] = []
+    for edge in required:
+        ends = network.edges[edge].from_junction, network.edges[edge].to_junction
+        other = _opposite(network.edges[edge], waiting.get((ends[1], ends[0]), ()), network)
+        if other is None:
+            streets.append([edge])
+            waiting.setdefault(ends, []).append(edge)
+        else:
+            waiting[ends[1], ends[0]].remove(other)
+            next(street for street in streets if street == [other]).append(edge)
+    return streets
+
+
+_SAME_STREET = 0.2
+
+
+def _opposite(edge: Edge, others: Sequence[str], network: RoadNetwork) -> str | None:
+    """Return which of the edges the other way between the same junctions is about as long."""
+    for other in others:
+        if abs(network.edges[other].length_m - edge.length_m) <= _SAME_STREET * edge.length_m:
+            return other
+    return None
+
+
+def _one_tour(ways: Ways, found: Circulation) -> npt.NDArray[np.int64]:
+    rank = {int(node): k for k, node in enumerate(ways.nodes)}
+    tours, seen = [], set[int]()
+    for walk in found.walks:
+        tour = [rank[node] for node in dict.fromkeys(walk) if node in rank and rank[node] not in seen]
+        seen.update(tour)
+        if tour:
+            tours.append(np.array(tour))
+    return joined(ways.cost, tours)

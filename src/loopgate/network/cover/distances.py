@@ -1,0 +1,86 @@
+"""Shortest ways between the streets to be covered, and what they lead over."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import dijkstra
+
+from loopgate.network.cover.lane_graph import LaneGraph
+
+__all__ = ["Ways", "shortest_ways"]
+
+Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Ways:
+    """Shortest ways between required nodes, which go by their rank among them.
+
+    Attributes
+    ----------
+    nodes
+        The required nodes.
+    cost
+        Shape (n, n): of the way from the end of one to the end of another; on the diagonal that of the
+        shortest closed walk.
+    before
+        Shape (n, nodes of the graph): the node before each one on the shortest way from a required node.
+    closing
+        The node before each required node on its shortest closed walk.
+    """
+
+    nodes: npt.NDArray[np.int64]
+    cost: Floats
+    before: npt.NDArray[np.int32]
+    closing: npt.NDArray[np.int64]
+
+    def length(self, tour: Sequence[int]) -> float:
+        """Return the cost of a closed walk through required nodes in this order."""
+        return float(self.cost[tour, np.roll(tour, -1)].sum())
+
+    def walk(self, tour: Sequence[int]) -> tuple[int, ...]:
+        """Return all nodes of a closed walk through required nodes in this order, from the first on."""
+        found: list[int] = []
+        for one, other in zip(tour, (*tour[1:], tour[0]), strict=True):
+            end = int(self.nodes[other])
+            leg = [end]
+            at = int(self.closing[other]) if one == other else int(self.before[one, end])
+            while at != self.nodes[one]:
+                leg.append(at)
+                at = int(self.before[one, at])
+            found += reversed(leg)
+        return (found[-1], *found[:-1])
+
+
+def shortest_ways(graph: LaneGraph, cost: Floats, nodes: Sequence[int]) -> Ways:
+    """Find the shortest ways between nodes of a strongly connected graph; n searches of Dijkstra.
+
+    Parameters
+    ----------
+    graph, cost
+        The lanes, and the cost of each arc; above 0.
+    nodes
+        The required nodes.
+    """
+    size = len(graph.edges)
+    links = csr_array((cost, (graph.tail, graph.head)), shape=(size, size))
+    required = np.asarray(nodes, dtype=np.int64)
+    reach, before = dijkstra(links, indices=required, return_predecessors=True)
+    closed = np.full(len(required), np.inf)
+    closing = np.full(len(required), -1)
+    arcs: dict[int, list[int]] = {}
+    for arc, head in enumerate(graph.head.tolist()):
+        arcs.setdefault(head, []).append(arc)
+    for rank, node in enumerate(required.tolist()):
+        into = arcs[node]
+        totals = reach[rank, graph.tail[into]] + cost[into]
+        best = int(totals.argmin())
+        closed[rank], closing[rank] = totals[best], graph.tail[into[best]]
+    between = reach[:, required]
+    np.fill_diagonal(between, closed)
+    return Ways(required, between, before, closing)

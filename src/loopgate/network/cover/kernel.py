@@ -1,0 +1,229 @@
+"""Ruin and recreate, compiled: strings of streets leave neighbouring tours and go where they cost least.
+
+Schrimpf, Schneider, Stamm-Wilbrandt, Dueck, "Record breaking optimization results using the ruin and recreate
+principle", J. Comput. Phys. 159, 2000; the strings are those of Christiaens and Vanden Berghe, "Slack
+induction by string removals for vehicle routing problems", Transp. Sci. 54, 2020.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+from numba import njit
+
+__all__ = ["rebuild"]
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+
+_MOST_STRINGS = 3
+_OF_LONGEST = 0.3
+_SHUFFLED, _FARTHEST_FIRST = 0.5, 0.8
+_BLINK = 0.01
+"""So often streets are taken from the longest tour; put in in random order, the farthest first, or else in
+order of removal; and so often a place to put one in is overlooked."""
+
+_LEAST_GAIN = 1e-6
+
+
+@njit(cache=True, error_model="numpy")
+def _worth(length: float, scale: float, power: float, share: float) -> float:
+    return float((length / scale) ** power + share * length / scale)
+
+
+@njit(cache=True, error_model="numpy")
+def _begin_at(on: Ints, lengths: Floats) -> int:
+    """Return the street round which to take strings out."""
+    centre = np.random.randint(len(on))
+    if np.random.random() < _OF_LONGEST:
+        longest = np.argmax(lengths)
+        while on[centre] != longest:
+            centre = np.random.randint(len(on))
+    return centre
+
+
+@njit(cache=True, error_model="numpy")
+def _take_out(cost: Floats, links: Ints, on: Ints, tour: int, first: int, last: int, lengths: Floats) -> None:
+    """Take a string out of its tour; its own links stay, so that it can be put back."""
+    before, behind = links[0, first], links[1, last]
+    street = first
+    while True:
+        lengths[tour] -= cost[links[0, street], street]
+        on[street] = -1
+        if street == last:
+            break
+        street = links[1, street]
+    lengths[tour] += cost[before, behind] - cost[last, behind]
+    links[1, before], links[0, behind] = behind, before
+
+
+@njit(cache=True, error_model="numpy")
+def _ruin(
+    cost: Floats,
+    around: Ints,
+    state: tuple[Ints, Ints, Ints, Floats],
+    longest_string: int,
+    out: Ints,
+    strings: Ints,
+) -> tuple[int, int]:
+    """Take out strings; return how many streets and how many strings."""
+    links, on, sizes, lengths = state
+    centre = _begin_at(on, lengths)
+    wanted = 1 + np.random.randint(_MOST_STRINGS)
+    streets = count = 0
+    for street in around[centre]:
+        tour = on[street]
+        known = tour < 0 or sizes[tour] == 1
+        for k in range(count):
+            known = known or strings[k, 0] == tour
+        if known:
+            continue
+        length = 1 + np.random.randint(min(longest_string, sizes[tour] - 1))
+        first = street
+        for _ in range(np.random.randint(length)):
+            first = links[0, first]
+        last = first
+        out[streets] = first
+        for k in range(1, length):
+            last = links[1, last]
+            out[streets + k] = last
+        _take_out(cost, links, on, tour, first, last, lengths)
+        sizes[tour] -= length
+        strings[count, 0], strings[count, 1], strings[count, 2] = tour, first, last
+        streets += length
+        count += 1
+        if count == wanted:
+            break
+    return streets, count
+
+
+@njit(cache=True, error_model="numpy")
+def _order(cost: Floats, out: Ints, count: int) -> Ints:
+    """Return the streets taken out in the order in which to put them in."""
+    rule = np.random.random()
+    chosen = out[:count].copy()
+    if rule < _SHUFFLED:
+        np.random.shuffle(chosen)
+    elif rule < _FARTHEST_FIRST:
+        keys = np.empty(count)
+        for k in range(count):
+            keys[k] = -cost[chosen[k], chosen[k]]
+        chosen = chosen[np.argsort(keys)]
+    return chosen
+
+
+@njit(cache=True, error_model="numpy")
+def _put_in(
+    cost: Floats,
+    near: Ints,
+    state: tuple[Ints, Ints, Ints, Floats],
+    figures: tuple[float, float, float],
+    street: int,
+) -> bool:
+    """Put a street in where it costs least; return whether there was a place."""
+    links, on, sizes, lengths = state
+    scale, power, share = figures
+    least, where, more = np.inf, -1, 0.0
+    for side in range(2):
+        for beside in near[side, street]:
+            tour = on[beside]
+            if tour < 0 or np.random.random() < _BLINK:
+                continue
+            before = beside if side == 0 else links[0, beside]
+            behind = links[1, before]
+            extra = cost[before, street] + cost[street, behind] - cost[before, behind]
+            length = lengths[tour]
+            price = _worth(length + extra, scale, power, share) - _worth(length, scale, power, share)
+            if price < least:
+                least, where, more = price, before, extra
+    if where < 0:
+        return False
+    behind, tour = links[1, where], on[where]
+    links[0, street], links[1, street] = where, behind
+    links[1, where] = links[0, behind] = street
+    on[street] = tour
+    sizes[tour] += 1
+    lengths[tour] += more
+    return True
+
+
+@njit(cache=True, error_model="numpy")
+def rebuild(
+    cost: Floats,
+    near: Ints,
+    around: Ints,
+    state: tuple[Ints, Ints, Ints, Floats],
+    figures: tuple[float, float, float],
+    bound: float,
+    heat: float,
+    tries: int,
+    longest_string: int,
+    seed: int,
+) -> tuple[Ints, Ints, Ints, Floats]:
+    """Take streets out of tours and put them in again, many times; return the best state met.
+
+    Parameters
+    ----------
+    cost
+        Between streets, shape (n, n); on the diagonal the closed walk through one alone.
+    near
+        Shape (2, n, k): the streets from which each is near, and those that are near from it.
+    around
+        Shape (n, k): the streets around each, itself first.
+    state
+        Links (before and behind each street, shape (2, n)), the tour it is on, and the number of streets on
+        and the length of each tour. Overwritten.
+    figures
+        Scale, power and share: a tour of length x is worth ``(x / scale)**power + share * x / scale``.
+    bound
+        Where the longest is no longer than this, the least total is best.
+    heat
+        Simulated annealing: what may be lost at the beginning; falls to nothing.
+    tries, longest_string, seed
+        How often, how many streets in a string at most, and the seed.
+    """
+    np.random.seed(seed)
+    links, on, sizes, lengths = state
+    scale, power, share = figures
+    best = links.copy(), on.copy(), sizes.copy(), lengths.copy()
+    best_longest, best_total = max(lengths.max(), bound), lengths.sum()
+    out = np.empty(_MOST_STRINGS * longest_string, np.int64)
+    strings = np.empty((_MOST_STRINGS, 3), np.int64)
+    kept_sizes, kept_lengths = sizes.copy(), lengths.copy()
+    for number in range(tries):
+        kept_sizes[:], kept_lengths[:] = sizes, lengths
+        count, cut = _ruin(cost, around, state, longest_string, out, strings)
+        inside = links[:, out[:count]].copy()
+        placed, done = _order(cost, out, count), 0
+        while done < count and _put_in(cost, near, state, figures, placed[done]):
+            done += 1
+        change = 0.0
+        for tour in range(len(lengths)):
+            if lengths[tour] != kept_lengths[tour]:
+                change += _worth(lengths[tour], scale, power, share)
+                change -= _worth(kept_lengths[tour], scale, power, share)
+        limit = -heat * (1.0 - number / tries) ** 2 * np.log(1.0 - np.random.random())
+        if done < count or change > limit:
+            for k in range(done - 1, -1, -1):
+                a, b = links[0, placed[k]], links[1, placed[k]]
+                links[1, a], links[0, b] = b, a
+            for k in range(count):
+                links[0, out[k]], links[1, out[k]] = inside[0, k], inside[1, k]
+            for k in range(cut - 1, -1, -1):
+                tour, first, last = strings[k]
+                links[1, links[0, first]], links[0, links[1, last]] = first, last
+                street = first
+                while True:
+                    on[street] = tour
+                    if street == last:
+                        break
+                    street = links[1, street]
+            sizes[:], lengths[:] = kept_sizes, kept_lengths
+            continue
+        longest, total = max(lengths.max(), bound), lengths.sum()
+        if longest < best_longest - _LEAST_GAIN or (
+            longest <= best_longest + _LEAST_GAIN and total < best_total - _LEAST_GAIN
+        ):
+            best_longest, best_total = longest, total
+            best[0][:], best[1][:], best[2][:], best[3][:] = links, on, sizes, lengths
+    return best

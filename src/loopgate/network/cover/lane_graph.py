@@ -1,0 +1,132 @@
+"""The graph on which covering loops are designed: lanes that a vehicle can choose between, and the turns."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import networkx as nx
+import numpy as np
+import numpy.typing as npt
+
+from loopgate.network.lanes import LEAST_CHANGE_M, movements_made
+from loopgate.network.records import Connection, Edge
+from loopgate.network.road import RoadNetwork
+
+__all__ = ["LaneGraph", "lane_graph"]
+
+_SPARE_M = 1e-3
+"""Each lane counts as so much longer [m], so that of ways equally long that over fewer edges is taken."""
+
+
+@dataclass(frozen=True, slots=True)
+class LaneGraph:
+    """Lanes and turns for one vehicle class; nodes and arcs go by number.
+
+    A node is an edge as it is entered: all its neighbouring lanes together where it is long enough to change
+    lanes on it, else a single lane.
+
+    Attributes
+    ----------
+    edges
+        Edge of each node, in the network file's order.
+    tail, head
+        Nodes that each arc leads from and to.
+    length_m
+        Of each arc: the way through the junction and over the edge it leads to [m].
+    seconds
+        What that takes at the speeds allowed [s].
+    """
+
+    edges: tuple[str, ...]
+    tail: npt.NDArray[np.int64]
+    head: npt.NDArray[np.int64]
+    length_m: npt.NDArray[np.float64]
+    seconds: npt.NDArray[np.float64]
+
+    def components(self) -> list[list[int]]:
+        """Return the nodes that can be reached from each other, those with most nodes first."""
+        graph = self._digraph()
+        found = [
+            sorted(part)
+            for part in nx.strongly_connected_components(graph)
+            if len(part) > 1 or any(graph.has_edge(node, node) for node in part)
+        ]
+        return sorted(found, key=lambda part: (-len(part), part))
+
+    def within(self, nodes: Iterable[int]) -> LaneGraph:
+        """Return the part of the graph with these nodes only, numbered in the same order."""
+        kept = sorted(nodes)
+        number = np.full(len(self.edges), -1)
+        number[kept] = np.arange(len(kept))
+        arcs = (number[self.tail] >= 0) & (number[self.head] >= 0)
+        return LaneGraph(
+            tuple(self.edges[node] for node in kept),
+            number[self.tail[arcs]],
+            number[self.head[arcs]],
+            self.length_m[arcs],
+            self.seconds[arcs],
+        )
+
+    def _digraph(self) -> nx.DiGraph[int]:
+        graph: nx.DiGraph[int] = nx.DiGraph()
+        graph.add_nodes_from(range(len(self.edges)))
+        graph.add_edges_from(zip(self.tail.tolist(), self.head.tolist(), strict=True))
+        return graph
+
+
+def lane_graph(
+    network: RoadNetwork,
+    *,
+    vclass: str = "passenger",
+    u_turns: bool = False,
+    change_m: float = LEAST_CHANGE_M,
+    without: Iterable[str] = (),
+) -> LaneGraph:
+    """Return the lanes and turns of a network that vehicles of a class may use; O(connections).
+
+    Parameters
+    ----------
+    network, vclass, u_turns
+        The roads, the class, and whether it may turn round at junctions.
+    change_m
+        Length of the shortest edge on which it can change lanes [m].
+    without
+        Edges to leave out.
+    """
+    left_out = set(without)
+    edges: list[str] = []
+    node: dict[tuple[str, int], int] = {}
+    for edge in network.edges.values():
+        for lanes in () if edge.id in left_out else _groups(edge, vclass, change_m):
+            node.update(((edge.id, lane), len(edges)) for lane in lanes)
+            edges.append(edge.id)
+    shortest: dict[tuple[int, int], Connection] = {}
+    through: dict[tuple[int, int], float] = {}
+    for c in movements_made(network, vclass):
+        arc = node.get((c.from_edge, c.from_lane)), node.get((c.to_edge, c.to_lane))
+        if arc[0] is None or arc[1] is None or (c.direction == "t" and not u_turns):
+            continue
+        metres = sum(network.lanes[lane].length_m for lane in c.via)
+        if metres < through.get((arc[0], arc[1]), np.inf):
+            through[arc[0], arc[1]], shortest[arc[0], arc[1]] = metres, c
+    length, seconds = [], []
+    for c in shortest.values():
+        lanes_on = [network.lanes[lane] for lane in (*c.via, f"{c.to_edge}_{c.to_lane}")]
+        length.append(sum(lane.length_m for lane in lanes_on) + _SPARE_M)
+        seconds.append(sum(lane.length_m / lane.speed_mps for lane in lanes_on) + _SPARE_M)
+    ends = np.array(list(shortest), dtype=np.int64).reshape(-1, 2)
+    return LaneGraph(tuple(edges), ends[:, 0], ends[:, 1], np.array(length), np.array(seconds))
+
+
+def _groups(edge: Edge, vclass: str, change_m: float) -> list[list[int]]:
+    """Return the lanes of an edge between which a vehicle can choose, in groups."""
+    groups: list[list[int]] = []
+    for lane in edge.lanes:
+        if vclass not in lane.allowed:
+            continue
+        if groups and groups[-1][-1] == lane.index - 1 and edge.length_m >= change_m:
+            groups[-1].append(lane.index)
+        else:
+            groups.append([lane.index])
+    return groups

@@ -1,0 +1,192 @@
+"""Several closed tours, the longest as short as can be: large-neighbourhood search in rounds."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from loopgate.network.cover.kernel import rebuild
+from loopgate.network.cover.tours import assigned, cut_in_two, split
+
+__all__ = ["Plan", "search"]
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+
+ROUNDS, _IDLE = 16, 4
+_MOVES, _MOVES_OF_EACH = 300_000, 1_000
+_PAIRS, _PAIR_CELLS = 150, 5_000_000
+"""In each round so many streets are moved, and so many pairs of tours made anew, fewer where streets are few
+or tours large; after `_IDLE` rounds without a gain it is over."""
+
+_POWER, _SHARE, _SHARE_AT_BOUND = 12.0, 0.3, 3.0
+"""A tour of length x is worth ``x**_POWER + share * x``, in units of the longest."""
+
+_HEAT, _PAIR_HEAT = 0.05, 0.003
+_NEAR, _AROUND = 25, 60
+_STRING = 10, 80
+_LONGEST_FIRST, _NEAREST = 0.4, 0.35
+_NOISE = (0.0, 0.02, 0.02, 0.1, 0.1, 0.3, 0.3)
+_AT_BOUND = 1e-9
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """Closed tours through required streets, which go by their rank, with their lengths."""
+
+    tours: tuple[Ints, ...]
+    lengths: tuple[float, ...]
+
+    @property
+    def longest(self) -> float:
+        """Length of the longest tour."""
+        return max(self.lengths)
+
+    @property
+    def total(self) -> float:
+        """Length of all tours."""
+        return sum(self.lengths)
+
+
+def search(cost: Floats, tour: Ints, count: int, bound: float, *, seed: int) -> Iterator[Plan]:
+    """Yield ever better plans, `ROUNDS` and one in all; the last is the best found.
+
+    First a tour through all is cut. Then, in rounds, strings of streets are moved between tours, and pairs of
+    tours are made anew: the cheapest assignment over both, patched to one tour and cut in two.
+
+    Parameters
+    ----------
+    cost
+        Between streets, shape (n, n); on the diagonal the closed walk through one alone.
+    tour
+        Through all of them.
+    count
+        How many tours; one for each street where these are fewer.
+    bound
+        No longest tour is shorter: where it is reached, the total is made small.
+    seed
+        The same seed makes the same tours.
+    """
+    best = _begin(cost, tour, count, bound)
+    yield best
+    rng = np.random.default_rng(seed)
+    near, around = _neighbours(cost)
+    idle = 0
+    for number in range(ROUNDS):
+        heat, before = 1.0 - number / ROUNDS, best
+        best = _moved(cost, near, around, best, bound, _HEAT * heat, int(rng.integers(2**31)))
+        if len(best.tours) > 1:
+            best = _paired(cost, best, bound, _PAIR_HEAT * heat, rng)
+        yield best
+        idle = 0 if _better(best, before, bound) else idle + 1
+        if idle == _IDLE:
+            return
+
+
+def _length(cost: Floats, tour: Ints) -> float:
+    return float(cost[tour, np.roll(tour, -1)].sum())
+
+
+def _plan(cost: Floats, tours: Sequence[Ints]) -> Plan:
+    return Plan(tuple(tours), tuple(_length(cost, tour) for tour in tours))
+
+
+def _begin(cost: Floats, tour: Ints, count: int, bound: float) -> Plan:
+    tours = split(cost, tour, count, bound)
+    while len(tours) < min(count, len(cost)):
+        tours.sort(key=lambda t: (len(t) > 1, _length(cost, t)))
+        tours += cut_in_two(cost, tours.pop(), 2.0, bound)
+    return _plan(cost, tours)
+
+
+def _neighbours(cost: Floats) -> tuple[Ints, Ints]:
+    """Return what `rebuild` calls `near` and `around`."""
+    far = cost.copy()
+    np.fill_diagonal(far, np.inf)
+    near = np.stack(
+        [np.argsort(d, axis=1, kind="stable")[:, : min(_NEAR, len(cost) - 1)] for d in (far.T, far)]
+    )
+    either = np.minimum(cost, cost.T)
+    np.fill_diagonal(either, -1.0)
+    return near, np.argsort(either, axis=1, kind="stable")[:, :_AROUND]
+
+
+def _better(one: Plan, other: Plan, bound: float) -> bool:
+    least = bound * (1.0 + _AT_BOUND)
+    return (max(one.longest, least), one.total) < (max(other.longest, least), other.total)
+
+
+def _moved(cost: Floats, near: Ints, around: Ints, plan: Plan, bound: float, heat: float, seed: int) -> Plan:
+    links = np.empty((2, len(cost)), dtype=np.int64)
+    on = np.empty(len(cost), dtype=np.int64)
+    for number, tour in enumerate(plan.tours):
+        on[tour], links[0, tour], links[1, tour] = number, np.roll(tour, 1), np.roll(tour, -1)
+    sizes = np.array([len(tour) for tour in plan.tours])
+    string = min(max(len(cost) // len(plan.tours) // 2, _STRING[0]), _STRING[1])
+    least = bound * (1.0 + _AT_BOUND)
+    figures = plan.longest, _POWER, _SHARE if plan.longest > least else _SHARE_AT_BOUND
+    links, on, *_ = rebuild(
+        cost,
+        near,
+        around,
+        (links, on, sizes, np.array(plan.lengths)),
+        figures,
+        least,
+        heat,
+        min(_MOVES, _MOVES_OF_EACH * len(cost)) // string,
+        string,
+        seed,
+    )
+    tours = []
+    for number in range(len(plan.tours)):
+        order = [int(np.flatnonzero(on == number)[0])]
+        while (following := int(links[1, order[-1]])) != order[0]:
+            order.append(following)
+        tours.append(np.array(order))
+    return _plan(cost, tours)
+
+
+def _paired(cost: Floats, plan: Plan, bound: float, heat: float, rng: np.random.Generator) -> Plan:
+    tours, lengths, best = list(plan.tours), list(plan.lengths), plan
+    scale = plan.longest
+
+    def worth(values: Sequence[float]) -> float:
+        return math.fsum((value / scale) ** _POWER + _SHARE * value / scale for value in values)
+
+    size = 2 * len(cost) / len(tours)
+    for _ in range(int(min(_PAIRS, len(cost), max(_PAIR_CELLS / size**2, 2)))):
+        one = int(np.argmax(lengths)) if rng.random() < _LONGEST_FIRST else int(rng.integers(len(tours)))
+        near = _nearest(cost, tours, one)
+        other = near[min(int(rng.geometric(_NEAREST)) - 1, len(near) - 1)]
+        made = _remade(
+            cost, np.concatenate((tours[one], tours[other])), scale, float(rng.choice(_NOISE)), rng
+        )
+        change = worth([_length(cost, t) for t in made]) - worth([lengths[one], lengths[other]])
+        if change < 0.0 or rng.random() < math.exp(-change / heat):
+            for number, tour in zip((one, other), made, strict=True):
+                tours[number], lengths[number] = tour, _length(cost, tour)
+            now = Plan(tuple(tours), tuple(lengths))
+            best = now if _better(now, best, bound) else best
+    return best
+
+
+def _nearest(cost: Floats, tours: Sequence[Ints], one: int) -> list[int]:
+    """Return the other tours, the nearest first: there and back."""
+    away, back = cost[tours[one]].min(axis=0), cost[:, tours[one]].min(axis=1)
+    apart = [float(away[tour].min() + back[tour].min()) for tour in tours]
+    return sorted((k for k in range(len(tours)) if k != one), key=lambda k: (apart[k], k))
+
+
+def _remade(cost: Floats, both: Ints, scale: float, noise: float, rng: np.random.Generator) -> list[Ints]:
+    """Return two tours in place of two, made from the assignment over their streets, with costs blurred."""
+    between = cost[np.ix_(both, both)]
+    tour = assigned(between * (1.0 + noise * rng.random(between.shape)))
+    found = []
+    for piece in cut_in_two(between, tour, _POWER, scale):
+        again = piece[assigned(between[np.ix_(piece, piece)])]
+        found.append(both[min(piece, again, key=lambda t: _length(between, t))])
+    return found

@@ -1,0 +1,95 @@
+"""How often loops are driven: vehicles for each, where they start, and how long streets wait for the next."""
+
+from __future__ import annotations
+
+import heapq
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import accumulate
+
+import numpy as np
+
+from loopgate.errors import RouteError
+from loopgate.network.loop import Loop
+from loopgate.network.road import RoadNetwork
+
+__all__ = ["Patrol", "allot", "even_starts_m", "patrol", "vehicles_needed"]
+
+
+@dataclass(frozen=True, slots=True)
+class Patrol:
+    """Loops with so many vehicles on each, evenly spaced, at the speeds the roads allow.
+
+    Attributes
+    ----------
+    laps_s
+        Time of a lap on each loop [s].
+    vehicles
+        On each loop.
+    intervals_s
+        Mean time between two visits of each street on the loops [s].
+    """
+
+    laps_s: tuple[float, ...]
+    vehicles: tuple[int, ...]
+    intervals_s: Mapping[str, float]
+
+
+def patrol(network: RoadNetwork, loops: Sequence[Loop], vehicles: Sequence[int]) -> Patrol:
+    """Return how often loops with so many vehicles on each see their streets; O(edges of the loops)."""
+    laps = laps_s(network, loops)
+    visits: dict[str, float] = {}
+    for loop, lap, number in zip(loops, laps, vehicles, strict=True):
+        for edge in loop.edges:
+            visits[edge] = visits.get(edge, 0.0) + number / lap
+    return Patrol(laps, tuple(vehicles), {edge: 1.0 / rate for edge, rate in visits.items() if rate > 0.0})
+
+
+def laps_s(network: RoadNetwork, loops: Sequence[Loop]) -> tuple[float, ...]:
+    """Return the time of a lap at the speeds the roads allow [s]."""
+    return tuple(_times_s(network, loop)[-1] for loop in loops)
+
+
+def _times_s(network: RoadNetwork, loop: Loop) -> list[float]:
+    """Return the time at the end of each span [s]."""
+    return list(accumulate(span.length_m / network.lanes[span.lane_id].speed_mps for span in loop.spans))
+
+
+def allot(laps: Sequence[float], vehicles: int) -> tuple[int, ...]:
+    """Give vehicles to loops so that the longest time between two on a loop is as short as can be.
+
+    Each next one goes to the loop with the longest; weights come in as longer laps. O(n log n).
+
+    Raises
+    ------
+    RouteError
+        If there are fewer vehicles than loops.
+    """
+    if vehicles < len(laps):
+        msg = f"{vehicles} vehicles are too few: each of the {len(laps)} loops needs one; take fewer loops"
+        raise RouteError(msg)
+    given = [1] * len(laps)
+    queue = [(-lap, k) for k, lap in enumerate(laps)]
+    heapq.heapify(queue)
+    for _ in range(vehicles - len(laps)):
+        _, k = queue[0]
+        given[k] += 1
+        heapq.heapreplace(queue, (-laps[k] / given[k], k))
+    return tuple(given)
+
+
+def vehicles_needed(laps: Sequence[float], revisit_s: float) -> tuple[int, ...]:
+    """Return how many evenly spaced vehicles each loop needs so that nothing waits longer than so long."""
+    return tuple(max(1, math.ceil(lap / revisit_s - 1e-9)) for lap in laps)
+
+
+def even_starts_m(network: RoadNetwork, loop: Loop, vehicles: int) -> tuple[float, ...]:
+    """Return arc lengths of fronts that are evenly spaced in time at the speeds allowed [m].
+
+    Inside junctions nobody starts: there it is the beginning of the lane behind.
+    """
+    times = np.array([0.0, *_times_s(network, loop)])
+    ends = np.array([0.0, *(span.end_m for span in loop.spans)])
+    at = np.interp(np.arange(vehicles) / vehicles * times[-1], times, ends)
+    return tuple(loop.hold_after(float(arc)) % loop.length_m for arc in at)

@@ -1,0 +1,124 @@
+"""Which streets to cover, and how much each counts: from the command line and from files."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from xml.etree import ElementTree as ET
+
+import shapely
+
+from loopgate.errors import RouteError
+from loopgate.network.road import RoadNetwork
+from loopgate.network.xml_file import read_xml
+from loopgate.reading import is_file, refusing, shown
+
+__all__ = ["read_weights", "streets_to_cover"]
+
+_LEAST_CORNERS = 3
+_HEAVIEST = 1000.0
+
+
+def streets_to_cover(network: RoadNetwork, wish: str, vclass: str) -> tuple[str, ...] | None:
+    """Return the edges that ``--cover`` names; None for ``all``.
+
+    Parameters
+    ----------
+    network
+        The roads.
+    wish
+        ``all``; the corners of a polygon, ``x,y x,y x,y ...`` in the network's coordinates [m]; or a file:
+        edges by name (one a line, ``edge:NAME`` as netedit saves a selection, or separated by blanks), or an
+        XML file with ``<poly shape="...">``. In a polygon lie the edges whose middle does.
+    vclass
+        Of the edges in a polygon only those open to this class count.
+
+    Raises
+    ------
+    RouteError
+        If it is none of these, or names no edge of the network.
+    """
+    if wish == "all":
+        return None
+    if not is_file(wish):
+        if "," not in wish:
+            msg = f"{wish}: no such file; --cover takes all, a file, or the corners of a polygon: x,y x,y x,y"
+            raise RouteError(msg)
+        return _inside(network, vclass, [_polygon(wish, f"--cover {shown(wish)}")], "the polygon")
+    with refusing(wish, "list of streets", RouteError, wrong="not a list of edges"):
+        text = Path(wish).read_text(encoding="utf-8")
+    if text.lstrip().startswith("<"):
+        top: ET.Element = read_xml(Path(wish), root="additional", what="file of polygons", error=RouteError)
+        areas = [_polygon(e.get("shape", ""), f"{wish}: poly {e.get('id', '')}") for e in top.iter("poly")]
+        if not areas:
+            msg = f'{wish}: no polygon in it; expected <poly shape="x,y x,y x,y"/>'
+            raise RouteError(msg)
+        return _inside(network, vclass, areas, wish)
+    edges = [
+        _edge(network, name, wish) for name in text.split() if not name.startswith(("junction:", "lane:"))
+    ]
+    if not edges:
+        msg = f"{wish}: no edges in it; expected their names, one a line"
+        raise RouteError(msg)
+    return tuple(dict.fromkeys(edges))
+
+
+def _edge(network: RoadNetwork, name: str, file: str) -> str:
+    edge = name.removeprefix("edge:")
+    if edge not in network.edges:
+        msg = f"{file}: edge {edge} is not in the network {network.name}; correct it or leave it out"
+        raise RouteError(msg)
+    return edge
+
+
+def _polygon(corners: str, what: str) -> shapely.Polygon:
+    try:
+        points = [(float(x), float(y)) for x, y in (corner.split(",")[:2] for corner in corners.split())]
+    except ValueError:
+        points = []
+    if len(points) < _LEAST_CORNERS or not all(math.isfinite(x) for point in points for x in point):
+        msg = f"{what}: expected at least three corners x,y x,y x,y in the network's coordinates [m]"
+        raise RouteError(msg)
+    return shapely.Polygon(points).buffer(0)
+
+
+def _inside(network: RoadNetwork, vclass: str, areas: list[shapely.Polygon], what: str) -> tuple[str, ...]:
+    whole = shapely.union_all(areas)
+    found = tuple(
+        edge.id
+        for edge in network.edges.values()
+        if edge.allows(vclass)
+        and whole.covers(shapely.LineString(edge.lanes[0].shape).interpolate(0.5, normalized=True))
+    )
+    if not found:
+        msg = f"{what}: no edge of {network.name} open to {vclass} has its middle inside"
+        raise RouteError(msg)
+    return found
+
+
+def read_weights(network: RoadNetwork, file: str) -> dict[str, float]:
+    """Return how much more often than others streets are to be seen, by edge; lines ``EDGE WEIGHT``.
+
+    Raises
+    ------
+    RouteError
+        If a line is no such thing; the text names file and line.
+    """
+    weights: dict[str, float] = {}
+    with refusing(file, "list of weights", RouteError, wrong="not a list of edges with weights"):
+        lines = Path(file).read_text(encoding="utf-8").splitlines()
+    for number, line in enumerate(lines, 1):
+        words = line.split()
+        if not words or words[0].startswith("#"):
+            continue
+        try:
+            name, weight = words[0], float(words[1]) if len(words) == 2 else math.nan  # noqa: PLR2004  a pair
+        except ValueError:
+            name, weight = words[0], math.nan
+        if not 1.0 <= weight <= _HEAVIEST:
+            msg = (
+                f"{file}: line {number}: {shown(line)}; expected an edge and a weight from 1 to {_HEAVIEST:g}"
+            )
+            raise RouteError(msg)
+        weights[_edge(network, name, file)] = weight
+    return weights

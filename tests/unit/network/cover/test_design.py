@@ -1,0 +1,152 @@
+"""Covering loops, solved by hand on small roads."""
+
+from __future__ import annotations
+
+import pytest
+from roads import roads
+
+from loopgate.errors import RouteError
+from loopgate.network import RoadNetwork
+from loopgate.network.cover.design import Design, Task, make_design, walks_of
+from loopgate.network.cover.reasons import Reason
+from loopgate.network.cover.search import Plan
+
+_TWO_RINGS = roads(
+    {"s": (100, 1), "a": (200, 1), "b": (300, 1)}, ["s_0>a_0", "a_0>s_0", "s_0>b_0", "b_0>s_0"]
+)
+"""Two rings with the edge s in common."""
+
+
+def best(design: Design, count: int) -> Plan:
+    *_, last = design.plans(count, seed=1)
+    return last
+
+
+def edges(design: Design, plan: Plan) -> list[list[str]]:
+    return [[design.graph.edges[node] for node in walk] for walk in walks_of(design, plan)]
+
+
+def test_one_loop_drives_the_shared_edge_twice() -> None:
+    """Round both rings: 100 + 200 + 100 + 300 m, and nothing is shorter."""
+    design = make_design(_TWO_RINGS, Task())
+    assert design.circulation == pytest.approx(700, abs=0.1)
+    plan = best(design, 1)
+    assert plan.total == pytest.approx(700, abs=0.1)
+    (loop,) = edges(design, plan)
+    assert sorted(loop) == ["a", "b", "s", "s"]
+
+
+def test_two_loops_are_one_ring_each() -> None:
+    """The longer ring is the bound: half of 700 m is less than its 400 m."""
+    design = make_design(_TWO_RINGS, Task())
+    plan = best(design, 2)
+    assert design.bound(2) == pytest.approx(400, abs=0.1)
+    assert sorted(plan.lengths) == pytest.approx([300, 400], abs=0.1)
+
+
+def test_of_more_loops_than_needed_the_total_is_small() -> None:
+    """A third loop shortens nothing; it takes the cheapest: the shorter ring again, or s with it."""
+    design = make_design(_TWO_RINGS, Task())
+    plan = best(design, 3)
+    assert plan.longest == pytest.approx(400, abs=0.1)
+    assert plan.total == pytest.approx(1000, abs=0.1)
+
+
+def test_circulations_that_fall_apart_are_joined() -> None:
+    """Two rings of 100 m, to be covered without the roads between them: those are driven all the same."""
+    apart = roads(
+        {"a": (50, 1), "b": (50, 1), "c": (50, 1), "d": (50, 1), "there": (500, 1), "back": (500, 1)},
+        [
+            "a_0>b_0",
+            "b_0>a_0",
+            "c_0>d_0",
+            "d_0>c_0",
+            "b_0>there_0",
+            "there_0>c_0",
+            "d_0>back_0",
+            "back_0>a_0",
+        ],
+    )
+    design = make_design(apart, Task(edges=("a", "b", "c", "d")))
+    assert design.circulation == pytest.approx(200, abs=0.1)
+    assert best(design, 1).total == pytest.approx(1200, abs=0.1)
+    assert best(design, 2).longest == pytest.approx(100, abs=0.1)
+
+
+def test_no_loop_is_longer_than_allowed() -> None:
+    """At most 450 m: two loops, though one was asked for; 350 m is less than the longer ring takes."""
+    design = make_design(_TWO_RINGS, Task(max_length_m=450))
+    assert best(design, 1).longest < 450
+    short = make_design(_TWO_RINGS, Task(max_length_m=350))
+    assert short.left_out == {"b": Reason.TOO_LONG}
+    assert short.required == ("s", "a")
+
+
+def test_every_loop_leads_over_the_start() -> None:
+    """The ring of the second loop does not, so it makes a detour."""
+    chain = roads(
+        dict.fromkeys("abcd", (100, 1)),
+        ["a_0>b_0", "b_0>a_0", "b_0>c_0", "c_0>b_0", "c_0>d_0", "d_0>c_0"],
+    )
+    design = make_design(chain, Task(start="a"))
+    assert all("a" in loop for loop in edges(design, best(design, 2)))
+    with pytest.raises(RouteError, match="no loop leads over the start x"):
+        make_design(roads({"x": (9, 1), "y": (9, 1)}, ["y_0>y_0"]), Task(start="x"))
+
+
+def test_either_way_is_enough() -> None:
+    """Two streets with both directions: of each one is driven, round the block."""
+    block = RoadNetwork.open("networks/grid5-priority.net.xml")
+    both, either = make_design(block, Task()), make_design(block, Task(either_way=True))
+    assert len(either.ways.nodes) == len(both.ways.nodes) / 2
+    assert either.circulation < 0.8 * both.circulation
+
+
+def test_lanes_are_changed_on_long_edges_only() -> None:
+    """From lane 0 to lane 1 of 9 m no way leads, on 11 m one does; a lane beside it makes the difference."""
+    ways = ["in_0>m_0", "m_1>out_0", "out_0>in_0", "out_0>side_0", "side_0>out_0"]
+    short = make_design(roads({"in": (50, 1), "m": (9, 2), "out": (50, 1), "side": (50, 1)}, ways), Task())
+    long = make_design(roads({"in": (50, 1), "m": (11, 2), "out": (50, 1), "side": (50, 1)}, ways), Task())
+    assert short.left_out == {"in": Reason.LANES, "m": Reason.LANES}
+    assert (short.required, long.required) == (("out", "side"), ("in", "m", "out", "side"))
+
+
+def test_why_streets_cannot_be_covered() -> None:
+    """A way in, a way out, a ring of its own, and one for buses."""
+    network = roads(
+        dict.fromkeys(("a", "b", "in", "out", "x", "y", "bus"), (50, 1)),
+        ["a_0>b_0", "b_0>a_0", "in_0>a_0", "b_0>out_0", "x_0>y_0", "b_0>bus_0", "bus_0>a_0"],
+        buses_only=["bus_0"],
+    )
+    with_bus = Task(edges=tuple(network.edges))
+    reasons = make_design(network, with_bus).left_out
+    assert reasons.pop("bus") == Reason.CLOSED
+    # All edges begin and end at one junction here, so a turn would help each of them.
+    assert set(reasons) == {"in", "out", "x", "y"}
+    bremen = make_design(RoadNetwork.open("sumo:bs3d"), Task())
+    counted = {
+        reason: list(bremen.left_out.values()).count(reason) for reason in set(bremen.left_out.values())
+    }
+    assert counted == {Reason.U_TURN: 56, Reason.EXIT: 14, Reason.ENTRY: 5, Reason.APART: 2}
+
+
+def test_a_network_without_a_way_round() -> None:
+    """Is an error that says what may help."""
+    with pytest.raises(RouteError, match=r"no street can be covered.*--u-turns"):
+        make_design(RoadNetwork.open("sumo:fokr_bs_demo"), Task())
+
+
+def test_the_same_seed_makes_the_same_loops() -> None:
+    """And another one others, that are about as good."""
+    design = make_design(RoadNetwork.open("sumo:bs3d"), Task())
+    one, again = best(design, 4), best(design, 4)
+    assert [tour.tolist() for tour in one.tours] == [tour.tolist() for tour in again.tours]
+
+
+@pytest.mark.parametrize(("count", "over"), [(1, 0.01), (5, 0.05), (20, 0.1)])
+def test_loops_are_near_the_bound(count: int, over: float) -> None:
+    """On `bs3d`: 97 edges, within 1, 5 and 10 % of what no plan can be below."""
+    design = make_design(RoadNetwork.open("sumo:bs3d"), Task())
+    plan = best(design, count)
+    assert plan.longest <= (1 + over) * design.bound(count)
+    assert count > 5 or plan.total <= 1.04 * design.circulation
