@@ -204,6 +204,8 @@ def _follows(ways: Sequence[Way], one: Body, other: Body) -> bool:
         first, last = (other, one) if gain >= 0 else (one, other)
         if abs(gain) - first.length_m < NEAR_M and first.rear_lane in ways[last.way].window:
             return True
+    if _is_behind_tail(ways, one, other) or _is_behind_tail(ways, other, one):
+        return True
     for lane, at_m in here.items():
         if at_m > 0.0 or there.get(lane, 1.0) > 0.0:
             continue
@@ -213,3 +215,16 @@ def _follows(ways: Sequence[Way], one: Body, other: Body) -> bool:
         if just_left and abs(s - t) - length_m < NEAR_M:
             return True
     return False
+
+
+def _is_behind_tail(ways: Sequence[Way], first: Body, last: Body) -> bool:
+    """Return whether the rear of the first lies on a lane that the last takes too, close ahead of its front.
+
+    Wherever the first goes: SUMO's drivers follow whatever still lies on their lanes.
+    """
+    its, lane = ways[first.way].window, first.rear_lane
+    ahead = ways[last.way].window
+    if lane not in its or lane not in ahead:
+        return False
+    gap = first.at_m - first.length_m - its[lane] + ahead[lane] - last.at_m
+    return 0.0 <= gap < NEAR_M
