@@ -65,6 +65,16 @@ def compute_watch(
     ------
     AnalysisError
         On a missing column or an empty period.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> from loopgate.analysis import compute_watch
+    >>> rows = [(10, "v1", "edge", "e1"), (40, "v2", "edge", "e1"), (70, "v1", "edge", "e1")]
+    >>> events = pd.DataFrame(rows, columns=["time_s", "vehicle", "event", "place"])
+    >>> seen = compute_watch(events=events, streets=["e1", "e2"], end_s=100, bound_s=60)
+    >>> seen[["edge", "visits", "worst_idleness_s"]].values.tolist()
+    [['e2', 0, 100.0], ['e1', 3, 30.0]]
     """
     table = compute_revisits(events=events, begin_s=begin_s, end_s=end_s, edges=streets).set_index(EDGE)
     between = compute_revisit_intervals(events=events, begin_s=begin_s, end_s=end_s)

@@ -30,9 +30,6 @@ _Cost = tuple[int, float]
 _TWO_WAY_LANES = 1000
 """A lane on which others come the opposite way counts as so many changes of lanes: see `make_loop`."""
 
-_HARDLY = 1_000_000
-"""A change of lanes on an edge shorter than `LEAST_CHANGE_M` counts as so many."""
-
 _FREE: _Cost = (0, 0.0)
 
 
@@ -139,11 +136,7 @@ def _layers(network: RoadNetwork, edges: Sequence[str], vclass: str) -> list[_La
                 low, high = sorted((enter, connection.from_lane))
                 if all(vclass in lanes[index].allowed for index in range(low, high + 1)):
                     shared = sum(lanes[index].two_way for index in range(low, high + 1))
-                    hard = _HARDLY if lanes[0].length_m < LEAST_CHANGE_M else 1
-                    cost = (
-                        (high - low) * hard + _TWO_WAY_LANES * shared,
-                        (high - low) / max(lanes[0].length_m, 0.1),
-                    )
+                    cost = (high - low) + _TWO_WAY_LANES * shared, (high - low) / max(lanes[0].length_m, 0.1)
                     layer.setdefault(enter, []).append((cost, _Step(enter, connection)))
         layers.append(layer)
     return layers
