@@ -81,10 +81,10 @@ def made(count: int, folder: Path) -> Iterator[tuple[str, dict[str, Any]]]:
 
 
 def _room(file: Path) -> int:
-    """Return how many vehicles a network has room for, about: one every 35 m of its streets."""
+    """Return how many vehicles a network has room for, about: one every 40 m of its streets."""
     network = RoadNetwork.open(file)
     streets = {lane.edge: lane.length_m for lane in network.lanes.values() if not lane.internal}
-    return max(2, round(sum(streets.values()) / 35.0))
+    return max(2, round(sum(streets.values()) / 40.0))
 
 
 def _make(rng: random.Random, file: Path, number: int) -> None:
