@@ -65,9 +65,9 @@ class FilePlugin(NamedTuple):
     rest: str
 
 
-def in_file(spec: str) -> FilePlugin | None:
-    """Return the file and the rest of ``file.py:Name:option=value``; None for another name."""
-    found = _IN_FILE.fullmatch(spec)
+def in_file(spec: object) -> FilePlugin | None:
+    """Return the file and the rest of ``file.py:Name:option=value``; None for whatever else it is."""
+    found = _IN_FILE.fullmatch(spec) if isinstance(spec, str) else None
     return FilePlugin(found["file"], found["rest"]) if found else None
 
 

@@ -193,6 +193,8 @@ def test_system_files(tmp_path: Path, content: str) -> None:
         "step_s = 1e9",
         'routes = "\\u0000"',
         f'gate = "{"x" * 5000}"',
+        f"gate = 0x{'f' * 5000}",
+        f"negotiation = 0x{'f' * 5000}",
         'gate = "certifed"',
         'gate = "certified:budgt=3"',
         'gate = "certified:budget=nan"',

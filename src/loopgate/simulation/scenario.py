@@ -268,7 +268,7 @@ def read_scenario(file: Path | str) -> Scenario:
         if isinstance(name, str) and name and not name.startswith("sumo:"):
             data[key] = str(path.parent / name)
     for key in ("gate", "negotiation"):
-        where = in_file(str(data.get(key, "")))
+        where = in_file(data.get(key))
         if where is not None:
             data[key] = f"{path.parent / where.file}:{where.rest}"
     return Scenario.from_dict(data, source=str(file))

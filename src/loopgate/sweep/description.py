@@ -169,7 +169,7 @@ class Sweep:
             if found.path is not None:
                 files[key] = found.path
         for key in _NAMERS:
-            where = in_file(str(scenario.get(key, "")))
+            where = in_file(scenario.get(key))
             if where is not None:
                 found = identities.setdefault(where.file, file_identity(where.file, key, self.folder))
                 identity[key] = f"{found.identity}:{where.rest}"
@@ -183,7 +183,7 @@ def with_files(scenario: Mapping[str, Any], places: Mapping[str, str | Path]) ->
     """Return the scenario with its files where they are: `places` has them by key."""
     local = dict(scenario)
     for key, place in places.items():
-        where = in_file(str(scenario[key])) if key in _NAMERS else None
+        where = in_file(scenario[key]) if key in _NAMERS else None
         local[key] = str(place) if where is None else f"{place}:{where.rest}"
     return local
 
