@@ -22,6 +22,9 @@ _WAYS_OUT = {
 }
 """What to do with files that are often taken for others, by their root element."""
 
+_ALSO = {"configuration": "sumoConfiguration"}
+"""The names that SUMO writes today, and those that it reads as well."""
+
 _GZIP_MAGIC = b"\x1f\x8b"
 
 
@@ -58,7 +61,7 @@ def check_root(file: Path, *, root: str, what: str, error: type[LoopgateError]) 
             raise error(msg)
         with open_xml(file) as stream:
             _, first = next(iter(ET.iterparse(stream, events=("start",))))  # noqa: S314  as above
-        if first.tag != root:
+        if first.tag not in {root, _ALSO.get(root)}:
             hint = f"; {_WAYS_OUT[first.tag]}" if first.tag in _WAYS_OUT else ""
             msg = f"{file}: the root element is <{shown(first.tag)[1:-1]}>; a SUMO {what} has <{root}>{hint}"
             raise error(msg)

@@ -10,7 +10,7 @@ from typing import Any
 from xml.etree import ElementTree as ET
 
 from loopgate.disk import writing
-from loopgate.errors import ResultsError
+from loopgate.errors import ResultsError, ScenarioError
 from loopgate.network import read_sumo_config
 from loopgate.results.recorder import Recorder
 from loopgate.simulation import outcome
@@ -44,6 +44,9 @@ def run_as_is(scenario: Scenario, folder: Folder, tick: Tick, backend: str) -> d
     folder, tick, backend
         As for `loopgate.simulation.run.run`.
     """
+    if scenario.spacing != "none":
+        msg = f"{scenario.network}: spacing {scenario.spacing} is for vehicles on loops: give some"
+        raise ScenarioError(msg)
     began = perf_counter()
     config = read_sumo_config(scenario.network)
     with writing(folder / outcome.SCENARIO):

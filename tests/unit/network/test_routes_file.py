@@ -248,3 +248,11 @@ def test_the_older_way_to_write_a_model_of_car_following_counts() -> None:
     """SUMO takes it, so its figures are looked at as those of attributes."""
     kind = ET.fromstring('<vType id="t"><carFollowing-IDM tau="0.4"/></vType>')
     assert vehicle_type(kind, "file").attributes == {"id": "t", "carFollowModel": "IDM", "tau": "0.4"}
+
+
+@pytest.mark.parametrize("root", ["configuration", "sumoConfiguration"])
+def test_both_names_of_a_configuration_are_read(root: str, tmp_path: Path) -> None:
+    """SUMO's own scenarios have the second."""
+    file = tmp_path / "x.sumocfg"
+    file.write_text(f'<{root}><input><net-file value="n.net.xml"/></input></{root}>', encoding="utf-8")
+    assert read_sumo_config(file).net_file == tmp_path / "n.net.xml"
