@@ -40,7 +40,10 @@ _FOLLOWS_M = 4.0
 """A vehicle this near behind another, along the way, follows it, and keeps its gap by itself [m]."""
 
 _JUST_LEFT_M = 12.0
-"""Up to here behind the end of a lane, SUMO keeps those apart that leave it one after the other [m]."""
+"""Up to here behind the end of a lane, SUMO keeps those apart that leave it one after the other [m].
+
+Only as long as both are inside the junction, however short a way through it is.
+"""
 
 _ABOVE_M = 2.5
 """Lanes that lie so far above one another do not touch [m]."""
@@ -328,12 +331,23 @@ class _Ways:
 
         For courses that come from one lane. SUMO lets nobody pass another that has hardly left it.
         """
-        behind = {lane: metres for metres, lane in self._behind(self._courses[one])}
-        common = [(behind[c], metres, c) for metres, c in self._behind(self._courses[other]) if c in behind]
+        mine, theirs = self._courses[one], self._courses[other]
+        behind = {lane: metres for metres, lane in self._behind(mine)}
+        common = [(behind[c], metres, c) for metres, c in self._behind(theirs) if c in behind]
         if not common:
             return math.nan, math.nan, 0.0
         mine_m, theirs_m, lane = min(common, key=lambda one: one[0] + one[1])
-        return mine_m, theirs_m, self._length_m[lane] + _JUST_LEFT_M
+        inside_m = min(self._inside_m(mine, lane), self._inside_m(theirs, lane))
+        return mine_m, theirs_m, self._length_m[lane] + min(inside_m, _JUST_LEFT_M)
+
+    def _inside_m(self, course: Course, lane: str) -> float:
+        """Return how far a course leads through the junction behind a lane; infinite if it ends there [m]."""
+        lanes = list(reversed((course.lane, *course.before)))
+        lanes = lanes[lanes.index(lane) + 1 :]
+        for number, name in enumerate(lanes):
+            if not name.startswith(":"):
+                return sum(self._length_m[inside] for inside in lanes[:number])
+        return math.inf
 
     def _common_m(self, course: Course, ahead: Mapping[str, float]) -> float:
         """Return how much of the lanes behind the front's own lies ahead of another lane too [m]."""

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -26,7 +28,10 @@ _LEAST_M = 0.1
 """Shorter stretches are corners that touch [m]."""
 
 _JUST_LEFT_M = 12.0
-"""So far behind the end of a lane SUMO keeps those apart that leave it one after the other [m]."""
+"""So far behind the end of a lane SUMO keeps those apart that leave it one after the other [m].
+
+Not beyond the junction: on the road behind it a driver looks no longer at who still is inside.
+"""
 
 _APART_M = 2.0
 """Fronts farther apart than this belong to different stretches [m]."""
@@ -89,6 +94,7 @@ def find_meetings(layout: Layout) -> list[Meeting]:
     numbers: dict[str, int] = {}
     ways = find_ways(layout, numbers)
     names = list(numbers)
+    roads = {number for name, number in numbers.items() if not name.startswith(":")}
     edges = [name.rpartition("_")[0] for name in names]
     bodies, shapes = draw_bodies(layout, ways)
     if not len(shapes):
@@ -97,7 +103,7 @@ def find_meetings(layout: Layout) -> list[Meeting]:
     for a, b in _touching(shapes, [ways[body.way].lane for body in bodies], edges):
         x, y = bodies[a], bodies[b]
         i, j = ways[x.way].lane, ways[y.way].lane
-        if not (lies_above(layout, names[i], names[j]) or _follows(ways, x, y)):
+        if not (lies_above(layout, names[i], names[j]) or _follows(ways, roads, x, y)):
             pairs.setdefault((x.way, x.length_m, y.way, y.length_m), []).append((x, y))
     found = []
     for (v, _, w, _), touching in pairs.items():
@@ -191,10 +197,11 @@ def lies_above(layout: Layout, one: str, other: str) -> bool:
     return one in heights and other in heights and abs(heights[one] - heights[other]) > _ABOVE_M
 
 
-def _follows(ways: Sequence[Way], one: Body, other: Body) -> bool:
+def _follows(ways: Sequence[Way], roads: AbstractSet[int], one: Body, other: Body) -> bool:
     """Return whether one of two bodies comes behind the other on a way that both take, and close to it.
 
     Either on one way, with all of the first ahead of the second; or where both have just left one lane.
+    `roads` are the lanes outside junctions.
     """
     mine, theirs = ways[one.way], ways[other.way]
     here, there = mine.window, theirs.window
@@ -211,10 +218,19 @@ def _follows(ways: Sequence[Way], one: Body, other: Body) -> bool:
             continue
         s, t = one.at_m - at_m, other.at_m - there[lane]
         length_m = one.length_m if s >= t else other.length_m
-        just_left = max(s, t) - length_m <= mine.lengths[lane] + _JUST_LEFT_M
+        junction_m = min(_road_behind(way, roads, lane) - way.window[lane] for way in (mine, theirs))
+        just_left = max(s, t) - length_m <= min(mine.lengths[lane] + _JUST_LEFT_M, junction_m)
         if just_left and abs(s - t) - length_m < NEAR_M:
             return True
     return False
+
+
+def _road_behind(way: Way, roads: AbstractSet[int], lane: int) -> float:
+    """Return where the road begins behind a lane and its junction [m]; infinite if the front is not there."""
+    at_m = way.window[lane]
+    return min(
+        (at for other, at in way.window.items() if at_m < at <= 0.0 and other in roads), default=math.inf
+    )
 
 
 def _is_behind_tail(ways: Sequence[Way], first: Body, last: Body) -> bool:
