@@ -204,6 +204,34 @@ def test_who_follows_does_not_touch() -> None:
     assert not len(touches(net, ["w", "e", "b"]).one)
 
 
+def test_who_goes_on_behind_a_short_way_is_apart_from_who_still_turns() -> None:
+    """Straight on is 0.1 m inside the junction: on the road behind it nobody looks back for who turns."""
+    straight: Way = [
+        ("w", ((-100.0, 0.0), (0.0, 0.0))),
+        (":on", ((0.0, 0.0), (0.1, 0.0))),
+        ("e", ((0.1, 0.0), (100.0, 0.0))),
+        (":home", ((100.0, 0.0), (100.0, -100.0), (-150.0, -100.0), (-150.0, 0.0), (-100.0, 0.0))),
+    ]
+    turn: Way = [
+        ("w", straight[0][1]),
+        (":turn", ((0.0, 0.0), (4.0, 0.5), (6.0, 3.0), (4.0, 8.0), (0.0, 14.0))),
+        ("n", ((0.0, 14.0), (0.0, 100.0))),
+        (":back", ((0.0, 100.0), (-150.0, 100.0), (-150.0, 0.0), (-100.0, 0.0))),
+    ]
+    net = network([straight, turn])
+    layout = lay_out_queues(net, users(net, ["w", "e"], ["w", "n"]))
+    assert "w_0>n_0" in layout.conflicts.foes["w_0>e_0"]
+    longer = [
+        *straight[:1],
+        (":on", ((0.0, 0.0), (20.0, 0.0))),
+        ("e", ((20.0, 0.0), (100.0, 0.0))),
+        straight[3],
+    ]
+    net = network([longer, turn])
+    layout = lay_out_queues(net, users(net, ["w", "e"], ["w", "n"]))
+    assert "w_0>n_0" not in layout.conflicts.foes.get("w_0>e_0", ())
+
+
 def test_long_bodies_cut_corners() -> None:
     """A turn of 9 m radius: a car keeps off a lane 3.4 m inside of it, a bus does not."""
     turn: Points = tuple(
