@@ -116,8 +116,10 @@ def _make(rng: random.Random, file: Path, number: int) -> None:
     netgenerate(" ".join(options), file)
 
 
-def given(names: list[str], seeds: int, vehicles: list[int]) -> Iterator[tuple[str, dict[str, Any]]]:
-    """Yield networks by name with what is to be driven on each."""
+def given(
+    names: list[str], seeds: int, vehicles: list[int], turns: dict[str, Any]
+) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Yield networks by name with what is to be driven on each; `turns` says whether vehicles turn round."""
     for name in names:
         for seed in range(1, seeds + 1):
             for count in vehicles:
@@ -131,6 +133,7 @@ def given(names: list[str], seeds: int, vehicles: list[int]) -> Iterator[tuple[s
                             "vehicles": count,
                             "seed": seed,
                             "lights": lights,
+                            **turns,
                         },
                     )
 
@@ -166,13 +169,17 @@ def main() -> None:
     parser.add_argument("--made", type=int, default=0, help="drive so many made networks instead")
     parser.add_argument("--seeds", type=int, default=3, help="sets of random loops")
     parser.add_argument("--vehicles", type=int, nargs="+", default=[50, 150, 300, 400])
+    parser.add_argument(
+        "--u-turns", action="store_true", help="loops may turn round: corridors have no others"
+    )
     parser.add_argument("--jobs", type=int, default=2, help="processes")
     parser.add_argument("--out", type=Path, default=ROOT / "out" / "unseen", help="results folder")
     options = parser.parse_args()
     if options.made:
         cases = made(options.made, options.out / "networks")
     else:
-        cases = given(options.networks or list(PACKAGED), options.seeds, options.vehicles)
+        turns = {"u_turns": True} if options.u_turns else {}
+        cases = given(options.networks or list(PACKAGED), options.seeds, options.vehicles, turns)
     include = [{"network": name, **scenario} for name, scenario in cases]
     sweep = Sweep("unseen", BASE, {}, include=include, folder=Path.cwd())
     points = {point.key for point in sweep.points()}
