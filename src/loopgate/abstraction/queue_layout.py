@@ -19,7 +19,8 @@ from loopgate.abstraction.stretches import (
     lay_stretches,
     least_change_m,
 )
-from loopgate.abstraction.swept import Touches, find_touches
+from loopgate.abstraction.swept import find_touches
+from loopgate.abstraction.tails import tails_over
 from loopgate.abstraction.waiting import Part, waiting_parts
 from loopgate.errors import RefusedLoopError, RouteError
 from loopgate.keeping import Kept
@@ -106,8 +107,9 @@ _KEPT: Kept[QueueLayout] = Kept(8)
 
 
 def _lay_out(network: RoadNetwork, users: Sequence[tuple[Loop, VehicleType]]) -> QueueLayout:
-    touches = find_touches(network, courses_of(network, users))
-    plan = _Plan(network, users, touches)
+    courses = courses_of(network, users)
+    touches = find_touches(network, courses)
+    plan = _Plan(network, users, waiting_parts(network, touches, tails_over(network, courses)))
     loops = {loop.id: loop for loop, _ in users}
     chains = {name: plan.chain(loop) for name, loop in loops.items()}
     classes: dict[str, dict[str, None]] = {}
@@ -183,10 +185,10 @@ class _Plan:
         self,
         network: RoadNetwork,
         users: Sequence[tuple[Loop, VehicleType]],
-        touches: Touches | None = None,
+        parts: Mapping[str, Part] | None = None,
     ) -> None:
         self._network = network
-        self._parts = {} if touches is None else waiting_parts(network, touches)
+        self._parts = parts or {}
         wide_m = reach_m(kind.width_m for _, kind in users)
         self.stretches, self.narrow = lay_stretches(network, users, self._parts, reach_m=wide_m)
         self._needed: dict[str, float] = {}

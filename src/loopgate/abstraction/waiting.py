@@ -21,7 +21,7 @@ class Part(NamedTuple):
     end_m: float
 
 
-def waiting_parts(network: RoadNetwork, touches: Touches) -> Mapping[str, Part]:
+def waiting_parts(network: RoadNetwork, touches: Touches, tails: Mapping[str, float]) -> Mapping[str, Part]:
     """Find on each lane with touches the longest part in which no body touches another way.
 
     A body in a part has its rear behind the part's beginning and its front before its end. Stop lines move
@@ -34,13 +34,16 @@ def waiting_parts(network: RoadNetwork, touches: Touches) -> Mapping[str, Part]:
         The roads.
     touches
         Of all courses that are driven.
+    tails
+        How far those who turn off swing back over the lane that they leave, see `tails_over` [m].
     """
-    touched: dict[str, set[tuple[float, float]]] = {}
+    touched: dict[str, set[tuple[float, float]]] = {lane: set() for lane in tails}
     for touch in touches.rows():
         lane = network.lanes[touch.one.lane]
         if not lane.internal and touch.at_m >= touch.length_m - _BACK_M:
             touched.setdefault(lane.id, set()).add((touch.at_m, touch.length_m))
-    return {lane: _longest(network.lanes[lane].length_m, fronts) for lane, fronts in touched.items()}
+    ends_m = {lane: network.lanes[lane].length_m - tails.get(lane, 0.0) for lane in touched}
+    return {lane: _longest(ends_m[lane], fronts) for lane, fronts in touched.items()}
 
 
 def _longest(length_m: float, fronts: set[tuple[float, float]]) -> Part:
@@ -49,7 +52,7 @@ def _longest(length_m: float, fronts: set[tuple[float, float]]) -> Part:
     best = Part(0.0, 0.0)
     begin = 0.0
     for number in range(len(rows) + 1):
-        end = rows[number][0] - _BACK_M if number < len(rows) else length_m
+        end = min(rows[number][0] - _BACK_M, length_m) if number < len(rows) else length_m
         if end - begin > best.end_m - best.begin_m:
             best = Part(begin, end)
         if number < len(rows):

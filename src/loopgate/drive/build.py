@@ -241,14 +241,24 @@ def _states(system: System | None, lists: _Lists, code: Code) -> NDArray[np.void
 def _moves(legs: _Legs, states: NDArray[np.void], lists: _Lists) -> NDArray[np.void]:
     """Each vehicle on a movement has a slot in the state behind its leg, which may cross it several times."""
     times: list[Counter[int]] = [Counter() for _ in legs.moves]
+    lanes: dict[int, int] = {}
     for way in legs.ways:
         for leg, following in zip(way, [*way[1:], *way[:1]], strict=True):
+            for first in leg.crossings[:1]:
+                lanes.setdefault(legs.moves[first.id], legs.states[leg.state])
             for crossing, count in Counter(crossing.id for crossing in leg.crossings).items():
                 led_to = times[legs.moves[crossing]]
                 state = legs.states[following.state]
                 led_to[state] = max(led_to[state], count)
     most = [sum(int(states["most"][state]) * count for state, count in led_to.items()) for led_to in times]
-    return table(Move, {"most": most, "passing": lists.add(most), "way": NOBODY}, length=len(most))
+    beside = np.arange(len(most))
+    out_of: dict[int, list[int]] = {}
+    for move, state in lanes.items():
+        out_of.setdefault(state, []).append(move)
+    for moves in out_of.values():
+        beside[moves] = [*moves[1:], *moves[:1]]
+    columns = {"most": most, "passing": lists.add(most), "way": NOBODY, "beside": beside}
+    return table(Move, columns, length=len(most))
 
 
 def _take_places(system: System, states: NDArray[np.void], lists: NDArray[np.int64]) -> None:

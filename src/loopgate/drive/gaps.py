@@ -4,7 +4,8 @@ A vehicle is no longer in the way of another once its rear is past the stretch t
 If its front is on that stretch already, it is enough that its rear will be past it before the other's front
 can reach it: nothing holds it there, since it has a slot to drive into and SUMO lets no vehicle go first that
 finds another in its way. Before that, SUMO may let each wait for the other. Nor is anything foreseen of one
-that may itself have to wait on the junction, for a third that was granted before it and is still in its way.
+that may itself have to wait on the junction, for a third that was granted before it and is still in its way,
+or that has left the same lane in another direction: SUMO keeps a vehicle behind those, too.
 The vehicle that it follows into its place is taken to stand.
 """
 
@@ -128,6 +129,24 @@ def _may_be_held(ahead: int, leg: int, t: Tables) -> bool:
                 for its in range(t.vehicles[first].crossed, t.vehicles[first].granted):
                     if _number(first, its, t) < number and _is_before(first, its, f, k, t):
                         return True
+    return t.legs[j].pass_at < t.legs[j].pass_end and _follows_aside(ahead, number, t.legs[j].pass_at, t)
+
+
+@part
+def _follows_aside(ahead: int, number: int, k: int, t: Tables) -> bool:
+    """Return whether one granted before still crosses the junction from the place of pass `k` another way."""
+    movement = t.passes[k].movement
+    beside = t.moves[movement].beside
+    while beside != movement:
+        move = t.moves[beside]
+        for n in range(move.passing, move.passing + move.under_way):
+            first = t.lists[n]
+            for its in range(t.vehicles[first].crossed, t.vehicles[first].granted):
+                leg = t.legs[leg_of(first, its, t)]
+                leads = leg.pass_at < leg.pass_end and t.passes[leg.pass_at].movement == beside
+                if leads and first != ahead and _number(first, its, t) < number:
+                    return True
+        beside = move.beside
     return False
 
 

@@ -243,6 +243,8 @@ class Move:
         The turn of deciding in which a grant last led over it.
     way
         The vehicle it is kept clear for, or `NOBODY`.
+    beside
+        The next movement out of the same place; from each to the next, one comes back to the first.
     """
 
     passing: int
@@ -250,6 +252,7 @@ class Move:
     most: int
     entered: int
     way: int
+    beside: int
 
 
 class Why:

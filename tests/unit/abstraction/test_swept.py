@@ -122,7 +122,7 @@ def test_a_stop_line_moves_back_from_a_way_that_passes_over_it() -> None:
     """The other road passes 12 m before the end of w, on which vehicles would wait."""
     net = network([EAST + BACK, across(-12.0)])
     found = touches(net, ["w", "e", "b"], ["s", "n", "f"])
-    part = waiting_parts(net, found)["w_0"]
+    part = waiting_parts(net, found, {})["w_0"]
     assert part.begin_m == 0.0
     assert part.end_m == pytest.approx(90.0 - 2.0 - 1.6, abs=1.1)
     layout: QueueLayout = lay_out_queues(net, users(net, ["w", "e", "b"], ["s", "n", "f"]))
@@ -135,9 +135,22 @@ def test_a_stop_line_moves_back_from_a_way_that_passes_over_it() -> None:
 def test_a_place_begins_where_nobody_passes_any_more() -> None:
     """The other road passes 8 m behind the beginning of e: rears have to be past that."""
     net = network([EAST + BACK, across(18.0)])
-    part = waiting_parts(net, touches(net, ["w", "e", "b"], ["s", "n", "f"]))["e_0"]
+    part = waiting_parts(net, touches(net, ["w", "e", "b"], ["s", "n", "f"]), {})["e_0"]
     assert part.begin_m == pytest.approx(8.0 + 1.6, abs=1.1)
     assert part.end_m == pytest.approx(90.0)
+
+
+def test_a_stop_line_moves_back_from_the_tails_of_those_who_turn_off() -> None:
+    """A car that turns by 45 degrees on the spot swings 0.9 m x sin 45 back over the lane it has left."""
+    ahead: dict[str, Points] = {"straight on": ((0.0, 0.0), (10.0, 0.0)), "aside": ((0.0, 0.0), (7.1, 7.1))}
+    ends = {}
+    for name, inside in ahead.items():
+        on = ((inside[1], (60.0, 0.0)), ((60.0, 0.0), (60.0, -80.0), (-100.0, -80.0), (-100.0, 0.0)))
+        way: Way = [("w", ((-100.0, 0.0), (0.0, 0.0))), (":on", inside), ("e", on[0]), (":home", on[1])]
+        net = network([way])
+        layout = lay_out_queues(net, users(net, ["w", "e"]))
+        ends[name] = next(leg for leg in layout.itineraries["loop0"].legs if leg.state == "w_0").end_m
+    assert ends["straight on"] - ends["aside"] == pytest.approx(0.9 * math.sin(math.pi / 4), abs=0.05)
 
 
 def test_a_way_that_bends_back_over_its_own_stop_line_is_its_own_foe() -> None:
@@ -164,7 +177,7 @@ def test_a_way_that_bends_back_over_its_own_stop_line_is_its_own_foe() -> None:
     assert "w_0>e_0" in layout.conflicts.foes["w_0>e_0"]
     leg = next(leg for leg in layout.itineraries["loop0"].legs if leg.state == "w_0")
     assert leg.end_m < layout.itineraries["loop0"].length_m
-    assert waiting_parts(net, touches(net, ["w", "e", "b"]))["w_0"].end_m < 80.0
+    assert waiting_parts(net, touches(net, ["w", "e", "b"]), {})["w_0"].end_m < 80.0
 
 
 def test_what_is_jointed_bends_at_the_corner_where_what_is_stiff_cuts_it() -> None:
@@ -254,7 +267,9 @@ def test_long_bodies_cut_corners() -> None:
     ]
     net = network([way, beside])
     waits = [
-        waiting_parts(net, touches(net, ["w", "n", "f"], ["x", "y"], kind=kind)).get("x_0", Part(0.0, 51.0))
+        waiting_parts(net, touches(net, ["w", "n", "f"], ["x", "y"], kind=kind), {}).get(
+            "x_0", Part(0.0, 51.0)
+        )
         for kind in (DEFAULT_TYPE, BUS)
     ]
     assert waits[1].end_m < waits[0].end_m

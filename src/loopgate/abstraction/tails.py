@@ -1,0 +1,83 @@
+"""How far the tails of those who turn off swing back over the lane that they have just left."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import numpy.typing as npt
+
+from loopgate.abstraction.courses import Course, Courses
+from loopgate.network.loop import arc_lengths
+from loopgate.network.road import RoadNetwork
+
+__all__ = ["tails_over"]
+
+_BEHIND_M = np.arange(0.0, 1.6, 0.25)
+"""How far behind the lane the rears are that are looked at [m]; farther on they are out of the way."""
+
+_BESIDE_M = 0.1
+"""Room on either side of who waits [m]."""
+
+_LEAST_M = 0.1
+"""Stop lines are this far before the end of a lane anyway [m]."""
+
+Floats = npt.NDArray[np.float64]
+
+
+def tails_over(network: RoadNetwork, courses: Courses) -> Mapping[str, float]:
+    """Return by lane how far before its end corners of vehicles can be whose rears have just left it [m].
+
+    Whoever is to stop at the end of a lane keeps no gap in SUMO to those who are past it. So where ways
+    turn sharply, stop lines have to be farther back. Lanes are left out that the usual line is good for.
+    """
+    found: dict[str, float] = {}
+    for course, bodies in courses.items():
+        if not course.before or not network.lanes[course.lane].internal:
+            continue
+        xy, arc, ends = _path(network, course)
+        last_m = network.lanes[course.lane].length_m
+        half_m = bodies.width_m / 2
+        stiff = np.array([length for length, jointed in bodies.looked_at_m() if not jointed])
+        for lane, end_m in ends.items():
+            rear = np.repeat(end_m + _BEHIND_M, len(stiff))
+            front = rear + np.tile(stiff, len(_BEHIND_M))
+            on_it = (front >= 0.0) & (front <= last_m)
+            swing = _swing_m(xy, arc, front[on_it], rear[on_it], end_m, half_m)
+            if swing > max(found.get(lane, 0.0), _LEAST_M):
+                found[lane] = swing
+    return found
+
+
+def _path(network: RoadNetwork, course: Course) -> tuple[Floats, Floats, dict[str, float]]:
+    """Return the points of a course, their arc lengths, and where the roads behind its front end [m]."""
+    points: list[Floats] = []
+    arcs: list[Floats] = []
+    ends: dict[str, float] = {}
+    end = network.lanes[course.lane].length_m
+    for name in (course.lane, *course.before):
+        lane = network.lanes[name]
+        shape = np.asarray(lane.shape, dtype=np.float64)
+        points.append(shape)
+        arcs.append(arc_lengths(shape, end - lane.length_m, end))
+        if not lane.internal:
+            ends.setdefault(name, end)
+        end -= lane.length_m
+    return np.concatenate(points[::-1]), np.concatenate(arcs[::-1]), ends
+
+
+def _swing_m(xy: Floats, arc: Floats, front: Floats, rear: Floats, end_m: float, half_m: float) -> float:
+    """Return how far before the end of a lane corners of bodies are that somebody can touch on it [m]."""
+
+    def at(metres: Floats) -> Floats:
+        return np.stack([np.interp(metres, arc, xy[:, axis]) for axis in (0, 1)], axis=-1)
+
+    end, before = at(np.array([end_m, end_m - 1.0]))
+    along = (end - before) / max(np.hypot(*(end - before)), 1e-6)
+    tail = at(rear)
+    ahead = at(front) - tail
+    ahead /= np.maximum(np.hypot(*ahead.T), 1e-6)[:, None]
+    side = half_m * np.stack([-ahead[:, 1], ahead[:, 0]], axis=-1)
+    corners = np.concatenate([tail + side, tail - side]) - end
+    beside = np.abs(corners @ np.array([-along[1], along[0]]))
+    return float(np.max(-(corners @ along), where=beside <= half_m + _BESIDE_M, initial=0.0))
