@@ -84,6 +84,10 @@ __all__ = ["exit_code", "run"]
     default=None,
     help="Record where every vehicle is at every step, and audit crossings and bodies from that.",
 )
+@click.option("--fcd", is_flag=True, default=None, help="Let SUMO write fcd.xml.gz into the run folder.")
+@click.option("--tripinfo", is_flag=True, default=None, help="Let SUMO write tripinfo.xml there.")
+@click.option("--edgedata", is_flag=True, default=None, help="Let SUMO write edgedata.xml there.")
+@click.option("--sumo", metavar="OPTIONS", help="More options for SUMO: '--lanechange-output lc.xml ...'.")
 @click.option("-o", "--out", type=click.Path(path_type=Path), help="Run folder; without it nothing is kept.")
 @click.option("--overwrite", is_flag=True, help="Replace an earlier run in the run folder.")
 @click.option("--gui", is_flag=True, help="Show the run in sumo-gui (through traci).")

@@ -1,14 +1,30 @@
-"""SUMO configurations: which network and which route files they name."""
+"""SUMO configurations: which network and route files they name, and what else they say."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from loopgate.errors import RouteError
 from loopgate.network.xml_file import read_xml
 
 __all__ = ["SumoConfig", "is_sumo_config", "read_sumo_config"]
+
+
+_NETS = ("net-file", "net", "n")
+_ROUTES = ("route-files", "routes", "r")
+_ADDITIONAL = ("additional-files", "additional", "a")
+_LONG = {
+    "b": "begin",
+    "e": "end",
+    "l": "log",
+    "v": "verbose",
+    "W": "no-warnings",
+    "S": "start",
+    "Q": "quit-on-end",
+}
+"""Long names of options that are looked at."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,12 +39,15 @@ class SumoConfig:
         The network.
     route_files, additional_files
         Possibly none.
+    options
+        All else that it says, by name, as it is written there.
     """
 
     file: Path
     net_file: Path
     route_files: tuple[Path, ...]
     additional_files: tuple[Path, ...]
+    options: Mapping[str, str] = field(default_factory=dict, hash=False)
 
 
 def is_sumo_config(name: str | Path) -> bool:
@@ -47,19 +66,28 @@ def read_sumo_config(file: Path | str) -> SumoConfig:
     path = Path(file)
     top = read_xml(path, root="configuration", what="configuration", error=RouteError)
     # SUMO accepts an option at any depth, under its long name or its short one.
-    value = {element.tag: element.get("value", element.get("v", "")) for element in top.iter()}
+    value = {
+        element.tag: element.get("value", element.get("v", ""))
+        for element in top.iter()
+        if "value" in element.attrib or "v" in element.attrib
+    }
 
     def files(*options: str) -> tuple[Path, ...]:
         names = next((value[option] for option in options if value.get(option)), "")
         return tuple(path.parent / name.strip() for name in names.split(",") if name.strip())
 
-    nets = files("net-file", "net", "n")
+    nets = files(*_NETS)
     if not nets:
         msg = f'{path}: the configuration names no network; expected <net-file value="..."/>'
         raise RouteError(msg)
     return SumoConfig(
         file=path,
         net_file=nets[0],
-        route_files=files("route-files", "routes", "r"),
-        additional_files=files("additional-files", "additional", "a"),
+        route_files=files(*_ROUTES),
+        additional_files=files(*_ADDITIONAL),
+        options={
+            _LONG.get(name, name): text
+            for name, text in value.items()
+            if name not in _NETS + _ROUTES + _ADDITIONAL
+        },
     )

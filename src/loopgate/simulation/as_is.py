@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import ExitStack
+from dataclasses import replace
 from math import nan
 from pathlib import Path
 from time import perf_counter
@@ -11,14 +12,14 @@ from xml.etree import ElementTree as ET
 
 from loopgate.disk import writing
 from loopgate.errors import ResultsError, ScenarioError
-from loopgate.network import read_sumo_config
 from loopgate.results.recorder import Recorder
 from loopgate.simulation import outcome
 from loopgate.simulation.loop_run import Course, Mishaps, Tick, note_deadlock
 from loopgate.simulation.monitoring import monitoring_figures
 from loopgate.simulation.outcome import Folder, Tally
 from loopgate.simulation.scenario import Scenario
-from loopgate.simulation.sumo_start import plain_options, start_traffic
+from loopgate.simulation.sumo_options import sumo_options
+from loopgate.simulation.sumo_start import output_options, plain_options, start_traffic
 from loopgate.simulation.watch import Watch
 from loopgate.traffic.base import Traffic
 
@@ -48,14 +49,15 @@ def run_as_is(scenario: Scenario, folder: Folder, tick: Tick, backend: str) -> d
         msg = f"{scenario.network}: spacing {scenario.spacing} is for vehicles on loops: give some"
         raise ScenarioError(msg)
     began = perf_counter()
-    config = read_sumo_config(scenario.network)
+    said = sumo_options(scenario)
     with writing(folder / outcome.SCENARIO):
         scenario.write(folder / outcome.SCENARIO)
     log = folder / outcome.SUMO_LOG
     trips = folder / _TRIPS
     options = [
-        *("--configuration-file", str(config.file)),
+        *said.arguments,
         *plain_options(scenario, log),
+        *output_options(replace(scenario, tripinfo=False), folder.path),
         *("--tripinfo-output", str(trips)),
         "--tripinfo-output.write-unfinished",
     ]
@@ -78,7 +80,7 @@ def run_as_is(scenario: Scenario, folder: Folder, tick: Tick, backend: str) -> d
     tallies = _trips(trips, standing, interrupted=course.outcome == "interrupted")
     folder.write_vehicles(tallies, duration)
     folder.write_edges([], begin_s=course.begin_s, end_s=max(course.end_s, course.begin_s + 1.0))
-    summary = outcome.summary(scenario, course, tallies, loops=0, folder=folder)
+    summary = outcome.summary(scenario, course, tallies, loops=0, folder=folder, warnings=said.notes)
     summary |= monitoring_figures(None, None)
     folder.write_summary(summary)
     return summary

@@ -17,7 +17,7 @@ from loopgate.network.vehicle_type import DEFAULT_TYPE
 from loopgate.simulation.placing import spread
 from loopgate.simulation.random_loops import random_loops
 from loopgate.simulation.scenario import Scenario
-from loopgate.simulation.settings import check_types, left_out, unforeseen
+from loopgate.simulation.settings import check_types, unforeseen
 from loopgate.simulation.spacing import advised_type
 from loopgate.simulation.sumo_input import Start
 from loopgate.simulation.tracks import make_track
@@ -102,7 +102,7 @@ def assemble(scenario: Scenario) -> Assembly:
         starts,
         tracks,
         abstraction,
-        warnings=(*left_out(scenario.network), *warnings, *peculiar),
+        warnings=(*warnings, *peculiar),
         foresees=not peculiar,
     )
 

@@ -33,7 +33,14 @@ from loopgate.simulation.room import Room
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.spacing import SpeedAdvice
 from loopgate.simulation.sumo_input import write_sumo_input
-from loopgate.simulation.sumo_start import check_backend, plain_options, start_traffic
+from loopgate.simulation.sumo_options import SumoOptions, sumo_options
+from loopgate.simulation.sumo_start import (
+    check_backend,
+    check_outputs,
+    output_options,
+    plain_options,
+    start_traffic,
+)
 from loopgate.simulation.surroundings import Surroundings
 from loopgate.simulation.watch import Watch
 from loopgate.traffic.base import Traffic
@@ -80,6 +87,7 @@ def run(
     check_backend(backend)
     with ExitStack() as stack:
         if out is None:
+            check_outputs(scenario)
             out, overwrite = stack.enter_context(temporary_folder()), True
         else:
             remove_abandoned()
@@ -98,6 +106,7 @@ def _run(
     if is_as_is(scenario):
         return run_as_is(scenario, folder, tick, backend)
     began = perf_counter()
+    said = sumo_options(scenario)
     assembly = assemble(scenario)
     keeper = _gatekeeper(scenario, assembly)
     with writing(folder / outcome.SCENARIO):
@@ -106,9 +115,11 @@ def _run(
         write_system(assembly.abstraction.system, folder / outcome.SYSTEM)
     log = folder / outcome.SUMO_LOG
     options = [
+        *said.arguments,
         *("--net-file", str(assembly.network.file)),
-        *_input_options(scenario, assembly, folder),
+        *_input_options(scenario, assembly, folder, said),
         *plain_options(scenario, log),
+        *output_options(scenario, folder.path),
         *(record_positions(folder / outcome.POSITIONS) if scenario.positions else ()),
     ]
     room = [Room(folder / outcome.POSITIONS).check] if scenario.positions else []
@@ -136,7 +147,7 @@ def _run(
         engine.settle()
         tallies = _tallies(engine, traffic, watch, course)
         surrounded = around.report()
-    summary = _summary(scenario, assembly, keeper, course, tallies, folder)
+    summary = _summary(scenario, assembly, keeper, course, tallies, folder, said)
     summary |= {name: getattr(engine, name) for name in ("overruns", "trespasses", "strays")}
     summary["clean"] = outcome.is_clean(summary) if keeper else None
     summary["warnings"] += [*outcome.mishaps(summary), *surrounded.pop("warnings", [])]
@@ -154,15 +165,14 @@ def is_as_is(scenario: Scenario) -> bool:
     return is_sumo_config(scenario.network) and not scenario.gated and not loops
 
 
-def _input_options(scenario: Scenario, assembly: Assembly, folder: Folder) -> list[str]:
-    if not scenario.traffic:
-        return write_sumo_input(assembly.starts, folder.path)
-    ordinary = read_traffic(scenario.traffic)
-    ordinary.check_names(start.vehicle for start in assembly.starts)
-    return [
-        *write_sumo_input(assembly.starts, folder.path, beside=ordinary.additional_files),
-        *ordinary.options(),
-    ]
+def _input_options(scenario: Scenario, assembly: Assembly, folder: Folder, said: SumoOptions) -> list[str]:
+    beside, routes = said.additional_files, ["--route-files", ""] if said.arguments else []
+    if scenario.traffic:
+        ordinary = read_traffic(scenario.traffic)
+        ordinary.check_names(start.vehicle for start in assembly.starts)
+        beside, routes = tuple(dict.fromkeys((*beside, *ordinary.additional_files))), ordinary.options()
+    starts = write_sumo_input(assembly.starts, folder.path, beside=beside, begin_s=said.begin_s)
+    return [*starts, *routes]
 
 
 def _gatekeeper(scenario: Scenario, assembly: Assembly) -> Gatekeeper | None:
@@ -199,6 +209,7 @@ def _summary(
     course: Course,
     tallies: list[Tally],
     folder: Folder,
+    said: SumoOptions,
 ) -> dict[str, Any]:
     duration = max(0.0, course.end_s - course.begin_s)
     folder.write_vehicles(tallies, duration)
@@ -223,7 +234,11 @@ def _summary(
         folder=folder,
         keeper=keeper,
         findings=findings,
-        warnings=(*assembly.warnings, *(assembly.abstraction.warnings if assembly.abstraction else ())),
+        warnings=(
+            *said.notes,
+            *assembly.warnings,
+            *(assembly.abstraction.warnings if assembly.abstraction else ()),
+        ),
     )
     figures |= audited | monitoring_figures(edges, measure_coverage(assembly.network, assembly.loops))
     return figures | {"watch": watch}

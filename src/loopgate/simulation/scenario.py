@@ -15,7 +15,8 @@ from loopgate.errors import LoopgateError, ScenarioError
 from loopgate.gates import check_gate
 from loopgate.negotiation.registry import check_negotiation
 from loopgate.plugins import in_file
-from loopgate.reading import read_toml, shown
+from loopgate.reading import is_file, read_toml, shown
+from loopgate.simulation.sumo_options import from_configuration, own_words
 from loopgate.simulation.values import Rule, checked, choice, flag, length_range, real, text, whole
 
 __all__ = ["Scenario", "read_scenario"]
@@ -79,7 +80,8 @@ class Scenario:
     duration_s, warmup_s
         Simulated time that is measured, and before it begins [s].
     seed
-        Seed of SUMO, of the starting places and of the negotiation.
+        Seed of SUMO, of the starting places and of the negotiation. A configuration's seed, step and
+        duration count where a scenario from names and values does not give its own.
     step_s
         Length of a simulation step [s]; under a gate at most 1.
     rho_m
@@ -92,6 +94,11 @@ class Scenario:
         How long vehicles must have been standing in a circle [s].
     positions
         Whether SUMO records where every vehicle is at every step, and the audit checks it.
+    fcd, tripinfo, edgedata
+        Whether SUMO writes these outputs into the run folder: ``fcd.xml.gz``, ``tripinfo.xml``,
+        ``edgedata.xml``.
+    sumo
+        More options for SUMO, as on its command line, by their long names.
 
     Examples
     --------
@@ -124,6 +131,10 @@ class Scenario:
     on_deadlock: Annotated[str, choice(ON_DEADLOCK)] = "stop"
     deadlock_after_s: Annotated[float, real(0.0, _LONG_S)] = 60.0
     positions: Annotated[bool, flag()] = False
+    fcd: Annotated[bool, flag()] = False
+    tripinfo: Annotated[bool, flag()] = False
+    edgedata: Annotated[bool, flag()] = False
+    sumo: Annotated[str, text()] = ""
 
     def __post_init__(self) -> None:
         for name, rule in _rules().items():
@@ -143,6 +154,10 @@ class Scenario:
                 f"step_s is {self.step_s}; expected at most {LONGEST_GATED_STEP_S:g} under a gate, or "
                 "vehicles drive into each other; gate open takes longer ones"
             )
+            raise ScenarioError(msg)
+        own = dict(own_words(self.sumo))
+        if (self.positions or self.fcd) and ((self.positions and self.fcd) or "fcd-output" in own):
+            msg = "fcd: SUMO writes these data to one file only: positions.csv.gz of positions, or this one"
             raise ScenarioError(msg)
         if self.on_deadlock == "teleport" and self.gated:
             msg = "on_deadlock: teleport works with gate open only; no gated vehicle jumps past its gate"
@@ -186,6 +201,8 @@ class Scenario:
             msg = f"{source}: the key 'network' is missing"
             raise ScenarioError(msg)
         try:
+            if isinstance(values["network"], str) and is_file(values["network"]):
+                values = from_configuration(values["network"]) | values
             return cls(**values)
         except LoopgateError as error:
             msg = f"{source}: {error}"

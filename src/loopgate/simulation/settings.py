@@ -7,15 +7,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
-from pathlib import Path
 
 from loopgate.errors import ScenarioError
 from loopgate.network import Loop, RoadNetwork
-from loopgate.network.sumo_config import is_sumo_config
 from loopgate.network.vehicle_type import VehicleType
-from loopgate.network.xml_file import read_xml
 
-__all__ = ["check_types", "left_out", "unforeseen"]
+__all__ = ["check_types", "unforeseen"]
 
 _MODEL, _TAU, _ACTION, _IGNORES, _GAP, _MINOR = (
     "carFollowModel",
@@ -50,15 +47,6 @@ _OF_THEIR_OWN = frozenset({"bicycle", "motorcycle", "scooter"})
 """Vehicle classes that by SUMO's defaults are slower than these bounds, or dawdle more."""
 
 _ROUNDING = 1e-9
-
-_DRIVING = (
-    "step-length",
-    "step-method.ballistic",
-    "default.action-step-length",
-    "default.speeddev",
-    "lateral-resolution",
-)
-"""Options of SUMO that decide how vehicles drive."""
 
 
 def check_types(kinds: Iterable[VehicleType], *, step_s: float, source: str) -> None:
@@ -178,14 +166,3 @@ def _number(kind: VehicleType, attribute: str, default: float | None = None) -> 
         return float(kind.attributes.get(attribute, fallback))
     except ValueError:
         return fallback  # what is no number SUMO itself refuses
-
-
-def left_out(network: str) -> tuple[str, ...]:
-    """Return a warning about what a configuration says of driving, if only its roads and loops are taken."""
-    if not is_sumo_config(network):
-        return ()
-    top = read_xml(Path(network), root="configuration", what="configuration", error=ScenarioError)
-    said = [e.tag for e in top.iter() if e.tag in _DRIVING and ("value" in e.attrib or "v" in e.attrib)]
-    if not said:
-        return ()
-    return (f"{network}: only its roads and loops are taken, not {', '.join(said)}; see --step-length",)

@@ -41,7 +41,9 @@ class Start:
     lane: int | None = None
 
 
-def write_sumo_input(starts: Sequence[Start], folder: Path, *, beside: Sequence[Path] = ()) -> list[str]:
+def write_sumo_input(
+    starts: Sequence[Start], folder: Path, *, beside: Sequence[Path] = (), begin_s: float = 0.0
+) -> list[str]:
     """Write the additional file for `starts` into `folder` and return the SUMO options that load it.
 
     A vehicle's first route leads from its start past an edge of its loop that the loop passes once; a
@@ -49,6 +51,7 @@ def write_sumo_input(starts: Sequence[Start], folder: Path, *, beside: Sequence[
     constant length however long the vehicle drives, and there is always a whole round of it ahead, on which
     the vehicle can be held. Each loop has vehicle types of its own, since a
     rerouter is bound to vehicles by their type. SUMO loads the additional files `beside` first.
+    All depart when the simulation begins, at `begin_s` [s].
 
     Raises
     ------
@@ -81,7 +84,7 @@ def write_sumo_input(starts: Sequence[Start], folder: Path, *, beside: Sequence[
         interval = ET.SubElement(rerouter, "interval", begin="0", end="1000000000")
         ET.SubElement(interval, "routeProbReroute", id=first.route)
     for start in starts:
-        _add_vehicle(top, start, kinds[start.loop.id, start.type.id])
+        _add_vehicle(top, start, kinds[start.loop.id, start.type.id], f"{begin_s:g}")
     file = folder / "vehicles.add.xml"
     ET.indent(top)
     with writing(file):
@@ -89,7 +92,7 @@ def write_sumo_input(starts: Sequence[Start], folder: Path, *, beside: Sequence[
     return ["--additional-files", ",".join(str(one) for one in (*beside, file))]
 
 
-def _add_vehicle(top: ET.Element, start: Start, kind: str) -> None:
+def _add_vehicle(top: ET.Element, start: Start, kind: str, depart: str) -> None:
     loop = start.loop
     place = loop.locate(start.front_m)
     numbers = [
@@ -102,7 +105,7 @@ def _add_vehicle(top: ET.Element, start: Start, kind: str) -> None:
         "vehicle",
         id=start.vehicle,
         type=kind,
-        depart="0",
+        depart=depart,
         departLane=str(place.lane if start.lane is None else start.lane),
         departPos=f"{place.position_m:.3f}",
         departSpeed="0",

@@ -7,11 +7,11 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from loopgate.errors import TrafficError
+from loopgate.errors import ScenarioError, TrafficError
 from loopgate.simulation.scenario import Scenario
 from loopgate.traffic.sumo import SumoTraffic
 
-__all__ = ["check_backend", "plain_options", "start_traffic"]
+__all__ = ["check_backend", "check_outputs", "output_options", "plain_options", "start_traffic"]
 
 
 def check_backend(backend: str) -> None:
@@ -48,6 +48,24 @@ def plain_options(scenario: Scenario, log: Path) -> list[str]:
     if scenario.rule_for_lights == "off":
         options.append("--tls.all-off")
     return options
+
+
+_OUTPUTS = {"fcd": "fcd.xml.gz", "tripinfo": "tripinfo.xml", "edgedata": "edgedata.xml"}
+
+
+def output_options(scenario: Scenario, folder: Path) -> list[str]:
+    """Return the options that make SUMO write the outputs that a scenario asks for into the run folder."""
+    asked = [name for name in _OUTPUTS if getattr(scenario, name)]
+    options = [part for name in asked for part in (f"--{name}-output", str(folder / _OUTPUTS[name]))]
+    return [*options, "--tripinfo-output.write-unfinished"] if "tripinfo" in asked else options
+
+
+def check_outputs(scenario: Scenario) -> None:
+    """Refuse outputs of a run that keeps no folder: raise `ScenarioError`."""
+    for name in _OUTPUTS:
+        if getattr(scenario, name):
+            msg = f"{name}: it is written into the run folder; give one (-o)"
+            raise ScenarioError(msg)
 
 
 def start_traffic(options: Sequence[str], *, backend: str, log: Path, yields: bool = False) -> SumoTraffic:

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import re
-from pathlib import Path
 
 import pytest
 
 from loopgate.errors import ScenarioError
 from loopgate.network import RoadNetwork, VehicleType, find_loops
 from loopgate.simulation.scenario import Scenario
-from loopgate.simulation.settings import check_types, left_out, unforeseen
+from loopgate.simulation.settings import check_types, unforeseen
 
 
 @pytest.mark.parametrize(
@@ -53,20 +52,6 @@ def test_long_steps_are_for_no_gate() -> None:
     with pytest.raises(ScenarioError, match=r"step_s is 1.5; expected at most 1 under a gate"):
         Scenario(network="n", step_s=1.5)
     assert Scenario(network="n", step_s=1.5, gate="open").step_s == 1.5
-
-
-def test_a_configuration_that_says_how_to_drive(tmp_path: Path) -> None:
-    """Where only its roads and loops are taken, what else it says of driving is named."""
-    config = tmp_path / "c.sumocfg"
-    config.write_text(
-        '<configuration><input><net-file value="n.net.xml"/></input><processing>'
-        '<step-method.ballistic value="true"/><step-length v="0.5"/><no-warnings value="true"/>'
-        "</processing></configuration>"
-    )
-    (warning,) = left_out(str(config))
-    assert "not step-method.ballistic, step-length;" in warning
-    config.write_text('<configuration><net-file value="n.net.xml"/></configuration>')
-    assert left_out(str(config)) == left_out("n.net.xml") == ()
 
 
 @pytest.fixture(scope="module")

@@ -1,0 +1,232 @@
+"""What SUMO itself is told: by a configuration and by a scenario's own words, nothing dropped in silence."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from loopgate.errors import RouteError, ScenarioError
+from loopgate.network.sumo_config import SumoConfig, is_sumo_config, read_sumo_config
+from loopgate.network.xml_file import read_xml
+
+if TYPE_CHECKING:
+    from loopgate.simulation.scenario import Scenario
+
+__all__ = ["SumoOptions", "from_configuration", "own_words", "sumo_options"]
+
+_KEYS = {"seed": "seed", "step-length": "step_s"}
+"""Options that are keys of a scenario."""
+
+_REPLACED = {
+    "time-to-teleport": "a gridlock would be hidden; see --on-deadlock",
+    "time-to-teleport.highways": "a gridlock would be hidden; see --on-deadlock",
+    "time-to-teleport.disconnected": "a gridlock would be hidden; see --on-deadlock",
+    "collision.action": "collisions are counted, and nothing is made of them",
+    "collision.check-junctions": "collisions are looked for on junctions too",
+    "end": "the run ends by its duration; see --duration",
+    "log": "it goes into the run folder",
+    "no-warnings": "they go into the run folder's log",
+    "no-step-log": "there is a progress of its own",
+    "verbose": "there is a progress of its own",
+    "duration-log.disable": "the summary has the times",
+    "start": "runs start by themselves",
+    "quit-on-end": "runs end by themselves",
+    "gui-settings-file": "it is for sumo-gui",
+}
+"""Options of a configuration in whose place the run's own go, and why."""
+
+_QUIET = frozenset(
+    {
+        "no-step-log",
+        "verbose",
+        "duration-log.disable",
+        "start",
+        "quit-on-end",
+        "gui-settings-file",
+        "end",
+        "log",
+    }
+)
+"""Those of them that change nothing about what happens."""
+
+_UNDER_A_GATE = {
+    "step-method.ballistic": "vehicles overshoot the lines at which they are held",
+    "default.action-step-length": "between its actions a vehicle takes no orders from a gate",
+    "default.carfollowmodel": "give it as carFollowModel of a vType, so that the gate knows of it",
+    "lanechange.duration": "a vehicle is between two lanes for a while, which no place describes",
+    "max-num-vehicles": "SUMO could keep vehicles of the gate out",
+    "load-state": "the gate knows nothing of the vehicles in it",
+    "default.speeddev": "give it as speedDev of a vType, so that the gate knows of it",
+}
+"""Options that no gate can work with, and why."""
+
+_NEVER = {
+    "random": "the run could not be repeated; see --seed",
+    "remote-port": "loopgate steers SUMO itself",
+    "num-clients": "loopgate steers SUMO itself",
+    "configuration-file": "give the configuration as NETWORK",
+    "net-file": "give it as NETWORK",
+    "route-files": "give them by --routes or --traffic",
+    "additional-files": "name them in a .sumocfg, and give that as NETWORK",
+    "step-length": "see --step-length",
+    "seed": "see --seed",
+    "begin": "name it in a .sumocfg, and give that as NETWORK",
+    "tls.all-off": "see --lights",
+}
+"""Options that cannot be passed on by a scenario's own words, and what to do instead."""
+
+_OFF = frozenset({"", "false", "0", "0.0", "off", "no", "x", "-"})
+_VEHICLES = ("vehicle", "trip", "flow")
+
+
+@dataclass(frozen=True, slots=True)
+class SumoOptions:
+    """What SUMO is told besides what a run tells it anyway.
+
+    Attributes
+    ----------
+    arguments
+        Of SUMO's command line, to come before the run's own.
+    additional_files
+        Of the configuration.
+    notes
+        What is not taken over, a line for each.
+    begin_s
+        When the simulation begins [s].
+    """
+
+    arguments: tuple[str, ...] = ()
+    additional_files: tuple[Path, ...] = ()
+    notes: tuple[str, ...] = ()
+    begin_s: float = 0.0
+
+
+def sumo_options(scenario: Scenario) -> SumoOptions:
+    """Return what SUMO is told by a configuration and by a scenario's own words.
+
+    A configuration's options, outputs and additional files are passed on.
+
+    Raises
+    ------
+    ScenarioError
+        If a gate cannot work with an option, or it has to be said otherwise; the text names it and says why.
+    """
+    network, traffic, words = scenario.network, scenario.traffic, scenario.sumo
+    if scenario.gated:
+        _refuse(dict(own_words(words)), "sumo")
+    config = read_sumo_config(network) if is_sumo_config(network) else None
+    beside = _of_traffic(network, traffic)
+    if config is None:
+        return SumoOptions(tuple(shlex.split(words)), notes=beside)
+    if scenario.gated:
+        _refuse(config.options, network)
+        if traffic != network:
+            _without_vehicles(config)
+    return SumoOptions(
+        ("--configuration-file", str(config.file), *shlex.split(words)),
+        config.additional_files,
+        (*_notes(config, scenario), *beside),
+        begin_s=_seconds(config.options.get("begin", "0"), config.file),
+    )
+
+
+def from_configuration(network: str) -> dict[str, object]:
+    """Return the keys of a scenario that a configuration sets: seed, step and duration."""
+    if not is_sumo_config(network):
+        return {}
+    config = read_sumo_config(network)
+    found: dict[str, object] = {}
+    try:
+        if "seed" in config.options:
+            found["seed"] = int(config.options["seed"])
+        if "step-length" in config.options:
+            found["step_s"] = _seconds(config.options["step-length"], config.file)
+        end_s = _seconds(config.options.get("end", "-1"), config.file)
+        begin_s = _seconds(config.options.get("begin", "0"), config.file)
+    except ValueError as error:
+        msg = f"{config.file}: seed is {config.options['seed']!r}; expected a whole number"
+        raise ScenarioError(msg) from error
+    if end_s > begin_s:
+        found["duration_s"] = end_s - begin_s
+    return found
+
+
+def own_words(words: str) -> Iterator[tuple[str, str]]:
+    """Yield the options that are passed on to SUMO by name, with their values.
+
+    Raises
+    ------
+    ScenarioError
+        If they are not written as on a command line, by long names, or are the run's own to set.
+    """
+    try:
+        parts = shlex.split(words)
+    except ValueError as error:
+        msg = f"sumo: {words!r} cannot be read ({error}); write it as on SUMO's command line"
+        raise ScenarioError(msg) from error
+    for part, following in zip(parts, [*parts[1:], "--"], strict=False):
+        if not part.startswith("--"):
+            if part.startswith("-") and not part[1:2].isdigit():
+                msg = f"sumo: {part}: write options by their long names, as --fcd-output FILE"
+                raise ScenarioError(msg)
+            continue
+        name, equals, value = part[2:].partition("=")
+        if name in _NEVER or name in _REPLACED:
+            msg = f"sumo: --{name} cannot be passed on: {(_NEVER | _REPLACED)[name]}"
+            raise ScenarioError(msg)
+        yield name, value if equals else "true" if following.startswith("--") else following
+
+
+def _refuse(options: Mapping[str, str], source: str) -> None:
+    for name, reason in (_UNDER_A_GATE | {name: _NEVER[name] for name in ("random", "remote-port")}).items():
+        if options.get(name, "").strip().lower() not in _OFF:
+            msg = f"{source}: {name} {options[name]} does not go with a gate: {reason}; or --gate open"
+            raise ScenarioError(msg)
+
+
+def _without_vehicles(config: SumoConfig) -> None:
+    for file in config.additional_files:
+        top = read_xml(file, root="additional", what="additional file", error=RouteError)
+        for tag in _VEHICLES:
+            found = next(top.iter(tag), None)
+            if found is not None:
+                msg = (
+                    f"{file}: {tag} {found.get('id', '')}: under a gate a vehicle of an additional file is "
+                    f"ordinary traffic that nothing is known of; give the configuration by --traffic too"
+                )
+                raise ScenarioError(msg)
+
+
+def _notes(config: SumoConfig, scenario: Scenario) -> Iterator[str]:
+    for name, why in _REPLACED.items():
+        if name in config.options and name not in _QUIET:
+            yield f"{config.file}: {name} {config.options[name]} is not taken over: {why}"
+    for name, key in _KEYS.items():
+        said = config.options.get(name)
+        if said is not None and float(said) != getattr(scenario, key):
+            yield f"{config.file}: {name} {said} is not taken over: the run has {getattr(scenario, key)}"
+
+
+def _of_traffic(network: str, traffic: str) -> tuple[str, ...]:
+    if not is_sumo_config(traffic) or traffic == network:
+        return ()
+    said = [name for name in read_sumo_config(traffic).options if name not in _QUIET]
+    if not said:
+        return ()
+    return (f"{traffic}: only its vehicles and additional files are taken, not {', '.join(said)}",)
+
+
+def _seconds(text: str, file: Path) -> float:
+    """Return a time of SUMO's: seconds, or as ``h:m:s`` with days before it."""
+    try:
+        numbers: Sequence[float] = [float(part) for part in text.split(":")]
+    except ValueError as error:
+        msg = f"{file}: {text!r} is no time; expected seconds or h:m:s"
+        raise ScenarioError(msg) from error
+    total = 0.0
+    for number, scale in zip(reversed(numbers), (1.0, 60.0, 3600.0, 86400.0), strict=False):
+        total += number * scale
+    return total

@@ -1,0 +1,100 @@
+"""What configurations and own words tell SUMO: passed on, said to be left out, or refused by name."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from loopgate.errors import ScenarioError
+from loopgate.simulation.scenario import Scenario
+from loopgate.simulation.sumo_options import sumo_options
+
+
+def configuration(folder: Path, *options: str) -> str:
+    """Write a configuration with options like ``seed=3``; return its name."""
+    file = folder / "city.sumocfg"
+    lines = "".join(f'<{name} value="{value}"/>' for name, value in (one.split("=") for one in options))
+    file.write_text(f'<configuration><net-file value="n.net.xml"/>{lines}</configuration>', encoding="utf-8")
+    return str(file)
+
+
+def test_seed_step_and_duration_come_from_the_configuration(tmp_path: Path) -> None:
+    """Unless the scenario has its own, and then that is said."""
+    name = configuration(tmp_path, "seed=7", "step-length=0.5", "begin=1:00:00", "end=5400")
+    scenario = Scenario.from_dict({"network": name})
+    assert (scenario.seed, scenario.step_s, scenario.duration_s) == (7, 0.5, 1800.0)
+    said = sumo_options(scenario)
+    assert said.begin_s == 3600.0
+    assert said.notes == ()
+    own = Scenario.from_dict({"network": name, "seed": 2})
+    assert sumo_options(own).notes == (f"{name}: seed 7 is not taken over: the run has 2",)
+
+
+def test_all_else_is_passed_on(tmp_path: Path) -> None:
+    """SUMO reads the configuration itself; what the run sets instead is said with the reason."""
+    name = configuration(tmp_path, "lateral-resolution=0.8", "tripinfo-output=t.xml", "time-to-teleport=300")
+    said = sumo_options(Scenario.from_dict({"network": name, "sumo": "--scale 2 --fcd-output=f.xml"}))
+    assert said.arguments == ("--configuration-file", name, "--scale", "2", "--fcd-output=f.xml")
+    (note,) = said.notes
+    assert "time-to-teleport 300 is not taken over: a gridlock would be hidden" in note
+
+
+@pytest.mark.parametrize(
+    ("option", "reason"),
+    [
+        ("step-method.ballistic=true", "overshoot"),
+        ("default.action-step-length=2", "orders"),
+        ("lanechange.duration=3", "between two lanes"),
+        ("max-num-vehicles=5", "keep vehicles of the gate out"),
+        ("default.speeddev=0.5", "speedDev"),
+        ("random=true", "--seed"),
+    ],
+)
+def test_what_no_gate_can_work_with_is_refused(tmp_path: Path, option: str, reason: str) -> None:
+    """By name and with the reason, from a configuration and from own words; ``open`` takes it."""
+    name = configuration(tmp_path, option)
+    with pytest.raises(ScenarioError, match=f"{option.partition('=')[0]} .*{reason}"):
+        sumo_options(Scenario.from_dict({"network": name}))
+    assert sumo_options(Scenario.from_dict({"network": name, "gate": "open"})).arguments
+    off = configuration(tmp_path, f"{option.partition('=')[0]}=0")
+    assert sumo_options(Scenario.from_dict({"network": off})).arguments
+
+
+@pytest.mark.parametrize(
+    ("words", "reason"),
+    [
+        ("-e 5", "long names"),
+        ("--net-file x.net.xml", "NETWORK"),
+        ("--seed 3", "see --seed"),
+        ("--collision.action=none", "collisions are counted"),
+        ("--fcd-output 'f.xml", "cannot be read"),
+    ],
+)
+def test_own_words_that_are_the_runs_to_say(words: str, reason: str) -> None:
+    """Refused when the scenario is made, with the way out."""
+    with pytest.raises(ScenarioError, match=reason):
+        Scenario(network="sumo:DRT", sumo=words)
+
+
+def test_positions_are_the_only_floating_car_data() -> None:
+    """SUMO writes these to one file only."""
+    for other in ({"fcd": True}, {"sumo": "--fcd-output f.xml"}):
+        with pytest.raises(ScenarioError, match="one file only"):
+            Scenario.from_dict({"network": "sumo:DRT", "positions": True, **other})
+
+
+def test_vehicles_of_additional_files_are_not_overlooked(tmp_path: Path) -> None:
+    """Under a gate they are ordinary traffic, and have to be named as that."""
+    (tmp_path / "more.add.xml").write_text('<additional><flow id="f"/></additional>', encoding="utf-8")
+    name = configuration(tmp_path, "additional-files=more.add.xml")
+    with pytest.raises(ScenarioError, match="flow f: under a gate"):
+        sumo_options(Scenario.from_dict({"network": name}))
+    assert sumo_options(Scenario.from_dict({"network": name, "traffic": name})).additional_files
+
+
+def test_options_of_a_configuration_of_traffic_are_said_to_be_left(tmp_path: Path) -> None:
+    """Only its vehicles and additional files are taken."""
+    name = configuration(tmp_path, "lateral-resolution=0.8", "end=7")
+    (note,) = sumo_options(Scenario(network="sumo:DRT", traffic=name)).notes
+    assert note.endswith("not lateral-resolution")
