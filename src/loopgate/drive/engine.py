@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from loopgate.drive import step as drive
+from loopgate.drive.books import Books, carry_over, read_books, write_books
 from loopgate.drive.build import make_tables
 from loopgate.drive.driver import Driver
 from loopgate.drive.gatekeeper import Gatekeeper
@@ -19,6 +20,8 @@ from loopgate.drive.step import Step
 from loopgate.drive.tables import BRAKE, RELEASE, STEER, STOP
 from loopgate.drive.track import StopLine, Track
 from loopgate.errors import TrafficError
+from loopgate.gates import Gate
+from loopgate.model import System
 from loopgate.results.columns import Event
 from loopgate.results.recorder import Recorder
 from loopgate.traffic.base import Traffic
@@ -47,9 +50,9 @@ class Engine:
     Parameters
     ----------
     traffic
-        The running simulation, before its first step.
+        The running simulation.
     tracks
-        One per vehicle; robots of the gatekeeper's system in the same order.
+        One per vehicle; robots of the gatekeeper's system in the same order. More may come, see `change`.
     gatekeeper
         None lets the simulator's own right of way rule.
     recorder
@@ -70,25 +73,118 @@ class Engine:
         self._traffic = traffic
         self._gatekeeper = gatekeeper
         self._recorder = recorder
-        system = gatekeeper.system if gatekeeper else None
-        self.tables = make_tables(tracks, system, recorder.code, step_s=traffic.step_s)
-        self._run = cast("Any", self.tables.run)
-        self._run["foresees"] = foresees and not traffic.gives_way
-        self.vehicles = cast("NDArray[np.void]", self.tables.vehicles)
-        """The table of vehicles, by column."""
-        self.drivers = [Driver(robot, track, self.tables) for robot, track in enumerate(tracks)]
-        self._ids = [driver.id for driver in self.drivers]
-        self._driver_of = {driver.id: driver for driver in self.drivers}
-        self._step = gatekeeper.take_over(self.tables, recorder.code) if gatekeeper else Step(self.tables)
+        self.foresees = foresees
+        self.drivers: list[Driver] = []
+        """All vehicles, by number; always the same list."""
+        self.driver_of: dict[str, Driver] = {}
+        """The same by name."""
+        self._make(tracks)
         self._step(drive.NOTHING)  # so that compiling, or loading what was compiled, is no part of the run
         self._steering = Steering(traffic, recorder)
-        self._worn: set[int] = set()
+        self._worn: set[str] = set()
         """Who has stops to be forgotten."""
-        self._forgetful: dict[int, int] = {}
+        self._forgetful: dict[str, int] = {}
         self._next_look_s = 0.0
         self._turns = 0
         self.sumo_s = 0.0
         """Wall time spent in the simulator's steps [s]."""
+
+    def _make(self, tracks: Sequence[Track]) -> None:
+        """Make tables for these vehicles, in which those that are new stand where their tracks begin."""
+        keeper, code = self._gatekeeper, self._recorder.code
+        system = keeper.system if keeper else None
+        self.tables = make_tables(tracks, system, code, step_s=self._traffic.step_s)
+        self._run = cast("Any", self.tables.run)
+        self._run["foresees"] = self.foresees and not self._traffic.gives_way
+        self.vehicles = cast("NDArray[np.void]", self.tables.vehicles)
+        """The table of vehicles, by column."""
+        self._step = keeper.take_over(self.tables, code) if keeper else Step(self.tables)
+        known = self.driver_of
+        for robot, track in enumerate(tracks):
+            if track.vehicle in known:
+                known[track.vehicle].goes_on(robot, track, self.tables)
+        self.drivers[:] = [
+            known.get(track.vehicle) or Driver(robot, track, self.tables)
+            for robot, track in enumerate(tracks)
+        ]
+        self._ids = [driver.id for driver in self.drivers]
+        self.driver_of.clear()
+        self.driver_of.update(zip(self._ids, self.drivers, strict=True))
+
+    def books(self) -> Books:
+        """Return who holds what."""
+        return read_books(self.tables, self.drivers, self._keeper.system)
+
+    @property
+    def _keeper(self) -> Gatekeeper:
+        if self._gatekeeper is None:
+            msg = "vehicles join and leave under a gate only"
+            raise TrafficError(msg)
+        return self._gatekeeper
+
+    def change(self, tracks: Sequence[Track], books: Books, *, system: System, gate: Gate) -> None:
+        """Go on with these vehicles: some have joined, held at the ends of their states, others have left.
+
+        Parameters
+        ----------
+        tracks, system
+            One track per robot of the system, in its order: that of `Books.in_line`.
+        books
+            Who holds what from now on.
+        gate
+            Made for the system.
+        """
+        before, numbers = self.tables, {driver.id: driver.robot for driver in self.drivers}
+        self._keeper.change(system, gate)
+        self._make(tracks)
+        for vehicle in numbers.keys() - self.driver_of.keys():
+            self._steering.forget(vehicle)
+            self._worn.discard(vehicle)
+            self._forgetful.pop(vehicle, None)
+        robots = {numbers[d.id]: d.robot for d in self.drivers if d.id in numbers}
+        carry_over(before, self.tables, robots)
+        write_books(books, self.tables, self.drivers, system)
+        for driver in self.drivers:
+            if driver.id not in numbers:
+                self._take_in(driver)
+        self._let_heads_ask(books)
+
+    def _take_in(self, driver: Driver) -> None:
+        """Take over a vehicle that joins; it is held at its line already."""
+        traffic, row, now = self._traffic, driver.row, self._traffic.now_s
+        driver.drives_like(traffic.dynamics(driver.id))
+        row["offset"] = driver.front_m - traffic.odometer(driver.id)
+        row["speed"] = traffic.speed(driver.id)
+        row["held"] = True
+        row["line_m"] = row["held_m"] = driver.end_m(driver.granted)
+        traffic.put_under_gate(driver.id, keeps_lane=driver.track.keeps_lane)
+        self._recorder.note(now, driver.id, Event.START, driver.leg(driver.granted).state)
+        self._recorder.note(now, driver.id, Event.EDGE, driver.track.first_edge)
+
+    def _let_heads_ask(self, books: Books) -> None:
+        """Let those ask who are first in their states now, and nobody who is not."""
+        v, waiting = self.vehicles, self._run["waiting"][0]
+        later = {vehicle for line in books.lines.values() for vehicle in line[1:]}
+        for vehicle in later:
+            row = self.driver_of[vehicle].row
+            row["asking"] |= row["pending"]
+            row["pending"] = False
+        queue = cast("Any", self.tables.entries)["waiting"]
+        still = [robot for robot in queue[:waiting].tolist() if v["pending"][robot]]
+        queue[: len(still)] = still
+        self._run["waiting"] = len(still)
+        self._run["now_s"] = self._traffic.now_s
+        first = [d.robot for d in self.drivers if d.id not in later and not d.row["steered"]]
+        self._step(drive.CONSIDER, robots=np.array(first, dtype=np.int64))
+        self._keeper.answer()
+        self._carry_out(self._traffic.now_s)
+
+    @property
+    def settled(self) -> bool:
+        """Whether every vehicle holds the state it is in and nothing else."""
+        v = self.vehicles
+        one = (v["tail"] == v["granted"]) & (v["crossed"] == v["granted"]) & ~v["steered"] & ~v["going"]
+        return bool(one.all())
 
     def begin(self) -> None:
         """Make the first step, in which all vehicles appear, and take them over.
@@ -127,6 +223,10 @@ class Engine:
         began = perf_counter()
         self._traffic.step()
         self.sumo_s += perf_counter() - began
+        self.after_step()
+
+    def after_step(self) -> None:
+        """Do what is due after a step of the traffic."""
         now = self._run["now_s"] = self._traffic.now_s
         self._turn(now)
         if self._gatekeeper and now >= self._next_look_s:
@@ -166,14 +266,14 @@ class Engine:
 
     def jumped(self, vehicle: str, skipped_m: float) -> None:
         """Take note that the simulator moved `vehicle` ahead by `skipped_m` (no gate)."""
-        self._driver_of[vehicle].skipped(skipped_m)
+        self.driver_of[vehicle].skipped(skipped_m)
 
     def refused(self, vehicle: str) -> Callable[[], tuple[list[list[str]], str]] | None:
         """Return what tells whom a refused vehicle waits for, and the state it wants; None if it is not.
 
         Of each set of vehicles, some must move on.
         """
-        keeper, driver = self._gatekeeper, self._driver_of.get(vehicle)
+        keeper, driver = self._gatekeeper, self.driver_of.get(vehicle)
         if keeper is None or driver is None or np.isnan(driver.row["halted_s"]):
             return None
         return partial(self._refusal, keeper, driver)
@@ -276,6 +376,8 @@ class Engine:
                 self._steering.lead_back(driver, line.edge, line.lane_index, line.position_m)
 
     def _route_renewed(self, driver: Driver) -> None:
+        if driver.track.renews:
+            self._traffic.renew(driver.id, driver.track.rounds[0].route)
         if driver.row["held"]:
             # A stop on the edge where SUMO renews the route has moved on to the next round with it.
             line = self._line(driver, driver.granted)
@@ -286,30 +388,30 @@ class Engine:
         elif driver.row["steered"]:
             self._steering.renew(driver)
         if driver.stops > _FORGOTTEN_STOPS:
-            self._forgetful.setdefault(driver.robot, 0)
+            self._forgetful.setdefault(driver.id, 0)
 
     def _forget_stops(self) -> None:
         """Let SUMO forget stops: on one edge those made on all others, on the next those made on that."""
-        for robot, done in list(self._forgetful.items()):
-            driver = self.drivers[robot]
+        for vehicle, done in list(self._forgetful.items()):
+            driver = self.driver_of[vehicle]
             if driver.row["held"] or driver.row["steered"]:
                 continue  # its stop ahead would be forgotten too
             if not self._traffic.forget_stops(driver.id, *driver.track.rounds[done]):
                 continue
-            self._forgetful[robot] = done + 1
+            self._forgetful[vehicle] = done + 1
             if done + 1 == len(driver.track.rounds):
-                del self._forgetful[robot]
-                self._worn.discard(robot)
+                del self._forgetful[vehicle]
+                self._worn.discard(vehicle)
                 driver.stops = 0
 
     def _came_to_rest(self) -> NDArray[np.int64]:
         """Return the held vehicles that came to rest in the last step."""
         robots = []
         for vehicle in self._traffic.halted():
-            driver = self._driver_of.get(vehicle)
+            driver = self.driver_of.get(vehicle)
             if driver is not None and driver.row["held"] and np.isnan(driver.row["halted_s"]):
                 driver.stops += 1
                 if driver.stops > _FORGOTTEN_STOPS:
-                    self._worn.add(driver.robot)
+                    self._worn.add(driver.id)
                 robots.append(driver.robot)
         return np.array(robots, dtype=np.int64)

@@ -40,6 +40,10 @@ from loopgate.traffic.base import Traffic
 
 __all__ = ["run"]
 
+_ON_SEGMENTS = (
+    "lights: on segments no state ends at a light, so a vehicle holds its zone while it waits there at a red"
+)
+
 
 def run(
     scenario: Scenario,
@@ -120,7 +124,7 @@ def _run(
         recorder = Recorder(folder / outcome.EVENTS)
         stack.callback(recorder.close)
         engine = Engine(traffic, assembly.tracks, keeper, recorder, foresees=assembly.foresees)
-        around = Surroundings(scenario, assembly, traffic, engine, keeper)
+        around = _surroundings(scenario, assembly, traffic, engine, keeper) if keeper else None
         advice = SpeedAdvice(assembly.network, assembly.starts, traffic, engine)
         advised = [advice.look] if scenario.spacing == "advice" else []
         watch = watch_class(traffic, after_s=scenario.deadlock_after_s, at_gate=engine.refused)
@@ -131,11 +135,13 @@ def _run(
             recorder,
             scenario=scenario,
             tick=tick,
-            each_step=[*around.each_step, *advised, *room],
+            each_step=[*(around.each_step if around else ()), *advised, *room],
         )
         engine.settle()
         tallies = _tallies(engine, traffic, watch, course)
-        surrounded = around.report()
+        surrounded = around.report() if around else {}
+        if "at_lights" in surrounded and scenario.abstraction == "segments":
+            surrounded["warnings"] = [_ON_SEGMENTS]
     summary = _summary(scenario, assembly, keeper, course, tallies, folder)
     summary |= {name: getattr(engine, name) for name in ("overruns", "trespasses", "strays")}
     summary["clean"] = outcome.is_clean(summary) if keeper else None
@@ -146,6 +152,20 @@ def _run(
     summary["wall_s"]["total"] = round(perf_counter() - began, 3)
     folder.write_summary(summary)
     return summary
+
+
+def _surroundings(
+    scenario: Scenario, assembly: Assembly, traffic: Traffic, engine: Engine, keeper: Gatekeeper
+) -> Surroundings:
+    obeyed = scenario.rule_for_lights == "obey"
+    around = Surroundings(
+        assembly.network, traffic, engine, keeper, lights=obeyed, others=bool(scenario.traffic)
+    )
+    system = keeper.system
+    room = dict(zip(system.states, system.room, strict=True))
+    itineraries = assembly.abstraction.itineraries if assembly.abstraction else ()
+    around.plan(itineraries, assembly.tracks, room)
+    return around
 
 
 def is_as_is(scenario: Scenario) -> bool:

@@ -121,6 +121,18 @@ class Traffic(Protocol):
         """
         ...
 
+    def leave_gate(self, vehicle: str) -> None:
+        """Undo `put_under_gate`, and whatever holds the vehicle; it may be gone."""
+        ...
+
+    def lead(self, vehicle: str, edges: Sequence[str]) -> None:
+        """Give the vehicle a route from the edge on which it is; raise `TrafficError` if it is refused."""
+        ...
+
+    def renew(self, vehicle: str, route: str) -> None:
+        """Give the vehicle a route by name; the edge on which it is lies on it."""
+        ...
+
     def lane_index(self, vehicle: str) -> int:
         """Return the index of the lane that the vehicle is on, of those of its edge."""
         ...

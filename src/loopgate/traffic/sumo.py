@@ -75,6 +75,8 @@ class SumoTraffic:
         """Where vehicles are held: lane, and position on it [m]."""
         self._braked: set[str] = set()
         self._lets_change: dict[tuple[str, str], bool] = {}
+        self._modes: dict[str, tuple[int, int]] = {}
+        """Of those under the gate: the modes for speed and for changing lanes that they had before."""
 
     @property
     def now_s(self) -> float:
@@ -128,9 +130,34 @@ class SumoTraffic:
 
     def put_under_gate(self, vehicle: str, *, keeps_lane: bool = False) -> None:
         """Let the gate rule: no right of way unless it yields, lanes changed for the route, if at all."""
-        self._vehicle.setSpeedMode(vehicle, self._speed_mode)
+        get = self._vehicle
+        self._modes.setdefault(vehicle, (get.getSpeedMode(vehicle), get.getLaneChangeMode(vehicle)))
+        get.setSpeedMode(vehicle, self._speed_mode)
         mode = _LANE_CHANGE_AS_TOLD_ONLY if keeps_lane else _LANE_CHANGE_FOR_ROUTE_ONLY
-        self._vehicle.setLaneChangeMode(vehicle, mode)
+        get.setLaneChangeMode(vehicle, mode)
+
+    def leave_gate(self, vehicle: str) -> None:
+        """Let go of it, with the modes that it had before."""
+        modes = self._modes.pop(vehicle, None)
+        try:
+            self.release(vehicle)
+            if modes is not None:
+                self._vehicle.setSpeedMode(vehicle, modes[0])
+                self._vehicle.setLaneChangeMode(vehicle, modes[1])
+        except self._error:  # it is gone
+            self._holds.pop(vehicle, None)
+
+    def lead(self, vehicle: str, edges: Sequence[str]) -> None:
+        """Set its route."""
+        try:
+            self._vehicle.setRoute(vehicle, list(edges))
+        except self._error as error:
+            msg = f"vehicle {vehicle}: SUMO does not take the route {' '.join(edges)}: {error}"
+            raise TrafficError(msg) from error
+
+    def renew(self, vehicle: str, route: str) -> None:
+        """Set its route by name."""
+        self._vehicle.setRouteID(vehicle, route)
 
     def lane_index(self, vehicle: str) -> int:
         """Return the index of the lane that the vehicle is on."""
@@ -243,8 +270,8 @@ class SumoTraffic:
 
     def forget_stops(self, vehicle: str, edge: str, route: str, alone: str) -> bool:
         """Lead the vehicle off its stops' edges and back: SUMO keeps only stops on the present route."""
-        if self._vehicle.getRoadID(vehicle) != edge:
-            return False
+        if self._vehicle.getRoadID(vehicle) != edge or self._vehicle.getStops(vehicle, 1):
+            return False  # a stop ahead, which is not ours, would be forgotten too
         self._vehicle.setRouteID(vehicle, alone)
         self._vehicle.setRouteID(vehicle, route)
         return True
