@@ -6,7 +6,7 @@ others hold, ask for and have done goes from the old ones into the new.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -57,14 +57,12 @@ class Books:
             for name, line in lists.items():
                 lists[name] = [vehicle for vehicle in line if vehicle not in gone]
 
-    def enter(self, vehicle: str, state: str, left_m: float, drivers: Mapping[str, Driver]) -> list[str]:
-        """Let a vehicle in, as far from the end of a state as it is [m]; return those behind it in line."""
+    def enter(self, vehicle: str, state: str, left_m: float, left: Callable[[str], float]) -> None:
+        """Let a vehicle in, as far from the end of a state as it is [m]; `left` tells that of others."""
         for lists in (self.holders, self.lines):
             line = lists.setdefault(state, [])
-            behind = [n for n, other in enumerate(line) if drivers[other].left_m(state) > left_m]
+            behind = [n for n, other in enumerate(line) if left(other) > left_m]
             line.insert(behind[0] if behind else len(line), vehicle)
-        line = self.lines[state]
-        return line[line.index(vehicle) + 1 :]
 
 
 def read_books(tables: Tables, drivers: Sequence[Driver], system: System) -> Books:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from time import perf_counter
 from typing import Any, cast
@@ -122,7 +122,15 @@ class Engine:
             raise TrafficError(msg)
         return self._gatekeeper
 
-    def change(self, tracks: Sequence[Track], books: Books, *, system: System, gate: Gate) -> None:
+    def change(
+        self,
+        tracks: Sequence[Track],
+        books: Books,
+        *,
+        system: System,
+        gate: Gate,
+        room: Mapping[str, int],
+    ) -> None:
         """Go on with these vehicles: some have joined, held at the ends of their states, others have left.
 
         Parameters
@@ -133,6 +141,8 @@ class Engine:
             Who holds what from now on.
         gate
             Made for the system.
+        room
+            How many vehicles the states hold, by name: fewer than in the system where more stand in one.
         """
         before, numbers = self.tables, {driver.id: driver.robot for driver in self.drivers}
         self._keeper.change(system, gate)
@@ -144,10 +154,24 @@ class Engine:
         robots = {numbers[d.id]: d.robot for d in self.drivers if d.id in numbers}
         carry_over(before, self.tables, robots)
         write_books(books, self.tables, self.drivers, system)
+        states = cast("Any", self.tables.states)
+        states["room"] = [
+            most if private else room[name]
+            for most, private, name in zip(states["room"], system.private, system.states, strict=True)
+        ]
         for driver in self.drivers:
             if driver.id not in numbers:
                 self._take_in(driver)
         self._let_heads_ask(books)
+
+    def clear(self) -> None:
+        """Go on without any vehicle: all have left."""
+        before = self.tables
+        self._make(())
+        carry_over(before, self.tables, {})
+        for kept in (self._worn, self._forgetful):
+            kept.clear()
+        self._steering.clear()
 
     def _take_in(self, driver: Driver) -> None:
         """Take over a vehicle that joins; it is held at its line already."""

@@ -129,6 +129,14 @@ class Traffic(Protocol):
         """Give the vehicle a route from the edge on which it is; raise `TrafficError` if it is refused."""
         ...
 
+    def route(self, vehicle: str) -> tuple[Sequence[str], int]:
+        """Return the edges of the vehicle's route, and the number of the one it is on or has just left."""
+        ...
+
+    def add_route(self, name: str, edges: Sequence[str]) -> None:
+        """Make a route for `renew` and `forget_stops`."""
+        ...
+
     def renew(self, vehicle: str, route: str) -> None:
         """Give the vehicle a route by name; the edge on which it is lies on it."""
         ...

@@ -100,6 +100,10 @@ class SumoTraffic:
         except self._error as error:
             msg = f"SUMO stopped at {self._now:.0f} s: {error}"
             raise TrafficError(msg) from error
+        self.look_at_clock()
+
+    def look_at_clock(self) -> None:
+        """Take note of a step, which somebody else may have made."""
         self._now = float(self._simulation.getTime())
 
     def vehicles(self) -> Sequence[str]:
@@ -154,6 +158,14 @@ class SumoTraffic:
         except self._error as error:
             msg = f"vehicle {vehicle}: SUMO does not take the route {' '.join(edges)}: {error}"
             raise TrafficError(msg) from error
+
+    def route(self, vehicle: str) -> tuple[Sequence[str], int]:
+        """Return its route, and where on it the vehicle is."""
+        return self._vehicle.getRoute(vehicle), int(self._vehicle.getRouteIndex(vehicle))
+
+    def add_route(self, name: str, edges: Sequence[str]) -> None:
+        """Make a route by name."""
+        self._api.route.add(name, list(edges))
 
     def renew(self, vehicle: str, route: str) -> None:
         """Set its route by name."""

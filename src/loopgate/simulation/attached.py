@@ -1,0 +1,386 @@
+"""A gate over vehicles of a simulation that somebody else has started and steps."""
+
+from __future__ import annotations
+
+from contextlib import ExitStack, suppress
+from pathlib import Path
+from random import Random
+from types import TracebackType
+from typing import Any, NamedTuple, Self
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from loopgate.drive.driver import Driver
+from loopgate.drive.histogram import Histogram
+from loopgate.errors import ScenarioError, TrafficError
+from loopgate.folders import temporary_folder
+from loopgate.gates.registry import check_gate, name_gate
+from loopgate.negotiation.registry import make_negotiation, name_negotiation
+from loopgate.network import Loop, RoadNetwork, VehicleType, make_loop
+from loopgate.network.routes_file import one_round
+from loopgate.results.columns import Event
+from loopgate.results.recorder import Recorder, read_events
+from loopgate.simulation.fleet import Fleet
+from loopgate.simulation.newcomers import Newcomer
+from loopgate.simulation.outcome import EVENTS
+from loopgate.simulation.scenario import LONGEST_GATED_STEP_S
+from loopgate.simulation.settings import why_unsafe
+from loopgate.simulation.sumo_input import pivot, rounds
+from loopgate.traffic.running import RunningSumo
+
+__all__ = ["Attached", "Happening", "attach"]
+
+_LIGHTS = ("obey", "keep")
+
+
+class Happening(NamedTuple):
+    """An event: a row of the events, see `loopgate.results.columns`."""
+
+    time_s: float
+    vehicle: str
+    event: str
+    place: str
+    reason: str
+    stage: str
+
+
+class _Events(Recorder):
+    """Records events, and hands those of each step out."""
+
+    def __init__(self, file: Path) -> None:
+        super().__init__(file)
+        self._words = [""]
+        self.fresh: list[Happening] = []
+
+    def code(self, word: str) -> int:
+        """Return the number of a word."""
+        number = super().code(word)
+        if number == len(self._words):
+            self._words.append(str(word))
+        return number
+
+    def note(
+        self, time_s: float, vehicle: str, event: Event, place: str, reason: str = "", stage: str = ""
+    ) -> None:
+        """Record one event."""
+        self.fresh.append(Happening(time_s, vehicle, str(event), place, reason, stage))
+        for word in (vehicle, event, place, reason, stage):
+            self.code(word)
+        super().note(time_s, vehicle, event, place, reason, stage)
+
+    def passed(self, time_s: float, rows: NDArray[np.int32]) -> None:
+        """Record events of one step."""
+        words = self._words
+        self.fresh += [Happening(time_s, *(words[number] for number in row)) for row in rows.tolist()]
+        super().passed(time_s, rows)
+
+
+class Attached:
+    """A gate over vehicles of a running simulation; made by `attach`, to be used in a ``with`` statement."""
+
+    def __init__(
+        self, sumo: RunningSumo, network: RoadNetwork, *, gate: str, negotiation: str, lights: str, seed: int
+    ) -> None:
+        self._sumo, self._traffic, self._network = sumo, sumo.traffic, network
+        self._stack = ExitStack()
+        self._folder = self._stack.enter_context(temporary_folder())
+        self._recorder = _Events(self._folder / EVENTS)
+        self._fleet = Fleet(
+            network,
+            sumo.traffic,
+            self._recorder,
+            gate=gate,
+            negotiation=make_negotiation(negotiation, Random(seed)),
+            lights=lights == "obey",
+        )
+        self._fleet.on_leaving = self._count
+        self._loops: dict[tuple[tuple[str, ...], str], Loop] = {}
+        self._routes: dict[str, str] = {}
+        self._settings = {"gate": gate, "negotiation": negotiation, "lights": lights, "seed": seed}
+        self._begin_s = self._traffic.now_s
+        self._done = {"laps": 0.0, "distance_m": 0.0, "hold_s": 0.0, "longest_wait_s": 0.0}
+        self._collisions = self._collisions_with_others = self._vehicles = 0
+        self._colliding: set[tuple[str, str]] = set()
+        self._final: dict[str, Any] | None = None
+        self.events: pd.DataFrame = pd.DataFrame()
+        """`EVENT_COLUMNS`: what happened to whom, where and when; there at the end."""
+
+    def add(self, *vehicles: str) -> None:
+        """Take vehicles under the gate as soon as that can be; until then they are held back.
+
+        Parameters
+        ----------
+        vehicles
+            On the road, or still to depart. The route of each is one round of its loop, or several: its last
+            edge leads to the first, or is the first.
+
+        Raises
+        ------
+        LoopgateError
+            If SUMO knows no such vehicle, its route is not closed, its loop cannot work, or it drives in a
+            way that no gate can count on; the text says which vehicle, and why.
+        """
+        for vehicle in vehicles:
+            self._add(vehicle)
+
+    def _add(self, vehicle: str) -> None:
+        if vehicle in self._fleet.members or vehicle in self._fleet.newcomers:
+            return
+        if not self._sumo.knows(vehicle):
+            msg = f"vehicle {vehicle}: SUMO knows none of that name now; add it when it has departed"
+            raise TrafficError(msg)
+        kind = self._sumo.kind(vehicle)
+        reason = why_unsafe(kind, self._traffic.step_s)
+        if reason:
+            msg = f"vehicle {vehicle}: vType {kind.id}: {reason}"
+            raise ScenarioError(msg)
+        loop = self._loop(vehicle, kind)
+        self._fleet.add(Newcomer(vehicle, loop, kind, self._traffic.now_s))
+        self._routes[vehicle] = loop.edges[-1]
+
+    def _loop(self, vehicle: str, kind: VehicleType) -> Loop:
+        """Return the loop that the vehicle's route is, the one known if others drive on it."""
+        edges = one_round(self._traffic.route(vehicle)[0])
+        first = edges.index(min(edges))
+        key = (edges[first:] + edges[:first], kind.vclass)
+        if key not in self._loops:
+            taken = self._sumo.route_names()
+            names = (
+                self._sumo.route_name(vehicle),
+                vehicle,
+                *(f"{vehicle}/{n}" for n in range(len(taken) + 2)),
+            )
+            name = next(n for n in names if f"round@{n}" not in taken)
+            loop = make_loop(self._network, name, key[0], vclass=kind.vclass, source=f"vehicle {vehicle}")
+            here = pivot(loop)
+            once = loop.edges[here:] + loop.edges[:here]
+            first_round, second = rounds(loop)
+            self._traffic.add_route(first_round.route, (*once, *once, once[0]))
+            self._traffic.add_route(second.route, (*once[1:], *once, once[0]))
+            for part in (first_round, second):
+                self._traffic.add_route(part.alone, (part.edge,))
+            self._loops[key] = loop
+        return self._loops[key]
+
+    def leave(self, *vehicles: str) -> None:
+        """Let vehicles go: they drive on by SUMO's rules, to the end of the route they had.
+
+        Raises
+        ------
+        TrafficError
+            If one is not under the gate, and does not wait to be.
+        """
+        for vehicle in vehicles:
+            if vehicle not in self._fleet.members and vehicle not in self._fleet.newcomers:
+                msg = f"vehicle {vehicle}: it is not under the gate; add it first"
+                raise TrafficError(msg)
+        self._fleet.drop(vehicles, "left")
+        for vehicle in vehicles:
+            self._send_home(vehicle)
+
+    def _send_home(self, vehicle: str) -> None:
+        """Let the vehicle's route end where it ended before it came under the gate."""
+        with suppress(TrafficError, *self._sumo.error):
+            edges, at = self._traffic.route(vehicle)
+            end = self._routes.pop(vehicle, "")
+            if end in edges[at:]:
+                self._traffic.lead(vehicle, edges[at : edges.index(end, at) + 1])
+
+    def after_step(self) -> list[Happening]:
+        """Do what is due after a step of the simulation, and return what happened in it, in order.
+
+        Call it once after each ``simulationStep``.
+
+        Raises
+        ------
+        TrafficError
+            If SUMO refuses what the gate needs.
+        """
+        self._traffic.look_at_clock()
+        self._note_collisions()
+        self._fleet.after_step()
+        fresh, self._recorder.fresh = self._recorder.fresh, []
+        return fresh
+
+    @property
+    def vehicles(self) -> tuple[str, ...]:
+        """Those under the gate."""
+        return tuple(sorted(self._fleet.members))
+
+    @property
+    def waiting(self) -> tuple[str, ...]:
+        """Those that wait to come under it."""
+        return tuple(sorted(self._fleet.newcomers))
+
+    def _note_collisions(self) -> None:
+        own, now = self._fleet.members.keys(), self._traffic.now_s
+        under_way: set[tuple[str, str]] = set()
+        for collision in self._traffic.collisions():
+            pair = collision.collider, collision.victim
+            if own.isdisjoint(pair):
+                continue
+            under_way.add(pair)
+            if pair in self._colliding or pair[::-1] in self._colliding:
+                continue
+            if own >= set(pair):
+                self._collisions += 1
+            else:
+                self._collisions_with_others += 1
+            self._recorder.note(now, collision.collider, Event.COLLISION, collision.lane, collision.victim)
+        self._colliding = under_way
+
+    def _count(self, driver: Driver) -> None:
+        """Add what a vehicle has done under the gate."""
+        self._add_up(self._done, driver)
+        self._vehicles += 1
+
+    def _add_up(self, figures: dict[str, float], driver: Driver) -> None:
+        now = self._traffic.now_s
+        figures["laps"] += driver.laps
+        figures["distance_m"] += driver.distance_m
+        figures["hold_s"] += driver.total_hold_s(now)
+        figures["longest_wait_s"] = max(figures["longest_wait_s"], driver.worst_wait_s(now))
+
+    @property
+    def summary(self) -> dict[str, Any]:
+        """Figures so far; by the names of ``summary.json`` where that has them."""
+        if self._final is not None:
+            return self._final
+        figures = dict(self._done)
+        for driver in self._fleet.members.values():
+            self._add_up(figures, driver)
+        engine, keeper = self._fleet.engine, self._fleet.keeper
+        times = Histogram(keeper.decision_us.values() if keeper else ())
+        return {
+            **self._settings,
+            "duration_s": round(self._traffic.now_s - self._begin_s, 3),
+            "vehicles": len(self._fleet.members),
+            "waiting": len(self._fleet.newcomers),
+            "left": self._vehicles,
+            "changes": self._fleet.changes,
+            "loops": len(self._loops),
+            "laps": int(figures["laps"]),
+            "distance_km": round(figures["distance_m"] / 1000.0, 6),
+            "hold_s": round(figures["hold_s"], 3),
+            "longest_wait_s": round(figures["longest_wait_s"], 3),
+            "collisions": self._collisions,
+            "collisions_with_others": self._collisions_with_others,
+            **{name: getattr(engine, name, 0) for name in ("overruns", "trespasses", "strays")},
+            "decisions": times.count,
+            "refusals": dict(sorted(keeper.refusals.items())) if keeper else {},
+            "decision_us": times.summary(),
+            **(self._fleet.around.report() if self._fleet.around else {}),
+        }
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        with self._stack:
+            summary = self.summary
+            with suppress(TrafficError, *self._sumo.error):
+                self._fleet.drop([*self._fleet.members, *self._fleet.newcomers], "end")
+            self._recorder.close()
+            self.events = read_events(self._folder / EVENTS)
+            self._final = summary
+
+
+def attach(
+    sumo: Any,  # noqa: ANN401  neither libsumo nor traci has types
+    *,
+    gate: object = "certified",
+    negotiation: object = "pressure",
+    lights: str = "obey",
+    seed: int = 1,
+) -> Attached:
+    """Put vehicles of a running simulation under a gate.
+
+    Parameters
+    ----------
+    sumo
+        The module ``libsumo`` or ``traci``, or a connection of traci; its simulation has been started.
+    gate
+        A gate's name, with options behind a colon, or a class that is called with a `System`.
+    negotiation
+        A negotiation's name, with options behind a colon, a class, or a negotiation that is made already.
+    lights
+        ``obey``: nobody is let go into red; ``keep``: vehicles take their crossing, and then wait for green.
+    seed
+        Of the negotiation.
+
+    Returns
+    -------
+    Attached
+        To be used in a ``with`` statement: `Attached.add` takes vehicles in, `Attached.after_step` is called
+        after each step, `Attached.leave` lets vehicles go.
+
+    Raises
+    ------
+    LoopgateError
+        If no simulation is running, or it is set so that no gate could keep vehicles apart; the text names
+        the setting.
+
+    Examples
+    --------
+    >>> import libsumo
+    >>> import loopgate
+    >>> files = ["-n", "networks/order2.net.xml", "-r", "analysis/attached.rou.xml"]
+    >>> _ = libsumo.start(["sumo", *files, "--no-step-log", "--no-warnings"])
+    >>> with loopgate.attach(libsumo) as gate:
+    ...     gate.add("bus1", "bus2")
+    ...     while libsumo.simulation.getTime() < 120:
+    ...         libsumo.simulationStep()
+    ...         happened = gate.after_step()
+    >>> libsumo.close()
+    >>> gate.summary["vehicles"], gate.summary["trespasses"]
+    (2, 0)
+    """
+    running = RunningSumo(sumo)
+    _check_settings(running)
+    gate_name, negotiation_name = name_gate(gate), name_negotiation(negotiation)
+    check_gate(gate_name)
+    if gate_name == "open":
+        msg = "gate open: it leaves all to SUMO's right of way, so there is nothing to attach"
+        raise ScenarioError(msg)
+    if lights not in _LIGHTS:
+        msg = f"lights is {lights!r}; expected one of {', '.join(_LIGHTS)}"
+        raise ScenarioError(msg)
+    return Attached(
+        running,
+        RoadNetwork.open(running.setting("net-file")),
+        gate=gate_name,
+        negotiation=negotiation_name,
+        lights=lights,
+        seed=seed,
+    )
+
+
+def _check_settings(running: RunningSumo) -> None:
+    """Refuse what makes vehicles drive otherwise than a gate counts on."""
+    step_s = running.traffic.step_s
+    if step_s > LONGEST_GATED_STEP_S:
+        msg = (
+            f"step-length is {step_s:g}; expected at most {LONGEST_GATED_STEP_S:g} under a gate, or vehicles "
+            "drive into each other"
+        )
+        raise ScenarioError(msg)
+    if running.setting("step-method.ballistic") == "true":
+        msg = "step-method.ballistic is on: a gate counts on SUMO's Euler steps; leave it out"
+        raise ScenarioError(msg)
+    if float(running.setting("lateral-resolution")) > 0:
+        msg = "lateral-resolution is set: a gate counts on one vehicle beside another per lane; leave it out"
+        raise ScenarioError(msg)
+    action = running.setting("default.action-step-length")
+    if float(action) > step_s:
+        msg = (
+            f"default.action-step-length is {action}, above the step of {step_s:g} s: in between SUMO takes no "
+            "orders from a gate; leave it out"
+        )
+        raise ScenarioError(msg)
