@@ -9,7 +9,6 @@ from __future__ import annotations
 import argparse
 import importlib
 import sys
-import tempfile
 import time
 from dataclasses import dataclass
 from pathlib import Path
@@ -152,7 +151,7 @@ def run(backend: str, seed: int, duration_s: int, *, traffic: bool = True) -> di
 
 def main() -> int:
     """Run all seeds; return 1 if a run was not clean."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--backend", choices=("libsumo", "traci"), default="libsumo")
     parser.add_argument("--seeds", type=int, default=5)
     parser.add_argument("--hours", type=float, default=2.0)
@@ -162,11 +161,11 @@ def main() -> int:
     print("seed", *shown, "longest_wait_s", "wall_s")
     for seed in range(1, given.seeds + 1):
         summary = run(given.backend, seed, int(given.hours * 3600))
-        print(seed, *(summary[name] for name in shown), summary["longest_wait_s"], summary["wall_s"], flush=True)
+        figures = [*(summary[name] for name in shown), summary["longest_wait_s"], summary["wall_s"]]
+        print(seed, *figures, flush=True)
         clean &= not any(summary[name] for name in shown[:3])
     return 0 if clean else 1
 
 
 if __name__ == "__main__":
-    with tempfile.TemporaryDirectory():
-        sys.exit(main())
+    sys.exit(main())

@@ -25,7 +25,7 @@ from loopgate.negotiation.pressure import Pressure
 __all__ = ["Gatekeeper"]
 
 _CHAIN = "chain"
-_OUTSIDE = frozenset({number_of(Reason.RED), number_of(Reason.TRAFFIC)})
+_OUTSIDE = frozenset(number_of(reason) for reason in (Reason.RED, Reason.TRAFFIC, Reason.STOP))
 """What lifts these refusals happens outside the system."""
 
 

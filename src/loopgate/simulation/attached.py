@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import ExitStack, suppress
+from itertools import chain, count, pairwise
 from pathlib import Path
 from random import Random
 from types import TracebackType
@@ -27,7 +28,7 @@ from loopgate.simulation.newcomers import Newcomer
 from loopgate.simulation.outcome import EVENTS
 from loopgate.simulation.scenario import LONGEST_GATED_STEP_S
 from loopgate.simulation.settings import why_unsafe
-from loopgate.simulation.sumo_input import pivot, rounds
+from loopgate.simulation.sumo_input import round_routes
 from loopgate.traffic.running import RunningSumo
 
 __all__ = ["Attached", "Happening", "attach"]
@@ -84,28 +85,27 @@ class Attached:
         self, sumo: RunningSumo, network: RoadNetwork, *, gate: str, negotiation: str, lights: str, seed: int
     ) -> None:
         self._sumo, self._traffic, self._network = sumo, sumo.traffic, network
-        self._stack = ExitStack()
-        self._folder = self._stack.enter_context(temporary_folder())
-        self._recorder = _Events(self._folder / EVENTS)
-        self._fleet = Fleet(
-            network,
-            sumo.traffic,
-            self._recorder,
-            gate=gate,
-            negotiation=make_negotiation(negotiation, Random(seed)),
-            lights=lights == "obey",
-        )
-        self._fleet.on_leaving = self._count
-        self._loops: dict[tuple[tuple[str, ...], str], Loop] = {}
-        self._routes: dict[str, str] = {}
         self._settings = {"gate": gate, "negotiation": negotiation, "lights": lights, "seed": seed}
+        self._negotiation = make_negotiation(negotiation, Random(seed))
+        self._stack = ExitStack()
+        self._loops: dict[tuple[tuple[str, ...], str], Loop] = {}
+        self._ends: dict[str, str] = {}
+        """Where the routes ended that vehicles had."""
         self._begin_s = self._traffic.now_s
         self._done = {"laps": 0.0, "distance_m": 0.0, "hold_s": 0.0, "longest_wait_s": 0.0}
         self._collisions = self._collisions_with_others = self._vehicles = 0
         self._colliding: set[tuple[str, str]] = set()
+        self._made: Fleet | None = None
         self._final: dict[str, Any] | None = None
         self.events: pd.DataFrame = pd.DataFrame()
         """`EVENT_COLUMNS`: what happened to whom, where and when; there at the end."""
+
+    @property
+    def _fleet(self) -> Fleet:
+        if self._made is None:
+            msg = "attach: use what it returns in a with statement"
+            raise TrafficError(msg)
+        return self._made
 
     def add(self, *vehicles: str) -> None:
         """Take vehicles under the gate as soon as that can be; until then they are held back.
@@ -120,14 +120,14 @@ class Attached:
         ------
         LoopgateError
             If SUMO knows no such vehicle, its route is not closed, its loop cannot work, or it drives in a
-            way that no gate can count on; the text says which vehicle, and why.
+            way that no gate can count on; the text says which vehicle, and why. Then none is added.
         """
-        for vehicle in vehicles:
-            self._add(vehicle)
+        known = self._fleet.members.keys() | self._fleet.newcomers.keys()
+        newcomers = [self._newcomer(vehicle) for vehicle in dict.fromkeys(vehicles) if vehicle not in known]
+        self._fleet.add(newcomers)
+        self._ends.update((n.vehicle, self._traffic.route(n.vehicle)[0][-1]) for n in newcomers)
 
-    def _add(self, vehicle: str) -> None:
-        if vehicle in self._fleet.members or vehicle in self._fleet.newcomers:
-            return
+    def _newcomer(self, vehicle: str) -> Newcomer:
         if not self._sumo.knows(vehicle):
             msg = f"vehicle {vehicle}: SUMO knows none of that name now; add it when it has departed"
             raise TrafficError(msg)
@@ -136,33 +136,31 @@ class Attached:
         if reason:
             msg = f"vehicle {vehicle}: vType {kind.id}: {reason}"
             raise ScenarioError(msg)
-        loop = self._loop(vehicle, kind)
-        self._fleet.add(Newcomer(vehicle, loop, kind, self._traffic.now_s))
-        self._routes[vehicle] = loop.edges[-1]
+        return Newcomer(vehicle, self._loop(vehicle, kind), kind, self._traffic.now_s)
 
     def _loop(self, vehicle: str, kind: VehicleType) -> Loop:
-        """Return the loop that the vehicle's route is, the one known if others drive on it."""
-        edges = one_round(self._traffic.route(vehicle)[0])
+        """Return the loop that the vehicle's route is: one that is known, if it is that or a part of it."""
+        route = self._traffic.route(vehicle)[0]
+        edges = one_round(route)
         first = edges.index(min(edges))
         key = (edges[first:] + edges[:first], kind.vclass)
-        if key not in self._loops:
-            taken = self._sumo.route_names()
-            names = (
-                self._sumo.route_name(vehicle),
-                vehicle,
-                *(f"{vehicle}/{n}" for n in range(len(taken) + 2)),
-            )
-            name = next(n for n in names if f"round@{n}" not in taken)
-            loop = make_loop(self._network, name, key[0], vclass=kind.vclass, source=f"vehicle {vehicle}")
-            here = pivot(loop)
-            once = loop.edges[here:] + loop.edges[:here]
-            first_round, second = rounds(loop)
-            self._traffic.add_route(first_round.route, (*once, *once, once[0]))
-            self._traffic.add_route(second.route, (*once[1:], *once, once[0]))
-            for part in (first_round, second):
-                self._traffic.add_route(part.alone, (part.edge,))
-            self._loops[key] = loop
+        for (once, vclass), loop in self._loops.items():
+            steps = set(zip(once, once[1:] + once[:1], strict=True))
+            if (once, vclass) == key or (vclass == kind.vclass and steps.issuperset(pairwise(route))):
+                return loop
+        self._loops[key] = self._new_loop(vehicle, *key)
         return self._loops[key]
+
+    def _new_loop(self, vehicle: str, edges: tuple[str, ...], vclass: str) -> Loop:
+        """Make a loop, and the routes by which the drive keeps vehicles on it."""
+        taken = self._sumo.route_names()
+        numbered = (f"{vehicle}/{number}" for number in count(2))
+        names = chain((self._sumo.route_name(vehicle), vehicle), numbered)
+        name = next(one for one in names if f"round@{one}" not in taken)
+        loop = make_loop(self._network, name, edges, vclass=vclass, source=f"vehicle {vehicle}")
+        for route, its in round_routes(loop).items():
+            self._traffic.add_route(route, its)
+        return loop
 
     def leave(self, *vehicles: str) -> None:
         """Let vehicles go: they drive on by SUMO's rules, to the end of the route they had.
@@ -184,7 +182,7 @@ class Attached:
         """Let the vehicle's route end where it ended before it came under the gate."""
         with suppress(TrafficError, *self._sumo.error):
             edges, at = self._traffic.route(vehicle)
-            end = self._routes.pop(vehicle, "")
+            end = self._ends.pop(vehicle, "")
             if end in edges[at:]:
                 self._traffic.lead(vehicle, edges[at : edges.index(end, at) + 1])
 
@@ -275,6 +273,18 @@ class Attached:
         }
 
     def __enter__(self) -> Self:
+        self._folder = self._stack.enter_context(temporary_folder())
+        self._recorder = _Events(self._folder / EVENTS)
+        self._stack.callback(self._recorder.close)
+        self._made = Fleet(
+            self._network,
+            self._traffic,
+            self._recorder,
+            gate=self._settings["gate"],
+            negotiation=self._negotiation,
+            lights=self._settings["lights"] == "obey",
+        )
+        self._made.on_leaving = self._count
         return self
 
     def __exit__(
@@ -331,8 +341,10 @@ def attach(
     --------
     >>> import libsumo
     >>> import loopgate
-    >>> files = ["-n", "networks/order2.net.xml", "-r", "analysis/attached.rou.xml"]
+    >>> files = ["-n", "networks/grid5-priority.net.xml", "-r", "routes/grid5.rou.xml"]
     >>> _ = libsumo.start(["sumo", *files, "--no-step-log", "--no-warnings"])
+    >>> for bus in ("bus1", "bus2"):
+    ...     libsumo.vehicle.add(bus, "loop0")
     >>> with loopgate.attach(libsumo) as gate:
     ...     gate.add("bus1", "bus2")
     ...     while libsumo.simulation.getTime() < 120:
@@ -380,7 +392,7 @@ def _check_settings(running: RunningSumo) -> None:
     action = running.setting("default.action-step-length")
     if float(action) > step_s:
         msg = (
-            f"default.action-step-length is {action}, above the step of {step_s:g} s: in between SUMO takes no "
-            "orders from a gate; leave it out"
+            f"default.action-step-length is {action}, above the step of {step_s:g} s: in between SUMO takes "
+            "no orders from a gate; leave it out"
         )
         raise ScenarioError(msg)

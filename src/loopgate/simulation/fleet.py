@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
 from time import perf_counter
 
 from loopgate.drive.books import Books
@@ -32,16 +33,26 @@ _MOVED_M = 3.0
 """A vehicle further than this from where its odometer puts it has been moved [m]."""
 
 
-class _Pause:
-    """An obstacle: nobody is granted anything while the plan is to change."""
+class _Orders:
+    """An obstacle: what the owner of the vehicles wants of them.
 
-    def __init__(self) -> None:
-        self.on = False
+    Nobody is granted anything while the plan is to change, nor while it is to stop before it gets there: it
+    would keep a crossing from others meanwhile.
+    """
+
+    def __init__(self, traffic: Traffic) -> None:
+        self._traffic = traffic
+        self.pause = False
+        self.drivers: Sequence[Driver] = ()
 
     def in_the_way(self, robot: int) -> Reason | None:
-        """Return TRAFFIC: for now newcomers are ordinary traffic."""
-        del robot
-        return Reason.TRAFFIC if self.on else None
+        """Return TRAFFIC for newcomers, which are no more than that so far, and STOP."""
+        if self.pause:
+            return Reason.TRAFFIC
+        driver = self.drivers[robot]
+        line = driver.track.stop_lines[driver.granted % len(driver.track.legs)]
+        stops = self._traffic.stops_before(driver.id, line.edge, line.position_m)
+        return Reason.STOP if stops else None
 
     def granted(self, robot: int) -> None:
         """Do nothing."""
@@ -91,7 +102,7 @@ class Fleet:
         self._gate, self._negotiation, self._lights = gate, negotiation, lights
         self.plan = Plan(network, ())
         self._next: Plan | None = None
-        self._pause = _Pause()
+        self._orders = _Orders(traffic)
         self.newcomers: dict[str, Newcomer] = {}
         self.keeper: Gatekeeper | None = None
         self.engine: Engine | None = None
@@ -106,18 +117,18 @@ class Fleet:
         """Those under the gate, by name."""
         return self.engine.driver_of if self.engine else {}
 
-    def add(self, newcomer: Newcomer) -> None:
-        """Take a vehicle in as soon as it can be.
+    def add(self, newcomers: Sequence[Newcomer]) -> None:
+        """Take vehicles in as soon as they can be.
 
         Raises
         ------
         RefusedLoopError
-            If its loop cannot work as queues.
+            If a loop of theirs cannot work as queues; then none is added.
         """
-        plan = (self._next or self.plan).extended(newcomer.loop, newcomer.kind)
+        plan = (self._next or self.plan).extended((n.loop, n.kind) for n in newcomers)
         if plan is not self.plan:
             self._next = plan
-        self.newcomers[newcomer.vehicle] = newcomer
+        self.newcomers.update((newcomer.vehicle, newcomer) for newcomer in newcomers)
 
     def drop(self, vehicles: Iterable[str], reason: str) -> None:
         """Let vehicles go, whether they are under the gate or wait to be."""
@@ -168,7 +179,7 @@ class Fleet:
         now = self._traffic.now_s
         again = [Newcomer(v, *kinds[self.members[v].track.loop], now, seen=True) for v in vehicles]
         self.drop(vehicles, reason)
-        self.newcomers.update((newcomer.vehicle, newcomer) for newcomer in again)
+        self.newcomers = {newcomer.vehicle: newcomer for newcomer in again} | self.newcomers  # they go first
 
     def _is_moved(self, driver: Driver) -> bool:
         lane, at_m = self._traffic.lane(driver.id)
@@ -198,9 +209,9 @@ class Fleet:
         """Go over to another plan if that can be done now; else see to it that it can be soon."""
         goes_on = not self.members or plan.goes_on_with(self.plan)
         if not goes_on and not (self.engine is not None and self.engine.settled):
-            self._pause.on = True
+            self._orders.pause = True
             return False
-        self._pause.on = False
+        self._orders.pause = False
         for newcomer in self.newcomers.values():
             newcomer.let_go(self._traffic)
         if not goes_on:
@@ -219,6 +230,10 @@ class Fleet:
             books = self.engine.books()
         tracks: dict[str, Track] = {}
         left = {n.vehicle: n.left_m for n in newcomers}
+
+        def left_m(state: str, other: str) -> float:
+            return left[other] if other in left else drivers[other].left_m(state)
+
         for newcomer in newcomers:
             newcomer.tried_s = self._traffic.now_s
             position = newcomer.position or 0
@@ -229,12 +244,7 @@ class Fleet:
             if len(books.holders.get(state, ())) > self.plan.room[state]:
                 return False
             tracks[newcomer.vehicle] = track
-            books.enter(
-                newcomer.vehicle,
-                state,
-                newcomer.left_m,
-                lambda other, state=state: left[other] if other in left else drivers[other].left_m(state),
-            )
+            books.enter(newcomer.vehicle, state, newcomer.left_m, partial(left_m, state))
         try:
             self._change(books, tracks)
         except GateError:
@@ -265,8 +275,9 @@ class Fleet:
         self.changes += 1
         if self.engine is None:
             self.keeper = Gatekeeper(system, gate, self._negotiation)
-            self.keeper.obstacles = (self._pause,)
+            self.keeper.obstacles = (self._orders,)
             self.engine = Engine(self._traffic, (), self.keeper, self._recorder, foresees=False)
+            self._orders.drivers = self.engine.drivers
             self.around = Surroundings(
                 self._network, self._traffic, self.engine, self.keeper, lights=self._lights, others=True
             )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 
 from loopgate.abstraction.itinerary import Crossing, Itinerary, Leg
@@ -40,11 +41,10 @@ class Plan:
             for name, (loop, kind) in loops.items()
         }
 
-    def extended(self, loop: Loop, kind: VehicleType) -> Plan:
-        """Return the plan with another loop, or another type on it; the same one if it knows both."""
-        if (loop, kind) in self.users:
-            return self
-        return Plan(self.network, (*self.users, (loop, kind)))
+    def extended(self, users: Iterable[tuple[Loop, VehicleType]]) -> Plan:
+        """Return the plan with other loops, or other types on them; the same one if it knows all."""
+        every = tuple(dict.fromkeys((*self.users, *users)))
+        return self if len(every) == len(self.users) else Plan(self.network, every)
 
     @property
     def room(self) -> dict[str, int]:

@@ -162,7 +162,7 @@ def _surroundings(
         assembly.network, traffic, engine, keeper, lights=obeyed, others=bool(scenario.traffic)
     )
     system = keeper.system
-    room = dict(zip(system.states, system.room, strict=True))
+    room = {str(state): most for state, most in zip(system.states, system.room, strict=True)}
     itineraries = assembly.abstraction.itineraries if assembly.abstraction else ()
     around.plan(itineraries, assembly.tracks, room)
     return around

@@ -185,6 +185,10 @@ class Traffic(Protocol):
         """Return the held vehicles that came to rest in the last step."""
         ...
 
+    def stops_before(self, vehicle: str, edge: str, position_m: float) -> bool:
+        """Return whether the vehicle is to stop next on an edge, up to a position, not being held there."""
+        ...
+
     def collisions(self) -> Sequence[Collision]:
         """Return the collisions of the last step."""
         ...

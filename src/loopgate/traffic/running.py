@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree as ET
@@ -36,20 +36,11 @@ class RunningSumo:
     def __init__(self, api: Any) -> None:  # noqa: ANN401  neither API has types
         self._api = api
         self._types: dict[str, ET.Element] | None = None
-        if getattr(api, "__name__", "") == "libsumo":
-            from loopgate.traffic import libsumo_backend as backend
-
-            odometer = backend.ODOMETER
-        else:
-            from loopgate.traffic import traci_backend as backend  # type: ignore[no-redef]
-
-            odometer = None  # type: ignore[assignment]
-        self.error: tuple[type[Exception], ...] = backend.ERROR
+        self.error, odometer = _backend(api)
+        wrong: tuple[type[Exception], ...] = (AttributeError, *self.error)
         try:
-            if getattr(api, "isLoaded", lambda: True)() is False:
-                raise TrafficError  # noqa: TRY301  libsumo ends the process if it is asked
-            self.traffic = SumoTraffic(api, backend.ERROR, yields=True, odometer=odometer)
-        except (*self.error, AttributeError, TrafficError) as error:
+            self.traffic = SumoTraffic(api, self.error, yields=True, odometer=odometer)
+        except wrong as error:
             msg = f"{getattr(api, '__name__', api)}: no simulation is running; call its start() first"
             raise TrafficError(msg) from error
 
@@ -111,6 +102,17 @@ class RunningSumo:
             files = [f for option in _FILES for f in self.setting(option).split(",") if f]
             self._types = {e.get("id", ""): e for file in files for e in _vehicle_types(Path(file))}
         return self._types.get(name) or self._types.get(name.partition("@")[0])
+
+
+def _backend(api: object) -> tuple[tuple[type[Exception], ...], Callable[[str], float] | None]:
+    """Return what it raises, and its quickest way to read an odometer."""
+    if getattr(api, "__name__", "") == "libsumo":
+        from loopgate.traffic import libsumo_backend
+
+        return libsumo_backend.ERROR, libsumo_backend.ODOMETER
+    from loopgate.traffic import traci_backend
+
+    return traci_backend.ERROR, None
 
 
 def _vehicle_types(file: Path) -> Iterable[ET.Element]:

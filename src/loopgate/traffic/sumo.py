@@ -143,13 +143,14 @@ class SumoTraffic:
     def leave_gate(self, vehicle: str) -> None:
         """Let go of it, with the modes that it had before."""
         modes = self._modes.pop(vehicle, None)
-        try:
-            self.release(vehicle)
-            if modes is not None:
-                self._vehicle.setSpeedMode(vehicle, modes[0])
-                self._vehicle.setLaneChangeMode(vehicle, modes[1])
-        except self._error:  # it is gone
+        if vehicle not in self._vehicle.getIDList():
             self._holds.pop(vehicle, None)
+            self._braked.discard(vehicle)
+            return
+        self.release(vehicle)
+        if modes is not None:
+            self._vehicle.setSpeedMode(vehicle, modes[0])
+            self._vehicle.setLaneChangeMode(vehicle, modes[1])
 
     def lead(self, vehicle: str, edges: Sequence[str]) -> None:
         """Set its route."""
@@ -289,9 +290,17 @@ class SumoTraffic:
         return True
 
     def halted(self) -> Sequence[str]:
-        """Return the held vehicles that came to rest in the last step."""
-        ids: Sequence[str] = self._simulation.getStopStartingVehiclesIDList()
-        return ids
+        """Return the held vehicles that came to rest in the last step, at no other stop than that."""
+        ids = self._simulation.getStopStartingVehiclesIDList()
+        return [vehicle for vehicle in ids if vehicle in self._holds and self._stop_number(vehicle) == 0]
+
+    def stops_before(self, vehicle: str, edge: str, position_m: float) -> bool:
+        """Return whether its next stop is there, and not the one by which it is held."""
+        stops = self._vehicle.getStops(vehicle, 1)
+        if not stops or (vehicle in self._holds and self._stop_number(vehicle) == 0):
+            return False
+        stop = stops[0]
+        return bool(stop.lane.rpartition("_")[0] == edge and stop.endPos <= position_m + _SAME_STOP_M)
 
     def collisions(self) -> Sequence[Collision]:
         """Return the collisions of the last step."""
