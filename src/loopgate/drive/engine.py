@@ -162,6 +162,8 @@ class Engine:
         for driver in self.drivers:
             if driver.id not in numbers:
                 self._take_in(driver)
+                driver.row["held"] = True
+                driver.row["line_m"] = driver.row["held_m"] = driver.end_m(driver.granted)
         self._let_heads_ask(books)
 
     def clear(self) -> None:
@@ -174,15 +176,14 @@ class Engine:
         self._steering.clear()
 
     def _take_in(self, driver: Driver) -> None:
-        """Take over a vehicle that joins; it is held at its line already."""
+        """Take over a vehicle where it is, at the beginning or later."""
         traffic, row, now = self._traffic, driver.row, self._traffic.now_s
         driver.drives_like(traffic.dynamics(driver.id))
         row["offset"] = driver.front_m - traffic.odometer(driver.id)
         row["speed"] = traffic.speed(driver.id)
-        row["held"] = True
-        row["line_m"] = row["held_m"] = driver.end_m(driver.granted)
-        traffic.put_under_gate(driver.id, keeps_lane=driver.track.keeps_lane)
-        self._recorder.note(now, driver.id, Event.START, driver.leg(driver.granted).state)
+        if self._gatekeeper is not None:
+            traffic.put_under_gate(driver.id, keeps_lane=driver.track.keeps_lane)
+            self._recorder.note(now, driver.id, Event.START, driver.leg(driver.granted).state)
         self._recorder.note(now, driver.id, Event.EDGE, driver.track.first_edge)
 
     def _let_heads_ask(self, books: Books) -> None:
@@ -230,13 +231,7 @@ class Engine:
             raise TrafficError(msg)
         now = self._run["now_s"] = traffic.now_s
         for driver in self.drivers:
-            driver.drives_like(traffic.dynamics(driver.id))
-        self.vehicles["offset"] = self.vehicles["front"] - self._read()
-        for driver in self.drivers:
-            if keeper:
-                traffic.put_under_gate(driver.id, keeps_lane=driver.track.keeps_lane)
-                self._recorder.note(now, driver.id, Event.START, driver.leg(driver.granted).state)
-            self._recorder.note(now, driver.id, Event.EDGE, driver.track.first_edge)
+            self._take_in(driver)
         if keeper:
             self._step(drive.BEGIN)
             keeper.answer()

@@ -99,6 +99,13 @@ class Gatekeeper:
         """Return how many more vehicles fit into `state`."""
         return int(self._rooms[state] - self._held_by[state])
 
+    def fullness(self, robot: int) -> tuple[float, float]:
+        """Return how full the state of the last grant to `robot` is, and the one behind it, as shares."""
+        path, granted = self.system.paths[robot], int(self._vehicles[robot]["granted"])
+        states = path[granted % len(path)], self.wanted(robot)
+        here, ahead = (float(self._held_by[state] / self._rooms[state]) for state in states)
+        return here, ahead
+
     def wanted(self, robot: int) -> int:
         """Return the state behind the last that was granted to `robot`."""
         path = self.system.paths[robot]

@@ -60,9 +60,7 @@ def braking_m(speed: float, decel: float, step_s: float) -> float:
 def must_ask(i: int, t: Tables) -> bool:
     """Return whether the next step could take a vehicle past the point where it must brake."""
     one, step_s = t.vehicles[i], t.run[0].step_s
-    fast = one.speed + one.accel * step_s
-    if one.speed <= one.top:  # else it has been told to
-        fast = min(one.top, fast)
+    fast = min(one.top, one.speed + one.accel * step_s)
     return bool(one.line_m - one.front < fast * step_s + braking_m(fast, one.decel, step_s) + MARGIN_M)
 
 

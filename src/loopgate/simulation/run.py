@@ -5,22 +5,14 @@ from __future__ import annotations
 from contextlib import ExitStack
 from math import nan
 from pathlib import Path
-from random import Random
 from time import perf_counter
 from typing import Any
 
-from loopgate.audit import write_layout
-from loopgate.disk import writing
 from loopgate.drive.engine import Engine
 from loopgate.drive.gatekeeper import Gatekeeper
 from loopgate.folders import remove_abandoned, temporary_folder
-from loopgate.gates import make_gate
-from loopgate.model import write_system
-from loopgate.negotiation.registry import make_negotiation
 from loopgate.network.coverage import measure_coverage
 from loopgate.network.sumo_config import is_sumo_config
-from loopgate.network.traffic_file import read_traffic
-from loopgate.results.recorder import Recorder
 from loopgate.simulation import outcome
 from loopgate.simulation.as_is import run_as_is
 from loopgate.simulation.assembly import Assembly, assemble
@@ -28,13 +20,9 @@ from loopgate.simulation.checking import audit_run
 from loopgate.simulation.loop_run import Course, Tick, drive
 from loopgate.simulation.monitoring import monitoring_figures, write_streets
 from loopgate.simulation.outcome import Folder, Tally
-from loopgate.simulation.positions import make_layout, record_positions
-from loopgate.simulation.room import Room
 from loopgate.simulation.scenario import Scenario
-from loopgate.simulation.spacing import SpeedAdvice
-from loopgate.simulation.sumo_input import write_sumo_input
-from loopgate.simulation.sumo_start import check_backend, plain_options, start_traffic
-from loopgate.simulation.surroundings import Surroundings
+from loopgate.simulation.session import open_session
+from loopgate.simulation.sumo_start import check_backend
 from loopgate.simulation.watch import Watch
 from loopgate.traffic.base import Traffic
 
@@ -103,30 +91,8 @@ def _run(
         return run_as_is(scenario, folder, tick, backend)
     began = perf_counter()
     assembly = assemble(scenario)
-    keeper = _gatekeeper(scenario, assembly)
-    with writing(folder / outcome.SCENARIO):
-        scenario.write(folder / outcome.SCENARIO)
-    if assembly.abstraction is not None:
-        write_system(assembly.abstraction.system, folder / outcome.SYSTEM)
-    log = folder / outcome.SUMO_LOG
-    options = [
-        *("--net-file", str(assembly.network.file)),
-        *_input_options(scenario, assembly, folder),
-        *plain_options(scenario, log),
-        *(record_positions(folder / outcome.POSITIONS) if scenario.positions else ()),
-    ]
-    room = [Room(folder / outcome.POSITIONS).check] if scenario.positions else []
-    if scenario.positions and keeper is not None:
-        write_layout(make_layout(assembly, scenario.step_s), folder / outcome.LAYOUT)
-    with ExitStack() as stack:
-        traffic = start_traffic(options, backend=backend, log=log, yields=bool(scenario.traffic))
-        stack.callback(traffic.close)
-        recorder = Recorder(folder / outcome.EVENTS)
-        stack.callback(recorder.close)
-        engine = Engine(traffic, assembly.tracks, keeper, recorder, foresees=assembly.foresees)
-        around = _surroundings(scenario, assembly, traffic, engine, keeper) if keeper else None
-        advice = SpeedAdvice(assembly.network, assembly.starts, traffic, engine)
-        advised = [advice.look] if scenario.spacing == "advice" else []
+    with open_session(scenario, assembly, folder, backend=backend) as session:
+        traffic, engine, recorder = session.traffic, session.engine, session.recorder
         watch = watch_class(traffic, after_s=scenario.deadlock_after_s, at_gate=engine.refused)
         course = drive(
             engine,
@@ -135,13 +101,14 @@ def _run(
             recorder,
             scenario=scenario,
             tick=tick,
-            each_step=[*(around.each_step if around else ()), *advised, *room],
+            each_step=session.each_step,
         )
         engine.settle()
         tallies = _tallies(engine, traffic, watch, course)
-        surrounded = around.report() if around else {}
+        surrounded = session.around.report() if session.around else {}
         if "at_lights" in surrounded and scenario.abstraction == "segments":
             surrounded["warnings"] = [_ON_SEGMENTS]
+    keeper = session.keeper
     summary = _summary(scenario, assembly, keeper, course, tallies, folder)
     summary |= {name: getattr(engine, name) for name in ("overruns", "trespasses", "strays")}
     summary["clean"] = outcome.is_clean(summary) if keeper else None
@@ -154,43 +121,10 @@ def _run(
     return summary
 
 
-def _surroundings(
-    scenario: Scenario, assembly: Assembly, traffic: Traffic, engine: Engine, keeper: Gatekeeper
-) -> Surroundings:
-    obeyed = scenario.rule_for_lights == "obey"
-    around = Surroundings(
-        assembly.network, traffic, engine, keeper, lights=obeyed, others=bool(scenario.traffic)
-    )
-    system = keeper.system
-    room = {str(state): most for state, most in zip(system.states, system.room, strict=True)}
-    itineraries = assembly.abstraction.itineraries if assembly.abstraction else ()
-    around.plan(itineraries, assembly.tracks, room)
-    return around
-
-
 def is_as_is(scenario: Scenario) -> bool:
     """Return whether a configuration's own vehicles are run, and not loops: a ``.sumocfg`` under ``open``."""
     loops = scenario.routes or scenario.traffic or scenario.loops or scenario.vehicles
     return is_sumo_config(scenario.network) and not scenario.gated and not loops
-
-
-def _input_options(scenario: Scenario, assembly: Assembly, folder: Folder) -> list[str]:
-    if not scenario.traffic:
-        return write_sumo_input(assembly.starts, folder.path)
-    ordinary = read_traffic(scenario.traffic)
-    ordinary.check_names(start.vehicle for start in assembly.starts)
-    return [
-        *write_sumo_input(assembly.starts, folder.path, beside=ordinary.additional_files),
-        *ordinary.options(),
-    ]
-
-
-def _gatekeeper(scenario: Scenario, assembly: Assembly) -> Gatekeeper | None:
-    if not scenario.gated or assembly.abstraction is None:
-        return None
-    gate = make_gate(scenario.gate, assembly.abstraction.system, perf_counter)
-    negotiation = make_negotiation(scenario.rule_for_negotiation, Random(scenario.seed))
-    return Gatekeeper(assembly.abstraction.system, gate, negotiation)
 
 
 def _tallies(engine: Engine, traffic: Traffic, watch: Watch, course: Course) -> list[Tally]:
