@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from builders import system
 from loopgate.abstraction.itinerary import Leg
+from loopgate.drive.changing import ChangingEngine
 from loopgate.drive.engine import Engine
 from loopgate.drive.gatekeeper import Gatekeeper
 from loopgate.drive.track import Round, StopLine, Track
@@ -54,7 +55,7 @@ class Notes:
         return [row for row in self.rows if row[2] in events]
 
 
-def world(*starts_m: float, gate: str = "collision") -> tuple[Engine, FakeTraffic, Notes]:
+def world(*starts_m: float, gate: str = "collision") -> tuple[ChangingEngine, FakeTraffic, Notes]:
     """Vehicles on loops of 200 m of their own road and one shared state of 60 m.
 
     Each loop has an edge for its private state and one for the shared state ``s``.
@@ -83,7 +84,7 @@ def world(*starts_m: float, gate: str = "collision") -> tuple[Engine, FakeTraffi
     traffic = FakeTraffic(fleet)
     notes = Notes()
     keeper = Gatekeeper(robots, make_gate(gate, robots), OldestFirst(Random(1)))
-    engine = Engine(traffic, tracks, keeper, notes)  # type: ignore[arg-type]  # the notes stand in for a recorder
+    engine = ChangingEngine(traffic, tracks, keeper, notes)  # type: ignore[arg-type]  # the notes stand in for a recorder
     return engine, traffic, notes
 
 

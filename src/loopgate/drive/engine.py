@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from time import perf_counter
 from typing import Any, cast
@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from loopgate.drive import step as drive
-from loopgate.drive.books import Books, carry_over, read_books, write_books
 from loopgate.drive.build import make_tables
 from loopgate.drive.driver import Driver
 from loopgate.drive.gatekeeper import Gatekeeper
@@ -19,9 +18,8 @@ from loopgate.drive.steering import Steering
 from loopgate.drive.step import Step
 from loopgate.drive.tables import BRAKE, RELEASE, STEER, STOP
 from loopgate.drive.track import StopLine, Track
+from loopgate.drive.worn import WornStops
 from loopgate.errors import TrafficError
-from loopgate.gates import Gate
-from loopgate.model import System
 from loopgate.results.columns import Event
 from loopgate.results.recorder import Recorder
 from loopgate.traffic.base import Traffic
@@ -32,9 +30,6 @@ _STANDING_MPS = 0.1
 
 _LOOK_EVERY_S = 10.0
 """How often those that stand are asked for their lane [s]."""
-
-_FORGOTTEN_STOPS = 10
-"""So many stops are left behind before SUMO is made to forget them, now and then."""
 
 _TIMED_EVERY = 20
 """Every so many steps the decisions are timed alone; else they are made in one go with all the rest."""
@@ -52,7 +47,7 @@ class Engine:
     traffic
         The running simulation.
     tracks
-        One per vehicle; robots of the gatekeeper's system in the same order. More may come, see `change`.
+        One per vehicle; robots of the gatekeeper's system in the same order.
     gatekeeper
         None lets the simulator's own right of way rule.
     recorder
@@ -81,9 +76,7 @@ class Engine:
         self._make(tracks)
         self._step(drive.NOTHING)  # so that compiling, or loading what was compiled, is no part of the run
         self._steering = Steering(traffic, recorder)
-        self._worn: set[str] = set()
-        """Who has stops to be forgotten."""
-        self._forgetful: dict[str, int] = {}
+        self._worn = WornStops(traffic)
         self._next_look_s = 0.0
         self._turns = 0
         self.sumo_s = 0.0
@@ -111,70 +104,6 @@ class Engine:
         self.driver_of.clear()
         self.driver_of.update(zip(self._ids, self.drivers, strict=True))
 
-    def books(self) -> Books:
-        """Return who holds what."""
-        return read_books(self.tables, self.drivers, self._keeper.system)
-
-    @property
-    def _keeper(self) -> Gatekeeper:
-        if self._gatekeeper is None:
-            msg = "vehicles join and leave under a gate only"
-            raise TrafficError(msg)
-        return self._gatekeeper
-
-    def change(
-        self,
-        tracks: Sequence[Track],
-        books: Books,
-        *,
-        system: System,
-        gate: Gate,
-        room: Mapping[str, int],
-    ) -> None:
-        """Go on with these vehicles: some have joined, held at the ends of their states, others have left.
-
-        Parameters
-        ----------
-        tracks, system
-            One track per robot of the system, in its order: that of `Books.in_line`.
-        books
-            Who holds what from now on.
-        gate
-            Made for the system.
-        room
-            How many vehicles the states hold, by name: fewer than in the system where more stand in one.
-        """
-        before, numbers = self.tables, {driver.id: driver.robot for driver in self.drivers}
-        self._keeper.change(system, gate)
-        self._make(tracks)
-        for vehicle in numbers.keys() - self.driver_of.keys():
-            self._steering.forget(vehicle)
-            self._worn.discard(vehicle)
-            self._forgetful.pop(vehicle, None)
-        robots = {numbers[d.id]: d.robot for d in self.drivers if d.id in numbers}
-        carry_over(before, self.tables, robots)
-        write_books(books, self.tables, self.drivers, system)
-        states = cast("Any", self.tables.states)
-        states["room"] = [
-            most if private else room[name]
-            for most, private, name in zip(states["room"], system.private, system.states, strict=True)
-        ]
-        for driver in self.drivers:
-            if driver.id not in numbers:
-                self._take_in(driver)
-                driver.row["held"] = True
-                driver.row["line_m"] = driver.row["held_m"] = driver.end_m(driver.granted)
-        self._let_heads_ask(books)
-
-    def clear(self) -> None:
-        """Go on without any vehicle: all have left."""
-        before = self.tables
-        self._make(())
-        carry_over(before, self.tables, {})
-        for kept in (self._worn, self._forgetful):
-            kept.clear()
-        self._steering.clear()
-
     def _take_in(self, driver: Driver) -> None:
         """Take over a vehicle where it is, at the beginning or later."""
         traffic, row, now = self._traffic, driver.row, self._traffic.now_s
@@ -185,31 +114,6 @@ class Engine:
             traffic.put_under_gate(driver.id, keeps_lane=driver.track.keeps_lane)
             self._recorder.note(now, driver.id, Event.START, driver.leg(driver.granted).state)
         self._recorder.note(now, driver.id, Event.EDGE, driver.track.first_edge)
-
-    def _let_heads_ask(self, books: Books) -> None:
-        """Let those ask who are first in their states now, and nobody who is not."""
-        v, waiting = self.vehicles, self._run["waiting"][0]
-        later = {vehicle for line in books.lines.values() for vehicle in line[1:]}
-        for vehicle in later:
-            row = self.driver_of[vehicle].row
-            row["asking"] |= row["pending"]
-            row["pending"] = False
-        queue = cast("Any", self.tables.entries)["waiting"]
-        still = [robot for robot in queue[:waiting].tolist() if v["pending"][robot]]
-        queue[: len(still)] = still
-        self._run["waiting"] = len(still)
-        self._run["now_s"] = self._traffic.now_s
-        first = [d.robot for d in self.drivers if d.id not in later and not d.row["steered"]]
-        self._step(drive.CONSIDER, robots=np.array(first, dtype=np.int64))
-        self._keeper.answer()
-        self._carry_out(self._traffic.now_s)
-
-    @property
-    def settled(self) -> bool:
-        """Whether every vehicle holds the state it is in and nothing else."""
-        v = self.vehicles
-        one = (v["tail"] == v["granted"]) & (v["crossed"] == v["granted"]) & ~v["steered"] & ~v["going"]
-        return bool(one.all())
 
     def begin(self) -> None:
         """Make the first step, in which all vehicles appear, and take them over.
@@ -261,7 +165,7 @@ class Engine:
             return
         halted = self._came_to_rest()
         self._turns += 1
-        busy = self._steering.steers or self._worn or self._turns % _TIMED_EVERY == 0
+        busy = self._steering.steers or self._worn.any or self._turns % _TIMED_EVERY == 0
         if keeper.compiled and not busy:
             before = keeper.decided
             self._step(drive.TURN, odometer=odometer, robots=halted)
@@ -269,7 +173,7 @@ class Engine:
         else:
             self._step(drive.LOOK, odometer=odometer, robots=halted)
             self._carry_out(now)
-            self._forget_stops()
+            self._worn.forget(self.driver_of)
             self._on_their_lanes()
             keeper.answer()
         self._carry_out(now)
@@ -406,22 +310,7 @@ class Engine:
                 self._stop(driver, driver.granted)
         elif driver.row["steered"]:
             self._steering.renew(driver)
-        if driver.stops > _FORGOTTEN_STOPS:
-            self._forgetful.setdefault(driver.id, 0)
-
-    def _forget_stops(self) -> None:
-        """Let SUMO forget stops: on one edge those made on all others, on the next those made on that."""
-        for vehicle, done in list(self._forgetful.items()):
-            driver = self.driver_of[vehicle]
-            if driver.row["held"] or driver.row["steered"]:
-                continue  # its stop ahead would be forgotten too
-            if not self._traffic.forget_stops(driver.id, *driver.track.rounds[done]):
-                continue
-            self._forgetful[vehicle] = done + 1
-            if done + 1 == len(driver.track.rounds):
-                del self._forgetful[vehicle]
-                self._worn.discard(vehicle)
-                driver.stops = 0
+        self._worn.renewed(driver)
 
     def _came_to_rest(self) -> NDArray[np.int64]:
         """Return the held vehicles that came to rest in the last step."""
@@ -429,8 +318,6 @@ class Engine:
         for vehicle in self._traffic.halted():
             driver = self.driver_of.get(vehicle)
             if driver is not None and driver.row["held"] and np.isnan(driver.row["halted_s"]):
-                driver.stops += 1
-                if driver.stops > _FORGOTTEN_STOPS:
-                    self._worn.add(driver.id)
+                self._worn.made(driver)
                 robots.append(driver.robot)
         return np.array(robots, dtype=np.int64)

@@ -87,10 +87,6 @@ class Steering:
         """Take note that the vehicle is under the gate no longer."""
         self._ways.pop(vehicle, None)
 
-    def clear(self) -> None:
-        """Take note that nobody is under the gate any longer."""
-        self._ways.clear()
-
     def renew(self, driver: Driver) -> None:
         """Set a stop again that lies on the edge where SUMO has just renewed the route, see `Engine`."""
         way = self._ways.get(driver.id)

@@ -4,78 +4,30 @@ from __future__ import annotations
 
 from contextlib import ExitStack, suppress
 from itertools import chain, count, pairwise
-from pathlib import Path
 from random import Random
 from types import TracebackType
-from typing import Any, NamedTuple, Self
+from typing import Any, Self
 
-import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
 from loopgate.drive.driver import Driver
 from loopgate.drive.histogram import Histogram
 from loopgate.errors import ScenarioError, TrafficError
 from loopgate.folders import temporary_folder
-from loopgate.gates.registry import check_gate, name_gate
-from loopgate.negotiation.registry import make_negotiation, name_negotiation
+from loopgate.negotiation.registry import make_negotiation
 from loopgate.network import Loop, RoadNetwork, VehicleType, make_loop
 from loopgate.network.routes_file import one_round
 from loopgate.results.columns import Event
-from loopgate.results.recorder import Recorder, read_events
+from loopgate.results.feed import EventFeed, Happening
+from loopgate.results.recorder import read_events
 from loopgate.simulation.fleet import Fleet
 from loopgate.simulation.newcomers import Newcomer
 from loopgate.simulation.outcome import EVENTS
-from loopgate.simulation.scenario import LONGEST_GATED_STEP_S
 from loopgate.simulation.settings import why_unsafe
 from loopgate.simulation.sumo_input import round_routes
 from loopgate.traffic.running import RunningSumo
 
-__all__ = ["Attached", "Happening", "attach"]
-
-_LIGHTS = ("obey", "keep")
-
-
-class Happening(NamedTuple):
-    """An event: a row of the events, see `loopgate.results.columns`."""
-
-    time_s: float
-    vehicle: str
-    event: str
-    place: str
-    reason: str
-    stage: str
-
-
-class _Events(Recorder):
-    """Records events, and hands those of each step out."""
-
-    def __init__(self, file: Path) -> None:
-        super().__init__(file)
-        self._words = [""]
-        self.fresh: list[Happening] = []
-
-    def code(self, word: str) -> int:
-        """Return the number of a word."""
-        number = super().code(word)
-        if number == len(self._words):
-            self._words.append(str(word))
-        return number
-
-    def note(
-        self, time_s: float, vehicle: str, event: Event, place: str, reason: str = "", stage: str = ""
-    ) -> None:
-        """Record one event."""
-        self.fresh.append(Happening(time_s, vehicle, str(event), place, reason, stage))
-        for word in (vehicle, event, place, reason, stage):
-            self.code(word)
-        super().note(time_s, vehicle, event, place, reason, stage)
-
-    def passed(self, time_s: float, rows: NDArray[np.int32]) -> None:
-        """Record events of one step."""
-        words = self._words
-        self.fresh += [Happening(time_s, *(words[number] for number in row)) for row in rows.tolist()]
-        super().passed(time_s, rows)
+__all__ = ["Attached"]
 
 
 class Attached:
@@ -274,7 +226,7 @@ class Attached:
 
     def __enter__(self) -> Self:
         self._folder = self._stack.enter_context(temporary_folder())
-        self._recorder = _Events(self._folder / EVENTS)
+        self._recorder = EventFeed(self._folder / EVENTS)
         self._stack.callback(self._recorder.close)
         self._made = Fleet(
             self._network,
@@ -300,99 +252,3 @@ class Attached:
             self._recorder.close()
             self.events = read_events(self._folder / EVENTS)
             self._final = summary
-
-
-def attach(
-    sumo: Any,  # noqa: ANN401  neither libsumo nor traci has types
-    *,
-    gate: object = "certified",
-    negotiation: object = "pressure",
-    lights: str = "obey",
-    seed: int = 1,
-) -> Attached:
-    """Put vehicles of a running simulation under a gate.
-
-    Parameters
-    ----------
-    sumo
-        The module ``libsumo`` or ``traci``, or a connection of traci; its simulation has been started.
-    gate
-        A gate's name, with options behind a colon, or a class that is called with a `System`.
-    negotiation
-        A negotiation's name, with options behind a colon, a class, or a negotiation that is made already.
-    lights
-        ``obey``: nobody is let go into red; ``keep``: vehicles take their crossing, and then wait for green.
-    seed
-        Of the negotiation.
-
-    Returns
-    -------
-    Attached
-        To be used in a ``with`` statement: `Attached.add` takes vehicles in, `Attached.after_step` is called
-        after each step, `Attached.leave` lets vehicles go.
-
-    Raises
-    ------
-    LoopgateError
-        If no simulation is running, or it is set so that no gate could keep vehicles apart; the text names
-        the setting.
-
-    Examples
-    --------
-    >>> import libsumo
-    >>> import loopgate
-    >>> files = ["-n", "networks/grid5-priority.net.xml", "-r", "routes/grid5.rou.xml"]
-    >>> _ = libsumo.start(["sumo", *files, "--no-step-log", "--no-warnings"])
-    >>> for bus in ("bus1", "bus2"):
-    ...     libsumo.vehicle.add(bus, "loop0")
-    >>> with loopgate.attach(libsumo) as gate:
-    ...     gate.add("bus1", "bus2")
-    ...     while libsumo.simulation.getTime() < 120:
-    ...         libsumo.simulationStep()
-    ...         happened = gate.after_step()
-    >>> libsumo.close()
-    >>> gate.summary["vehicles"], gate.summary["trespasses"]
-    (2, 0)
-    """
-    running = RunningSumo(sumo)
-    _check_settings(running)
-    gate_name, negotiation_name = name_gate(gate), name_negotiation(negotiation)
-    check_gate(gate_name)
-    if gate_name == "open":
-        msg = "gate open: it leaves all to SUMO's right of way, so there is nothing to attach"
-        raise ScenarioError(msg)
-    if lights not in _LIGHTS:
-        msg = f"lights is {lights!r}; expected one of {', '.join(_LIGHTS)}"
-        raise ScenarioError(msg)
-    return Attached(
-        running,
-        RoadNetwork.open(running.setting("net-file")),
-        gate=gate_name,
-        negotiation=negotiation_name,
-        lights=lights,
-        seed=seed,
-    )
-
-
-def _check_settings(running: RunningSumo) -> None:
-    """Refuse what makes vehicles drive otherwise than a gate counts on."""
-    step_s = running.traffic.step_s
-    if step_s > LONGEST_GATED_STEP_S:
-        msg = (
-            f"step-length is {step_s:g}; expected at most {LONGEST_GATED_STEP_S:g} under a gate, or vehicles "
-            "drive into each other"
-        )
-        raise ScenarioError(msg)
-    if running.setting("step-method.ballistic") == "true":
-        msg = "step-method.ballistic is on: a gate counts on SUMO's Euler steps; leave it out"
-        raise ScenarioError(msg)
-    if float(running.setting("lateral-resolution")) > 0:
-        msg = "lateral-resolution is set: a gate counts on one vehicle beside another per lane; leave it out"
-        raise ScenarioError(msg)
-    action = running.setting("default.action-step-length")
-    if float(action) > step_s:
-        msg = (
-            f"default.action-step-length is {action}, above the step of {step_s:g} s: in between SUMO takes "
-            "no orders from a gate; leave it out"
-        )
-        raise ScenarioError(msg)

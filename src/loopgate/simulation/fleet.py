@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from loopgate.drive.books import Books
+from loopgate.drive.changing import ChangingEngine
 from loopgate.drive.driver import Driver
-from loopgate.drive.engine import Engine
 from loopgate.drive.gatekeeper import Gatekeeper
 from loopgate.drive.track import Track
 from loopgate.errors import GateError
@@ -108,7 +108,7 @@ class Fleet:
         self._orders = _Orders(traffic)
         self.newcomers: dict[str, Newcomer] = {}
         self.keeper: Gatekeeper | None = None
-        self.engine: Engine | None = None
+        self.engine: ChangingEngine | None = None
         self.around: Surroundings | None = None
         self.changes = 0
         """How often vehicles joined or left."""
@@ -286,7 +286,7 @@ class Fleet:
         if self.engine is None:
             self.keeper = Gatekeeper(system, gate, self._negotiation)
             self.keeper.obstacles = (self._orders,)
-            self.engine = Engine(self._traffic, (), self.keeper, self._recorder, foresees=False)
+            self.engine = ChangingEngine(self._traffic, (), self.keeper, self._recorder, foresees=False)
             self._orders.drivers = self.engine.drivers
             self.around = Surroundings(
                 self._network, self._traffic, self.engine, self.keeper, lights=self._lights, others=True

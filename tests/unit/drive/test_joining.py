@@ -9,7 +9,7 @@ from fake_traffic import FakeTraffic, FakeVehicle
 from shared_state import drive, world
 
 from loopgate.drive.books import Books
-from loopgate.drive.engine import Engine
+from loopgate.drive.changing import ChangingEngine
 from loopgate.gates import make_gate
 from loopgate.model import Robot, RobotId, System
 
@@ -17,7 +17,7 @@ STARTS_M = (120.0, 125.0, 60.0, 10.0)
 ROOM = {**{f"pv{number}": 1 for number in range(9)}, "s": 1}
 
 
-def change(engine: Engine, books: Books, *, joining: tuple[str, ...] = (), gate: str = "collision") -> None:
+def change(engine: ChangingEngine, books: Books, *, joining: tuple[str, ...] = ()) -> None:
     """Go on with those who are in the books; those who join stand where their tracks begin."""
     tracks = []
     for vehicle in books.in_line:
@@ -32,7 +32,7 @@ def change(engine: Engine, books: Books, *, joining: tuple[str, ...] = (), gate:
         for track in tracks
     ]
     made = System(robots)
-    engine.change(tracks, books, system=made, gate=make_gate(gate, made), room=ROOM)
+    engine.change(tracks, books, system=made, gate=make_gate("collision", made), room=ROOM)
 
 
 TRACKS = {driver.id: driver.track for driver in world(*STARTS_M)[0].drivers}
