@@ -26,14 +26,14 @@ from loopgate.simulation.sumo_start import check_backend
 from loopgate.simulation.watch import Watch
 from loopgate.traffic.base import Traffic
 
-__all__ = ["run"]
+__all__ = ["simulate"]
 
 _ON_SEGMENTS = (
     "lights: on segments no state ends at a light, so a vehicle holds its zone while it waits there at a red"
 )
 
 
-def run(
+def simulate(
     scenario: Scenario,
     out: Path | str | None = None,
     *,
