@@ -26,7 +26,7 @@ from loopgate.cli.frame_table import frame_table
 from loopgate.cli.progress import show_progress
 from loopgate.network import RoadNetwork, generate_loops, write_loops
 from loopgate.simulation.assembly import assemble
-from loopgate.simulation.run import run
+from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.sumo_input import write_sumo_input
 from loopgate.simulation.sumo_start import plain_options, start_traffic
@@ -120,7 +120,7 @@ def measure(name: str, scenario: Scenario) -> dict[str, object]:
     summary = {}
     for _ in range(REPEATS):
         plain.append(plain_stepping_s(scenario))
-        summary = run(scenario)
+        summary = simulate(scenario)
         steps.append(summary["wall_s"]["sumo"])
         rest.append(summary["wall_s"]["gate"])
     plain_s, sumo_s, gate_s = statistics.median(plain), statistics.median(steps), statistics.median(rest)

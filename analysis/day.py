@@ -32,7 +32,7 @@ from loopgate.results.columns import (
 )
 from loopgate.runs.run import read_run
 from loopgate.simulation.loop_run import Course
-from loopgate.simulation.run import run
+from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario
 from loopgate.sweep.memory import peak_memory_mb, reset_peak_memory
 
@@ -137,7 +137,7 @@ def main() -> int:
             memory.look(now_s)
             report(round(now_s))
 
-        summary = run(scenario, given.out, tick=tick, overwrite=True)
+        summary = simulate(scenario, given.out, tick=tick, overwrite=True)
     return tell(given.out, summary, memory.peaks_mb)
 
 

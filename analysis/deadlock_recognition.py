@@ -18,7 +18,7 @@ from typing import Any
 
 import pandas as pd
 
-from loopgate.simulation.run import run
+from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.watch import Deadlock, Watch
 
@@ -83,7 +83,7 @@ def main() -> None:
             data = {"network": network, "loops": 60, "vehicles": vehicles, "gate": "open", "seed": seed}
             fixed = {"loops_seed": seed, "on_deadlock": "continue", "duration_s": given.duration}
             scenario = Scenario.from_dict({**data, **fixed, **more})
-            summary = run(scenario, watch=watching(tally, given.duration))
+            summary = simulate(scenario, watch=watching(tally, given.duration))
             rows.append(
                 {
                     "network": network.removeprefix("networks/"),

@@ -24,7 +24,7 @@ from loopgate.report.network_map import draw_map
 from loopgate.report.page import write_report
 from loopgate.runs.results import read_results
 from loopgate.simulation.assembly import assemble
-from loopgate.simulation.run import run
+from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -54,11 +54,13 @@ HEADINGS = {
 }
 
 
-def simulate(name: str, gate: str) -> dict[str, Any]:
+def drive_one(name: str, gate: str) -> dict[str, Any]:
     """Run scenario `name` under `gate` and return its row."""
     scenario = dataclasses.replace(SCENARIOS[name], gate=gate)
     with show_progress(f"{name}, one hour under {gate}", total=round(scenario.duration_s)) as report:
-        summary = run(scenario, OUT / name / gate, tick=lambda now, _: report(round(now)), overwrite=True)
+        summary = simulate(
+            scenario, OUT / name / gate, tick=lambda now, _: report(round(now)), overwrite=True
+        )
     deadlocks = summary["deadlocks"]
     return {
         **summary,
@@ -96,7 +98,7 @@ def main() -> None:
     page = OUT / "berlin.html"
     write_report(read_results(OUT / "berlin"), page)
     console.print(f"picture: {picture.relative_to(ROOT)}, report: {page.relative_to(ROOT)}")
-    rows = [simulate(name, gate) for name in SCENARIOS for gate in GATES]
+    rows = [drive_one(name, gate) for name in SCENARIOS for gate in GATES]
     files = [draw(name, OUT / f"{name}.png") for name in SCENARIOS]
     wide.print(
         frame_table(pd.DataFrame(rows), HEADINGS, title="One hour, the same loops and seed per network")

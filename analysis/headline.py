@@ -21,7 +21,7 @@ from loopgate.cli.frame_table import frame_table
 from loopgate.cli.progress import show_progress
 from loopgate.network import RoadNetwork
 from loopgate.results.columns import LAPS, STANDING, X, Y
-from loopgate.simulation.run import run
+from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -49,12 +49,12 @@ HEADINGS = {
 }
 
 
-def simulate(gate: str) -> tuple[dict[str, Any], pd.DataFrame]:
+def drive_one(gate: str) -> tuple[dict[str, Any], pd.DataFrame]:
     """Run the hour under `gate`; return its row and its vehicles."""
     folder = OUT / "berlin" / gate
     scenario = dataclasses.replace(BERLIN, gate=gate)
     with show_progress(f"Berlin, one hour under {gate}", total=round(scenario.duration_s)) as report:
-        summary = run(scenario, folder, tick=lambda now, _: report(round(now)), overwrite=True)
+        summary = simulate(scenario, folder, tick=lambda now, _: report(round(now)), overwrite=True)
     vehicles = pd.read_parquet(folder / "vehicles.parquet")
     return _row(gate, summary, vehicles), vehicles
 
@@ -116,7 +116,7 @@ def _dots(axis: Axes, table: pd.DataFrame) -> None:
 
 def headline() -> tuple[pd.DataFrame, Path]:
     """Run both hours; return the table and the picture's file."""
-    results = [simulate(gate) for gate in GATES]
+    results = [drive_one(gate) for gate in GATES]
     file = OUT / "berlin.png"
     draw([row for row, _ in results], [table for _, table in results], file)
     return pd.DataFrame([row for row, _ in results]), file

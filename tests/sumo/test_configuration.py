@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from loopgate.simulation.run import run
+from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario
 
 pytestmark = pytest.mark.sumo
@@ -32,7 +32,7 @@ def test_a_configuration_is_honoured(tmp_path: Path, gate: str) -> None:
         '<time-to-teleport value="300"/></configuration>'
     )
     given = {"network": str(config), "gate": gate, "vehicles": 20, "fcd": True, "sumo": "--scale 1"}
-    summary = run(Scenario.from_dict(given), tmp_path / "run")
+    summary = simulate(Scenario.from_dict(given), tmp_path / "run")
     assert summary["seed"] == 9
     assert summary["duration_s"] == pytest.approx(60.0)
     assert summary["collisions"] == 0

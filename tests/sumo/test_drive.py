@@ -12,7 +12,7 @@ import pytest
 from loopgate.drive import build
 from loopgate.errors import TrafficError
 from loopgate.results.recorder import read_events
-from loopgate.simulation.run import run
+from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario
 from loopgate.traffic.sumo import SumoTraffic
 
@@ -26,7 +26,7 @@ def test_more_events_than_find_room_in_one_step_end_the_run(monkeypatch: pytest.
     """One clear line rather than a trace with holes."""
     monkeypatch.setattr(build, "FULL", 0)
     with pytest.raises(TrafficError, match=r"events of one step at \d+ s found no room"):
-        run(replace(DENSE, duration_s=60.0))
+        simulate(replace(DENSE, duration_s=60.0))
 
 
 def test_an_interruption_while_vehicles_are_held_writes_no_row_twice(
@@ -42,7 +42,7 @@ def test_an_interruption_while_vehicles_are_held_writes_no_row_twice(
             raise KeyboardInterrupt
 
     monkeypatch.setattr(SumoTraffic, "hold", interrupted)
-    summary = run(DENSE, tmp_path / "run")
+    summary = simulate(DENSE, tmp_path / "run")
     assert summary["outcome"] == "interrupted"
     events = read_events(tmp_path / "run" / "events.parquet")
     assert calls["hold"] == 50

@@ -23,7 +23,7 @@ from made_networks import netgenerate, small_roundabout, two_rings_of_road
 
 from loopgate.network import RoadNetwork, generate_loops
 from loopgate.results.recorder import read_events
-from loopgate.simulation.run import run
+from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.watch import Deadlock, Watch
 from loopgate.traffic.sumo import SumoTraffic
@@ -223,7 +223,7 @@ def digests(name: str, folder: Path) -> dict[str, str]:
             patch.setattr(SumoTraffic, act, noting(act, calls))
         if name.startswith("misled"):
             mislead(patch)
-        summary = run(replace(scenario, **paths), folder / "run", overwrite=True, watch=Witness)
+        summary = simulate(replace(scenario, **paths), folder / "run", overwrite=True, watch=Witness)
     rows = read_events(folder / "run" / "events.parquet").to_csv(index=False)
     figures: dict[str, Any] = {key: summary.get(key) for key in FIGURES}
     return {

@@ -9,7 +9,7 @@ from limits import no_file_beyond
 
 from loopgate.errors import ResultsError
 from loopgate.results.recorder import read_events
-from loopgate.simulation.run import run
+from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario
 
 pytestmark = pytest.mark.sumo
@@ -27,17 +27,17 @@ RING = Scenario.from_dict(
 def test_events_up_to_a_full_disk_are_left(tmp_path: Path) -> None:
     """One line that names the file; SUMO is ended, so that the next run begins."""
     with no_file_beyond(60_000), pytest.raises(ResultsError, match=r"out/events\.parquet: cannot be written"):
-        run(RING, tmp_path / "out")
+        simulate(RING, tmp_path / "out")
     assert len(read_events(tmp_path / "out" / "events.parquet"))
     assert not (tmp_path / "out" / "summary.json").exists()
-    run(Scenario.from_dict(RING.to_dict() | {"duration_s": 10.0}), tmp_path / "out")
+    simulate(Scenario.from_dict(RING.to_dict() | {"duration_s": 10.0}), tmp_path / "out")
 
 
 def test_sumo_is_ended_before_it_finds_no_room_for_positions(tmp_path: Path) -> None:
     """It would end the process; events and positions up to then are whole."""
     scenario = Scenario.from_dict(RING.to_dict() | {"positions": True})
     with no_file_beyond(3_000_000), pytest.raises(ResultsError, match=r"positions\.csv\.gz: cannot go on"):
-        run(scenario, tmp_path / "out")
+        simulate(scenario, tmp_path / "out")
     assert len(read_events(tmp_path / "out" / "events.parquet"))
 
 
@@ -51,4 +51,4 @@ def test_trips_that_sumo_could_not_write_are_missed(tmp_path: Path) -> None:
     )
     scenario = Scenario(network=str(tmp_path / "t.sumocfg"), gate="open")
     with no_file_beyond(12_000), pytest.raises(ResultsError, match=r"tripinfo\.xml: SUMO could not write"):
-        run(scenario, tmp_path / "out")
+        simulate(scenario, tmp_path / "out")

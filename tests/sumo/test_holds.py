@@ -10,7 +10,7 @@ from made_networks import netgenerate
 
 from loopgate.cli.main import EXIT_UNCLEAN
 from loopgate.cli.run import exit_code
-from loopgate.simulation.run import run
+from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario
 from loopgate.traffic.sumo import SumoTraffic
 
@@ -41,12 +41,12 @@ def test_they_hold_where_somebody_must_not_change_lanes(
     scenario = Scenario(
         network=prohibiting(tmp_path), loops=20, vehicles=80, duration_s=240.0, on_deadlock="continue"
     )
-    summary = run(scenario)
+    summary = simulate(scenario)
     assert (summary["overruns"], summary["trespasses"], summary["collisions"]) == (0, 0, 0)
     assert summary["clean"]
     assert exit_code(summary) == 0
     monkeypatch.setattr(SumoTraffic, "_may_insert", lambda *_: True)
-    summary = run(scenario)
+    summary = simulate(scenario)
     assert summary["overruns"] > 0
     assert not summary["clean"]
     assert exit_code(summary) == EXIT_UNCLEAN

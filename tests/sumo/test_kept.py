@@ -11,7 +11,7 @@ from loopgate.abstraction import queue_layout, segments
 from loopgate.keeping import Kept
 from loopgate.network import road, routes_file
 from loopgate.simulation import random_loops
-from loopgate.simulation.run import run
+from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario
 
 pytestmark = pytest.mark.sumo
@@ -27,7 +27,7 @@ def test_a_run_after_others_is_the_same_run(tmp_path: Path, monkeypatch: pytest.
 
     def traced(name: str, **options: object) -> pd.DataFrame:
         given = {"network": road_net, "loops": 12, "duration_s": 300, "gate": "collision", **options}
-        run(Scenario.from_dict(given), tmp_path / name)
+        simulate(Scenario.from_dict(given), tmp_path / name)
         return pd.read_parquet(tmp_path / name / "events.parquet")
 
     first = traced("first", vehicles=30)

@@ -14,7 +14,7 @@ from loopgate.drive.engine import Engine
 from loopgate.network import LaneSpan
 from loopgate.network.vehicle_type import DEFAULT_TYPE
 from loopgate.simulation.assembly import assemble
-from loopgate.simulation.run import run
+from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario
 
 pytestmark = pytest.mark.sumo
@@ -64,6 +64,6 @@ def test_vehicles_change_lanes_in_the_stretches_and_nowhere_else(
                 changes.append(driver.id)
 
     monkeypatch.setattr(Engine, "step", look)
-    summary = run(scenario)
+    summary = simulate(scenario)
     assert (summary["collisions"], summary["trespasses"], summary["audit"]) == (0, 0, "clean")
     assert len(changes) > 60

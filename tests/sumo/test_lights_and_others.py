@@ -11,7 +11,7 @@ from loopgate.errors import RouteError
 from loopgate.network import RoadNetwork
 from loopgate.results.columns import EVENT, REASON
 from loopgate.results.recorder import read_events
-from loopgate.simulation.run import run
+from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario
 
 pytestmark = pytest.mark.sumo
@@ -45,8 +45,8 @@ def test_lights_obeyed(tmp_path: Path) -> None:
 
     Under ``keep`` vehicles take their crossing and the slot beyond, and then wait for green.
     """
-    obeyed = run(ACTUATED, tmp_path / "obey")
-    kept = run(Scenario(**{**ACTUATED.to_dict(), "lights": "keep"}))
+    obeyed = simulate(ACTUATED, tmp_path / "obey")
+    kept = simulate(Scenario(**{**ACTUATED.to_dict(), "lights": "keep"}))
     assert obeyed["outcome"] == kept["outcome"] == "done"
     assert (obeyed["collisions"], obeyed["teleports"], obeyed["audit"]) == (0, 0, "clean")
     assert obeyed["refusals"]["red"] > 100
@@ -62,7 +62,7 @@ def test_lights_obeyed(tmp_path: Path) -> None:
 
 def test_lights_that_stay_red_are_no_deadlock() -> None:
     """The lights of this network wait for a player: the run goes on and says so."""
-    summary = run(Scenario(network="sumo:bs3d", loops=10, vehicles=30, lights="obey", duration_s=600.0))
+    summary = simulate(Scenario(network="sumo:bs3d", loops=10, vehicles=30, lights="obey", duration_s=600.0))
     assert summary["outcome"] == "done"
     assert summary["deadlocks"] == []
     (warning,) = summary["warnings"]
@@ -73,7 +73,7 @@ def test_ordinary_traffic(tmp_path: Path) -> None:
     """Everybody gets round among ordinary vehicles, nobody collides, the summary says what it is worth."""
     traffic = _trips(tmp_path / "others.rou.xml", every_s=3.0, duration_s=1200.0)
     scenario = Scenario(network=str(GRID), loops=30, vehicles=60, traffic=str(traffic), duration_s=1200.0)
-    summary = run(scenario, tmp_path / "run")
+    summary = simulate(scenario, tmp_path / "run")
     assert summary["outcome"] == "done"
     assert (summary["collisions"], summary["teleports"], summary["audit"]) == (0, 0, "clean")
     assert summary["vehicles_without_a_lap"] == summary["overruns"] == summary["trespasses"] == 0
@@ -90,7 +90,9 @@ def test_a_configuration_whose_vehicles_are_the_ordinary_traffic(tmp_path: Path)
     config.write_text(
         f'<configuration><net-file value="{GRID}"/><route-files value="others.rou.xml"/></configuration>'
     )
-    summary = run(Scenario(network=str(config), traffic=str(config), loops=10, vehicles=20, duration_s=300.0))
+    summary = simulate(
+        Scenario(network=str(config), traffic=str(config), loops=10, vehicles=20, duration_s=300.0)
+    )
     assert (summary["outcome"], summary["vehicles"], summary["loops"]) == ("done", 20, 10)
     assert summary["others"]["vehicles"] > 40
 
@@ -100,4 +102,4 @@ def test_names_must_differ(tmp_path: Path) -> None:
     file = tmp_path / "t.rou.xml"
     file.write_text('<routes><trip id="v1" depart="0" from="A0A1" to="C0C1"/></routes>')
     with pytest.raises(RouteError, match="vehicle v1"):
-        run(Scenario(network=str(GRID), loops=4, traffic=str(file), duration_s=60.0))
+        simulate(Scenario(network=str(GRID), loops=4, traffic=str(file), duration_s=60.0))

@@ -13,7 +13,7 @@ from loopgate.errors import TooManyVehiclesError
 from loopgate.network import RoadNetwork, generate_loops
 from loopgate.results.columns import EVENT, PLACE, VEHICLE, Event
 from loopgate.results.recorder import read_events
-from loopgate.simulation.run import run
+from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario
 
 pytestmark = pytest.mark.sumo
@@ -37,7 +37,7 @@ def routes(file: Path, vehicles: int) -> str:
 def test_nothing_collides_and_no_place_holds_more_than_fit(tmp_path: Path) -> None:
     """Ninety vehicles for ten minutes: no collision, audit clean, lengths on a lane never exceed it."""
     scenario = Scenario(network=GRID, routes=routes(tmp_path / "r.rou.xml", 90), duration_s=600.0)
-    summary = run(scenario, tmp_path / "run")
+    summary = simulate(scenario, tmp_path / "run")
     assert summary["vehicles"] == 90
     assert (summary["outcome"], summary["audit"]) == ("done", "clean")
     assert summary["collisions"] == summary["teleports"] == summary["vehicles_without_a_lap"] == 0
@@ -62,25 +62,25 @@ def test_the_number_that_can_start_starts_and_moves_and_one_more_is_refused(tmp_
     """Of a thousand vehicles the run names how many can start; these get going, and one more is too many."""
     crowd = Scenario(network=GRID, routes=routes(tmp_path / "crowd.rou.xml", 1000), duration_s=300.0)
     with pytest.raises(TooManyVehiclesError, match=r"the first \d+ can start") as refused:
-        run(crowd)
+        simulate(crowd)
     found = re.search(r"take at most (\d+)", str(refused.value))
     assert found is not None
     most = int(found[1])
     assert most == refused.value.fitting > 100
     fitting = Scenario(network=GRID, routes=routes(tmp_path / "most.rou.xml", most), duration_s=300.0)
-    summary = run(fitting, tmp_path / "run")
+    summary = simulate(fitting, tmp_path / "run")
     assert (summary["vehicles"], summary["outcome"], summary["audit"]) == (most, "done", "clean")
     assert summary["collisions"] == summary["overruns"] == 0
     driven = pd.read_parquet(tmp_path / "run" / "vehicles.parquet")["distance_m"]
     assert (driven > 10.0).mean() > 0.9
     one_more = Scenario(network=GRID, routes=routes(tmp_path / "more.rou.xml", most + 1), duration_s=300.0)
     with pytest.raises(TooManyVehiclesError, match=f"the first {most} can start"):
-        run(one_more)
+        simulate(one_more)
 
 
 def test_trailers_and_buses_among_cars_never_touch(tmp_path: Path) -> None:
     """Twenty-four vehicles of 5, 12 and 16.5 m: the audit of positions is clean."""
     routes = write_mixed_fleet(loops_for_all(GRID, 8, seed=3), 24, 3, tmp_path / "r.rou.xml")
-    summary = run(Scenario(network=GRID, routes=str(routes), duration_s=200.0, positions=True))
+    summary = simulate(Scenario(network=GRID, routes=str(routes), duration_s=200.0, positions=True))
     assert (summary["collisions"], summary["trespasses"], summary["overruns"]) == (0, 0, 0)
     assert summary["audit"] == "clean"

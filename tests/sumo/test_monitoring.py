@@ -12,7 +12,7 @@ from loopgate.network import RoadNetwork
 from loopgate.results.columns import EVENT, PLACE, TIME, Event
 from loopgate.results.recorder import read_events
 from loopgate.simulation.assembly import assemble
-from loopgate.simulation.run import run
+from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario
 
 pytestmark = pytest.mark.sumo
@@ -28,7 +28,7 @@ def test_idleness_of_a_run_counted_second_by_second(tmp_path: Path, warmup_s: fl
     greatest, and over a second its mean is half a second less than at the second's end.
     """
     scenario = Scenario(network=GRID, loops=6, duration_s=400.0, warmup_s=warmup_s)
-    summary = run(scenario, tmp_path / "run")
+    summary = simulate(scenario, tmp_path / "run")
     events = read_events(tmp_path / "run" / "events.parquet")
     visits = events[events[EVENT] == Event.EDGE]
     begin = events[TIME].min() + warmup_s
@@ -53,7 +53,7 @@ def test_idleness_of_a_run_counted_second_by_second(tmp_path: Path, warmup_s: fl
 def test_coverage_is_that_of_the_loops_that_are_driven(tmp_path: Path) -> None:
     """One lane per edge in the grid: both shares follow from the edges' names and lengths."""
     scenario = Scenario(network=GRID, loops=6, vehicles=3, duration_s=30.0)
-    summary = run(scenario, tmp_path / "run")
+    summary = simulate(scenario, tmp_path / "run")
     network = RoadNetwork.open(GRID)
     driven = set(pd.read_parquet(tmp_path / "run" / "edges.parquet")["edge"])
     assert summary["coverage_edges"] == pytest.approx(len(driven) / len(network.edges), abs=1e-6)

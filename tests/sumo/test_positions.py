@@ -13,7 +13,7 @@ import pytest
 from loopgate.abstraction import queue_layout
 from loopgate.abstraction.movements import Conflicts, find_conflicts
 from loopgate.keeping import Kept
-from loopgate.simulation.run import run
+from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario
 
 pytestmark = pytest.mark.sumo
@@ -44,7 +44,7 @@ def break_conflicts(monkeypatch: pytest.MonkeyPatch, change: Callable[[Conflicts
 
 def test_a_run_is_clean_from_its_positions(tmp_path: Path) -> None:
     """Hundreds of meetings at crossings, each with time between rear and front; nobody stands in one."""
-    summary = run(GRID, tmp_path / "run")
+    summary = simulate(GRID, tmp_path / "run")
     assert summary["audit"] == "clean"
     assert {"crossings", "bodies"} < set(summary["audited"])
     figures = summary["positions"]
@@ -57,7 +57,7 @@ def test_a_run_is_clean_from_its_positions(tmp_path: Path) -> None:
 
 def test_without_positions_the_summary_says_so() -> None:
     """Crossings are then not among what was audited, and there are no figures of positions."""
-    summary = run(dataclasses.replace(GRID, positions=False, duration_s=30.0))
+    summary = simulate(dataclasses.replace(GRID, positions=False, duration_s=30.0))
     assert "crossings" not in summary["audited"]
     assert "positions" not in summary
 
@@ -71,7 +71,7 @@ def test_segments_are_audited_too(tmp_path: Path) -> None:
         duration_s=600.0,
         positions=True,
     )
-    summary = run(scenario, tmp_path / "run")
+    summary = simulate(scenario, tmp_path / "run")
     assert summary["audit"] == "clean"
     assert summary["positions"]["rows"] == 5 * 601
 
@@ -87,7 +87,7 @@ def test_one_forgotten_foe_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
         return dataclasses.replace(c, foes=foes)
 
     break_conflicts(monkeypatch, forget)
-    found = rules(run(GRID))
+    found = rules(simulate(GRID))
     assert found["foe"] >= 1
 
 
@@ -102,7 +102,7 @@ def test_one_stretch_cut_short_is_found(monkeypatch: pytest.MonkeyPatch) -> None
         return dataclasses.replace(c, overlaps=overlaps)
 
     break_conflicts(monkeypatch, cut)
-    found = rules(run(GRID))
+    found = rules(simulate(GRID))
     assert found["stretch"] >= 1
 
 
@@ -111,6 +111,6 @@ def test_crossings_without_exclusion_are_found(monkeypatch: pytest.MonkeyPatch) 
     break_conflicts(
         monkeypatch, lambda c: dataclasses.replace(c, foes={name: frozenset() for name in c.foes})
     )
-    found = rules(run(GRID))
+    found = rules(simulate(GRID))
     assert found["meeting"] > 10
     assert found["bodies"] > 5

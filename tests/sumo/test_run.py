@@ -9,11 +9,11 @@ from pathlib import Path
 import pytest
 
 from loopgate.audit import audit_events
-from loopgate.drive import engine
+from loopgate.drive import worn
 from loopgate.model import read_system
 from loopgate.results.columns import EVENT, PLACE, STAGE, TIME
 from loopgate.results.recorder import read_events
-from loopgate.simulation.run import run
+from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario
 from loopgate.traffic.sumo import SumoTraffic
 
@@ -27,7 +27,7 @@ GRID = Path(__file__).parents[2] / "networks" / "grid5-priority.net.xml"
 
 def test_a_gated_run_is_clean_and_everybody_gets_round(tmp_path: Path) -> None:
     """No collision, no teleport, no deadlock, no trespass; every vehicle completes laps."""
-    summary = run(CITY, tmp_path / "run")
+    summary = simulate(CITY, tmp_path / "run")
     assert summary["outcome"] == "done"
     assert (summary["collisions"], summary["teleports"], summary["deadlocks"]) == (0, 0, [])
     assert summary["audit"] == "clean"
@@ -39,9 +39,9 @@ def test_a_gated_run_is_clean_and_everybody_gets_round(tmp_path: Path) -> None:
 
 def test_the_same_seed_gives_the_same_trace_byte_for_byte(tmp_path: Path) -> None:
     """Twice in this process, and once more through a socket to another."""
-    run(CITY, tmp_path / "a")
-    run(CITY, tmp_path / "b")
-    run(CITY, tmp_path / "c", backend="traci")
+    simulate(CITY, tmp_path / "a")
+    simulate(CITY, tmp_path / "b")
+    simulate(CITY, tmp_path / "c", backend="traci")
     traces = [(tmp_path / name / "events.parquet").read_bytes() for name in "abc"]
     assert traces[0] == traces[1] == traces[2]
 
@@ -49,8 +49,8 @@ def test_the_same_seed_gives_the_same_trace_byte_for_byte(tmp_path: Path) -> Non
 def test_stages_are_traced_and_leave_the_trace_the_same(tmp_path: Path) -> None:
     """The trace names the stage of each grant; times, which differ, are in the summary alone."""
     scenario = Scenario(**{**CITY.to_dict(), "gate": "certified", "duration_s": 300.0})
-    summary = run(scenario, tmp_path / "a")
-    run(scenario, tmp_path / "b")
+    summary = simulate(scenario, tmp_path / "a")
+    simulate(scenario, tmp_path / "b")
     first, second = ((tmp_path / name / "events.parquet").read_bytes() for name in "ab")
     assert first == second
     assert {s: times["count"] for s, times in summary["stage_us"].items()} == summary["stages"]
@@ -64,15 +64,15 @@ def test_stages_are_traced_and_leave_the_trace_the_same(tmp_path: Path) -> None:
 
 def test_another_seed_gives_another_trace(tmp_path: Path) -> None:
     """The seed is not ignored."""
-    run(CITY, tmp_path / "a")
-    run(Scenario(**{**CITY.to_dict(), "seed": 2, "loop_length_m": (400.0, 2000.0)}), tmp_path / "b")
+    simulate(CITY, tmp_path / "a")
+    simulate(Scenario(**{**CITY.to_dict(), "seed": 2, "loop_length_m": (400.0, 2000.0)}), tmp_path / "b")
     first, second = ((tmp_path / name / "events.parquet").read_bytes() for name in "ab")
     assert first != second
 
 
 def test_the_audit_of_a_real_trace_finds_a_grant_taken_away(tmp_path: Path) -> None:
     """Mutation: without one of its grants, the same trace breaks the rules."""
-    run(CITY, tmp_path / "run")
+    simulate(CITY, tmp_path / "run")
     events = read_events(tmp_path / "run" / "events.parquet")
     system = read_system(tmp_path / "run" / "system.json")
     assert audit_events(events, system) == []
@@ -85,7 +85,7 @@ def test_a_gridlocked_grid_ends_in_a_named_deadlock(tmp_path: Path) -> None:
     scenario = Scenario(
         network=str(GRID), loops=60, vehicles=180, gate="open", abstraction="segments", loops_seed=2, seed=2
     )
-    summary = run(scenario, tmp_path / "run")
+    summary = simulate(scenario, tmp_path / "run")
     assert summary["outcome"] == "deadlock"
     (deadlock,) = summary["deadlocks"]
     assert summary["duration_s"] < 3600.0
@@ -109,7 +109,7 @@ def test_on_deadlock_teleport_goes_on(tmp_path: Path) -> None:
         duration_s=1200.0,
         on_deadlock="teleport",
     )
-    summary = run(scenario, tmp_path / "run")
+    summary = simulate(scenario, tmp_path / "run")
     assert summary["duration_s"] == pytest.approx(1200.0, abs=1.0)
     assert summary["deadlocks"]
 
@@ -123,7 +123,7 @@ def test_a_configuration_runs_as_it_is(tmp_path: Path) -> None:
     (tmp_path / "s.sumocfg").write_text(
         f'<configuration><net-file value="{GRID}"/><route-files value="r.rou.xml"/></configuration>'
     )
-    summary = run(Scenario(network=str(tmp_path / "s.sumocfg"), gate="open"), tmp_path / "run")
+    summary = simulate(Scenario(network=str(tmp_path / "s.sumocfg"), gate="open"), tmp_path / "run")
     assert (summary["outcome"], summary["vehicles"], summary["loops"]) == ("done", 5, 0)
     assert summary["duration_s"] < 300.0
     assert summary["distance_km"] == pytest.approx(5 * 0.27, abs=0.15)
@@ -137,7 +137,7 @@ def test_an_interrupted_run_keeps_what_it_has(tmp_path: Path) -> None:
         if now_s > 300.0:
             raise KeyboardInterrupt
 
-    summary = run(CITY, tmp_path / "run", tick=tick)
+    summary = simulate(CITY, tmp_path / "run", tick=tick)
     assert summary["outcome"] == "interrupted"
     assert 290.0 < summary["duration_s"] < 320.0
     assert read_events(tmp_path / "run" / "events.parquet")[TIME].max() > 250.0
@@ -157,7 +157,9 @@ def test_sumo_forgets_the_stops_that_vehicles_have_made(monkeypatch: pytest.Monk
         return vehicles
 
     monkeypatch.setattr(SumoTraffic, "halted", counting)
-    monkeypatch.setattr(engine, "_FORGOTTEN_STOPS", 2)
-    run(Scenario(network=str(GRID), loops=6, vehicles=90, duration_s=3600.0, loop_length_m=(400.0, 900.0)))
+    monkeypatch.setattr(worn, "_MOST", 2)
+    simulate(
+        Scenario(network=str(GRID), loops=6, vehicles=90, duration_s=3600.0, loop_length_m=(400.0, 900.0))
+    )
     assert max(reached.values()) > 30
     assert max(kept) < 15

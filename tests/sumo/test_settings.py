@@ -11,7 +11,7 @@ import pytest
 from loopgate.network import RoadNetwork, write_loops
 from loopgate.simulation import assembly
 from loopgate.simulation.random_loops import random_loops
-from loopgate.simulation.run import run
+from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario
 
 pytestmark = pytest.mark.sumo
@@ -25,7 +25,7 @@ def driven(folder: Path, attributes: str) -> Mapping[str, Any]:
     file = folder / "loops.rou.xml"
     write_loops(random_loops(Scenario(network=GRID), RoadNetwork.open(GRID), 40).loops, file)
     file.write_text(file.read_text().replace("<routes>", f'<routes><vType id="t" {attributes}/>'))
-    return run(Scenario(network=GRID, routes=str(file), vehicles=140, duration_s=300.0, positions=True))
+    return simulate(Scenario(network=GRID, routes=str(file), vehicles=140, duration_s=300.0, positions=True))
 
 
 def test_nothing_is_foreseen_of_who_is_slow(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from loopgate.simulation.run import run
+from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario
 
 pytestmark = pytest.mark.sumo
@@ -31,7 +31,7 @@ def small(network: str, gate: str, duration_s: float, seed: int = 1) -> Scenario
 @pytest.mark.parametrize("network", ["ring3", "order2"])
 def test_vehicles_of_a_type_of_their_own_drive_under_sumo(network: str) -> None:
     """The route file's vehicle type reaches SUMO, and everyone gets round without a gate."""
-    summary = run(small(network, "open", 300))
+    summary = simulate(small(network, "open", 300))
     assert summary["outcome"] == "done"
     assert summary["laps"] > summary["vehicles"]
     assert (summary["collisions"], summary["teleports"]) == (0, 0)
@@ -41,7 +41,7 @@ def test_vehicles_of_a_type_of_their_own_drive_under_sumo(network: str) -> None:
 @pytest.mark.parametrize("network", ["ring3", "order2"])
 def test_algorithm2_keeps_them_going(network: str, seed: int) -> None:
     """No collision, no deadlock, no vehicle that could not brake, and everyone gets round."""
-    summary = run(small(network, "algorithm2", 1800, seed))
+    summary = simulate(small(network, "algorithm2", 1800, seed))
     assert (summary["outcome"], summary["audit"]) == ("done", "clean")
     assert (summary["collisions"], summary["teleports"], summary["overruns"]) == (0, 0, 0)
     assert summary["laps"] >= 20 * summary["vehicles"]
@@ -53,18 +53,18 @@ def test_algorithm2_keeps_them_going(network: str, seed: int) -> None:
 )
 def test_gates_without_foresight_lock_up(network: str, gate: str, fewest: int) -> None:
     """In most seeds the situation comes about that the network is drawn for; nobody collides even then."""
-    summaries = [run(small(network, gate, 1800, seed)) for seed in range(1, 6)]
+    summaries = [simulate(small(network, gate, 1800, seed)) for seed in range(1, 6)]
     assert sum(s["outcome"] == "deadlock" for s in summaries) >= fewest
     assert [s["collisions"] for s in summaries] == [0] * 5
 
 
 def test_one_step_is_enough_for_a_plain_circle() -> None:
     """ring3 has no deadlock of higher order."""
-    assert run(small("ring3", "one-step", 1800))["outcome"] == "done"
+    assert simulate(small("ring3", "one-step", 1800))["outcome"] == "done"
 
 
 def test_every_figure_of_the_summary_is_explained() -> None:
     """docs/formats.md names each key, so that nobody has to guess what a figure means."""
-    summary = run(small("ring3", "algorithm2", 60))
+    summary = simulate(small("ring3", "algorithm2", 60))
     explained = set(re.findall(r"`([^`]+)`", (ROOT / "docs" / "formats.md").read_text(encoding="utf-8")))
     assert set(summary) <= explained

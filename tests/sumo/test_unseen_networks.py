@@ -12,7 +12,7 @@ from loopgate.abstraction.stretches import narrow_lanes
 from loopgate.drive.engine import Engine
 from loopgate.errors import RouteError
 from loopgate.network import RoadNetwork
-from loopgate.simulation.run import run
+from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario
 
 pytestmark = pytest.mark.sumo
@@ -37,7 +37,7 @@ MADE = {
 def drive(net: Path, folder: Path, *, vehicles: int = 120) -> None:
     """Ten minutes: nobody collides, nobody locks up, the audit is clean, and every vehicle gets round."""
     scenario = Scenario(network=str(net), loops=40, vehicles=vehicles, duration_s=600, positions=True)
-    summary = run(scenario, folder)
+    summary = simulate(scenario, folder)
     assert (summary["outcome"], summary["deadlocks"]) == ("done", [])
     assert (summary["collisions"], summary["teleports"], summary["trespasses"]) == (0, 0, 0)
     assert summary["audit"] == "clean"
@@ -67,7 +67,7 @@ def test_left_turners_that_wait_for_each_other_on_the_junction(tmp_path: Path) -
         f"{options} -L 3 -j traffic_light --default.junctions.radius=8", tmp_path / "wide.net.xml"
     )
     scenario = Scenario(network=str(net), loops=40, vehicles=150, seed=294, duration_s=300, positions=True)
-    summary = run(scenario, tmp_path / "run")
+    summary = simulate(scenario, tmp_path / "run")
     assert summary["collisions"] == 0
     assert summary["audit"] == "clean"
 
@@ -98,7 +98,7 @@ def test_what_cannot_be_handled_is_said_in_one_line(tmp_path: Path) -> None:
     net = netgenerate("--grid --grid.number=2 --grid.length=20", tmp_path / "tiny.net.xml")
     scenario = Scenario(network=str(net), loops=5, vehicles=10, loop_length_m=(20.0, 800.0))
     with pytest.raises(RouteError) as told:
-        run(scenario)
+        simulate(scenario)
     assert "found 0 of 5 loops" in str(told.value)
     assert "has fewer than two places in which two vehicles can queue" in str(told.value)
     assert "--max-shared" not in str(told.value)

@@ -63,6 +63,9 @@ class FakeTraffic:
         self.misses_by_m = 0.0
         self.gated: set[str] = set()
         self.gaps = True
+        self.led: dict[str, tuple[str, ...]] = {}
+        self.renewed: list[tuple[str, str]] = []
+        self.told_to_stop: set[str] = set()
         self.waiting: dict[str, tuple[str, ...]] = {}
         self.crashes: tuple[Collision, ...] = ()
         self.lights: dict[str, Light] = {}
@@ -124,6 +127,34 @@ class FakeTraffic:
         """Take note."""
         del keeps_lane
         self.gated.add(vehicle)
+
+    def leave_gate(self, vehicle: str) -> None:
+        """Take note."""
+        self.gated.discard(vehicle)
+        if vehicle in self.fleet:
+            self.release(vehicle)
+
+    def route(self, vehicle: str) -> tuple[Sequence[str], int]:
+        """Return its edges, from the one on which it is."""
+        edges = [name for name, _ in self.fleet[vehicle].edges]
+        return edges, edges.index(self.lane(vehicle)[0].removesuffix("_0"))
+
+    def lead(self, vehicle: str, edges: Sequence[str]) -> None:
+        """Take note: it circulates all the same."""
+        self.led[vehicle] = tuple(edges)
+
+    def add_route(self, name: str, edges: Sequence[str]) -> None:
+        """Nothing to make."""
+        del name, edges
+
+    def renew(self, vehicle: str, route: str) -> None:
+        """Take note."""
+        self.renewed.append((vehicle, route))
+
+    def stops_before(self, vehicle: str, edge: str, position_m: float) -> bool:
+        """Return what a test has put there."""
+        del edge, position_m
+        return vehicle in self.told_to_stop
 
     def lane_index(self, vehicle: str) -> int:
         """Return the lane last changed to."""

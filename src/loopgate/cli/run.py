@@ -113,7 +113,7 @@ def run(
     """
     from loopgate.cli.progress import show_progress
     from loopgate.cli.summary_table import print_summary
-    from loopgate.simulation.run import run as run_scenario
+    from loopgate.simulation.run import simulate
 
     scenario = _scenario(network, {key: value for key, value in given.items() if value is not None})
     backend = "gui" if gui else "traci" if traci else "libsumo"
@@ -124,7 +124,7 @@ def run(
             del course
             report(min(seconds, int(now_s)))
 
-        summary = run_scenario(scenario, out, tick=tick, backend=backend, overwrite=overwrite)
+        summary = simulate(scenario, out, tick=tick, backend=backend, overwrite=overwrite)
     if as_json:
         click.echo(json.dumps(summary, indent=1))
     else:

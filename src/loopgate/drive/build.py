@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any, cast
 
 import numpy as np
@@ -33,7 +33,7 @@ from loopgate.drive.track import Track
 from loopgate.model import System
 from loopgate.results.columns import Event
 
-__all__ = ["make_tables"]
+__all__ = ["make_tables", "movements_of"]
 
 _LAPS = 16
 """A vehicle's grants are numbered for so many laps: it is under way on fewer at once."""
@@ -48,6 +48,12 @@ _WORDS = {
 }
 
 Code = Callable[[str], int]
+
+
+def movements_of(tracks: Iterable[Track]) -> list[str]:
+    """Return the movements on some track by number: sorted."""
+    ways = {id(track.legs): track.legs for track in tracks}
+    return sorted({crossing.id for way in ways.values() for leg in way for crossing in leg.crossings})
 
 
 def make_tables(tracks: Sequence[Track], system: System | None, code: Code, *, step_s: float) -> Tables:
@@ -115,7 +121,6 @@ def _vehicles(tracks: Sequence[Track], roads: _Roads, code: Code) -> NDArray[np.
     road = np.array(passed, dtype=np.int64)
     start = [track.start_position for track in tracks]
     columns = {
-        "taken": True,
         "name": [code(track.vehicle) for track in tracks],
         "loop": [code(track.loop) for track in tracks],
         "lap_m": lap_m,
@@ -187,8 +192,7 @@ class _Legs:
     def __init__(self, system: System | None, tracks: Sequence[Track]) -> None:
         ways = {id(track.legs): track.legs for track in tracks}
         self.ways = tuple(ways.values())
-        names = {crossing.id for way in self.ways for leg in way for crossing in leg.crossings}
-        self.moves = {name: number for number, name in enumerate(sorted(names))}
+        self.moves = {name: number for number, name in enumerate(movements_of(tracks))}
         """Movements by name."""
         self.states = {name: number for number, name in enumerate(system.states)} if system else {}
         """States by name."""
@@ -218,13 +222,16 @@ class _Legs:
 
 
 def _states(system: System | None, lists: _Lists, code: Code) -> NDArray[np.void]:
-    """All fit into a private state: its vehicle, as often as it holds it."""
+    """All fit into a private state: its vehicle, as often as it holds it.
+
+    In any other there may be one more than it holds: a vehicle that joined in it (`loopgate.drive.books`).
+    """
     if system is None:
         return table(State, length=0)
     everybody = len(system.robots)
     fifo = set(system.fifo_states)
     room = [everybody if private else room for private, room in zip(system.private, system.room, strict=True)]
-    most = [min(n, _OFTEN) if private else n for private, n in zip(system.private, room, strict=True)]
+    most = [min(n, _OFTEN) if private else n + 1 for private, n in zip(system.private, room, strict=True)]
     columns = {
         "room": room,
         "word": [code(name) for name in system.states],

@@ -29,15 +29,19 @@ class Driver:
     """
 
     def __init__(self, robot: int, track: Track, tables: Tables) -> None:
-        self.robot = robot
-        self.track = track
         self.id = track.vehicle
-        self.row = cast("np.void", tables.vehicles[robot])
-        """Its row, to be read and set by column."""
         self.stops = 0
         """Stops made since the simulator last forgot them."""
         self._measured_from_m = track.front_m
         self._laps_before = 0
+        self.goes_on(robot, track, tables)
+
+    def goes_on(self, robot: int, track: Track, tables: Tables) -> None:
+        """Take over another number and row, in tables made anew, and its track if that was."""
+        self.robot = robot
+        self.track = track
+        self.row = cast("np.void", tables.vehicles[robot])
+        """Its row, to be read and set by column."""
 
     def drives_like(self, dynamics: Dynamics) -> None:
         """Take over what the vehicle can do."""
@@ -95,6 +99,11 @@ class Driver:
     def begin_m(self, number: int) -> float:
         """Return where a leg of its endless way begins [m]."""
         return number // len(self.track.legs) * self.track.lap_m + self.leg(number).begin_m
+
+    def left_m(self, state: str) -> float:
+        """Return how far it is to the end of a state that it holds [m], the nearest time."""
+        held = range(int(self.row["tail"]), self.granted + 1)
+        return min(self.end_m(n) - self.front_m for n in held if self.leg(n).state == state)
 
     def correct(self, front_m: float) -> None:
         """Take note that the front is elsewhere on the loop than the odometer said [m]."""

@@ -18,6 +18,7 @@ from loopgate.drive.steering import Steering
 from loopgate.drive.step import Step
 from loopgate.drive.tables import BRAKE, RELEASE, STEER, STOP
 from loopgate.drive.track import StopLine, Track
+from loopgate.drive.worn import WornStops
 from loopgate.errors import TrafficError
 from loopgate.results.columns import Event
 from loopgate.results.recorder import Recorder
@@ -29,9 +30,6 @@ _STANDING_MPS = 0.1
 
 _LOOK_EVERY_S = 10.0
 """How often those that stand are asked for their lane [s]."""
-
-_FORGOTTEN_STOPS = 10
-"""So many stops are left behind before SUMO is made to forget them, now and then."""
 
 _TIMED_EVERY = 20
 """Every so many steps the decisions are timed alone; else they are made in one go with all the rest."""
@@ -47,7 +45,7 @@ class Engine:
     Parameters
     ----------
     traffic
-        The running simulation, before its first step.
+        The running simulation.
     tracks
         One per vehicle; robots of the gatekeeper's system in the same order.
     gatekeeper
@@ -70,25 +68,52 @@ class Engine:
         self._traffic = traffic
         self._gatekeeper = gatekeeper
         self._recorder = recorder
-        system = gatekeeper.system if gatekeeper else None
-        self.tables = make_tables(tracks, system, recorder.code, step_s=traffic.step_s)
-        self._run = cast("Any", self.tables.run)
-        self._run["foresees"] = foresees and not traffic.gives_way
-        self.vehicles = cast("NDArray[np.void]", self.tables.vehicles)
-        """The table of vehicles, by column."""
-        self.drivers = [Driver(robot, track, self.tables) for robot, track in enumerate(tracks)]
-        self._ids = [driver.id for driver in self.drivers]
-        self._driver_of = {driver.id: driver for driver in self.drivers}
-        self._step = gatekeeper.take_over(self.tables, recorder.code) if gatekeeper else Step(self.tables)
+        self.foresees = foresees
+        self.drivers: list[Driver] = []
+        """All vehicles, by number; always the same list."""
+        self.driver_of: dict[str, Driver] = {}
+        """The same by name."""
+        self._make(tracks)
         self._step(drive.NOTHING)  # so that compiling, or loading what was compiled, is no part of the run
         self._steering = Steering(traffic, recorder)
-        self._worn: set[int] = set()
-        """Who has stops to be forgotten."""
-        self._forgetful: dict[int, int] = {}
+        self._worn = WornStops(traffic)
         self._next_look_s = 0.0
         self._turns = 0
         self.sumo_s = 0.0
         """Wall time spent in the simulator's steps [s]."""
+
+    def _make(self, tracks: Sequence[Track]) -> None:
+        """Make tables for these vehicles, in which those that are new stand where their tracks begin."""
+        keeper, code = self._gatekeeper, self._recorder.code
+        system = keeper.system if keeper else None
+        self.tables = make_tables(tracks, system, code, step_s=self._traffic.step_s)
+        self._run = cast("Any", self.tables.run)
+        self._run["foresees"] = self.foresees and not self._traffic.gives_way
+        self.vehicles = cast("NDArray[np.void]", self.tables.vehicles)
+        """The table of vehicles, by column."""
+        self._step = keeper.take_over(self.tables, code) if keeper else Step(self.tables)
+        known = self.driver_of
+        for robot, track in enumerate(tracks):
+            if track.vehicle in known:
+                known[track.vehicle].goes_on(robot, track, self.tables)
+        self.drivers[:] = [
+            known.get(track.vehicle) or Driver(robot, track, self.tables)
+            for robot, track in enumerate(tracks)
+        ]
+        self._ids = [driver.id for driver in self.drivers]
+        self.driver_of.clear()
+        self.driver_of.update(zip(self._ids, self.drivers, strict=True))
+
+    def _take_in(self, driver: Driver) -> None:
+        """Take over a vehicle where it is, at the beginning or later."""
+        traffic, row, now = self._traffic, driver.row, self._traffic.now_s
+        driver.drives_like(traffic.dynamics(driver.id))
+        row["offset"] = driver.front_m - traffic.odometer(driver.id)
+        row["speed"] = traffic.speed(driver.id)
+        if self._gatekeeper is not None:
+            traffic.put_under_gate(driver.id, keeps_lane=driver.track.keeps_lane)
+            self._recorder.note(now, driver.id, Event.START, driver.leg(driver.granted).state)
+        self._recorder.note(now, driver.id, Event.EDGE, driver.track.first_edge)
 
     def begin(self) -> None:
         """Make the first step, in which all vehicles appear, and take them over.
@@ -110,13 +135,7 @@ class Engine:
             raise TrafficError(msg)
         now = self._run["now_s"] = traffic.now_s
         for driver in self.drivers:
-            driver.drives_like(traffic.dynamics(driver.id))
-        self.vehicles["offset"] = self.vehicles["front"] - self._read()
-        for driver in self.drivers:
-            if keeper:
-                traffic.put_under_gate(driver.id, keeps_lane=driver.track.keeps_lane)
-                self._recorder.note(now, driver.id, Event.START, driver.leg(driver.granted).state)
-            self._recorder.note(now, driver.id, Event.EDGE, driver.track.first_edge)
+            self._take_in(driver)
         if keeper:
             self._step(drive.BEGIN)
             keeper.answer()
@@ -127,6 +146,10 @@ class Engine:
         began = perf_counter()
         self._traffic.step()
         self.sumo_s += perf_counter() - began
+        self.after_step()
+
+    def after_step(self) -> None:
+        """Do what is due after a step of the traffic."""
         now = self._run["now_s"] = self._traffic.now_s
         self._turn(now)
         if self._gatekeeper and now >= self._next_look_s:
@@ -142,7 +165,7 @@ class Engine:
             return
         halted = self._came_to_rest()
         self._turns += 1
-        busy = self._steering.steers or self._worn or self._turns % _TIMED_EVERY == 0
+        busy = self._steering.steers or self._worn.any or self._turns % _TIMED_EVERY == 0
         if keeper.compiled and not busy:
             before = keeper.decided
             self._step(drive.TURN, odometer=odometer, robots=halted)
@@ -150,7 +173,7 @@ class Engine:
         else:
             self._step(drive.LOOK, odometer=odometer, robots=halted)
             self._carry_out(now)
-            self._forget_stops()
+            self._worn.forget(self.driver_of)
             self._on_their_lanes()
             keeper.answer()
         self._carry_out(now)
@@ -166,14 +189,14 @@ class Engine:
 
     def jumped(self, vehicle: str, skipped_m: float) -> None:
         """Take note that the simulator moved `vehicle` ahead by `skipped_m` (no gate)."""
-        self._driver_of[vehicle].skipped(skipped_m)
+        self.driver_of[vehicle].skipped(skipped_m)
 
     def refused(self, vehicle: str) -> Callable[[], tuple[list[list[str]], str]] | None:
         """Return what tells whom a refused vehicle waits for, and the state it wants; None if it is not.
 
         Of each set of vehicles, some must move on.
         """
-        keeper, driver = self._gatekeeper, self._driver_of.get(vehicle)
+        keeper, driver = self._gatekeeper, self.driver_of.get(vehicle)
         if keeper is None or driver is None or np.isnan(driver.row["halted_s"]):
             return None
         return partial(self._refusal, keeper, driver)
@@ -276,6 +299,8 @@ class Engine:
                 self._steering.lead_back(driver, line.edge, line.lane_index, line.position_m)
 
     def _route_renewed(self, driver: Driver) -> None:
+        if driver.track.renews:
+            self._traffic.renew(driver.id, driver.track.rounds[0].route)
         if driver.row["held"]:
             # A stop on the edge where SUMO renews the route has moved on to the next round with it.
             line = self._line(driver, driver.granted)
@@ -285,31 +310,14 @@ class Engine:
                 self._stop(driver, driver.granted)
         elif driver.row["steered"]:
             self._steering.renew(driver)
-        if driver.stops > _FORGOTTEN_STOPS:
-            self._forgetful.setdefault(driver.robot, 0)
-
-    def _forget_stops(self) -> None:
-        """Let SUMO forget stops: on one edge those made on all others, on the next those made on that."""
-        for robot, done in list(self._forgetful.items()):
-            driver = self.drivers[robot]
-            if driver.row["held"] or driver.row["steered"]:
-                continue  # its stop ahead would be forgotten too
-            if not self._traffic.forget_stops(driver.id, *driver.track.rounds[done]):
-                continue
-            self._forgetful[robot] = done + 1
-            if done + 1 == len(driver.track.rounds):
-                del self._forgetful[robot]
-                self._worn.discard(robot)
-                driver.stops = 0
+        self._worn.renewed(driver)
 
     def _came_to_rest(self) -> NDArray[np.int64]:
         """Return the held vehicles that came to rest in the last step."""
         robots = []
         for vehicle in self._traffic.halted():
-            driver = self._driver_of.get(vehicle)
+            driver = self.driver_of.get(vehicle)
             if driver is not None and driver.row["held"] and np.isnan(driver.row["halted_s"]):
-                driver.stops += 1
-                if driver.stops > _FORGOTTEN_STOPS:
-                    self._worn.add(driver.robot)
+                self._worn.made(driver)
                 robots.append(driver.robot)
         return np.array(robots, dtype=np.int64)

@@ -25,7 +25,7 @@ from loopgate.negotiation.pressure import Pressure
 __all__ = ["Gatekeeper"]
 
 _CHAIN = "chain"
-_OUTSIDE = frozenset({number_of(Reason.RED), number_of(Reason.TRAFFIC)})
+_OUTSIDE = frozenset(number_of(reason) for reason in (Reason.RED, Reason.TRAFFIC, Reason.STOP))
 """What lifts these refusals happens outside the system."""
 
 
@@ -46,25 +46,29 @@ class Gatekeeper:
     """
 
     def __init__(self, system: System, gate: Gate, negotiation: Negotiation) -> None:
-        self.system = system
-        self.gate = gate
         self.negotiation = negotiation
-        self._following = gate if isinstance(gate, FollowingGate) else None
-        if isinstance(negotiation, InformedNegotiation):
-            negotiation.prepare(system)
         self.decision_us: defaultdict[str, Histogram] = defaultdict(Histogram)
         """Times of the decisions by the stage that made them, empty where the gate has none."""
         self.messages = 0
         self.obstacles: tuple[Obstacle, ...] = ()
         """What else can be in the way; asked in this order, after room and crossings."""
-        self._by_chain = isinstance(gate, CertifiedGate) and gate.by_chain_alone and len(system.robots) > 1
         self._by_pressure = type(negotiation) is Pressure
-        self._configuration = system.initial
-        """For gates that do not follow the moves themselves."""
         self._granted = False
         """Whether anything has been granted since the requests were collected."""
-        self._decisions: dict[int, Decision] = {}
         self._decision_us = 0.0
+        self.change(system, gate)
+
+    def change(self, system: System, gate: Gate) -> None:
+        """Go on with other robots, which stand as the system says; their tables are to be taken over next."""
+        self.system = system
+        self.gate = gate
+        self._following = gate if isinstance(gate, FollowingGate) else None
+        self._by_chain = isinstance(gate, CertifiedGate) and gate.by_chain_alone and len(system.robots) > 1
+        self._configuration = system.initial
+        """For gates that do not follow the moves themselves."""
+        self._decisions: dict[int, Decision] = {}
+        if isinstance(self.negotiation, InformedNegotiation):
+            self.negotiation.prepare(system)
 
     def take_over(self, tables: Tables, code: Callable[[str], int]) -> Step:
         """Take over the tables, in which words have the numbers that `code` gives; return the way in."""
@@ -94,6 +98,18 @@ class Gatekeeper:
     def room(self, state: int) -> int:
         """Return how many more vehicles fit into `state`."""
         return int(self._rooms[state] - self._held_by[state])
+
+    def fullness(self, robot: int) -> tuple[float, float]:
+        """Return how full the state of the last grant to `robot` is, and the one behind it, as shares."""
+        path, granted = self.system.paths[robot], int(self._vehicles[robot]["granted"])
+        states = path[granted % len(path)], self.wanted(robot)
+        here, ahead = (float(self._held_by[state] / self._rooms[state]) for state in states)
+        return here, ahead
+
+    def wanted(self, robot: int) -> int:
+        """Return the state behind the last that was granted to `robot`."""
+        path = self.system.paths[robot]
+        return path[(int(self._vehicles[robot]["granted"]) + 1) % len(path)]
 
     def holders(self, state: int) -> list[int]:
         """Return the robots that hold `state`, in the order in which they took it."""

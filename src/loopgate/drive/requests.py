@@ -57,6 +57,7 @@ _GIVES_WAY_S: Final = 10.0
 
 _RED: Final = REASONS.index(Reason.RED)
 _TRAFFIC: Final = REASONS.index(Reason.TRAFFIC)
+_STOP: Final = REASONS.index(Reason.STOP)
 
 
 @kernel
@@ -336,7 +337,7 @@ def _possible(i: int, t: Tables) -> bool:
         return False
     # Vehicles drive on without a word: who is in sight on a crossing is looked at again every step. So is
     # what lies outside of the system, such as lights.
-    if one.looked_at == run.version and one.reason not in (NOTHING, CROSSING, _RED, _TRAFFIC):
+    if one.looked_at == run.version and one.reason not in (NOTHING, CROSSING, _RED, _TRAFFIC, _STOP):
         return False
     one.looked_at = run.version
     why = _in_the_way(i, t)

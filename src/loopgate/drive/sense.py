@@ -127,8 +127,6 @@ def sense(odometer: Floats, t: Tables) -> int:
     called = 0
     for i in range(odometer.size):
         one = t.vehicles[i]
-        if not one.taken:
-            continue
         front = odometer[i] + one.offset
         one.speed = (front - one.front) / step_s
         one.front = front

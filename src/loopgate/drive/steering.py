@@ -57,7 +57,7 @@ class Steering:
     def __init__(self, traffic: Traffic, recorder: Recorder) -> None:
         self._traffic = traffic
         self._recorder = recorder
-        self._ways: dict[int, _Way] = {}
+        self._ways: dict[str, _Way] = {}
         self.strays = 0
         """Vehicles that were on another lane than their loop's."""
 
@@ -65,12 +65,12 @@ class Steering:
         """Set the first pin of the way to the leg just granted, if it has any."""
         leg = granted - 1
         pins = driver.leg(leg).pins
-        way = self._ways.get(driver.robot)
+        way = self._ways.get(driver.id)
         if way is not None:  # it was granted while it was led back
             way.from_m = driver.end_m(leg)
             way.pins.extend(pins)
         elif pins:
-            self._ways[driver.robot] = _Way(driver, deque(pins), driver.end_m(leg))
+            self._ways[driver.id] = _Way(driver, deque(pins), driver.end_m(leg))
             self._set(driver, pins[0])
 
     @property
@@ -80,21 +80,25 @@ class Steering:
 
     def leads_back(self, driver: Driver) -> bool:
         """Return whether the vehicle is on its way back to the lane of its loop."""
-        way = self._ways.get(driver.robot)
+        way = self._ways.get(driver.id)
         return way is not None and way.stray_since_s is not None
+
+    def forget(self, vehicle: str) -> None:
+        """Take note that the vehicle is under the gate no longer."""
+        self._ways.pop(vehicle, None)
 
     def renew(self, driver: Driver) -> None:
         """Set a stop again that lies on the edge where SUMO has just renewed the route, see `Engine`."""
-        way = self._ways.get(driver.robot)
+        way = self._ways.get(driver.id)
         if way is not None and way.pins[0].edge == driver.track.rerouted_on and not way.still:
             self._traffic.release(driver.id)
             self._set(driver, way.pins[0])
 
     def lead_back(self, driver: Driver, edge: str, lane: int, position_m: float) -> None:
         """Lead a vehicle back to `lane` of the edge that it is on; it can stop at a position on it [m]."""
-        way = self._ways.get(driver.robot)
+        way = self._ways.get(driver.id)
         if way is None:
-            way = self._ways[driver.robot] = _Way(driver, deque(), driver.front_m)
+            way = self._ways[driver.id] = _Way(driver, deque(), driver.front_m)
         if way.stray_since_s is not None:
             return
         way.stray_since_s = self._traffic.now_s
@@ -116,11 +120,11 @@ class Steering:
     def step(self) -> list[Driver]:
         """Move the steered vehicles on; return those that need it no longer."""
         done: list[Driver] = []
-        for robot, way in list(self._ways.items()):
+        for vehicle, way in list(self._ways.items()):
             if self._reached(way):
                 self._drop(way)
             if not way.pins:
-                del self._ways[robot]
+                del self._ways[vehicle]
                 done.append(way.driver)
         return done
 

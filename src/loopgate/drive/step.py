@@ -222,9 +222,8 @@ def _go(i: int, t: Tables) -> None:
 @part
 def _begin(t: Tables) -> None:
     for i in range(len(t.vehicles)):
-        if t.vehicles[i].taken:
-            _aim(i, t)
-            _consider(i, t)
+        _aim(i, t)
+        _consider(i, t)
 
 
 @part

@@ -78,8 +78,6 @@ class Vehicle:
 
     Attributes
     ----------
-    taken
-        Whether there is a vehicle in this row.
     name, loop, lap_m
         Its name and that of its loop, by number; length of a lap [m].
     length_m, top, accel, decel
@@ -112,7 +110,6 @@ class Vehicle:
         whether it ever was; whether it has been granted, but not been told.
     """
 
-    taken: bool
     name: int
     loop: int
     lap_m: float

@@ -57,6 +57,8 @@ class Track:
         Position of the state it starts in.
     keeps_lane
         Whether it changes lanes only where a pin says so.
+    renews
+        Whether its route is to be renewed by the drive, since the simulator does not do so by itself.
     """
 
     vehicle: str
@@ -70,6 +72,7 @@ class Track:
     stop_lines: tuple[StopLine, ...] = ()
     start_position: int = 0
     keeps_lane: bool = False
+    renews: bool = False
 
     @property
     def front_m(self) -> float:

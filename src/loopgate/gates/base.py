@@ -39,6 +39,8 @@ class Reason(StrEnum):
     """Refused: the gate could not decide within its budget."""
     FAULT = "fault"
     """Refused: what the gate found did not pass its own check. A fault of ours; please report it."""
+    STOP = "stop"
+    """Refused for now: it is to stop before it gets there, on its owner's orders."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,7 +20,15 @@ from loopgate.network.vehicle_type import DEFAULT_TYPE, VehicleType, vehicle_typ
 from loopgate.network.xml_file import read_xml
 from loopgate.reading import is_file, refusing, shown
 
-__all__ = ["LoopVehicle", "RoutesFile", "read_loops", "routes_text", "write_loops", "write_text"]
+__all__ = [
+    "LoopVehicle",
+    "RoutesFile",
+    "one_round",
+    "read_loops",
+    "routes_text",
+    "write_loops",
+    "write_text",
+]
 
 _BEYOND_M = 10.0
 """Largest distance of a position beyond its edge [m]: the lanes of an edge differ in length."""
@@ -181,7 +189,7 @@ def _read(network: RoadNetwork, path: Path) -> RoutesFile:
         make_loop(
             network,
             route.id,
-            _round(route.edges),
+            one_round(route.edges),
             vclass=found.users.get(route.id, DEFAULT_TYPE).vclass,
             source=str(route.source),
         )
@@ -257,7 +265,7 @@ def _kind(what: str, name: str, types: Mapping[str, VehicleType]) -> VehicleType
     raise RouteError(msg)
 
 
-def _round(edges: Sequence[str]) -> tuple[str, ...]:
+def one_round(edges: Sequence[str]) -> tuple[str, ...]:
     """Return one round of a route: without the first edge at its end, and without whole repetitions."""
     once = tuple(edges[:-1]) if len(edges) > 1 and edges[0] == edges[-1] else tuple(edges)
     for length in range(1, len(once) // 2 + 1):

@@ -47,6 +47,8 @@ class Event(StrEnum):
     """SUMO teleported the vehicle."""
     OVERRUN = "overrun"
     """The vehicle, held before `place`, can no longer brake for its line: it is stopped as hard as it can."""
+    END = "end"
+    """The vehicle is under the gate no longer, since `reason`; before that it left all that it held."""
     STRAY = "stray"
     """The vehicle is on lane `place`, which is not its loop's: it is led back."""
 

@@ -11,7 +11,7 @@ from loopgate.gates.registry import name_gate
 from loopgate.negotiation.registry import name_negotiation
 from loopgate.runs.run import Run, read_run
 from loopgate.simulation.loop_run import Tick
-from loopgate.simulation.run import run as simulate
+from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario
 
 __all__ = ["run"]

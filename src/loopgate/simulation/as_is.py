@@ -43,7 +43,7 @@ def run_as_is(scenario: Scenario, folder: Folder, tick: Tick, backend: str) -> d
     scenario
         Its network is a ``.sumocfg``, its gate ``open``.
     folder, tick, backend
-        As for `loopgate.simulation.run.run`.
+        As for `loopgate.simulation.run.simulate`.
     """
     if scenario.spacing != "none":
         msg = f"{scenario.network}: spacing {scenario.spacing} is for vehicles on loops: give some"

@@ -127,9 +127,9 @@ class Lights:
     ) -> None:
         self._traffic = traffic
         self._drivers = drivers
-        self._signals = [signals[driver.track.loop] for driver in drivers]
+        self._signals = signals
         self._timetable = timetable
-        self._red_since: dict[int, float] = {}
+        self._red_since: dict[str, float] = {}
         self._under_way: list[_Passage] = []
         self._longest = (0.0, "", "")
         self._grants = 0
@@ -143,17 +143,17 @@ class Lights:
         if not signals:
             return None
         now_s = self._traffic.now_s
-        since = self._red_since.get(robot)
+        since = self._red_since.get(driver.id)
         if self._lets_pass(driver, signals, patient=since is None or now_s - since < _PATIENCE_S):
             return None
         if since is None:
-            since = self._red_since[robot] = now_s
+            since = self._red_since[driver.id] = now_s
         if now_s - since > self._longest[0]:
             self._longest = now_s - since, signals[0].movement, signals[0].light
         return Reason.RED
 
     def _behind(self, driver: Driver, leg: int) -> Sequence[Signal]:
-        return self._signals[driver.robot][leg % len(driver.track.legs)]
+        return self._signals[driver.track.loop][leg % len(driver.track.legs)]
 
     def _lets_pass(self, driver: Driver, signals: Sequence[Signal], *, patient: bool) -> bool:
         opens = self._timetable
@@ -178,7 +178,7 @@ class Lights:
     def granted(self, robot: int) -> None:
         """Take note that `robot` sets out."""
         driver = self._drivers[robot]
-        self._red_since.pop(robot, None)
+        self._red_since.pop(driver.id, None)
         for signal in self._behind(driver, driver.granted - 1):
             self._grants += 1
             line_m = driver.line_m + signal.ahead_m
@@ -224,7 +224,7 @@ class Lights:
         """Return lines about lights on the loops that never or rarely turn green."""
         used = {
             (signal.light, signal.link): signal.movement
-            for legs in self._signals
+            for legs in self._signals.values()
             for signals in legs
             for signal in signals
         }

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -68,7 +68,7 @@ class Others:
     drivers
         Of all robots: their grants, and where they are.
     ways
-        Per robot and position.
+        By loop, then position.
     keeper
         Knows what the gated vehicles hold.
     timetable
@@ -79,7 +79,7 @@ class Others:
         self,
         traffic: Traffic,
         drivers: Sequence[Driver],
-        ways: Sequence[Sequence[Way]],
+        ways: Mapping[str, Sequence[Way]],
         keeper: Gatekeeper,
         timetable: Timetable,
     ) -> None:
@@ -88,7 +88,6 @@ class Others:
         self._ways = ways
         self._keeper = keeper
         self._timetable = timetable
-        self._gated = frozenset(driver.id for driver in drivers)
         self._lengths: dict[str, float] = {}
         self._count = 0
         self._seen_s = -math.inf
@@ -100,7 +99,8 @@ class Others:
         if not self._on:
             return None
         way = self._way(robot)
-        if self._before(robot, way) or self._across(way) or self._too_full(way) or self._coming(robot, way):
+        full = self._too_full(robot, way)
+        if full or self._before(robot, way) or self._across(way) or self._coming(robot, way):
             return Reason.TRAFFIC
         return None
 
@@ -112,9 +112,10 @@ class Others:
         self._look_around()
         way = self._way(robot)
         sets = [[other] for other in (*self._before(robot, way), *self._across(way))]
-        if self._too_full(way):
+        if self._too_full(robot, way):
             inside = [seen.vehicle for seen in self._next(way)]
-            sets.append(inside + [self._drivers[r].id for r in self._keeper.holders(way.state)])
+            holders = self._keeper.holders(self._keeper.wanted(robot))
+            sets.append(inside + [self._drivers[other].id for other in holders])
         return sets
 
     def figures(self) -> dict[str, Any]:
@@ -123,7 +124,7 @@ class Others:
 
     def _way(self, robot: int) -> Way:
         driver = self._drivers[robot]
-        return self._ways[robot][driver.granted % len(driver.track.legs)]
+        return self._ways[driver.track.loop][driver.granted % len(driver.track.legs)]
 
     def _before(self, robot: int, way: Way) -> list[str]:
         """Return the ordinary vehicles between `robot` and its line."""
@@ -169,12 +170,12 @@ class Others:
             inside += self._on.get(lane, ())
         return inside
 
-    def _too_full(self, way: Way) -> bool:
+    def _too_full(self, robot: int, way: Way) -> bool:
         inside = self._next(way)
         if not inside:
             return False
         taken = sum(math.ceil((seen.length_m + _GAP_M) / way.slot_m) for seen in inside)
-        return taken >= self._keeper.room(way.state)
+        return taken >= self._keeper.room(self._keeper.wanted(robot))
 
     def _look_around(self) -> None:
         """Note where the ordinary vehicles are, once per step. O(vehicles)."""
@@ -182,10 +183,11 @@ class Others:
         if self._seen_s == traffic.now_s:
             return
         self._seen_s = traffic.now_s
+        gated = {driver.id for driver in self._drivers}
         on: dict[str, list[_Seen]] = {}
         lengths: dict[str, float] = {}
         for vehicle in traffic.vehicles():
-            if vehicle in self._gated:
+            if vehicle in gated:
                 continue
             length_m = self._lengths.get(vehicle)
             if length_m is None:

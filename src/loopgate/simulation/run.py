@@ -5,22 +5,14 @@ from __future__ import annotations
 from contextlib import ExitStack
 from math import nan
 from pathlib import Path
-from random import Random
 from time import perf_counter
 from typing import Any
 
-from loopgate.audit import write_layout
-from loopgate.disk import writing
 from loopgate.drive.engine import Engine
 from loopgate.drive.gatekeeper import Gatekeeper
 from loopgate.folders import remove_abandoned, temporary_folder
-from loopgate.gates import make_gate
-from loopgate.model import write_system
-from loopgate.negotiation.registry import make_negotiation
 from loopgate.network.coverage import measure_coverage
 from loopgate.network.sumo_config import is_sumo_config
-from loopgate.network.traffic_file import read_traffic
-from loopgate.results.recorder import Recorder
 from loopgate.simulation import outcome
 from loopgate.simulation.as_is import run_as_is
 from loopgate.simulation.assembly import Assembly, assemble
@@ -28,27 +20,20 @@ from loopgate.simulation.checking import audit_run
 from loopgate.simulation.loop_run import Course, Tick, drive
 from loopgate.simulation.monitoring import monitoring_figures, write_streets
 from loopgate.simulation.outcome import Folder, Tally
-from loopgate.simulation.positions import make_layout, record_positions
-from loopgate.simulation.room import Room
 from loopgate.simulation.scenario import Scenario
-from loopgate.simulation.spacing import SpeedAdvice
-from loopgate.simulation.sumo_input import write_sumo_input
-from loopgate.simulation.sumo_options import SumoOptions, sumo_options
-from loopgate.simulation.sumo_start import (
-    check_backend,
-    check_outputs,
-    output_options,
-    plain_options,
-    start_traffic,
-)
-from loopgate.simulation.surroundings import Surroundings
+from loopgate.simulation.session import open_session
+from loopgate.simulation.sumo_start import check_backend, check_outputs
 from loopgate.simulation.watch import Watch
 from loopgate.traffic.base import Traffic
 
-__all__ = ["run"]
+__all__ = ["simulate"]
+
+_ON_SEGMENTS = (
+    "lights: on segments no state ends at a light, so a vehicle holds its zone while it waits there at a red"
+)
 
 
-def run(
+def simulate(
     scenario: Scenario,
     out: Path | str | None = None,
     *,
@@ -106,34 +91,9 @@ def _run(
     if is_as_is(scenario):
         return run_as_is(scenario, folder, tick, backend)
     began = perf_counter()
-    said = sumo_options(scenario)
     assembly = assemble(scenario)
-    keeper = _gatekeeper(scenario, assembly)
-    with writing(folder / outcome.SCENARIO):
-        scenario.write(folder / outcome.SCENARIO)
-    if assembly.abstraction is not None:
-        write_system(assembly.abstraction.system, folder / outcome.SYSTEM)
-    log = folder / outcome.SUMO_LOG
-    options = [
-        *said.arguments,
-        *("--net-file", str(assembly.network.file)),
-        *_input_options(scenario, assembly, folder, said),
-        *plain_options(scenario, log),
-        *output_options(scenario, folder.path),
-        *(record_positions(folder / outcome.POSITIONS) if scenario.positions else ()),
-    ]
-    room = [Room(folder / outcome.POSITIONS).check] if scenario.positions else []
-    if scenario.positions and keeper is not None:
-        write_layout(make_layout(assembly, scenario.step_s), folder / outcome.LAYOUT)
-    with ExitStack() as stack:
-        traffic = start_traffic(options, backend=backend, log=log, yields=bool(scenario.traffic))
-        stack.callback(traffic.close)
-        recorder = Recorder(folder / outcome.EVENTS)
-        stack.callback(recorder.close)
-        engine = Engine(traffic, assembly.tracks, keeper, recorder, foresees=assembly.foresees)
-        around = Surroundings(scenario, assembly, traffic, engine, keeper)
-        advice = SpeedAdvice(assembly.network, assembly.starts, traffic, engine)
-        advised = [advice.look] if scenario.spacing == "advice" else []
+    with open_session(scenario, assembly, folder, backend=backend) as session:
+        traffic, engine, recorder = session.traffic, session.engine, session.recorder
         watch = watch_class(traffic, after_s=scenario.deadlock_after_s, at_gate=engine.refused)
         course = drive(
             engine,
@@ -142,15 +102,19 @@ def _run(
             recorder,
             scenario=scenario,
             tick=tick,
-            each_step=[*around.each_step, *advised, *room],
+            each_step=session.each_step,
         )
         engine.settle()
         tallies = _tallies(engine, traffic, watch, course)
-        surrounded = around.report()
-    summary = _summary(scenario, assembly, keeper, course, tallies, folder, said)
+        surrounded = session.around.report() if session.around else {}
+        if "at_lights" in surrounded and scenario.abstraction == "segments":
+            surrounded["warnings"] = [_ON_SEGMENTS]
+    keeper = session.keeper
+    summary = _summary(scenario, assembly, keeper, course, tallies, folder)
     summary |= {name: getattr(engine, name) for name in ("overruns", "trespasses", "strays")}
     summary["clean"] = outcome.is_clean(summary) if keeper else None
-    summary["warnings"] += [*outcome.mishaps(summary), *surrounded.pop("warnings", [])]
+    added = [*outcome.mishaps(summary), *surrounded.pop("warnings", [])]
+    summary["warnings"] = [*session.notes, *summary["warnings"], *added]
     summary |= surrounded
     if scenario.traffic:
         summary.setdefault("others", {})["collisions"] = course.collisions_of_others
@@ -163,24 +127,6 @@ def is_as_is(scenario: Scenario) -> bool:
     """Return whether a configuration's own vehicles are run, and not loops: a ``.sumocfg`` under ``open``."""
     loops = scenario.routes or scenario.traffic or scenario.loops or scenario.vehicles
     return is_sumo_config(scenario.network) and not scenario.gated and not loops
-
-
-def _input_options(scenario: Scenario, assembly: Assembly, folder: Folder, said: SumoOptions) -> list[str]:
-    beside, routes = said.additional_files, ["--route-files", ""] if said.arguments else []
-    if scenario.traffic:
-        ordinary = read_traffic(scenario.traffic)
-        ordinary.check_names(start.vehicle for start in assembly.starts)
-        beside, routes = tuple(dict.fromkeys((*beside, *ordinary.additional_files))), ordinary.options()
-    starts = write_sumo_input(assembly.starts, folder.path, beside=beside, begin_s=said.begin_s)
-    return [*starts, *routes]
-
-
-def _gatekeeper(scenario: Scenario, assembly: Assembly) -> Gatekeeper | None:
-    if not scenario.gated or assembly.abstraction is None:
-        return None
-    gate = make_gate(scenario.gate, assembly.abstraction.system, perf_counter)
-    negotiation = make_negotiation(scenario.rule_for_negotiation, Random(scenario.seed))
-    return Gatekeeper(assembly.abstraction.system, gate, negotiation)
 
 
 def _tallies(engine: Engine, traffic: Traffic, watch: Watch, course: Course) -> list[Tally]:
@@ -209,7 +155,6 @@ def _summary(
     course: Course,
     tallies: list[Tally],
     folder: Folder,
-    said: SumoOptions,
 ) -> dict[str, Any]:
     duration = max(0.0, course.end_s - course.begin_s)
     folder.write_vehicles(tallies, duration)
@@ -234,11 +179,7 @@ def _summary(
         folder=folder,
         keeper=keeper,
         findings=findings,
-        warnings=(
-            *said.notes,
-            *assembly.warnings,
-            *(assembly.abstraction.warnings if assembly.abstraction else ()),
-        ),
+        warnings=(*assembly.warnings, *(assembly.abstraction.warnings if assembly.abstraction else ())),
     )
     figures |= audited | monitoring_figures(edges, measure_coverage(assembly.network, assembly.loops))
     return figures | {"watch": watch}

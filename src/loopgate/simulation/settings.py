@@ -12,7 +12,7 @@ from loopgate.errors import ScenarioError
 from loopgate.network import Loop, RoadNetwork
 from loopgate.network.vehicle_type import VehicleType
 
-__all__ = ["check_types", "unforeseen"]
+__all__ = ["check_types", "unforeseen", "why_unsafe"]
 
 _MODEL, _TAU, _ACTION, _IGNORES, _GAP, _MINOR = (
     "carFollowModel",
@@ -67,13 +67,14 @@ def check_types(kinds: Iterable[VehicleType], *, step_s: float, source: str) -> 
         If one of them was not measured clean; the text names type, attribute and way out.
     """
     for kind in {kind.id: kind for kind in kinds}.values():
-        reason = _refusal(kind, step_s)
+        reason = why_unsafe(kind, step_s)
         if reason:
             msg = f"{source}: vType {kind.id}: {reason}, or --gate open"
             raise ScenarioError(msg)
 
 
-def _refusal(kind: VehicleType, step_s: float) -> str:
+def why_unsafe(kind: VehicleType, step_s: float) -> str:
+    """Return why no gate can drive a type, and the way out; empty if it can."""
     model = kind.attributes.get(_MODEL, _FORESEEN[0])
     if model not in _FORESEEN + _UNFORESEEN:
         known = ", ".join(_FORESEEN + _UNFORESEEN)

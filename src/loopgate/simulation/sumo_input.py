@@ -13,7 +13,7 @@ from loopgate.drive.track import Round
 from loopgate.errors import RouteError
 from loopgate.network import Loop, VehicleType
 
-__all__ = ["Start", "pivot", "rounds", "write_sumo_input"]
+__all__ = ["Start", "pivot", "round_routes", "rounds", "write_sumo_input"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,17 +72,13 @@ def write_sumo_input(
             for name, value in start.type.parameters.items():
                 ET.SubElement(kind, "param", key=name, value=value)
     for loop in loops.values():
-        here = pivot(loop)
-        once = loop.edges[here:] + loop.edges[:here]
-        first, second = rounds(loop)
-        ET.SubElement(top, "route", id=first.route, edges=" ".join((*once, *once, once[0])))
-        ET.SubElement(top, "route", id=second.route, edges=" ".join((*once[1:], *once, once[0])))
-        for part in (first, second):
-            ET.SubElement(top, "route", id=part.alone, edges=part.edge)
+        for route, edges in round_routes(loop).items():
+            ET.SubElement(top, "route", id=route, edges=" ".join(edges))
+        again = rounds(loop)[0]
         types = " ".join(kind for (name, _), kind in kinds.items() if name == loop.id)
-        rerouter = ET.SubElement(top, "rerouter", id=f"again@{loop.id}", edges=once[0], vTypes=types)
+        rerouter = ET.SubElement(top, "rerouter", id=f"again@{loop.id}", edges=again.edge, vTypes=types)
         interval = ET.SubElement(rerouter, "interval", begin="0", end="1000000000")
-        ET.SubElement(interval, "routeProbReroute", id=first.route)
+        ET.SubElement(interval, "routeProbReroute", id=again.route)
     for start in starts:
         _add_vehicle(top, start, kinds[start.loop.id, start.type.id], f"{begin_s:g}")
     file = folder / "vehicles.add.xml"
@@ -126,6 +122,19 @@ def rounds(loop: Loop) -> tuple[Round, Round]:
         Round(loop.edges[here], f"round@{loop.id}", f"first@{loop.id}"),
         Round(following, f"onward@{loop.id}", f"second@{loop.id}"),
     )
+
+
+def round_routes(loop: Loop) -> dict[str, tuple[str, ...]]:
+    """Return the edges of the routes of `rounds`, by name."""
+    here = pivot(loop)
+    once = loop.edges[here:] + loop.edges[:here]
+    first, second = rounds(loop)
+    return {
+        first.route: (*once, *once, once[0]),
+        second.route: (*once[1:], *once, once[0]),
+        first.alone: (first.edge,),
+        second.alone: (second.edge,),
+    }
 
 
 def pivot(loop: Loop) -> int:

@@ -96,12 +96,15 @@ class SumoOptions:
         What is not taken over, a line for each.
     begin_s
         When the simulation begins [s].
+    configured
+        Whether there is a configuration.
     """
 
     arguments: tuple[str, ...] = ()
     additional_files: tuple[Path, ...] = ()
     notes: tuple[str, ...] = ()
     begin_s: float = 0.0
+    configured: bool = False
 
 
 def sumo_options(scenario: Scenario) -> SumoOptions:
@@ -130,6 +133,7 @@ def sumo_options(scenario: Scenario) -> SumoOptions:
         config.additional_files,
         (*_notes(config, scenario), *beside),
         begin_s=_seconds(config.options.get("begin", "0"), config.file),
+        configured=True,
     )
 
 

@@ -2,70 +2,77 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
+from loopgate.abstraction.itinerary import Itinerary
 from loopgate.drive.engine import Engine
 from loopgate.drive.gatekeeper import Gatekeeper
-from loopgate.simulation.assembly import Assembly
-from loopgate.simulation.lights import Lights, signals_of
+from loopgate.drive.track import Track
+from loopgate.network import RoadNetwork
+from loopgate.simulation.lights import Lights, Signal, signals_of
 from loopgate.simulation.others import Others
-from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.timetable import Timetable
 from loopgate.simulation.ways import Way, Ways
 from loopgate.traffic.base import Traffic
 
 __all__ = ["Surroundings"]
 
-_ON_SEGMENTS = (
-    "lights: on segments no state ends at a light, so a vehicle holds its zone while it waits there at a red"
-)
-
 
 class Surroundings:
-    """Puts up the obstacles that a scenario asks for, and tells what they did to the run.
+    """Puts up the obstacles that are asked for, and tells what they did.
 
     Parameters
     ----------
-    scenario, assembly
-        What is run.
-    traffic
-        The running simulation.
+    network, traffic
+        The roads, and the running simulation.
     engine, keeper
-        Made for it; no keeper where no gate rules.
+        Made for it.
+    lights, others
+        Whether lights are obeyed, and whether there is traffic under no gate.
     """
 
     def __init__(
         self,
-        scenario: Scenario,
-        assembly: Assembly,
+        network: RoadNetwork,
         traffic: Traffic,
         engine: Engine,
-        keeper: Gatekeeper | None,
+        keeper: Gatekeeper,
+        *,
+        lights: bool,
+        others: bool,
     ) -> None:
-        self._lights: Lights | None = None
-        self._others: Others | None = None
-        self._abstraction = scenario.abstraction
-        abstraction = assembly.abstraction
-        if keeper is None or abstraction is None:
-            return
+        self._network = network
+        self._find = Ways(network) if others else None
+        self._signals: dict[str, tuple[tuple[Signal, ...], ...]] = {}
+        self._ways: dict[str, tuple[Way, ...]] = {}
         timetable = Timetable(traffic)
-        if scenario.rule_for_lights == "obey":
-            signals = signals_of(assembly.network, abstraction.itineraries)
-            self._lights = Lights(traffic, engine.drivers, signals, timetable)
-            keeper.obstacles += (self._lights,)
-        if scenario.traffic:
-            system = abstraction.system
-            find = Ways(assembly.network)
-            of_loop: dict[str, tuple[Way, ...]] = {}
-            for driver, itinerary, path in zip(
-                engine.drivers, abstraction.itineraries, system.paths, strict=True
-            ):
-                if itinerary.loop not in of_loop:
-                    of_loop[itinerary.loop] = find.of(driver.track, itinerary, path, system.room)
-            ways = [of_loop[itinerary.loop] for itinerary in abstraction.itineraries]
-            self._others = Others(traffic, engine.drivers, ways, keeper, timetable)
-            keeper.obstacles += (self._others,)
+        self._lights = Lights(traffic, engine.drivers, self._signals, timetable) if lights else None
+        self._others = Others(traffic, engine.drivers, self._ways, keeper, timetable) if others else None
+        keeper.obstacles += tuple(one for one in (self._lights, self._others) if one is not None)
+
+    def plan(
+        self, itineraries: Iterable[Itinerary], tracks: Iterable[Track], room: Mapping[str, int]
+    ) -> None:
+        """Take over what the vehicles drive by, the first time or anew.
+
+        Parameters
+        ----------
+        itineraries
+            Of all loops, once or several times.
+        tracks
+            At least one of each loop.
+        room
+            How many vehicles a state holds, by name.
+        """
+        loops = {itinerary.loop: itinerary for itinerary in itineraries}
+        if self._lights is not None:
+            self._signals.clear()
+            self._signals.update(signals_of(self._network, list(loops.values())))
+        if self._find is not None:
+            self._ways.clear()
+            for track in {track.loop: track for track in tracks}.values():
+                self._ways[track.loop] = self._find.of(track, room)
 
     @property
     def each_step(self) -> list[Callable[[], None]]:
@@ -76,8 +83,7 @@ class Surroundings:
         """Return what the obstacles add to ``summary.json``; call before the simulation is closed."""
         found: dict[str, Any] = {}
         if self._lights is not None:
-            lines = [_ON_SEGMENTS] if self._abstraction == "segments" else self._lights.warnings()
-            found |= {"at_lights": self._lights.figures(), "warnings": lines}
+            found |= {"at_lights": self._lights.figures(), "warnings": self._lights.warnings()}
         if self._others is not None:
             found["others"] = self._others.figures()
         return found

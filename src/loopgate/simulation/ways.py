@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from loopgate.abstraction.itinerary import Itinerary
 from loopgate.drive.track import Track
 from loopgate.network import RoadNetwork
 from loopgate.network.records import Connection
@@ -51,8 +50,8 @@ class Way:
         Lanes inside the junction from which others drive into the next state.
     next_lane, next_begin_m, next_end_m
         Where the next state is [m].
-    state, slot_m
-        The next state's number, and what one of its slots measures [m].
+    slot_m
+        What a slot of the next state measures [m].
     """
 
     lane: str
@@ -65,7 +64,6 @@ class Way:
     next_lane: str
     next_begin_m: float
     next_end_m: float
-    state: int
     slot_m: float
 
 
@@ -87,28 +85,19 @@ class Ways:
             self._at.setdefault(movement.junction, []).append(movement)
             self._into.setdefault(_end(movement), []).extend(movement.via)
 
-    def of(
-        self, track: Track, itinerary: Itinerary, path: Sequence[int], room: Sequence[int]
-    ) -> tuple[Way, ...]:
-        """Return the way ahead at the end of each position.
+    def of(self, track: Track, room: Mapping[str, int]) -> tuple[Way, ...]:
+        """Return the way ahead at the end of each position of a track.
 
-        Parameters
-        ----------
-        track, itinerary
-            Of the vehicle.
-        path, room
-            The vehicle's states by number, and how many vehicles each state holds.
+        `room` says how many vehicles a state holds, by name.
         """
-        return tuple(self._way(track, itinerary, path, room, p) for p in range(len(itinerary.legs)))
+        return tuple(self._way(track, room, position) for position in range(len(track.legs)))
 
-    def _way(
-        self, track: Track, itinerary: Itinerary, path: Sequence[int], room: Sequence[int], position: int
-    ) -> Way:
+    def _way(self, track: Track, room: Mapping[str, int], position: int) -> Way:
         line = track.stop_lines[position]
-        ahead = (position + 1) % len(itinerary.legs)
+        ahead = (position + 1) % len(track.legs)
         end = track.stop_lines[ahead]
         length_m = track.legs[ahead].end_m - track.legs[ahead].begin_m
-        crossings = itinerary.legs[position].crossings
+        crossings = track.legs[position].crossings
         crossing = [self._movements[c.id] for c in crossings if c.id in self._movements]
         first = [self._network.lanes[lane] for lane in crossing[0].via] if crossing else []
         next_lane = f"{end.edge}_{end.lane_index}"
@@ -123,8 +112,7 @@ class Ways:
             next_lane=next_lane,
             next_begin_m=end.position_m - length_m,
             next_end_m=end.position_m,
-            state=path[ahead],
-            slot_m=length_m / max(1, room[path[ahead]]),
+            slot_m=length_m / max(1, room[track.legs[ahead].state]),
         )
 
     def _across(self, crossing: Sequence[Connection]) -> tuple[str, ...]:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from loopgate.simulation.run import run
+from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario
 
 __all__ = ["run_scenario"]
@@ -14,4 +14,4 @@ __all__ = ["run_scenario"]
 
 def run_scenario(scenario: Mapping[str, Any], out: Path) -> None:
     """Simulate `scenario` and write its run folder to `out`."""
-    run(Scenario.from_dict(scenario), out, overwrite=True)
+    simulate(Scenario.from_dict(scenario), out, overwrite=True)

@@ -121,6 +121,26 @@ class Traffic(Protocol):
         """
         ...
 
+    def leave_gate(self, vehicle: str) -> None:
+        """Undo `put_under_gate`, and whatever holds the vehicle; it may be gone."""
+        ...
+
+    def lead(self, vehicle: str, edges: Sequence[str]) -> None:
+        """Give the vehicle a route from the edge on which it is; raise `TrafficError` if it is refused."""
+        ...
+
+    def route(self, vehicle: str) -> tuple[Sequence[str], int]:
+        """Return the edges of the vehicle's route, and the number of the one it is on or has just left."""
+        ...
+
+    def add_route(self, name: str, edges: Sequence[str]) -> None:
+        """Make a route for `renew` and `forget_stops`."""
+        ...
+
+    def renew(self, vehicle: str, route: str) -> None:
+        """Give the vehicle a route by name; the edge on which it is lies on it."""
+        ...
+
     def lane_index(self, vehicle: str) -> int:
         """Return the index of the lane that the vehicle is on, of those of its edge."""
         ...
@@ -163,6 +183,10 @@ class Traffic(Protocol):
 
     def halted(self) -> Sequence[str]:
         """Return the held vehicles that came to rest in the last step."""
+        ...
+
+    def stops_before(self, vehicle: str, edge: str, position_m: float) -> bool:
+        """Return whether the vehicle is to stop next on an edge, up to a position, not being held there."""
         ...
 
     def collisions(self) -> Sequence[Collision]:

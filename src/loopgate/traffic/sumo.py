@@ -75,6 +75,8 @@ class SumoTraffic:
         """Where vehicles are held: lane, and position on it [m]."""
         self._braked: set[str] = set()
         self._lets_change: dict[tuple[str, str], bool] = {}
+        self._modes: dict[str, tuple[int, int]] = {}
+        """Of those under the gate: the modes for speed and for changing lanes that they had before."""
 
     @property
     def now_s(self) -> float:
@@ -98,6 +100,10 @@ class SumoTraffic:
         except self._error as error:
             msg = f"SUMO stopped at {self._now:.0f} s: {error}"
             raise TrafficError(msg) from error
+        self.look_at_clock()
+
+    def look_at_clock(self) -> None:
+        """Take note of a step, which somebody else may have made."""
         self._now = float(self._simulation.getTime())
 
     def vehicles(self) -> Sequence[str]:
@@ -128,9 +134,43 @@ class SumoTraffic:
 
     def put_under_gate(self, vehicle: str, *, keeps_lane: bool = False) -> None:
         """Let the gate rule: no right of way unless it yields, lanes changed for the route, if at all."""
-        self._vehicle.setSpeedMode(vehicle, self._speed_mode)
+        get = self._vehicle
+        self._modes.setdefault(vehicle, (get.getSpeedMode(vehicle), get.getLaneChangeMode(vehicle)))
+        get.setSpeedMode(vehicle, self._speed_mode)
         mode = _LANE_CHANGE_AS_TOLD_ONLY if keeps_lane else _LANE_CHANGE_FOR_ROUTE_ONLY
-        self._vehicle.setLaneChangeMode(vehicle, mode)
+        get.setLaneChangeMode(vehicle, mode)
+
+    def leave_gate(self, vehicle: str) -> None:
+        """Let go of it, with the modes that it had before."""
+        modes = self._modes.pop(vehicle, None)
+        if vehicle not in self._vehicle.getIDList():
+            self._holds.pop(vehicle, None)
+            self._braked.discard(vehicle)
+            return
+        self.release(vehicle)
+        if modes is not None:
+            self._vehicle.setSpeedMode(vehicle, modes[0])
+            self._vehicle.setLaneChangeMode(vehicle, modes[1])
+
+    def lead(self, vehicle: str, edges: Sequence[str]) -> None:
+        """Set its route."""
+        try:
+            self._vehicle.setRoute(vehicle, list(edges))
+        except self._error as error:
+            msg = f"vehicle {vehicle}: SUMO does not take the route {' '.join(edges)}: {error}"
+            raise TrafficError(msg) from error
+
+    def route(self, vehicle: str) -> tuple[Sequence[str], int]:
+        """Return its route, and where on it the vehicle is."""
+        return self._vehicle.getRoute(vehicle), int(self._vehicle.getRouteIndex(vehicle))
+
+    def add_route(self, name: str, edges: Sequence[str]) -> None:
+        """Make a route by name."""
+        self._api.route.add(name, list(edges))
+
+    def renew(self, vehicle: str, route: str) -> None:
+        """Set its route by name."""
+        self._vehicle.setRouteID(vehicle, route)
 
     def lane_index(self, vehicle: str) -> int:
         """Return the index of the lane that the vehicle is on."""
@@ -243,16 +283,24 @@ class SumoTraffic:
 
     def forget_stops(self, vehicle: str, edge: str, route: str, alone: str) -> bool:
         """Lead the vehicle off its stops' edges and back: SUMO keeps only stops on the present route."""
-        if self._vehicle.getRoadID(vehicle) != edge:
-            return False
+        if self._vehicle.getRoadID(vehicle) != edge or self._vehicle.getStops(vehicle, 1):
+            return False  # a stop ahead, which is not ours, would be forgotten too
         self._vehicle.setRouteID(vehicle, alone)
         self._vehicle.setRouteID(vehicle, route)
         return True
 
     def halted(self) -> Sequence[str]:
-        """Return the held vehicles that came to rest in the last step."""
-        ids: Sequence[str] = self._simulation.getStopStartingVehiclesIDList()
-        return ids
+        """Return the held vehicles that came to rest in the last step, at no other stop than that."""
+        ids = self._simulation.getStopStartingVehiclesIDList()
+        return [vehicle for vehicle in ids if vehicle in self._holds and self._stop_number(vehicle) == 0]
+
+    def stops_before(self, vehicle: str, edge: str, position_m: float) -> bool:
+        """Return whether its next stop is there, and not the one by which it is held."""
+        stops = self._vehicle.getStops(vehicle, 1)
+        if not stops or (vehicle in self._holds and self._stop_number(vehicle) == 0):
+            return False
+        stop = stops[0]
+        return bool(stop.lane.rpartition("_")[0] == edge and stop.endPos <= position_m + _SAME_STOP_M)
 
     def collisions(self) -> Sequence[Collision]:
         """Return the collisions of the last step."""

@@ -3,10 +3,9 @@
 from collections import Counter
 from random import Random
 
-import numpy as np
 import pytest
 from fake_traffic import FakeTraffic, FakeVehicle
-from numpy.typing import NDArray
+from shared_state import Notes, drive, world
 
 from builders import system
 from loopgate.abstraction.itinerary import Leg
@@ -17,82 +16,6 @@ from loopgate.errors import TrafficError
 from loopgate.gates import make_gate
 from loopgate.model import StateId
 from loopgate.negotiation.simple import OldestFirst
-from loopgate.results.columns import Event
-
-PRIVATE_M, SHARED_M = 200.0, 60.0
-
-
-class Notes:
-    """A recorder that keeps the rows."""
-
-    def __init__(self) -> None:
-        self.rows: list[tuple[float, str, str, str]] = []
-        self.stages: list[tuple[str, str]] = []
-        self.words: list[str] = [""]
-
-    def note(
-        self, time_s: float, vehicle: str, event: Event, place: str, reason: str = "", stage: str = ""
-    ) -> None:
-        """Keep one row."""
-        del reason
-        self.rows.append((time_s, vehicle, event.value, place))
-        self.stages.append((event.value, stage))
-
-    def code(self, word: str) -> int:
-        """Return the number of a word."""
-        if word not in self.words:
-            self.words.append(word)
-        return self.words.index(word)
-
-    def passed(self, time_s: float, rows: NDArray[np.int32]) -> None:
-        """Keep rows of numbered words."""
-        for row in rows.tolist():
-            vehicle, event, place, reason, stage = (self.words[number] for number in row)
-            self.note(time_s, vehicle, Event(event), place, reason, stage)
-
-    def of(self, *events: str) -> list[tuple[float, str, str, str]]:
-        """Return the rows of these kinds."""
-        return [row for row in self.rows if row[2] in events]
-
-
-def world(*starts_m: float, gate: str = "collision") -> tuple[Engine, FakeTraffic, Notes]:
-    """Vehicles on loops of 200 m of their own road and one shared state of 60 m.
-
-    Each loop has an edge for its private state and one for the shared state ``s``.
-    """
-    names = [f"v{i}" for i in range(len(starts_m))]
-    robots = system({name: f"p{name} s" for name in names})
-    legs = {name: (Leg(StateId(f"p{name}"), 0.0, 199.0), Leg(StateId("s"), 199.0, 260.0)) for name in names}
-    tracks = [
-        Track(
-            vehicle=name,
-            loop=name,
-            lap_m=PRIVATE_M + SHARED_M,
-            start_m=start,
-            top_speed_mps=10.0,
-            rounds=(Round(f"{name}p", "round", "first"), Round("", "onward", "second")),
-            edges=((0.0, f"{name}p"), (PRIVATE_M, f"{name}s")),
-            legs=legs[name],
-            stop_lines=(StopLine(f"{name}p", 0, 199.0), StopLine(f"{name}s", 0, 59.9)),
-        )
-        for name, start in zip(names, starts_m, strict=True)
-    ]
-    fleet = {
-        name: FakeVehicle([(f"{name}p", PRIVATE_M), (f"{name}s", SHARED_M)], start)
-        for name, start in zip(names, starts_m, strict=True)
-    }
-    traffic = FakeTraffic(fleet)
-    notes = Notes()
-    keeper = Gatekeeper(robots, make_gate(gate, robots), OldestFirst(Random(1)))
-    engine = Engine(traffic, tracks, keeper, notes)  # type: ignore[arg-type]  # the notes stand in for a recorder
-    return engine, traffic, notes
-
-
-def drive(engine: Engine, traffic: FakeTraffic, until_s: float) -> None:
-    """Run."""
-    engine.begin()
-    while traffic.now_s < until_s:
-        engine.step()
 
 
 def test_alone_a_vehicle_is_never_held() -> None:

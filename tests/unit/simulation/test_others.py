@@ -44,7 +44,11 @@ class Scene:
         driver.drives_like(Dynamics(5.0, 2.6, 4.5, 1.0))
         driver.row["line_m"] = 100.0
         next_state = roads.paths[0][1]
-        keeper = Mock(room=lambda _: 5 - others_in_next, holders=lambda _: [1] * others_in_next)
+        keeper = Mock(
+            room=lambda state: 5 - others_in_next if state == next_state else 0,
+            holders=lambda _: [1] * others_in_next,
+            wanted=lambda _: next_state,
+        )
         way = Way(
             lane="before_0",
             line_m=100.0,
@@ -56,14 +60,13 @@ class Scene:
             next_lane="after_0",
             next_begin_m=0.0,
             next_end_m=50.0,
-            state=next_state,
             slot_m=10.0,
         )
         self.traffic = FakeTraffic({"v": FakeVehicle(STREET, 90.0)})
         self.others = Others(
             self.traffic,
             [driver, SimpleNamespace(id="w")],  # type: ignore[list-item]  # has a name, that is enough
-            [[way, way], []],
+            {"loop": [way, way]},
             keeper,
             Timetable(self.traffic),
         )

@@ -1,0 +1,199 @@
+"""A scenario as an environment of PettingZoo: agents order the requests, the gate keeps them safe.
+
+Each vehicle is an agent. Its action is a number from 0 to 1: who has the greatest is asked first. So what is
+learned is a negotiation, and nothing that is learned can make vehicles collide or lock up: a request that
+the gate refuses is refused, whoever comes first.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
+from dataclasses import replace
+from typing import Any, ClassVar
+
+import numpy as np
+from gymnasium.spaces import Box
+from numpy.typing import NDArray
+from pettingzoo import ParallelEnv
+
+from loopgate.errors import ScenarioError
+from loopgate.folders import temporary_folder
+from loopgate.negotiation.base import Request, View
+from loopgate.simulation.assembly import assemble
+from loopgate.simulation.outcome import Folder
+from loopgate.simulation.scenario import Scenario
+from loopgate.simulation.session import Session, open_session
+
+__all__ = ["OBSERVED", "LoopgateEnv"]
+
+Observation = NDArray[np.float32]
+
+OBSERVED = ("speed", "lap", "to_line", "asks", "waited", "here", "ahead")
+"""What an agent observes, each from 0 to 1: its speed as a share of its top speed; how much of its lap it has
+driven; how far the end of its last grant is, in units of 100 m; whether it has a request; for how long, in
+units of a minute; how full the state is in which that ends, and the one that it wants."""
+
+_NEAR_M, _LONG_S = 100.0, 60.0
+
+
+class _Priorities:
+    """The negotiation: the greatest number goes first, then the oldest request."""
+
+    def __init__(self) -> None:
+        self.of: Mapping[int, float] = {}
+
+    def order(self, requests: Sequence[Request], view: View, now_s: float) -> Sequence[Request]:
+        """Return all requests in order."""
+        del view, now_s
+        return sorted(requests, key=lambda r: (-self.of.get(r.robot, 0.0), r.since_s, r.robot))
+
+
+class LoopgateEnv(ParallelEnv[str, Observation, NDArray[np.float32]]):  # type: ignore[misc]  # no stubs
+    """A scenario, driven by agents.
+
+    Parameters
+    ----------
+    scenario
+        What is run, under a gate; its negotiation is the agents'. An episode lasts for its warm-up and its
+        duration. The first one has its seed, each later one the next, unless `reset` is told another.
+    every_s
+        Time between two actions [s].
+    backend
+        ``libsumo``, of which there is one simulation at a time in a process, or ``traci``.
+
+    Raises
+    ------
+    LoopgateError
+        If the scenario does not fit together, or has no gate.
+    """
+
+    metadata: ClassVar[dict[str, Any]] = {"name": "loopgate_v0", "render_modes": []}
+
+    def __init__(self, scenario: Scenario, *, every_s: float = 5.0, backend: str = "libsumo") -> None:
+        if not scenario.gated:
+            msg = "gate open: there are no requests to order; name a gate"
+            raise ScenarioError(msg)
+        if not every_s >= scenario.step_s:
+            msg = f"every_s is {every_s}; expected at least the step of {scenario.step_s:g} s"
+            raise ScenarioError(msg)
+        self.scenario = scenario
+        self._every_s, self._backend = every_s, backend
+        self._seed = scenario.seed
+        self._stack = ExitStack()
+        self._session: Session | None = None
+        self._priorities = _Priorities()
+        self._end_s = 0.0
+        self.render_mode = None
+        self.possible_agents = [start.vehicle for start in assemble(scenario).starts]
+        self.agents: list[str] = []
+        self.observation_spaces = {
+            agent: Box(0.0, 1.0, (len(OBSERVED),), np.float32) for agent in self.possible_agents
+        }
+        self.action_spaces = {agent: Box(0.0, 1.0, (1,), np.float32) for agent in self.possible_agents}
+
+    def observation_space(self, agent: str) -> Box:
+        """Return the space of `OBSERVED`."""
+        return self.observation_spaces[agent]
+
+    def action_space(self, agent: str) -> Box:
+        """Return the space of priorities."""
+        return self.action_spaces[agent]
+
+    def reset(
+        self, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[dict[str, Observation], dict[str, dict[str, Any]]]:
+        """Begin an episode; return what the agents observe, and nothing more of each."""
+        del options
+        self.close()
+        scenario = replace(self.scenario, seed=self._seed if seed is None else seed)
+        self._seed = scenario.seed + 1
+        self._priorities = _Priorities()
+        folder = Folder(self._stack.enter_context(temporary_folder()) / "run", overwrite=True)
+        opened = open_session(
+            scenario,
+            assemble(scenario),
+            self._stack.enter_context(folder),
+            backend=self._backend,
+            negotiation=self._priorities,
+        )
+        session = self._session = self._stack.enter_context(opened)
+        session.engine.begin()
+        self._end_s = session.traffic.now_s + scenario.warmup_s + scenario.duration_s
+        self.agents = list(self.possible_agents)
+        return self._observations(session), {agent: {} for agent in self.agents}
+
+    def step(
+        self, actions: Mapping[str, NDArray[np.float32]]
+    ) -> tuple[
+        dict[str, Observation],
+        dict[str, float],
+        dict[str, bool],
+        dict[str, bool],
+        dict[str, dict[str, Any]],
+    ]:
+        """Drive on with these priorities.
+
+        Returns
+        -------
+        tuple
+            By agent: what it observes; its reward, which is its mean speed [m/s]; False, since nobody ends;
+            whether the time is over; and ``laps`` and ``hold_s`` so far.
+        """
+        session = self._session
+        if session is None or not self.agents:
+            msg = "no episode is under way; call reset() first"
+            raise ScenarioError(msg)
+        drivers, traffic = session.engine.drivers, session.traffic
+        self._priorities.of = {
+            driver.robot: float(np.asarray(actions[driver.id]).item())
+            for driver in drivers
+            if driver.id in actions
+        }
+        before = {driver.id: driver.front_m for driver in drivers}
+        began_s = traffic.now_s
+        until_s = min(self._end_s, began_s + self._every_s)
+        while traffic.now_s < until_s:
+            session.engine.step()
+            for look in session.each_step:
+                look()
+        over = traffic.now_s >= self._end_s
+        driven_s = traffic.now_s - began_s
+        agents = self.agents
+        rewards = {driver.id: (driver.front_m - before[driver.id]) / driven_s for driver in drivers}
+        infos: dict[str, dict[str, Any]] = {
+            driver.id: {"laps": driver.laps, "hold_s": driver.total_hold_s(traffic.now_s)}
+            for driver in drivers
+        }
+        observations = self._observations(session)
+        if over:
+            self.agents = []
+            self.close()
+        return observations, rewards, dict.fromkeys(agents, False), dict.fromkeys(agents, over), infos
+
+    def _observations(self, session: Session) -> dict[str, Observation]:
+        now_s, keeper = session.traffic.now_s, session.keeper
+        found: dict[str, Observation] = {}
+        for driver in session.engine.drivers:
+            row = driver.row
+            waited_s = now_s - float(row["since_s"]) if row["pending"] else 0.0
+            left_m = driver.line_m - driver.front_m
+            seen = (
+                driver.speed_mps / driver.top_mps,
+                driver.front_m % driver.track.lap_m / driver.track.lap_m,
+                left_m / _NEAR_M if math.isfinite(left_m) else 1.0,
+                float(row["pending"]),
+                waited_s / _LONG_S,
+                *(keeper.fullness(driver.robot) if keeper else (0.0, 0.0)),
+            )
+            found[driver.id] = np.clip(np.array(seen, dtype=np.float32), 0.0, 1.0)
+        return found
+
+    def render(self) -> None:
+        """Show nothing: take ``loopgate run --gui`` to watch."""
+
+    def close(self) -> None:
+        """End the simulation; may be called at any time."""
+        self._session = None
+        self._stack.close()

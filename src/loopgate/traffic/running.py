@@ -1,0 +1,128 @@
+"""What can be asked of a SUMO that somebody else has started: how it is set, and how its vehicles drive."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree as ET
+
+from loopgate.errors import TrafficError
+from loopgate.network import VehicleType
+from loopgate.network.vehicle_type import vehicle_type
+from loopgate.network.xml_file import open_xml
+from loopgate.traffic.sumo import SumoTraffic
+
+__all__ = ["RunningSumo"]
+
+_FILES = ("route-files", "additional-files")
+_MODEL = "carFollowModel"
+
+
+class RunningSumo:
+    """A simulation under way, started and stepped by somebody else.
+
+    Parameters
+    ----------
+    api
+        The module ``libsumo`` or ``traci``, or a connection of the latter.
+
+    Raises
+    ------
+    TrafficError
+        If no simulation is running.
+    """
+
+    def __init__(self, api: Any) -> None:  # noqa: ANN401  neither API has types
+        self._api = api
+        self._types: dict[str, ET.Element] | None = None
+        self.error, odometer = _backend(api)
+        wrong: tuple[type[Exception], ...] = (AttributeError, *self.error)
+        try:
+            self.traffic = SumoTraffic(api, self.error, yields=True, odometer=odometer)
+        except wrong as error:
+            msg = f"{getattr(api, '__name__', api)}: no simulation is running; call its start() first"
+            raise TrafficError(msg) from error
+
+    def setting(self, option: str) -> str:
+        """Return the value of an option of SUMO."""
+        return str(self._api.simulation.getOption(option))
+
+    def knows(self, vehicle: str) -> bool:
+        """Return whether there is such a vehicle, on the road or still to depart."""
+        try:
+            self._api.vehicle.getRoute(vehicle)
+        except self.error:
+            return False
+        return True
+
+    def route_names(self) -> set[str]:
+        """Return the names of all routes."""
+        return set(self._api.route.getIDList())
+
+    def route_name(self, vehicle: str) -> str:
+        """Return the name of a vehicle's route."""
+        return str(self._api.vehicle.getRouteID(vehicle)).lstrip("!")
+
+    def action_step_s(self, vehicle: str) -> float:
+        """Return how often the vehicle's driver acts [s]."""
+        return float(self._api.vehicle.getActionStepLength(vehicle))
+
+    def kind(self, vehicle: str) -> VehicleType:
+        """Return the type of a vehicle: what the files say of it, and what it is now.
+
+        SUMO does not tell the model by which a vehicle follows others: only the files do.
+        """
+        get = self._api.vehicle
+        name = str(get.getTypeID(vehicle))
+        element = self._in_files(name)
+        said: dict[str, str] = {_MODEL: self.setting("default.carfollowmodel")}
+        if element is not None:
+            read = vehicle_type(element, "route files")
+            said |= read.attributes
+        said |= {
+            "id": name,
+            "tau": f"{get.getTau(vehicle)}",
+            "sigma": f"{get.getImperfection(vehicle)}",
+            "accel": f"{get.getAccel(vehicle)}",
+            "decel": f"{get.getDecel(vehicle)}",
+            "actionStepLength": f"{get.getActionStepLength(vehicle)}",
+            "width": f"{get.getWidth(vehicle)}",
+        }
+        return VehicleType(
+            id=name,
+            length_m=float(get.getLength(vehicle)),
+            min_gap_m=float(get.getMinGap(vehicle)),
+            vclass=str(get.getVehicleClass(vehicle)),
+            attributes=said,
+        )
+
+    def _in_files(self, name: str) -> ET.Element | None:
+        if self._types is None:
+            files = [f for option in _FILES for f in self.setting(option).split(",") if f]
+            self._types = {e.get("id", ""): e for file in files for e in _vehicle_types(Path(file))}
+        return self._types.get(name) or self._types.get(name.partition("@")[0])
+
+
+def _backend(api: object) -> tuple[tuple[type[Exception], ...], Callable[[str], float] | None]:
+    """Return what it raises, and its quickest way to read an odometer."""
+    if getattr(api, "__name__", "") == "libsumo":
+        from loopgate.traffic import libsumo_backend
+
+        return libsumo_backend.ERROR, libsumo_backend.ODOMETER
+    from loopgate.traffic import traci_backend
+
+    return traci_backend.ERROR, None
+
+
+def _vehicle_types(file: Path) -> Iterable[ET.Element]:
+    """Yield the types of vehicles in a file of SUMO's; nothing where it is none."""
+    try:
+        with open_xml(file) as stream:
+            for _, element in ET.iterparse(stream):  # noqa: S314  SUMO has read it
+                if element.tag == "vType":
+                    yield element
+                elif element.tag in {"vehicle", "trip", "person", "flow"}:
+                    element.clear()
+    except (OSError, ET.ParseError):
+        return

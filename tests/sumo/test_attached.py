@@ -1,0 +1,259 @@
+"""A gate over vehicles of a simulation that is somebody else's: they join, are interfered with, and leave."""
+
+from __future__ import annotations
+
+import importlib
+import re
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import attached
+import libsumo
+import pytest
+
+import loopgate
+from loopgate.errors import LoopgateError, UnsafeStartError
+from loopgate.gates.open import OpenGate
+from loopgate.model import System
+from loopgate.results.feed import Happening
+
+pytestmark = pytest.mark.sumo
+
+ROOT = Path(__file__).parents[2]
+GRID = ROOT / "networks" / "grid5-priority.net.xml"
+OFTEN = {"leave": 43, "stop": 17, "slow": 13, "move": 51, "remove": 91}
+
+
+def start(*options: str, routes: Path = ROOT / "routes" / "grid5.rou.xml") -> None:
+    """Start the grid with its loops as routes, and nobody on them."""
+    files = ("-n", str(GRID), "-r", str(routes))
+    program = str(Path(sys.prefix) / "bin" / "sumo")
+    libsumo.start([program, *files, "--no-step-log", "--no-warnings", "--seed", "1", *options])
+
+
+@pytest.fixture(autouse=True)
+def ended() -> Iterator[None]:
+    """Leave no simulation behind."""
+    yield
+    libsumo.close()
+
+
+def put(*vehicles: str, route: str = "loop0", kind: str = "DEFAULT_VEHTYPE") -> None:
+    """Let vehicles depart on a loop."""
+    for vehicle in vehicles:
+        libsumo.vehicle.add(vehicle, route, typeID=kind)
+
+
+def drive(
+    gate: loopgate.Attached, until: Callable[[], bool] | None = None, *, steps: int = 300
+) -> list[Happening]:
+    """Make steps until something is so; return what happened."""
+    happened: list[Happening] = []
+    for _ in range(steps):
+        libsumo.simulationStep()
+        happened += gate.after_step()
+        if until is not None and until():
+            return happened
+    assert until is None, "it never came to that"
+    return happened
+
+
+def of(happened: list[Happening], event: str) -> list[tuple[str, str]]:
+    """Return vehicle and reason of the events of a kind."""
+    return [(row.vehicle, row.reason) for row in happened if row.event == event]
+
+
+@pytest.mark.parametrize("backend", ["libsumo", "traci"])
+def test_among_ordinary_traffic_with_an_owner_who_interferes(
+    backend: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Ten minutes of the study, with more interference; both ways to SUMO make the same of it."""
+    monkeypatch.setattr(attached, "EVERY_S", OFTEN)
+    summary = attached.run(backend, 1, 600)
+    assert (summary["trespasses"], summary["overruns"], summary["collisions"]) == (0, 0, 0)
+    assert summary["vehicles"] + summary["waiting"] == attached.ON_LOOPS
+    assert summary["left"] > 30
+    assert summary["laps"] > 10
+    assert summary["refusals"]["stop"] > 0
+    assert summary["others"]["vehicles"] > 100
+    known = SEEN.setdefault("distance_km", summary["distance_km"])
+    assert summary["distance_km"] == known
+    libsumo.start(["sumo", "-n", str(GRID), "--no-step-log"])  # for the fixture
+
+
+SEEN: dict[str, float] = {}
+
+
+def test_they_join_while_they_drive_and_get_round() -> None:
+    """Three have driven by themselves for a minute; nobody goes where it was not let."""
+    start()
+    put("v1", "v2", "v3")
+    for _ in range(60):
+        libsumo.simulationStep()
+    with loopgate.attach(libsumo) as gate:
+        gate.add("v1", "v2", "v3")
+        put("w1", "w2", route="loop4")
+        gate.add("w1", "w2")
+        happened = drive(gate, lambda: len(gate.vehicles) == 5)
+        assert {vehicle for vehicle, _ in of(happened, "start")} == {"v1", "v2", "v3", "w1", "w2"}
+        drive(gate, steps=900)
+    assert gate.summary["laps"] >= 10
+    assert (gate.summary["trespasses"], gate.summary["overruns"], gate.summary["collisions"]) == (0, 0, 0)
+    assert set(gate.events["event"]) >= {"start", "grant", "enter", "leave", "lap", "edge", "end"}
+    assert len(gate.events[gate.events["event"] == "start"]) == len(
+        gate.events[gate.events["event"] == "end"]
+    )
+
+
+def test_who_leaves_drives_on_as_before() -> None:
+    """Its modes are as they were, its route ends where it did, and its place is free for others."""
+    start()
+    put("v1", "v2")
+    with loopgate.attach(libsumo) as gate:
+        gate.add("v1", "v2")
+        drive(gate, lambda: len(gate.vehicles) == 2)
+        assert libsumo.vehicle.getLaneChangeMode("v1") != 1621
+        drive(gate, steps=50)
+        gate.leave("v1")
+        assert gate.vehicles == ("v2",)
+        assert (libsumo.vehicle.getSpeedMode("v1"), libsumo.vehicle.getLaneChangeMode("v1")) == (31, 1621)
+        assert libsumo.vehicle.getStops("v1") == ()
+        assert libsumo.vehicle.getRoute("v1")[-1] == "C3B3"
+        assert of(gate.after_step(), "end") == [("v1", "left")]
+        drive(gate, lambda: "v1" not in libsumo.vehicle.getIDList(), steps=600)
+        gate.leave("v2")
+        gate.add("v2")
+        drive(gate, lambda: gate.vehicles == ("v2",))
+        with pytest.raises(LoopgateError, match="vehicle v1: it is not under the gate"):
+            gate.leave("v1")
+
+
+def test_who_is_moved_or_removed_gives_its_place_back() -> None:
+    """A moved vehicle is taken in anew where it is; the odometer of SUMO cannot tell."""
+    start()
+    put("v1", "v2")
+    with loopgate.attach(libsumo) as gate:
+        gate.add("v1", "v2")
+        drive(gate, lambda: len(gate.vehicles) == 2)
+        libsumo.vehicle.moveTo("v1", "D1D0_0", 40.0)
+        happened = drive(gate, lambda: len(gate.vehicles) == 2)
+        assert of(happened, "end") == [("v1", "moved")]
+        assert ("v1", "") in of(happened, "start")
+        libsumo.vehicle.remove("v2")
+        assert of(drive(gate, steps=2), "end") == [("v2", "gone")]
+        assert set(gate.vehicles) == {"v1"}
+        drive(gate, steps=400)
+        libsumo.vehicle.remove("v1")
+        drive(gate, steps=2)
+        assert not gate.vehicles
+        put("v3")
+        gate.add("v3")
+        drive(gate, lambda: gate.vehicles == ("v3",))
+    assert (gate.summary["trespasses"], gate.summary["overruns"]) == (0, 0)
+    assert gate.summary["laps"] >= 1
+
+
+def test_while_it_stops_for_its_owner_it_keeps_nothing_from_others() -> None:
+    """It is refused with the reason `stop` until its stop is over, which is not taken for a hold."""
+    start()
+    put("v1")
+    with loopgate.attach(libsumo) as gate:
+        gate.add("v1")
+        drive(gate, lambda: len(gate.vehicles) == 1)
+        # Near enough to the line that it asks while it stands there.
+        libsumo.vehicle.setStop("v1", "C1D1", pos=85.0, duration=60.0)
+        happened = drive(gate, lambda: libsumo.vehicle.isStopped("v1") and speed("v1") == 0.0)
+        happened += drive(gate, steps=50)
+        assert libsumo.vehicle.getRoadID("v1") == "C1D1"
+        assert ("v1", "stop") in of(happened, "refuse")
+        assert "hold" not in {row.event for row in happened}
+        drive(gate, lambda: libsumo.vehicle.getRoadID("v1") == "D0C0")
+
+
+def speed(vehicle: str) -> float:
+    """Return its speed [m/s]."""
+    return float(libsumo.vehicle.getSpeed(vehicle))
+
+
+class OneOnly(OpenGate):
+    """Refuses to begin with more than one."""
+
+    def __init__(self, system: System) -> None:
+        super().__init__(system)
+        if len(system.robots) > 1:
+            msg = "one is enough"
+            raise UnsafeStartError(msg)
+
+
+def test_a_vehicle_waits_while_the_gate_cannot_take_it_in() -> None:
+    """It stands before the end of a place until the other has left."""
+    start()
+    put("v1")
+    with loopgate.attach(libsumo, gate=OneOnly) as gate:
+        gate.add("v1")
+        drive(gate, lambda: gate.vehicles == ("v1",))
+        put("v2", route="loop4")
+        gate.add("v2")
+        drive(gate, steps=100)
+        assert (gate.vehicles, gate.waiting) == (("v1",), ("v2",))
+        assert speed("v2") == 0.0
+        gate.leave("v1")
+        drive(gate, lambda: gate.vehicles == ("v2",), steps=5)
+
+
+def test_what_it_cannot_take_is_refused_by_name(tmp_path: Path) -> None:
+    """Vehicles that do not exist, open routes, drivers no gate can count on; and nobody else is added."""
+    routes = tmp_path / "some.rou.xml"
+    routes.write_text(
+        '<routes><vType id="near" tau="0.2"/><vType id="rail" carFollowModel="Rail"/>'
+        '<vType id="rash" jmIgnoreJunctionFoeProb="0.5"/><vType id="slow" actionStepLength="2"/>'
+        '<route id="loop" edges="A0A1 A1B1 B1B0 B0A0"/><route id="open" edges="C0C1 C1D1"/></routes>'
+    )
+    start(routes=routes)
+    kinds = {"near": "tau", "rail": "carFollowModel Rail", "rash": "jmIgnore", "slow": "actionStepLength"}
+    put("fine", route="loop")
+    put("away", route="open")
+    for kind in kinds:
+        put(kind, route="loop", kind=kind)
+    with loopgate.attach(libsumo) as gate:
+        for vehicle, text in {**kinds, "away": "the route does not close|not lead|no", "x": "none"}.items():
+            with pytest.raises(LoopgateError, match=f"vehicle {vehicle}: .*{text}"):
+                gate.add("fine", vehicle)
+        assert gate.waiting == ()
+
+
+@pytest.mark.parametrize(
+    ("options", "text"),
+    [
+        (("--step-length", "2"), "step-length is 2"),
+        (("--step-method.ballistic",), "step-method.ballistic"),
+        (("--lateral-resolution", "0.8"), "lateral-resolution"),
+        (("--default.action-step-length", "2"), "default.action-step-length is 2"),
+    ],
+)
+def test_unsafe_settings_are_refused_by_name(options: tuple[str, ...], text: str) -> None:
+    """Before any vehicle is touched."""
+    start(*options)
+    with pytest.raises(LoopgateError, match=re.escape(text)):
+        loopgate.attach(libsumo)
+
+
+def test_arguments_are_checked() -> None:
+    """As those of a scenario are."""
+    start()
+    for given, text in (
+        ({"gate": "open"}, "gate open"),
+        ({"gate": "nosuch"}, "nosuch"),
+        ({"negotiation": "nosuch"}, "nosuch"),
+        ({"lights": "off"}, "expected one of obey, keep"),
+    ):
+        with pytest.raises(LoopgateError, match=text):
+            loopgate.attach(libsumo, **given)  # type: ignore[arg-type]  # all are words
+
+
+def test_no_simulation_is_running() -> None:
+    """Nothing to attach to."""
+    with pytest.raises(LoopgateError, match="traci: no simulation is running"):
+        loopgate.attach(importlib.import_module("traci"))
+    start()

@@ -1,0 +1,118 @@
+"""The environment for agents that learn: PettingZoo's own test, and that their order counts and is safe."""
+
+from __future__ import annotations
+
+import doctest
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from loopgate import LoopgateError, Scenario
+
+pytest.importorskip("pettingzoo")
+
+from pettingzoo.test import parallel_api_test
+
+from loopgate.env import OBSERVED, LoopgateEnv
+
+pytestmark = pytest.mark.sumo
+
+ROOT = Path(__file__).parents[2]
+GRID = str(ROOT / "networks" / "grid5-priority.net.xml")
+SCENARIO = Scenario(network=GRID, loops=10, vehicles=80, duration_s=200.0, seed=3)
+
+
+@pytest.fixture
+def env() -> Iterator[LoopgateEnv]:
+    """Make an environment, and end its simulation."""
+    made = LoopgateEnv(SCENARIO)
+    yield made
+    made.close()
+
+
+def episode(env: LoopgateEnv, first: set[str], seed: int = 3) -> dict[str, float]:
+    """Return the metres that each agent drives if some of them always go first."""
+    seen, _ = env.reset(seed=seed)
+    driven = dict.fromkeys(env.agents, 0.0)
+    while env.agents:
+        actions = {agent: np.array([float(agent in first)], np.float32) for agent in env.agents}
+        seen, rewards, ended, over, infos = env.step(actions)
+        assert not any(ended.values())
+        assert set(over.values()) == {not env.agents}
+        for agent, speed in rewards.items():
+            driven[agent] += 5.0 * speed
+            assert env.observation_space(agent).contains(seen[agent])
+            assert infos[agent]["hold_s"] >= 0
+    return driven
+
+
+def test_pettingzoo_takes_it(env: LoopgateEnv, capsys: pytest.CaptureFixture[str]) -> None:
+    """Spaces, keys, agents that end: what its test of parallel environments looks at."""
+    parallel_api_test(env, num_cycles=20)
+    assert "Passed" in capsys.readouterr().out
+
+
+def test_the_order_counts(env: LoopgateEnv) -> None:
+    """The same forty vehicles drive further when they go first than when the others do; seeds repeat."""
+    chosen = set(env.possible_agents[::2])
+    favoured = episode(env, chosen)
+    behind = episode(env, set(env.possible_agents) - chosen)
+    assert sum(favoured[a] for a in chosen) > sum(behind[a] for a in chosen)
+    assert episode(env, chosen) == favoured
+    assert episode(env, chosen, seed=4) != favoured
+
+
+def test_no_order_is_unsafe(env: LoopgateEnv) -> None:
+    """Whatever agents do, nobody goes where the gate does not let it."""
+    rng = np.random.default_rng(1)
+    env.reset(seed=1)
+    for _ in range(39):
+        env.step({agent: rng.random(1, np.float32) for agent in env.agents})
+    session = env._session
+    assert session is not None
+    assert (session.engine.trespasses, session.engine.overruns) == (0, 0)
+    assert session.traffic.collisions() == ()
+
+
+def test_observations_tell_who_asks(env: LoopgateEnv) -> None:
+    """Somebody does, for some time, before a state that is partly full."""
+    seen, _ = env.reset(seed=1)
+    for _ in range(20):
+        seen, *_ = env.step({})
+    table = dict(zip(OBSERVED, np.array(list(seen.values())).T, strict=True))
+    assert 0 < table["asks"].sum() < len(seen)
+    assert (table["waited"][table["asks"] == 0] == 0).all()
+    assert table["here"].min() > 0
+    assert 0 < table["speed"].max() <= 1
+
+
+@pytest.mark.parametrize(
+    ("given", "text"),
+    [
+        ({"gate": "open"}, "gate open"),
+        ({"every_s": 0.5}, "every_s is 0.5"),
+        ({"every_s": np.nan}, "nan"),
+    ],
+)
+def test_what_makes_no_sense_is_refused(given: dict[str, Any], text: str) -> None:
+    """In one line."""
+    every_s = given.pop("every_s", 5.0)
+    with pytest.raises(LoopgateError, match=text):
+        LoopgateEnv(Scenario(network=GRID, loops=1, **given), every_s=every_s)
+
+
+def test_a_step_needs_an_episode(env: LoopgateEnv) -> None:
+    """Before the first, and after the end of one."""
+    with pytest.raises(LoopgateError, match="reset"):
+        env.step({})
+
+
+def test_the_page_is_right(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its lines run as printed."""
+    monkeypatch.chdir(ROOT)
+    found = doctest.testfile(str(ROOT / "docs" / "env.md"), module_relative=False)
+    assert found.attempted >= 6
+    assert found.failed == 0
