@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from contextlib import ExitStack
-from math import nan
+from math import inf, nan
 from pathlib import Path
 from random import Random
 from time import perf_counter
@@ -170,7 +170,8 @@ def _gatekeeper(scenario: Scenario, assembly: Assembly) -> Gatekeeper | None:
         return None
     gate = make_gate(scenario.gate, assembly.abstraction.system, perf_counter)
     negotiation = make_negotiation(scenario.rule_for_negotiation, Random(scenario.seed))
-    return Gatekeeper(assembly.abstraction.system, gate, negotiation)
+    after_s = scenario.serve_after_s or inf
+    return Gatekeeper(assembly.abstraction.system, gate, negotiation, serve_after_s=after_s)
 
 
 def _tallies(engine: Engine, traffic: Traffic, watch: Watch, course: Course) -> list[Tally]:
@@ -211,10 +212,12 @@ def _summary(
     if duration > 0:
         edges = folder.write_edges(list(shapes.values()), begin_s=course.begin_s, end_s=course.end_s)
         watch = write_streets(scenario, assembly, folder, begin_s=course.begin_s, end_s=course.end_s)
+    waits: dict[str, Any] = {}
     findings: list[str] = []
     audited: dict[str, Any] = {}
     if keeper is not None:
         findings, audited = audit_run(scenario, keeper.system, tallies, folder)
+        waits = outcome.waits(folder, course)
     figures = outcome.summary(
         scenario,
         course,
@@ -225,7 +228,7 @@ def _summary(
         findings=findings,
         warnings=(*assembly.warnings, *(assembly.abstraction.warnings if assembly.abstraction else ())),
     )
-    figures |= audited | monitoring_figures(edges, measure_coverage(assembly.network, assembly.loops))
+    figures |= waits | audited | monitoring_figures(edges, measure_coverage(assembly.network, assembly.loops))
     return figures | {"watch": watch}
 
 

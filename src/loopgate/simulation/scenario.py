@@ -69,6 +69,9 @@ class Scenario:
     negotiation
         A negotiation's name, with options behind a colon; empty for ``oldest`` on segments and
         ``pressure``, which counts waiting too, on queues.
+    serve_after_s
+        How long a vehicle may wait for a grant before others make room for it [s]; 0 for never. Where the
+        gate promises by the chain rule that everyone goes on.
     lights
         ``off``, ``keep`` or ``obey``; empty for ``off`` under a gate and ``keep`` under ``open``.
     spacing
@@ -112,6 +115,7 @@ class Scenario:
     gate: Annotated[str, text()] = "certified"
     abstraction: Annotated[str, choice(ABSTRACTIONS)] = "queues"
     negotiation: Annotated[str, text()] = ""
+    serve_after_s: Annotated[float, real(0.0, _LONG_S)] = 180.0
     lights: Annotated[str, choice(("", *LIGHTS))] = ""
     spacing: Annotated[str, choice(SPACINGS)] = "none"
     revisit_s: Annotated[float, real(0.0, _LONG_S)] = 0.0
@@ -235,6 +239,7 @@ def _check_names(gate: str, negotiation: str) -> None:
 _OPTION = {
     "loop_length_m": "length",
     "revisit_s": "revisit",
+    "serve_after_s": "serve_after",
     "duration_s": "duration",
     "warmup_s": "warmup",
     "step_s": "step_length",
