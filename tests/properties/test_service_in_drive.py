@@ -8,6 +8,7 @@ from collections.abc import Iterator, Sequence
 
 import pytest
 from little_roads import LittleRoads, Unfair
+from service_cases import oldest_late
 
 from loopgate.errors import SystemModelError, UnsafeStartError
 from loopgate.gates import Reason
@@ -76,19 +77,12 @@ def test_whoever_must_move_next_is_the_one_that_the_rule_of_the_gate_names(roads
         world = LittleRoads(system, seed, serve_after_s=PATIENCE_S, negotiation=Unfair({seed}))
         for _ in range(FOR_S // 2):
             world.let_ask()
-            pending, since_s = world.column["pending"], world.column["since_s"]
-            waiting = [i for i in range(len(system.robots)) if pending[i]]
-            oldest = min(waiting, key=lambda i: (since_s[i], i), default=-1)
-            late = oldest >= 0 and world.now_s - since_s[oldest] >= PATIENCE_S
-            expected = None
-            if late:
-                order = world.books.tables.entries["waiting"].tolist()  # type: ignore[call-overload]  # a table
-                first = next(i for i in order if since_s[i] == since_s[oldest])
-                expected = next_mover(Stand.of(layout, world.books.configuration()), first)
+            oldest = oldest_late(world, PATIENCE_S)
+            here = Stand.of(layout, world.books.configuration())
             world.decide()
-            if expected is not None:
+            if oldest is not None:
                 served += 1
-                assert world.column["mover"][expected]
+                assert world.column["mover"][next_mover(here, oldest)]
     assert served
 
 

@@ -86,7 +86,10 @@ class Books(Gatekeeper):
     def decide(self, now_s: float) -> list[tuple[int, bool, str]]:
         """Answer the requests; return who was told what."""
         self.run["now_s"] = now_s
-        self._decide()
+        if self.compiled:
+            requests.decide(self.tables)
+        else:
+            self._decide()
         told = cast("Any", self.tables.entries)["answered"][: self.run["answers"][0]].tolist()
         said = []
         for robot in told:
