@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any, cast
 
@@ -41,9 +42,15 @@ class Books(Gatekeeper):
     """A gatekeeper with tables, told by a test what vehicles do."""
 
     def __init__(
-        self, system: System, legs: Sequence[Sequence[Leg]], gate: Gate, negotiation: Negotiation
+        self,
+        system: System,
+        legs: Sequence[Sequence[Leg]],
+        gate: Gate,
+        negotiation: Negotiation,
+        *,
+        serve_after_s: float = math.inf,
     ) -> None:
-        super().__init__(system, gate, negotiation)
+        super().__init__(system, gate, negotiation, serve_after_s=serve_after_s)
         tracks = [
             track(robot.id, its, lap_m=100.0, start_m=its[robot.start].begin_m, position=robot.start)
             for robot, its in zip(system.robots, legs, strict=True)
@@ -79,7 +86,10 @@ class Books(Gatekeeper):
     def decide(self, now_s: float) -> list[tuple[int, bool, str]]:
         """Answer the requests; return who was told what."""
         self.run["now_s"] = now_s
-        self._decide()
+        if self.compiled:
+            requests.decide(self.tables)
+        else:
+            self._decide()
         told = cast("Any", self.tables.entries)["answered"][: self.run["answers"][0]].tolist()
         said = []
         for robot in told:

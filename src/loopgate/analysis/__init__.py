@@ -30,6 +30,7 @@ from loopgate.analysis.trips import (
     compute_vehicle_holds,
     compute_waits,
 )
+from loopgate.analysis.waits import compute_wait_causes
 from loopgate.analysis.watching import compute_watch
 
 __all__ = [
@@ -52,6 +53,7 @@ __all__ = [
     "compute_throughput",
     "compute_time_to_deadlock",
     "compute_vehicle_holds",
+    "compute_wait_causes",
     "compute_waits",
     "compute_watch",
 ]

@@ -12,6 +12,7 @@ OPEN: Final = "open"  # True if it had not ended when observation ended
 LAP_NUMBER: Final = "lap"  # 1 for a vehicle's first lap
 LAP_TIME: Final = "lap_s"
 WAIT: Final = "wait_s"  # from the first refusal to the grant
+CAUSE: Final = "cause"  # why a wait was: the reason of the refusals
 INTERVAL: Final = "revisit_s"  # time between two visits of an edge
 
 # one row per group of runs

@@ -130,6 +130,8 @@ def run_row(
     row: dict[str, Any] = {c.STATUS: c.STATUS_OK, c.ERROR: ""}
     for name in (*c.OPTION_COLUMNS, *_SAME_NAME):
         row[name] = summary.get(name)
+    if isinstance(longest := summary.get("longest_waits_s"), Mapping):
+        row |= {name: float(longest.get(cause, 0.0)) for cause, name in c.LONGEST_FOR.items()}
     row |= _time(scenario, summary) | _refusals(summary.get(c.REFUSALS))
     if (hours := row[c.DURATION] / 3600) > 0 and row[c.MEASURED] < row[c.DURATION]:
         row[c.LAPS_PER_H], row[c.KM_PER_H] = row[c.LAPS] / hours, row[c.DISTANCE_KM] / hours

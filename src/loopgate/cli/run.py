@@ -56,6 +56,12 @@ __all__ = ["exit_code", "run"]
     help="Who goes first: oldest (default on segments), pressure (default on queues), random.",
 )
 @click.option(
+    "--serve-after",
+    "serve_after_s",
+    type=float,
+    help="Make room for vehicles that have waited this long for a grant [s]; 0: never.",
+)
+@click.option(
     "--lights",
     type=click.Choice(LIGHTS),
     help="Traffic lights: off (default under a gate), keep (default for open), obey: grants into green only.",

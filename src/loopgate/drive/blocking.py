@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from typing import Any, cast
 
-from loopgate.drive.tables import CROSSING, NOBODY, OCCUPIED, Tables
+from loopgate.drive.tables import CROSSING, NOBODY, OCCUPIED, SERVICE, Tables
 
 __all__ = ["blockers"]
 
@@ -18,6 +18,8 @@ def blockers(robot: int, tables: Tables) -> list[list[int]]:
         return list(_on_the_way(robot, leg, tables))
     wanted = tables.legs[one["leg_at"] + (one["granted"] + 1) % one["legs"]]
     state: Any = tables.states[cast("Any", wanted)["state"]]
+    if one["reason"] == SERVICE:
+        return list(_movers(robot, leg, state, tables))
     if state["held_by"] < state["room"]:
         return list(_kept_by([int(state["slot"])], robot, tables))
     return [_others(robot, state["holders"], state["held_by"], tables)]
@@ -31,6 +33,15 @@ def _on_the_way(robot: int, leg: Any, tables: Tables) -> Iterator[list[int]]:  #
         for foe in foes["movement"][one["foe_at"] : one["foe_end"]]:
             move = moves[foe]
             yield from ([other] for other in _others(robot, move["passing"], move["under_way"], tables))
+
+
+def _movers(robot: int, leg: Any, state: Any, tables: Tables) -> Iterator[list[int]]:  # noqa: ANN401  rows
+    """Yield those that must move next, for whom place or way are kept."""
+    passes = cast("Any", tables.passes)[leg["pass_at"] : leg["pass_end"]]
+    ways = cast("Any", tables.moves)["way"][passes["movement"]].tolist()
+    for other in sorted({int(state["mover"]), *ways}):
+        if other not in (NOBODY, robot) and cast("Any", tables.vehicles)["mover"][other]:
+            yield [other]
 
 
 def _others(robot: int, begin: int, length: int, tables: Tables) -> list[int]:

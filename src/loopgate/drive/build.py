@@ -87,6 +87,7 @@ def make_tables(tracks: Sequence[Track], system: System | None, code: Code, *, s
     run = table(Run, length=1)
     run["step_s"] = step_s
     run["decided_s"] = -math.inf
+    run["serve_after_s"] = math.inf
     for name, word in _WORDS.items():
         if name in Run.__annotations__:
             run[name] = code(word)
@@ -241,6 +242,8 @@ def _states(system: System | None, lists: _Lists, code: Code) -> NDArray[np.void
         "line": lists.add(most),
         "slot": NOBODY,
         "slot_before": NOBODY,
+        "served": NOBODY,
+        "mover": NOBODY,
     }
     return table(State, columns, length=len(room))
 

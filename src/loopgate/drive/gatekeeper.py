@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections import defaultdict
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from time import perf_counter_ns
 from typing import Any, cast
 
@@ -15,7 +16,7 @@ from loopgate.drive.histogram import Histogram
 from loopgate.drive.obstacles import Obstacle
 from loopgate.drive.requests import REASK_S
 from loopgate.drive.step import Step
-from loopgate.drive.tables import CROSSING, NOTHING, OCCUPIED, REASONS, RESERVE, Tables, number_of
+from loopgate.drive.tables import CROSSING, NOTHING, OCCUPIED, REASONS, RESERVE, SERVICE, Tables, number_of
 from loopgate.gates import Decision, FollowingGate, Gate, Reason
 from loopgate.gates.certified import CertifiedGate
 from loopgate.model import Configuration, System
@@ -43,9 +44,15 @@ class Gatekeeper:
         Made for it.
     negotiation
         Orders the requests that are possible at the same time.
+    serve_after_s
+        The age [s] from which on the oldest requests are served (`loopgate.drive.service`), where the chain
+        rule decides and promises everyone to go on; infinity for never.
     """
 
-    def __init__(self, system: System, gate: Gate, negotiation: Negotiation) -> None:
+    def __init__(
+        self, system: System, gate: Gate, negotiation: Negotiation, *, serve_after_s: float = math.inf
+    ) -> None:
+        self._patience_s = serve_after_s
         self.negotiation = negotiation
         self.decision_us: defaultdict[str, Histogram] = defaultdict(Histogram)
         """Times of the decisions by the stage that made them, empty where the gate has none."""
@@ -64,6 +71,8 @@ class Gatekeeper:
         self.gate = gate
         self._following = gate if isinstance(gate, FollowingGate) else None
         self._by_chain = isinstance(gate, CertifiedGate) and gate.by_chain_alone and len(system.robots) > 1
+        everyone = self._by_chain and isinstance(gate, CertifiedGate) and gate.promise == "everyone"
+        self._serve_after_s = self._patience_s if everyone else math.inf
         self._configuration = system.initial
         """For gates that do not follow the moves themselves."""
         self._decisions: dict[int, Decision] = {}
@@ -80,6 +89,7 @@ class Gatekeeper:
             for table in (tables.run, tables.vehicles, tables.states, tables.entries, tables.reasons)
         )
         self._held_by, self._rooms = self._states["held_by"], self._states["room"]
+        self._run["serve_after_s"] = self._serve_after_s
         negotiation = self.negotiation
         if isinstance(negotiation, Pressure):
             for column, figure in zip(("crowded", "patience_s", "wait_s"), negotiation.figures, strict=True):
@@ -169,7 +179,7 @@ class Gatekeeper:
         robots = self._entries["ready"][: self._step(drive.COLLECT)].tolist()
         requests = [self._request(robot) for robot in robots if self._is_due(robot, now_s)]
         if requests:
-            ordered = self.negotiation.order(requests, self, now_s)
+            ordered = self._ordered(requests, now_s)
             if self._by_chain and not self.obstacles:
                 self._decide_by_chain([request.robot for request in ordered])
             else:
@@ -181,6 +191,14 @@ class Gatekeeper:
                     if request.robot not in going:
                         self._step(drive.REFUSE, request.robot, 0, RESERVE)
         return bool(self._run["answers"][0])
+
+    def _ordered(self, requests: list[Request], now_s: float) -> Sequence[Request]:
+        """Put the requests in order: whoever must move next goes before all others, whatever these say."""
+        movers = [request for request in requests if self._vehicles["mover"][request.robot]]
+        if not movers:
+            return self.negotiation.order(requests, self, now_s)
+        others = [request for request in requests if request not in movers]
+        return [*movers, *(self.negotiation.order(others, self, now_s) if others else ())]
 
     def _is_due(self, robot: int, now_s: float) -> bool:
         """Return whether it is for the negotiation and the gate to say."""
@@ -245,7 +263,7 @@ class Gatekeeper:
         reason = int(one["reason"])
         if not one["pending"] or reason in _OUTSIDE or reason == NOTHING:
             return []
-        if reason in (CROSSING, OCCUPIED):
+        if reason in (CROSSING, OCCUPIED, SERVICE):
             return blockers(robot, self._tables)
         if reason != RESERVE:
             if self._by_chain:  # the gate has not followed

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from typing import Final
 
+from loopgate.drive import service
 from loopgate.drive.gaps import in_the_way, leg_of, state_of
 from loopgate.drive.tables import (
     CROSSING,
@@ -19,6 +20,7 @@ from loopgate.drive.tables import (
     OCCUPIED,
     REASONS,
     RESERVE,
+    SERVICE,
     Numbers,
     Tables,
 )
@@ -171,7 +173,7 @@ def _keep(t: Tables) -> None:
     """
     before, late = t.run[0].late, _late(t)
     t.run[0].late = late
-    if before == 0 and late == 0:
+    if before == 0 and late == 0 and t.run[0].serving == 0:
         return
     for m in range(len(t.moves)):
         t.moves[m].way = NOBODY
@@ -241,12 +243,17 @@ def _in_the_way(i: int, t: Tables) -> int:
     """Return why the vehicle may not set out now, or `NOTHING`."""
     wanted = _wanted(i, t)
     free = room(wanted, t)
-    if free <= 0 or (free == 1 and t.states[wanted].slot not in (NOBODY, i)):
+    if free <= 0:
+        return OCCUPIED
+    if service.bars(i, wanted, t):
+        return SERVICE
+    if free == 1 and t.states[wanted].slot not in (NOBODY, i) and t.states[wanted].mover != i:
         return OCCUPIED
     j = leg_of(i, t.vehicles[i].granted, t)
     for k in range(t.legs[j].pass_at, t.legs[j].pass_end):
-        if t.moves[t.passes[k].movement].way not in (NOBODY, i):
-            return CROSSING
+        way = t.moves[t.passes[k].movement].way
+        if way not in (NOBODY, i):
+            return SERVICE if t.vehicles[way].mover else CROSSING
         for f in range(t.passes[k].foe_at, t.passes[k].foe_end):
             foe = t.moves[t.foes[f].movement]
             for n in range(foe.passing, foe.passing + foe.under_way):
@@ -336,8 +343,8 @@ def _possible(i: int, t: Tables) -> bool:
     if one.reason == OCCUPIED and room(_wanted(i, t), t) <= 0:
         return False
     # Vehicles drive on without a word: who is in sight on a crossing is looked at again every step. So is
-    # what lies outside of the system, such as lights.
-    if one.looked_at == run.version and one.reason not in (NOTHING, CROSSING, _RED, _TRAFFIC, _STOP):
+    # what lies outside of the system, such as lights, and what time alone lifts.
+    if one.looked_at == run.version and one.reason not in (NOTHING, CROSSING, RESERVE, _RED, _TRAFFIC, _STOP):
         return False
     one.looked_at = run.version
     why = _in_the_way(i, t)
@@ -365,6 +372,7 @@ def collect(t: Tables) -> int:
     if run.now_s > run.decided_s:
         run.decided_s = run.now_s
         _keep(t)
+        service.serve(t)
         begin = 0
     run.fresh = 0
     ready = 0
@@ -426,7 +434,7 @@ def decide(t: Tables) -> None:
         i = e[n].ready
         if not due(i, t):
             continue
-        if _waits(i, t):
+        if not t.vehicles[i].mover and _waits(i, t):
             e[staying].staying = i
             staying += 1
             continue

@@ -22,6 +22,7 @@ __all__ = [
     "REASONS",
     "RELEASE",
     "RESERVE",
+    "SERVICE",
     "STEER",
     "STOP",
     "Codes",
@@ -62,6 +63,7 @@ OCCUPIED: Final = number_of(Reason.OCCUPIED)
 CROSSING: Final = number_of(Reason.CROSSING)
 DEADLOCK: Final = number_of(Reason.DEADLOCK)
 RESERVE: Final = number_of(Reason.RESERVE)
+SERVICE: Final = number_of(Reason.SERVICE)
 
 # What is to be done to a vehicle.
 STOP: Final = 0
@@ -108,6 +110,8 @@ class Vehicle:
         Whether it has a request, since when [s]; why that was refused last, and the word for the gate's stage
         by number; the version of the books when it was last looked at; when the gate was last asked [s], and
         whether it ever was; whether it has been granted, but not been told.
+    mover, named_s
+        Whether it must move next, for one that is served, and since when on end [s].
     """
 
     name: int
@@ -154,6 +158,8 @@ class Vehicle:
     asked_at_s: float
     decided: bool
     going: bool
+    mover: bool
+    named_s: float
 
 
 class Road:
@@ -213,6 +219,9 @@ class State:
         The vehicle its last slot is kept for, or `NOBODY`, now and before.
     short
         The turn in which its head was last found to lack a slot.
+    served, mover
+        The vehicle that is served for whose sake it was looked at, and the one that alone may enter it, or
+        `NOBODY`.
     """
 
     room: int
@@ -227,6 +236,8 @@ class State:
     slot: int
     slot_before: int
     short: int
+    served: int
+    mover: int
 
 
 class Move:
@@ -292,12 +303,14 @@ class Run:
         Whether one on a shared stretch is out of the way if it will have left it in time.
     crowded, patience_s, wait_s
         Of `Pressure`, where that is compiled.
+    serve_after_s
+        The age of a request from which on it is served [s]; infinity for never.
     version, grants, turn, decided_s
         Of the books, which grows with all that may lift a refusal; grants and turns of deciding so far, and
         when the last turn was [s].
-    waiting, fresh, answers, late
-        Length of these lists; the last `fresh` of those waiting have not been looked at, and for `late` of
-        them something is kept.
+    waiting, fresh, answers, late, serving
+        Length of these lists; the last `fresh` of those waiting have not been looked at, for `late` of
+        them something is kept, and so many are served.
     rows, acts, lost
         How many there are of this step, and how many found no room.
     overruns, trespasses, decisions
@@ -312,6 +325,7 @@ class Run:
     crowded: float
     patience_s: float
     wait_s: float
+    serve_after_s: float
     version: int
     grants: int
     turn: int
@@ -320,6 +334,7 @@ class Run:
     fresh: int
     answers: int
     late: int
+    serving: int
     rows: int
     acts: int
     lost: int

@@ -33,6 +33,9 @@ class Reason(StrEnum):
     """Refused: the move would cause a deadlock, or may lead to one."""
     RESERVE = "reserve"
     """Refused for now by the negotiation, which keeps room free; it yields as the wait grows."""
+    SERVICE = "service"
+    """Refused for now: the next state or the way is kept for the one that must move next, so that a vehicle
+    that has waited for long goes on."""
     NEGOTIATION = "negotiation"
     """Refused for now: another robot won the negotiation."""
     BUDGET = "budget"

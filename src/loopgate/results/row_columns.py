@@ -58,6 +58,10 @@ KM_PER_H: Final = "km_per_h"  # as LAPS_PER_H
 MEASURED: Final = "measured_s"  # simulated time measured
 HOLD: Final = "hold_s"  # standing at gates; missing without a gate
 LONGEST_WAIT: Final = "longest_wait_s"  # missing without a gate
+LONGEST_FOR: Final = {
+    cause: f"longest_{cause}_s"
+    for cause in ("crossing", "occupied", "deadlock", "reserve", "service", "red", "traffic")
+}  # by cause, the longest time that one wait was for it; missing without a gate
 OUTCOME: Final = "outcome"
 DEADLOCKS: Final = "deadlocks"  # how many
 FIRST_DEADLOCK: Final = "first_deadlock_s"  # simulated time, missing without deadlock

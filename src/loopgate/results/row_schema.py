@@ -60,6 +60,7 @@ _NUMBER = (
     c.KM_PER_H,
     c.HOLD,
     c.LONGEST_WAIT,
+    *c.LONGEST_FOR.values(),
     c.FIRST_DEADLOCK,
     c.OBSERVED,
     c.MESSAGES,

@@ -22,6 +22,7 @@ def summary_rows(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
         ("mean speed", f"{summary['mean_speed_mps']:.2f} m/s"),
         ("throughput", f"{summary['laps_per_h']:.1f} laps/h, {summary['km_per_h']:.1f} vehicle-km/h"),
         ("hold time", f"{summary['hold_s']:.0f} s in all, longest wait {summary['longest_wait_s']:.0f} s"),
+        *_longest_wait(summary.get("longest_wait")),
         ("coverage", _coverage(summary)),
         ("idleness", _idleness(summary)),
         *_watch(summary.get("watch") or {}),
@@ -46,6 +47,14 @@ def summary_rows(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
     if not summary["decisions"]:
         rows = [row for row in rows if row[0] not in {"decisions", "refusals", "decision time"}]
     return rows
+
+
+def _longest_wait(wait: Mapping[str, Any] | None) -> list[tuple[str, str]]:
+    """Return the row about what the longest wait was for, if anybody waited."""
+    if not wait:
+        return []
+    parts = ", ".join(f"{cause} {time_s:.0f} s" for cause, time_s in wait["by_cause_s"].items())
+    return [("longest wait", f"{wait['vehicle']} for {wait['place']}: {parts}")]
 
 
 def _surroundings(summary: Mapping[str, Any]) -> list[tuple[str, str]]:

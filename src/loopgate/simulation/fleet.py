@@ -24,6 +24,7 @@ from loopgate.results.columns import Event
 from loopgate.results.recorder import Recorder
 from loopgate.simulation.newcomers import Newcomer
 from loopgate.simulation.plan import Plan
+from loopgate.simulation.scenario import SERVE_AFTER_S
 from loopgate.simulation.surroundings import Surroundings
 from loopgate.traffic.base import Traffic
 
@@ -284,7 +285,7 @@ class Fleet:
         _refuse_crowd(gate, system, room)
         self.changes += 1
         if self.engine is None:
-            self.keeper = Gatekeeper(system, gate, self._negotiation)
+            self.keeper = Gatekeeper(system, gate, self._negotiation, serve_after_s=SERVE_AFTER_S)
             self.keeper.obstacles = (self._orders,)
             self.engine = ChangingEngine(self._traffic, (), self.keeper, self._recorder, foresees=False)
             self._orders.drivers = self.engine.drivers

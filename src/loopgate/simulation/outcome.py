@@ -13,6 +13,7 @@ from typing import Any, Self
 import pandas as pd
 
 from loopgate.analysis.monitoring import compute_edges
+from loopgate.analysis.waits import compute_wait_causes, wait_figures
 from loopgate.disk import disk_error, writing
 from loopgate.drive.gatekeeper import Gatekeeper
 from loopgate.drive.histogram import Histogram
@@ -54,6 +55,7 @@ __all__ = [
     "is_clean",
     "mishaps",
     "summary",
+    "waits",
 ]
 
 EVENTS = "events.parquet"
@@ -251,6 +253,14 @@ def _promise(keeper: Gatekeeper | None) -> dict[str, str]:
     """Return to whom the gate promises that they can always go on, and what that is a promise of."""
     promise = getattr(keeper.gate, "promise", "") if keeper else ""
     return {"promise": promise, "promise_of": _PROMISE_OF.get(promise, "")}
+
+
+def waits(folder: Folder, course: Course) -> dict[str, Any]:
+    """Return what the trace of a gated run says of the longest waits, and what they were for."""
+    if course.end_s <= course.begin_s:
+        return wait_figures(None)
+    events = read_events(folder / EVENTS, (Event.REFUSE, Event.GRANT))
+    return wait_figures(compute_wait_causes(events=events, begin_s=course.begin_s, end_s=course.end_s))
 
 
 def is_clean(summary: Mapping[str, Any]) -> bool:

@@ -167,10 +167,12 @@ def _summary(
     if duration > 0:
         edges = folder.write_edges(list(shapes.values()), begin_s=course.begin_s, end_s=course.end_s)
         watch = write_streets(scenario, assembly, folder, begin_s=course.begin_s, end_s=course.end_s)
+    waits: dict[str, Any] = {}
     findings: list[str] = []
     audited: dict[str, Any] = {}
     if keeper is not None:
         findings, audited = audit_run(scenario, keeper.system, tallies, folder)
+        waits = outcome.waits(folder, course)
     figures = outcome.summary(
         scenario,
         course,
@@ -181,7 +183,7 @@ def _summary(
         findings=findings,
         warnings=(*assembly.warnings, *(assembly.abstraction.warnings if assembly.abstraction else ())),
     )
-    figures |= audited | monitoring_figures(edges, measure_coverage(assembly.network, assembly.loops))
+    figures |= waits | audited | monitoring_figures(edges, measure_coverage(assembly.network, assembly.loops))
     return figures | {"watch": watch}
 
 

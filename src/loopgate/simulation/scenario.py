@@ -28,6 +28,9 @@ ON_DEADLOCK = ("stop", "continue", "teleport")
 LONGEST_GATED_STEP_S = 1.0
 """SUMO's drivers keep apart by tau, a second, and only if they look as often."""
 
+SERVE_AFTER_S = 180.0
+"""By default others make room for a vehicle that has waited for a grant for so long."""
+
 _MANY = 1_000_000
 _LONG_S = 1e8  # three years
 _LARGEST_SEED = 2**31 - 1  # SUMO's
@@ -70,6 +73,9 @@ class Scenario:
     negotiation
         A negotiation's name, with options behind a colon; empty for ``oldest`` on segments and
         ``pressure``, which counts waiting too, on queues.
+    serve_after_s
+        How long a vehicle may wait for a grant before others make room for it [s]; 0 for never. Where the
+        gate promises by the chain rule that everyone goes on.
     lights
         ``off``, ``keep`` or ``obey``; empty for ``off`` under a gate and ``keep`` under ``open``.
     spacing
@@ -119,6 +125,7 @@ class Scenario:
     gate: Annotated[str, text()] = "certified"
     abstraction: Annotated[str, choice(ABSTRACTIONS)] = "queues"
     negotiation: Annotated[str, text()] = ""
+    serve_after_s: Annotated[float, real(0.0, _LONG_S)] = SERVE_AFTER_S
     lights: Annotated[str, choice(("", *LIGHTS))] = ""
     spacing: Annotated[str, choice(SPACINGS)] = "none"
     revisit_s: Annotated[float, real(0.0, _LONG_S)] = 0.0
@@ -252,6 +259,7 @@ def _check_names(gate: str, negotiation: str) -> None:
 _OPTION = {
     "loop_length_m": "length",
     "revisit_s": "revisit",
+    "serve_after_s": "serve_after",
     "duration_s": "duration",
     "warmup_s": "warmup",
     "step_s": "step_length",

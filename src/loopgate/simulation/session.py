@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
+from math import inf
 from random import Random
 from time import perf_counter
 
@@ -146,4 +147,5 @@ def _gatekeeper(scenario: Scenario, assembly: Assembly, negotiation: Negotiation
         return None
     gate = make_gate(scenario.gate, assembly.abstraction.system, perf_counter)
     orders = negotiation or make_negotiation(scenario.rule_for_negotiation, Random(scenario.seed))
-    return Gatekeeper(assembly.abstraction.system, gate, orders)
+    after_s = scenario.serve_after_s or inf
+    return Gatekeeper(assembly.abstraction.system, gate, orders, serve_after_s=after_s)

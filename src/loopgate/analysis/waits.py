@@ -1,0 +1,111 @@
+"""What vehicles waited for at their gates, by cause, from the run's events."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import pandas as pd
+
+from loopgate.analysis.columns import BEGIN, CAUSE, END, SINCE, WAIT
+from loopgate.analysis.frames import check_columns, check_period
+from loopgate.results.columns import EVENT, EVENT_COLUMNS, PLACE, REASON, TIME, VEHICLE, Event
+
+__all__ = ["compute_wait_causes", "wait_figures"]
+
+_GRANTS = "grants"
+
+
+def compute_wait_causes(*, events: pd.DataFrame, end_s: float, begin_s: float = 0.0) -> pd.DataFrame:
+    """Return for every wait for a gate how long it was for which cause, clipped to the period.
+
+    A wait is one of `compute_waits`. It is for the reason of the last refusal until the next refusal, which
+    comes with a new reason, or the grant.
+
+    Parameters
+    ----------
+    events
+        `EVENT_COLUMNS` up to the reason; refusals and grants suffice.
+    begin_s, end_s
+        Period of observation [s].
+
+    Returns
+    -------
+    DataFrame
+        One row per wait and cause, by vehicle and time: `VEHICLE`, `PLACE` (the state it waits for), `SINCE`
+        [s] (when it was first refused), `CAUSE` (`loopgate.gates.Reason`), `WAIT` [s].
+
+    Raises
+    ------
+    AnalysisError
+        On a missing column or an empty period.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> from loopgate.analysis import compute_wait_causes
+    >>> told = [(10, "refuse", "occupied"), (12, "refuse", "crossing"), (25, "grant", "free")]
+    >>> events = pd.DataFrame(told, columns=["time_s", "event", "reason"]).assign(vehicle="v1", place="b")
+    >>> compute_wait_causes(events=events, end_s=100)[["cause", "wait_s"]].values.tolist()
+    [['occupied', 2.0], ['crossing', 13.0]]
+    """
+    check_columns(events, EVENT_COLUMNS[:5], "events")
+    check_period(begin_s, end_s)
+    told = events[EVENT].isin((Event.REFUSE, Event.GRANT)) & (events[TIME] <= end_s)
+    chosen = events.loc[told, list(EVENT_COLUMNS[:5])].astype(dict.fromkeys((VEHICLE, PLACE, REASON), str))
+    chosen = chosen.sort_values([VEHICLE, TIME], kind="stable")
+    granted = chosen[EVENT] == Event.GRANT
+    vehicle = chosen[VEHICLE]
+    spells = pd.DataFrame(
+        {
+            VEHICLE: vehicle,
+            PLACE: chosen[PLACE],
+            SINCE: chosen[TIME],
+            CAUSE: chosen[REASON],
+            BEGIN: chosen[TIME].clip(lower=begin_s),
+            END: chosen.groupby(vehicle, sort=False)[TIME].shift(-1).fillna(end_s),
+            _GRANTS: granted.groupby(vehicle, sort=False).cumsum(),
+        }
+    )[~granted]
+    spells[WAIT] = spells[END] - spells[BEGIN]
+    wait = [VEHICLE, _GRANTS]
+    spells[SINCE] = spells.groupby(wait, sort=False)[SINCE].transform("min")
+    seen = spells[spells[END] > begin_s]
+    parts = seen.groupby([*wait, CAUSE], sort=False).agg({PLACE: "first", SINCE: "first", WAIT: "sum"})
+    return parts.reset_index()[[VEHICLE, PLACE, SINCE, CAUSE, WAIT]]
+
+
+def wait_figures(causes: pd.DataFrame | None) -> dict[str, Any]:
+    """Return what ``summary.json`` says of the longest waits.
+
+    Parameters
+    ----------
+    causes
+        What `compute_wait_causes` returns; None if nothing was measured.
+
+    Returns
+    -------
+    dict
+        ``longest_wait``: the vehicle, the state it waited for, since when [s], and how long [s] for which
+        cause, longest first; None if nobody waited. ``longest_waits_s``: by cause, the longest time that one
+        wait was for it [s].
+    """
+    if causes is None or causes.empty:
+        return {"longest_wait": None, "longest_waits_s": {}}
+    totals = causes.groupby([VEHICLE, SINCE], sort=False)[WAIT].sum()
+    vehicle, since_s = totals.index[int(totals.to_numpy().argmax())]
+    mine = causes[(causes[VEHICLE] == vehicle) & (causes[SINCE] == since_s)]
+    by_cause = mine.groupby(CAUSE)[WAIT].sum().sort_values(ascending=False, kind="stable")
+    return {
+        "longest_wait": {
+            "vehicle": str(vehicle),
+            "place": str(mine[PLACE].iloc[0]),
+            "since_s": float(since_s),
+            "by_cause_s": _rounded(by_cause.to_dict()),
+        },
+        "longest_waits_s": _rounded(causes.groupby(CAUSE)[WAIT].max().sort_index().to_dict()),
+    }
+
+
+def _rounded(seconds: Mapping[Any, float]) -> dict[str, float]:
+    return {str(cause): round(float(time_s), 3) for cause, time_s in seconds.items()}

@@ -1,0 +1,155 @@
+"""Who must move next, so that one who has waited long enough goes on: the service rule, in the drive.
+
+Past a patience the vehicle with the oldest request is *served*. `loopgate.gates.certified.service` says of
+the model whose move, the *mover's*, brings it nearer to its grant; here nobody can get before that one. Until
+the served vehicle has its grant, only the mover enters the places that the rule has looked at, nobody sets
+out across its way, and no negotiation is asked whether it may go. Others are served at the same time wherever
+they look at none of these places; of two that do, the older goes first.
+
+Why each request is granted after finitely many moves, and what that takes, is said in docs/queues.md.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+from loopgate.drive.gaps import leg_of, state_of
+from loopgate.drive.tables import NOBODY, REASONS, Tables
+from loopgate.gates import Reason
+from loopgate.kernel_cache import kernel, part
+
+__all__ = ["bars", "serve"]
+
+_THROUGH_RED_S: Final = 120.0
+"""After this long a mover's way is kept clear while its light is red too [s]. Else each green could find
+somebody there who may cross at the same time."""
+
+_RED: Final = REASONS.index(Reason.RED)
+_TRAFFIC: Final = REASONS.index(Reason.TRAFFIC)
+
+
+@kernel
+def bars(i: int, state: int, t: Tables) -> bool:
+    """Return whether the state is kept for another vehicle, which must move next."""
+    mover = t.states[state].mover
+    return bool(mover not in (NOBODY, i))
+
+
+@kernel
+def serve(t: Tables) -> None:
+    """Name who must move next for those past the patience, oldest first; once a step, after all else kept."""
+    run = t.run[0]
+    before = run.serving
+    run.serving = 0
+    if before == 0 and (run.waiting == 0 or not _is_late(t.entries[0].waiting, t)):
+        return
+    _begin(before == 0, t)
+    for n in range(run.waiting):
+        i = t.entries[n].waiting
+        if not _is_late(i, t):
+            break  # the oldest come first
+        mover = _mover(i, t)
+        for s in range(len(t.states)):
+            place = t.states[s]
+            if place.served == i and place.mover == NOBODY:
+                if mover == NOBODY:
+                    place.served = NOBODY
+                else:
+                    place.mover = mover
+        if mover != NOBODY:
+            run.serving += 1
+            t.vehicles[mover].mover = True
+            _clear_way(mover, t)
+    run.version += 1  # who was barred, or is the mover by now, is looked at again
+
+
+@part
+def _is_late(i: int, t: Tables) -> bool:
+    one = t.vehicles[i]
+    return bool(one.pending and t.run[0].now_s - one.since_s >= t.run[0].serve_after_s)
+
+
+@part
+def _begin(anew: bool, t: Tables) -> None:  # noqa: FBT001  compiled
+    """Forget movers, and what was looked at for those who have their grant."""
+    for i in range(len(t.vehicles)):
+        if anew or not t.vehicles[i].mover:
+            t.vehicles[i].named_s = t.run[0].now_s
+        t.vehicles[i].mover = False
+    for s in range(len(t.states)):
+        t.states[s].mover = NOBODY
+        if t.states[s].served != NOBODY and not _is_late(t.states[s].served, t):
+            t.states[s].served = NOBODY
+
+
+@kernel
+def _wanted(i: int, t: Tables) -> int:
+    return state_of(i, t.vehicles[i].granted + 1, t)
+
+
+@part
+def _head(state: int, t: Tables) -> int:
+    return int(t.lists[t.states[state].line])
+
+
+@part
+def _full(state: int, t: Tables) -> bool:
+    return bool(t.states[state].queue >= t.states[state].room)
+
+
+@part
+def _mover(served: int, t: Tables) -> int:
+    """Return who must move next, or `NOBODY` if one of the places on the way is an older vehicle's.
+
+    What is looked at is marked as the served vehicle's, besides what was before.
+    """
+    here = state_of(served, t.vehicles[served].granted, t)
+    head = served
+    for _ in range(len(t.states) + 1):
+        there = _wanted(head, t)
+        if t.states[here].mover != NOBODY or t.states[there].mover != NOBODY:
+            return NOBODY
+        t.states[here].served = served
+        if not _full(there, t):
+            t.states[there].served = served
+            return _last_of_circle(head, here, there, t)
+        here = there
+        head = _head(here, t)
+    return NOBODY  # full places in a circle: the gate lets none come about
+
+
+@part
+def _last_of_circle(head: int, left: int, filled: int, t: Tables) -> int:
+    """Return the head of the last place of the circle that the move of `head` would close; `head` if none."""
+    if t.states[filled].queue + 1 < t.states[filled].room:
+        return head
+    place = filled
+    for _ in range(len(t.states)):
+        last = _head(place, t)
+        place = _wanted(last, t)
+        if place == filled:
+            return last
+        if place == left or not _full(place, t):
+            return head
+    return head
+
+
+@part
+def _clear_way(mover: int, t: Tables) -> None:
+    """Let nobody set out across the mover's way, if it asks, unless an older one's mover needs it."""
+    one = t.vehicles[mover]
+    red = one.reason in (_RED, _TRAFFIC)
+    if not one.pending or (red and t.run[0].now_s - one.named_s < _THROUGH_RED_S):
+        return
+    j = leg_of(mover, one.granted, t)
+    for k in range(t.legs[j].pass_at, t.legs[j].pass_end):
+        way = t.moves[t.passes[k].movement].way
+        if way != NOBODY and t.vehicles[way].mover:
+            return
+    for k in range(t.legs[j].pass_at, t.legs[j].pass_end):
+        t.moves[t.passes[k].movement].way = NOBODY
+    for k in range(t.legs[j].pass_at, t.legs[j].pass_end):
+        for f in range(t.passes[k].foe_at, t.passes[k].foe_end):
+            foe = t.moves[t.foes[f].movement]
+            if foe.way == NOBODY or not t.vehicles[foe.way].mover:
+                foe.way = mover

@@ -1,0 +1,208 @@
+"""What the service in the drive has to do, as cases that raise where it does not; see `little_roads`."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
+from typing import Any
+
+from books import Books
+from little_roads import LittleRoads, Unfair
+
+from builders import system
+from loopgate.abstraction.itinerary import Crossing, Leg
+from loopgate.gates import Reason, make_gate
+from loopgate.gates.certified.layout import Layout
+from loopgate.gates.certified.service import next_mover
+from loopgate.gates.certified.stand import Stand
+from loopgate.negotiation.base import Negotiation
+from loopgate.negotiation.pressure import Pressure
+from loopgate.research.theory.road_systems import one_way_grid, road_system
+
+__all__ = ["CASES", "oldest_late"]
+
+AFTER_S = 20.0
+
+
+class Red:
+    """A light that is red for some vehicles."""
+
+    def __init__(self, *robots: int) -> None:
+        self.robots = set(robots)
+
+    def in_the_way(self, robot: int) -> Reason | None:
+        """Refuse these."""
+        return Reason.RED if robot in self.robots else None
+
+    def granted(self, robot: int) -> None:
+        """Do nothing."""
+
+    def blockers(self, robot: int) -> Sequence[Sequence[str]]:
+        """Return nobody."""
+        del robot
+        return ()
+
+
+def books(
+    paths: Mapping[str, str],
+    capacity: Mapping[str, int],
+    crossings: Mapping[tuple[str, str], Crossing] | None = None,
+    negotiation: Negotiation | None = None,
+) -> Books:
+    """Return books under the chain rule for vehicles that start in the first of their places."""
+    robots = system(paths, capacity=capacity, fifo=tuple(capacity))
+    over = crossings or {}
+    legs = [
+        [
+            Leg(here, 10.0 * k, 10.0 * k + 9.0, (over[here, there],) if (here, there) in over else ())
+            for k, (here, there) in enumerate(pairwise((*robot.path, robot.path[0])))
+        ]
+        for robot in robots.robots
+    ]
+    gate = make_gate("certified", robots)
+    return Books(robots, legs, gate, negotiation or Unfair(), serve_after_s=AFTER_S)
+
+
+def two_who_want_one_slot() -> tuple[Books, Red, list[int]]:
+    """Return books in which A has waited for long for a slot of s, and D for one second less.
+
+    B has just left a slot there; A's light is red.
+    """
+    book = books({"a": "p s t", "b": "s t", "d": "d s t", "e": "s t"}, {"p": 2, "s": 2, "t": 2, "d": 2})
+    a, b, d, e = range(4)
+    book.asks(a, 0.0)
+    book.asks(d, 1.0)
+    assert book.decide(1.0) == [(a, False, "occupied"), (d, False, "occupied")]
+    book.asks(b, 30.0)
+    assert book.decide(30.0) == [(b, True, "free")]
+    book.left(b, book.system.paths[b][0])
+    light = Red(a)
+    book.obstacles = (light,)
+    return book, light, [a, b, d, e]
+
+
+def nobody_else_takes_the_slot() -> None:
+    """However long A's light is red, D cannot have the slot; and A gets it when it is green."""
+    book, light, (a, _, d, _) = two_who_want_one_slot()
+    for now_s in range(31, 45):
+        said = book.decide(float(now_s))
+        assert (d, True, "free") not in said
+    assert book.columns["reason"][d] == list(Reason).index(Reason.SERVICE) + 1
+    assert book.blockers(d) == [[a]]
+    light.robots.clear()
+    assert (a, True, "free") in book.decide(45.0)
+
+
+def what_was_looked_at_stays_shut() -> None:
+    """X has driven on to h for A's sake: h is on nobody's chain now, but D may not fill it all the same."""
+    book = books({"a": "p x h", "x": "x h", "y": "x h", "d": "d h"}, {"p": 2, "x": 2, "h": 4, "d": 2})
+    a, x, _, d = range(4)
+    book.asks(a, 0.0)
+    assert book.decide(0.0) == [(a, False, "occupied")]
+    book.asks(x, 20.0)
+    assert book.decide(20.0) == [(x, True, "free")]
+    light = Red(a)
+    book.obstacles = (light,)
+    book.asks(d, 21.0)
+    assert book.decide(21.0) == [(d, False, "service")]
+    book.left(x, book.system.paths[x][0])
+    assert book.decide(22.0) == [(a, False, "red")]
+    light.robots.clear()
+    assert book.decide(23.0) == [(a, True, "free")]
+    assert book.decide(24.0) == [(d, True, "free")]
+
+
+def _crossed() -> tuple[Books, list[int]]:
+    """Return books in which A's way is crossed by those of B and C, one behind the other."""
+    x, y = Crossing("x", frozenset({"y"})), Crossing("y", frozenset({"x"}))
+    paths = {"a": "p q", "b": "u v", "c": "u v"}
+    return books(paths, dict.fromkeys("pquv", 3), {("p", "q"): x, ("u", "v"): y}), [0, 1, 2]
+
+
+def nobody_sets_out_across_the_way() -> None:
+    """C may not follow B once A has waited for long; then A goes first."""
+    book, (a, b, c) = _crossed()
+    book.asks(b, 0.0)
+    book.decide(0.0)
+    book.asks(a, 1.0)
+    assert book.decide(1.0) == [(a, False, "crossing")]
+    book.asks(c, 21.0)
+    assert book.decide(21.0) == [(c, False, "service")]
+    assert book.blockers(c) == [[a]]
+    book.cleared(b, 0)
+    assert book.decide(22.0) == [(a, True, "free")]
+
+
+def a_way_is_kept_through_red_in_the_end() -> None:
+    """While A's light is red C may cross its way, but not once A has been the one to move for two minutes."""
+    for at_s, passes in ((100.0, True), (142.0, False)):
+        book, (a, b, c) = _crossed()
+        book.obstacles = (Red(a),)
+        book.asks(a, 0.0)
+        book.asks(b, 1.0)
+        book.decide(1.0)
+        book.cleared(b, 0)
+        book.decide(20.0)
+        book.decide(21.0)
+        book.asks(c, at_s)
+        assert book.decide(at_s) == [(c, passes, "free" if passes else "service")]
+
+
+def the_reserve_holds_nobody_who_must_move() -> None:
+    """Let A go after 20 s, in the compiled drive, though the reserve would yield after years only."""
+    reserve = Pressure(random.Random(0), crowded=0.01, patience=1e9)
+    book = books({"a": "p s", "b": "s p"}, {"p": 3, "s": 2}, negotiation=reserve)
+    assert book.compiled
+    book.asks(0, 0.0)
+    assert book.decide(0.0) == [(0, False, "reserve")]
+    assert book.decide(AFTER_S - 1.0) == []
+    assert book.decide(AFTER_S) == [(0, True, "free")]
+
+
+def no_negotiation_holds_who_must_move() -> None:
+    """One that never lets two vehicles go."""
+    world = _grid()
+    world.drive(600)
+    assert min(world.moves) > 0
+
+
+def whose_move_it_is() -> None:
+    """Whose move it is says the gate's own rule for the oldest request; and everybody goes on."""
+    world = _grid()
+    layout, seen = Layout(world.system), 0
+    for _ in range(300):
+        world.let_ask()
+        oldest = oldest_late(world, AFTER_S)
+        here = Stand.of(layout, world.books.configuration())
+        world.decide()
+        if oldest is not None:
+            seen += 1
+            assert world.column["mover"][next_mover(here, oldest)]
+    assert seen
+    assert max(world.longest_s) < 10 * AFTER_S
+
+
+def _grid() -> LittleRoads:
+    """Return a small grid with hardly a slot free, and two vehicles that the negotiation never lets go."""
+    system = road_system(one_way_grid(), 13, 2, seed=5)
+    return LittleRoads(system, 1, serve_after_s=AFTER_S, negotiation=Unfair({3, 8}))
+
+
+def oldest_late(world: LittleRoads, after_s: float) -> int | None:
+    """Return whose request is the oldest, if it is as old as that [s]."""
+    entries: Any = world.books.tables.entries
+    waiting = entries["waiting"][: int(world.books.run["waiting"][0])].tolist()
+    late = [i for i in waiting if world.now_s - world.column["since_s"][i] >= after_s]
+    return late[0] if late else None
+
+
+CASES = (
+    nobody_else_takes_the_slot,
+    what_was_looked_at_stays_shut,
+    nobody_sets_out_across_the_way,
+    a_way_is_kept_through_red_in_the_end,
+    the_reserve_holds_nobody_who_must_move,
+    no_negotiation_holds_who_must_move,
+    whose_move_it_is,
+)
