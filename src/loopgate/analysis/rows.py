@@ -63,6 +63,18 @@ _SAME_NAME = (
 )
 
 
+_OF_WATCH = (
+    c.NEVER_SEEN,
+    c.HEADWAY_CV,
+    c.BUNCHED,
+    c.WITHIN,
+    c.WITHIN_OF_SEEN,
+    c.STREETS_OVER,
+    c.IF_EVEN,
+    c.WORST_IF_EVEN,
+)
+"""What a summary says of all streets, under ``watch``."""
+
 _NEEDED = (
     *(c.NETWORK, c.GATE, c.VEHICLES, c.LOOPS, c.SEED, c.DURATION),
     *(c.LAPS, c.DISTANCE_KM, c.LAPS_PER_H, c.KM_PER_H, c.OUTCOME, c.DEADLOCKS),
@@ -130,6 +142,8 @@ def run_row(
     row: dict[str, Any] = {c.STATUS: c.STATUS_OK, c.ERROR: ""}
     for name in (*c.OPTION_COLUMNS, *_SAME_NAME):
         row[name] = summary.get(name)
+    watch = _part(summary, "watch")
+    row |= {name: watch.get(name) for name in _OF_WATCH}
     row |= _time(scenario, summary) | _refusals(summary.get(c.REFUSALS))
     if (hours := row[c.DURATION] / 3600) > 0 and row[c.MEASURED] < row[c.DURATION]:
         row[c.LAPS_PER_H], row[c.KM_PER_H] = row[c.LAPS] / hours, row[c.DISTANCE_KM] / hours

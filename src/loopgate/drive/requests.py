@@ -19,6 +19,7 @@ from loopgate.drive.tables import (
     OCCUPIED,
     REASONS,
     RESERVE,
+    SPACING,
     Numbers,
     Tables,
 )
@@ -336,10 +337,12 @@ def _possible(i: int, t: Tables) -> bool:
         return False
     # Vehicles drive on without a word: who is in sight on a crossing is looked at again every step. So is
     # what lies outside of the system, such as lights.
-    if one.looked_at == run.version and one.reason not in (NOTHING, CROSSING, _RED, _TRAFFIC):
+    if one.looked_at == run.version and one.reason not in (NOTHING, CROSSING, SPACING, _RED, _TRAFFIC):
         return False
     one.looked_at = run.version
     why = _in_the_way(i, t)
+    if why == NOTHING and run.now_s - one.since_s < one.spare_s and t.states[_here(i, t)].queue == 1:
+        why = SPACING  # nobody waits behind it
     if why != NOTHING:
         refuse(i, why, 0, t)
         return False

@@ -22,6 +22,7 @@ __all__ = [
     "REASONS",
     "RELEASE",
     "RESERVE",
+    "SPACING",
     "STEER",
     "STOP",
     "Codes",
@@ -62,6 +63,7 @@ OCCUPIED: Final = number_of(Reason.OCCUPIED)
 CROSSING: Final = number_of(Reason.CROSSING)
 DEADLOCK: Final = number_of(Reason.DEADLOCK)
 RESERVE: Final = number_of(Reason.RESERVE)
+SPACING: Final = number_of(Reason.SPACING)
 
 # What is to be done to a vehicle.
 STOP: Final = 0
@@ -110,6 +112,9 @@ class Vehicle:
         Whether it has a request, since when [s]; why that was refused last, and the word for the gate's stage
         by number; the version of the books when it was last looked at; when the gate was last asked [s], and
         whether it ever was; whether it has been granted, but not been told.
+    spare_s
+        For how long its request may be passed over so that it falls back to the middle between its neighbours
+        on its loop [s].
     """
 
     taken: bool
@@ -157,6 +162,7 @@ class Vehicle:
     asked_at_s: float
     decided: bool
     going: bool
+    spare_s: float
 
 
 class Road:

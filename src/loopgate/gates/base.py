@@ -33,6 +33,8 @@ class Reason(StrEnum):
     """Refused: the move would cause a deadlock, or may lead to one."""
     RESERVE = "reserve"
     """Refused for now by the negotiation, which keeps room free; it yields as the wait grows."""
+    SPACING = "spacing"
+    """Refused for some seconds: it is ahead of the middle between its neighbours on its loop."""
     NEGOTIATION = "negotiation"
     """Refused for now: another robot won the negotiation."""
     BUDGET = "budget"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from random import Random
@@ -12,6 +13,7 @@ from loopgate.abstraction.segments import make_segments
 from loopgate.drive.track import Track
 from loopgate.errors import ScenarioError
 from loopgate.network import Loop, RoadNetwork, VehicleType, read_loops
+from loopgate.network.cover.watch import allot, even_starts_m, laps_s
 from loopgate.network.sumo_config import is_sumo_config
 from loopgate.network.vehicle_type import DEFAULT_TYPE
 from loopgate.simulation.placing import spread
@@ -70,6 +72,8 @@ def assemble(scenario: Scenario) -> Assembly:
     """
     network = RoadNetwork.open(scenario.network)
     vehicles, warnings = _vehicles(scenario, network)
+    if scenario.starts == "even":
+        vehicles = _evenly_round(network, vehicles)
     peculiar = _peculiar(scenario, network, vehicles) if scenario.gated else ()
     loops = [vehicle.loop for vehicle in vehicles]
     abstraction = None
@@ -77,7 +81,8 @@ def assemble(scenario: Scenario) -> Assembly:
         abstraction = _abstraction(scenario, network, vehicles)
     if abstraction is None:
         kinds = [vehicle.type for vehicle in vehicles]
-        fronts = dict(enumerate(spread(loops, kinds, Random(scenario.seed))))
+        wishes = [vehicle.depart_m for vehicle in vehicles]
+        fronts = dict(enumerate(spread(loops, kinds, Random(scenario.seed), wishes)))
     else:
         fronts = dict(enumerate(abstraction.starts_m))
     lanes = _start_lanes(abstraction) if abstraction else [None] * len(vehicles)
@@ -139,7 +144,7 @@ def _vehicles(scenario: Scenario, network: RoadNetwork) -> tuple[list[_Vehicle],
             raise ScenarioError(msg)
         found = random_loops(scenario, network, count)
         warnings = (f"{found.shortfall}; going on with these",) if found.shortfall else ()
-        return _round_robin(found.loops, {}, DEFAULT_TYPE, scenario.vehicles), warnings
+        return _given_loops(scenario, network, found.loops, {}, DEFAULT_TYPE), warnings
     file = read_loops(network, scenario.routes or scenario.network)
     if file.vehicles and not scenario.vehicles:
         by_name = {loop.id: loop for loop in file.loops}
@@ -149,18 +154,32 @@ def _vehicles(scenario: Scenario, network: RoadNetwork) -> tuple[list[_Vehicle],
     for vehicle in file.vehicles:
         kinds.setdefault(vehicle.loop, vehicle.type)
     default = next(iter(file.types.values()), DEFAULT_TYPE)
-    return _round_robin(file.loops, kinds, default, scenario.vehicles), file.left_out_of_routes
+    return _given_loops(scenario, network, file.loops, kinds, default), file.left_out_of_routes
 
 
-def _round_robin(
-    loops: Sequence[Loop], kinds: Mapping[str, VehicleType], default: VehicleType, vehicles: int
+def _given_loops(
+    scenario: Scenario,
+    network: RoadNetwork,
+    loops: Sequence[Loop],
+    kinds: Mapping[str, VehicleType],
+    default: VehicleType,
 ) -> list[_Vehicle]:
-    numbers = range(vehicles or len(loops))
-    chosen = [loops[i % len(loops)] for i in numbers]
-    return [
-        _Vehicle(f"v{i + 1}", loop, kinds.get(loop.id, default))
-        for i, loop in zip(numbers, chosen, strict=True)
-    ]
+    """Give loops to the vehicles: in turn, or so many to each that its vehicles come as often as others'."""
+    number = scenario.vehicles or len(loops)
+    if scenario.starts == "even":
+        shares = zip(loops, allot(laps_s(network, loops), number), strict=True)
+        chosen = [loop for loop, share in shares for _ in range(share)]
+    else:
+        chosen = [loops[i % len(loops)] for i in range(number)]
+    return [_Vehicle(f"v{i + 1}", loop, kinds.get(loop.id, default)) for i, loop in enumerate(chosen)]
+
+
+def _evenly_round(network: RoadNetwork, vehicles: Sequence[_Vehicle]) -> list[_Vehicle]:
+    """Start the vehicles of each loop evenly round it, in time at the speeds allowed."""
+    numbers = Counter(vehicle.loop.id for vehicle in vehicles)
+    loops = {vehicle.loop.id: vehicle.loop for vehicle in vehicles}
+    starts = {name: iter(even_starts_m(network, loop, numbers[name])) for name, loop in loops.items()}
+    return [replace(vehicle, depart_m=next(starts[vehicle.loop.id])) for vehicle in vehicles]
 
 
 def _abstraction(scenario: Scenario, network: RoadNetwork, vehicles: Sequence[_Vehicle]) -> Abstraction:

@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 import math
+from collections import defaultdict
+from collections.abc import Sequence
+from statistics import fmean
 from typing import Any
 
 import pandas as pd
 
 from loopgate.analysis.watching import compute_watch, watch_figures
 from loopgate.disk import writing
+from loopgate.network import Loop
 from loopgate.network.coverage import Coverage
 from loopgate.results.columns import EDGE, IDLENESS, VISITS, WORST_IDLENESS, Event
 from loopgate.results.recorder import read_events
+from loopgate.results.row_columns import IF_EVEN, WORST_IF_EVEN
 from loopgate.simulation.assembly import Assembly
-from loopgate.simulation.outcome import EVENTS, Folder
+from loopgate.simulation.outcome import EVENTS, Folder, Tally
 from loopgate.simulation.scenario import Scenario
 
 __all__ = ["STREETS", "monitoring_figures", "write_streets"]
@@ -49,7 +54,13 @@ def monitoring_figures(edges: pd.DataFrame | None, coverage: Coverage | None) ->
 
 
 def write_streets(
-    scenario: Scenario, assembly: Assembly, folder: Folder, *, begin_s: float, end_s: float
+    scenario: Scenario,
+    assembly: Assembly,
+    tallies: Sequence[Tally],
+    folder: Folder,
+    *,
+    begin_s: float,
+    end_s: float,
 ) -> dict[str, Any]:
     """Write ``streets.parquet`` from the events, and return what the summary says of it.
 
@@ -66,4 +77,22 @@ def write_streets(
     )
     with writing(folder / STREETS):
         table.to_parquet(folder / STREETS, index=False)
-    return watch_figures(table, bound_s=bound_s)
+    return watch_figures(table, bound_s=bound_s) | _if_even(assembly.loops, tallies, end_s - begin_s)
+
+
+def _if_even(loops: Sequence[Loop], tallies: Sequence[Tally], duration_s: float) -> dict[str, float | None]:
+    """Return what idleness would be if the vehicles of each loop, as fast as they were, came evenly.
+
+    A street that loops visit at rates v / lap waits for the inverse of their sum, half of it on average.
+    """
+    driven = defaultdict[str, float](float)
+    for tally in tallies:
+        driven[tally.loop] += tally.distance_m
+    visits = defaultdict[str, float](float)
+    for loop in loops:
+        for edge in loop.edges:
+            visits[edge] += driven[loop.id] / loop.length_m
+    if not visits or min(visits.values()) <= 0.0:
+        return {IF_EVEN: None, WORST_IF_EVEN: None}
+    intervals = [duration_s / number for number in visits.values()]
+    return {IF_EVEN: round(fmean(intervals) / 2.0, 3), WORST_IF_EVEN: round(max(intervals), 3)}

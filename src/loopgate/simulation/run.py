@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from contextlib import ExitStack
 from math import nan
 from pathlib import Path
@@ -31,7 +32,7 @@ from loopgate.simulation.outcome import Folder, Tally
 from loopgate.simulation.positions import make_layout, record_positions
 from loopgate.simulation.room import Room
 from loopgate.simulation.scenario import Scenario
-from loopgate.simulation.spacing import SpeedAdvice
+from loopgate.simulation.spacing import Holding, Leads, SpeedAdvice
 from loopgate.simulation.sumo_input import write_sumo_input
 from loopgate.simulation.sumo_start import check_backend, plain_options, start_traffic
 from loopgate.simulation.surroundings import Surroundings
@@ -121,8 +122,7 @@ def _run(
         stack.callback(recorder.close)
         engine = Engine(traffic, assembly.tracks, keeper, recorder, foresees=assembly.foresees)
         around = Surroundings(scenario, assembly, traffic, engine, keeper)
-        advice = SpeedAdvice(assembly.network, assembly.starts, traffic, engine)
-        advised = [advice.look] if scenario.spacing == "advice" else []
+        spacing = _spacing(scenario, assembly, traffic, engine)
         watch = watch_class(traffic, after_s=scenario.deadlock_after_s, at_gate=engine.refused)
         course = drive(
             engine,
@@ -131,7 +131,7 @@ def _run(
             recorder,
             scenario=scenario,
             tick=tick,
-            each_step=[*around.each_step, *advised, *room],
+            each_step=[*around.each_step, *spacing, *room],
         )
         engine.settle()
         tallies = _tallies(engine, traffic, watch, course)
@@ -152,6 +152,17 @@ def is_as_is(scenario: Scenario) -> bool:
     """Return whether a configuration's own vehicles are run, and not loops: a ``.sumocfg`` under ``open``."""
     loops = scenario.routes or scenario.traffic or scenario.loops or scenario.vehicles
     return is_sumo_config(scenario.network) and not scenario.gated and not loops
+
+
+def _spacing(
+    scenario: Scenario, assembly: Assembly, traffic: Traffic, engine: Engine
+) -> list[Callable[[], None]]:
+    if scenario.spacing == "none":
+        return []
+    leads = Leads(assembly.network, assembly.starts)
+    if scenario.spacing == "hold":
+        return [Holding(leads, engine).look]
+    return [SpeedAdvice(leads, traffic, engine).look]
 
 
 def _input_options(scenario: Scenario, assembly: Assembly, folder: Folder) -> list[str]:
@@ -210,7 +221,7 @@ def _summary(
     edges, watch = None, dict[str, Any]()
     if duration > 0:
         edges = folder.write_edges(list(shapes.values()), begin_s=course.begin_s, end_s=course.end_s)
-        watch = write_streets(scenario, assembly, folder, begin_s=course.begin_s, end_s=course.end_s)
+        watch = write_streets(scenario, assembly, tallies, folder, begin_s=course.begin_s, end_s=course.end_s)
     findings: list[str] = []
     audited: dict[str, Any] = {}
     if keeper is not None:

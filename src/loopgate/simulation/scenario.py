@@ -22,7 +22,8 @@ __all__ = ["Scenario", "read_scenario"]
 
 ABSTRACTIONS = ("segments", "queues")
 LIGHTS = ("off", "keep", "obey")
-SPACINGS = ("none", "advice")
+SPACINGS = ("none", "hold", "advice")
+STARTS = ("random", "even")
 ON_DEADLOCK = ("stop", "continue", "teleport")
 LONGEST_GATED_STEP_S = 1.0
 """SUMO's drivers keep apart by tau, a second, and only if they look as often."""
@@ -72,8 +73,11 @@ class Scenario:
     lights
         ``off``, ``keep`` or ``obey``; empty for ``off`` under a gate and ``keep`` under ``open``.
     spacing
-        ``advice`` tells vehicles how fast to drive, so that those on a loop are evenly spaced; ``none`` does
-        nothing.
+        So that vehicles on a loop are evenly spaced ``hold`` lets those ahead wait some seconds at gates, and
+        ``advice`` tells all how fast to drive; ``none`` does nothing.
+    starts
+        ``even`` gives vehicles to loops in proportion to the time of a lap, and starts them evenly round it;
+        ``random`` gives each loop as many, and draws where they start, unless the route file says it.
     revisit_s
         Time for which no street should go unseen [s], to be told where it did; 0 for none.
     duration_s, warmup_s
@@ -114,6 +118,7 @@ class Scenario:
     negotiation: Annotated[str, text()] = ""
     lights: Annotated[str, choice(("", *LIGHTS))] = ""
     spacing: Annotated[str, choice(SPACINGS)] = "none"
+    starts: Annotated[str, choice(STARTS)] = "random"
     revisit_s: Annotated[float, real(0.0, _LONG_S)] = 0.0
     duration_s: Annotated[float, real(1.0, _LONG_S)] = 3600.0
     warmup_s: Annotated[float, real(0.0, _LONG_S)] = 0.0
@@ -137,6 +142,9 @@ class Scenario:
                 f"traffic: with gate {self.gate} it works on abstraction queues only; on {self.abstraction} "
                 "nothing says where ordinary vehicles are in the way"
             )
+            raise ScenarioError(msg)
+        if self.spacing == "hold" and not self.gated:
+            msg = "spacing: hold works under a gate only, where vehicles can be held; take advice, or a gate"
             raise ScenarioError(msg)
         if self.gated and self.step_s > LONGEST_GATED_STEP_S:
             msg = (
