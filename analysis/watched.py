@@ -1,7 +1,7 @@
 """How often streets are seen: SUMO's rules beside the gate, loops by design and by chance, spacing or none.
 
     python analysis/watched.py --seeds 5 --write
-    python analysis/watched.py --only DRT,covering --vehicles 40 80 --seeds 5 --jobs 1
+    python analysis/watched.py --only 'DRT,*,40' --seeds 5
     python analysis/watched.py my.net.xml --seeds 1
 
 One hour after half an hour. Loops are made once per seed, and each rule drives the same vehicles on them,
@@ -15,6 +15,7 @@ import argparse
 import random
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from fnmatch import fnmatch
 from pathlib import Path
 from typing import Any
 
@@ -239,15 +240,14 @@ def main() -> None:
     words = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     words.add_argument("networks", nargs="*", help="further networks")
     words.add_argument("--seeds", type=int, default=1)
-    words.add_argument("--vehicles", type=int, nargs="+", help="only these counts")
-    words.add_argument("--only", default="", help="only tables whose name begins so, as DRT,covering")
+    words.add_argument("--only", nargs="+", default=["*"], help="only tables of these names, as 'DRT,*,40'")
     words.add_argument("--jobs", type=int, default=1, help="processes")
     words.add_argument("--out", type=Path, default=ROOT / "out" / "watched", help="results folder")
     words.add_argument("--write", action="store_true", help=f"renew the tables in docs/{PAGE.name}")
     given = words.parse_args()
     parts = []
     for cell in cells(given.networks):
-        if not cell.name.startswith(given.only) or (given.vehicles and cell.vehicles not in given.vehicles):
+        if not any(fnmatch(cell.name, pattern) for pattern in given.only):
             continue
         try:
             runs = simulate(cell, given)
