@@ -71,7 +71,7 @@ __all__ = ["exit_code", "run"]
 @click.option(
     "--spacing",
     type=click.Choice(SPACINGS),
-    help="Even spacing on loops: none (default), hold (at gates), advice on speeds (driven by machine).",
+    help="Even spacing on loops: none, hold (at gates; default with --revisit), advice (on speeds).",
 )
 @click.option(
     "--starts",
@@ -81,6 +81,8 @@ __all__ = ["exit_code", "run"]
 @click.option(
     "--revisit", "revisit_s", type=float, help="Tell which streets went unseen for longer than this [s]."
 )
+@click.option("--weights", help="File of streets to be seen more often: lines EDGE WEIGHT (with --revisit).")
+@click.option("--districts", help="XML file of polygons: tell of each how well it was watched.")
 @click.option("--duration", "duration_s", type=float, help="Simulated time that is measured [s].")
 @click.option("--warmup", "warmup_s", type=float, help="Simulated time before that [s].")
 @click.option("--seed", type=int, help="Seed of SUMO, starting places and negotiation.")

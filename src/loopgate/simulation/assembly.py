@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from random import Random
 
 from loopgate.abstraction.itinerary import Abstraction
@@ -14,6 +14,7 @@ from loopgate.drive.track import Track
 from loopgate.errors import ScenarioError
 from loopgate.network import Loop, RoadNetwork, VehicleType, read_loops
 from loopgate.network.cover.watch import allot, even_starts_m, laps_s
+from loopgate.network.cover.wishes import read_districts, read_weights
 from loopgate.network.sumo_config import is_sumo_config
 from loopgate.network.vehicle_type import DEFAULT_TYPE
 from loopgate.simulation.placing import spread
@@ -27,6 +28,14 @@ from loopgate.simulation.tracks import make_track
 __all__ = ["Assembly", "assemble"]
 
 _MOST_LOOPS = 40
+
+
+@dataclass(frozen=True, slots=True)
+class Wishes:
+    """Streets to be seen so many times as often as others, and districts by name with their streets."""
+
+    weights: Mapping[str, float] = field(default_factory=dict)
+    districts: Mapping[str, Sequence[str]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,6 +56,8 @@ class Assembly:
         What the user should know of how it was put together.
     foresees
         Whether it can be told when a vehicle will be past a crossing; see `unforeseen`.
+    wishes
+        What the user wants of the watch.
     """
 
     network: RoadNetwork
@@ -56,6 +67,7 @@ class Assembly:
     abstraction: Abstraction | None
     warnings: tuple[str, ...] = ()
     foresees: bool = True
+    wishes: Wishes = Wishes()
 
 
 def assemble(scenario: Scenario) -> Assembly:
@@ -99,7 +111,7 @@ def assemble(scenario: Scenario) -> Assembly:
             for start, itinerary, robot in zip(starts, abstraction.itineraries, robots, strict=True)
         )
     unique = tuple({loop.id: loop for loop in loops}.values())
-    if scenario.spacing == "advice":
+    if scenario.rule_for_spacing == "advice":
         starts = tuple(replace(start, type=advised_type(start.type)) for start in starts)
     return Assembly(
         network,
@@ -107,8 +119,23 @@ def assemble(scenario: Scenario) -> Assembly:
         starts,
         tracks,
         abstraction,
-        warnings=(*left_out(scenario.network), *warnings, *peculiar),
+        warnings=(*left_out(scenario.network), *warnings, *peculiar, *_alone(scenario, loops)),
         foresees=not peculiar,
+        wishes=_wishes(scenario, network, sorted({vehicle.type.vclass for vehicle in vehicles})),
+    )
+
+
+def _alone(scenario: Scenario, loops: Sequence[Loop]) -> tuple[str, ...]:
+    if not scenario.spacing.replace("none", "") or len({loop.id for loop in loops}) < len(loops):
+        return ()
+    return (f"spacing {scenario.spacing}: no loop has two vehicles, so there is nothing to space",)
+
+
+def _wishes(scenario: Scenario, network: RoadNetwork, classes: Sequence[str]) -> Wishes:
+    """Read what is wanted of the watch; an edge lies in a district if it is open to some vehicle."""
+    return Wishes(
+        read_weights(network, scenario.weights) if scenario.weights else {},
+        read_districts(network, scenario.districts, classes) if scenario.districts else {},
     )
 
 

@@ -220,7 +220,7 @@ def summary(
         "negotiation": scenario.rule_for_negotiation if keeper else "",
         **_promise(keeper),
         "lights": scenario.rule_for_lights,
-        "spacing": scenario.spacing,
+        "spacing": scenario.rule_for_spacing,
         "starts": scenario.starts,
         "seed": scenario.seed,
         "vehicles": len(tallies),

@@ -27,7 +27,7 @@ from loopgate.simulation.as_is import run_as_is
 from loopgate.simulation.assembly import Assembly, assemble
 from loopgate.simulation.checking import audit_run
 from loopgate.simulation.loop_run import Course, Tick, drive
-from loopgate.simulation.monitoring import monitoring_figures, write_streets
+from loopgate.simulation.monitoring import monitoring_figures, shape_text, write_streets
 from loopgate.simulation.outcome import Folder, Tally
 from loopgate.simulation.positions import make_layout, record_positions
 from loopgate.simulation.room import Room
@@ -157,10 +157,10 @@ def is_as_is(scenario: Scenario) -> bool:
 def _spacing(
     scenario: Scenario, assembly: Assembly, traffic: Traffic, engine: Engine
 ) -> list[Callable[[], None]]:
-    if scenario.spacing == "none":
+    if scenario.rule_for_spacing == "none":
         return []
     leads = Leads(assembly.network, assembly.starts)
-    if scenario.spacing == "hold":
+    if scenario.rule_for_spacing == "hold":
         return [Holding(leads, engine).look]
     return [SpeedAdvice(leads, traffic, engine).look]
 
@@ -214,7 +214,7 @@ def _summary(
     duration = max(0.0, course.end_s - course.begin_s)
     folder.write_vehicles(tallies, duration)
     shapes = {
-        edge: (edge, assembly.network.edge(edge).length_m, _shape(assembly, edge))
+        edge: (edge, assembly.network.edge(edge).length_m, shape_text(assembly.network.edge(edge)))
         for loop in assembly.loops
         for edge in loop.edges
     }
@@ -238,8 +238,3 @@ def _summary(
     )
     figures |= audited | monitoring_figures(edges, measure_coverage(assembly.network, assembly.loops))
     return figures | {"watch": watch}
-
-
-def _shape(assembly: Assembly, edge: str) -> str:
-    lane = assembly.network.edge(edge).lanes[0]
-    return " ".join(f"{x:.1f},{y:.1f}" for x, y in lane.shape)
