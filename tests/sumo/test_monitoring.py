@@ -78,7 +78,7 @@ def test_starts_are_even_and_more_vehicles_go_where_laps_are_long() -> None:
 
 
 def test_weights_districts_and_sides_of_a_street(tmp_path: Path) -> None:
-    """A street of weight 4 has a quarter of the bound; a district has the streets in it; two sides are one."""
+    """A street of weight 4 has a quarter of the bound; a district has its streets; two sides are one."""
     (tmp_path / "weights").write_text("A0B0 4\n", encoding="utf-8")
     area = '<additional><poly id="corner" shape="-50,-50 120,-50 120,120 -50,120"/></additional>'
     (tmp_path / "area.xml").write_text(area, encoding="utf-8")
