@@ -199,7 +199,7 @@ def table(cell: Cell, runs: pd.DataFrame) -> pd.DataFrame:
             "idleness [s]": with_half(done[c.IDLENESS], 1),
             "over even": _over(done[c.IDLENESS] / done[c.IF_EVEN]),
             "worst [s]": with_half(done[c.WORST_IDLENESS], 0),
-            "over even ": _over(done[c.WORST_IDLENESS] / done[c.WORST_IF_EVEN]),
+            "worst over even": _over(done[c.WORST_IDLENESS] / done[c.WORST_IF_EVEN]),
             "headways vary by": f"{done[c.HEADWAY_CV].mean():.2f}",
             "bunched": f"{done[c.BUNCHED].mean():.1%}",
             "never seen": f"{done[c.NEVER_SEEN].mean():.0f}",
@@ -207,7 +207,6 @@ def table(cell: Cell, runs: pd.DataFrame) -> pd.DataFrame:
             "longest wait [s]": f"{done[c.LONGEST_WAIT].max():.0f}" if len(gated) else "",
             "locked": f"{int((done[c.DEADLOCKS] > 0).sum())} of {len(done)}",
             "collisions": f"{int(done[c.COLLISIONS].sum())}",
-            "trespasses": f"{int(gated[c.TRESPASSES].sum())}" if len(gated) else "",
             "clean": f"{int(gated[c.KEPT].sum())} of {len(gated)}" if len(gated) else "",
         }
         if not cell.vehicles:

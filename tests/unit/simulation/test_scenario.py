@@ -1,5 +1,6 @@
 """Scenarios: from files, from mappings, and what is wrong with them."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -23,10 +24,10 @@ def test_units_may_be_left_out() -> None:
 
 def test_a_watch_is_held_evenly_spaced_unless_said_otherwise() -> None:
     """Where a gate can hold vehicles, and somebody wants streets to be seen."""
-    watch = {"network": "n", "revisit_s": 600.0}
-    assert Scenario(**watch).rule_for_spacing == "hold"
-    assert Scenario(**watch, gate="open").rule_for_spacing == "none"
-    assert Scenario(**watch, spacing="none").rule_for_spacing == "none"
+    watch = Scenario(network="n", revisit_s=600.0)
+    assert watch.rule_for_spacing == "hold"
+    assert replace(watch, gate="open").rule_for_spacing == "none"
+    assert replace(watch, spacing="none").rule_for_spacing == "none"
     assert Scenario(network="n").rule_for_spacing == "none"
 
 
