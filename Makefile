@@ -5,7 +5,7 @@ BIN    := $(VENV)/bin
 STAMP  := $(VENV)/installed
 
 .DEFAULT_GOAL := help
-.PHONY: help demo readme setup test check format bench bench-sweep networks small-networks city throughput soak unseen long-vehicles covering day fuzz proofs lock clean
+.PHONY: help demo readme setup test check format bench bench-sweep networks small-networks city throughput soak unseen long-vehicles covering watched day fuzz proofs lock clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-15s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -68,6 +68,9 @@ soak: $(STAMP) ## ten simulated hours per network and gate; all tests, slow ones
 
 covering: $(STAMP) ## how near covering loops come to what is possible
 	$(BIN)/python analysis/covering.py
+
+watched: $(STAMP) ## how often streets are seen: SUMO and the gate, loops by design and by chance, spacing: docs/covering.md
+	$(BIN)/python analysis/watched.py --seeds 5 --write
 
 unseen: $(STAMP) ## 200 made networks of every kind, with positions: what is not as it should be
 	$(BIN)/python analysis/unseen.py --made 200 --out out/unseen/made

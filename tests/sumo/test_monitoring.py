@@ -60,3 +60,43 @@ def test_coverage_is_that_of_the_loops_that_are_driven(tmp_path: Path) -> None:
     metres = {edge.id: edge.length_m for edge in network.edges.values()}
     share = sum(metres[edge] for edge in driven) / sum(metres.values())
     assert summary["coverage_lane_km"] == pytest.approx(share, abs=1e-6)
+
+
+def test_starts_are_even_and_more_vehicles_go_where_laps_are_long() -> None:
+    """Ten vehicles on three loops, all roads as fast: no vehicle more would help another loop as much."""
+    made = assemble(Scenario(network=GRID, loops=3, vehicles=10, starts="even"))
+    fronts: dict[str, list[float]] = {loop.id: [] for loop in made.loops}
+    for start in made.starts:
+        fronts[start.loop.id].append(start.front_m)
+    metres = {loop.id: loop.length_m for loop in made.loops}
+    spacing = {loop: metres[loop] / len(at) for loop, at in fronts.items()}
+    fewer = [metres[loop] / (len(at) - 1) for loop, at in fronts.items() if len(at) > 1]
+    assert max(spacing.values()) <= min(fewer)
+    for loop, at in fronts.items():
+        gaps = np.diff(sorted(at))
+        assert gaps == pytest.approx(spacing[loop], abs=100.0)  # each in the next place with room
+
+
+def test_weights_districts_and_sides_of_a_street(tmp_path: Path) -> None:
+    """A street of weight 4 has a quarter of the bound; a district has its streets; two sides are one."""
+    (tmp_path / "weights").write_text("A0B0 4\n", encoding="utf-8")
+    area = '<additional><poly id="corner" shape="-50,-50 120,-50 120,120 -50,120"/></additional>'
+    (tmp_path / "area.xml").write_text(area, encoding="utf-8")
+    scenario = Scenario(
+        network=GRID,
+        loops=3,
+        duration_s=300.0,
+        revisit_s=100.0,
+        weights=str(tmp_path / "weights"),
+        districts=str(tmp_path / "area.xml"),
+    )
+    watch = simulate(scenario, tmp_path / "run")["watch"]
+    streets = pd.read_parquet(tmp_path / "run" / "streets.parquet").set_index("edge")
+    assert streets["bound_s"].to_dict() == {edge: 25.0 if edge == "A0B0" else 100.0 for edge in streets.index}
+    assert len(streets) == watch["streets"] == 80
+    assert watch["either_way"]["streets"] == 40
+    assert watch["either_way"]["never_seen"] < watch["never_seen"]
+    (corner,) = watch["districts"]
+    inside = streets.loc[["A0B0", "B0A0", "A0A1", "A1A0", "A1B1", "B1A1", "B0B1", "B1B0"]]
+    assert (corner["district"], corner["streets"]) == ("corner", 8)
+    assert corner["idleness_s"] == pytest.approx(inside["idleness_s"].mean(), abs=1e-3)

@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from loopgate.audit import audit_events
 from loopgate.drive import worn
+from loopgate.errors import ScenarioError
 from loopgate.model import read_system
 from loopgate.results.columns import EVENT, PLACE, STAGE, TIME
 from loopgate.results.recorder import read_events
@@ -127,6 +129,17 @@ def test_a_configuration_runs_as_it_is(tmp_path: Path) -> None:
     assert (summary["outcome"], summary["vehicles"], summary["loops"]) == ("done", 5, 0)
     assert summary["duration_s"] < 300.0
     assert summary["distance_km"] == pytest.approx(5 * 0.27, abs=0.15)
+
+
+@pytest.mark.parametrize(
+    "given", [{"spacing": "advice"}, {"starts": "even"}, {"revisit_s": 60.0}, {"districts": "d.xml"}]
+)
+def test_what_is_for_loops_is_refused_where_there_are_none(tmp_path: Path, given: dict[str, Any]) -> None:
+    """A configuration as it is has no vehicles on loops: the key is named, not dropped."""
+    (tmp_path / "s.sumocfg").write_text(f'<configuration><net-file value="{GRID}"/></configuration>')
+    scenario = Scenario(network=str(tmp_path / "s.sumocfg"), gate="open", **given)
+    with pytest.raises(ScenarioError, match=f"{next(iter(given))} .* is for vehicles on loops"):
+        simulate(scenario, tmp_path / "run")
 
 
 def test_an_interrupted_run_keeps_what_it_has(tmp_path: Path) -> None:

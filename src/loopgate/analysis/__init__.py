@@ -31,12 +31,13 @@ from loopgate.analysis.trips import (
     compute_waits,
 )
 from loopgate.analysis.waits import compute_wait_causes
-from loopgate.analysis.watching import compute_watch
+from loopgate.analysis.watching import compute_districts, compute_seen_within, compute_watch
 
 __all__ = [
     "compute_capacity",
     "compute_deadlock_rate",
     "compute_decision_time",
+    "compute_districts",
     "compute_edge_holds",
     "compute_edge_means",
     "compute_edges",
@@ -49,6 +50,7 @@ __all__ = [
     "compute_revisit_intervals",
     "compute_revisits",
     "compute_safety",
+    "compute_seen_within",
     "compute_survival",
     "compute_throughput",
     "compute_time_to_deadlock",

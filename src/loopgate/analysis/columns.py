@@ -15,6 +15,14 @@ WAIT: Final = "wait_s"  # from the first refusal to the grant
 CAUSE: Final = "cause"  # why a wait was: the reason of the refusals
 INTERVAL: Final = "revisit_s"  # time between two visits of an edge
 
+# one row per time, or per district
+SEEN_WITHIN: Final = "within_s"  # time since the last visit [s]
+NOW: Final = "now"  # share of the streets seen no longer ago, mean over the time
+ALWAYS: Final = "always"  # share of the streets of which that always held
+DISTRICT: Final = "district"
+STREETS: Final = "streets"  # how many edges
+NEVER_SEEN: Final = "never_seen"  # how many of them nobody entered
+
 # one row per group of runs
 RUNS: Final = "runs"  # how many runs the row rests on
 MEAN: Final = "mean"  # in the unit of the value asked for

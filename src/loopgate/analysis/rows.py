@@ -63,6 +63,18 @@ _SAME_NAME = (
 )
 
 
+_OF_WATCH = (
+    c.NEVER_SEEN,
+    c.HEADWAY_CV,
+    c.BUNCHED,
+    c.WITHIN,
+    c.WITHIN_OF_SEEN,
+    c.STREETS_OVER,
+    c.IF_EVEN,
+    c.WORST_IF_EVEN,
+)
+"""What a summary says of all streets, under ``watch``."""
+
 _NEEDED = (
     *(c.NETWORK, c.GATE, c.VEHICLES, c.LOOPS, c.SEED, c.DURATION),
     *(c.LAPS, c.DISTANCE_KM, c.LAPS_PER_H, c.KM_PER_H, c.OUTCOME, c.DEADLOCKS),
@@ -132,6 +144,8 @@ def run_row(
         row[name] = summary.get(name)
     if isinstance(longest := summary.get("longest_waits_s"), Mapping):
         row |= {name: float(longest.get(cause, 0.0)) for cause, name in c.LONGEST_FOR.items()}
+    watch = _part(summary, "watch")
+    row |= {name: watch.get(name) for name in _OF_WATCH}
     row |= _time(scenario, summary) | _refusals(summary.get(c.REFUSALS))
     if (hours := row[c.DURATION] / 3600) > 0 and row[c.MEASURED] < row[c.DURATION]:
         row[c.LAPS_PER_H], row[c.KM_PER_H] = row[c.LAPS] / hours, row[c.DISTANCE_KM] / hours

@@ -8,38 +8,49 @@ below a quarter of its street's mean.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from typing import Any
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
-from loopgate.analysis.columns import INTERVAL
+from loopgate.analysis.columns import ALWAYS, DISTRICT, INTERVAL, NEVER_SEEN, NOW, SEEN_WITHIN, STREETS
+from loopgate.analysis.frames import check_columns, check_period
 from loopgate.analysis.monitoring import compute_revisit_intervals, compute_revisits
+from loopgate.errors import AnalysisError
 from loopgate.results.columns import (
+    BOUND,
     BUNCHED,
     EDGE,
     EVENT,
+    EVENT_COLUMNS,
     HEADWAY_CV,
     IDLENESS,
     PLACE,
-    STREET_COLUMNS,
     TIME,
     VISITS,
-    WEIGHTED_REVISIT,
+    WATCH_COLUMNS,
     WITHIN,
     WORST_IDLENESS,
     Event,
 )
 
-__all__ = ["compute_watch", "watch_figures"]
+__all__ = ["compute_districts", "compute_seen_within", "compute_watch"]
 
 _BUNCHED = 0.25
-_RANKED = 10
+_POINTS = 100
+
+Floats = NDArray[np.float64]
 
 
 def compute_watch(
-    *, events: pd.DataFrame, streets: Iterable[str], end_s: float, bound_s: float, begin_s: float = 0.0
+    *,
+    events: pd.DataFrame,
+    streets: Iterable[str],
+    end_s: float,
+    bound_s: float | Mapping[str, float],
+    begin_s: float = 0.0,
 ) -> pd.DataFrame:
     """Return how often and how evenly every street was seen, the one that was idle longest first.
 
@@ -52,14 +63,14 @@ def compute_watch(
     begin_s, end_s
         Period of observation (begin, end] [s].
     bound_s
-        Time that no street should go unseen for longer than [s]; infinity for none.
+        Time that no street should go unseen for longer than [s], for all or by street; infinity for none.
 
     Returns
     -------
     DataFrame
-        `STREET_COLUMNS`: those of `compute_revisits`, `HEADWAY_CV` (standard deviation over mean of the
-        intervals; NaN for fewer than two), `BUNCHED` (share of them, NaN without one) and `WITHIN` (share of
-        the period in which the idleness is at most the bound).
+        `WATCH_COLUMNS`: those of `compute_revisits`, `HEADWAY_CV` (standard deviation over mean of the
+        intervals; NaN for fewer than two), `BUNCHED` (share of them, NaN without one), `BOUND` [s] and
+        `WITHIN` (share of the period in which the idleness is at most the bound).
 
     Raises
     ------
@@ -82,55 +93,153 @@ def compute_watch(
     table[HEADWAY_CV] = intervals.std() / intervals.mean().where(lambda mean: mean > 0.0)
     short = between[INTERVAL] < _BUNCHED * intervals.transform("mean")
     table[BUNCHED] = short.groupby(between[EDGE]).mean()
-    visits = events.loc[(events[EVENT] == Event.EDGE) & (events[TIME] <= end_s), [PLACE, TIME]]
-    times = {str(edge): np.sort(part.to_numpy()) for edge, part in visits.groupby(PLACE)[TIME]}
-    nothing = np.empty(0)
-    over = [_over_s(times.get(str(edge), nothing), begin_s, end_s, bound_s) for edge in table.index]
-    table[WITHIN] = 1.0 - np.array(over) / (end_s - begin_s)
+    table[BOUND] = [bound_s[edge] if isinstance(bound_s, Mapping) else bound_s for edge in table.index]
+    gaps = _gaps(events, list(table.index), begin_s, end_s)
+    over = np.bincount(gaps.street, gaps.over_s(table[BOUND].to_numpy()[gaps.street]), len(table))
+    table[WITHIN] = 1.0 - over / (end_s - begin_s)
     worst = table.reset_index().sort_values([WORST_IDLENESS, EDGE], ascending=[False, True], kind="stable")
-    return worst[list(STREET_COLUMNS)].reset_index(drop=True)
+    return worst[list(WATCH_COLUMNS)].reset_index(drop=True)
 
 
-def _over_s(times: np.ndarray, begin_s: float, end_s: float, bound_s: float) -> float:
-    """Return for how long of the period the last of the visits was longer ago than the bound [s]."""
-    since, until = np.append(0.0, times), np.append(times, end_s)
-    return float(np.clip(until - np.maximum(since + bound_s, begin_s), 0.0, None).sum())
+@dataclass(frozen=True, slots=True)
+class _Gaps:
+    """For each street the times between visits, from 0 to the first one and from the last one to the end."""
+
+    street: NDArray[np.int64]
+    since: Floats
+    until: Floats
+    begin_s: float
+
+    def over_s(self, bounds: Floats | float) -> Floats:
+        """Return for how long of the period each gap was longer than its bound so far [s]."""
+        over: Floats = np.clip(self.until - np.maximum(self.since + bounds, self.begin_s), 0.0, None)
+        return over
 
 
-def watch_figures(table: pd.DataFrame, *, bound_s: float) -> dict[str, Any]:
-    """Return what a summary says of the streets in a table of `compute_watch`; all streets count alike."""
-    seen = table[table[VISITS] > 0]
-    figures: dict[str, Any] = {
-        "streets": len(table),
-        "never_seen": len(table) - len(seen),
-        "idleness_s": _rounded(table[IDLENESS].mean()),
-        "idleness_of_seen_s": _rounded(seen[IDLENESS].mean()),
-        "worst_idleness_of_seen_s": _rounded(seen[WORST_IDLENESS].max()),
-        "weighted_revisit_s": _rounded(seen[WEIGHTED_REVISIT].mean()),
-        "headway_cv": _rounded(seen[HEADWAY_CV].mean()),
-        "bunched": _rounded(seen[BUNCHED].mean()),
-        "rarest": [
-            {
-                "edge": edge,
-                "visits": int(visits),
-                "idleness_s": _rounded(mean),
-                "worst_idleness_s": _rounded(most),
-            }
-            for edge, visits, mean, most in seen[[EDGE, VISITS, IDLENESS, WORST_IDLENESS]]
-            .head(_RANKED)
-            .itertuples(index=False)
-        ],
-    }
-    if np.isfinite(bound_s):
-        broken = seen[seen[WITHIN] < 1.0]
-        figures |= {
-            "bound_s": bound_s,
-            "within": _rounded(table[WITHIN].mean()),
-            "within_of_seen": _rounded(seen[WITHIN].mean()),
-            "streets_over": len(broken),
+def _gaps(events: pd.DataFrame, streets: Sequence[str], begin_s: float, end_s: float) -> _Gaps:
+    number = pd.Series(range(len(streets)), index=list(streets), dtype="int64")
+    visits = events[
+        (events[EVENT] == Event.EDGE) & (events[TIME] <= end_s) & events[PLACE].isin(number.index)
+    ]
+    at = np.r_[visits[PLACE].map(number).to_numpy(dtype=np.int64), np.arange(len(streets))]
+    until = np.r_[visits[TIME].to_numpy(dtype=float), np.full(len(streets), float(end_s))]
+    order = np.lexsort((until, at))
+    at, until = at[order], until[order]
+    first = np.r_[True, at[1:] != at[:-1]] if len(at) else np.zeros(0, dtype=bool)
+    since = np.where(first, 0.0, np.r_[0.0, until[:-1]] if len(at) else until)
+    return _Gaps(at, since, until, begin_s)
+
+
+def compute_seen_within(
+    *,
+    events: pd.DataFrame,
+    streets: Iterable[str],
+    end_s: float,
+    begin_s: float = 0.0,
+    times_s: Iterable[float] | None = None,
+) -> pd.DataFrame:
+    """Return which share of the streets was seen within so long.
+
+    Parameters
+    ----------
+    events
+        `EVENT_COLUMNS`, in any order.
+    streets
+        All edges to be seen, those that nobody visits included.
+    begin_s, end_s
+        Period of observation (begin, end] [s].
+    times_s
+        For which times [s]; default: from 0 to the longest on a street that was visited, in a hundred steps.
+
+    Returns
+    -------
+    DataFrame
+        `SEEN_WITHIN` [s]; `NOW`: share of the streets seen no longer ago than that, on average over the
+        period; `ALWAYS`: share of the streets for which that held all the time.
+
+    Raises
+    ------
+    AnalysisError
+        On a missing column, an empty period, or no streets.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> from loopgate.analysis import compute_seen_within
+    >>> rows = [(25, "v1", "edge", "e1"), (50, "v2", "edge", "e1"), (75, "v1", "edge", "e1")]
+    >>> events = pd.DataFrame(rows, columns=["time_s", "vehicle", "event", "place"])
+    >>> seen = compute_seen_within(events=events, streets=["e1", "e2"], end_s=100, times_s=[10, 25])
+    >>> seen.values.tolist()
+    [[10.0, 0.25, 0.0], [25.0, 0.625, 0.5]]
+    """
+    check_columns(events, EVENT_COLUMNS[:4], "events")
+    check_period(begin_s, end_s)
+    names = list(dict.fromkeys(streets))
+    if not names:
+        msg = "streets: none are given; expected the names of edges"
+        raise AnalysisError(msg)
+    gaps = _gaps(events, names, begin_s, end_s)
+    longest = np.zeros(len(names))
+    inside = gaps.until > begin_s
+    np.maximum.at(longest, gaps.street[inside], (gaps.until - gaps.since)[inside])
+    visited = gaps.street[gaps.since > 0.0]
+    most = longest[visited].max() if len(visited) else longest.max()
+    times = np.linspace(0.0, most, _POINTS + 1) if times_s is None else np.array(list(times_s))
+    whole = len(names) * (end_s - begin_s)
+    return pd.DataFrame(
+        {
+            SEEN_WITHIN: times.astype(float),
+            NOW: [1.0 - float(gaps.over_s(float(time)).sum()) / whole for time in times],
+            ALWAYS: [float(np.mean(longest <= time)) for time in times],
         }
-    return figures
+    )
 
 
-def _rounded(value: float) -> float | None:
-    return None if np.isnan(value) else round(float(value), 4)
+def compute_districts(*, watch: pd.DataFrame, districts: Mapping[str, Iterable[str]]) -> pd.DataFrame:
+    """Return how well groups of streets were watched, the one idle longest first.
+
+    Parameters
+    ----------
+    watch
+        From `compute_watch`.
+    districts
+        The edges of each group, by its name; an edge may be in several, or in none.
+
+    Returns
+    -------
+    DataFrame
+        `DISTRICT`, `STREETS` (how many edges), `NEVER_SEEN`, `VISITS` (of all), `IDLENESS` and
+        `WORST_IDLENESS` [s] (mean and greatest), `HEADWAY_CV` and `BUNCHED` (means over those seen), and
+        `WITHIN`.
+
+    Raises
+    ------
+    AnalysisError
+        On a missing column.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> from loopgate.analysis import compute_districts, compute_watch
+    >>> rows = [(10, "v1", "edge", "e1"), (40, "v2", "edge", "e1"), (70, "v1", "edge", "e2")]
+    >>> events = pd.DataFrame(rows, columns=["time_s", "vehicle", "event", "place"])
+    >>> watch = compute_watch(events=events, streets=["e1", "e2", "e3"], end_s=100, bound_s=60)
+    >>> found = compute_districts(watch=watch, districts={"north": ["e1", "e2"], "south": ["e3"]})
+    >>> found[["district", "streets", "never_seen", "worst_idleness_s"]].values.tolist()
+    [['south', 1, 1, 100.0], ['north', 2, 0, 70.0]]
+    """
+    check_columns(watch, WATCH_COLUMNS, "watch")
+    by_edge = watch.set_index(EDGE)
+    rows = []
+    for name, edges in districts.items():
+        part = by_edge.loc[by_edge.index.isin(list(edges))]
+        if part.empty:
+            continue
+        row = {DISTRICT: name, STREETS: len(part), NEVER_SEEN: int((part[VISITS] == 0).sum())}
+        row |= {VISITS: int(part[VISITS].sum()), WORST_IDLENESS: float(part[WORST_IDLENESS].max())}
+        row |= {column: float(part[column].mean()) for column in (IDLENESS, HEADWAY_CV, BUNCHED, WITHIN)}
+        rows.append(row)
+    columns = [DISTRICT, STREETS, NEVER_SEEN, VISITS, IDLENESS, WORST_IDLENESS, HEADWAY_CV, BUNCHED, WITHIN]
+    table = pd.DataFrame(rows, columns=columns)
+    order = [WORST_IDLENESS, DISTRICT]
+    return table.sort_values(order, ascending=[False, True], kind="stable").reset_index(drop=True)

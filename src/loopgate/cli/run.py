@@ -12,7 +12,15 @@ import click
 
 from loopgate.cli.interrupts import EXIT_INTERRUPTED
 from loopgate.cli.main import EXIT_DEADLOCK, EXIT_UNCLEAN
-from loopgate.simulation.scenario import ABSTRACTIONS, LIGHTS, ON_DEADLOCK, SPACINGS, Scenario, read_scenario
+from loopgate.simulation.scenario import (
+    ABSTRACTIONS,
+    LIGHTS,
+    ON_DEADLOCK,
+    SPACINGS,
+    STARTS,
+    Scenario,
+    read_scenario,
+)
 
 if TYPE_CHECKING:
     from loopgate.simulation.loop_run import Course
@@ -69,11 +77,18 @@ __all__ = ["exit_code", "run"]
 @click.option(
     "--spacing",
     type=click.Choice(SPACINGS),
-    help="Even spacing on loops: none (default), or advice on speeds, for vehicles driven by machine.",
+    help="Even spacing on loops: none, hold (at gates; default with --revisit), advice (on speeds).",
+)
+@click.option(
+    "--starts",
+    type=click.Choice(STARTS),
+    help="random (default); even: vehicles to loops by the time of a lap, and evenly round each.",
 )
 @click.option(
     "--revisit", "revisit_s", type=float, help="Tell which streets went unseen for longer than this [s]."
 )
+@click.option("--weights", help="File of streets to be seen more often: lines EDGE WEIGHT (with --revisit).")
+@click.option("--districts", help="XML file of polygons: tell of each how well it was watched.")
 @click.option("--duration", "duration_s", type=float, help="Simulated time that is measured [s].")
 @click.option("--warmup", "warmup_s", type=float, help="Simulated time before that [s].")
 @click.option("--seed", type=int, help="Seed of SUMO, starting places and negotiation.")

@@ -16,7 +16,17 @@ from loopgate.drive.histogram import Histogram
 from loopgate.drive.obstacles import Obstacle
 from loopgate.drive.requests import REASK_S
 from loopgate.drive.step import Step
-from loopgate.drive.tables import CROSSING, NOTHING, OCCUPIED, REASONS, RESERVE, SERVICE, Tables, number_of
+from loopgate.drive.tables import (
+    CROSSING,
+    NOTHING,
+    OCCUPIED,
+    REASONS,
+    RESERVE,
+    SERVICE,
+    SPACING,
+    Tables,
+    number_of,
+)
 from loopgate.gates import Decision, FollowingGate, Gate, Reason
 from loopgate.gates.certified import CertifiedGate
 from loopgate.model import Configuration, System
@@ -261,7 +271,7 @@ class Gatekeeper:
         """Return whom the request of `robot` waits for: of every set, some robot has to move on."""
         one = self._vehicles[robot]
         reason = int(one["reason"])
-        if not one["pending"] or reason in _OUTSIDE or reason == NOTHING:
+        if not one["pending"] or reason in _OUTSIDE or reason in (NOTHING, SPACING):
             return []
         if reason in (CROSSING, OCCUPIED, SERVICE):
             return blockers(robot, self._tables)

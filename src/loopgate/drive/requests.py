@@ -21,6 +21,7 @@ from loopgate.drive.tables import (
     REASONS,
     RESERVE,
     SERVICE,
+    SPACING,
     Numbers,
     Tables,
 )
@@ -60,6 +61,10 @@ _GIVES_WAY_S: Final = 10.0
 _RED: Final = REASONS.index(Reason.RED)
 _TRAFFIC: Final = REASONS.index(Reason.TRAFFIC)
 _STOP: Final = REASONS.index(Reason.STOP)
+
+_PASSING: Final = (NOTHING, CROSSING, RESERVE, SPACING, _RED, _TRAFFIC, _STOP)
+"""What ends without a word is looked at again every step: vehicles drive on and leave a crossing, time goes
+by, and so does what lies outside of the system, such as lights."""
 
 
 @kernel
@@ -342,12 +347,12 @@ def _possible(i: int, t: Tables) -> bool:
     one, run = t.vehicles[i], t.run[0]
     if one.reason == OCCUPIED and room(_wanted(i, t), t) <= 0:
         return False
-    # Vehicles drive on without a word: who is in sight on a crossing is looked at again every step. So is
-    # what lies outside of the system, such as lights, and what time alone lifts.
-    if one.looked_at == run.version and one.reason not in (NOTHING, CROSSING, RESERVE, _RED, _TRAFFIC, _STOP):
+    if one.looked_at == run.version and one.reason not in _PASSING:
         return False
     one.looked_at = run.version
     why = _in_the_way(i, t)
+    if why == NOTHING and run.now_s - one.since_s < one.spare_s and t.states[_here(i, t)].queue == 1:
+        why = SPACING  # nobody waits behind it
     if why != NOTHING:
         refuse(i, why, 0, t)
         return False

@@ -23,6 +23,7 @@ __all__ = [
     "RELEASE",
     "RESERVE",
     "SERVICE",
+    "SPACING",
     "STEER",
     "STOP",
     "Codes",
@@ -64,6 +65,7 @@ CROSSING: Final = number_of(Reason.CROSSING)
 DEADLOCK: Final = number_of(Reason.DEADLOCK)
 RESERVE: Final = number_of(Reason.RESERVE)
 SERVICE: Final = number_of(Reason.SERVICE)
+SPACING: Final = number_of(Reason.SPACING)
 
 # What is to be done to a vehicle.
 STOP: Final = 0
@@ -112,6 +114,9 @@ class Vehicle:
         whether it ever was; whether it has been granted, but not been told.
     mover, named_s
         Whether it must move next, for one that is served, and since when on end [s].
+    spare_s
+        For how long its request may be passed over so that it falls back to the middle between its neighbours
+        on its loop [s].
     """
 
     name: int
@@ -160,6 +165,7 @@ class Vehicle:
     going: bool
     mover: bool
     named_s: float
+    spare_s: float
 
 
 class Road:

@@ -36,6 +36,8 @@ class Reason(StrEnum):
     SERVICE = "service"
     """Refused for now: the next state or the way is kept for the one that must move next, so that a vehicle
     that has waited for long goes on."""
+    SPACING = "spacing"
+    """Refused for some seconds: it is ahead of the middle between its neighbours on its loop."""
     NEGOTIATION = "negotiation"
     """Refused for now: another robot won the negotiation."""
     BUDGET = "budget"

@@ -59,12 +59,15 @@ class Edge:
         Where it begins and ends.
     lanes
         From right to left.
+    street
+        Name of the street, empty where the network has none.
     """
 
     id: str
     from_junction: str
     to_junction: str
     lanes: tuple[Lane, ...]
+    street: str = ""
 
     @property
     def length_m(self) -> float:

@@ -228,7 +228,7 @@ def _records(net: Any, name: str, file: Path, content: str) -> RoadNetwork:  # n
         if function == "":
             normal.append(raw)
             ends = raw.getFromNode().getID(), raw.getToNode().getID()
-            edges[raw.getID()] = Edge(raw.getID(), *ends, tuple(of_edge))
+            edges[raw.getID()] = Edge(raw.getID(), *ends, tuple(of_edge), raw.getName() or "")
     links = _links(net)
     connections = tuple(
         Connection(

@@ -14,6 +14,7 @@ from loopgate.plots.figures import (
 )
 from loopgate.plots.road_map import plot_edges
 from loopgate.plots.svg import figure_svg
+from loopgate.plots.watching import plot_seen_within, plot_unwatched
 
 __all__ = [
     "figure_svg",
@@ -23,5 +24,7 @@ __all__ = [
     "plot_fundamental",
     "plot_laps",
     "plot_mean",
+    "plot_seen_within",
     "plot_survival",
+    "plot_unwatched",
 ]

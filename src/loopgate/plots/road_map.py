@@ -16,7 +16,7 @@ from loopgate.plots.style import HEAT_MAP, RC, Look, looks_of
 from loopgate.results import columns as run
 from loopgate.results import row_columns as c
 
-__all__ = ["plot_edges"]
+__all__ = ["beside", "plot_edges", "points"]
 
 _WIDTH = 5.2
 _THIN, _THICK = 1.2, 5.0
@@ -61,7 +61,7 @@ def plot_edges(
     names = [name for name in look if name in known][:_MAPS]
     columns = min(len(names), 2) or 1
     rows = max(1, -(-len(names) // columns))
-    shapes = {str(text): _points(str(text)) for text in edges[run.SHAPE].unique()}
+    shapes = {str(text): points(str(text)) for text in edges[run.SHAPE].unique()}
     every = np.concatenate(list(shapes.values())) if shapes else np.zeros((1, 2))
     low, high = every.min(axis=0), every.max(axis=0)
     extent = float(max(*(high - low), 1.0))
@@ -101,7 +101,7 @@ def _draw(
 ) -> None:
     ordered = edges.sort_values(value, kind="stable", na_position="first")
     values = ordered[value].fillna(0.0).to_numpy(dtype=float)
-    lines = [_beside(shapes[str(text)], _SHIFT * extent) for text in ordered[run.SHAPE]]
+    lines = [beside(shapes[str(text)], _SHIFT * extent) for text in ordered[run.SHAPE]]
     share = np.asarray(scale(values), dtype=float)
     axes.add_collection(
         LineCollection(
@@ -113,11 +113,12 @@ def _draw(
     )
 
 
-def _points(text: str) -> np.ndarray:
+def points(text: str) -> np.ndarray:
+    """Return the points of a shape as tables keep it, ``x,y x,y ...`` [m]."""
     return np.array([[float(v) for v in pair.split(",")[:2]] for pair in text.split()], dtype=float)
 
 
-def _beside(line: np.ndarray, distance: float) -> np.ndarray:
+def beside(line: np.ndarray, distance: float) -> np.ndarray:
     """Return the line moved to its right, where the traffic of that direction drives."""
     along = np.gradient(line, axis=0) if len(line) > 1 else np.zeros_like(line)
     length = np.maximum(np.hypot(along[:, 0], along[:, 1]), 1e-9)[:, None]

@@ -104,7 +104,9 @@ EDGE_COLUMNS: Final = (
     EDGE_HOLD,
     SHAPE,
 )
-STREET_COLUMNS: Final = (
+BOUND: Final = "bound_s"  # time for which the street should not go unseen; infinity for none
+STREET: Final = "street"  # name of the street, empty where the network has none
+WATCH_COLUMNS: Final = (
     EDGE,
     VISITS,
     MEAN_REVISIT,
@@ -114,5 +116,8 @@ STREET_COLUMNS: Final = (
     WORST_IDLENESS,
     HEADWAY_CV,
     BUNCHED,
+    BOUND,
     WITHIN,
 )
+STREET_COLUMNS: Final = (EDGE, STREET, EDGE_LENGTH, *WATCH_COLUMNS[1:], SHAPE)
+"""``streets.parquet``: one row per edge that is open to the vehicles, also those on no loop."""

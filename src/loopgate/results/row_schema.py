@@ -49,6 +49,8 @@ _WHOLE = (
     c.REFUSALS,
     c.UNVISITED,
     c.LAPLESS,
+    c.NEVER_SEEN,
+    c.STREETS_OVER,
 )
 _NUMBER = (
     c.DURATION,
@@ -71,6 +73,12 @@ _NUMBER = (
     c.WORST_IDLENESS,
     c.COVERAGE_EDGES,
     c.COVERAGE_LANE_KM,
+    c.HEADWAY_CV,
+    c.BUNCHED,
+    c.WITHIN,
+    c.WITHIN_OF_SEEN,
+    c.IF_EVEN,
+    c.WORST_IF_EVEN,
     c.EDGE_KM,
     c.DECISION_MEDIAN,
     c.DECISION_P99,

@@ -9,6 +9,8 @@ from loopgate.results.row_columns import NOT_GATED
 
 __all__ = ["summary_rows"]
 
+_DISTRICTS = 10
+
 
 def summary_rows(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
     """Return the rows of the table: what, and how much with its unit."""
@@ -23,6 +25,7 @@ def summary_rows(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
         ("throughput", f"{summary['laps_per_h']:.1f} laps/h, {summary['km_per_h']:.1f} vehicle-km/h"),
         ("hold time", f"{summary['hold_s']:.0f} s in all, longest wait {summary['longest_wait_s']:.0f} s"),
         *_longest_wait(summary.get("longest_wait")),
+        *_spacing(summary),
         ("coverage", _coverage(summary)),
         ("idleness", _idleness(summary)),
         *_watch(summary.get("watch") or {}),
@@ -77,6 +80,13 @@ def _surroundings(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
     return rows
 
 
+def _spacing(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Return the row about even spacing, if something was done for it."""
+    done = {"hold": "those ahead held at gates", "advice": "all told how fast to drive"}
+    said = done.get(summary.get("spacing", "none"))
+    return [("spacing", said)] if said else []
+
+
 def _promised(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
     """Return the row about the gate's promise, if it gives one."""
     return [("gate's promise", f"to {summary['promise']}")] if summary.get("promise") else []
@@ -120,11 +130,19 @@ def _watch(watch: Mapping[str, Any]) -> list[tuple[str, str]]:
         text += f"{watch['bunched']:.0%} of them bunched"
     rows = [("streets", text)]
     if "bound_s" in watch and watch["within_of_seen"] is not None:
-        worst = ", ".join(f"{row['edge']} ({row['worst_idleness_s']:.0f} s)" for row in watch["rarest"][:3])
+        broken = [f"{_named(row)} {row['worst_idleness_s']:.0f} s" for row in watch["broken"][:3]]
         promise = f"kept for {watch['within_of_seen']:.1%} of the time of streets that were seen"
-        broken = f"; broken on {watch['streets_over']}, worst on {worst}" if watch["streets_over"] else ""
-        rows.append((f"seen every {watch['bound_s']:g} s", promise + broken))
+        worst = f"; broken on {watch['streets_over']}, worst: {', '.join(broken)}" if broken else ""
+        rows.append((f"seen every {watch['bound_s']:g} s", promise + worst))
+    for row in watch.get("districts", ())[:_DISTRICTS]:
+        never = f", {row['never_seen']} never seen" if row["never_seen"] else ""
+        text = f"{row['streets']} streets{never}; idleness mean {row['idleness_s']:.0f} s"
+        rows.append((f"in {row['district']}", f"{text}, worst {row['worst_idleness_s']:.0f} s"))
     return rows
+
+
+def _named(row: Mapping[str, Any]) -> str:
+    return f"{row['street']} ({row['edge']})" if row["street"] else str(row["edge"])
 
 
 def _audit(audit: str | list[str]) -> str:

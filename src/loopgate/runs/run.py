@@ -12,10 +12,10 @@ import pandas as pd
 import pyarrow as pa
 from matplotlib.figure import Figure
 
-from loopgate.analysis import compute_edge_means, compute_lap_distribution
+from loopgate.analysis import compute_edge_means, compute_lap_distribution, compute_seen_within
 from loopgate.analysis.rows import run_row
 from loopgate.errors import ResultsError
-from loopgate.plots import figure_svg, plot_edges, plot_laps
+from loopgate.plots import figure_svg, plot_edges, plot_laps, plot_seen_within, plot_unwatched
 from loopgate.reading import read_object, read_toml, refusing
 from loopgate.results import columns as run
 from loopgate.results import row_columns as c
@@ -40,6 +40,8 @@ class Run:
         `VEHICLE_COLUMNS`: what each vehicle did.
     edges
         `EDGE_COLUMNS`: how often each edge was visited, and how long vehicles were held there.
+    streets
+        `STREET_COLUMNS`: how well every street was watched, those on no loop included; None if not known.
     scenario
         What ``scenario.toml`` holds; empty where there is none.
     folder
@@ -51,11 +53,12 @@ class Run:
     vehicles: pd.DataFrame = field(repr=False)
     edges: pd.DataFrame = field(repr=False)
     scenario: Mapping[str, Any] = field(repr=False)
+    streets: pd.DataFrame | None = field(default=None, repr=False)
     folder: Path | None = None
 
     @property
     def figures(self) -> dict[str, Figure]:
-        """The figures that one run makes: lap times, where vehicles were held, which roads went unwatched.
+        """The figures that one run makes: laps, where vehicles were held, how roads were watched.
 
         Those for which there is nothing to show are left out.
         """
@@ -74,7 +77,20 @@ class Run:
         ):
             if means[column].notna().any():
                 found[name] = plot_edges(means, column, label=label)
+        if self.streets is not None and len(self.streets):
+            found["unwatched"] = plot_unwatched(self.streets)
+            found["seen"] = self._seen(self.streets)
         return found
+
+    def _seen(self, streets: pd.DataFrame) -> Figure:
+        begin_s = float(self.scenario.get("warmup_s", 0.0))
+        seen = compute_seen_within(
+            events=self.events,
+            streets=streets[run.EDGE],
+            begin_s=begin_s,
+            end_s=begin_s + float(self.summary["duration_s"]),
+        )
+        return plot_seen_within({"": seen}, bound_s=self.scenario.get("revisit_s") or None)
 
     def _repr_html_(self) -> str | None:
         try:
@@ -114,12 +130,13 @@ def read_run(folder: Path | str) -> Run:
         events = read_table(folder / "events.parquet", run.EVENT_COLUMNS[:5], made_by=made_by)
         if run.STAGE not in events:  # there were no stages once
             events[run.STAGE] = ""
-        scenario = folder / "scenario.toml"
+        scenario, streets = folder / "scenario.toml", folder / "streets.parquet"
         return Run(
             summary=summary,
             events=events,
             vehicles=read_table(folder / "vehicles.parquet", run.VEHICLE_COLUMNS, made_by=made_by),
             edges=read_table(folder / "edges.parquet", run.EDGE_COLUMNS, made_by=made_by),
             scenario=read_toml(scenario, "scenario", ResultsError) if scenario.is_file() else {},
+            streets=read_table(streets, run.STREET_COLUMNS, made_by=made_by) if streets.is_file() else None,
             folder=folder,
         )

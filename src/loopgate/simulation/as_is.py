@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from contextlib import ExitStack
 from dataclasses import replace
 from math import nan
@@ -27,6 +28,7 @@ __all__ = ["run_as_is"]
 
 _WATCH_EVERY_S = 10.0
 _TRIPS = "tripinfo.xml"
+_OF_LOOPS = ("spacing", "starts", "revisit_s", "weights", "districts")
 _GONE = (0.0, (nan, nan))
 
 
@@ -45,9 +47,14 @@ def run_as_is(scenario: Scenario, folder: Folder, tick: Tick, backend: str) -> d
     folder, tick, backend
         As for `loopgate.simulation.run.simulate`.
     """
-    if scenario.spacing != "none":
-        msg = f"{scenario.network}: spacing {scenario.spacing} is for vehicles on loops: give some"
-        raise ScenarioError(msg)
+    given = scenario.to_dict()
+    for key in _OF_LOOPS:
+        if given[key] != dataclasses.asdict(Scenario(network=scenario.network))[key]:
+            msg = (
+                f"{scenario.network}: {key} {given[key]} is for vehicles on loops, and those of the "
+                "configuration are on none; give loops (--routes, --loops), or leave it out"
+            )
+            raise ScenarioError(msg)
     began = perf_counter()
     said = sumo_options(scenario)
     with writing(folder / outcome.SCENARIO):

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from random import Random
 
 from loopgate.abstraction.itinerary import Abstraction
@@ -12,6 +13,8 @@ from loopgate.abstraction.segments import make_segments
 from loopgate.drive.track import Track
 from loopgate.errors import ScenarioError
 from loopgate.network import Loop, RoadNetwork, VehicleType, read_loops
+from loopgate.network.cover.watch import allot, even_starts_m, laps_s
+from loopgate.network.cover.wishes import read_districts, read_weights
 from loopgate.network.sumo_config import is_sumo_config
 from loopgate.network.vehicle_type import DEFAULT_TYPE
 from loopgate.simulation.placing import spread
@@ -25,6 +28,14 @@ from loopgate.simulation.tracks import make_track
 __all__ = ["Assembly", "assemble"]
 
 _MOST_LOOPS = 40
+
+
+@dataclass(frozen=True, slots=True)
+class Wishes:
+    """Streets to be seen so many times as often as others, and districts by name with their streets."""
+
+    weights: Mapping[str, float] = field(default_factory=dict)
+    districts: Mapping[str, Sequence[str]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,6 +56,8 @@ class Assembly:
         What the user should know of how it was put together.
     foresees
         Whether it can be told when a vehicle will be past a crossing; see `unforeseen`.
+    wishes
+        What the user wants of the watch.
     """
 
     network: RoadNetwork
@@ -54,6 +67,7 @@ class Assembly:
     abstraction: Abstraction | None
     warnings: tuple[str, ...] = ()
     foresees: bool = True
+    wishes: Wishes = Wishes()
 
 
 def assemble(scenario: Scenario) -> Assembly:
@@ -70,6 +84,8 @@ def assemble(scenario: Scenario) -> Assembly:
     """
     network = RoadNetwork.open(scenario.network)
     vehicles, warnings = _vehicles(scenario, network)
+    if scenario.starts == "even":
+        vehicles = _evenly_round(network, vehicles)
     peculiar = _peculiar(scenario, network, vehicles) if scenario.gated else ()
     loops = [vehicle.loop for vehicle in vehicles]
     abstraction = None
@@ -77,7 +93,8 @@ def assemble(scenario: Scenario) -> Assembly:
         abstraction = _abstraction(scenario, network, vehicles)
     if abstraction is None:
         kinds = [vehicle.type for vehicle in vehicles]
-        fronts = dict(enumerate(spread(loops, kinds, Random(scenario.seed))))
+        wishes = [vehicle.depart_m for vehicle in vehicles]
+        fronts = dict(enumerate(spread(loops, kinds, Random(scenario.seed), wishes)))
     else:
         fronts = dict(enumerate(abstraction.starts_m))
     lanes = _start_lanes(abstraction) if abstraction else [None] * len(vehicles)
@@ -94,7 +111,7 @@ def assemble(scenario: Scenario) -> Assembly:
             for start, itinerary, robot in zip(starts, abstraction.itineraries, robots, strict=True)
         )
     unique = tuple({loop.id: loop for loop in loops}.values())
-    if scenario.spacing == "advice":
+    if scenario.rule_for_spacing == "advice":
         starts = tuple(replace(start, type=advised_type(start.type)) for start in starts)
     return Assembly(
         network,
@@ -102,8 +119,23 @@ def assemble(scenario: Scenario) -> Assembly:
         starts,
         tracks,
         abstraction,
-        warnings=(*warnings, *peculiar),
+        warnings=(*warnings, *peculiar, *_alone(scenario, loops)),
         foresees=not peculiar,
+        wishes=_wishes(scenario, network, sorted({vehicle.type.vclass for vehicle in vehicles})),
+    )
+
+
+def _alone(scenario: Scenario, loops: Sequence[Loop]) -> tuple[str, ...]:
+    if not scenario.spacing.replace("none", "") or len({loop.id for loop in loops}) < len(loops):
+        return ()
+    return (f"spacing {scenario.spacing}: no loop has two vehicles, so there is nothing to space",)
+
+
+def _wishes(scenario: Scenario, network: RoadNetwork, classes: Sequence[str]) -> Wishes:
+    """Read what is wanted of the watch; an edge lies in a district if it is open to some vehicle."""
+    return Wishes(
+        read_weights(network, scenario.weights) if scenario.weights else {},
+        read_districts(network, scenario.districts, classes) if scenario.districts else {},
     )
 
 
@@ -139,7 +171,7 @@ def _vehicles(scenario: Scenario, network: RoadNetwork) -> tuple[list[_Vehicle],
             raise ScenarioError(msg)
         found = random_loops(scenario, network, count)
         warnings = (f"{found.shortfall}; going on with these",) if found.shortfall else ()
-        return _round_robin(found.loops, {}, DEFAULT_TYPE, scenario.vehicles), warnings
+        return _given_loops(scenario, network, found.loops, {}, DEFAULT_TYPE), warnings
     file = read_loops(network, scenario.routes or scenario.network)
     if file.vehicles and not scenario.vehicles:
         by_name = {loop.id: loop for loop in file.loops}
@@ -149,18 +181,32 @@ def _vehicles(scenario: Scenario, network: RoadNetwork) -> tuple[list[_Vehicle],
     for vehicle in file.vehicles:
         kinds.setdefault(vehicle.loop, vehicle.type)
     default = next(iter(file.types.values()), DEFAULT_TYPE)
-    return _round_robin(file.loops, kinds, default, scenario.vehicles), file.left_out_of_routes
+    return _given_loops(scenario, network, file.loops, kinds, default), file.left_out_of_routes
 
 
-def _round_robin(
-    loops: Sequence[Loop], kinds: Mapping[str, VehicleType], default: VehicleType, vehicles: int
+def _given_loops(
+    scenario: Scenario,
+    network: RoadNetwork,
+    loops: Sequence[Loop],
+    kinds: Mapping[str, VehicleType],
+    default: VehicleType,
 ) -> list[_Vehicle]:
-    numbers = range(vehicles or len(loops))
-    chosen = [loops[i % len(loops)] for i in numbers]
-    return [
-        _Vehicle(f"v{i + 1}", loop, kinds.get(loop.id, default))
-        for i, loop in zip(numbers, chosen, strict=True)
-    ]
+    """Give loops to the vehicles: in turn, or so many to each that its vehicles come as often as others'."""
+    number = scenario.vehicles or len(loops)
+    if scenario.starts == "even":
+        shares = zip(loops, allot(laps_s(network, loops), number), strict=True)
+        chosen = [loop for loop, share in shares for _ in range(share)]
+    else:
+        chosen = [loops[i % len(loops)] for i in range(number)]
+    return [_Vehicle(f"v{i + 1}", loop, kinds.get(loop.id, default)) for i, loop in enumerate(chosen)]
+
+
+def _evenly_round(network: RoadNetwork, vehicles: Sequence[_Vehicle]) -> list[_Vehicle]:
+    """Start the vehicles of each loop evenly round it, in time at the speeds allowed."""
+    numbers = Counter(vehicle.loop.id for vehicle in vehicles)
+    loops = {vehicle.loop.id: vehicle.loop for vehicle in vehicles}
+    starts = {name: iter(even_starts_m(network, loop, numbers[name])) for name, loop in loops.items()}
+    return [replace(vehicle, depart_m=next(starts[vehicle.loop.id])) for vehicle in vehicles]
 
 
 def _abstraction(scenario: Scenario, network: RoadNetwork, vehicles: Sequence[_Vehicle]) -> Abstraction:

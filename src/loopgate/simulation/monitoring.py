@@ -2,23 +2,51 @@
 
 from __future__ import annotations
 
+import json
 import math
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from statistics import fmean
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
-from loopgate.analysis.watching import compute_watch, watch_figures
+from loopgate.analysis.columns import INTERVAL
+from loopgate.analysis.monitoring import compute_revisit_intervals
+from loopgate.analysis.rows import LAP_GRID
+from loopgate.analysis.watching import compute_districts, compute_watch
 from loopgate.disk import writing
+from loopgate.network import Edge, Loop
+from loopgate.network.cover.design import both_ways
 from loopgate.network.coverage import Coverage
-from loopgate.results.columns import EDGE, IDLENESS, VISITS, WORST_IDLENESS, Event
+from loopgate.results.columns import (
+    BOUND,
+    BUNCHED,
+    EDGE,
+    EDGE_LENGTH,
+    HEADWAY_CV,
+    IDLENESS,
+    PLACE,
+    SHAPE,
+    STREET,
+    STREET_COLUMNS,
+    VISITS,
+    WEIGHTED_REVISIT,
+    WITHIN,
+    WORST_IDLENESS,
+    Event,
+)
 from loopgate.results.recorder import read_events
+from loopgate.results.row_columns import IF_EVEN, WORST_IF_EVEN
 from loopgate.simulation.assembly import Assembly
-from loopgate.simulation.outcome import EVENTS, Folder
+from loopgate.simulation.outcome import EVENTS, Folder, Tally
 from loopgate.simulation.scenario import Scenario
 
-__all__ = ["STREETS", "monitoring_figures", "write_streets"]
+__all__ = ["STREETS", "monitoring_figures", "shape_text", "watch_figures", "write_streets"]
 
 STREETS = "streets.parquet"
+_RANKED = 10
 
 
 def monitoring_figures(edges: pd.DataFrame | None, coverage: Coverage | None) -> dict[str, Any]:
@@ -49,21 +77,142 @@ def monitoring_figures(edges: pd.DataFrame | None, coverage: Coverage | None) ->
 
 
 def write_streets(
-    scenario: Scenario, assembly: Assembly, folder: Folder, *, begin_s: float, end_s: float
+    scenario: Scenario,
+    assembly: Assembly,
+    tallies: Sequence[Tally],
+    folder: Folder,
+    *,
+    begin_s: float,
+    end_s: float,
 ) -> dict[str, Any]:
     """Write ``streets.parquet`` from the events, and return what the summary says of it.
 
     Its streets are all edges open to some vehicle's class, those on no loop included.
     """
+    network, wishes = assembly.network, assembly.wishes
     classes = {start.type.vclass for start in assembly.starts}
+    edges = [edge for edge in network.edges.values() if any(edge.allows(name) for name in classes)]
     bound_s = scenario.revisit_s or math.inf
-    table = compute_watch(
-        events=read_events(folder / EVENTS, (Event.EDGE,)),
-        streets=[e.id for e in assembly.network.edges.values() if any(e.allows(name) for name in classes)],
-        begin_s=begin_s,
-        end_s=end_s,
-        bound_s=bound_s,
-    )
+    bounds = {edge.id: bound_s / wishes.weights.get(edge.id, 1.0) for edge in edges}
+    events = read_events(folder / EVENTS, (Event.EDGE,))
+    period = {"begin_s": begin_s, "end_s": end_s}
+    watch = compute_watch(events=events, streets=list(bounds), bound_s=bounds, **period)
+    records = [network.edge(str(name)) for name in watch[EDGE]]
+    table = watch.copy()
+    table[STREET] = [edge.street for edge in records]
+    table[EDGE_LENGTH] = [edge.length_m for edge in records]
+    table[SHAPE] = [shape_text(edge) for edge in records]
+    table = table[list(STREET_COLUMNS)]
     with writing(folder / STREETS):
         table.to_parquet(folder / STREETS, index=False)
-    return watch_figures(table, bound_s=bound_s)
+    figures = watch_figures(table, bound_s=bound_s) | _if_even(assembly.loops, tallies, end_s - begin_s)
+    intervals = compute_revisit_intervals(events=events, **period)[INTERVAL]
+    if len(intervals):
+        figures["interval_quantiles_s"] = np.quantile(intervals, LAP_GRID).round(1).tolist()
+    streets = both_ways(network, list(bounds))
+    figures["either_way"] = _either_way(events, streets, bounds, **period)
+    if wishes.districts:
+        districts = compute_districts(watch=watch, districts=wishes.districts).round(4)
+        figures["districts"] = json.loads(districts.to_json(orient="records"))
+    return figures
+
+
+def shape_text(edge: Edge) -> str:
+    """Return the shape of an edge's rightmost lane, as tables keep it."""
+    return " ".join(f"{x:.1f},{y:.1f}" for x, y in edge.lanes[0].shape)
+
+
+def _either_way(
+    events: pd.DataFrame,
+    streets: Sequence[Sequence[str]],
+    bounds: Mapping[str, float],
+    *,
+    begin_s: float,
+    end_s: float,
+) -> dict[str, Any]:
+    """Return figures of streets that count as seen from whichever side they are entered."""
+    named = {edge: street[0] for street in streets for edge in street}
+    either = events.assign(**{PLACE: events[PLACE].map(lambda edge: named.get(edge, edge))})
+    table = compute_watch(
+        events=either,
+        streets=[street[0] for street in streets],
+        begin_s=begin_s,
+        end_s=end_s,
+        bound_s={street[0]: min(bounds[edge] for edge in street) for street in streets},
+    )
+    seen = table[table[VISITS] > 0]
+    figures = {
+        "streets": len(table),
+        "never_seen": len(table) - len(seen),
+        "idleness_s": rounded(table[IDLENESS].mean()),
+        "idleness_of_seen_s": rounded(seen[IDLENESS].mean()),
+        "worst_idleness_of_seen_s": rounded(seen[WORST_IDLENESS].max()),
+    }
+    return figures | ({"within": rounded(table[WITHIN].mean())} if np.isfinite(table[BOUND]).all() else {})
+
+
+def watch_figures(table: pd.DataFrame, *, bound_s: float) -> dict[str, Any]:
+    """Return what a summary says of the streets in ``streets.parquet``; all streets count alike."""
+    seen = table[table[VISITS] > 0]
+    figures: dict[str, Any] = {
+        "streets": len(table),
+        "never_seen": len(table) - len(seen),
+        "idleness_s": rounded(table[IDLENESS].mean()),
+        "idleness_of_seen_s": rounded(seen[IDLENESS].mean()),
+        "worst_idleness_of_seen_s": rounded(seen[WORST_IDLENESS].max()),
+        "weighted_revisit_s": rounded(seen[WEIGHTED_REVISIT].mean()),
+        "headway_cv": rounded(seen[HEADWAY_CV].mean()),
+        "bunched": rounded(seen[BUNCHED].mean()),
+        "rarest": _ranked(seen),
+    }
+    if np.isfinite(bound_s):
+        broken = seen[seen[WITHIN] < 1.0]
+        order = (broken[WORST_IDLENESS] / broken[BOUND]).sort_values(ascending=False, kind="stable").index
+        figures |= {
+            "bound_s": bound_s,
+            "within": rounded(table[WITHIN].mean()),
+            "within_of_seen": rounded(seen[WITHIN].mean()),
+            "streets_over": len(broken),
+            "broken": _ranked(broken.loc[order]),
+        }
+    return figures
+
+
+def _ranked(streets: pd.DataFrame) -> list[dict[str, Any]]:
+    columns = [EDGE, STREET, VISITS, IDLENESS, WORST_IDLENESS, BOUND, WITHIN]
+    return [
+        {
+            "edge": edge,
+            "street": street,
+            "visits": int(visits),
+            "idleness_s": rounded(mean),
+            "worst_idleness_s": rounded(worst),
+            **({"bound_s": rounded(bound), "within": rounded(within)} if math.isfinite(bound) else {}),
+        }
+        for edge, street, visits, mean, worst, bound, within in streets[columns]
+        .head(_RANKED)
+        .itertuples(index=False)
+    ]
+
+
+def rounded(value: float) -> float | None:
+    """Return a figure as summaries have it; None for one that is not known."""
+    return None if math.isnan(value) else round(float(value), 4)
+
+
+def _if_even(loops: Sequence[Loop], tallies: Sequence[Tally], duration_s: float) -> dict[str, float | None]:
+    """Return what idleness would be if the vehicles of each loop, as fast as they were, came evenly.
+
+    A street that loops visit at rates v / lap waits for the inverse of their sum, half of it on average.
+    """
+    driven = defaultdict[str, float](float)
+    for tally in tallies:
+        driven[tally.loop] += tally.distance_m
+    visits = defaultdict[str, float](float)
+    for loop in loops:
+        for edge in loop.edges:
+            visits[edge] += driven[loop.id] / loop.length_m
+    if not visits or min(visits.values()) <= 0.0:
+        return {IF_EVEN: None, WORST_IF_EVEN: None}
+    intervals = [duration_s / number for number in visits.values()]
+    return {IF_EVEN: round(fmean(intervals) / 2.0, 3), WORST_IF_EVEN: round(max(intervals), 3)}

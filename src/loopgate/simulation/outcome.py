@@ -222,6 +222,8 @@ def summary(
         "negotiation": scenario.rule_for_negotiation if keeper else "",
         **_promise(keeper),
         "lights": scenario.rule_for_lights,
+        "spacing": scenario.rule_for_spacing,
+        "starts": scenario.starts,
         "seed": scenario.seed,
         "vehicles": len(tallies),
         "loops": loops,

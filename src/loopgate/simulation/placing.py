@@ -14,7 +14,12 @@ __all__ = ["spread"]
 _TRY_EVERY_M = 2.5
 
 
-def spread(loops: Sequence[Loop], types: Sequence[VehicleType], rng: Random) -> list[float]:
+def spread(
+    loops: Sequence[Loop],
+    types: Sequence[VehicleType],
+    rng: Random,
+    wishes_m: Sequence[float | None] | None = None,
+) -> list[float]:
     """Place vehicles on their loops so that each stands on one lane and none overlap.
 
     Parameters
@@ -23,6 +28,8 @@ def spread(loops: Sequence[Loop], types: Sequence[VehicleType], rng: Random) -> 
         One per vehicle; a loop may come several times.
     rng
         Draws where on its loop each vehicle would like to stand; it takes the next free place from there.
+    wishes_m
+        Where it would, if it is said, by vehicle [m].
 
     Returns
     -------
@@ -37,7 +44,9 @@ def spread(loops: Sequence[Loop], types: Sequence[VehicleType], rng: Random) -> 
     taken: defaultdict[str, list[tuple[float, float]]] = defaultdict(list)
     fronts: list[float] = []
     for number, (loop, kind) in enumerate(zip(loops, types, strict=True)):
-        wish = rng.uniform(0.0, loop.length_m)
+        drawn = rng.uniform(0.0, loop.length_m)
+        said = wishes_m[number] if wishes_m else None
+        wish = drawn if said is None else said
         front = _next_free(loop, kind, wish, taken)
         if front is None:
             msg = (

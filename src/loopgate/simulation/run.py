@@ -18,7 +18,7 @@ from loopgate.simulation.as_is import run_as_is
 from loopgate.simulation.assembly import Assembly, assemble
 from loopgate.simulation.checking import audit_run
 from loopgate.simulation.loop_run import Course, Tick, drive
-from loopgate.simulation.monitoring import monitoring_figures, write_streets
+from loopgate.simulation.monitoring import monitoring_figures, shape_text, write_streets
 from loopgate.simulation.outcome import Folder, Tally
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.session import open_session
@@ -159,14 +159,14 @@ def _summary(
     duration = max(0.0, course.end_s - course.begin_s)
     folder.write_vehicles(tallies, duration)
     shapes = {
-        edge: (edge, assembly.network.edge(edge).length_m, _shape(assembly, edge))
+        edge: (edge, assembly.network.edge(edge).length_m, shape_text(assembly.network.edge(edge)))
         for loop in assembly.loops
         for edge in loop.edges
     }
     edges, watch = None, dict[str, Any]()
     if duration > 0:
         edges = folder.write_edges(list(shapes.values()), begin_s=course.begin_s, end_s=course.end_s)
-        watch = write_streets(scenario, assembly, folder, begin_s=course.begin_s, end_s=course.end_s)
+        watch = write_streets(scenario, assembly, tallies, folder, begin_s=course.begin_s, end_s=course.end_s)
     waits: dict[str, Any] = {}
     findings: list[str] = []
     audited: dict[str, Any] = {}
@@ -185,8 +185,3 @@ def _summary(
     )
     figures |= waits | audited | monitoring_figures(edges, measure_coverage(assembly.network, assembly.loops))
     return figures | {"watch": watch}
-
-
-def _shape(assembly: Assembly, edge: str) -> str:
-    lane = assembly.network.edge(edge).lanes[0]
-    return " ".join(f"{x:.1f},{y:.1f}" for x, y in lane.shape)

@@ -23,7 +23,8 @@ __all__ = ["Scenario", "read_scenario"]
 
 ABSTRACTIONS = ("segments", "queues")
 LIGHTS = ("off", "keep", "obey")
-SPACINGS = ("none", "advice")
+SPACINGS = ("none", "hold", "advice")
+STARTS = ("random", "even")
 ON_DEADLOCK = ("stop", "continue", "teleport")
 LONGEST_GATED_STEP_S = 1.0
 """SUMO's drivers keep apart by tau, a second, and only if they look as often."""
@@ -79,10 +80,18 @@ class Scenario:
     lights
         ``off``, ``keep`` or ``obey``; empty for ``off`` under a gate and ``keep`` under ``open``.
     spacing
-        ``advice`` tells vehicles how fast to drive, so that those on a loop are evenly spaced; ``none`` does
-        nothing.
+        So that vehicles on a loop are evenly spaced ``hold`` lets those ahead wait some seconds at gates, and
+        ``advice`` tells all how fast to drive; ``none`` does nothing. Empty for ``hold`` where a gate rules
+        and `revisit_s` says that streets are watched, else ``none``.
+    starts
+        ``even`` gives vehicles to loops in proportion to the time of a lap, and starts them evenly round it;
+        ``random`` gives each loop as many, and draws where they start, unless the route file says it.
     revisit_s
         Time for which no street should go unseen [s], to be told where it did; 0 for none.
+    weights
+        File of streets to be seen so many times as often, lines ``EDGE WEIGHT``; empty for all alike.
+    districts
+        File of polygons, of each of which it is said how well it was watched; empty for none.
     duration_s, warmup_s
         Simulated time that is measured, and before it begins [s].
     seed
@@ -127,8 +136,11 @@ class Scenario:
     negotiation: Annotated[str, text()] = ""
     serve_after_s: Annotated[float, real(0.0, _LONG_S)] = SERVE_AFTER_S
     lights: Annotated[str, choice(("", *LIGHTS))] = ""
-    spacing: Annotated[str, choice(SPACINGS)] = "none"
+    spacing: Annotated[str, choice(("", *SPACINGS))] = ""
+    starts: Annotated[str, choice(STARTS)] = "random"
     revisit_s: Annotated[float, real(0.0, _LONG_S)] = 0.0
+    weights: Annotated[str, text()] = ""
+    districts: Annotated[str, text()] = ""
     duration_s: Annotated[float, real(1.0, _LONG_S)] = 3600.0
     warmup_s: Annotated[float, real(0.0, _LONG_S)] = 0.0
     seed: Annotated[int, whole(0, _LARGEST_SEED)] = 1
@@ -156,6 +168,12 @@ class Scenario:
                 "nothing says where ordinary vehicles are in the way"
             )
             raise ScenarioError(msg)
+        if self.weights and not self.revisit_s:
+            msg = "weights: which streets are to be seen more often than every revisit_s; give that too"
+            raise ScenarioError(msg)
+        if self.spacing == "hold" and not self.gated:
+            msg = "spacing: hold works under a gate only, where vehicles can be held; take advice, or a gate"
+            raise ScenarioError(msg)
         if self.gated and self.step_s > LONGEST_GATED_STEP_S:
             msg = (
                 f"step_s is {self.step_s}; expected at most {LONGEST_GATED_STEP_S:g} under a gate, or "
@@ -179,6 +197,11 @@ class Scenario:
     def rule_for_lights(self) -> str:
         """What happens to traffic lights: ``off``, ``keep`` or ``obey``."""
         return self.lights or ("off" if self.gated else "keep")
+
+    @property
+    def rule_for_spacing(self) -> str:
+        """What is done so that vehicles on a loop are evenly spaced: ``none``, ``hold`` or ``advice``."""
+        return self.spacing or ("hold" if self.gated and self.revisit_s else "none")
 
     @property
     def rule_for_negotiation(self) -> str:
@@ -288,7 +311,7 @@ def read_scenario(file: Path | str) -> Scenario:
     """
     path = Path(file)
     data = read_toml(path, "scenario", ScenarioError)
-    for key in ("network", "routes", "traffic"):
+    for key in ("network", "routes", "traffic", "weights", "districts"):
         name = data.get(key)
         if isinstance(name, str) and name and not name.startswith("sumo:"):
             data[key] = str(path.parent / name)

@@ -25,7 +25,7 @@ from loopgate.simulation.outcome import Folder
 from loopgate.simulation.positions import make_layout, record_positions
 from loopgate.simulation.room import Room
 from loopgate.simulation.scenario import Scenario
-from loopgate.simulation.spacing import SpeedAdvice
+from loopgate.simulation.spacing import Holding, Leads, SpeedAdvice
 from loopgate.simulation.sumo_input import write_sumo_input
 from loopgate.simulation.sumo_options import SumoOptions, sumo_options
 from loopgate.simulation.sumo_start import output_options, plain_options, start_traffic
@@ -112,9 +112,8 @@ def open_session(
         stack.callback(recorder.close)
         engine = Engine(traffic, assembly.tracks, keeper, recorder, foresees=assembly.foresees)
         around = _surroundings(scenario, assembly, traffic, engine, keeper) if keeper else None
-        advice = SpeedAdvice(assembly.network, assembly.starts, traffic, engine)
-        advised = [advice.look] if scenario.spacing == "advice" else []
-        looks = (*(around.each_step if around else ()), *advised, *room)
+        spacing = _spacing(scenario, assembly, traffic, engine)
+        looks = (*(around.each_step if around else ()), *spacing, *room)
         yield Session(traffic, engine, recorder, keeper, around, looks, said.notes)
 
 
@@ -130,6 +129,17 @@ def _surroundings(
     itineraries = assembly.abstraction.itineraries if assembly.abstraction else ()
     around.plan(itineraries, assembly.tracks, room)
     return around
+
+
+def _spacing(
+    scenario: Scenario, assembly: Assembly, traffic: Traffic, engine: Engine
+) -> list[Callable[[], None]]:
+    if scenario.rule_for_spacing == "none":
+        return []
+    leads = Leads(assembly.network, assembly.starts)
+    if scenario.rule_for_spacing == "hold":
+        return [Holding(leads, engine).look]
+    return [SpeedAdvice(leads, traffic, engine).look]
 
 
 def _input_options(scenario: Scenario, assembly: Assembly, folder: Folder, said: SumoOptions) -> list[str]:

@@ -1,25 +1,26 @@
-"""Even spacing of the vehicles on each loop: advice on speeds, for fleets driven by machine.
+"""Even spacing of the vehicles on each loop: by holding them at gates, or by advice on their speeds.
 
-Without it vehicles bunch behind slow ones, and streets wait long for a bunch. Each vehicle is told to drive
-slower while it is ahead of the middle between its neighbours, and faster while it is behind; so spacing
-evens out without a timetable (Bartholdi and Eisenstein, "A self-coordinating bus route to resist bus
-bunching", Transp. Res. B 46, 2012). It only steers speeds: who may move is decided as ever.
+Without it vehicles bunch behind slow ones, and streets wait long for a bunch. Each vehicle is delayed while
+it is ahead of the middle between its neighbours on its loop; so spacing evens out without a timetable
+(Bartholdi and Eisenstein, "A self-coordinating bus route to resist bus bunching", Transp. Res. B 46, 2012).
+Who may move is decided as ever.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
-import numpy.typing as npt
 
 from loopgate.drive.engine import Engine
+from loopgate.drive.tables import Floats, Numbers
 from loopgate.network import Loop, RoadNetwork, VehicleType
 from loopgate.simulation.sumo_input import Start
 from loopgate.traffic.base import Traffic
 
-__all__ = ["SpeedAdvice", "advised_type", "lead"]
+__all__ = ["Holding", "Leads", "SpeedAdvice", "advised_type", "lead"]
 
 _EVERY_S = 5.0
 _SLOWEST, _FASTEST = 0.8, 1.1
@@ -27,78 +28,129 @@ _SLOWEST, _FASTEST = 0.8, 1.1
 
 _LEAST_CHANGE = 0.005
 
+_LONGEST_HOLD_S = 6.0
+_EAGERNESS = 8.0
+"""An eighth of the even spacing ahead is enough for the longest hold; gentler holding evens out little."""
+
 
 def advised_type(kind: VehicleType) -> VehicleType:
     """Return the type of vehicles that drive as fast as they are told, up to the fastest advice."""
     return replace(kind, attributes={**kind.attributes, "speedFactor": f"{_FASTEST}", "speedDev": "0"})
 
 
-def lead(times_s: npt.NDArray[np.float64], lap_s: float) -> npt.NDArray[np.float64]:
-    """Return how far each vehicle of a loop is ahead of the middle between its neighbours.
+def lead(times_s: Floats, laps_s: Floats, loops: Numbers) -> Floats:
+    """Return how far each vehicle is ahead of the middle between its neighbours on its loop.
 
     Parameters
     ----------
     times_s
-        Where each is, as time from the loop's beginning at the speeds allowed [s].
-    lap_s
-        Of a lap [s].
+        Where each is, as time from its loop's beginning at the speeds allowed [s].
+    laps_s, loops
+        Time of a lap [s] and number of the loop, of each vehicle.
 
     Returns
     -------
     ndarray
         In units of even spacing: 0 in the middle, 1 where the one ahead is two spacings nearer than the one
-        behind. All 0 for one vehicle alone.
+        behind. 0 for one vehicle alone. O(n log n).
     """
     count = len(times_s)
-    if count == 1:
-        return np.zeros(1)
-    order = np.argsort(times_s % lap_s, kind="stable")
-    places = (times_s % lap_s)[order]
-    ahead = np.diff(places, append=places[0] + lap_s)
+    if not count:
+        return np.zeros(0)
+    order = np.lexsort((times_s % laps_s, loops))
+    places, laps, grouped = (times_s % laps_s)[order], laps_s[order], loops[order]
+    begins = np.flatnonzero(np.r_[True, grouped[1:] != grouped[:-1]])
+    sizes = np.diff(np.r_[begins, count])
+    next_one = np.arange(1, count + 1)
+    next_one[begins + sizes - 1] = begins
+    ahead = places[next_one] - places
+    ahead[begins + sizes - 1] += laps[begins]
+    behind = np.empty(count)
+    behind[next_one] = ahead
     found = np.empty(count)
-    found[order] = (np.roll(ahead, 1) - ahead) / (2.0 * lap_s / count)
+    found[order] = (behind - ahead) / (2.0 * laps / np.repeat(sizes, sizes))
     return found
 
 
-class SpeedAdvice:
-    """Tells vehicles how fast to drive, every few seconds.
+class Leads:
+    """Who is ahead of the middle between its neighbours, and by how much, as `lead` has it.
 
     Parameters
     ----------
     network, starts
         The roads, and the vehicles with their loops; in the engine's order.
-    traffic, engine
-        The running simulation.
     """
 
-    def __init__(
-        self, network: RoadNetwork, starts: Sequence[Start], traffic: Traffic, engine: Engine
-    ) -> None:
-        self._traffic, self._engine = traffic, engine
+    def __init__(self, network: RoadNetwork, starts: Sequence[Start]) -> None:
+        loops = list({start.loop.id: start.loop for start in starts}.values())
+        number = {loop.id: k for k, loop in enumerate(loops)}
+        self._loops = np.array([number[start.loop.id] for start in starts], dtype=np.int64)
+        ends = [_times(network, loop) for loop in loops]
+        lengths, laps = (np.array([float(end[of][-1]) for end in ends]) for of in (0, 1))
+        begins_m = np.r_[0.0, np.cumsum(lengths)]
+        begins_s = np.r_[0.0, np.cumsum(laps)]
+        # All loops one behind the other: one look-up for all vehicles.
+        self._ends_m = np.concatenate(
+            [end[0] + at for end, (at, _) in zip(ends, pairwise(begins_m), strict=True)]
+        )
+        self._ends_s = np.concatenate(
+            [end[1] + at for end, (at, _) in zip(ends, pairwise(begins_s), strict=True)]
+        )
+        self._begins_m, self._begins_s = begins_m[self._loops], begins_s[self._loops]
+        self._lengths_m, self._laps_s = lengths[self._loops], laps[self._loops]
+
+    def __call__(self, fronts_m: Floats) -> Floats:
+        """Return the leads of all vehicles, by their fronts [m]."""
+        at_m = self._begins_m + fronts_m % self._lengths_m
+        times = np.interp(at_m, self._ends_m, self._ends_s) - self._begins_s
+        return lead(times, self._laps_s, self._loops)
+
+
+class Holding:
+    """Says for how long the drive may pass over the request of each vehicle that is ahead; after each step.
+
+    Parameters
+    ----------
+    leads, engine
+        Of the same vehicles.
+    """
+
+    def __init__(self, leads: Leads, engine: Engine) -> None:
+        self._leads, self._vehicles = leads, engine.vehicles
+
+    def look(self) -> None:
+        """Bring up to date what each may be held for."""
+        early = self._leads(self._vehicles["front"])
+        self._vehicles["spare_s"] = _LONGEST_HOLD_S * np.clip(_EAGERNESS * early, 0.0, 1.0)
+
+
+class SpeedAdvice:
+    """Tells vehicles how fast to drive, every few seconds; for fleets driven by machine.
+
+    Parameters
+    ----------
+    leads, traffic, engine
+        Of the same vehicles.
+    """
+
+    def __init__(self, leads: Leads, traffic: Traffic, engine: Engine) -> None:
+        self._leads, self._traffic, self._engine = leads, traffic, engine
         self._next_s = 0.0
-        self._told = np.full(len(starts), _FASTEST)
-        members: dict[str, list[int]] = {}
-        for number, start in enumerate(starts):
-            members.setdefault(start.loop.id, []).append(number)
-        self._loops = [_times(network, starts[robots[0]].loop) for robots in members.values()]
-        self._members = list(members.values())
+        self._told = np.full(len(engine.drivers), _FASTEST)
 
     def look(self) -> None:
         """Give advice if it is time; called after each step."""
         if self._traffic.now_s < self._next_s:
             return
         self._next_s = self._traffic.now_s + _EVERY_S
-        drivers = self._engine.drivers
-        for robots, (ends_m, ends_s) in zip(self._members, self._loops, strict=True):
-            fronts = np.array([drivers[robot].front_m for robot in robots])
-            early = lead(np.interp(fronts % ends_m[-1], ends_m, ends_s), float(ends_s[-1]))
-            for robot, factor in zip(robots, np.clip(1.0 - early / 2.0, _SLOWEST, _FASTEST), strict=True):
-                if abs(factor - self._told[robot]) > _LEAST_CHANGE:
-                    self._told[robot] = factor
-                    self._traffic.advise(drivers[robot].id, float(factor))
+        early = self._leads(self._engine.vehicles["front"])
+        factors = np.clip(1.0 - early / 2.0, _SLOWEST, _FASTEST)
+        for robot in np.flatnonzero(np.abs(factors - self._told) > _LEAST_CHANGE).tolist():
+            self._told[robot] = factors[robot]
+            self._traffic.advise(self._engine.drivers[robot].id, float(factors[robot]))
 
 
-def _times(network: RoadNetwork, loop: Loop) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+def _times(network: RoadNetwork, loop: Loop) -> tuple[Floats, Floats]:
     """Return arc lengths at the ends of a loop's lanes [m], and the times there at the speeds allowed [s]."""
     took = [span.length_m / network.lanes[span.lane_id].speed_mps for span in loop.spans]
     ends = [0.0, *(span.end_m for span in loop.spans)]

@@ -44,7 +44,7 @@ from loopgate.sweep.files import NamedFile, file_identity
 
 __all__ = ["FILE_KEYS", "Point", "Sweep", "read_sweep", "with_files"]
 
-FILE_KEYS = ("network", "routes", "traffic")
+FILE_KEYS = ("network", "routes", "traffic", "weights", "districts")
 """Scenario keys whose value may be a file; these files travel with the run."""
 
 _NAMERS: Mapping[str, Callable[[object], str]] = {"gate": name_gate, "negotiation": name_negotiation}

@@ -1,5 +1,6 @@
 """Scenarios: from files, from mappings, and what is wrong with them."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -21,10 +22,23 @@ def test_units_may_be_left_out() -> None:
     assert (scenario.duration_s, scenario.loop_length_m) == (60.0, (400.0, 900.0))
 
 
+def test_a_watch_is_held_evenly_spaced_unless_said_otherwise() -> None:
+    """Where a gate can hold vehicles, and somebody wants streets to be seen."""
+    watch = Scenario(network="n", revisit_s=600.0)
+    assert watch.rule_for_spacing == "hold"
+    assert replace(watch, gate="open").rule_for_spacing == "none"
+    assert replace(watch, spacing="none").rule_for_spacing == "none"
+    assert Scenario(network="n").rule_for_spacing == "none"
+
+
 def test_paths_are_relative_to_the_file(tmp_path: Path) -> None:
     """A scenario can be moved together with its network."""
-    (tmp_path / "s.toml").write_text('network = "a.net.xml"\nroutes = "b.rou.xml"\ntraffic = "c.rou.xml"\n')
+    (tmp_path / "s.toml").write_text(
+        'network = "a.net.xml"\nroutes = "b.rou.xml"\ntraffic = "c.rou.xml"\n'
+        'revisit = 60\nweights = "w"\ndistricts = "d.xml"'
+    )
     scenario = read_scenario(tmp_path / "s.toml")
+    assert (scenario.weights, scenario.districts) == (str(tmp_path / "w"), str(tmp_path / "d.xml"))
     assert scenario.traffic == str(tmp_path / "c.rou.xml")
     assert (scenario.network, scenario.routes) == (str(tmp_path / "a.net.xml"), str(tmp_path / "b.rou.xml"))
 
@@ -47,6 +61,9 @@ def test_paths_are_relative_to_the_file(tmp_path: Path) -> None:
             "abstraction is 'cells'; expected one of segments, queues",
         ),
         ({"network": "n", "traffic": "t", "abstraction": "segments"}, "on abstraction queues only"),
+        ({"network": "n", "gate": "open", "spacing": "hold"}, "hold works under a gate only"),
+        ({"network": "n", "weights": "w"}, "give that too"),
+        ({"network": "n", "starts": "here"}, "starts is 'here'; expected one of random, even"),
         ({"network": "n", "gate": "collision", "on_deadlock": "teleport"}, "with gate open only"),
     ],
 )

@@ -20,7 +20,7 @@ from loopgate.network.lanes import LEAST_CHANGE_M
 from loopgate.network.records import Edge
 from loopgate.network.road import RoadNetwork
 
-__all__ = ["Design", "Task", "make_design", "walks_of"]
+__all__ = ["Design", "Task", "both_ways", "make_design", "walks_of"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -168,9 +168,8 @@ def make_design(network: RoadNetwork, task: Task, *, without: dict[str, Reason] 
         required = [edge for edge in required if edge not in too_long]
     if not required:
         raise _nothing(network, task, left_out)
-    choices = [
-        [node for edge in streets for node in nodes[edge]] for streets in _streets(network, task, required)
-    ]
+    streets = both_ways(network, required) if task.either_way else [[edge] for edge in required]
+    choices = [[node for edge in street for node in nodes[edge]] for street in streets]
     found = circulate(graph, cost, choices)
     ways = shortest_ways(graph, cost, found.nodes)
     return Design(
@@ -228,13 +227,11 @@ def _too_long(
     return {edge for edge in required if min(closed[node] for node in nodes[edge]) > most}
 
 
-def _streets(network: RoadNetwork, task: Task, required: Sequence[str]) -> list[list[str]]:
-    """Return the edges of which one has to be covered each."""
-    if not task.either_way:
-        return [[edge] for edge in required]
+def both_ways(network: RoadNetwork, edges: Sequence[str]) -> list[list[str]]:
+    """Return the edges by street: alone, or both directions together."""
     waiting: dict[tuple[str, str], list[str]] = {}
     streets: list[list[str]] = []
-    for edge in required:
+    for edge in edges:
         ends = network.edges[edge].from_junction, network.edges[edge].to_junction
         other = _opposite(network.edges[edge], waiting.get((ends[1], ends[0]), ()), network)
         if other is None:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 from pathlib import Path
-from xml.etree import ElementTree as ET
 
 import shapely
 
@@ -13,7 +13,7 @@ from loopgate.network.road import RoadNetwork
 from loopgate.network.xml_file import read_xml
 from loopgate.reading import is_file, refusing, shown
 
-__all__ = ["read_weights", "streets_to_cover"]
+__all__ = ["read_districts", "read_weights", "streets_to_cover"]
 
 _LEAST_CORNERS = 3
 _HEAVIEST = 1000.0
@@ -44,16 +44,11 @@ def streets_to_cover(network: RoadNetwork, wish: str, vclass: str) -> tuple[str,
         if "," not in wish:
             msg = f"{wish}: no such file; --cover takes all, a file, or the corners of a polygon: x,y x,y x,y"
             raise RouteError(msg)
-        return _inside(network, vclass, [_polygon(wish, f"--cover {shown(wish)}")], "the polygon")
+        return _inside(network, (vclass,), [_polygon(wish, f"--cover {shown(wish)}")], "the polygon")
     with refusing(wish, "list of streets", RouteError, wrong="not a list of edges"):
         text = Path(wish).read_text(encoding="utf-8")
     if text.lstrip().startswith("<"):
-        top: ET.Element = read_xml(Path(wish), root="additional", what="file of polygons", error=RouteError)
-        areas = [_polygon(e.get("shape", ""), f"{wish}: poly {e.get('id', '')}") for e in top.iter("poly")]
-        if not areas:
-            msg = f'{wish}: no polygon in it; expected <poly shape="x,y x,y x,y"/>'
-            raise RouteError(msg)
-        return _inside(network, vclass, areas, wish)
+        return _inside(network, (vclass,), [area for _, area in _polygons(wish)], wish)
     edges = [
         _edge(network, name, wish) for name in text.split() if not name.startswith(("junction:", "lane:"))
     ]
@@ -82,16 +77,41 @@ def _polygon(corners: str, what: str) -> shapely.Polygon:
     return shapely.Polygon(points).buffer(0)
 
 
-def _inside(network: RoadNetwork, vclass: str, areas: list[shapely.Polygon], what: str) -> tuple[str, ...]:
+def _polygons(file: str) -> list[tuple[str, shapely.Polygon]]:
+    top = read_xml(Path(file), root="additional", what="file of polygons", error=RouteError)
+    found = []
+    for number, poly in enumerate(top.iter("poly"), 1):
+        name = poly.get("id") or f"polygon {number}"
+        found.append((name, _polygon(poly.get("shape", ""), f"{file}: poly {name}")))
+    if not found:
+        msg = f'{file}: no polygon in it; expected <poly id="..." shape="x,y x,y x,y"/>'
+        raise RouteError(msg)
+    return found
+
+
+def read_districts(network: RoadNetwork, file: str, classes: Collection[str]) -> dict[str, tuple[str, ...]]:
+    """Return the edges open to a class of some whose middle lies in each polygon of an XML file, by its id.
+
+    Raises
+    ------
+    RouteError
+        If there is no polygon in it, one is none, or has no edge inside; the text names it.
+    """
+    return {name: _inside(network, classes, [area], f"{file}: poly {name}") for name, area in _polygons(file)}
+
+
+def _inside(
+    network: RoadNetwork, classes: Collection[str], areas: list[shapely.Polygon], what: str
+) -> tuple[str, ...]:
     whole = shapely.union_all(areas)
     found = tuple(
         edge.id
         for edge in network.edges.values()
-        if edge.allows(vclass)
+        if any(edge.allows(vclass) for vclass in classes)
         and whole.covers(shapely.LineString(edge.lanes[0].shape).interpolate(0.5, normalized=True))
     )
     if not found:
-        msg = f"{what}: no edge of {network.name} open to {vclass} has its middle inside"
+        msg = f"{what}: no edge of {network.name} open to {', '.join(classes)} has its middle inside"
         raise RouteError(msg)
     return found
 

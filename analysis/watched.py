@@ -1,0 +1,271 @@
+"""How often streets are seen: SUMO's rules beside the gate, loops by design and by chance, spacing or none.
+
+    python analysis/watched.py --seeds 5 --write
+    python analysis/watched.py --only 'DRT,*,40' --seeds 5
+    python analysis/watched.py my.net.xml --seeds 1
+
+One hour after half an hour. Loops are made once per seed, and each rule drives the same vehicles on them,
+evenly started. Beside what was measured stands what the same vehicles would reach at the same speeds if those
+of each loop came evenly. Runs that are done are kept, so the study may be ended at any time; see ``--help``.
+"""
+
+from __future__ import annotations
+
+import argparse
+import random
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from fnmatch import fnmatch
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+from throughput_study import ROOT, markdown, with_half, write_section
+
+from loopgate.abstraction.covering import cover_streets
+from loopgate.abstraction.queue_layout import why_not
+from loopgate.cli.progress import show_progress
+from loopgate.errors import LoopgateError
+from loopgate.network import Loop, LoopVehicle, RoadNetwork, generate_loops, read_loops
+from loopgate.network.cover.design import Task
+from loopgate.network.cover.watch import even_starts_m, laps_s, vehicles_needed
+from loopgate.network.routes_file import routes_text, write_text
+from loopgate.network.vehicle_type import DEFAULT_TYPE
+from loopgate.results import row_columns as c
+from loopgate.runs.results import read_results
+from loopgate.sweep import Sweep, run_sweep
+
+PAGE = ROOT / "docs" / "covering.md"
+RULE = "rule"
+WARMUP_S, DURATION_S = 1800.0, 3600.0
+REVISIT_S = 600.0
+MARGIN = 1.5
+GRID = str(ROOT / "networks" / "grid5-priority.net.xml")
+COUNTS = {"sumo:DRT": 18, "sumo:bs3d": 5, GRID: 12}
+"""How many loops cover a network by design, where there are fewer than 300 vehicles."""
+
+MANY, LOOPS_FOR_MANY = 300, 40
+TRIP_EVERY_S = 5.0
+
+
+@dataclass(frozen=True, slots=True)
+class Cell:
+    """One table: the same loops and vehicles under several rules.
+
+    Attributes
+    ----------
+    network, loops, vehicles
+        ``loops`` is ``covering``, ``random``, ``one`` (a single long cycle), ``partition`` (a loop for each
+        vehicle), or ``revisit`` and ``margin`` (as many vehicles as the promise takes).
+    traffic
+        Whether other vehicles drive there; lights are then obeyed.
+    """
+
+    network: str
+    loops: str
+    vehicles: int
+    traffic: bool = False
+
+    @property
+    def name(self) -> str:
+        """Of its folder."""
+        network = Path(self.network).name.removeprefix("sumo:").partition(".")[0]
+        return f"{network},{self.loops},{self.vehicles}{',traffic' if self.traffic else ''}"
+
+    def rules(self) -> Iterator[tuple[str, Mapping[str, Any]]]:
+        """Return the rules by name."""
+        lights = "obey" if self.traffic else "off"
+        if self.network == GRID:
+            for rule in ("priority", "right-before-left", "all-way-stop", "actuated"):
+                yield (
+                    f"SUMO, {rule.replace('-', ' ')}",
+                    {
+                        "network": GRID.replace("priority", rule),
+                        "gate": "open",
+                    },
+                )
+        else:
+            yield "SUMO, lights on", {"gate": "open", "lights": "keep"}
+            yield "SUMO, lights off", {"gate": "open", "lights": "off"}
+        for spacing in ("none", "hold", "advice"):
+            yield f"loopgate, {spacing}", {"spacing": spacing, "lights": lights}
+
+
+def cells(networks: list[str]) -> list[Cell]:
+    """Return all tables, the most telling first."""
+    berlin = [("covering", 40), ("covering", 80), ("revisit", 0), ("margin", 0), ("covering", 20)]
+    berlin += [("covering", MANY), ("random", 40)]
+    later = [("one", 40), ("partition", 40), ("random", 20), ("random", 80), ("random", MANY)]
+    later += [(loops, vehicles) for vehicles in (20, 80) for loops in ("one", "partition")]
+    small = [(network, vehicles) for network in (GRID, "sumo:bs3d") for vehicles in (20, 40, 80)]
+    return [
+        *(Cell("sumo:DRT", *what) for what in berlin),
+        Cell("sumo:DRT", "covering", 40, traffic=True),
+        *(Cell(network, "covering", vehicles) for network, vehicles in small),
+        *(Cell(name, "covering", vehicles) for name in networks for vehicles in (40, 80)),
+        *(Cell("sumo:DRT", *what) for what in later),
+        *(Cell("sumo:DRT", "covering", vehicles, traffic=True) for vehicles in (20, 80, MANY)),
+        *(Cell(network, "random", vehicles) for network, vehicles in small),
+        *(Cell(network, "covering", vehicles, traffic=True) for network, vehicles in small),
+    ]
+
+
+def make_loops(cell: Cell, roads: RoadNetwork, seed: int) -> tuple[Loop, ...]:
+    """Return the loops of a seed."""
+    count = LOOPS_FOR_MANY if cell.vehicles >= MANY else COUNTS.get(cell.network, 18)
+    if cell.loops == "random":
+        admits = lambda loop: not why_not(roads, loop)  # noqa: E731  a word for what follows
+        return tuple(generate_loops(roads, count, seed=seed, admits=admits))
+    count = {"one": 1, "partition": cell.vehicles, "revisit": 5, "margin": 5}.get(cell.loops, count)
+    task = replace(Task(), by_time=cell.loops in ("revisit", "margin"))
+    return tuple(cover_streets(roads, task, count, seed=seed).loops)
+
+
+def write_loops(cell: Cell, roads: RoadNetwork, seed: int, file: Path) -> None:
+    """Write the loops of a seed, with the vehicles that a promise takes."""
+    loops = make_loops(cell, roads, seed)
+    vehicles: list[LoopVehicle] = []
+    if not cell.vehicles:
+        laps = [lap * (MARGIN if cell.loops == "margin" else 1.0) for lap in laps_s(roads, loops)]
+        vehicles = [
+            LoopVehicle(f"{loop.id}.{k}", loop.id, DEFAULT_TYPE, at)
+            for loop, number in zip(loops, vehicles_needed(laps, REVISIT_S), strict=True)
+            for k, at in enumerate(even_starts_m(roads, loop, number))
+        ]
+    write_text(routes_text(loops, note=f"{cell.name}, seed {seed}", vehicles=vehicles), file)
+
+
+def write_trips(routes: Path, roads: RoadNetwork, seed: int, file: Path) -> None:
+    """Write trips of other vehicles between streets on the loops, which all can be reached."""
+    draw = random.Random(seed)
+    edges = sorted({edge for loop in read_loops(roads, routes).loops for edge in loop.edges})
+    trips = [
+        f'    <trip id="other{k}" depart="{k * TRIP_EVERY_S:g}" from="{begin}" to="{end}"/>'
+        for k in range(int((WARMUP_S + DURATION_S) / TRIP_EVERY_S))
+        for begin, end in [draw.sample(edges, 2)]
+    ]
+    write_text("\n".join(["<routes>", *trips, "</routes>", ""]), file)
+
+
+def simulate(cell: Cell, given: argparse.Namespace) -> pd.DataFrame:
+    """Run what is missing of a table; return its rows with a column for the rule."""
+    folder = given.out / cell.name
+    folder.mkdir(parents=True, exist_ok=True)
+    roads = RoadNetwork.open(cell.network)
+    include, names = [], []
+    for seed in range(1, given.seeds + 1):
+        routes, trips = folder / f"loops{seed}.rou.xml", folder / f"trips{seed}.rou.xml"
+        if not routes.exists():
+            write_loops(cell, roads, seed, routes)
+        if cell.traffic and not trips.exists():
+            write_trips(routes, roads, seed, trips)
+        common = {"network": cell.network, "routes": str(routes), "seed": seed, "starts": "even"}
+        common |= {"traffic": str(trips)} if cell.traffic else {}
+        common |= {"vehicles": cell.vehicles} if cell.vehicles else {"revisit_s": REVISIT_S}
+        for name, rule in cell.rules():
+            if not any(word in name for word in given.rules):
+                continue
+            include.append({**common, **rule})
+            names.append(name)
+    base = {"on_deadlock": "continue", "duration_s": DURATION_S, "warmup_s": WARMUP_S}
+    sweep = Sweep(cell.name, base, {}, include=include, folder=ROOT)
+    rules = {point.key: name for point, name in zip(sweep.points(), names, strict=True)}
+    with show_progress(cell.name, total=len(rules)) as report:
+        run_sweep(sweep, folder, workers=given.jobs, report=lambda p: report(p.present + p.done, p.total))
+    return rows_of(folder, rules)
+
+
+def rows_of(folder: Path, rules: Mapping[str, str]) -> pd.DataFrame:
+    """Return the rows of the rules that have been run."""
+    runs = read_results(folder).runs
+    runs = runs[runs[c.KEY].isin(list(rules))].copy()
+    runs[RULE] = [rules[key] for key in runs[c.KEY]]
+    return runs
+
+
+def table(cell: Cell, runs: pd.DataFrame) -> pd.DataFrame:
+    """Return a row per rule: means with half their 95 % intervals over the seeds."""
+    rows = []
+    for rule, _ in cell.rules():
+        group = runs[runs[RULE] == rule]
+        done = group[group[c.STATUS] == c.STATUS_OK]
+        if done.empty:
+            if len(group):
+                rows.append({RULE: rule, "idleness [s]": f"refused: {group[c.ERROR].iloc[0]}"})
+            continue
+        gated = done[done[c.AUDIT] != c.NOT_GATED]
+        row = {
+            RULE: rule,
+            "idleness [s]": with_half(done[c.IDLENESS], 1),
+            "over even": _over(done[c.IDLENESS] / done[c.IF_EVEN]),
+            "worst [s]": with_half(done[c.WORST_IDLENESS], 0),
+            "worst over even": _over(done[c.WORST_IDLENESS] / done[c.WORST_IF_EVEN]),
+            "headways vary by": f"{done[c.HEADWAY_CV].mean():.2f}",
+            "bunched": f"{done[c.BUNCHED].mean():.1%}",
+            "never seen": f"{done[c.NEVER_SEEN].mean():.0f}",
+            "km": with_half(done[c.KM_PER_H], 0),
+            "longest wait [s]": f"{done[c.LONGEST_WAIT].max():.0f}" if len(gated) else "",
+            "locked": f"{int((done[c.DEADLOCKS] > 0).sum())} of {len(done)}",
+            "collisions": f"{int(done[c.COLLISIONS].sum())}",
+            "clean": f"{int(gated[c.KEPT].sum())} of {len(gated)}" if len(gated) else "",
+        }
+        if not cell.vehicles:
+            row |= {
+                "vehicles": with_half(done[c.VEHICLES], 1),
+                "within 600 s": f"{done[c.WITHIN_OF_SEEN].mean():.1%}",
+                "streets over": f"{done[c.STREETS_OVER].mean():.0f}",
+            }
+        rows.append(row)
+    return pd.DataFrame(rows).fillna("")
+
+
+def _over(ratios: pd.Series[float]) -> str:
+    """Return by how much more it is, where vehicles came to every street at all."""
+    return f"{ratios.mean() - 1:+.0%}" if ratios.notna().all() else ""
+
+
+def title(cell: Cell, runs: pd.DataFrame) -> str:
+    """Return what the table is about."""
+    network = cell.network if cell.network.startswith("sumo:") else Path(cell.network).name.partition(".")[0]
+    loops = int(runs[c.LOOPS].median())
+    kinds = {
+        "covering": f"{loops} covering loops",
+        "random": f"{loops} random loops",
+        "one": "one loop that covers all",
+        "partition": "a covering loop for each",
+        "revisit": f"{loops} covering loops, as many as 600 s take at the speeds allowed",
+        "margin": f"{loops} covering loops, as many as 600 s take where laps take half as long again",
+    }
+    vehicles = f"{cell.vehicles} vehicles on " if cell.vehicles else "vehicles on "
+    among = ", among other traffic, lights obeyed" if cell.traffic else ""
+    return f"**{network}, {vehicles}{kinds[cell.loops]}{among}**"
+
+
+def main() -> None:
+    """Run what is missing, print the tables, and renew the page if asked to."""
+    words = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    words.add_argument("networks", nargs="*", help="further networks")
+    words.add_argument("--seeds", type=int, default=1)
+    words.add_argument("--only", nargs="+", default=["*"], help="only tables of these names, as 'DRT,*,40'")
+    words.add_argument("--rules", nargs="+", default=[""], help="only rules in whose name one of these is")
+    words.add_argument("--jobs", type=int, default=1, help="processes")
+    words.add_argument("--out", type=Path, default=ROOT / "out" / "watched", help="results folder")
+    words.add_argument("--write", action="store_true", help=f"renew the tables in docs/{PAGE.name}")
+    given = words.parse_args()
+    parts = []
+    for cell in cells(given.networks):
+        if not any(fnmatch(cell.name, pattern) for pattern in given.only):
+            continue
+        try:
+            runs = simulate(cell, given)
+        except LoopgateError as error:
+            print(f"{cell.name}: {error}", flush=True)
+            continue
+        parts.append(f"{title(cell, runs)}, {runs[c.SEED].nunique()} seeds\n\n{markdown(table(cell, runs))}")
+        print(f"\n{parts[-1]}", flush=True)
+    if given.write:
+        write_section("\n\n".join(parts), "watched", PAGE)
+
+
+if __name__ == "__main__":
+    main()
