@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from loopgate.audit.layout import Layout, LoopWay
+from loopgate.network.curve import cut_curve, gap
 
 __all__ = ["Link", "Ways", "find_ways"]
 
@@ -65,13 +66,13 @@ def find_ways(layout: Layout) -> Ways:
         numbers = []
         for k, leg in enumerate(loop.legs):
             behind = loop.legs[(k + 1) % len(loop.legs)]
-            places.setdefault(leg.state, _cut(points, arcs, loop.length_m, leg.begin_m, leg.end_m))
+            places.setdefault(leg.state, cut_curve(points, arcs, loop.length_m, leg.begin_m, leg.end_m))
             crossings = tuple(crossing for crossing, _ in leg.crossings)
             key = (leg.state, behind.state, crossings)
             if key not in links:
                 links[key] = len(drawn)
-                to_m = leg.end_m + (behind.begin_m - leg.end_m) % loop.length_m
-                line = _cut(points, arcs, loop.length_m, leg.end_m, to_m)
+                to_m = leg.end_m + gap(loop.length_m, leg.end_m, behind.begin_m)
+                line = cut_curve(points, arcs, loop.length_m, leg.end_m, to_m)
                 drawn.append(Link(crossings, line))
                 excluded.append({foe for _, foes in leg.crossings for foe in foes})
                 for crossing in crossings:
@@ -94,16 +95,3 @@ def _curve(layout: Layout, loop: LoopWay) -> tuple[Line, Line]:
         points.append(shape)
         arcs.append(span.begin_m + steps * ((span.end_m - span.begin_m) / drawn))
     return np.concatenate(points), np.concatenate(arcs)
-
-
-def _cut(points: Line, arcs: Line, lap_m: float, begin_m: float, end_m: float) -> Line:
-    """Return the part of a closed curve between two arc lengths, which may lie beyond its ends."""
-    begin_m, end_m = begin_m % lap_m, begin_m % lap_m + max(0.0, end_m - begin_m)
-    rounds = [0.0, lap_m] if end_m > lap_m else [0.0]
-    all_points = np.concatenate([points for _ in rounds])
-    all_arcs = np.concatenate([arcs + lap for lap in rounds])
-    inside = (all_arcs > begin_m) & (all_arcs < end_m)
-    first, last = (
-        [float(np.interp(at, all_arcs, all_points[:, axis])) for axis in (0, 1)] for at in (begin_m, end_m)
-    )
-    return np.vstack((first, all_points[inside], last))

@@ -2,6 +2,7 @@
 
 const LEVELS = 4;
 const LEAST_BODY = [7, 3.4]; // pixels
+const MOST_AT_ONCE = 64; // bodies in one path: browsers take far longer for one of a thousand
 const SPARE = 1.5; // the ground is kept for so much more than is seen
 
 function trace(context, line) {
@@ -76,6 +77,18 @@ class Ground {
   }
 }
 
+// A body from its front back; the front is narrower, so that one sees where it goes.
+function outline(context, x, y, turn, back, side) {
+  const east = Math.sin(turn), north = Math.cos(turn), taper = 0.72;
+  context.moveTo(x - north * side * taper, y + east * side * taper);
+  context.lineTo(x + north * side * taper, y - east * side * taper);
+  context.lineTo(x - east * back * 0.2 + north * side, y - north * back * 0.2 - east * side);
+  context.lineTo(x - east * back + north * side, y - north * back - east * side);
+  context.lineTo(x - east * back - north * side, y - north * back + east * side);
+  context.lineTo(x - east * back * 0.2 - north * side, y - north * back * 0.2 + east * side);
+  context.closePath();
+}
+
 class Painter {
   constructor(canvas, run, ground, view) {
     Object.assign(this, { canvas, run, ground, view });
@@ -135,36 +148,36 @@ class Painter {
   }
 
   bodies() {
-    const { context, run, colours } = this, half = 0.5;
-    const shortest = LEAST_BODY[0] * this.pixel, thinnest = LEAST_BODY[1] * this.pixel;
+    const { context, run, colours, pixel } = this;
+    const shortest = LEAST_BODY[0] * pixel, thinnest = LEAST_BODY[1] * pixel;
+    const edged = this.view.scale > 0.12;
+    context.strokeStyle = colours.edge;
+    context.lineWidth = pixel;
     for (const state of [FREE, HELD, STANDS, JAM]) {
-      context.beginPath();
-      for (let vehicle = 0; vehicle < run.vehicles.length; vehicle++) {
-        if (run.state[vehicle] !== state) continue;
-        const [length, width] = run.sizes[vehicle];
-        const back = Math.max(10 * length, shortest), side = half * Math.max(10 * width, thinnest);
-        this.outline(run.px[vehicle], run.py[vehicle], run.turn[vehicle], back, side);
-      }
       context.fillStyle = colours.states[state];
-      context.fill();
-      if (this.view.scale > 0.12) {
-        context.strokeStyle = colours.edge;
-        context.lineWidth = this.pixel;
-        context.stroke();
+      let waiting = 0;
+      const paint = () => {
+        context.fill();
+        if (edged) context.stroke();
+        waiting = 0;
+      };
+      for (let vehicle = 0; vehicle < run.vehicles.length; vehicle++) {
+        if (run.state[vehicle] !== state || !this.seen(run.px[vehicle], run.py[vehicle])) continue;
+        if (!waiting++) context.beginPath();
+        const [length, width] = run.sizes[vehicle];
+        const back = Math.max(10 * length, shortest), side = 0.5 * Math.max(10 * width, thinnest);
+        outline(context, run.px[vehicle], run.py[vehicle], run.turn[vehicle], back, side);
+        if (waiting === MOST_AT_ONCE) paint();
       }
+      if (waiting) paint();
     }
   }
 
-  outline(x, y, turn, back, side) {
-    const east = Math.sin(turn), north = Math.cos(turn), { context } = this;
-    const taper = 0.72; // the front is narrower, so that one sees where it goes
-    context.moveTo(x - north * side * taper, y + east * side * taper);
-    context.lineTo(x + north * side * taper, y - east * side * taper);
-    context.lineTo(x - east * back * 0.2 + north * side, y - north * back * 0.2 - east * side);
-    context.lineTo(x - east * back + north * side, y - north * back - east * side);
-    context.lineTo(x - east * back - north * side, y - north * back + east * side);
-    context.lineTo(x - east * back * 0.2 - north * side, y - north * back * 0.2 + east * side);
-    context.closePath();
+  // Whether a point is on the canvas, or a vehicle's length beside it.
+  seen(x, y) {
+    const { view } = this, spare = 200;
+    return Math.abs(x - view.x) < this.width * this.pixel / 2 + spare
+      && Math.abs(y - view.y) < this.height * this.pixel / 2 + spare;
   }
 
   middle(vehicle) {
