@@ -36,6 +36,7 @@ from loopgate.simulation.sumo_input import write_sumo_input
 from loopgate.simulation.sumo_start import check_backend, plain_options, start_traffic
 from loopgate.simulation.surroundings import Surroundings
 from loopgate.simulation.watch import Watch
+from loopgate.simulation.window import Window
 from loopgate.traffic.base import Traffic
 
 __all__ = ["run"]
@@ -123,6 +124,7 @@ def _run(
         around = Surroundings(scenario, assembly, traffic, engine, keeper)
         advice = SpeedAdvice(assembly.network, assembly.starts, traffic, engine)
         advised = [advice.look] if scenario.spacing == "advice" else []
+        seen = [Window(traffic, engine, assembly.loops).look] if backend == "gui" else []
         watch = watch_class(traffic, after_s=scenario.deadlock_after_s, at_gate=engine.refused)
         course = drive(
             engine,
@@ -131,7 +133,7 @@ def _run(
             recorder,
             scenario=scenario,
             tick=tick,
-            each_step=[*around.each_step, *advised, *room],
+            each_step=[*around.each_step, *advised, *room, *seen],
         )
         engine.settle()
         tallies = _tallies(engine, traffic, watch, course)
