@@ -60,6 +60,11 @@ def ready(tab: Tab, page: Path, width: int = 1280, height: int = 800) -> Tab:
     return tab
 
 
+def keep(tab: Tab, file: Path) -> None:
+    """Keep what is seen, to be looked at."""
+    file.write_bytes(tab.picture())
+
+
 def deadlock(tab: Tab) -> None:
     """Go to ten seconds after the first deadlock."""
     tab.key("d")
@@ -75,7 +80,7 @@ def test_quiet_offline_and_within_the_window(
     """Nothing on the console, no request but the page, no sideways scrolling; every run has a map."""
     tab = ready(browser, pages[name], width)
     tab.value("window.replay.play(true); new Promise(done => setTimeout(done, 300))")
-    tab.screenshot(pages[name].with_name(f"{name}-{width}.png"))
+    keep(tab, pages[name].with_name(f"{name}-{width}.png"))
     assert tab.noise == []
     assert tab.requests == [pages[name].as_uri()]
     assert tab.value("document.documentElement.scrollWidth") <= width
@@ -108,7 +113,7 @@ def test_a_deadlock_is_drawn_and_told(browser: Tab, pages: dict[str, Path]) -> N
     )
     assert tab.value(red) == 0
     deadlock(tab)
-    tab.screenshot(pages["both"].with_name("deadlock.png"))
+    keep(tab, pages["both"].with_name("deadlock.png"))
     assert tab.value(red) > 100
     assert "Deadlock of 3" in tab.value("document.querySelector('.alarm').textContent")
     assert tab.value("document.querySelectorAll('.alarm')[1].textContent") == ""
@@ -128,7 +133,7 @@ def test_a_click_tells_why_a_vehicle_waits(browser: Tab, pages: dict[str, Path])
     tab.click(left, top)
     tab.value(DRAWN)
     told = tab.value("document.getElementById('about').innerText")
-    tab.screenshot(pages["both"].with_name("clicked.png"))
+    keep(tab, pages["both"].with_name("clicked.png"))
     assert told.startswith(name)
     assert "in a deadlock of 3" in told
     assert tab.value("document.querySelectorAll('#about li').length") == 3

@@ -1,4 +1,4 @@
-"""A real browser for tests of pages: Chromium without a window, spoken to over its own protocol."""
+"""A real browser for pages: Chromium without a window, spoken to over its own protocol."""
 
 from __future__ import annotations
 
@@ -28,6 +28,7 @@ _FLAGS = (
     "--hide-scrollbars",
 )
 _ANSWER_S = 120
+_PHONE_PX = 600
 _NOISE = {"Runtime.exceptionThrown", "Runtime.consoleAPICalled", "Log.entryAdded"}
 
 
@@ -54,14 +55,16 @@ class Tab:
             if answer.get("id") != self._sent:
                 self.events.append(answer)
                 continue
-            assert "error" not in answer, answer
+            if "error" in answer:
+                raise RuntimeError(answer)
             result: dict[str, Any] = answer["result"]
             return result
 
     def value(self, expression: str) -> Any:  # noqa: ANN401  whatever JSON holds
         """Return what an expression is in the page; promises are waited for."""
         answer = self.call("Runtime.evaluate", expression=expression, returnByValue=True, awaitPromise=True)
-        assert "exceptionDetails" not in answer, answer
+        if "exceptionDetails" in answer:
+            raise RuntimeError(answer)
         return answer["result"].get("value")
 
     def size(self, width: int, height: int) -> None:
@@ -71,7 +74,7 @@ class Tab:
             width=width,
             height=height,
             deviceScaleFactor=1,
-            mobile=width < 600,
+            mobile=width < _PHONE_PX,
         )
 
     def open(self, page: Path) -> None:
@@ -102,10 +105,13 @@ class Tab:
         for kind in ("mousePressed", "mouseReleased"):
             self.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", clickCount=1)
 
-    def screenshot(self, file: Path) -> None:
-        """Write what is seen as a PNG."""
-        shot = self.call("Page.captureScreenshot", format="png")
-        file.write_bytes(base64.b64decode(shot["data"]))
+    def picture(self) -> bytes:
+        """Return what is seen as a PNG."""
+        return base64.b64decode(self.call("Page.captureScreenshot", format="png")["data"])
+
+    def close(self) -> None:
+        """Hang up."""
+        self._socket.close()
 
     @property
     def noise(self) -> list[dict[str, Any]]:
@@ -124,18 +130,18 @@ class Tab:
 @contextmanager
 def open_browser() -> Iterator[Tab]:
     """Start Chromium; it ends with the ``with`` block."""
-    assert CHROMIUM is not None
+    if CHROMIUM is None:
+        raise RuntimeError(MISSING)
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
         command = [CHROMIUM, *_FLAGS, f"--user-data-dir={profile}", "about:blank"]
         with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as browser:
             loop = asyncio.new_event_loop()
             try:
-                assert browser.stderr is not None
-                ports = (re.search(r"ws://127.0.0.1:(\d+)/", line) for line in browser.stderr)
+                ports = (re.search(r"ws://127.0.0.1:(\d+)/", line) for line in browser.stderr or ())
                 port = next(found[1] for found in ports if found)
                 tab = Tab(loop, loop.run_until_complete(_connect(port)))
                 yield tab
-                tab._socket.close()
+                tab.close()
             finally:
                 loop.close()
                 browser.kill()
