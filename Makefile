@@ -5,7 +5,7 @@ BIN    := $(VENV)/bin
 STAMP  := $(VENV)/installed
 
 .DEFAULT_GOAL := help
-.PHONY: help demo readme setup test check format bench bench-sweep networks small-networks city throughput soak unseen long-vehicles covering watched day fuzz proofs lock clean
+.PHONY: help demo readme setup test check browser animation format bench bench-sweep networks small-networks city throughput soak unseen long-vehicles covering watched day fuzz proofs lock clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-15s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -25,8 +25,8 @@ readme: $(STAMP) ## make the pictures of the README and docs/ and the README's f
 
 setup: $(STAMP) ## make .venv with everything that requirements.lock names
 
-test: $(STAMP) ## run all tests but the slow ones
-	$(BIN)/python -m pytest -n auto -m "not slow"
+test: $(STAMP) ## run all tests but the slow ones and those in a browser
+	$(BIN)/python -m pytest -n auto -m "not slow" --ignore=tests/browser
 
 check: $(STAMP) ## lint, format, types, import layers
 	$(BIN)/ruff check .
@@ -34,6 +34,13 @@ check: $(STAMP) ## lint, format, types, import layers
 	$(BIN)/mypy
 	$(BIN)/lint-imports --no-logo
 	$(BIN)/python -m pip check
+
+browser: $(STAMP) ## test the pages in a real browser, Chromium without a window
+	@command -v chromium chromium-browser google-chrome chrome > /dev/null || { echo "make browser needs Chromium or Chrome: apt-get install chromium (Debian), snap install chromium (Ubuntu), brew install --cask chromium (macOS), or google.com/chrome"; exit 2; }
+	$(BIN)/python -m pytest tests/browser
+
+animation: $(STAMP) ## make the README's animation anew (needs Chromium)
+	$(BIN)/python analysis/animation.py
 
 format: $(STAMP) ## put the code into the house format
 	$(BIN)/ruff format .

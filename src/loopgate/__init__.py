@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from loopgate.gates import make_gate
     from loopgate.model import Robot, System, read_system
     from loopgate.network import Loop, RoadNetwork, find_loops, read_loops
+    from loopgate.replay import Replay, make_replay
     from loopgate.report.page import ReportFiles, write_report
     from loopgate.research.state_space import explore
     from loopgate.runs.results import Results, read_results
@@ -34,6 +35,7 @@ _MODULES = {
     "loopgate.gates": ("make_gate",),
     "loopgate.model": ("Robot", "System", "read_system"),
     "loopgate.network": ("Loop", "RoadNetwork", "find_loops", "read_loops"),
+    "loopgate.replay": ("Replay", "make_replay"),
     "loopgate.report.page": ("ReportFiles", "write_report"),
     "loopgate.runs.results": ("Results", "read_results"),
     "loopgate.runs.run": ("Run", "read_run"),
@@ -51,6 +53,7 @@ __all__ = [
     "LocalExecutor",
     "Loop",
     "LoopgateError",
+    "Replay",
     "ReportFiles",
     "Results",
     "RoadNetwork",
@@ -64,6 +67,7 @@ __all__ = [
     "explore",
     "find_loops",
     "make_gate",
+    "make_replay",
     "read_loops",
     "read_results",
     "read_run",

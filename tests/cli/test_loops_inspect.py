@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 
 import pytest
+import sumo
 from click.testing import CliRunner
 
 from loopgate.abstraction.queue_layout import why_not
@@ -315,3 +316,24 @@ def test_an_ordinary_sumo_configuration(routes: Path, tmp_path: Path) -> None:
     )
     result = _RUN.invoke(cli, ["inspect", str(config), *_SEGMENTS, "--json"])
     assert len(json.loads(result.stdout)["loops"]) == 4
+
+
+@pytest.mark.sumo
+@pytest.mark.parametrize(
+    ("net", "routes", "abstraction"),
+    [
+        ("networks/grid5-priority.net.xml", "routes/grid5.rou.xml", "queues"),
+        ("networks/order2.net.xml", "routes/order2.rou.xml", "segments"),
+    ],
+)
+def test_sumo_takes_the_shapes(net: str, routes: str, abstraction: str, tmp_path: Path) -> None:
+    """`--additional` of either abstraction: SUMO loads it beside the network without a word."""
+    file = tmp_path / "shapes.add.xml"
+    options = ["--routes", routes, "--abstraction", abstraction, "--additional", str(file), "--json"]
+    assert _RUN.invoke(cli, ["inspect", net, *options]).exit_code == 0
+    assert file.read_text(encoding="utf-8").count("loopgate.place") > 5
+    binary = Path(sumo.SUMO_HOME) / "bin" / "sumo"
+    command = [str(binary), "-n", net, "-a", str(file), "--no-step-log", "--duration-log.disable", "-e", "1"]
+    told = subprocess.run(command, check=True, capture_output=True, text=True, timeout=60)
+    assert "Error" not in told.stderr
+    assert "Warning" not in told.stderr

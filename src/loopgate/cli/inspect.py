@@ -22,6 +22,7 @@ _LONGEST_VEHICLE_M = 1e3
     Examples:
       loopgate inspect sumo:DRT --routes loops.rou.xml --picture queues.png
       loopgate inspect sumo:DRT --routes loops.rou.xml --abstraction segments --picture zones.svg
+      loopgate inspect my.net.xml --routes loops.rou.xml --additional places.add.xml
       loopgate inspect some.sumocfg -o system.json
     """
 )
@@ -44,6 +45,11 @@ _LONGEST_VEHICLE_M = 1e3
     help="Draw the map (PNG, SVG, PDF).",
 )
 @click.option(
+    "--additional",
+    type=click.Path(path_type=Path, dir_okay=False),
+    help="Write places, crossings and loops as shapes for sumo-gui and netedit (-a FILE).",
+)
+@click.option(
     "-o", "--out", type=click.Path(path_type=Path, dir_okay=False), help="Write the system file (JSON)."
 )
 @click.option("--all", "every", is_flag=True, help="Print all rows of long tables.")
@@ -58,6 +64,7 @@ def inspect(  # noqa: PLR0913  one per option
     vehicle_length_m: float | None,
     seed: int,
     picture: Path | None,
+    additional: Path | None,
     out: Path | None,
     every: bool,
     as_json: bool,
@@ -85,7 +92,7 @@ def inspect(  # noqa: PLR0913  one per option
             f"--vehicle-length is {vehicle_length_m:g} m; expected more than 0, up to {_LONGEST_VEHICLE_M:g}"
         )
         raise ScenarioError(msg)
-    wanted = Wanted(vehicle_length_m, seed, picture, out, every, as_json)
+    wanted = Wanted(vehicle_length_m, seed, picture, additional, out, every, as_json)
     roads = RoadNetwork.open(network)
     file = read_loops(roads, routes or network)
     if abstraction == "queues":

@@ -18,8 +18,8 @@ class Wanted:
         Instead of the file's [m].
     seed
         Of the starting places.
-    picture, out
-        Files to write, if any: the map, the system.
+    picture, additional, out
+        Files to write, if any: the map, the shapes for SUMO's own tools, the system.
     every
         Whether long tables are printed in full.
     as_json
@@ -29,6 +29,7 @@ class Wanted:
     vehicle_length_m: float | None
     seed: int
     picture: Path | None
+    additional: Path | None
     out: Path | None
     every: bool
     as_json: bool

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import click
@@ -13,6 +14,7 @@ from rich.console import Console
 from loopgate.abstraction.itinerary import Abstraction
 from loopgate.abstraction.queue_survey import QueueSurvey
 from loopgate.abstraction.queues import make_queues
+from loopgate.abstraction.sumo_shapes import write_shapes
 from loopgate.abstraction.survey import Survey, survey
 from loopgate.abstraction.surveying import survey_queues
 from loopgate.cli.inspect_options import Wanted
@@ -60,9 +62,17 @@ def look_at_queues(roads: RoadNetwork, file: RoutesFile, wanted: Wanted) -> Scen
         from loopgate.report.queue_map import draw_queues
 
         draw_queues(roads, seen.found, wanted.picture, title=_title(roads, seen.found))
+    if wanted.additional is not None:
+        _write_shapes(seen.found, wanted.additional)
     if seen.problem is None and wanted.out is not None and seen.placed is not None:
         write_system(seen.placed.system, wanted.out, note=f"{roads.name}, {file.file.name}: queues")
     return seen.problem
+
+
+def _write_shapes(found: QueueSurvey, file: Path) -> None:
+    room = {place.id: place.capacity for place in found.places}
+    refused = [(one.loop, one.reason, one.edge) for one in found.refused]
+    write_shapes(file, found.loops, found.itineraries, room, refused)
 
 
 def _look(roads: RoadNetwork, file: RoutesFile, wanted: Wanted) -> _Seen:

@@ -11,6 +11,7 @@ import click
 
 from loopgate.abstraction.itinerary import Abstraction
 from loopgate.abstraction.segments import Layout, lay_out_segments, place_vehicles
+from loopgate.abstraction.sumo_shapes import write_shapes
 from loopgate.abstraction.survey import Survey, survey
 from loopgate.cli.inspect_options import Wanted
 from loopgate.cli.tables import console, counted, listed, print_table
@@ -63,6 +64,10 @@ def look_at_segments(
             starts_m=seen.placed.starts_m if seen.placed else (),
             title=f"{roads.name}: {counted(len(seen.layout.loops), 'loop')}, {found.shared:.0%} shared",
         )
+    if wanted.additional is not None:
+        capacity = seen.placed.system.capacity if seen.placed else {}
+        room = {str(state): most for state, most in capacity.items()}
+        write_shapes(wanted.additional, seen.layout.loops, seen.layout.itineraries, room)
     if seen.problem is None and wanted.out is not None and seen.placed is not None:
         note = f"{roads.name}, {file.file.name}: segments, rho {rho_m:g} m"
         write_system(seen.placed.system, wanted.out, note=note)

@@ -31,6 +31,7 @@ _COMMANDS: dict[str, str] = {
     "check-certificate": "loopgate.cli.check_certificate:check_certificate",
     "sweep": "loopgate.cli.sweep:sweep",
     "report": "loopgate.cli.report:report",
+    "replay": "loopgate.cli.replay:replay",
     "example": "loopgate.cli.example:example",
 }
 """Subcommand name to ``module:attribute``."""

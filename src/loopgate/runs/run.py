@@ -17,6 +17,7 @@ from loopgate.analysis.rows import run_row
 from loopgate.errors import ResultsError
 from loopgate.plots import figure_svg, plot_edges, plot_laps, plot_seen_within, plot_unwatched
 from loopgate.reading import read_object, read_toml, refusing
+from loopgate.replay import Replay, make_replay
 from loopgate.results import columns as run
 from loopgate.results import row_columns as c
 from loopgate.results.row_schema import ROW_SCHEMA
@@ -91,6 +92,21 @@ class Run:
             end_s=begin_s + float(self.summary["duration_s"]),
         )
         return plot_seen_within({"": seen}, bound_s=self.scenario.get("revisit_s") or None)
+
+    def replay(self, beside: Run | None = None) -> Replay:
+        """Return the run as a page that moves, alone or with another one `beside` it; a notebook shows it.
+
+        Raises
+        ------
+        ResultsError
+            If nothing was kept of a run, or it has no positions.
+        """
+        folders = [run.folder for run in (self, beside) if run is not None]
+        kept = [folder for folder in folders if folder is not None]
+        if len(kept) < len(folders):
+            msg = "nothing was kept of the run; give it a folder: run(scenario, 'out/seen')"
+            raise ResultsError(msg)
+        return make_replay(*kept)
 
     def _repr_html_(self) -> str | None:
         try:

@@ -28,7 +28,7 @@ def record_positions(file: Path) -> list[str]:
 
 
 def make_layout(assembly: Assembly, step_s: float) -> Layout:
-    """Return states, crossings and vehicles of a gated run for the audit.
+    """Return states, crossings and vehicles of a run, for the audit of a gated one and for the replay.
 
     Parameters
     ----------

@@ -30,6 +30,7 @@ from loopgate.simulation.sumo_input import write_sumo_input
 from loopgate.simulation.sumo_options import SumoOptions, sumo_options
 from loopgate.simulation.sumo_start import output_options, plain_options, start_traffic
 from loopgate.simulation.surroundings import Surroundings
+from loopgate.simulation.window import Window
 from loopgate.traffic.base import Traffic
 
 __all__ = ["Session", "open_session"]
@@ -103,7 +104,7 @@ def open_session(
         *(record_positions(folder / outcome.POSITIONS) if scenario.positions else ()),
     ]
     room = [Room(folder / outcome.POSITIONS).check] if scenario.positions else []
-    if scenario.positions and keeper is not None:
+    if scenario.positions and assembly.abstraction is not None:
         write_layout(make_layout(assembly, scenario.step_s), folder / outcome.LAYOUT)
     with ExitStack() as stack:
         traffic = start_traffic(options, backend=backend, log=log, yields=bool(scenario.traffic))
@@ -113,7 +114,8 @@ def open_session(
         engine = Engine(traffic, assembly.tracks, keeper, recorder, foresees=assembly.foresees)
         around = _surroundings(scenario, assembly, traffic, engine, keeper) if keeper else None
         spacing = _spacing(scenario, assembly, traffic, engine)
-        looks = (*(around.each_step if around else ()), *spacing, *room)
+        seen = [Window(traffic, engine, assembly.loops).look] if backend == "gui" else []
+        looks = (*(around.each_step if around else ()), *spacing, *room, *seen)
         yield Session(traffic, engine, recorder, keeper, around, looks, said.notes)
 
 

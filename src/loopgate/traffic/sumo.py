@@ -132,6 +132,14 @@ class SumoTraffic:
         x, y = self._vehicle.getPosition(vehicle)
         return float(x), float(y)
 
+    def show(self, low: tuple[float, float], high: tuple[float, float]) -> None:
+        """Let the window show a part of the map, between two corners [m]; there must be a window."""
+        self._api.gui.setBoundary(self._api.gui.getIDList()[0], *low, *high)
+
+    def paint(self, vehicle: str, colour: tuple[int, int, int]) -> None:
+        """Give a vehicle a colour: red, green, blue from 0 to 255."""
+        self._vehicle.setColor(vehicle, (*colour, 255))
+
     def put_under_gate(self, vehicle: str, *, keeps_lane: bool = False) -> None:
         """Let the gate rule: no right of way unless it yields, lanes changed for the route, if at all."""
         get = self._vehicle

@@ -22,6 +22,9 @@ __all__ = ["ERROR", "check_display", "start"]
 _GUI_DELAY_MS = "20"
 """Pause per step, so that there is something to see; sumo-gui has a knob for it."""
 
+_LOOKS = Path(__file__).with_name("gui.xml")
+"""How the window looks: quiet roads, vehicles that can be seen from afar."""
+
 _TRIES, _BETWEEN_TRIES_S = 600, 0.1
 """How long SUMO may take to read a large network: a minute."""
 
@@ -52,7 +55,8 @@ def start(options: Sequence[str], *, gui: bool) -> Any:  # noqa: ANN401  traci h
     """
     os.environ.setdefault("SUMO_HOME", sumo.SUMO_HOME)
     binary = Path(sumo.SUMO_HOME) / "bin" / ("sumo-gui" if gui else "sumo")
-    more = ["--start", "--quit-on-end", "--delay", _GUI_DELAY_MS] if gui else []
+    looks = ["--gui-settings-file", str(_LOOKS)]
+    more = ["--start", "--quit-on-end", "--delay", _GUI_DELAY_MS, *looks] if gui else []
     port = _free_port()
     command = [str(binary), *options, *more, "--remote-port", str(port)]
     try:

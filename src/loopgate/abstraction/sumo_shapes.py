@@ -1,0 +1,205 @@
+"""Places, crossings and loops as shapes that sumo-gui and netedit show: one of SUMO's additional files."""
+
+from __future__ import annotations
+
+import colorsys
+import re
+from bisect import bisect_right
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
+from itertools import groupby
+from pathlib import Path
+from xml.etree import ElementTree as ET
+
+import numpy as np
+import numpy.typing as npt
+import shapely
+
+from loopgate.abstraction.itinerary import Itinerary, Leg
+from loopgate.disk import writing
+from loopgate.network.curve import cut_curve, gap
+from loopgate.network.loop import Loop
+
+__all__ = ["write_shapes"]
+
+_Line = npt.NDArray[np.float64]
+
+_STEPS = (1, 2, 3, 4, 6, 10, 20)
+_ROOM = ("199,221,204", "173,214,181", "127,205,187", "65,182,196", "29,145,192", "34,94,168", "12,44,132")
+"""Colours of places that hold at least so many, from pale to dark."""
+
+_FREE, _CONFLICT, _REFUSED = "108,117,125", "213,94,0", "170,51,119"
+_LOOP_LAYER, _PLACE_LAYER, _CROSSING_LAYER, _POI_LAYER = "10", "11", "12", "13"
+"""All above the roads, which SUMO has on 0."""
+
+_HALF_PLACE_M = 1.2
+_TURN = 0.618034
+"""Of the circle of colours from loop to loop: neighbours in the list then look different."""
+
+
+def write_shapes(
+    file: Path,
+    loops: Sequence[Loop],
+    itineraries: Sequence[Itinerary],
+    room: Mapping[str, int],
+    refused: Sequence[tuple[Loop, str, str | None]] = (),
+) -> int:
+    """Write an additional file; ``sumo-gui -n NET -a FILE`` and ``netedit -s NET -a FILE`` show it.
+
+    Loops are lines, places areas that are the darker the more vehicles they hold, crossings lines, those with
+    conflicts in orange; points of interest stand where loops begin, and where one cannot go on. Each
+    shape has its figures as parameters.
+
+    Parameters
+    ----------
+    file
+        The file.
+    loops, itineraries
+        Loops, and how each is cut, in the same order.
+    room
+        How many vehicles a state holds; states that are not there hold one.
+    refused
+        Loops that cannot work: why, and the edge where it fails, if it is one.
+
+    Returns
+    -------
+    int
+        How many shapes there are.
+
+    Raises
+    ------
+    ResultsError
+        If it cannot be written.
+    """
+    top = ET.Element("additional")
+    names = _Names()
+    for number, (loop, way) in enumerate(zip(loops, itineraries, strict=True)):
+        _add_loop(top, names, loop, _hue(number), length_m=f"{loop.length_m:.1f}", places=str(len(way.legs)))
+    users: dict[str, list[str]] = {}
+    for way in itineraries:
+        for leg in way.legs:
+            users.setdefault(leg.state, []).append(way.loop)
+    for loop, leg, _ in _once(loops, itineraries, lambda leg, _: leg.state):
+        _add_place(top, names, loop, leg, room.get(leg.state, 1), users[leg.state])
+    for loop, leg, after in _once(loops, itineraries, _between):
+        _add_crossing(top, names, loop, leg, after)
+    for loop, reason, edge in refused:
+        _add_loop(top, names, loop, _REFUSED, reason=reason)
+        spans = (span for span in loop.spans if span.edge == edge and not span.internal)
+        at = next((span.shapes[0][-1] for span in spans), tuple(loop.curve()[0][0]))
+        _poi(
+            top, names.new("refused", loop.id), at, _REFUSED, "loopgate.refused", loop=loop.id, reason=reason
+        )
+    ET.indent(top)
+    with writing(file):
+        file.parent.mkdir(parents=True, exist_ok=True)
+        ET.ElementTree(top).write(file, encoding="utf-8", xml_declaration=True)
+    return len(top)
+
+
+class _Names:
+    """Names that netedit takes: it knows no colons, brackets and the like in them."""
+
+    def __init__(self) -> None:
+        self._used: set[str] = set()
+
+    def new(self, kind: str, name: str) -> str:
+        plain = base = f"{kind}_{re.sub(r'[^A-Za-z0-9_.#+-]+', '_', name)}"
+        number = 1
+        while plain in self._used:
+            number += 1
+            plain = f"{base}_{number}"
+        self._used.add(plain)
+        return plain
+
+
+def _between(leg: Leg, after: Leg) -> Hashable:
+    return leg.state, after.state, tuple(crossing.id for crossing in leg.crossings)
+
+
+def _once(
+    loops: Sequence[Loop], itineraries: Sequence[Itinerary], key: Callable[[Leg, Leg], Hashable]
+) -> Iterator[tuple[Loop, Leg, Leg]]:
+    """Yield each leg with the one behind it; of those with the same key the first."""
+    seen: set[Hashable] = set()
+    for loop, way in zip(loops, itineraries, strict=True):
+        for number, leg in enumerate(way.legs):
+            after = way.legs[(number + 1) % len(way.legs)]
+            if (known := key(leg, after)) not in seen:
+                seen.add(known)
+                yield loop, leg, after
+
+
+def _add_loop(top: ET.Element, names: _Names, loop: Loop, colour: str, **figures: str) -> None:
+    points = loop.curve()[0]
+    _poly(
+        top,
+        names.new("loop", loop.id),
+        np.vstack((points, points[:1])),
+        {"type": "loopgate.loop", "color": f"{colour},150", "layer": _LOOP_LAYER, "lineWidth": "1.2"},
+        loop=loop.id,
+        **figures,
+    )
+    _poi(top, names.new("start", loop.id), tuple(points[0]), colour, "loopgate.loop", loop=loop.id)
+
+
+def _add_place(top: ET.Element, names: _Names, loop: Loop, leg: Leg, room: int, users: Sequence[str]) -> None:
+    line = shapely.LineString(_part(loop, leg.begin_m, leg.end_m))
+    area: shapely.Geometry = line.buffer(_HALF_PLACE_M, cap_style="flat", join_style="mitre")
+    if not isinstance(area, shapely.Polygon) or area.is_empty:
+        return  # a stretch without length, or one that its drawing folds
+    colour = _ROOM[max(0, bisect_right(_STEPS, room) - 1)]
+    _poly(
+        top,
+        names.new("place", leg.state),
+        np.asarray(area.exterior.coords),
+        {"type": "loopgate.place", "color": f"{colour},230", "layer": _PLACE_LAYER, "fill": "1"},
+        place=leg.state,
+        capacity=str(room),
+        length_m=f"{leg.end_m - leg.begin_m:.1f}",
+        loops=" ".join(dict.fromkeys(users)),
+    )
+
+
+def _add_crossing(top: ET.Element, names: _Names, loop: Loop, leg: Leg, after: Leg) -> None:
+    far = gap(loop.length_m, leg.end_m, after.begin_m)
+    if not leg.crossings or far <= 0.0:
+        return
+    foes = sorted({foe for crossing in leg.crossings for foe in crossing.foes})
+    _poly(
+        top,
+        names.new("crossing", f"{leg.state}_to_{after.state}"),
+        _part(loop, leg.end_m, leg.end_m + far),
+        {
+            "type": "loopgate.crossing",
+            "color": f"{_CONFLICT if foes else _FREE},255",
+            "layer": _CROSSING_LAYER,
+            "lineWidth": "0.4",
+        },
+        movements=" ".join(crossing.id for crossing in leg.crossings),
+        conflicts=" ".join(foes),
+    )
+
+
+def _part(loop: Loop, begin_m: float, end_m: float) -> _Line:
+    return cut_curve(*loop.curve(), loop.length_m, begin_m, end_m)
+
+
+def _poly(top: ET.Element, name: str, line: _Line, looks: Mapping[str, str], **figures: str) -> None:
+    points = (f"{x:.2f},{y:.2f}" for x, y in line)
+    shape = " ".join(point for point, _ in groupby(points))  # lanes repeat the point at which they meet
+    _figures(ET.SubElement(top, "poly", {"id": name, "fill": "0", **looks, "shape": shape}), figures)
+
+
+def _poi(top: ET.Element, name: str, at: Sequence[float], colour: str, kind: str, **figures: str) -> None:
+    place = {"x": f"{at[0]:.2f}", "y": f"{at[1]:.2f}", "layer": _POI_LAYER}
+    _figures(ET.SubElement(top, "poi", {"id": name, "type": kind, "color": colour, **place}), figures)
+
+
+def _figures(shape: ET.Element, figures: Mapping[str, str]) -> None:
+    for key, value in figures.items():
+        ET.SubElement(shape, "param", {"key": key, "value": value})
+
+
+def _hue(number: int) -> str:
+    red, green, blue = colorsys.hsv_to_rgb(number * _TURN % 1.0, 0.7, 0.75)
+    return f"{red * 255:.0f},{green * 255:.0f},{blue * 255:.0f}"

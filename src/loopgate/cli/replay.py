@@ -1,0 +1,37 @@
+"""`loopgate replay`: finished runs as a page that moves."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+__all__ = ["replay"]
+
+
+@click.command(
+    epilog="""
+    \b
+    Examples:
+      loopgate run sumo:DRT --loops 60 --vehicles 400 --positions -o out/ours
+      loopgate replay out/ours -o replay.html
+      loopgate replay out/sumo out/ours -o both.html
+    """
+)
+@click.argument("runs", type=click.Path(path_type=Path), nargs=-1, required=True, metavar="RUN [RUN2]")
+@click.option(
+    "-o", "--out", type=click.Path(path_type=Path), help="The page [default: replay.html in the last RUN]."
+)
+def replay(*, runs: tuple[Path, ...], out: Path | None) -> None:
+    """Write a page that replays RUN, or two runs side by side on one clock.
+
+    RUN is a run folder made with --positions. The page opens offline, in any browser of 2023 or later: play
+    it, click a vehicle to follow it and read why it waits, step to the next refusal, deadlock or lap.
+    """
+    from loopgate.cli.progress import show_progress
+    from loopgate.replay import make_replay
+
+    with show_progress("replay, percent") as report:
+        made = make_replay(*runs, report=report)
+        page = made.write(out or runs[-1] / "replay.html")
+    click.echo(f"{page}, {page.stat().st_size / 1e6:.1f} MB")

@@ -1,0 +1,40 @@
+"""Parts of closed curves."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+__all__ = ["cut_curve", "gap"]
+
+_Floats = npt.NDArray[np.float64]
+_ROUNDING_M = 1e-6
+
+
+def cut_curve(points: _Floats, arcs: _Floats, lap_m: float, begin_m: float, end_m: float) -> _Floats:
+    """Return the part of a closed curve between two arc lengths, shape (n, 2) with n at least 2 [m].
+
+    Parameters
+    ----------
+    points, arcs
+        Points of the curve, shape (n, 2), and the arc length of each, ascending from 0 to `lap_m` [m].
+    lap_m
+        Length of the curve [m].
+    begin_m, end_m
+        From where to where; they may lie beyond the curve's ends, at most a lap apart.
+    """
+    end_m, begin_m = begin_m % lap_m + max(0.0, end_m - begin_m), begin_m % lap_m
+    laps = (0.0, lap_m) if end_m > lap_m else (0.0,)
+    all_points = np.concatenate([points for _ in laps])
+    all_arcs = np.concatenate([arcs + lap for lap in laps])
+    inside = (all_arcs > begin_m) & (all_arcs < end_m)
+    first, last = (
+        [float(np.interp(at, all_arcs, all_points[:, axis])) for axis in (0, 1)] for at in (begin_m, end_m)
+    )
+    return np.vstack((first, all_points[inside], last))
+
+
+def gap(lap_m: float, from_m: float, to_m: float) -> float:
+    """Return how far it is from an arc length on to another; 0 where they differ by rounding only [m]."""
+    far = (to_m - from_m) % lap_m
+    return 0.0 if far > lap_m - _ROUNDING_M else far

@@ -1,0 +1,141 @@
+"""The page: one file that holds runs, script and style, and asks for nothing else."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import html
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from loopgate.disk import writing
+from loopgate.errors import ResultsError
+from loopgate.replay.pack import Pack
+from loopgate.replay.scene import Scene, load_scene
+
+__all__ = ["MOST_RUNS", "Replay", "make_replay"]
+
+MOST_RUNS = 2
+"""So many runs are seen side by side."""
+
+_SCRIPTS = ("data.js", "waits.js", "view.js", "draw.js", "panel.js", "player.js")
+_FRAME_PX = 640
+
+
+@dataclass(frozen=True, slots=True)
+class Replay:
+    """A replay as a page.
+
+    Attributes
+    ----------
+    title
+        What was run.
+    html
+        The page. It needs nothing else.
+    """
+
+    title: str
+    html: str = field(repr=False)
+
+    def write(self, file: Path | str) -> Path:
+        """Write the page; return where it is.
+
+        Raises
+        ------
+        ResultsError
+            If it cannot be written.
+        """
+        path = Path(file)
+        if not path.name or path.is_dir():
+            msg = f"{file}: a folder; expected the name of a page, such as replay.html"
+            raise ResultsError(msg)
+        with writing(path):
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(self.html, encoding="utf-8")
+        return path
+
+    def _repr_html_(self) -> str:
+        page = html.escape(self.html, quote=True)
+        return (
+            f'<iframe title="{html.escape(self.title)}" srcdoc="{page}" '
+            f'style="width:100%;height:{_FRAME_PX}px;border:0"></iframe>'
+        )
+
+
+def make_replay(
+    *folders: Path | str, report: Callable[[int, int], None] = lambda _done, _total: None
+) -> Replay:
+    """Return a replay of one run, or of two side by side on one clock.
+
+    Parameters
+    ----------
+    folders
+        Run folders, made with positions (``loopgate run --positions``).
+    report
+        Told how much is done, in parts of a hundred for each run.
+
+    Raises
+    ------
+    ResultsError
+        If there is none or too many, one cannot be read, or has no positions; the text says what to run.
+
+    Examples
+    --------
+    >>> from loopgate import Scenario, make_replay, run
+    >>> roads = {"network": "networks/order2.net.xml", "routes": "routes/order2.rou.xml"}
+    >>> made = run(Scenario(**roads, duration_s=60, positions=True), "out/seen")
+    >>> make_replay("out/seen").write("out/replay.html").name
+    'replay.html'
+    """
+    if not 1 <= len(folders) <= MOST_RUNS:
+        msg = f"a replay shows one run or two side by side; {len(folders)} are given"
+        raise ResultsError(msg)
+    total = 100 * len(folders)
+
+    def part(before: int, done: int) -> None:
+        report(before + done, total)
+
+    scenes = [load_scene(Path(folder), partial(part, 100 * n)) for n, folder in enumerate(folders)]
+    title = ", ".join(dict.fromkeys(scene.network for scene in scenes))
+    title = f"{title}: {' beside '.join(scene.name for scene in scenes)}"
+    pack = Pack()
+    data = pack.text(_description(pack, scenes))
+    return Replay(title, _page(title, data))
+
+
+def _description(pack: Pack, scenes: Sequence[Scene]) -> dict[str, Any]:
+    """Return what the page is told in words; the streets of one network are told once."""
+    streets: list[dict[str, Any]] = []
+    runs = []
+    for scene in scenes:
+        if scene.streets not in streets:
+            streets.append(scene.streets)
+        runs.append({**scene.describe(pack), "streets": streets.index(scene.streets)})
+    return {"streets": streets, "runs": runs}
+
+
+def _page(title: str, data: str) -> str:
+    style, frame = _asset("replay.css"), _asset("replay.html")
+    script = '"use strict";\n(() => {\n' + "\n".join(map(_asset, _SCRIPTS)) + "})();\n"
+    parts = {
+        "{{title}}": html.escape(title),
+        "{{policy}}": f"default-src 'none'; script-src {_hash(script)}; style-src {_hash(style)}; "
+        "img-src data:; base-uri 'none'; form-action 'none'",
+        "{{style}}": style,
+        "{{script}}": script,
+        "{{data}}": data,
+    }
+    return re.sub(r"\{\{\w+\}\}", lambda found: parts[found[0]], frame)
+
+
+def _asset(name: str) -> str:
+    return (resources.files("loopgate.replay") / "page" / name).read_text(encoding="utf-8")
+
+
+def _hash(text: str) -> str:
+    return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}'"

@@ -1,0 +1,182 @@
+"""One run as the replay shows it: read from its folder, described for the page."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from loopgate.audit.layout import Layout, read_layout
+from loopgate.errors import ResultsError
+from loopgate.reading import read_object, read_toml, refusing
+from loopgate.replay.happenings import WHY, Happenings, Span, find_happenings
+from loopgate.replay.pack import Pack
+from loopgate.replay.streets import Box, draw_streets, flat, open_network
+from loopgate.replay.tracks import PER_M, Tracks, read_tracks
+from loopgate.replay.ways import Ways, find_ways
+from loopgate.results.columns import Event
+from loopgate.results.recorder import read_events
+from loopgate.simulation import outcome
+
+__all__ = ["Scene", "load_scene"]
+
+_SHOWN = (
+    *(Event.START, Event.GRANT, Event.REFUSE, Event.HOLD, Event.GO, Event.ENTER, Event.LEAVE, Event.LAP),
+    *(Event.DEADLOCK, Event.COLLISION, Event.TELEPORT, Event.OVERRUN, Event.STRAY),
+)
+_LENGTH_M, _WIDTH_M = 5.0, 1.8
+"""SUMO's car, for vehicles of which nothing is known."""
+_MARGIN_M = 150.0
+
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """A run, ready to be shown.
+
+    Attributes
+    ----------
+    summary
+        What ``summary.json`` holds.
+    tracks, layout, ways, happenings, streets
+        Where everybody was, what is known of the roads, what happened, what is drawn behind.
+    """
+
+    summary: Mapping[str, Any]
+    tracks: Tracks
+    layout: Layout | None
+    ways: Ways
+    happenings: Happenings
+    streets: dict[str, Any]
+
+    @property
+    def network(self) -> str:
+        """The network's name."""
+        return Path(str(self.summary["network"])).name.removesuffix(".gz").removesuffix(".net.xml")
+
+    @property
+    def name(self) -> str:
+        """Who decided who may go: SUMO, or a gate."""
+        gate = str(self.summary["gate"])
+        return "SUMO's own rules" if gate == "open" else f"loopgate, {gate}"
+
+    def describe(self, pack: Pack) -> dict[str, Any]:
+        """Put the run's columns into `pack` and return what the page is told of them."""
+        tracks, layout, what = self.tracks, self.layout, self.happenings
+        bodies = list(layout.vehicles.values()) if layout else []
+        sizes = [[body.length_m, body.width_m] for body in bodies]
+        sizes += [[_LENGTH_M, _WIDTH_M]] * (len(tracks.vehicles) - len(bodies))
+        loops = {name: number for number, name in enumerate(self.ways.loops)}
+        rooms = layout.room if layout else {}
+        summary = self.summary
+        return {
+            "name": self.name,
+            "network": self.network,
+            "gated": summary["gate"] != "open",
+            "outcome": summary["outcome"],
+            "figures": {name: summary.get(name) for name in ("seed", "laps", "distance_km", "collisions")},
+            "first_s": tracks.first_s,
+            "step_s": tracks.step_s,
+            "frames": tracks.frames,
+            "vehicles": list(tracks.vehicles),
+            "sizes": sizes,
+            "loop_of": [loops[body.loop] for body in bodies],
+            "loops": [[name, flat(line, closed=True)] for name, line in self.ways.loops.items()],
+            "places": [[name, rooms.get(name, 0), flat(line)] for name, line in self.ways.places.items()],
+            "links": [flat(link.line) for link in self.ways.links],
+            "foes": self.ways.foes,
+            "why": list(WHY.values()),
+            "crossing": list(WHY).index("crossing"),
+            "occupied": list(WHY).index("occupied"),
+            "after": [[self._place(name), list(links)] for name, links in self.ways.after.items()],
+            "tracks": [pack.column(column) for column in (tracks.owner, tracks.begin, tracks.count)],
+            "x": pack.column(tracks.x, differences=2),
+            "y": pack.column(tracks.y, differences=2),
+            "heading": pack.column(tracks.heading),
+            "visits": _columns(pack, what.visits),
+            "passages": _columns(pack, what.passages),
+            "refusals": _columns(pack, what.refusals),
+            "holds": _columns(pack, what.holds),
+            "laps": [pack.column([row[k] for row in what.laps]) for k in (0, 1)],
+            "mishaps": what.mishaps,
+            "circles": [[list(circle.vehicles), circle.begin, circle.end] for circle in what.circles],
+        }
+
+    def _place(self, loop: str) -> list[int]:
+        numbers = {name: number for number, name in enumerate(self.ways.places)}
+        legs = self.layout.loops[loop].legs if self.layout else ()
+        return [numbers[leg.state] for leg in legs]
+
+
+def load_scene(folder: Path, report: Callable[[int], None] = lambda _percent: None) -> Scene:
+    """Read a run from its folder.
+
+    Parameters
+    ----------
+    folder
+        Of a run with positions.
+    report
+        Told how much is done, in percent.
+
+    Raises
+    ------
+    ResultsError
+        If it is no run folder, a file cannot be read, or no positions were recorded.
+    """
+    summary = read_object(folder / outcome.SUMMARY, "summary of a run", ResultsError)
+    with refusing(folder, "run folder", ResultsError):
+        needed = {name: summary[name] for name in ("network", "gate", "outcome", "vehicles", "duration_s")}
+    positions = folder / outcome.POSITIONS
+    if not positions.is_file():
+        msg = f"{folder}: no positions were recorded; run it again with them: {_again(summary, folder)}"
+        raise ResultsError(msg)
+    scenario = read_toml(folder / outcome.SCENARIO, "scenario", ResultsError)
+    file = folder / outcome.LAYOUT
+    layout = read_layout(file) if file.is_file() else None
+    with refusing(folder, "run folder", ResultsError):
+        step_s = float(scenario["step_s"])
+        rows = (
+            max(1.0, (float(needed["duration_s"]) + float(scenario["warmup_s"])) / step_s)
+            * needed["vehicles"]
+        )
+    report(2)
+    tracks = read_tracks(
+        positions,
+        step_s,
+        known=tuple(layout.vehicles) if layout else (),
+        report=lambda done: report(2 + min(68, int(68 * done / rows))),
+    )
+    ways = find_ways(layout) if layout else Ways({}, {}, (), {}, ())
+    report(72)
+    events = read_events(folder / outcome.EVENTS, _SHOWN)
+    happenings = find_happenings(events, tracks, layout, ways)
+    report(85)
+    streets = draw_streets(open_network(scenario, folder), layout, _box(tracks))
+    return Scene(summary, tracks, layout, ways, happenings, streets)
+
+
+def _again(summary: Mapping[str, Any], folder: Path) -> str:
+    command = str(
+        summary.get("command") or f"loopgate run {summary['network']} -o {shlex.quote(str(folder))}"
+    )
+    return f"{command} --positions --overwrite"
+
+
+def _box(tracks: Tracks) -> Box:
+    x, y = tracks.x / PER_M, tracks.y / PER_M
+    return (
+        float(np.min(x)) - _MARGIN_M,
+        float(np.max(x)) + _MARGIN_M,
+        float(np.min(y)) - _MARGIN_M,
+        float(np.max(y)) + _MARGIN_M,
+    )
+
+
+def _columns(pack: Pack, spans: Sequence[Span]) -> list[list[int]]:
+    """Return what, whose, first step, how many steps, and why, as columns."""
+    table = np.array(spans, dtype=np.int64).reshape(-1, len(Span._fields))
+    table[:, 3] -= table[:, 2]
+    return [pack.column(column) for column in table.T]

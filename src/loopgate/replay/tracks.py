@@ -1,0 +1,178 @@
+"""Where every vehicle was at every step, as SUMO recorded it, rounded to what can be seen."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+import pyarrow as pa
+import pyarrow.csv
+
+from loopgate.errors import ResultsError
+from loopgate.reading import refusing
+
+__all__ = ["PER_M", "TURN", "Tracks", "read_tracks"]
+
+Ints = npt.NDArray[np.int64]
+Floats = npt.NDArray[np.float64]
+
+PER_M = 10
+"""Positions are whole tenths of a metre."""
+
+TURN = 256
+"""Headings are whole parts of a turn."""
+
+_BLOCK_BYTES = 8_000_000
+_LARGEST_M = 1e8
+_LONGEST_LEAP_M = 200.0
+"""A vehicle that goes farther in a step has been put somewhere else [m]."""
+
+_WORD = pa.dictionary(pa.int32(), pa.string())
+_NUMBERS = ("timestep_time", "vehicle_x", "vehicle_y", "vehicle_angle", "vehicle_odometer")
+
+
+@dataclass(frozen=True, slots=True)
+class Tracks:
+    """Positions by vehicle, then by step.
+
+    Attributes
+    ----------
+    vehicles
+        Names; those that were given come first.
+    first_s, step_s, frames
+        Time after the first step, length of a step [s], and how many steps there are.
+    owner, begin, count
+        Tracks in the order of the positions: its vehicle, the number of its first step, how many steps. A
+        vehicle that was off the road, or put elsewhere, has several.
+    x, y
+        Front of the vehicle in network coordinates, in tenths of a metre.
+    heading
+        From rear to front, clockwise from north, in 256ths of a turn.
+    odometer_m
+        Distance driven [m].
+    """
+
+    vehicles: tuple[str, ...]
+    first_s: float
+    step_s: float
+    frames: int
+    owner: Ints
+    begin: Ints
+    count: Ints
+    x: Ints
+    y: Ints
+    heading: Ints
+    odometer_m: Floats
+
+    def frame(self, time_s: float) -> int:
+        """Return the number of the step that ended at a time [s]."""
+        return round((time_s - self.first_s) / self.step_s)
+
+    def rows_of(self) -> Mapping[int, list[tuple[int, slice]]]:
+        """Return each vehicle's tracks: number of the first step, and the rows."""
+        found: dict[int, list[tuple[int, slice]]] = {}
+        ends = np.cumsum(self.count).tolist()
+        for owner, begin, count, end in zip(
+            self.owner.tolist(), self.begin.tolist(), self.count.tolist(), ends, strict=True
+        ):
+            found.setdefault(owner, []).append((begin, slice(end - count, end)))
+        return found
+
+
+def read_tracks(
+    file: Path,
+    step_s: float,
+    *,
+    known: tuple[str, ...] = (),
+    report: Callable[[int], None] = lambda _rows: None,
+) -> Tracks:
+    """Read what SUMO recorded (``positions.csv.gz``).
+
+    Parameters
+    ----------
+    file
+        The table.
+    step_s
+        Length of a step [s]: SUMO writes the time at which a step began, events have that at which it ended.
+    known
+        Vehicles that get the first numbers, whether they are on the road or not.
+    report
+        Told now and then how many rows have been read.
+
+    Raises
+    ------
+    ResultsError
+        If it cannot be read, or there is nobody in it.
+    """
+    numbers = {name: number for number, name in enumerate(known)}
+    pieces: list[tuple[Ints, ...]] = []
+    driven: list[Floats] = []
+    rows = 0
+    with refusing(file, "positions", ResultsError), _open(file) as reader:
+        for batch in reader:
+            table = pa.Table.from_batches([batch]).drop_null()  # SUMO leaves fields empty where nobody is
+            piece = _piece(table, numbers, step_s)
+            pieces.append(piece)
+            driven.append(_column(table, "vehicle_odometer"))
+            rows += len(table)
+            report(rows)
+    if not rows:
+        msg = f"{file}: there is nobody in it"
+        raise ResultsError(msg)
+    step, vehicle, x, y, heading = (np.concatenate(column) for column in zip(*pieces, strict=True))
+    order = np.lexsort((step, vehicle))
+    step, vehicle, x, y, heading = (column[order] for column in (step, vehicle, x, y, heading))
+    first = int(step.min())
+    leap = np.maximum(np.abs(np.diff(x)), np.abs(np.diff(y))) > _LONGEST_LEAP_M * PER_M
+    cut = (np.diff(vehicle) != 0) | (np.diff(step) != 1) | leap
+    begins = np.concatenate(([0], np.flatnonzero(cut) + 1))
+    return Tracks(
+        vehicles=tuple(numbers),
+        first_s=first * step_s,
+        step_s=step_s,
+        frames=int(step.max()) - first + 1,
+        owner=vehicle[begins],
+        begin=step[begins] - first,
+        count=np.diff(np.append(begins, len(vehicle))),
+        x=x,
+        y=y,
+        heading=heading,
+        odometer_m=np.concatenate(driven)[order],
+    )
+
+
+def _open(file: Path) -> pyarrow.csv.CSVStreamingReader:
+    types = {"vehicle_id": _WORD, **{name: pa.float64() for name in _NUMBERS}}
+    return pyarrow.csv.open_csv(
+        file,
+        read_options=pyarrow.csv.ReadOptions(block_size=_BLOCK_BYTES, use_threads=False),
+        parse_options=pyarrow.csv.ParseOptions(delimiter=";"),
+        convert_options=pyarrow.csv.ConvertOptions(column_types=types, include_columns=list(types)),
+    )
+
+
+def _piece(table: pa.Table, numbers: dict[str, int], step_s: float) -> tuple[Ints, ...]:
+    ids = table.column("vehicle_id").combine_chunks()
+    ids = ids.chunk(0) if isinstance(ids, pa.ChunkedArray) else ids
+    codes = np.array(
+        [numbers.setdefault(word, len(numbers)) for word in ids.dictionary.to_pylist()], dtype=np.int64
+    )
+    turns = _column(table, "vehicle_angle") * (TURN / 360.0)
+    return (
+        np.rint(_column(table, "timestep_time") / step_s).astype(np.int64) + 1,
+        codes[ids.indices.to_numpy(zero_copy_only=False)],
+        np.rint(_column(table, "vehicle_x") * PER_M).astype(np.int64),
+        np.rint(_column(table, "vehicle_y") * PER_M).astype(np.int64),
+        np.rint(turns).astype(np.int64) % TURN,
+    )
+
+
+def _column(table: pa.Table, name: str) -> Floats:
+    values = np.asarray(table.column(name).to_numpy(), dtype=np.float64)
+    if not (np.abs(values) <= _LARGEST_M).all():
+        msg = f"{name} is no number up to {_LARGEST_M:g}"
+        raise ValueError(msg)
+    return values

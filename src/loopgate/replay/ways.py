@@ -1,0 +1,97 @@
+"""Loops, places and the ways between them as lines on the map."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from loopgate.audit.layout import Layout, LoopWay
+from loopgate.network.curve import cut_curve, gap
+
+__all__ = ["Link", "Ways", "find_ways"]
+
+Line = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Link:
+    """The way from a place to the next: its crossings, and where it lies."""
+
+    crossings: tuple[str, ...]
+    line: Line
+
+
+@dataclass(frozen=True, slots=True)
+class Ways:
+    """What of a layout is drawn.
+
+    Attributes
+    ----------
+    loops
+        Line of each loop, by name [m].
+    places
+        Line of each place, by name [m].
+    links
+        The ways between places.
+    after
+        For each loop the numbers of the links behind its legs.
+    foes
+        For each link those that exclude it.
+    """
+
+    loops: dict[str, Line]
+    places: dict[str, Line]
+    links: tuple[Link, ...]
+    after: dict[str, tuple[int, ...]]
+    foes: tuple[tuple[int, ...], ...]
+
+
+def find_ways(layout: Layout) -> Ways:
+    """Return loops, places and links of a run.
+
+    A line follows the lanes on which vehicles leave their spans. O(legs times conflicts).
+    """
+    loops: dict[str, Line] = {}
+    places: dict[str, Line] = {}
+    links: dict[tuple[str, str, tuple[str, ...]], int] = {}
+    drawn: list[Link] = []
+    after: dict[str, tuple[int, ...]] = {}
+    passing: dict[str, list[int]] = {}
+    excluded: list[set[str]] = []
+    for name, loop in layout.loops.items():
+        points, arcs = _curve(layout, loop)
+        loops[name] = points
+        numbers = []
+        for k, leg in enumerate(loop.legs):
+            behind = loop.legs[(k + 1) % len(loop.legs)]
+            places.setdefault(leg.state, cut_curve(points, arcs, loop.length_m, leg.begin_m, leg.end_m))
+            crossings = tuple(crossing for crossing, _ in leg.crossings)
+            key = (leg.state, behind.state, crossings)
+            if key not in links:
+                links[key] = len(drawn)
+                to_m = leg.end_m + gap(loop.length_m, leg.end_m, behind.begin_m)
+                line = cut_curve(points, arcs, loop.length_m, leg.end_m, to_m)
+                drawn.append(Link(crossings, line))
+                excluded.append({foe for _, foes in leg.crossings for foe in foes})
+                for crossing in crossings:
+                    passing.setdefault(crossing, []).append(links[key])
+            numbers.append(links[key])
+        after[name] = tuple(numbers)
+    foes = tuple(
+        tuple(sorted({number for foe in foes for number in passing.get(foe, ())})) for foes in excluded
+    )
+    return Ways(loops, places, tuple(drawn), after, foes)
+
+
+def _curve(layout: Layout, loop: LoopWay) -> tuple[Line, Line]:
+    """Return a loop's points, and the arc length of each on it."""
+    points, arcs = [], []
+    for span in loop.spans:
+        shape = np.asarray(layout.shapes[span.lanes[0]], dtype=np.float64)
+        steps = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(shape, axis=0).T))))
+        drawn = steps[-1] or 1.0
+        points.append(shape)
+        arcs.append(span.begin_m + steps * ((span.end_m - span.begin_m) / drawn))
+    return np.concatenate(points), np.concatenate(arcs)

@@ -1,0 +1,82 @@
+"""A run in sumo-gui: the view fits the loops, vehicles are coloured by what they do."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Protocol
+
+import numpy as np
+
+from loopgate.drive.engine import Engine
+from loopgate.network import Loop
+
+__all__ = ["COLOURS", "Shown", "Window"]
+
+COLOURS = ((22, 104, 184), (224, 138, 0), (107, 111, 118), (194, 18, 75))
+"""Of those who drive, are held at a gate, stand otherwise, and have stood for long: as in the replay."""
+
+_DRIVES, _HELD, _STANDS, _JAM = range(4)
+_STANDING_MPS = 0.1
+_JAM_S = 180.0
+_MARGIN_M = 40.0
+
+
+class Shown(Protocol):
+    """Traffic with a window."""
+
+    @property
+    def now_s(self) -> float:
+        """Simulated time [s]."""
+        ...
+
+    def vehicles(self) -> Sequence[str]:
+        """Return the vehicles on the road."""
+        ...
+
+    def show(self, low: tuple[float, float], high: tuple[float, float]) -> None:
+        """Let the window show a part of the map, between two corners [m]."""
+        ...
+
+    def paint(self, vehicle: str, colour: tuple[int, int, int]) -> None:
+        """Give a vehicle a colour."""
+        ...
+
+
+class Window:
+    """Paints vehicles when what they do changes.
+
+    Parameters
+    ----------
+    traffic
+        Shown in a window.
+    engine
+        Drives the vehicles.
+    loops
+        What the view has to fit.
+    """
+
+    def __init__(self, traffic: Shown, engine: Engine, loops: Sequence[Loop]) -> None:
+        self._traffic = traffic
+        self._engine = engine
+        self._ids = [driver.id for driver in engine.drivers]
+        self._drove_s = np.full(len(self._ids), traffic.now_s)
+        self._painted = np.full(len(self._ids), -1)
+        points = np.concatenate([loop.curve()[0] for loop in loops])
+        west, south = (points.min(axis=0) - _MARGIN_M).tolist()
+        east, north = (points.max(axis=0) + _MARGIN_M).tolist()
+        traffic.show((west, south), (east, north))
+
+    def look(self) -> None:
+        """Paint those who do something else than at the last look."""
+        table, now = self._engine.vehicles, self._traffic.now_s
+        drives = table["speed"] >= _STANDING_MPS
+        self._drove_s[drives] = now
+        state = np.where(table["held"] & ~np.isnan(table["halted_s"]), _HELD, _STANDS)
+        state[now - self._drove_s >= _JAM_S] = _JAM
+        state[drives] = _DRIVES
+        changed = np.flatnonzero(state != self._painted)
+        on_road = set(self._traffic.vehicles()) if len(changed) else set()
+        for robot in changed.tolist():
+            if self._ids[robot] in on_road:
+                self._traffic.paint(self._ids[robot], COLOURS[state[robot]])
+                self._painted[robot] = state[robot]

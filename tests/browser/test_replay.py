@@ -1,0 +1,244 @@
+"""The replay in a real browser: quiet, offline, and all that can be clicked or pressed does what it says."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from chromium import CHROMIUM, MISSING, Tab, open_browser
+
+from loopgate.replay import make_replay
+from loopgate.simulation.run import simulate
+from loopgate.simulation.scenario import Scenario
+
+pytestmark = [
+    pytest.mark.sumo,
+    pytest.mark.skipif(CHROMIUM is None, reason=MISSING),
+    pytest.mark.filterwarnings("ignore::DeprecationWarning", "ignore::ResourceWarning"),
+]
+
+ROADS: dict[str, Any] = {
+    "network": "networks/order2.net.xml",
+    "routes": "routes/order2.rou.xml",
+    "abstraction": "segments",
+    "negotiation": "random",
+    "duration_s": 600,
+    "on_deadlock": "continue",
+    "positions": True,
+}
+READY = "new Promise(done => { const look = () => window.replay ? done() : setTimeout(look, 20); look(); })"
+DRAWN = "new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))"
+
+
+@pytest.fixture(scope="module")
+def pages(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    """Make two runs, one of which locks up, and their pages: one run, both."""
+    folder = tmp_path_factory.mktemp("replay")
+    for gate in ("collision", "certified"):
+        simulate(Scenario(gate=gate, **ROADS), folder / gate)
+    return {
+        "one": make_replay(folder / "certified").write(folder / "one.html"),
+        "both": make_replay(folder / "collision", folder / "certified").write(folder / "both.html"),
+    }
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Tab]:
+    """Start a browser for all tests of the module."""
+    with open_browser() as tab:
+        yield tab
+
+
+def ready(tab: Tab, page: Path, width: int = 1280, height: int = 800) -> Tab:
+    """Open a page, wait until it plays, and stop it at its beginning."""
+    tab.events.clear()
+    tab.size(width, height)
+    tab.open(page)
+    tab.value(READY)
+    tab.value("window.replay.play(false); window.replay.seek(0)")
+    tab.value(DRAWN)
+    return tab
+
+
+def keep(tab: Tab, file: Path) -> None:
+    """Keep what is seen, to be looked at."""
+    file.write_bytes(tab.picture())
+
+
+def deadlock(tab: Tab) -> None:
+    """Go to ten seconds after the first deadlock."""
+    tab.key("d")
+    tab.key("ArrowRight", shift=True)
+    tab.value(DRAWN)
+
+
+@pytest.mark.parametrize("name", ["one", "both"])
+@pytest.mark.parametrize("width", [1280, 375])
+def test_quiet_offline_and_within_the_window(
+    browser: Tab, pages: dict[str, Path], name: str, width: int
+) -> None:
+    """Nothing on the console, no request but the page, no sideways scrolling; every run has a map."""
+    tab = ready(browser, pages[name], width)
+    tab.value("window.replay.play(true); new Promise(done => setTimeout(done, 300))")
+    keep(tab, pages[name].with_name(f"{name}-{width}.png"))
+    assert tab.noise == []
+    assert tab.requests == [pages[name].as_uri()]
+    assert tab.value("document.documentElement.scrollWidth") <= width
+    assert tab.value("document.querySelectorAll('.panel canvas').length") == (2 if name == "both" else 1)
+    assert min(tab.value("[...document.querySelectorAll('.panel')].map(p => p.clientHeight)")) > 100
+
+
+def test_what_it_unpacks_is_what_was_packed(browser: Tab, pages: dict[str, Path]) -> None:
+    """Vehicles, steps and books: places hold at most what they have room for, all the time."""
+    tab = ready(browser, pages["one"])
+    assert tab.value("window.replay.runs[0].vehicles.length") == 5
+    assert tab.value("window.replay.runs[0].frames") == 601
+    over = (
+        "(() => { const run = window.replay.runs[0]; let most = 0;"
+        "run.places.forEach(({room}, k) => { for (let f = 0; f < run.frames; f++)"
+        " most = Math.max(most, run.visits.count(k, f) - (room || 1)); }); return most; })()"
+    )
+    assert tab.value(over) == 0
+    assert tab.value("window.replay.runs[0].lapOf.length") > 20
+
+
+def test_a_deadlock_is_drawn_and_told(browser: Tab, pages: dict[str, Path]) -> None:
+    """D goes there; the caption says it, and red is on the map where it was not before."""
+    tab = ready(browser, pages["both"])
+    red = (
+        "(() => { const c = document.querySelector('.panel canvas');"
+        "const p = c.getContext('2d').getImageData(0, 0, c.width, c.height).data; let n = 0;"
+        "for (let i = 0; i < p.length; i += 4) if (p[i] > 190 && p[i + 1] < 30 && p[i + 2] < 60) n++;"
+        "return n; })()"
+    )
+    assert tab.value(red) == 0
+    deadlock(tab)
+    keep(tab, pages["both"].with_name("deadlock.png"))
+    assert tab.value(red) > 100
+    assert "Deadlock of 3" in tab.value("document.querySelector('.alarm').textContent")
+    assert tab.value("document.querySelectorAll('.alarm')[1].textContent") == ""
+
+
+def test_a_click_tells_why_a_vehicle_waits(browser: Tab, pages: dict[str, Path]) -> None:
+    """Clicked on the map: followed, its reason, and the circle that its chain closes; then the next in it."""
+    tab = ready(browser, pages["both"])
+    deadlock(tab)
+    where = (
+        "(() => { const p = window.replay.panels[0], v = p.run.circles[0][0][0];"
+        "const [x, y] = p.painter.middle(v), box = p.canvas.getBoundingClientRect();"
+        "return [box.left + p.view.left(x, box.width), box.top + p.view.top(y, box.height),"
+        " p.run.vehicles[v]]; })()"
+    )
+    left, top, name = tab.value(where)
+    tab.click(left, top)
+    tab.value(DRAWN)
+    told = tab.value("document.getElementById('about').innerText")
+    keep(tab, pages["both"].with_name("clicked.png"))
+    assert told.startswith(name)
+    assert "in a deadlock of 3" in told
+    assert tab.value("document.querySelectorAll('#about li').length") == 3
+    assert tab.value("window.replay.views[0].followed !== null")
+    tab.value("document.querySelector('#about li button').click()")
+    tab.value(DRAWN)
+    other = tab.value("document.getElementById('about').innerText")
+    assert not other.startswith(name)
+    tab.key("Escape")
+    tab.value(DRAWN)
+    assert tab.value("document.getElementById('about').hidden")
+
+
+def test_a_refused_vehicle_names_the_one_ahead(browser: Tab, pages: dict[str, Path]) -> None:
+    """R goes to a refusal and chooses its vehicle; who is told to be waited for holds what it wants."""
+    tab = ready(browser, pages["one"])
+    for _ in range(5):
+        tab.key("Escape")
+        tab.key("r")
+    tab.value(DRAWN)
+    told = tab.value("document.getElementById('about').innerText")
+    assert "It wants to go to" in told
+    holders = tab.value(
+        "(() => { const {run, vehicle} = window.replay.chosen;"
+        "const row = run.refusals.rows(vehicle, run.frame).pop();"
+        "const rows = run.visits.rows(run.links[run.refusals.what[row]].to, run.frame);"
+        "return rows.map(r => run.vehicles[run.visits.whose[r]]); })()"
+    )
+    named = tab.value("[...document.querySelectorAll('#about li button')].map(b => b.textContent)")
+    assert not named or named[0] in holders
+
+
+def test_keys(browser: Tab, pages: dict[str, Path]) -> None:
+    """A walk over all keys; the clock and the slider go along."""
+    tab = ready(browser, pages["both"])
+    first = tab.value("window.replay.time")
+    tab.key("ArrowRight")
+    assert tab.value("window.replay.time") == first + 1
+    tab.key("ArrowRight", shift=True)
+    tab.key("ArrowLeft")
+    assert tab.value("window.replay.time") == first + 10
+    tab.key("l")
+    assert tab.value("window.replay.time") > first + 10
+    assert tab.value("window.replay.chosen !== null")
+    tab.key("n")
+    tab.key("Escape")
+    assert tab.value("window.replay.chosen") is None
+    tab.key("]")
+    assert tab.value("window.replay.speed") == 20
+    tab.key("[")
+    scale = tab.value("window.replay.views[0].scale")
+    tab.key("+")
+    assert tab.value("window.replay.views[0].scale") > scale
+    tab.key("0")
+    tab.value(DRAWN)
+    assert tab.value("window.replay.views[0].scale") == scale
+    tab.key(" ")
+    assert tab.value("document.getElementById('play').textContent") == "Pause"
+    tab.key(" ")
+    tab.key("?")
+    assert tab.value("document.getElementById('help').open")
+    tab.value("document.getElementById('help').close()")
+    tab.value(DRAWN)
+    shown, slid = tab.value(
+        "[document.getElementById('clock').textContent, document.getElementById('time').value]"
+    )
+    minutes, seconds = shown.split(":")
+    assert 60 * int(minutes) + int(seconds) == pytest.approx(first + float(slid), abs=1)
+
+
+def test_every_control_is_reached_and_named(browser: Tab, pages: dict[str, Path]) -> None:
+    """By Tab alone, in the order in which they stand; each has a name."""
+    tab = ready(browser, pages["both"])
+    tab.value("document.activeElement.blur()")
+    reached = []
+    for _ in range(9):
+        tab.key("Tab")
+        reached.append(tab.value("document.activeElement.id"))
+    assert reached == ["time", "play", "speed", "refusal", "deadlock", "lap", "vehicle", "fit", "keys"]
+    unnamed = (
+        "[...document.querySelectorAll('button, input, select, canvas')].filter(e =>"
+        " !(e.ariaLabel || e.textContent.trim() || e.labels?.length)).map(e => e.outerHTML)"
+    )
+    assert tab.value(unnamed) == []
+
+
+def test_a_vehicle_is_found_by_name(browser: Tab, pages: dict[str, Path]) -> None:
+    """Typed into its field; one that does not exist chooses nobody."""
+    tab = ready(browser, pages["one"])
+    pick = (
+        "(name => { const field = document.getElementById('vehicle');"
+        "field.value = name; field.dispatchEvent(new Event('change')); })"
+    )
+    name = tab.value("window.replay.runs[0].vehicles[2]")
+    tab.value(f"{pick}({name!r})")
+    assert tab.value("window.replay.chosen.vehicle") == 2
+    tab.value(f"{pick}('nobody')")
+    assert tab.value("window.replay.chosen") is None
+
+
+@pytest.mark.parametrize(("name", "least"), [("one", 20), ("both", 15)])
+def test_it_moves_smoothly(browser: Tab, pages: dict[str, Path], name: str, least: int) -> None:
+    """On a busy machine without a graphics card still many frames a second."""
+    tab = ready(browser, pages[name])
+    frames = "(() => window.replay.frames)()"
+    before = tab.value(frames)
+    tab.value("window.replay.play(true); new Promise(done => setTimeout(done, 2000))")
+    assert (tab.value(frames) - before) / 2 > least
