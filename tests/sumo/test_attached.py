@@ -252,6 +252,19 @@ def test_arguments_are_checked() -> None:
             loopgate.attach(libsumo, **given)  # type: ignore[arg-type]  # all are words
 
 
+def test_the_simulation_may_end_first() -> None:
+    """Figures and events are there all the same."""
+    start()
+    put("v1")
+    with loopgate.attach(libsumo) as gate:
+        gate.add("v1")
+        drive(gate, lambda: len(gate.vehicles) == 1)
+        libsumo.close()
+    assert gate.summary["vehicles"] == 1
+    assert "start" in set(gate.events["event"])
+    start()
+
+
 def test_no_simulation_is_running() -> None:
     """Nothing to attach to."""
     with pytest.raises(LoopgateError, match="traci: no simulation is running"):
