@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from loopgate.drive.sense import TOLERANCE_M, braking_m
 from loopgate.drive.track import Track
 from loopgate.errors import TrafficError
 from loopgate.network import Loop, VehicleType
@@ -115,16 +116,20 @@ class Newcomer:
         begins = [span.begin_m for span in self.loop.spans if not span.internal]
         here = max(n for n, begin in enumerate(begins) if n == 0 or begin <= self.arc_m)
         left = {position: self._left_m(track, position) for position in range(len(track.legs))}
+        decel = traffic.dynamics(self.vehicle).decel_mps2
+        needed_m = braking_m(traffic.speed(self.vehicle), decel, traffic.step_s) - TOLERANCE_M
         try:
             traffic.lead(self.vehicle, (*edges[here:], *edges, *edges, *edges[: pivot(self.loop) + 1]))
         except TrafficError:
             return  # not from here
         for position in sorted(left, key=lambda p: left[p]):
             line = track.stop_lines[position]
+            if left[position] < needed_m:
+                continue  # SUMO itself looks at that only where both are on one edge
             try:
                 held = traffic.hold(self.vehicle, line.edge, line.lane_index, line.position_m)
             except TrafficError:
-                continue  # it is too near to brake
+                continue
             if held:
                 self.position, self.left_m = position, left[position]
                 return
