@@ -78,8 +78,7 @@ def test_it_is_held_at_the_end_of_its_place(scene: tuple[Newcomer, Any, Plan]) -
     newcomer, road, plan = scene
     road.at = ("B1C1_0", 4.0)
     newcomer.look(road, plan)
-    assert road.holds == ["B1C1"]
-    assert not newcomer.inside
+    assert (newcomer.inside, road.holds) == (False, ["B1C1"])
     assert road.led[0][:5] == (*EDGES, "B1C1")
     road.at = ("B1C1_0", 60.0)
     newcomer.look(road, plan)
