@@ -5,7 +5,7 @@ BIN    := $(VENV)/bin
 STAMP  := $(VENV)/installed
 
 .DEFAULT_GOAL := help
-.PHONY: help demo readme setup test check browser animation format bench bench-sweep networks small-networks city throughput soak unseen long-vehicles covering watched day fuzz proofs lock clean
+.PHONY: help demo readme setup test check browser animation format bench bench-sweep networks small-networks city throughput soak unseen long-vehicles covering watched day attached fuzz proofs lock clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-15s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -92,6 +92,9 @@ proofs: ## check the proofs of docs/proofs by machine (needs Rocq, called coqc)
 	@command -v coqc > /dev/null || { echo "make proofs needs Rocq 8.16 or newer (coqc): apt-get install coq, or opam install coq"; exit 2; }
 	@mkdir -p out/proofs && cp docs/proofs/*.v out/proofs
 	cd out/proofs && for name in Model Chain Push Crowd Service Ends; do echo "$$name.v" && coqc $$name.v || exit 1; done
+
+attached: $(STAMP) ## vehicles that join and leave among ordinary traffic, whose owner interferes: two hours, five seeds
+	$(BIN)/python analysis/attached.py
 
 lock: ## renew requirements.lock (needs uv)
 	uv pip compile pyproject.toml --extra dev --universal --generate-hashes --no-header --no-annotate --quiet -o requirements.lock

@@ -202,6 +202,30 @@ def test_a_vehicle_waits_while_the_gate_cannot_take_it_in() -> None:
         drive(gate, lambda: gate.vehicles == ("v2",), steps=5)
 
 
+def test_longer_vehicles_change_the_plan(tmp_path: Path) -> None:
+    """All grants are withheld until everybody holds one place; then all go on by the new plan, at once."""
+    routes = tmp_path / "some.rou.xml"
+    known = (ROOT / "routes" / "grid5.rou.xml").read_text(encoding="utf-8")
+    routes.write_text(known.replace("<routes>", '<routes><vType id="bus" length="12"/>', 1))
+    start(routes=routes)
+    put(*(f"v{number}" for number in range(6)))
+    put(*(f"w{number}" for number in range(6)), route="loop4")
+    with loopgate.attach(libsumo) as gate:
+        gate.add(*(f"{kind}{number}" for kind in "vw" for number in range(6)))
+        drive(gate, lambda: len(gate.vehicles) == 12)
+        put("bus", kind="bus")
+        gate.add("bus")
+        happened = drive(gate, lambda: "bus" in gate.vehicles)
+        again = {row.vehicle: row.time_s for row in happened if row.reason == "another plan"}
+        assert len(again) == 12
+        begun = {row.vehicle: row.time_s for row in happened if row.event == "start"}
+        assert all(begun[vehicle] == at_s for vehicle, at_s in again.items())
+        assert "traffic" in dict(of(happened, "refuse")).values()
+        drive(gate, steps=600)
+    assert (gate.summary["trespasses"], gate.summary["overruns"], gate.summary["collisions"]) == (0, 0, 0)
+    assert gate.summary["laps"] >= 13
+
+
 def test_what_it_cannot_take_is_refused_by_name(tmp_path: Path) -> None:
     """Vehicles that do not exist, open routes, drivers no gate can count on; and nobody else is added."""
     routes = tmp_path / "some.rou.xml"
@@ -250,6 +274,19 @@ def test_arguments_are_checked() -> None:
     ):
         with pytest.raises(LoopgateError, match=text):
             loopgate.attach(libsumo, **given)  # type: ignore[arg-type]  # all are words
+
+
+def test_the_simulation_may_end_first() -> None:
+    """Figures and events are there all the same."""
+    start()
+    put("v1")
+    with loopgate.attach(libsumo) as gate:
+        gate.add("v1")
+        drive(gate, lambda: len(gate.vehicles) == 1)
+        libsumo.close()
+    assert gate.summary["vehicles"] == 1
+    assert "start" in set(gate.events["event"])
+    start()
 
 
 def test_no_simulation_is_running() -> None:

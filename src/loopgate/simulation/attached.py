@@ -20,7 +20,7 @@ from loopgate.network.routes_file import one_round
 from loopgate.results.columns import Event
 from loopgate.results.feed import EventFeed, Happening
 from loopgate.results.recorder import read_events
-from loopgate.simulation.fleet import Fleet
+from loopgate.simulation.fleet import GONE, Fleet
 from loopgate.simulation.newcomers import Newcomer
 from loopgate.simulation.outcome import EVENTS
 from loopgate.simulation.settings import why_unsafe
@@ -152,6 +152,9 @@ class Attached:
         self._note_collisions()
         self._fleet.after_step()
         fresh, self._recorder.fresh = self._recorder.fresh, []
+        for row in fresh:
+            if (row.event, row.reason) == (Event.END, GONE):
+                self._ends.pop(row.vehicle, None)
         return fresh
 
     @property
@@ -198,6 +201,9 @@ class Attached:
         """Figures so far; by the names of ``summary.json`` where that has them."""
         if self._final is not None:
             return self._final
+        return self._figures() | (self._fleet.around.report() if self._fleet.around else {})
+
+    def _figures(self) -> dict[str, Any]:
         figures = dict(self._done)
         for driver in self._fleet.members.values():
             self._add_up(figures, driver)
@@ -221,7 +227,6 @@ class Attached:
             "decisions": times.count,
             "refusals": dict(sorted(keeper.refusals.items())) if keeper else {},
             "decision_us": times.summary(),
-            **(self._fleet.around.report() if self._fleet.around else {}),
         }
 
     def __enter__(self) -> Self:
@@ -246,9 +251,10 @@ class Attached:
         trace: TracebackType | None,
     ) -> None:
         with self._stack:
-            summary = self.summary
-            with suppress(TrafficError, *self._sumo.error):
+            final = self._figures()
+            with suppress(TrafficError, *self._sumo.error):  # it may have been ended already
+                final |= self._fleet.around.report() if self._fleet.around else {}
                 self._fleet.drop([*self._fleet.members, *self._fleet.newcomers], "end")
             self._recorder.close()
             self.events = read_events(self._folder / EVENTS)
-            self._final = summary
+            self._final = final

@@ -28,7 +28,10 @@ from loopgate.simulation.scenario import SERVE_AFTER_S
 from loopgate.simulation.surroundings import Surroundings
 from loopgate.traffic.base import Traffic
 
-__all__ = ["Fleet"]
+__all__ = ["GONE", "Fleet"]
+
+GONE = "gone"
+"""Why a vehicle left that is on the road no longer."""
 
 _AGAIN_S = 1.0
 """A newcomer that was refused is looked at again after this time [s]."""
@@ -178,8 +181,8 @@ class Fleet:
         if not self.members and not self.newcomers:
             return
         present = set(self._traffic.vehicles())
-        self.drop([n.vehicle for n in self.newcomers.values() if n.seen and n.vehicle not in present], "gone")
-        self.drop(self.members.keys() - present, "gone")
+        self.drop([n.vehicle for n in self.newcomers.values() if n.seen and n.vehicle not in present], GONE)
+        self.drop(self.members.keys() - present, GONE)
         moved = [vehicle for vehicle, driver in self.members.items() if self._is_moved(driver)]
         self._rejoin(moved, "moved")
         for newcomer in self.newcomers.values():

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from loopgate.drive.sense import MARGIN_M
+from loopgate.drive.sense import TOLERANCE_M, braking_m
 from loopgate.drive.track import Track
 from loopgate.errors import TrafficError
 from loopgate.network import Loop, VehicleType
@@ -14,8 +14,6 @@ from loopgate.simulation.sumo_input import pivot
 from loopgate.traffic.base import Traffic
 
 __all__ = ["Newcomer"]
-
-_STANDING_MPS = 0.1
 
 _SAME_M = 0.5
 """How far past the end of its state a vehicle may stand that is held there [m]."""
@@ -117,13 +115,9 @@ class Newcomer:
         edges = self.loop.edges
         begins = [span.begin_m for span in self.loop.spans if not span.internal]
         here = max(n for n, begin in enumerate(begins) if n == 0 or begin <= self.arc_m)
-        speed = traffic.speed(self.vehicle)
-        dynamics = traffic.dynamics(self.vehicle)
-        faster = speed + dynamics.accel_mps2 * traffic.step_s
-        needed_m = faster * faster / (2 * dynamics.decel_mps2) + 2 * faster * traffic.step_s + MARGIN_M
-        if speed < _STANDING_MPS:
-            needed_m = -_SAME_M
         left = {position: self._left_m(track, position) for position in range(len(track.legs))}
+        decel = traffic.dynamics(self.vehicle).decel_mps2
+        needed_m = braking_m(traffic.speed(self.vehicle), decel, traffic.step_s) - TOLERANCE_M
         try:
             traffic.lead(self.vehicle, (*edges[here:], *edges, *edges, *edges[: pivot(self.loop) + 1]))
         except TrafficError:
@@ -131,7 +125,7 @@ class Newcomer:
         for position in sorted(left, key=lambda p: left[p]):
             line = track.stop_lines[position]
             if left[position] < needed_m:
-                continue
+                continue  # SUMO itself looks at that only where both are on one edge
             try:
                 held = traffic.hold(self.vehicle, line.edge, line.lane_index, line.position_m)
             except TrafficError:
