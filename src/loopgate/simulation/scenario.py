@@ -115,7 +115,7 @@ class Scenario:
     gate: Annotated[str, text()] = "certified"
     abstraction: Annotated[str, choice(ABSTRACTIONS)] = "queues"
     negotiation: Annotated[str, text()] = ""
-    serve_after_s: Annotated[float, real(0.0, _LONG_S)] = 180.0
+    serve_after_s: Annotated[float, real(0.0, _LONG_S)] = 120.0
     lights: Annotated[str, choice(("", *LIGHTS))] = ""
     spacing: Annotated[str, choice(SPACINGS)] = "none"
     revisit_s: Annotated[float, real(0.0, _LONG_S)] = 0.0
