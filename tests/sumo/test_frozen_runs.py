@@ -60,6 +60,8 @@ SCENARIOS: Final[dict[str, Scenario]] = {
     "ring3 everyone": replace(RING3, gate="certified:promise=everyone"),
     "pressure": replace(GRID, loops=30, vehicles=240),
     "no reserve": replace(GRID, loops=40, vehicles=330, negotiation="pressure:crowded=2", duration_s=300.0),
+    "served": replace(GRID, loops=40, vehicles=330, serve_after_s=20.0, duration_s=200.0),
+    "served, lights obeyed": replace(ACTUATED, vehicles=240, loops=30, lights="obey", serve_after_s=30.0),
     "warm-up": replace(GRID, warmup_s=50.0, duration_s=60.0),
     "half steps": replace(GRID, step_s=0.5, duration_s=60.0),
     **{name: replace(GRID, negotiation=name) for name in ("oldest", "platoon", "random")},
@@ -105,6 +107,7 @@ SCENARIOS: Final[dict[str, Scenario]] = {
 }
 UNCOMPILED = (
     ("pressure", "lights obeyed", "ordinary traffic", "misled"),
+    ("served", "served, lights obeyed"),
     ("left turners", "lanes", "a loop that passes edges several times", "braking over several laps"),
     ("open", "order2 certified", "queues algorithm2", "platoon", "long and slow vehicles"),
 )
