@@ -167,23 +167,28 @@ def test_one_that_drives_tells_where_it_goes(browser: Tab, pages: dict[str, Path
     assert [here, then.strip()] in steps
 
 
-def test_a_refused_vehicle_names_the_one_ahead(browser: Tab, pages: dict[str, Path]) -> None:
-    """R goes to a refusal and chooses its vehicle; who is told to be waited for holds what it wants."""
-    tab = ready(browser, pages["one"])
-    for _ in range(5):
+def test_a_refused_vehicle_names_the_one_in_its_way(browser: Tab, pages: dict[str, Path]) -> None:
+    """Wherever a place is full, the one told to be waited for is in it; r leads from refusal to refusal."""
+    tab = ready(browser, pages["both"])
+    seen = 0
+    for _ in range(12):
         tab.key("Escape")
         tab.key("r")
-    tab.value(DRAWN)
-    told = tab.value("document.getElementById('about').innerText")
-    assert "It wants to go to" in told
-    holders = tab.value(
-        "(() => { const {run, vehicle} = window.replay.chosen;"
-        "const row = run.refusals.rows(vehicle, run.frame).pop();"
-        "const rows = run.visits.rows(run.links[run.refusals.what[row]].to, run.frame);"
-        "return rows.map(r => run.vehicles[run.visits.whose[r]]); })()"
-    )
-    named = tab.value("[...document.querySelectorAll('#about li button')].map(b => b.textContent)")
-    assert not named or named[0] in holders
+        tab.value(DRAWN)
+        full, holders = tab.value(
+            "(() => { const {run, vehicle} = window.replay.chosen;"
+            "const row = run.refusals.rows(vehicle, run.frame).pop();"
+            "const rows = run.visits.rows(run.links[run.refusals.what[row]].to, run.frame);"
+            "return [run.refusals.why[row] === run.occupied,"
+            " rows.map(r => run.vehicles[run.visits.whose[r]])]; })()"
+        )
+        told = tab.value("document.getElementById('about').innerText")
+        assert "It wants to go to" in told
+        if full:
+            seen += 1
+            assert "the next place is full" in told
+            assert tab.value("document.querySelector('#about li button').textContent") in holders
+    assert seen > 3
 
 
 def test_a_notebook_shows_the_same(browser: Tab, pages: dict[str, Path]) -> None:
