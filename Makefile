@@ -36,7 +36,7 @@ check: $(STAMP) ## lint, format, types, import layers
 	$(BIN)/python -m pip check
 
 browser: $(STAMP) ## test the pages in a real browser, Chromium without a window
-	@command -v chromium chromium-browser google-chrome chrome > /dev/null || { echo "make browser needs Chromium or Chrome: apt-get install chromium (Debian), snap install chromium (Ubuntu), brew install --cask chromium (macOS), or google.com/chrome"; exit 2; }
+	@$(BIN)/python analysis/chromium.py
 	$(BIN)/python -m pytest tests/browser
 
 animation: $(STAMP) ## make the README's animation anew (needs Chromium)

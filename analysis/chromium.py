@@ -8,6 +8,7 @@ import json
 import re
 import shutil
 import subprocess
+import sys
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -17,10 +18,15 @@ from typing import Any
 from tornado.httpclient import AsyncHTTPClient
 from tornado.websocket import WebSocketClientConnection, websocket_connect
 
-CHROMIUM = next(
-    filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome", "chrome"))), None
+_NAMES = (
+    *("chromium", "chromium-browser", "google-chrome", "chrome"),
+    "/Applications/Google Chrome.app/Contents/MacOS/Google Chrome",
 )
-MISSING = "no Chromium is found (chromium, google-chrome): 'make browser' says how to get one"
+CHROMIUM = next(filter(None, map(shutil.which, _NAMES)), None)
+MISSING = (
+    "no Chromium or Chrome is found: apt-get install chromium (Debian), snap install chromium (Ubuntu), "
+    "brew install --cask chromium (macOS), or https://www.google.com/chrome"
+)
 
 _FLAGS = (
     *("--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-sync"),
@@ -151,3 +157,10 @@ async def _connect(port: str) -> WebSocketClientConnection:
     listing = await AsyncHTTPClient().fetch(f"http://127.0.0.1:{port}/json")
     target = next(entry for entry in json.loads(listing.body) if entry["type"] == "page")
     return await websocket_connect(target["webSocketDebuggerUrl"], max_message_size=2**28)
+
+
+if __name__ == "__main__":
+    if CHROMIUM is None:
+        sys.stderr.write(f"make browser: {MISSING}\n")
+        sys.exit(2)
+    print(CHROMIUM)

@@ -8,6 +8,7 @@ import pytest
 from chromium import CHROMIUM, MISSING, Tab, open_browser
 
 from loopgate.replay import make_replay
+from loopgate.runs.run import read_run
 from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario
 
@@ -147,23 +148,59 @@ def test_a_click_tells_why_a_vehicle_waits(browser: Tab, pages: dict[str, Path])
     assert tab.value("document.getElementById('about').hidden")
 
 
-def test_a_refused_vehicle_names_the_one_ahead(browser: Tab, pages: dict[str, Path]) -> None:
-    """R goes to a refusal and chooses its vehicle; who is told to be waited for holds what it wants."""
+def test_one_that_drives_tells_where_it_goes(browser: Tab, pages: dict[str, Path]) -> None:
+    """The place that it has got and the one behind that, as its loop has them."""
     tab = ready(browser, pages["one"])
-    for _ in range(5):
-        tab.key("Escape")
-        tab.key("r")
+    tab.value("window.replay.seek(101)")
+    tab.value(DRAWN)
+    tab.value(
+        "(() => { const [run] = window.replay.runs; window.replay.choose(run,"
+        " run.state.findIndex((state, k) => state === 0 && !run.refusals.count(k, run.frame))); })()"
+    )
     tab.value(DRAWN)
     told = tab.value("document.getElementById('about').innerText")
-    assert "It wants to go to" in told
-    holders = tab.value(
-        "(() => { const {run, vehicle} = window.replay.chosen;"
-        "const row = run.refusals.rows(vehicle, run.frame).pop();"
-        "const rows = run.visits.rows(run.links[run.refusals.what[row]].to, run.frame);"
-        "return rows.map(r => run.vehicles[run.visits.whose[r]]); })()"
+    here, then = told.split("It drives to ")[1].split(", then to ")
+    steps = tab.value(
+        "window.replay.runs[0].after.flatMap(([places]) => places.map((p, k) =>"
+        " [p, places[(k + 1) % places.length]].map(one => window.replay.runs[0].places[one].name)))"
     )
-    named = tab.value("[...document.querySelectorAll('#about li button')].map(b => b.textContent)")
-    assert not named or named[0] in holders
+    assert [here, then.strip()] in steps
+
+
+def test_a_refused_vehicle_names_the_one_in_its_way(browser: Tab, pages: dict[str, Path]) -> None:
+    """Wherever a place is full, the one told to be waited for is in it; r leads from refusal to refusal."""
+    tab = ready(browser, pages["both"])
+    seen = 0
+    for _ in range(12):
+        tab.key("Escape")
+        tab.key("r")
+        tab.value(DRAWN)
+        full, holders = tab.value(
+            "(() => { const {run, vehicle} = window.replay.chosen;"
+            "const row = run.refusals.rows(vehicle, run.frame).pop();"
+            "const rows = run.visits.rows(run.links[run.refusals.what[row]].to, run.frame);"
+            "return [run.refusals.why[row] === run.occupied,"
+            " rows.map(r => run.vehicles[run.visits.whose[r]])]; })()"
+        )
+        told = tab.value("document.getElementById('about').innerText")
+        assert "It wants to go to" in told
+        if full:
+            seen += 1
+            assert "the next place is full" in told
+            assert tab.value("document.querySelector('#about li button').textContent") in holders
+    assert seen > 3
+
+
+def test_a_notebook_shows_the_same(browser: Tab, pages: dict[str, Path]) -> None:
+    """In a frame of the notebook's page, as quiet as alone."""
+    notebook = pages["one"].with_name("notebook.html")
+    frame = read_run(pages["one"].with_name("certified")).replay()._repr_html_()
+    notebook.write_text(f"<!doctype html><meta charset=utf-8><body>{frame}", encoding="utf-8")
+    browser.events.clear()
+    browser.open(notebook)
+    browser.value(READY.replace("window.replay", "frames[0].replay"))
+    assert browser.value("frames[0].replay.runs[0].frames") == 601
+    assert browser.noise == []
 
 
 def test_keys(browser: Tab, pages: dict[str, Path]) -> None:

@@ -4,11 +4,13 @@ import json
 from pathlib import Path
 
 import pytest
+import sumo
 from click.testing import CliRunner
 
 from loopgate.cli.main import cli
 from loopgate.errors import LoopgateError, ResultsError
 from loopgate.replay import make_replay
+from loopgate.replay.scene import load_scene
 from loopgate.runs.run import read_run
 
 pytestmark = pytest.mark.sumo
@@ -40,6 +42,19 @@ def test_two_runs_share_their_streets(seen: Path) -> None:
     one, two = make_replay(seen), make_replay(seen, seen)
     assert two.title == "order2: loopgate, certified beside loopgate, certified"
     assert len(two.html) - len(one.html) < len(one.html) / 2
+    assert make_replay(seen).html == one.html
+
+
+def test_a_configuration_as_it_is(tmp_path: Path) -> None:
+    """Vehicles that come and go, streets, no places."""
+    config = Path(sumo.SUMO_HOME) / "tools" / "game" / "cross.sumocfg"
+    options = ["--gate", "open", "--duration", "60", "--positions", "-o", str(tmp_path / "as-is")]
+    assert CliRunner().invoke(cli, ["run", str(config), *options]).exit_code == 0
+    scene = load_scene(tmp_path / "as-is")
+    assert len(scene.tracks.vehicles) > 10
+    assert scene.streets["lanes"]
+    assert not scene.ways.places
+    assert make_replay(tmp_path / "as-is").title == "cross.sumocfg: SUMO's own rules"
 
 
 def test_a_notebook_shows_it(seen: Path) -> None:

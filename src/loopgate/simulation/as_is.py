@@ -18,6 +18,7 @@ from loopgate.simulation import outcome
 from loopgate.simulation.loop_run import Course, Mishaps, Tick, note_deadlock
 from loopgate.simulation.monitoring import monitoring_figures
 from loopgate.simulation.outcome import Folder, Tally
+from loopgate.simulation.positions import record_positions
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.sumo_options import sumo_options
 from loopgate.simulation.sumo_start import output_options, plain_options, start_traffic
@@ -67,6 +68,7 @@ def run_as_is(scenario: Scenario, folder: Folder, tick: Tick, backend: str) -> d
         *output_options(replace(scenario, tripinfo=False), folder.path),
         *("--tripinfo-output", str(trips)),
         "--tripinfo-output.write-unfinished",
+        *(record_positions(folder / outcome.POSITIONS) if scenario.positions else ()),
     ]
     standing: dict[str, tuple[float, tuple[float, float]]] = {}
     with ExitStack() as stack:

@@ -96,6 +96,9 @@ class Run {
     }
     this.number = new Map(this.vehicles.map((name, vehicle) => [name, vehicle]));
     this.last_s = this.first_s + (this.frames - 1) * this.step_s;
+    this.visitsOf = this.vehicles.map(() => []);
+    this.visits.whose.forEach((vehicle, row) => this.visitsOf[vehicle].push(row));
+    for (const rows of this.visitsOf) rows.sort((a, b) => this.visits.begin[a] - this.visits.begin[b]);
     this.indexTracks();
     this.findStates();
     this.px = new Float32Array(vehicles);
@@ -166,9 +169,9 @@ class Run {
     const frame = Math.floor(at), share = at - frame;
     this.frame = frame;
     this.counts = [0, 0, 0, 0];
+    this.state.fill(-1);
     for (let track = 0; track < this.owner.length; track++) {
       const vehicle = this.owner[track], k = frame - this.begin[track];
-      if (this.firstTrack[vehicle] === track) this.state[vehicle] = -1;
       if (k < 0 || k >= this.length[track]) continue;
       const row = this.start[track] + k, next = k + 1 < this.length[track] ? row + 1 : row;
       const turned = ((this.heading[next] - this.heading[row] + TURN * 1.5) % TURN) - TURN / 2;
@@ -178,6 +181,14 @@ class Run {
       this.state[vehicle] = this.states[row];
       this.counts[this.states[row]]++;
     }
+  }
+
+  // The last place that a vehicle has got, and the one behind it on its loop; null where there are no places.
+  way(vehicle, frame) {
+    const row = this.visitsOf[vehicle].findLast((one) => this.visits.begin[one] <= frame);
+    if (row === undefined) return null;
+    const [places] = this.after[this.loop_of[vehicle]], here = this.visits.what[row];
+    return [here, places[(places.indexOf(here) + 1) % places.length]].map((place) => this.places[place].name);
   }
 
   lapsUpTo(frame) {

@@ -291,7 +291,8 @@ function aboutLines(run, vehicle, frame, wait) {
   }
   if (row < 0) return [...lines, "It is not on the road"];
   lines.push(`${(3.6 * run.speed(vehicle, frame)).toFixed(0)} km/h`);
-  if (!wait) return [...lines, "It drives"];
+  const way = run.way(vehicle, frame);
+  if (!wait) return [...lines, way ? `It drives to ${way[0]}, then to ${way[1]}` : "It drives"];
   lines.push(`${run.state[vehicle] === FREE ? "Refused" : "Waits"} since ${clock(run.first_s + wait.since * run.step_s)}: ${wait.words}`);
   if (wait.place >= 0) {
     const { name, room } = run.places[wait.place];
