@@ -59,6 +59,7 @@ _NUMBER = (
     c.LAPS_PER_H,
     c.KM_PER_H,
     c.HOLD,
+    c.STOOD,
     c.LONGEST_WAIT,
     c.FIRST_DEADLOCK,
     c.OBSERVED,

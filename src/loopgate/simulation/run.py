@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from contextlib import ExitStack
 from math import nan
 from pathlib import Path
@@ -17,6 +18,7 @@ from loopgate.folders import remove_abandoned, temporary_folder
 from loopgate.gates import make_gate
 from loopgate.model import write_system
 from loopgate.negotiation.registry import make_negotiation
+from loopgate.network import Edge
 from loopgate.network.coverage import measure_coverage
 from loopgate.network.sumo_config import is_sumo_config
 from loopgate.network.traffic_file import read_traffic
@@ -25,6 +27,7 @@ from loopgate.simulation import outcome
 from loopgate.simulation.as_is import run_as_is
 from loopgate.simulation.assembly import Assembly, assemble
 from loopgate.simulation.checking import audit_run
+from loopgate.simulation.flow import FlowMeter, flow_table, loop_table
 from loopgate.simulation.loop_run import Course, Tick, drive
 from loopgate.simulation.monitoring import monitoring_figures, write_streets
 from loopgate.simulation.outcome import Folder, Tally
@@ -122,6 +125,7 @@ def _run(
         engine = Engine(traffic, assembly.tracks, keeper, recorder, foresees=assembly.foresees)
         around = Surroundings(scenario, assembly, traffic, engine, keeper)
         advice = SpeedAdvice(assembly.network, assembly.starts, traffic, engine)
+        flow = FlowMeter(traffic, engine, warmup_s=scenario.warmup_s)
         advised = [advice.look] if scenario.spacing == "advice" else []
         watch = watch_class(traffic, after_s=scenario.deadlock_after_s, at_gate=engine.refused)
         course = drive(
@@ -131,12 +135,15 @@ def _run(
             recorder,
             scenario=scenario,
             tick=tick,
-            each_step=[*around.each_step, *advised, *room],
+            each_step=[*around.each_step, *advised, *room, flow.look],
         )
         engine.settle()
-        tallies = _tallies(engine, traffic, watch, course)
+        tallies = _tallies(engine, traffic, watch, course, flow)
         surrounded = around.report()
-    summary = _summary(scenario, assembly, keeper, course, tallies, folder)
+    folder.write_table(flow_table(flow.rows), outcome.FLOW)
+    ways = {driver.track.loop: driver.track.edges for driver in engine.drivers}
+    folder.write_table(loop_table(ways), outcome.LOOPS)
+    summary = _summary(scenario, assembly, keeper, course, tallies, folder, flow.edges_s())
     summary |= {name: getattr(engine, name) for name in ("overruns", "trespasses", "strays")}
     summary["clean"] = outcome.is_clean(summary) if keeper else None
     summary["warnings"] += [*outcome.mishaps(summary), *surrounded.pop("warnings", [])]
@@ -173,7 +180,7 @@ def _gatekeeper(scenario: Scenario, assembly: Assembly) -> Gatekeeper | None:
     return Gatekeeper(assembly.abstraction.system, gate, negotiation)
 
 
-def _tallies(engine: Engine, traffic: Traffic, watch: Watch, course: Course) -> list[Tally]:
+def _tallies(engine: Engine, traffic: Traffic, watch: Watch, course: Course, flow: FlowMeter) -> list[Tally]:
     now = course.end_s
     on_road = set(traffic.vehicles())
     return [
@@ -187,6 +194,7 @@ def _tallies(engine: Engine, traffic: Traffic, watch: Watch, course: Course) -> 
             longest_wait_s=driver.worst_wait_s(now),
             standing_s=watch.standing_s(driver.id),
             position_m=traffic.position(driver.id) if driver.id in on_road else (nan, nan),
+            stood_s=float(flow.vehicles_s[driver.robot]),
         )
         for driver in engine.drivers
     ]
@@ -199,17 +207,18 @@ def _summary(
     course: Course,
     tallies: list[Tally],
     folder: Folder,
+    stood_s: Mapping[str, float],
 ) -> dict[str, Any]:
     duration = max(0.0, course.end_s - course.begin_s)
     folder.write_vehicles(tallies, duration)
-    shapes = {
-        edge: (edge, assembly.network.edge(edge).length_m, _shape(assembly, edge))
+    rows = {
+        edge: _edge_row(assembly.network.edge(edge), stood_s.get(edge, 0.0))
         for loop in assembly.loops
         for edge in loop.edges
     }
     edges, watch = None, dict[str, Any]()
     if duration > 0:
-        edges = folder.write_edges(list(shapes.values()), begin_s=course.begin_s, end_s=course.end_s)
+        edges = folder.write_edges(list(rows.values()), begin_s=course.begin_s, end_s=course.end_s)
         watch = write_streets(scenario, assembly, folder, begin_s=course.begin_s, end_s=course.end_s)
     findings: list[str] = []
     audited: dict[str, Any] = {}
@@ -229,6 +238,6 @@ def _summary(
     return figures | {"watch": watch}
 
 
-def _shape(assembly: Assembly, edge: str) -> str:
-    lane = assembly.network.edge(edge).lanes[0]
-    return " ".join(f"{x:.1f},{y:.1f}" for x, y in lane.shape)
+def _edge_row(edge: Edge, stood_s: float) -> tuple[str, float, str, str, float]:
+    shape = " ".join(f"{x:.1f},{y:.1f}" for x, y in edge.lanes[0].shape)
+    return edge.id, edge.length_m, shape, edge.to_junction, stood_s
