@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 
+import click
 import pytest
+
+from loopgate.cli.main import cli
 
 HEAVY = {"jinja2", "libsumo", "matplotlib", "numba", "numpy", "pandas", "pyarrow", "rich", "scipy"}
 ASK = """
@@ -22,3 +26,27 @@ def test_help_imports_nothing_heavy(words: tuple[str, ...]) -> None:
     ended = subprocess.run([sys.executable, "-c", ASK, *words], capture_output=True, text=True, check=True)
     assert "Usage: " in ended.stdout
     assert set(ended.stderr.split()).isdisjoint(HEAVY)
+
+
+def test_commands_are_grouped_with_whole_sentences() -> None:
+    """What one drives with first, in the order of use; no sentence ends in dots; 80 columns are enough."""
+    program = [sys.executable, "-c", ASK, "--help"]
+    shown = subprocess.run(
+        program, capture_output=True, text=True, check=True, env={**os.environ, "COLUMNS": "80"}
+    )
+    lines = shown.stdout.splitlines()
+    heads = [line for line in lines if line and not line.startswith(" ")]
+    assert heads == [heads[0], "Options:", "Drive:", "Study gates:"]
+    assert "..." not in shown.stdout.replace("[ARGS]...", "")
+    assert max(map(len, lines)) <= 80
+    drive = shown.stdout.partition("Drive:")[2].partition("Study gates:")[0]
+    order = [drive.index(f"\n  {name} ") for name in ("loops", "inspect", "run", "sweep", "report")]
+    assert order == sorted(order)
+
+
+def test_every_command_that_prints_figures_prints_json() -> None:
+    """A script need not read a table."""
+    for name in cli.list_commands(click.Context(cli)):
+        command = cli.get_command(click.Context(cli), name)
+        assert command is not None
+        assert name == "replay" or any("--json" in option.opts for option in command.params), name

@@ -144,7 +144,7 @@ RING = ["inspect", f"{NETWORKS}/networks/ring3.net.xml", "--routes", f"{NETWORKS
 
 
 def test_inspect_queues(tmp_path: Path) -> None:
-    """The default: places, crossings, short lanes and room on stdout; a picture; a system file."""
+    """What works and how much room there is, lists on request; a picture; a system file."""
     picture, system = tmp_path / "queues.svg", tmp_path / "system.json"
     shown = _RUN.invoke(cli, [*RING, "--picture", str(picture), "-o", str(system)])
     assert shown.exit_code == 0, shown.output
@@ -154,6 +154,11 @@ def test_inspect_queues(tmp_path: Path) -> None:
         "3 lanes too short to queue on",
     ):
         assert text in shown.stdout
+    assert shown.stdout.startswith("3 loops that work")
+    assert "\u2503" not in shown.stdout
+    every = _RUN.invoke(cli, [*RING, "--all"]).stdout
+    assert every.startswith(shown.stdout.partition("--all prints")[0])
+    assert every.count("\u2503 lane ") == 2
     assert "134 vehicles can live on these loops" in shown.stdout
     assert "118 if the loops get them in turn" in shown.stdout
     assert "(unlisted)" not in shown.stdout

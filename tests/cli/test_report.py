@@ -19,7 +19,7 @@ def test_a_report_on_a_run_folder(tmp_path: Path) -> None:
     fake = str(Path(__file__).parents[1] / "unit" / "sweep")
     subprocess.run([sys.executable, "-c", script, fake], cwd=tmp_path, check=True)
     result = loopgate(tmp_path, "report", "run", "-o", "page.html")
-    assert (result.returncode, result.stdout) == (0, "page.html, 10 figures and 11 tables in page-files\n")
+    assert (result.returncode, result.stdout) == (0, "page.html, 9 figures and 19 tables in page-files\n")
     assert "1 run, none failed." in (tmp_path / "page.html").read_text(encoding="utf-8")
 
 

@@ -10,6 +10,13 @@ from loopgate.analysis.costs import (
     compute_decision_time,
     compute_edge_means,
     compute_lap_distribution,
+    compute_ranked,
+)
+from loopgate.analysis.course import (
+    compute_causes,
+    compute_flow,
+    compute_stuck,
+    compute_time_space,
 )
 from loopgate.analysis.monitoring import (
     compute_edge_holds,
@@ -23,6 +30,7 @@ from loopgate.analysis.outcomes import (
     compute_time_to_deadlock,
 )
 from loopgate.analysis.safety import compute_safety
+from loopgate.analysis.series import add_series
 from loopgate.analysis.trips import (
     compute_holds,
     compute_laps,
@@ -34,25 +42,31 @@ from loopgate.analysis.waits import compute_wait_causes
 from loopgate.analysis.watching import compute_districts, compute_seen_within, compute_watch
 
 __all__ = [
+    "add_series",
     "compute_capacity",
+    "compute_causes",
     "compute_deadlock_rate",
     "compute_decision_time",
     "compute_districts",
     "compute_edge_holds",
     "compute_edge_means",
     "compute_edges",
+    "compute_flow",
     "compute_fundamental",
     "compute_holds",
     "compute_lap_distribution",
     "compute_laps",
     "compute_mean",
     "compute_paired",
+    "compute_ranked",
     "compute_revisit_intervals",
     "compute_revisits",
     "compute_safety",
     "compute_seen_within",
+    "compute_stuck",
     "compute_survival",
     "compute_throughput",
+    "compute_time_space",
     "compute_time_to_deadlock",
     "compute_vehicle_holds",
     "compute_wait_causes",

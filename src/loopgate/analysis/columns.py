@@ -54,3 +54,11 @@ AT_BORDER: Final = "at_border"  # True if it is the largest count measured, so t
 QUANTILE: Final = "quantile"  # 0 to 1
 MESSAGES_PER_DECISION: Final = "messages_per_decision"
 REFUSED_SHARE: Final = "refused_share"  # refusals per decision
+SERIES: Final = "series"  # gate, and whatever else was chosen to differ besides network, vehicles and seed
+
+# one row per interval of time, cause of waiting, vehicle that is stuck, edge entered, junction or street
+STOOD_H: Final = "stood_h"  # vehicle-hours standing since the beginning
+WAITS: Final = "waits"  # how many stretches of waiting
+LONGEST: Final = "longest_s"
+POSITION: Final = "position_m"  # along the loop
+WAITS_FOR: Final = "waits_for"

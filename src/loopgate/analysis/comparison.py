@@ -59,7 +59,7 @@ def compute_mean(
     -------
     DataFrame
         One row per group: `by`, `RUNS`, `MEAN`, `STD`, `LOW`, `HIGH` (in the unit of `value`; the last
-        three are missing for a single run).
+        three are missing for a single run). An interval of what is negative in no run stops at 0.
 
     Raises
     ------
@@ -79,6 +79,8 @@ def compute_mean(
     for names, group in groups(succeeded(runs), by, "runs"):
         sample = group[value].dropna().to_numpy(dtype=float)
         mean, low, high = mean_interval(sample, level=level)
+        if sample.size and sample.min() >= 0.0:
+            low = max(low, 0.0)
         spread = float(sample.std(ddof=1)) if sample.size > 1 else np.nan
         rows.append({**names, RUNS: int(sample.size), MEAN: mean, STD: spread, LOW: low, HIGH: high})
     return table(rows, [*by, RUNS, MEAN, STD, LOW, HIGH])
@@ -89,6 +91,7 @@ def compute_paired(
     runs: pd.DataFrame,
     baseline: str,
     value: str = KM_PER_H,
+    of: str = GATE,
     by: Sequence[str] = (VEHICLES,),
     match: Sequence[str] = (SEED,),
     level: float = 0.95,
@@ -102,11 +105,13 @@ def compute_paired(
     Parameters
     ----------
     runs
-        One row per run with `GATE`, `value`, and the columns of `by` and `match`; failed runs are left out.
+        One row per run with `of`, `value`, and the columns of `by` and `match`; failed runs are left out.
     baseline
-        The gate to compare with.
+        The gate, or other value of `of`, to compare with.
     value
         Column of `runs`; greater is better.
+    of
+        Column that says what is compared.
     by, match
         Columns that make a group, and columns that make a pair within it.
     level, seed
@@ -115,7 +120,7 @@ def compute_paired(
     Returns
     -------
     DataFrame
-        One row per gate and group: `GATE`, `by`, `BASELINE`, `PAIRS`, `DIFFERENCE`, `LOW`, `HIGH` (BCa
+        One row per gate and group: `of`, `by`, `BASELINE`, `PAIRS`, `DIFFERENCE`, `LOW`, `HIGH` (BCa
         bootstrap interval of the mean difference, in the unit of `value`), `RATIO` (missing if the baseline
         is 0), `BETTER` (share of pairs).
 
@@ -134,21 +139,21 @@ def compute_paired(
     [['certified', 2, 10.0, 1.1]]
     """
     keys = [*by, *match]
-    check_columns(runs, [GATE, value, *keys], "runs")
+    check_columns(runs, [of, value, *keys], "runs")
     good = succeeded(runs).dropna(subset=[value])
-    known = sorted(good[GATE].dropna().unique())
+    known = sorted(good[of].dropna().unique())
     if baseline not in known:
         msg = f"baseline {baseline}: no run used that gate; there are {', '.join(known) or 'no runs'}"
         raise AnalysisError(msg)
-    twins = good[good.duplicated([GATE, *keys], keep=False)]
+    twins = good[good.duplicated([of, *keys], keep=False)]
     if len(twins):
         row = twins.iloc[0]
-        which = ", ".join(f"{name} {row[name]}" for name in [GATE, *keys])
+        which = ", ".join(f"{name} {row[name]}" for name in [of, *keys])
         msg = f"runs: several runs have {which}, so pairs are not unique; add what tells them apart to by"
         raise AnalysisError(msg)
-    base = good[good[GATE] == baseline].set_index(keys)[value]
+    base = good[good[of] == baseline].set_index(keys)[value]
     rows = []
-    for names, group in groups(good[good[GATE] != baseline], [GATE, *by], "runs"):
+    for names, group in groups(good[good[of] != baseline], [of, *by], "runs"):
         pairs = group.set_index(keys)[[value]].join(base.rename("base"), how="inner")
         if pairs.empty:
             continue
@@ -167,10 +172,10 @@ def compute_paired(
                 BETTER: float((difference > 0).mean()),
             }
         )
-    return table(rows, [GATE, *by, BASELINE, PAIRS, DIFFERENCE, LOW, HIGH, RATIO, BETTER])
+    return table(rows, [of, *by, BASELINE, PAIRS, DIFFERENCE, LOW, HIGH, RATIO, BETTER])
 
 
-def compute_fundamental(*, runs: pd.DataFrame) -> pd.DataFrame:
+def compute_fundamental(*, runs: pd.DataFrame, by: Sequence[str] = ()) -> pd.DataFrame:
     """Return density, flow and speed of every run (the macroscopic fundamental diagram).
 
     Vehicles, distance and speed are taken over all edges on some loop: density is vehicles per km of
@@ -181,11 +186,13 @@ def compute_fundamental(*, runs: pd.DataFrame) -> pd.DataFrame:
     runs
         One row per run with `VEHICLES`, `EDGE_KM` [km], `KM_PER_H` [vehicle-km/h] and `MEAN_SPEED` [m/s];
         failed runs, and runs without a length, are left out.
+    by
+        Columns that make a group, such as gate and vehicles; without them each run is a row.
 
     Returns
     -------
     DataFrame
-        `runs`, and `DENSITY` [vehicles/km], `FLOW` [vehicles/h], `SPEED` [km/h].
+        `runs`, or `by`, and `DENSITY` [vehicles/km], `FLOW` [vehicles/h], `SPEED` [km/h] (means of a group).
 
     Raises
     ------
@@ -203,13 +210,17 @@ def compute_fundamental(*, runs: pd.DataFrame) -> pd.DataFrame:
     check_columns(runs, [VEHICLES, EDGE_KM, KM_PER_H, MEAN_SPEED], "runs")
     good = succeeded(runs)
     good = good[good[EDGE_KM] > 0]
-    return good.assign(
+    points = good.assign(
         **{
             DENSITY: good[VEHICLES] / good[EDGE_KM],
             FLOW: good[KM_PER_H] / good[EDGE_KM],
             SPEED: good[MEAN_SPEED] * _KMH_PER_MPS,
         }
     )
+    if not by:
+        return points
+    check_columns(points, by, "runs")
+    return points.groupby(list(by), dropna=False)[[DENSITY, FLOW, SPEED]].mean().reset_index()
 
 
 def compute_capacity(

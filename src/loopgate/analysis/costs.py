@@ -21,6 +21,7 @@ from loopgate.results.row_columns import (
     EDGE_MAX_REVISIT,
     EDGE_MEAN_REVISIT,
     EDGE_SET,
+    EDGE_STOOD,
     EDGE_VISITS,
     GATE,
     LAP_QUANTILES,
@@ -30,7 +31,7 @@ from loopgate.results.row_columns import (
     VEHICLES,
 )
 
-__all__ = ["compute_decision_time", "compute_edge_means", "compute_lap_distribution"]
+__all__ = ["compute_decision_time", "compute_edge_means", "compute_lap_distribution", "compute_ranked"]
 
 _QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 
@@ -165,9 +166,10 @@ def compute_edge_means(
     Returns
     -------
     DataFrame
-        One row per group and edge: `by`, `EDGE`, `RUNS` (with the edge on a loop), `VISITS` (mean per run),
-        `HOLD` [s] (mean per run), `MEAN_REVISIT` [s] (mean over the runs that revisit it), `MAX_REVISIT` [s]
-        (greatest of all runs), `IDLENESS` [s] (mean per run), `SHAPE`.
+        One row per group and edge: `by`, `EDGE`, `RUNS` (with the edge on a loop), `VISITS`, `HOLD` [s] and,
+        where rows know it, `STOOD` [s] (means per run), `MEAN_REVISIT` [s] (mean over the runs that revisit
+        it), `IDLENESS` [s] (mean per run), `MAX_REVISIT` [s] (greatest of all runs), `SHAPE`, `JUNCTION`
+        (where it ends; empty if the edge sets do not know).
 
     Raises
     ------
@@ -189,6 +191,7 @@ def compute_edge_means(
     lists = {
         run.VISITS: EDGE_VISITS,
         run.EDGE_HOLD: EDGE_HOLD,
+        **({run.STOOD: EDGE_STOOD} if EDGE_STOOD in runs else {}),
         run.MEAN_REVISIT: EDGE_MEAN_REVISIT,
         run.IDLENESS: EDGE_IDLENESS,
     }
@@ -198,7 +201,8 @@ def compute_edge_means(
         edges = edge_sets.get(str(names.pop(EDGE_SET)))
         if edges is None:
             continue
-        part = edges[[run.EDGE, run.SHAPE]].assign(**{RUNS: len(group)})
+        junction = edges.get(run.JUNCTION, "")
+        part = edges[[run.EDGE, run.SHAPE]].assign(**{RUNS: len(group), run.JUNCTION: junction})
         for name, column in lists.items():
             values = _stack(group[column], len(edges))
             known = np.isfinite(values)
@@ -207,16 +211,67 @@ def compute_edge_means(
         longest = _stack(group[EDGE_MAX_REVISIT], len(edges))
         part[run.MAX_REVISIT] = np.where(np.isfinite(longest), longest, -np.inf).max(axis=0, initial=-np.inf)
         parts.append(part.assign(**names))
-    columns = [*by, run.EDGE, RUNS, *lists, run.MAX_REVISIT, run.SHAPE]
+    columns = [*by, run.EDGE, RUNS, *lists, run.MAX_REVISIT, run.SHAPE, run.JUNCTION]
     if not parts:
         return table([], columns)
-    how: dict[str, str] = {RUNS: "sum", run.MAX_REVISIT: "max", run.SHAPE: "first"}
+    how: dict[str, str] = {RUNS: "sum", run.MAX_REVISIT: "max", run.SHAPE: "first", run.JUNCTION: "first"}
     how |= {f"{name} {what}": "sum" for name in lists for what in ("sum", "count")}
     merged = pd.concat(parts).groupby([*by, run.EDGE], sort=True, dropna=False).agg(how).reset_index()
     for name in lists:
         merged[name] = merged[f"{name} sum"] / merged[f"{name} count"].replace(0, np.nan)
     merged[run.MAX_REVISIT] = merged[run.MAX_REVISIT].replace(-np.inf, np.nan)
     return merged[columns]
+
+
+def compute_ranked(
+    *,
+    runs: pd.DataFrame,
+    edge_sets: Mapping[str, pd.DataFrame],
+    by: Sequence[str] = (GATE,),
+    what: str = run.JUNCTION,
+    first: int = 15,
+) -> pd.DataFrame:
+    """Return the junctions, or the edges, before which vehicles stood longest.
+
+    Parameters
+    ----------
+    runs, edge_sets, by
+        As for `compute_edge_means`.
+    what
+        `JUNCTION` or `EDGE`.
+    first
+        How many of each group.
+
+    Returns
+    -------
+    DataFrame
+        By group, the longest first: `by`, `what`, `STOOD` [s] (all vehicles) and `VISITS`, means per run.
+        Where nobody stood is left out.
+
+    Raises
+    ------
+    AnalysisError
+        On a missing column.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> from loopgate.analysis import compute_ranked
+    >>> edges = {"edge": ["e1", "e2"], "length_m": 80.0, "shape": "0,0 80,0", "junction": ["J", "K"]}
+    >>> runs = pd.DataFrame({"gate": "open", "edge_set": ["x"], "edge_visits": [[3.0, 5.0]]})
+    >>> for name in ("hold", "stood", "mean_revisit", "max_revisit", "idleness"):
+    ...     runs[f"edge_{name}_s"] = [[2.0, 9.0]]
+    >>> ranked = compute_ranked(runs=runs, edge_sets={"x": pd.DataFrame(edges)})
+    >>> ranked[["junction", "stood_s"]].values.tolist()
+    [['K', 9.0], ['J', 2.0]]
+    """
+    check_columns(runs, [EDGE_STOOD], "runs")
+    edges = compute_edge_means(runs=runs, edge_sets=edge_sets, by=by)
+    sums = edges.groupby([*by, what], dropna=False)[[run.STOOD, run.VISITS]].sum().reset_index()
+    order = sums[sums[run.STOOD] > 0].sort_values(
+        [*by, run.STOOD, what], ascending=[*[True] * len(by), False, True], kind="stable"
+    )
+    return order.groupby(list(by)).head(first).reset_index(drop=True)
 
 
 def _stack(lists: pd.Series, width: int) -> np.ndarray:

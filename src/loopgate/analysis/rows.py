@@ -45,6 +45,7 @@ _SAME_NAME = (
     c.LAPS_PER_H,
     c.KM_PER_H,
     c.HOLD,
+    c.STOOD,
     c.LONGEST_WAIT,
     c.WORST_IDLENESS,
     c.UNVISITED,
@@ -139,7 +140,7 @@ def run_row(
     edges
         `EDGE_COLUMNS`.
     """
-    row: dict[str, Any] = {c.STATUS: c.STATUS_OK, c.ERROR: ""}
+    row: dict[str, Any] = {c.STATUS: c.STATUS_OK, c.ERROR: "", c.SCENARIO: _asked(scenario)}
     for name in (*c.OPTION_COLUMNS, *_SAME_NAME):
         row[name] = summary.get(name)
     if isinstance(longest := summary.get("longest_waits_s"), Mapping):
@@ -166,7 +167,15 @@ def run_row(
     row |= _laps(row, events) | _edges(edges)
     if audit == c.NOT_GATED:  # nobody was held, and nobody measured how long vehicles waited instead
         row |= dict.fromkeys((c.HOLD, c.LONGEST_WAIT, c.EDGE_HOLD))
-    return RunRow(row, edges[[run.EDGE, run.EDGE_LENGTH, run.SHAPE]])
+    known = [run.JUNCTION] if run.JUNCTION in edges else []
+    return RunRow(row, edges[[run.EDGE, run.EDGE_LENGTH, run.SHAPE, *known]])
+
+
+def _asked(scenario: Mapping[str, Any]) -> str | None:
+    """Return the scenario as JSON; a seed of the loops that follows from the run's seed was not asked for."""
+    seed = scenario.get(c.SEED)
+    asked = {name: value for name, value in scenario.items() if name != "loops_seed" or value != seed}
+    return json.dumps(asked, sort_keys=True, default=str) if asked else None
 
 
 def _part(summary: Mapping[str, Any], key: str) -> Mapping[str, Any]:
@@ -221,6 +230,7 @@ def _edges(edges: pd.DataFrame) -> dict[str, Any]:
         c.EDGE_SET: hashlib.sha256(named.encode()).hexdigest()[:16],
         c.EDGE_VISITS: edges[run.VISITS].astype(float).tolist(),
         c.EDGE_HOLD: edges[run.EDGE_HOLD].astype(float).tolist(),
+        c.EDGE_STOOD: edges[run.STOOD].astype(float).tolist() if run.STOOD in edges else None,
         c.EDGE_MEAN_REVISIT: edges[run.MEAN_REVISIT].astype(float).tolist(),
         c.EDGE_MAX_REVISIT: edges[run.MAX_REVISIT].astype(float).tolist(),
         c.EDGE_IDLENESS: edges[run.IDLENESS].astype(float).tolist(),

@@ -52,7 +52,7 @@ _LONGEST_VEHICLE_M = 1e3
 @click.option(
     "-o", "--out", type=click.Path(path_type=Path, dir_okay=False), help="Write the system file (JSON)."
 )
-@click.option("--all", "every", is_flag=True, help="Print all rows of long tables.")
+@click.option("--all", "every", is_flag=True, help="Print every loop, place, crossing or zone.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON only.")
 def inspect(  # noqa: PLR0913  one per option
     network: str,

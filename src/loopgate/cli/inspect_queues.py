@@ -26,7 +26,6 @@ from loopgate.network.coverage import Coverage, measure_coverage
 
 __all__ = ["look_at_queues"]
 
-_MOST_ROWS = 20
 _MOST_CONFLICTS = 3
 
 
@@ -57,7 +56,7 @@ def look_at_queues(roads: RoadNetwork, file: RoutesFile, wanted: Wanted) -> Scen
     if wanted.as_json:
         click.echo(json.dumps(_data(seen)))
     else:
-        _print(seen, None if wanted.every else _MOST_ROWS)
+        _print(seen, every=wanted.every)
     if wanted.picture is not None:
         from loopgate.report.queue_map import draw_queues
 
@@ -213,13 +212,11 @@ def _rounded(metres: float | None) -> float | None:
     return None if metres is None else round(metres, 2)
 
 
-def _print(seen: _Seen, most: int | None) -> None:
+def _print(seen: _Seen, *, every: bool) -> None:
+    """Print what works, how much room there is and what is reached; every loop and place if wished."""
     out, found = console(), seen.found
     if found.loops:
-        _print_loops(out, seen, most)
-        _print_places(out, found, most)
-        _print_crossings(out, found, most)
-        _print_joined(out, found, most)
+        _print_room(out, seen)
     if found.refused:
         print_table(
             out,
@@ -229,11 +226,16 @@ def _print(seen: _Seen, most: int | None) -> None:
             left=("loop", "edge", "why: it ..."),
             most=None,  # these are what a user has to act on
         )
-    if found.loops:
-        _print_room(out, seen)
+    if found.loops and every:
+        _print_loops(out, seen)
+        _print_places(out, found)
+        _print_crossings(out, found)
+        _print_joined(out, found)
+    elif found.loops:
+        out.print("--all prints every loop, place and crossing", style="dim")
 
 
-def _print_loops(out: Console, seen: _Seen, most: int | None) -> None:
+def _print_loops(out: Console, seen: _Seen) -> None:
     print_table(
         out,
         f"{counted(len(seen.found.loops), 'loop')}",
@@ -250,11 +252,11 @@ def _print_loops(out: Console, seen: _Seen, most: int | None) -> None:
             for loop in seen.shares.loops
         ),
         left=("loop", "meets"),
-        most=most,
+        most=None,
     )
 
 
-def _print_places(out: Console, found: QueueSurvey, most: int | None) -> None:
+def _print_places(out: Console, found: QueueSurvey) -> None:
     places = sorted(found.places, key=lambda place: -len(place.loops))
     print_table(
         out,
@@ -272,11 +274,11 @@ def _print_places(out: Console, found: QueueSurvey, most: int | None) -> None:
             for place in places
         ),
         left=("lane", "which"),
-        most=most,
+        most=None,
     )
 
 
-def _print_crossings(out: Console, found: QueueSurvey, most: int | None) -> None:
+def _print_crossings(out: Console, found: QueueSurvey) -> None:
     crossings = sorted(found.crossings, key=lambda crossing: -len(crossing.conflicts))
     rows = []
     for crossing in crossings:
@@ -298,16 +300,15 @@ def _print_crossings(out: Console, found: QueueSurvey, most: int | None) -> None
         )
     print_table(
         out,
-        f"{counted(len(rows), 'crossing')} with {counted(found.conflicts, 'conflict')}, "
-        f"{len(found.unlisted)} of them unlisted: only geometry shows them",
+        f"{counted(len(rows), 'crossing')} with {counted(found.conflicts, 'conflict')}",
         ("movement", "length [m]", "loops", "conflicts", "with whom, over how much of it"),
         rows,
         left=("movement", "with whom, over how much of it"),
-        most=most,
+        most=None,
     )
 
 
-def _print_joined(out: Console, found: QueueSurvey, most: int | None) -> None:
+def _print_joined(out: Console, found: QueueSurvey) -> None:
     if found.joined:
         print_table(
             out,
@@ -315,12 +316,21 @@ def _print_joined(out: Console, found: QueueSurvey, most: int | None) -> None:
             ("lane", "length [m]", "loops"),
             ((lane.lane, f"{lane.length_m:.1f}", str(len(lane.loops))) for lane in found.joined),
             left=("lane",),
-            most=most,
+            most=None,
         )
 
 
 def _print_room(out: Console, seen: _Seen) -> None:
     found = seen.found
+    works = "works" if len(found.loops) == 1 else "work"
+    out.print(
+        f"{counted(len(found.loops), 'loop')} that {works}: {counted(len(found.places), 'place')} for "
+        f"{found.holds} vehicles, {counted(len(found.crossings), 'crossing')} with "
+        f"{counted(found.conflicts, 'conflict')}"
+        + (f", {len(found.unlisted)} of them unlisted: only geometry shows them" if found.unlisted else "")
+        + (f"; {counted(len(found.joined), 'lane')} too short to queue on" if found.joined else ""),
+        style="bold",
+    )
     out.print(
         f"room: {found.at_start} vehicles can live on these loops (start so that everybody can move), "
         f"{found.even} if the loops get them in turn (--vehicles {found.even})"

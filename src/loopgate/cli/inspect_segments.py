@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import click
+from rich.console import Console
 
 from loopgate.abstraction.itinerary import Abstraction
 from loopgate.abstraction.segments import Layout, lay_out_segments, place_vehicles
@@ -52,7 +53,7 @@ def look_at_segments(
     if wanted.as_json:
         click.echo(json.dumps(_data(seen, found)))
     else:
-        _print(seen, found, None if wanted.every else 40)
+        _print(seen, found, every=wanted.every)
     if wanted.picture is not None:
         from loopgate.report.network_map import draw_map
 
@@ -129,8 +130,29 @@ def _data(seen: _Seen, found: Survey) -> dict[str, Any]:
     }
 
 
-def _print(seen: _Seen, found: Survey, most: int | None) -> None:
+def _print(seen: _Seen, found: Survey, *, every: bool) -> None:
+    """Print how much is shared and reached; every loop and zone if wished."""
     out = console()
+    out.print(
+        f"{counted(len(found.loops), 'loop')}, {counted(len(found.zones), 'zone')} for one vehicle each, "
+        f"{counted(found.private_states, 'private state')}",
+        style="bold",
+    )
+    km = sum(loop.length_m for loop in found.loops) / 1000.0
+    out.print(f"{found.shared:.1%} of {km:.1f} km lie in zones with others")
+    out.print(
+        f"loops reach {seen.coverage.of_edges:.0%} of the network's edges, "
+        f"{seen.coverage.of_lane_km:.0%} of its lane-km"
+    )
+    for warning in seen.warnings:
+        out.print(f"warning: {warning}", style="yellow", markup=False)
+    if every:
+        _print_all(out, found)
+    else:
+        out.print("--all prints every loop and zone", style="dim")
+
+
+def _print_all(out: Console, found: Survey) -> None:
     print_table(
         out,
         counted(len(found.loops), "loop"),
@@ -148,21 +170,13 @@ def _print(seen: _Seen, found: Survey, most: int | None) -> None:
             for loop in found.loops
         ),
         left=("loop", "meets"),
-        most=most,
+        most=None,
     )
     print_table(
         out,
-        f"{counted(len(found.zones), 'zone')}, {counted(found.private_states, 'private state')}",
+        counted(len(found.zones), "zone"),
         ("zone", "length [m]", "visits", "loops"),
         ((zone.state, f"{zone.length_m:.0f}", str(zone.visits), listed(zone.loops)) for zone in found.zones),
         left=("zone", "loops"),
-        most=most,
+        most=None,
     )
-    km = sum(loop.length_m for loop in found.loops) / 1000.0
-    out.print(f"{found.shared:.1%} of {km:.1f} km lie in zones with others")
-    out.print(
-        f"loops reach {seen.coverage.of_edges:.0%} of the network's edges, "
-        f"{seen.coverage.of_lane_km:.0%} of its lane-km"
-    )
-    for warning in seen.warnings:
-        out.print(f"warning: {warning}", style="yellow", markup=False)

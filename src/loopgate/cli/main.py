@@ -36,6 +36,15 @@ _COMMANDS: dict[str, str] = {
 }
 """Subcommand name to ``module:attribute``."""
 
+_GROUPS = {
+    "Drive": ("loops", "inspect", "run", "replay", "sweep", "report"),
+    "Study gates": ("explore", "trace", "montecarlo", "verify", "check-certificate", "paper"),
+}
+"""What the help shows together, in the order in which one needs it."""
+
+_WHOLE = 500
+"""So many letters of a first sentence are shown: all."""
+
 
 class _LazyGroup(click.Group):
     """A group whose commands are imported only when they are asked for, so that ``--help`` is quick."""
@@ -50,6 +59,15 @@ class _LazyGroup(click.Group):
             return None
         module, attribute = _COMMANDS[cmd_name].split(":")
         return cast("click.Command", getattr(importlib.import_module(module), attribute))
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        others = {"Others": tuple(set(_COMMANDS).difference(*_GROUPS.values()))}
+        for title, names in (_GROUPS | others).items():
+            known = [(name, self.get_command(ctx, name)) for name in names if name in _COMMANDS]
+            rows = [(name, command.get_short_help_str(_WHOLE)) for name, command in known if command]
+            if rows:
+                with formatter.section(title):
+                    formatter.write_dl(rows)
 
 
 @click.group(cls=_LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})

@@ -13,6 +13,8 @@ __all__ = ["Report", "show_progress"]
 
 _QUICK_S = 2.0
 _SPARSE_S = 15.0
+_WIDEST = 30
+"""So many letters of what is done fit beside a bar and two times on 80 columns."""
 
 
 class Report(Protocol):
@@ -51,14 +53,14 @@ def _live(what: str, total: int | None) -> Iterator[Report]:
 
     bar = Progress(
         TextColumn("{task.description}"),
-        BarColumn(),
+        BarColumn(bar_width=14),
         MofNCompleteColumn(),
         TimeElapsedColumn(),
         TimeRemainingColumn(),
         console=Console(stderr=True),
         transient=True,
     )
-    task = bar.add_task(what, total=total)
+    task = bar.add_task(_short(what), total=total)
     # By a clock of its own: there may be much to prepare, or to compile, before the first report.
     start = Timer(_QUICK_S, bar.start)
     start.daemon = True
@@ -91,10 +93,17 @@ class _Sparse:
             of = "" if total is None else f" of {total}"
             pace = (self._last - self._began) / (done - self._first) if done > self._first else None
             left = "" if total is None or pace is None else f", {_span((total - done) * pace)} left"
-            sys.stderr.write(f"{self._what}: {done}{of}{left}\n")
+            sys.stderr.write(f"{_short(self._what, 2 * _WIDEST - 15)}: {done}{of}{left}\n")
             sys.stderr.flush()
 
 
 def _span(seconds: float) -> str:
     """Return a time in words: under two minutes in seconds, then in minutes."""
     return f"{seconds:.0f} s" if seconds < 120 else f"{seconds / 60:.0f} min"  # noqa: PLR2004  two minutes
+
+
+def _short(what: str, most: int = _WIDEST) -> str:
+    """Return the words with their middle left out where there are too many: its ends say most."""
+    if len(what) <= most:
+        return what
+    return f"{what[: most // 2 - 2]}...{what[-(most - most // 2 - 1) :]}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import click
@@ -17,8 +18,9 @@ __all__ = ["report"]
 @click.option(
     "--files", type=click.Path(path_type=Path), help="Folder for figures and tables [default: PAGE-files]."
 )
-def report(*, results: tuple[Path, ...], out: Path | None, files: Path | None) -> None:
-    """Write the throughput report on RESULTS: sweeps, run folders, or folders of runs.
+@click.option("--json", "as_json", is_flag=True, help="Print what was written as JSON.")
+def report(*, results: tuple[Path, ...], out: Path | None, files: Path | None, as_json: bool) -> None:
+    """Write a page about RESULTS: sweeps, run folders, or folders of runs.
 
     Several become one report; a run that is in more than one of them counts once.
 
@@ -33,5 +35,9 @@ def report(*, results: tuple[Path, ...], out: Path | None, files: Path | None) -
         for text in loaded.notes:
             click.echo(f"loopgate: {text}", err=True)
         made = write_report(loaded, out or results[0] / "report.html", files=files, report=note)
+    if as_json:
+        written = {"page": str(made.page), "files": str(made.files) if made.files else None}
+        click.echo(json.dumps(written | {"figures": made.figures, "tables": made.tables}))
+        return
     beside = f", {made.figures} figures and {made.tables} tables in {made.files}" if made.files else ""
     click.echo(f"{made.page}{beside}")

@@ -1,41 +1,148 @@
-"""Figures from the tables that `loopgate.analysis` computes: one line, marker or box style per series."""
+"""Figures from the tables that `loopgate.analysis` computes: one colour, marker and dash per series."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from typing import NamedTuple
+from collections.abc import Sequence
+from typing import Any
 
-import matplotlib as mpl
-import numpy as np
+import altair as alt
 import pandas as pd
-from matplotlib.artist import Artist
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.ticker import LogFormatter, MaxNLocator, PercentFormatter
 
 from loopgate.analysis import columns as a
-from loopgate.plots.style import RC, Look, looks_of
+from loopgate.plots.charts import Chart, data, finish, series_channels, series_names, tooltip
 from loopgate.results import row_columns as c
 
 __all__ = [
+    "plot_against",
+    "plot_capacity",
     "plot_deadlock_rate",
     "plot_decision_time",
     "plot_fundamental",
     "plot_laps",
     "plot_mean",
+    "plot_paired",
     "plot_survival",
 ]
 
-_SIZE = (5.2, 3.5)
 _SPREAD = 0.008
-"""Distance between neighbouring series, as a share of the axis."""
+"""Distance between neighbouring series, as a share of the axis: intervals must not hide each other."""
+
+_VEHICLES = "vehicles"
 
 
-@mpl.rc_context(RC)
+def plot_against(  # noqa: PLR0913 - what a figure of lines may have; all but the table by name
+    table: pd.DataFrame,
+    *,
+    x: str,
+    y: str,
+    low: str = "",
+    high: str = "",
+    labels: tuple[str, str] = ("", ""),
+    series: str = c.GATE,
+    single: pd.DataFrame | None = None,
+    single_y: str = "",
+    zero: bool = True,
+    percent: bool = False,
+    names: tuple[str, str] = ("", ""),
+    among: Sequence[str] = (),
+) -> Chart:
+    """Draw a line with markers per series, with intervals and single runs where they are given.
+
+    Parameters
+    ----------
+    table
+        One row per series and `x`.
+    x, y, low, high
+        Its columns; without `low` and `high` no intervals.
+    labels
+        What the axes say.
+    series
+        The column that names series.
+    single, single_y
+        One row per run, with the columns `series`, `x` and `single_y`.
+    zero, percent
+        Whether the axis begins at 0; whether it shows shares in percent.
+    names
+        What the report calls the two tables.
+    among
+        All series, where the table has only some: each looks the same in every figure.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> from loopgate.plots import plot_against
+    >>> table = pd.DataFrame({"gate": "open", "vehicles": [20, 40], "mean_speed_mps": [7.0, 5.0]})
+    >>> plot_against(table, x="vehicles", y="mean_speed_mps").save("figure.svg")
+    """
+    known = series_names(table, series)
+    style = series_channels(known, series, among)
+    low = low if low and table[low].notna().any() else ""  # one run has no interval
+    lone = table[x].nunique() < 2 and x == c.VEHICLES  # noqa: PLR2004 - a line needs two points
+    if lone:  # nothing to be drawn against vehicles: series stand side by side
+        across: Any = alt.X(
+            f"{series}:N", title=None, sort=known, axis=alt.Axis(labelAngle=0, labelLimit=160)
+        )
+    else:
+        across = alt.X("at:Q", title=labels[0] or x, scale=alt.Scale(zero=True, nice=True))
+    span = float(table[x].max() - table[x].min()) if len(table) and not lone else 0.0
+    beside = _SPREAD * span * min(1.0, 4 / max(len(known), 1)) if low else 0.0
+    shifted = f"datum['{x}'] + (indexof({known!r}, datum['{series}']) - {(len(known) - 1) / 2}) * {beside}"
+    chosen = alt.FieldOneOfPredicate(field=series, oneOf=known)
+    base = alt.Chart().transform_filter(chosen).transform_calculate(at=shifted)
+    up = alt.Y(
+        f"{y}:Q",
+        title=labels[1] or y,
+        scale=alt.Scale(zero=zero),
+        axis=alt.Axis(format="%" if percent else "~s"),
+    )
+    hover = tooltip(series, f"{x}:Q", f"{y}:Q", *(f"{f}:Q" for f in (low, high) if f))
+    layers: list[Any] = []
+    if single is not None and len(single):
+        layers.append(
+            alt.Chart(data(single, names[1]))
+            .transform_filter(chosen)
+            .transform_calculate(at=shifted)
+            .mark_point(size=14, opacity=0.45, filled=True)
+            .encode(
+                x=across,
+                y=alt.Y(f"{single_y}:Q", title=labels[1] or y),
+                color=style["color"],
+                tooltip=tooltip(series, f"{x}:Q", f"{single_y}:Q", *([c.SEED] if c.SEED in single else [])),
+            )
+        )
+    if low:
+        layers.append(
+            base.mark_rule(strokeWidth=1.5).encode(
+                x=across, y=alt.Y(f"{low}:Q", title=labels[1] or y), y2=f"{high}:Q", color=style["color"]
+            )
+        )
+    if not lone:
+        layers.append(
+            base.mark_line(strokeWidth=2).encode(
+                x=across, y=up, color=style["color"], strokeDash=style["strokeDash"], order=f"{x}:Q"
+            )
+        )
+    layers.append(
+        base.mark_point(filled=True, size=55, opacity=1).encode(
+            x=across, y=up, color=style["color"], shape=style["shape"], tooltip=hover
+        )
+    )
+    return finish(alt.layer(*layers, data=data(table, names[0])))  # type: ignore[no-any-return]
+
+
 def plot_mean(
-    means: pd.DataFrame, label: str = "", *, series: str = c.GATE, look: Mapping[str, Look] | None = None
-) -> Figure:
+    means: pd.DataFrame,
+    label: str = "",
+    *,
+    series: str = c.GATE,
+    single: pd.DataFrame | None = None,
+    value: str = c.KM_PER_H,
+    names: tuple[str, str] = ("", ""),
+    among: Sequence[str] = (),
+) -> Chart:
     """Draw means with intervals against vehicles, from `compute_mean` by series and vehicles.
+
+    Single runs, with their `value`, are small points.
 
     Examples
     --------
@@ -43,23 +150,26 @@ def plot_mean(
     >>> from loopgate.analysis import compute_mean
     >>> from loopgate.plots import plot_mean
     >>> runs = pd.DataFrame({"gate": "open", "vehicles": [20, 40], "km_per_h": [90.0, 150.0]})
-    >>> figure = plot_mean(compute_mean(runs=runs), "vehicle-km/h")
-    >>> figure.savefig("figure.svg")
+    >>> plot_mean(compute_mean(runs=runs), "vehicle-km/h", single=runs).save("figure.svg")
     """
-    figure, axes = _frame()
-    for name, part, style, shift in _lines(means, series, look):
-        x = part[c.VEHICLES] + shift
-        reach = np.abs(part[[a.LOW, a.HIGH]].sub(part[a.MEAN], axis=0).to_numpy(dtype=float).T)
-        axes.errorbar(x, part[a.MEAN], yerr=np.nan_to_num(reach), capsize=2.5, label=name, **style.line())
-    axes.set_ylabel(label)
-    _from_zero(axes)
-    return _finish(figure, axes)
+    return plot_against(
+        means,
+        x=c.VEHICLES,
+        y=a.MEAN,
+        low=a.LOW,
+        high=a.HIGH,
+        labels=(_VEHICLES, label),
+        series=series,
+        single=single,
+        single_y=value,
+        names=names,
+        among=among,
+    )
 
 
-@mpl.rc_context(RC)
 def plot_deadlock_rate(
-    rates: pd.DataFrame, *, series: str = c.GATE, look: Mapping[str, Look] | None = None
-) -> Figure:
+    rates: pd.DataFrame, *, series: str = c.GATE, name: str = "", among: Sequence[str] = ()
+) -> Chart:
     """Draw the share of runs that lock up, with Wilson intervals, from `compute_deadlock_rate`.
 
     Examples
@@ -68,24 +178,86 @@ def plot_deadlock_rate(
     >>> from loopgate.analysis import compute_deadlock_rate
     >>> from loopgate.plots import plot_deadlock_rate
     >>> runs = pd.DataFrame({"gate": "open", "vehicles": [20, 40], "deadlocks": [0, 1]})
-    >>> figure = plot_deadlock_rate(compute_deadlock_rate(runs=runs))
-    >>> figure.savefig("figure.svg")
+    >>> plot_deadlock_rate(compute_deadlock_rate(runs=runs)).save("figure.svg")
     """
-    figure, axes = _frame()
-    for name, part, style, shift in _lines(rates, series, look):
-        x = part[c.VEHICLES] + shift
-        reach = np.abs(part[[a.LOW, a.HIGH]].sub(part[a.RATE], axis=0).to_numpy(dtype=float).T)
-        axes.errorbar(x, part[a.RATE], yerr=reach, capsize=2.5, label=name, **style.line())
-    axes.set_ylabel("runs that lock up")
-    axes.set_ylim(-0.03, 1.03)
-    axes.yaxis.set_major_formatter(PercentFormatter(1.0))
-    return _finish(figure, axes)
+    return plot_against(
+        rates,
+        x=c.VEHICLES,
+        y=a.RATE,
+        low=a.LOW,
+        high=a.HIGH,
+        labels=(_VEHICLES, "runs that lock up"),
+        series=series,
+        percent=True,
+        names=(name, ""),
+        among=among,
+    )
 
 
-@mpl.rc_context(RC)
+def plot_paired(
+    paired: pd.DataFrame, label: str = "", *, series: str = c.GATE, name: str = "", among: Sequence[str] = ()
+) -> Chart:
+    """Draw differences to the baseline with their intervals, from `compute_paired`; above 0 is better.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> from loopgate.analysis import compute_paired
+    >>> from loopgate.plots import plot_paired
+    >>> runs = pd.DataFrame({"gate": ["open", "open", "certified", "certified"], "seed": [1, 2, 1, 2]})
+    >>> runs = runs.assign(vehicles=40, km_per_h=[90.0, 110.0, 100.0, 125.0])
+    >>> plot_paired(compute_paired(runs=runs, baseline="open")).save("figure.svg")
+    """
+    lines = plot_against(
+        paired,
+        x=c.VEHICLES,
+        y=a.DIFFERENCE,
+        low=a.LOW,
+        high=a.HIGH,
+        labels=(_VEHICLES, label or f"difference to {paired[a.BASELINE].iloc[0]}"),
+        series=series,
+        names=(name, ""),
+        among=among,
+    )
+    lines.layer.insert(
+        0, alt.Chart(alt.InlineData(values=[{}])).mark_rule(strokeWidth=1).encode(y=alt.datum(0))
+    )
+    return lines
+
+
+def plot_capacity(
+    capacity: pd.DataFrame, *, series: str = c.GATE, name: str = "", among: Sequence[str] = ()
+) -> Chart:
+    """Draw the vehicle counts at which throughput peaks, with their intervals, from `compute_capacity`.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> from loopgate.analysis import compute_capacity
+    >>> from loopgate.plots import plot_capacity
+    >>> runs = pd.DataFrame({"gate": "open", "vehicles": [20, 40, 60], "km_per_h": [90.0, 150.0, 80.0]})
+    >>> plot_capacity(compute_capacity(runs=runs)).save("figure.svg")
+    """
+    known = series_names(capacity, series)
+    color = alt.Color(f"{series}:N", scale=alt.Scale(domain=list(among or known)), legend=None)
+    base = alt.Chart().encode(y=alt.Y(f"{series}:N", sort=known, title=None, axis=alt.Axis(labelLimit=160)))
+    base = base.encode(color=color).transform_filter(alt.FieldOneOfPredicate(field=series, oneOf=known))
+    across = alt.X(f"{a.LOW}:Q", title=_VEHICLES, scale=alt.Scale(zero=True))
+    at = alt.X(f"{a.CAPACITY}:Q", title=_VEHICLES)
+    hover = tooltip(series, f"{a.CAPACITY}:Q", f"{a.LOW}:Q", f"{a.HIGH}:Q", f"{a.PEAK}:Q", a.AT_BORDER)
+    return finish(  # type: ignore[no-any-return]
+        alt.layer(
+            base.mark_rule(strokeWidth=2).encode(x=across, x2=f"{a.HIGH}:Q"),
+            base.mark_point(filled=True, size=70, opacity=1).encode(x=at, tooltip=hover),
+            data=data(capacity, name),
+        ),
+        height=30 + 26 * len(known),
+    )
+
+
 def plot_survival(
-    survival: pd.DataFrame, *, series: str = c.GATE, look: Mapping[str, Look] | None = None
-) -> Figure:
+    survival: pd.DataFrame, *, series: str = c.GATE, name: str = "", among: Sequence[str] = ()
+) -> Chart:
     """Draw Kaplan-Meier curves with their bands, from `compute_survival`, one panel per vehicle count.
 
     Examples
@@ -94,49 +266,49 @@ def plot_survival(
     >>> from loopgate.analysis import compute_survival
     >>> from loopgate.plots import plot_survival
     >>> runs = pd.DataFrame({"gate": "open", "first_deadlock_s": [900, None], "observed_s": [900, 3600]})
-    >>> figure = plot_survival(compute_survival(runs=runs))
-    >>> figure.savefig("figure.svg")
+    >>> plot_survival(compute_survival(runs=runs)).save("figure.svg")
     """
-    panels = [("", survival)]
-    if c.VEHICLES in survival:
-        panels = [(f"{count:g} vehicles", part) for count, part in survival.groupby(c.VEHICLES, sort=True)]
-    columns = min(len(panels), 2) or 1
-    rows = max(1, -(-len(panels) // columns))
-    figure = Figure(figsize=(_SIZE[0], _SIZE[1] if rows == 1 else 2.2 * rows + 0.9))
-    grid = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
-    look = look or looks_of(survival[series])
-    for axes, (title, panel) in zip(grid.flat, panels, strict=False):
-        axes.set_title(title, fontsize=10)
-        for name, part, style, _ in _lines(panel, series, look):
-            _survival_curve(axes, name, part, style)
-    for axes in grid.flat[len(panels) :]:
-        axes.set_axis_off()
-    figure.supxlabel("simulated time [s]", fontsize=10)
-    figure.supylabel("runs not yet locked up", fontsize=10)
-    grid[0, 0].set_ylim(-0.03, 1.03)
-    grid[0, 0].yaxis.set_major_formatter(PercentFormatter(1.0))
-    return _legend(figure, grid.flat)
-
-
-def _survival_curve(axes: Axes, name: str, part: pd.DataFrame, style: Look) -> None:
-    axes.step(
-        part[a.AT], part[a.SURVIVAL], where="post", label=name, color=style.colour, linestyle=style.dash
+    known = series_names(survival, series)
+    style = series_channels(known, series, among)
+    chosen = alt.FieldOneOfPredicate(field=series, oneOf=known)
+    base = alt.Chart().transform_filter(chosen).encode(x=alt.X(f"{a.AT}:Q", title="simulated time [s]"))
+    share = alt.Y(
+        f"{a.SURVIVAL}:Q",
+        title="runs not yet locked up",
+        scale=alt.Scale(domain=[0, 1]),
+        axis=alt.Axis(format="%"),
     )
-    axes.fill_between(
-        part[a.AT],
-        part[a.LOW].astype(float),
-        part[a.HIGH].astype(float),
-        step="post",
-        color=style.colour,
-        alpha=0.15,
-        linewidth=0,
+    band = base.mark_area(interpolate="step-after", opacity=0.15).encode(
+        y=alt.Y(f"{a.LOW}:Q", title="runs not yet locked up"), y2=f"{a.HIGH}:Q", color=style["color"]
     )
-    ends = part[part[a.CENSORED] > 0]
-    axes.plot(ends[a.AT], ends[a.SURVIVAL], linestyle="none", marker="|", color=style.colour)
+    line = base.mark_line(interpolate="step-after", strokeWidth=2).encode(
+        y=share, color=style["color"], strokeDash=style["strokeDash"]
+    )
+    hover = tooltip(
+        series, f"{a.AT}:Q", f"{a.AT_RISK}:Q", f"{a.DEADLOCKED}:Q", f"{a.CENSORED}:Q", f"{a.SURVIVAL}:Q"
+    )
+    points = base.mark_point(filled=True, size=30, opacity=1).encode(
+        y=share, color=style["color"], shape=style["shape"], tooltip=hover
+    )
+    layers = alt.layer(band, line, points)
+    if c.VEHICLES not in survival:
+        return finish(layers.properties(data=data(survival, name)))  # type: ignore[no-any-return]
+    order = [f"{count:g} {_VEHICLES}" for count in sorted(survival[c.VEHICLES].unique())]
+    panels = (
+        layers.properties(width=190, height=120)
+        .facet(
+            facet=alt.Facet("panel:N", title=None, sort=order),
+            columns=2,
+            data=data(survival, name),
+        )
+        .transform_calculate(panel=f"datum['{c.VEHICLES}'] + ' {_VEHICLES}'")
+    )
+    return finish(panels)  # type: ignore[no-any-return]
 
 
-@mpl.rc_context(RC)
-def plot_laps(laps: pd.DataFrame, *, series: str = c.GATE, look: Mapping[str, Look] | None = None) -> Figure:
+def plot_laps(
+    laps: pd.DataFrame, *, series: str = c.GATE, name: str = "", among: Sequence[str] = ()
+) -> Chart:
     """Draw lap times as boxes (25 to 75 %) with whiskers (5 to 95 %), from `compute_lap_distribution`.
 
     Examples
@@ -146,45 +318,40 @@ def plot_laps(laps: pd.DataFrame, *, series: str = c.GATE, look: Mapping[str, Lo
     >>> from loopgate.plots import plot_laps
     >>> quantiles = [60.0 + number for number in range(21)]
     >>> runs = pd.DataFrame({"gate": "open", "vehicles": 40, "laps": 120, "lap_quantiles_s": [quantiles]})
-    >>> figure = plot_laps(compute_lap_distribution(runs=runs))
-    >>> figure.savefig("figure.svg")
+    >>> plot_laps(compute_lap_distribution(runs=runs)).save("figure.svg")
     """
-    figure, axes = _frame()
-    counts = sorted(laps[c.VEHICLES].unique())
-    lines = _lines(laps, series, look)
-    width = 0.8 / max(len(lines), 1)
-    for number, (name, rows, style, _) in enumerate(lines):
-        part = rows.pivot_table(index=c.VEHICLES, columns=a.QUANTILE, values=a.LAP_TIME, observed=True)
-        boxes = [
-            {"whislo": row[0.05], "q1": row[0.25], "med": row[0.5], "q3": row[0.75], "whishi": row[0.95]}
-            for _, row in part.iterrows()
-        ]
-        at = [counts.index(n) + (number - (len(lines) - 1) / 2) * width for n in part.index]
-        line = {"color": style.colour, "linewidth": 1.2}
-        axes.bxp(
-            boxes,
-            positions=at,
-            widths=width * 0.8,
-            showfliers=False,
-            patch_artist=True,
-            boxprops={"facecolor": style.colour, "alpha": 0.35, "edgecolor": style.colour},
-            medianprops={"color": style.colour, "linewidth": 2},
-            whiskerprops=line,
-            capprops=line,
+    known = series_names(laps, series)
+    style = series_channels(known, series, among)
+    keys: list[Any] = [series, c.VEHICLES, c.LAPS]
+    wide = (
+        alt.Chart()
+        .transform_filter(alt.FieldOneOfPredicate(field=series, oneOf=known))
+        .transform_calculate(q=f"'q' + format(100 * datum['{a.QUANTILE}'], 'd')")
+        .transform_pivot("q", value=a.LAP_TIME, groupby=keys)
+        .encode(
+            x=alt.X(f"{c.VEHICLES}:O", title=_VEHICLES, axis=alt.Axis(labelAngle=0)),
+            xOffset=alt.XOffset(f"{series}:N", sort=known, scale=alt.Scale(paddingInner=0.25)),
+            color=style["color"],
+            tooltip=tooltip(*keys, *(f"q{n}:Q" for n in (5, 25, 50, 75, 95))),
         )
-        medians = [box["med"] for box in boxes]
-        axes.plot(at, medians, linestyle="none", marker=style.marker, color=style.colour, label=name)
-    axes.set_xticks(range(len(counts)), [f"{n:g}" for n in counts])
-    axes.set_ylabel("lap time [s]")
-    axes.set_ylim(bottom=0)
-    return _finish(figure, axes, whole=False)
+    )
+    title = "lap time [s]"
+    return finish(  # type: ignore[no-any-return]
+        alt.layer(
+            wide.mark_rule().encode(y=alt.Y("q5:Q", title=title), y2="q95:Q"),
+            wide.mark_bar(size=9, opacity=0.45).encode(y=alt.Y("q25:Q", title=title), y2="q75:Q"),
+            wide.mark_point(filled=True, size=45, opacity=1).encode(
+                y=alt.Y("q50:Q", title=title), shape=style["shape"]
+            ),
+            data=data(laps, name),
+        )
+    )
 
 
-@mpl.rc_context(RC)
 def plot_decision_time(
-    decisions: pd.DataFrame, *, series: str = c.GATE, look: Mapping[str, Look] | None = None
-) -> Figure:
-    """Draw median and 99th percentile of the decision time, from `compute_decision_time`.
+    decisions: pd.DataFrame, *, series: str = c.GATE, name: str = "", among: Sequence[str] = ()
+) -> Chart:
+    """Draw the median of the decision time and, above it, its 99th percentile, from `compute_decision_time`.
 
     Examples
     --------
@@ -193,30 +360,34 @@ def plot_decision_time(
     >>> from loopgate.plots import plot_decision_time
     >>> runs = pd.DataFrame({"gate": ["banker"], "vehicles": [40], "decisions": [1000], "refusals": [250]})
     >>> runs = runs.assign(messages=None, decision_median_us=5.0, decision_p99_us=30.0, decision_max_us=90.0)
-    >>> figure = plot_decision_time(compute_decision_time(runs=runs))
-    >>> figure.savefig("figure.svg")
+    >>> plot_decision_time(compute_decision_time(runs=runs)).save("figure.svg")
     """
-    figure, axes = _frame()
-    for name, part, style, _ in _lines(decisions, series, look):
-        axes.plot(part[c.VEHICLES], part[c.DECISION_MEDIAN], label=f"{name}, median", **style.line())
-        axes.plot(
-            part[c.VEHICLES],
-            part[c.DECISION_P99],
-            label=f"{name}, 99 %",
-            **{**style.line(), "linestyle": "dotted", "markerfacecolor": "white"},
-        )
-    axes.set_ylabel("decision time [µs]")
-    axes.set_yscale("log")
-    for which in (axes.yaxis.set_major_formatter, axes.yaxis.set_minor_formatter):
-        which(LogFormatter(minor_thresholds=(2.0, 0.7)))
-    return _finish(figure, axes)
+    lines = plot_against(
+        decisions,
+        x=c.VEHICLES,
+        y=c.DECISION_MEDIAN,
+        low=c.DECISION_MEDIAN,
+        high=c.DECISION_P99,
+        labels=(_VEHICLES, "decision time [µs]"),
+        series=series,
+        names=(name, ""),
+        among=among,
+    )
+    for layer in lines.layer:
+        layer.encoding.y.scale = alt.Scale(type="log")
+    return lines
 
 
-@mpl.rc_context(RC)
 def plot_fundamental(
-    runs: pd.DataFrame, *, series: str = c.GATE, look: Mapping[str, Look] | None = None
-) -> Figure:
-    """Draw flow over density, means over seeds, from `compute_fundamental`.
+    means: pd.DataFrame,
+    *,
+    y: str = a.FLOW,
+    series: str = c.GATE,
+    single: pd.DataFrame | None = None,
+    names: tuple[str, str] = ("", ""),
+    among: Sequence[str] = (),
+) -> Chart:
+    """Draw flow (or speed) over density, from `compute_fundamental` with its groups; single runs are points.
 
     Examples
     --------
@@ -225,72 +396,17 @@ def plot_fundamental(
     >>> from loopgate.plots import plot_fundamental
     >>> runs = pd.DataFrame({"gate": "open", "vehicles": [20, 40], "edge_km": 8.0, "km_per_h": [500, 800]})
     >>> runs = runs.assign(mean_speed_mps=[7.0, 5.0])
-    >>> figure = plot_fundamental(compute_fundamental(runs=runs))
-    >>> figure.savefig("figure.svg")
+    >>> plot_fundamental(compute_fundamental(runs=runs, by=["gate", "vehicles"])).save("figure.svg")
     """
-    figure, axes = _frame()
-    means = runs.groupby([series, c.VEHICLES], observed=True)[[a.DENSITY, a.FLOW]].mean().reset_index()
-    for name, part, style, _ in _lines(means, series, look):
-        axes.plot(part[a.DENSITY], part[a.FLOW], label=name, **style.line())
-    axes.set_xlabel("density [vehicles per km of road on loops]")
-    axes.set_ylabel("flow [vehicles/h]")
-    axes.set_ylim(bottom=0)
-    axes.set_xlim(left=0)
-    return _finish(figure, axes, vehicles=False)
-
-
-def _frame() -> tuple[Figure, Axes]:
-    figure = Figure(figsize=_SIZE)
-    return figure, figure.subplots()
-
-
-def _from_zero(axes: Axes) -> None:
-    """Let the axis begin at 0 and end a little above the highest point, so that its marker is whole."""
-    axes.set_ylim(0.0, 1.07 * max(float(axes.dataLim.intervaly[1]), 1e-9))
-
-
-class _Line(NamedTuple):
-    """A series as it is drawn: beside its neighbours, so that intervals do not hide each other."""
-
-    name: str
-    rows: pd.DataFrame
-    style: Look
-    shift: float
-
-
-def _lines(table: pd.DataFrame, series: str, look: Mapping[str, Look] | None) -> list[_Line]:
-    look = look or looks_of(table[series])
-    counts = table[c.VEHICLES].dropna() if c.VEHICLES in table else pd.Series(dtype=float)
-    span = float(counts.max() - counts.min()) if len(counts) else 0.0
-    # Round a single count there is room: its neighbours on the axis are no counts that were run.
-    step = _SPREAD * span * min(1.0, 4 / max(len(look), 1)) if span else 0.8 / max(len(look), 1)
-    lines = [
-        _Line(name, table[table[series] == name], style, (number - (len(look) - 1) / 2) * step)
-        for number, (name, style) in enumerate(look.items())
-    ]
-    return [line for line in lines if len(line.rows)]
-
-
-def _finish(figure: Figure, axes: Axes, *, vehicles: bool = True, whole: bool = True) -> Figure:
-    if vehicles:
-        axes.set_xlabel("vehicles")
-        low, high = axes.dataLim.intervalx
-        if whole and high - low < 1.0:
-            middle = round((low + high) / 2)
-            axes.set_xlim(middle - 1, middle + 1)
-            axes.set_xticks([middle])
-        elif whole:
-            axes.xaxis.set_major_locator(MaxNLocator(integer=True, steps=[1, 2, 5, 10]))
-    return _legend(figure, [axes])
-
-
-def _legend(figure: Figure, panels: Iterable[Axes]) -> Figure:
-    """Name each series once, below all panels."""
-    known: dict[str, Artist] = {}
-    for axes in panels:
-        handles, labels = axes.get_legend_handles_labels()
-        known.update(zip(map(str, labels), handles, strict=True))
-    if known:
-        columns = 1 if max(map(len, known)) > 24 else min(len(known), 3)  # noqa: PLR2004 - fits a phone
-        figure.legend(list(known.values()), list(known), loc="outside lower center", ncols=columns)
-    return figure
+    label = {a.FLOW: "flow [vehicles/h]", a.SPEED: "mean speed [km/h]"}
+    return plot_against(
+        means,
+        x=a.DENSITY,
+        y=y,
+        labels=("density [vehicles per km of road on loops]", label.get(y, y)),
+        series=series,
+        single=single,
+        single_y=y,
+        names=names,
+        among=among,
+    )

@@ -1,75 +1,77 @@
-"""The look of figures: colours that all can tell apart, markers and dashes that survive a grey printer."""
+"""The look of figures: colours that all can tell apart, markers and dashes for a grey printer."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable
 from typing import Any, Final
 
-__all__ = ["HEAT_MAP", "MAX_SERIES", "RC", "Look", "looks", "looks_of", "series_order"]
+__all__ = ["DARK", "DASHES", "HEAT", "LIGHT", "MAX_SERIES", "SYMBOLS", "colours", "config", "series_order"]
 
-# Okabe and Ito (2008), for all kinds of colour vision; ordered so that neighbours differ in lightness too.
-_COLOURS = ("#000000", "#E69F00", "#0072B2", "#56B4E9", "#D55E00", "#009E73", "#CC79A7", "#808080")
-_MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
-_DASHES: tuple[Any, ...] = (
-    "solid",
-    (0, (5, 1.5)),
-    (0, (1, 1)),
-    (0, (5, 1, 1, 1)),
-    (0, (8, 2)),
-    (0, (3, 1, 1, 1, 1, 1)),
-    (0, (2, 2)),
-    (0, (1, 3)),
+_NAMES = ("ink", "soft", "line", "heat", *(f"s{number}" for number in range(8)))
+
+# At least 3:1 against the ground, and apart for every kind of colour vision: a test measures both.
+_LIGHT = "#1a1a1a #595959 #dddddd #b5340d #1a1a1a #0072b2 #d55e00 #1a9e71 #8608eb #783514 #012991 #594062"
+_DARK = "#f2f2f2 #b4b8bf #3a3f47 #ff8a5c #f2f2f2 #4aa3ff #ff7a3c #17d890 #90547a #cd1538 #c637bd #aeadc9"
+LIGHT: Final = dict(zip(_NAMES, _LIGHT.split(), strict=True))
+DARK: Final = dict(zip(_NAMES, _DARK.split(), strict=True))
+"""Colours by name, on white and on a dark page."""
+
+SYMBOLS: Final = (
+    "circle",
+    "square",
+    "triangle-up",
+    "diamond",
+    "triangle-down",
+    "cross",
+    "triangle-left",
+    "stroke",
 )
-MAX_SERIES: Final = len(_COLOURS)
+DASHES: Final = ((1, 0), (6, 2), (2, 2), (6, 2, 2, 2), (9, 3), (4, 2, 1, 2, 1, 2), (3, 3), (1, 3))
+MAX_SERIES: Final = len(SYMBOLS)
 """Most series that one figure can show and a reader tell apart."""
 
-HEAT_MAP: Final = "cividis_r"
-"""Even in lightness, the same for all kinds of colour vision; dark is much."""
-
-RC: Final[Any] = {
-    "font.family": "sans-serif",
-    "font.size": 10,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.grid": True,
-    "axes.grid.axis": "y",
-    "grid.color": "#dddddd",
-    "grid.linewidth": 0.6,
-    "axes.axisbelow": True,
-    "axes.labelsize": 10,
-    "legend.frameon": False,
-    "legend.fontsize": 9,
-    "lines.linewidth": 1.6,
-    "lines.markersize": 5,
-    "figure.constrained_layout.use": True,
-    "svg.fonttype": "none",  # text stays text: searchable, small, and read out by screen readers
-    "savefig.dpi": 200,
-}
+HEAT: Final = "heat"
 
 
-@dataclass(frozen=True, slots=True)
-class Look:
-    """Colour, marker and dash of one series."""
-
-    colour: str
-    marker: str
-    dash: Any
-
-    def line(self) -> dict[str, Any]:
-        """Return the keyword arguments of a line with markers."""
-        return {"color": self.colour, "marker": self.marker, "linestyle": self.dash}
+def colours(name: str) -> str:
+    """Return the colour as a variable of the page's style, which knows light and dark."""
+    return f"var(--{name})"
 
 
-def looks(series: Sequence[str]) -> dict[str, Look]:
-    """Return a look for each of the first `MAX_SERIES` series, always the same for the same order."""
-    triples = zip(_COLOURS, _MARKERS, _DASHES, strict=True)
-    return {name: Look(*triple) for name, triple in zip(series, triples, strict=False)}
-
-
-def looks_of(column: Iterable[object]) -> dict[str, Look]:
-    """Return looks for the series that a column names, in their order."""
-    return looks(series_order(column))
+def config(of: Any = LIGHT.__getitem__) -> dict[str, Any]:  # noqa: ANN401 - any function from names to colours
+    """Return Vega-Lite's configuration; `of` tells the colour that a name stands for."""
+    return {
+        "background": "transparent" if of is colours else "white",
+        "font": "system-ui, 'DejaVu Sans', sans-serif",
+        "view": {"stroke": None},
+        "mark": {"aria": False},  # a figure has one label, and its numbers are in a table
+        "axis": {
+            "labelColor": of("ink"),
+            "titleColor": of("ink"),
+            "titleFontWeight": "normal",
+            "labelFontSize": 11,
+            "titleFontSize": 12,
+            "gridColor": of("line"),
+            "domainColor": of("soft"),
+            "tickColor": of("soft"),
+            "labelOverlap": True,
+        },
+        "axisX": {"grid": False},
+        "legend": {
+            "labelColor": of("ink"),
+            "titleColor": of("ink"),
+            "labelFontSize": 11,
+            "labelLimit": 320,
+            "symbolStrokeWidth": 2,
+            "symbolOpacity": 1,
+        },
+        "header": {"labelColor": of("ink"), "titleColor": of("ink"), "labelFontSize": 11},
+        "title": {"color": of("ink"), "fontWeight": "normal", "fontSize": 12},
+        "range": {"category": [of(f"s{number}") for number in range(MAX_SERIES)]},
+        "rule": {"color": of("soft")},
+        "line": {"color": of("heat")},
+        "bar": {"color": of("s1")},
+    }
 
 
 def series_order(column: Iterable[object]) -> list[str]:

@@ -2,328 +2,305 @@
 
 from __future__ import annotations
 
+import json
 import re
-from collections.abc import Callable, Mapping, Sequence
-from functools import partial
 from pathlib import Path
-from typing import TypedDict
+from typing import Any
 
 import numpy as np
 import pandas as pd
-from matplotlib.figure import Figure
 
 from loopgate import plots
-from loopgate.analysis import columns as a
 from loopgate.analysis import (
+    add_series,
     compute_capacity,
     compute_deadlock_rate,
     compute_decision_time,
     compute_edge_means,
+    compute_flow,
     compute_fundamental,
     compute_lap_distribution,
     compute_mean,
     compute_paired,
+    compute_ranked,
     compute_survival,
     compute_time_to_deadlock,
 )
-from loopgate.analysis.frames import succeeded
-from loopgate.plots.style import Look, looks_of, series_order
-from loopgate.report.items import SERIES, FigureItem, Section, TableItem
+from loopgate.analysis import columns as a
+from loopgate.plots.course import CUMULATIVE, OVER_TIME
+from loopgate.plots.style import MAX_SERIES, series_order
+from loopgate.report.items import Content, Section
+from loopgate.report.single import add_single_run
 from loopgate.results import columns as run
 from loopgate.results import row_columns as c
-from loopgate.results.row_schema import ROW_SCHEMA
 from loopgate.runs.results import Results
 
-__all__ = ["add_series", "common_count", "network_sections"]
+__all__ = ["common_count", "network_sections"]
 
-_BY = [SERIES, c.VEHICLES]
-_PERCENT = (0.05, 0.25, 0.5, 0.75, 0.95)
+_BY = [a.SERIES, c.VEHICLES]
+_PERCENT = [0.05, 0.25, 0.5, 0.75, 0.95]
 _MOST_PANELS = 6
+_MOST_POINTS = 2000
+"""Single runs are drawn up to so many."""
 
+_MOST_FLOWS = 24
+_RANKED = 10
+_SINGLE = [*_BY, c.SEED, c.KM_PER_H, c.LAPS_PER_H, c.MEAN_SPEED, c.STOOD, c.MEAN_REVISIT, c.IDLENESS]
+_SINGLE += [c.WORST_IDLENESS, a.DENSITY, a.FLOW, a.SPEED]
 
-class _Style(TypedDict):
-    series: str
-    look: Mapping[str, Look]
-
-
-def add_series(runs: pd.DataFrame) -> pd.DataFrame:
-    """Return the runs with a column `SERIES`: the gate, and what else tells runs of equal vehicles apart.
-
-    How many loops are in use follows from the number of vehicles where a file has more loops than that, so
-    it tells runs apart only where they differ in nothing else.
-    """
-    other = (c.ABSTRACTION, c.NEGOTIATION, c.LIGHTS, c.DURATION, c.WARMUP, *_extra(runs))
-    by_gate = runs.groupby(c.GATE, dropna=False)
-    parts = [c.GATE, *(name for name in other if by_gate[name].nunique(dropna=False).max() > 1)]
-    alike = runs.groupby([c.NETWORK, c.VEHICLES, *parts], dropna=False)
-    if alike[c.LOOPS].nunique(dropna=False).max() > 1:
-        parts.append(c.LOOPS)
-    settings = runs[parts].drop_duplicates()
-    labels = [", ".join(map(_label, parts, row)) for row in settings.itertuples(index=False)]
-    return runs.merge(settings.assign(**{SERIES: labels}), on=parts, how="left").set_axis(runs.index)
-
-
-def _extra(runs: pd.DataFrame) -> list[str]:
-    """Return the columns that come from scenario keys without a column of their own."""
-    return [name for name in runs.columns if name not in ROW_SCHEMA.names and name != SERIES]
-
-
-def _label(name: str, value: object) -> str:
-    if value is None or value != value:  # noqa: PLR0124 - NaN is what differs from itself
-        return "no gate" if name == c.GATE else f"no {name}"
-    if isinstance(value, float):
-        value = f"{value:g}"
-    return str(value) if name in {c.GATE, c.ABSTRACTION, c.NEGOTIATION} else f"{name} {value}"
+_MEANS = (
+    ("throughput", "Throughput", "throughput [vehicle-km/h]", c.KM_PER_H, ""),
+    ("laps-per-hour", "Laps", "laps [1/h]", c.LAPS_PER_H, ""),
+    ("speed", "Mean speed", "mean speed [m/s]", c.MEAN_SPEED, "Over all vehicles and the whole time."),
+    ("standing", "Time standing", "vehicle-seconds standing", c.STOOD, "Slower than 0.1 m/s, whatever for."),
+    (
+        "revisits",
+        "Revisit intervals",
+        "revisit interval [s]",
+        c.MEAN_REVISIT,
+        "Between two visits of an edge.",
+    ),
+    (
+        "idleness",
+        "Idleness",
+        "idleness [s]",
+        c.IDLENESS,
+        "Since an edge's last visit, mean over edges and time.",
+    ),
+    ("worst-idleness", "Worst idleness", "worst idleness [s]", c.WORST_IDLENESS, "Longest without a visit."),
+)
+"""Means against vehicles: name, title, axis, column, what else the caption says."""
 
 
 def network_sections(results: Results) -> list[Section]:
     """Return a section for each network with a run that succeeded."""
-    runs = succeeded(results.runs)
-    runs = runs[runs[c.VEHICLES].notna()]
-    if runs.empty:
-        return []
-    runs = add_series(runs)
-    runs = runs.assign(**{c.NETWORK: runs[c.NETWORK].fillna("unknown network").map(_short)})
-    return [_section(str(network), part, results) for network, part in runs.groupby(c.NETWORK, sort=True)]
+    runs = add_series(results.runs)
+    networks = sorted(runs[c.NETWORK].dropna().unique())
+    short = [_short(str(network)) for network in networks]
+    names = short if len(set(short)) == len(short) else [str(network) for network in networks]
+    sections = []
+    for network, name in zip(networks, names, strict=True):
+        load = _load(results, str(network) if len(networks) > 1 else "")
+        sections.append(_section(name, runs[runs[c.NETWORK] == network], results, load))
+    return sections
 
 
 def common_count(runs: pd.DataFrame) -> int:
     """Return the largest vehicle count with which every series was run, or as many of them as any count."""
-    series = runs.groupby(c.VEHICLES)[SERIES].nunique()
+    series = runs.groupby(c.VEHICLES)[a.SERIES].nunique()
     return int(series.index[series == series.max()].max())
-
-
-def _panels(runs: pd.DataFrame) -> list[int]:
-    """Return the vehicle counts whose survival is drawn: where runs lock up, spread evenly if too many."""
-    locking = np.unique(runs.loc[runs[c.DEADLOCKS] > 0, c.VEHICLES].to_numpy(dtype=int))
-    if not len(locking):
-        return [common_count(runs)]
-    chosen = np.linspace(0, len(locking) - 1, min(len(locking), _MOST_PANELS)).round().astype(int)
-    return [int(count) for count in locking[chosen]]
-
-
-def _panels_in_words(runs: pd.DataFrame) -> str:
-    locking = runs.loc[runs[c.DEADLOCKS] > 0, c.VEHICLES].nunique()
-    if locking > _MOST_PANELS:
-        return f"for {_MOST_PANELS} of the {locking} vehicle counts with which runs lock up"
-    return "for each vehicle count with which runs lock up" if locking else "for the largest vehicle count"
 
 
 def _short(network: str) -> str:
     return re.sub(r"(\.net)?\.xml(\.gz)?$|\.sumocfg$", "", Path(network).name) or network
 
 
-def _section(network: str, runs: pd.DataFrame, results: Results) -> Section:
-    look = looks_of(runs[SERIES])
-    names = series_order(runs[SERIES])
-    tables = _tables(runs, names)
-    by_name = {item.name: item.table for item in tables}
+def _load(results: Results, network: str) -> str:
+    names = [str(folder) for folder in results.folders]
+    lines = [
+        "from loopgate import read_results, read_run",
+        "from loopgate.analysis import *",
+        f"results = read_results({json.dumps(names if len(names) > 1 else names[0], ensure_ascii=False)})",
+        "runs = add_series(results.runs)",
+    ]
+    if network:
+        lines.append(f'runs = runs[runs["network"] == {json.dumps(network, ensure_ascii=False)}]')
+    return "\n".join(lines)
+
+
+def _section(network: str, runs: pd.DataFrame, results: Results, load: str) -> Section:
+    names = series_order(runs[a.SERIES])
+    content = Content({"runs": runs, "results.edge_sets": results.edge_sets}, names)
+    if results.run_folders and len(runs) <= _MOST_FLOWS:
+        load += _over_time(content, runs, results)
+    _overall(content, runs, names)
+    _deadlocks(content, runs)
+    _laps_and_decisions(content)
+    _roads(content, runs)
+    folders = list(results.run_folders.values())
+    if len(runs) == 1 and len(folders) == 1 and (folders[0] / "vehicles.parquet").is_file():
+        load += add_single_run(content, folders[0])
     return Section(
         network=network,
         runs=runs,
         count=common_count(runs),
-        figures=_figures(runs, by_name, look, results),
-        tables=tables,
-        hidden=names[len(look) :],
+        figures=content.figures,
+        tables=list(content.tables.values()),
+        names=names[:MAX_SERIES],
+        hidden=names[MAX_SERIES:],
+        load=load,
     )
 
 
-def _tables(runs: pd.DataFrame, names: Sequence[str]) -> list[TableItem]:
-    baseline = names[0]
-    laps = compute_lap_distribution(runs=runs, by=_BY, quantiles=_PERCENT)
-    wide = laps.pivot_table(index=[*_BY, c.LAPS], columns=a.QUANTILE, values=a.LAP_TIME, observed=True)
-    wide.columns = pd.Index([f"{100 * float(str(q)):.0f} % [s]" for q in wide.columns])
-    revisits = compute_mean(runs=runs, value=c.MEAN_REVISIT, by=_BY)
-    gated = runs[runs[c.AUDIT].ne(c.NOT_GATED) & runs[c.HOLD].notna()]
-    tables = [
-        TableItem(
-            "throughput",
-            "Throughput [vehicle-km/h]",
-            compute_mean(runs=runs, value=c.KM_PER_H, by=_BY),
-            'compute_mean(runs=runs, value="km_per_h", by=["gate", "vehicles"])',
-        ),
-        TableItem(
-            "laps-per-hour",
-            "Throughput [laps/h]",
-            compute_mean(runs=runs, value=c.LAPS_PER_H, by=_BY),
-            'compute_mean(runs=runs, value="laps_per_h", by=["gate", "vehicles"])',
-        ),
-        TableItem(
-            "capacity",
-            "Vehicle count at which throughput peaks",
-            compute_capacity(runs=runs, by=[SERIES]),
-            'compute_capacity(runs=runs, by=["gate"])',
-        ),
-        TableItem(
-            "paired",
-            f"Difference to {baseline} on the same seeds [vehicle-km/h]",
-            _paired(runs, baseline),
-            f'compute_paired(runs=runs, baseline="{baseline}", by=["vehicles"])',
-        ),
-        TableItem(
-            "deadlocks",
-            "Runs that lock up",
-            compute_deadlock_rate(runs=runs, by=_BY),
-            'compute_deadlock_rate(runs=runs, by=["gate", "vehicles"])',
-        ),
-        TableItem(
-            "time-to-deadlock",
-            "Time to the first deadlock",
-            compute_time_to_deadlock(runs=runs, by=_BY),
-            'compute_time_to_deadlock(runs=runs, by=["gate", "vehicles"])',
-        ),
-        TableItem(
-            "laps",
-            "Lap times",
-            wide.reset_index(),
-            'compute_lap_distribution(runs=runs, by=["gate", "vehicles"])',
-        ),
-        TableItem(
-            "hold",
-            "Time standing at gates, all vehicles together [s]",
-            compute_mean(runs=gated, value=c.HOLD, by=_BY),
-            'compute_mean(runs=runs.dropna(subset="hold_s"), value="hold_s", by=["gate", "vehicles"])',
-        ),
-        TableItem(
-            "decisions",
-            "Decisions",
-            compute_decision_time(runs=runs[runs[c.DECISIONS] > 0], by=_BY),
-            'compute_decision_time(runs=runs, by=["gate", "vehicles"])',
-        ),
-        TableItem(
-            "revisits",
-            "Revisit interval, mean over edges [s]",
-            revisits,
-            'compute_mean(runs=runs, value="mean_revisit_s", by=["gate", "vehicles"])',
-        ),
-        TableItem(
-            "idleness",
-            "Idleness: time since an edge's last visit, mean over edges and time [s]",
-            compute_mean(runs=runs, value=c.IDLENESS, by=_BY),
-            'compute_mean(runs=runs, value="idleness_s", by=["gate", "vehicles"])',
-        ),
-        TableItem(
-            "worst-idleness",
-            "Worst idleness: longest time that some edge had no visit [s]",
-            compute_mean(runs=runs, value=c.WORST_IDLENESS, by=_BY),
-            'compute_mean(runs=runs, value="worst_idleness_s", by=["gate", "vehicles"])',
-        ),
-    ]
-    return [item for item in tables if len(item.table)]
-
-
-def _paired(runs: pd.DataFrame, baseline: str) -> pd.DataFrame:
-    # What makes a pair is the seed and the vehicles; where runs still repeat, their mean stands for them.
-    once = runs.groupby([SERIES, c.VEHICLES, c.SEED], dropna=False)[[c.KM_PER_H]].mean().reset_index()
-    compared = compute_paired(runs=once.rename(columns={SERIES: c.GATE}), baseline=baseline)
-    return compared.rename(columns={c.GATE: SERIES})
-
-
-def _figures(
-    runs: pd.DataFrame, tables: Mapping[str, pd.DataFrame], look: Mapping[str, Look], results: Results
-) -> list[FigureItem]:
-    several = tables["throughput"][a.RUNS].max() > 1
+def _overall(content: Content, runs: pd.DataFrame, names: list[str]) -> None:
+    """Add means against vehicles, the fundamental diagram, capacity and paired differences."""
+    counts = runs[c.VEHICLES].nunique()
+    of = {"runs": "runs"}
+    single = None
+    if len(runs) <= _MOST_POINTS:
+        known = [name for name in _SINGLE if name in runs or name in {a.DENSITY, a.FLOW, a.SPEED}]
+        single = content.table("runs", "Single runs", compute_fundamental, of, columns=known)
+    several = runs.groupby(_BY).size().max() > 1
     bars = "Means over seeds with 95 % intervals (Student's t)." if several else "One run each: no intervals."
-    style: _Style = {"series": SERIES, "look": look}
-    items: list[FigureItem] = []
+    if single is not None and several:
+        bars += " Small points are single runs."
+    for name, title, axis, value, more in _MEANS:
+        means = content.table(name, title, compute_mean, of, options={"value": value, "by": _BY})
+        if means[a.MEAN].notna().any() and name != "laps-per-hour" and len(runs) > 1:
+            chart = plots.plot_mean(
+                means,
+                axis,
+                **content.style,
+                single=single if several else None,
+                value=value,
+                names=(name, "runs"),
+            )
+            content.figure(name, title, f"{more} {bars}".strip(), chart)
+        elif not means[a.MEAN].notna().any():
+            content.tables.pop(name, None)
+    if counts > 1:
+        diagram = content.table(
+            "fundamental", "Density, flow and speed", compute_fundamental, of, options={"by": _BY}
+        )
+        for name, title, y in (
+            ("fundamental-diagram", "Fundamental diagram", a.FLOW),
+            ("speed-density", "Speed over density", a.SPEED),
+        ):
+            chart = plots.plot_fundamental(
+                diagram,
+                y=y,
+                **content.style,
+                single=single if several else None,
+                names=("fundamental", "runs"),
+            )
+            content.figure(
+                name, title, "Means over seeds; small points are single runs.", chart, "fundamental"
+            )
+    peaks = content.table("capacity", "Capacity", compute_capacity, of, options={"by": [a.SERIES]})
+    if counts > 1:
+        caption = "The vehicle count at which throughput peaks, with its 95 % interval (bootstrap)."
+        content.figure(
+            "capacity", "Capacity", caption, plots.plot_capacity(peaks, **content.style, name="capacity")
+        )
+    if len(names) > 1 and not runs.duplicated([*_BY, c.SEED]).any():
+        _paired(content, names[0])
 
-    def add(name: str, title: str, caption: str, figure: Callable[[], Figure], code: str) -> None:
-        items.append(FigureItem(name, title, caption, figure(), code))
 
-    add(
-        "throughput",
-        "Throughput",
-        bars,
-        lambda: plots.plot_mean(tables["throughput"], "throughput [vehicle-km/h]", **style),
-        'compute_mean(runs=runs, value="km_per_h", by=["gate", "vehicles"])',
+def _paired(content: Content, baseline: str) -> None:
+    options = {"baseline": baseline, "of": a.SERIES, "by": [c.VEHICLES]}
+    title = f"Difference to {baseline} on the same seeds [vehicle-km/h]"
+    paired = content.table("paired", title, compute_paired, {"runs": "runs"}, options=options)
+    if len(paired):
+        content.figure(
+            "paired",
+            title.partition(" [")[0],
+            "Mean difference of runs that agree in everything else, with 95 % intervals (bootstrap).",
+            plots.plot_paired(paired, **content.style, name="paired", label="difference [vehicle-km/h]"),
+        )
+
+
+def _deadlocks(content: Content, runs: pd.DataFrame) -> None:
+    of, by = {"runs": "runs"}, {"by": _BY}
+    rates = content.table("deadlocks", "Runs that lock up", compute_deadlock_rate, of, options=by)
+    content.table("time-to-deadlock", "Time to the first deadlock", compute_time_to_deadlock, of, options=by)
+    if len(runs) > 1:
+        caption = "Share of runs with a deadlock, with 95 % intervals (Wilson)."
+        chart = plots.plot_deadlock_rate(rates, **content.style, name="deadlocks")
+        content.figure("deadlock-rate", "Runs that lock up", caption, chart, "deadlocks")
+    locking = np.unique(runs.loc[runs[c.DEADLOCKS] > 0, c.VEHICLES].to_numpy(dtype=int))
+    if not len(locking):
+        return
+    chosen = np.linspace(0, len(locking) - 1, min(len(locking), _MOST_PANELS)).round().astype(int)
+    counts = [int(count) for count in locking[chosen]]
+    which = (
+        "each vehicle count" if len(counts) == len(locking) else f"{len(counts)} of the {len(locking)} counts"
     )
-    add(
-        "deadlock-rate",
-        "Runs that lock up",
-        "Share of runs with a deadlock, with 95 % Wilson intervals.",
-        lambda: plots.plot_deadlock_rate(tables["deadlocks"], **style),
-        'compute_deadlock_rate(runs=runs, by=["gate", "vehicles"])',
+    survival = content.table(
+        "survival",
+        "Survival: runs not yet locked up",
+        compute_survival,
+        of,
+        options=by,
+        where=f"{c.VEHICLES} in {counts}",
     )
-    add(
+    content.figure(
         "survival",
         "Time to the first deadlock",
-        f"Kaplan-Meier curves with 95 % bands, {_panels_in_words(runs)}; a tick marks runs that ended "
-        "without deadlock.",
-        lambda: plots.plot_survival(
-            compute_survival(runs=runs[runs[c.VEHICLES].isin(_panels(runs))], by=_BY), **style
-        ),
-        'compute_survival(runs=runs, by=["gate", "vehicles"])',
+        f"Kaplan-Meier curves with 95 % bands, for {which} with which runs lock up.",
+        plots.plot_survival(survival, **content.style, name="survival"),
     )
-    laps = compute_lap_distribution(runs=runs, by=_BY, quantiles=_PERCENT)
+
+
+def _laps_and_decisions(content: Content) -> None:
+    of = {"runs": "runs"}
+    options = {"by": _BY, "quantiles": _PERCENT}
+    laps = content.table("laps", "Lap times", compute_lap_distribution, of, options=options)
     if len(laps):
-        add(
-            "laps",
-            "Lap times",
-            "Boxes hold the middle half of all laps, whiskers 5 to 95 %, markers the median.",
-            lambda: plots.plot_laps(laps, **style),
-            'compute_lap_distribution(runs=runs, by=["gate", "vehicles"])',
-        )
+        caption = "Bars hold the middle half of all laps, lines 5 to 95 %, markers the median."
+        content.figure("laps", "Lap times", caption, plots.plot_laps(laps, **content.style, name="laps"))
+    decided = {"options": {"by": _BY}, "where": f"{c.DECISIONS} > 0"}
+    decisions = content.table("decisions", "Decisions", compute_decision_time, of, **decided)
+    if len(decisions) > 1:
+        caption = "From the median to the 99th percentile of a run's decisions, each the median over runs."
+        chart = plots.plot_decision_time(decisions, **content.style, name="decisions")
+        content.figure("decision-time", "Decision time", caption, chart, "decisions")
+
+
+def _roads(content: Content, runs: pd.DataFrame) -> None:
+    """Add maps and ranks of edges and junctions, at the vehicle count that series have in common."""
     count = common_count(runs)
-    edges = compute_edge_means(runs=runs[runs[c.VEHICLES] == count], edge_sets=results.edge_sets, by=[SERIES])
-    of_count = f'runs=runs[runs["vehicles"] == {count}], edge_sets=results.edge_sets, by=["gate"]'
-    held = edges[edges[run.EDGE_HOLD].notna()]
-    if len(held):
-        add(
-            "map",
-            "Where vehicles are held",
-            f"Hold time per edge with {count} vehicles, mean over runs; dark and thick is long. Roads on no "
-            "loop are not drawn.",
-            lambda: plots.plot_edges(held, run.EDGE_HOLD, label="hold time per edge and run [s]", **style),
-            f"compute_edge_means({of_count})",
-        )
-    if "decisions" in tables:
-        add(
-            "decision-time",
-            "Decision time",
-            "Median and 99th percentile of a run's decisions, each the median over runs.",
-            lambda: plots.plot_decision_time(tables["decisions"], **style),
-            'compute_decision_time(runs=runs, by=["gate", "vehicles"])',
-        )
-    if tables["revisits"][a.MEAN].notna().any():
-        add(
-            "revisits",
-            "Revisit intervals",
-            f"Time between two visits of an edge, mean over edges. {bars}",
-            lambda: plots.plot_mean(tables["revisits"], "revisit interval [s]", **style),
-            'compute_mean(runs=runs, value="mean_revisit_s", by=["gate", "vehicles"])',
-        )
-    for name, title, what in (
-        (
-            "idleness",
-            "Idleness",
-            "Time since an edge's last visit, mean over the edges on loops and over time.",
-        ),
-        ("worst-idleness", "Worst idleness", "The longest time that some edge on a loop had no visit."),
-    ):
-        if tables[name][a.MEAN].notna().any():
-            means = tables[name]
-            add(
-                name,
-                title,
-                f"{what} {bars}",
-                partial(plots.plot_mean, means, f"{title.lower()} [s]", **style),
-                f'compute_mean(runs=runs, value="{name.replace("-", "_")}_s", by=["gate", "vehicles"])',
+    of = {"runs": "runs", "edge_sets": "results.edge_sets"}
+    rest: dict[str, Any] = {"where": f"{c.VEHICLES} == {count}"}
+    by = {"by": [a.SERIES]}
+    edges = content.table(
+        "edges", f"Edges with {count} vehicles", compute_edge_means, of, options=by, listed=False, **rest
+    )
+    if not len(edges):
+        return
+    if run.STOOD in edges and edges[run.STOOD].gt(0).any():
+        for name, what in (("junctions", run.JUNCTION), ("streets", run.EDGE)):
+            title = (
+                f"{name.capitalize()} before which vehicles stand"
+                if what == run.JUNCTION
+                else "Streets on which vehicles stand"
             )
-    if len(edges) and edges[run.IDLENESS].notna().any():
-        add(
-            "idleness-map",
-            "Which roads go unwatched",
-            f"Idleness per edge with {count} vehicles, mean over runs; dark and thick is long.",
-            lambda: plots.plot_edges(edges, run.IDLENESS, label="idleness per edge [s]", **style),
-            f"compute_edge_means({of_count})",
-        )
-    fundamental = compute_fundamental(runs=runs)
-    if len(fundamental[c.VEHICLES].unique()) > 1:
-        add(
-            "fundamental-diagram",
-            "Fundamental diagram",
-            "Flow over density, means over seeds.",
-            lambda: plots.plot_fundamental(fundamental, **style),
-            "compute_fundamental(runs=runs)",
-        )
-    return items
+            ranked = content.table(
+                name, title, compute_ranked, of, options=by | {"what": what, "first": _RANKED}, **rest
+            )
+            chart = plots.plot_ranked(
+                ranked, of=what, value=run.STOOD, label="vehicle-seconds standing", **content.style, name=name
+            )
+            caption = f"The ten with most of it, with {count} vehicles; means over runs."
+            content.figure(name, title, caption, chart)
+    for name, title, column, label in (
+        ("map", "Where vehicles stand", run.STOOD, "vehicle-seconds standing per edge and run"),
+        ("idleness-map", "Which roads go unwatched", run.IDLENESS, "idleness per edge [s]"),
+    ):
+        if column in edges and edges[column].notna().any():
+            caption = f"With {count} vehicles, mean over runs; broad and strong is much. Loops only."
+            chart = plots.plot_edges(edges, column, label=label, series=a.SERIES)
+            content.figure(name, title, caption, chart, "edges")
+
+
+def _over_time(content: Content, runs: pd.DataFrame, results: Results) -> str:
+    """Add curves over time where there are run folders; return what loads them."""
+    flow = results.read_flow(runs) if len(set(runs[c.VEHICLES])) == 1 else pd.DataFrame()
+    if flow.empty:
+        return ""
+    content.known["flow"] = flow
+    longest = float(flow[run.TIME].max() - flow[run.TIME].min())
+    every = max(60.0, round(longest / 120 / 60) * 60.0)
+    table = content.table(
+        "flow", "Over time", compute_flow, {"flow": "flow"}, options={"every_s": every, "by": [a.SERIES]}
+    )
+    if table.empty:
+        return ""
+    locked = sorted(runs[c.FIRST_DEADLOCK].dropna().tolist())[:_MOST_PANELS]
+    upright = " Upright lines: deadlocks." if locked else ""
+    for name, title, what, caption in (
+        ("over-time", "Over time", OVER_TIME, f"Means over {every:g} s.{upright}"),
+        ("so-far", "Until then", CUMULATIVE, f"Added up from the beginning.{upright}"),
+    ):
+        chart = plots.plot_flow(table, **content.style, what=what, deadlocks=locked, name="flow")
+        content.figure(name, title, caption, chart, "flow")
+    return "\nflow = results.read_flow(runs)"

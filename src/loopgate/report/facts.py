@@ -77,7 +77,7 @@ def failures(results: Results) -> TableItem | None:
         .reset_index()
         .sort_values("runs", ascending=False, kind="stable")
     )
-    return TableItem("failures", "Runs that failed", table, 'runs[runs["status"] == "failed"]')
+    return TableItem("failures", "Runs that failed", table)
 
 
 def commands(results: Results) -> dict[str, Any]:

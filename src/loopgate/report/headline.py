@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import pandas as pd
 
 from loopgate.analysis import columns as a
+from loopgate.analysis.columns import SERIES
 from loopgate.analysis.statistics import wilson_interval
-from loopgate.report.items import SERIES, Section
+from loopgate.report.items import Section
 from loopgate.results import row_columns as c
 
-__all__ = ["DASH", "headline", "number"]
+__all__ = ["DASH", "headline", "lead", "number", "title"]
 
 DASH = "\N{EN DASH}"
+_MOST_NAMES = 4
 _EQUAL = 1.005  # ratios below this print as 1.00
 _APART = "\N{NO-BREAK SPACE}"
 
@@ -28,11 +30,60 @@ def number(value: float) -> str:
     return f"{value:,.0f}".replace(",", _APART)
 
 
+def title(sections: Sequence[Section]) -> str:
+    """Return what was compared, and where: the title of the page."""
+    names = sorted(
+        {name for section in sections for name in (*section.names, *section.hidden)}, key=_open_first
+    )
+    where = _listed([section.network for section in sections])
+    return f"{_listed(names)} on {where}"
+
+
+def lead(sections: Sequence[Section]) -> str:
+    """Return what was compared, and what came out on the first network: the first sentence of the page."""
+    section = sections[0]
+    runs = section.runs
+    counts = sorted(runs[c.VEHICLES].unique())
+    vehicles = f"{counts[0]:g}" if len(counts) == 1 else f"{counts[0]:g} to {counts[-1]:g}"
+    seeds = runs[c.SEED].nunique()
+    what = (
+        f"{vehicles} vehicles, {seeds} seed{'s' if seeds > 1 else ''}, {_span(runs[c.DURATION].max())} each"
+    )
+    locked = runs[runs[c.DEADLOCKS] > 0][SERIES].value_counts()
+    of = runs[SERIES].value_counts()
+    never = [name for name in of.index if name not in locked]
+    parts = [
+        f"{name} locks up in {locked[name]} of {of[name]} runs"
+        for name in sorted(locked.index, key=_open_first)
+    ]
+    if never:
+        parts.append(
+            f"{_listed(sorted(never, key=_open_first))} never lock{'s' if len(never) == 1 else ''} up"
+        )
+    best = _throughput({item.name: item.table for item in section.tables}, runs)[0].rstrip(".")
+    return f"{title(sections)}, {what}: {best}; {', '.join(parts)}."
+
+
+def _open_first(name: str) -> tuple[bool, str]:
+    return not name.startswith("open"), name
+
+
+def _listed(names: Sequence[str]) -> str:
+    if len(names) > _MOST_NAMES:
+        return f"{', '.join(names[:_MOST_NAMES])} and {len(names) - _MOST_NAMES} more"
+    return " and ".join(filter(None, (", ".join(names[:-1]), names[-1])))
+
+
+def _span(seconds: float) -> str:
+    hours = seconds / 3600.0
+    return f"{hours:g} hour{'s' if hours > 1 else ''}" if hours == round(hours, 1) else f"{seconds:g} s"
+
+
 def headline(section: Section) -> list[str]:
     """Return sentences on throughput, deadlocks, idleness and collisions on one network."""
     tables = {item.name: item.table for item in section.tables}
     return [
-        *_throughput(tables),
+        *_throughput(tables, section.runs),
         *_pairs(tables),
         _deadlocks(section.runs),
         *_watching(section.runs, section.count),
@@ -40,8 +91,10 @@ def headline(section: Section) -> list[str]:
     ]
 
 
-def _throughput(tables: Mapping[str, pd.DataFrame]) -> list[str]:
+def _throughput(tables: Mapping[str, pd.DataFrame], runs: pd.DataFrame) -> list[str]:
     peaks = tables["capacity"].sort_values(a.PEAK, ascending=False, kind="stable")
+    if runs[c.VEHICLES].min() == runs[c.VEHICLES].max():  # one count is no border of what was tried
+        peaks = peaks.assign(**{a.AT_BORDER: False})
     best = peaks.iloc[0]
     text = (
         f"{best[SERIES]} drives most: {number(best[a.PEAK])} vehicle-km/h with {best[a.CAPACITY]} "

@@ -2,28 +2,49 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
 
 import pandas as pd
-from matplotlib.figure import Figure
 
-__all__ = ["SERIES", "FigureItem", "Section", "TableItem"]
+from loopgate.analysis.columns import SERIES
+from loopgate.plots.charts import Chart
 
-SERIES = "series"
-"""The column that names a series: gate, and whatever else varies besides network, vehicles and seed."""
+__all__ = ["Command", "Content", "FigureItem", "Section", "TableItem"]
 
 
 @dataclass(frozen=True, slots=True)
-class FigureItem:
-    """A figure with its words."""
+class Command:
+    """A call that makes a table: the report makes it so, and prints the same call for its reader."""
 
-    name: str
-    title: str
-    caption: str
-    figure: Figure
-    code: str
-    """Python that makes the table behind it."""
+    function: Callable[..., pd.DataFrame]
+    sources: Mapping[str, str]
+    """Parameters, and the expressions that they are given: ``{"runs": "runs"}``."""
+    options: Mapping[str, Any] = field(default_factory=dict)
+    """Parameters, and the plain values that they are given."""
+    where: str = ""
+    """Which of the runs, as a query."""
+    columns: Sequence[str] = ()
+    """Which columns of what is returned; all if empty."""
+
+    def table(self, known: Mapping[str, Any]) -> pd.DataFrame:
+        """Return the table; `known` has the values of the expressions."""
+        given = {name: known[text] for name, text in self.sources.items()}
+        if self.where:
+            given["runs"] = given["runs"].query(self.where)
+        made = self.function(**given, **self.options)
+        return made[list(self.columns)] if self.columns else made
+
+    def __str__(self) -> str:
+        given = dict(self.sources)
+        if self.where:
+            given["runs"] = f"runs.query({json.dumps(self.where)})"
+        parts = [f"{name}={text}" for name, text in given.items()]
+        parts += [f"{name}={json.dumps(value, ensure_ascii=False)}" for name, value in self.options.items()]
+        only = f"[{json.dumps(list(self.columns))}]" if self.columns else ""
+        return f"{self.function.__name__}({', '.join(parts)}){only}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,7 +54,22 @@ class TableItem:
     name: str
     title: str
     table: pd.DataFrame
-    code: str
+    code: str = ""
+    """Python that makes it."""
+    listed: bool = True
+    """Whether its rows are on the page; all tables can be downloaded from it."""
+
+
+@dataclass(frozen=True, slots=True)
+class FigureItem:
+    """A figure with its words."""
+
+    name: str
+    title: str
+    caption: str
+    figure: Chart
+    table: str
+    """The name of the table that it shows."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,5 +82,41 @@ class Section:
     """The vehicle count at which series are compared where one must be chosen."""
     figures: Sequence[FigureItem]
     tables: Sequence[TableItem]
+    names: Sequence[str]
+    """The series that figures show, in their order."""
     hidden: Sequence[str]
     """Series that the figures leave out, since nobody could tell them apart."""
+    load: str
+    """Python after which the code of the tables can be run."""
+
+
+class Content:
+    """Tables and figures of one network as they are put together."""
+
+    def __init__(self, known: Mapping[str, Any], names: Sequence[str]) -> None:
+        self.style: dict[str, Any] = {"series": SERIES, "among": names}
+        """What figures are told about series."""
+        self.known = dict(known)
+        """The values of the expressions that commands are made of."""
+        self.tables: dict[str, TableItem] = {}
+        self.figures: list[FigureItem] = []
+
+    def table(
+        self,
+        name: str,
+        title: str,
+        function: Callable[..., pd.DataFrame],
+        sources: Mapping[str, str],
+        **rest: Any,  # noqa: ANN401 - options of any kind
+    ) -> pd.DataFrame:
+        """Make a table by a command; one without rows is left out."""
+        listed = rest.pop("listed", True)
+        command = Command(function, sources, rest.pop("options", {}), **rest)
+        made = command.table(self.known)
+        if len(made):
+            self.tables[name] = TableItem(name, title, made, str(command), listed)
+        return made
+
+    def figure(self, name: str, title: str, caption: str, chart: Chart, table: str = "") -> None:
+        """Add a figure that shows a table, of its own name if no other is given."""
+        self.figures.append(FigureItem(name, title, caption, chart, table or name))

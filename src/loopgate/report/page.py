@@ -2,39 +2,37 @@
 
 from __future__ import annotations
 
-import json
 import re
 import shlex
 from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from importlib import metadata
+from importlib.resources import files as resources
 from pathlib import Path
 from typing import Any
 
-import matplotlib as mpl
 import pandas as pd
+import vl_convert
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from loopgate.disk import disk_error, writing
 from loopgate.errors import ResultsError
-from loopgate.plots import figure_svg
-from loopgate.plots.style import RC
+from loopgate.plots.charts import figure_spec, spec_svg
+from loopgate.plots.style import DARK, LIGHT
 from loopgate.report.content import network_sections
+from loopgate.report.embed import download, hash_of, library, page_spec, rows_of, script_json
 from loopgate.report.facts import commands, facts, failures, progress
-from loopgate.report.headline import headline
+from loopgate.report.headline import headline, lead, title
 from loopgate.report.items import FigureItem, Section, TableItem
 from loopgate.report.tables import cells, write_csv, write_latex
 from loopgate.runs.results import Results
 
 __all__ = ["ReportFiles", "write_report"]
 
-_LOAD = """from loopgate import read_results
-from loopgate.analysis import *
-results = read_results({})
-runs = results.runs"""
 _LONGEST_TABLE = 400  # rows on the page; the files have all
+_PNG_SCALE = 2.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,38 +93,44 @@ def write_report(
 
 def _write(results: Results, page: Path, folder: Path, report: Callable[[int, int], None]) -> ReportFiles:
     page.parent.mkdir(parents=True, exist_ok=True)
-    with mpl.rc_context(RC):
-        sections = network_sections(results)
-        failed = failures(results)
-        total = sum(len(s.figures) + len(s.tables) for s in sections) + 1
-        writer = _Writer(folder, len(sections) > 1, lambda done: report(done, total))
-        shown = [writer.section(section) for section in sections]
-        if len(results.runs):
-            folder.mkdir(parents=True, exist_ok=True)
-            write_csv(results.runs.drop(columns=_lists(results.runs)), folder / "runs.csv")
-        if failed is not None:
-            writer.table(failed, "")
+    sections = network_sections(results)
+    failed = failures(results)
+    total = sum(len(s.figures) + len(s.tables) for s in sections) + 1
+    writer = _Writer(folder, len(sections) > 1, lambda done: report(done, total))
+    shown = [writer.section(section) for section in sections]
+    if len(results.runs):
+        folder.mkdir(parents=True, exist_ok=True)
+        write_csv(results.runs.drop(columns=_lists(results.runs)), folder / "all-runs.csv")
+    if failed is not None:
+        writer.table(failed, "")
+    script = resources("loopgate.report").joinpath("templates/report.js").read_text(encoding="utf-8")
+    drawing = library() if sections else ""
     text = _template().render(
-        title=results.name,
+        title=title(sections) if sections else results.name,
+        lead=lead(sections) if sections else "",
+        name=results.name,
         made=datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
         version=metadata.version("loopgate"),
         facts=facts(results),
         progress=progress(results),
         sections=shown,
-        failures=None if failed is None else _shown_table(failed),
+        failures=None if failed is None else {**_shown_table(failed), "id": "failures-table"},
         commands=commands(results),
-        load=_LOAD.format(_folders(results)),
         again=shlex.join(["loopgate", "report", *map(str, results.folders), "-o", str(page)]),
         files=folder.name if len(results.runs) else None,
+        light=LIGHT,
+        dark=DARK,
+        content=_json({"specs": writer.specs, "tables": writer.files}),
+        scripts=[Markup(one) for one in (drawing, script) if one],  # noqa: S704 - ours and the library's
+        hashes=Markup(" ".join(hash_of(one) for one in (drawing, script) if one)),  # noqa: S704 - digests
     )
     with writing(page):
         page.write_text(text, encoding="utf-8")
     return ReportFiles(page, folder if len(results.runs) else None, writer.figures, writer.tables)
 
 
-def _folders(results: Results) -> str:
-    names = [str(folder) for folder in results.folders]
-    return json.dumps(names if len(names) > 1 else names[0], ensure_ascii=False)
+def _json(value: object) -> Markup:
+    return Markup(script_json(value))  # noqa: S704 - it has no character that could end its element
 
 
 def _lists(runs: pd.DataFrame) -> list[str]:
@@ -141,54 +145,82 @@ class _Writer:
         self._many = many
         self._report = report
         self.figures = self.tables = 0
+        self.specs: dict[str, Any] = {}
+        self.files: dict[str, Any] = {}
 
     def section(self, section: Section) -> dict[str, Any]:
         """Write a section's files."""
         prefix = re.sub(r"[^\w.-]+", "-", section.network) + "-" if self._many else ""
+        tables = {item.name: item for item in section.tables}
+        drawn = {name for item in section.figures for name in (item.table, "runs")} - {"edges"}
+        known = {name: prefix + name for name in tables}
         return {
             "network": section.network,
             "headline": headline(section),
+            "names": section.names,
             "hidden": section.hidden,
-            "figures": [self.figure(item, prefix) for item in section.figures],
-            "tables": [self.table(item, prefix) for item in section.tables],
+            "load": section.load,
+            "figures": [self.figure(item, tables[item.table], prefix) for item in section.figures],
+            "tables": [
+                shown
+                for item in section.tables
+                for shown in [self.table(item, prefix, rows=item.name in drawn)]
+                if item.listed
+            ],
+            "known": known,
         }
 
-    def figure(self, item: FigureItem, prefix: str) -> dict[str, Any]:
+    def figure(self, item: FigureItem, table: TableItem, prefix: str) -> dict[str, Any]:
         """Write a figure as SVG and PNG."""
         self._folder.mkdir(parents=True, exist_ok=True)
         name = prefix + item.name
-        svg = figure_svg(item.figure, name)
+        spec = figure_spec(item.figure)
+        svg = spec_svg(spec)
         (self._folder / f"{name}.svg").write_text(svg, encoding="utf-8")
-        item.figure.savefig(self._folder / f"{name}.png", metadata={"Software": None})
-        self.figures += 1
-        self._report(self.figures + self.tables)
+        (self._folder / f"{name}.png").write_bytes(vl_convert.svg_to_png(svg, scale=_PNG_SCALE))
+        self.specs[name] = {
+            "spec": page_spec(spec, f"{item.title}. {item.caption}", {table.name, "runs"} - {"edges"}),
+            "prefix": prefix,
+        }
+        self._note(figure=True)
         return {
             "id": name,
             "title": item.title,
             "caption": item.caption,
-            "code": item.code,
-            "svg": Markup(svg[svg.index("<svg") :]),  # noqa: S704 - Matplotlib has escaped its texts
+            "code": table.code,
+            "file": f"{prefix}{table.name}",
         }
 
-    def table(self, item: TableItem, prefix: str) -> dict[str, Any]:
+    def table(self, item: TableItem, prefix: str, *, rows: bool = False) -> dict[str, Any]:
         """Write a table as CSV and LaTeX."""
         self._folder.mkdir(parents=True, exist_ok=True)
         name = prefix + item.name
         write_csv(item.table, self._folder / f"{name}.csv")
-        write_latex(item.table, self._folder / f"{name}.tex", caption=item.title)
-        self.tables += 1
+        write_latex(item.table.head(_LONGEST_TABLE), self._folder / f"{name}.tex", caption=item.title)
+        self.files[name or "failures"] = {
+            **download(item.table),
+            **({"rows": rows_of(item.table)} if rows else {}),
+        }
+        self._note(figure=False)
+        return {**_shown_table(item), "id": f"{name}-table", "file": name}
+
+    def _note(self, *, figure: bool) -> None:
+        self.figures += figure
+        self.tables += not figure
         self._report(self.figures + self.tables)
-        return {**_shown_table(item), "id": f"{name}-table"}
 
 
 def _shown_table(item: TableItem) -> dict[str, Any]:
-    headings, rows = cells(item.table.head(_LONGEST_TABLE))
+    head = item.table.head(_LONGEST_TABLE)
+    headings, rows = cells(head)
     numeric = [pd.api.types.is_numeric_dtype(item.table[name]) for name in item.table.columns]
     return {
         "id": item.name,
+        "file": item.name,
         "title": item.title,
         "headings": headings,
         "rows": rows,
+        "raw": [["" if v is None else v for v in row.values()] for row in rows_of(head)],
         "numeric": numeric,
         "more": max(0, len(item.table) - _LONGEST_TABLE),
         "code": item.code,

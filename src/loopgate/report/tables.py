@@ -10,7 +10,7 @@ import pandas as pd
 from loopgate.analysis.columns import BETTER, HIGH, LOW, RATE, REFUSED_SHARE
 from loopgate.report.headline import DASH, number
 
-__all__ = ["Cells", "cells", "write_csv", "write_latex"]
+__all__ = ["Cells", "cells", "plain", "write_csv", "write_latex"]
 
 Cells = tuple[list[str], list[list[str]]]
 """Headings and rows, as text."""
@@ -26,15 +26,19 @@ def cells(table: pd.DataFrame) -> Cells:
     return headings, [list(row) for row in zip(*columns, strict=True)]
 
 
-def write_csv(table: pd.DataFrame, file: Path) -> None:
-    """Write the table with all its digits."""
+def plain(table: pd.DataFrame) -> pd.DataFrame:
+    """Return the table with texts for lists, as every format can hold it."""
     lists = {
         name: table[name].map(lambda values: " ".join(map(str, values)), na_action="ignore")
         for name in table.columns
         if table[name].dtype == object and any(isinstance(value, np.ndarray) for value in table[name])
     }
-    plain = table.assign(**lists)
-    plain.to_csv(file, index=False)
+    return table.assign(**lists)
+
+
+def write_csv(table: pd.DataFrame, file: Path) -> None:
+    """Write the table with all its digits."""
+    plain(table).to_csv(file, index=False)
 
 
 def write_latex(table: pd.DataFrame, file: Path, *, caption: str) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-__all__ = ["EDGE_COLUMNS", "EVENT_COLUMNS", "VEHICLE_COLUMNS", "Event"]
+__all__ = ["EDGE_COLUMNS", "EVENT_COLUMNS", "FLOW_COLUMNS", "LOOP_COLUMNS", "VEHICLE_COLUMNS", "Event"]
 
 from enum import StrEnum
 
@@ -60,6 +60,7 @@ LAPS: Final = "laps"  # completed laps
 DISTANCE: Final = "distance_m"
 MEAN_SPEED: Final = "mean_speed_mps"
 HOLD: Final = "hold_s"  # total time standing at gates
+STOOD: Final = "stood_s"  # total time slower than 0.1 m/s: measured alike with and without a gate
 LONGEST_WAIT: Final = "longest_wait_s"  # longest time from asking to being granted
 STANDING: Final = "standing_s"  # time since it last moved, at the end of the run
 X: Final = "x_m"  # where its front is at the end of the run, network coordinates; NaN if it has arrived
@@ -88,6 +89,7 @@ WEIGHTED_REVISIT: Final = "weighted_revisit_s"  # mean time between two visits, 
 IDLENESS: Final = "idleness_s"  # time-weighted mean time since the last visit
 WORST_IDLENESS: Final = "worst_idleness_s"  # longest time since the last visit
 EDGE_HOLD: Final = "hold_s"  # vehicles' hold time on the edge
+JUNCTION: Final = "junction"  # where the edge ends; STOOD: how long vehicles stood on it
 SHAPE: Final = "shape"  # "x,y x,y ..." [m], network coordinates
 HEADWAY_CV: Final = "headway_cv"  # standard deviation over mean of the times between two visits
 BUNCHED: Final = "bunched"  # share of these below a quarter of their mean, 0 to 1
@@ -121,3 +123,14 @@ WATCH_COLUMNS: Final = (
 )
 STREET_COLUMNS: Final = (EDGE, STREET, EDGE_LENGTH, *WATCH_COLUMNS[1:], SHAPE)
 """``streets.parquet``: one row per edge that is open to the vehicles, also those on no loop."""
+
+FLOW_EVERY_S: Final = 10.0
+
+# flow.parquet: one row every ten seconds, all vehicles together (TIME, its end, and)
+ON_ROAD: Final = "vehicles"
+STILL: Final = "standing"  # mean number of vehicles slower than 0.1 m/s
+FLOW_COLUMNS: Final = (TIME, ON_ROAD, STILL, DISTANCE, LAPS)
+
+# loops.parquet: one row per loop and edge on it, in their order (LOOP, EDGE, and)
+EDGE_BEGIN: Final = "begin_m"  # where the edge begins, along the loop
+LOOP_COLUMNS: Final = (LOOP, EDGE, EDGE_BEGIN)

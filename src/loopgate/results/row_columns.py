@@ -57,6 +57,7 @@ LAPS_PER_H: Final = "laps_per_h"  # over the duration asked for, also if a deadl
 KM_PER_H: Final = "km_per_h"  # as LAPS_PER_H
 MEASURED: Final = "measured_s"  # simulated time measured
 HOLD: Final = "hold_s"  # standing at gates; missing without a gate
+STOOD: Final = "stood_s"  # slower than 0.1 m/s, under any gate
 LONGEST_WAIT: Final = "longest_wait_s"  # missing without a gate
 LONGEST_FOR: Final = {
     cause: f"longest_{cause}_s"
@@ -102,12 +103,14 @@ EDGE_KM: Final = "edge_km"  # length of all edges on some loop
 EDGE_SET: Final = "edge_set"  # names the table of these edges, in the order of the lists below
 EDGE_VISITS: Final = "edge_visits"
 EDGE_HOLD: Final = "edge_hold_s"
+EDGE_STOOD: Final = "edge_stood_s"
 EDGE_MEAN_REVISIT: Final = "edge_mean_revisit_s"
 EDGE_MAX_REVISIT: Final = "edge_max_revisit_s"
 EDGE_IDLENESS: Final = "edge_idleness_s"
 EDGE_LISTS: Final = (
     EDGE_VISITS,
     EDGE_HOLD,
+    EDGE_STOOD,
     EDGE_MEAN_REVISIT,
     EDGE_MAX_REVISIT,
     EDGE_IDLENESS,

@@ -61,6 +61,7 @@ _NUMBER = (
     c.LAPS_PER_H,
     c.KM_PER_H,
     c.HOLD,
+    c.STOOD,
     c.LONGEST_WAIT,
     *c.LONGEST_FOR.values(),
     c.FIRST_DEADLOCK,

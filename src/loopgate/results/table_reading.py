@@ -49,8 +49,10 @@ _NEEDED = (
 _AGAIN = "make it again"
 _ROWS_AGAIN = "remove it and run the same sweep again to make its rows anew"
 
-_TEXTS = {run.VEHICLE, run.EVENT, run.PLACE, run.REASON, run.STAGE, run.LOOP, run.EDGE, run.SHAPE}
-_NUMBERS = {*run.EVENT_COLUMNS, *run.VEHICLE_COLUMNS, *run.EDGE_COLUMNS} - _TEXTS
+_TEXTS = {run.VEHICLE, run.EVENT, run.PLACE, run.REASON, run.STAGE}
+_TEXTS |= {run.LOOP, run.EDGE, run.SHAPE, run.JUNCTION}
+_NUMBERS = {*run.EVENT_COLUMNS, *run.VEHICLE_COLUMNS, *run.EDGE_COLUMNS, run.STOOD, run.STILL, run.EDGE_BEGIN}
+_NUMBERS -= _TEXTS
 
 _LARGEST = 1e15
 _MOST_NAMES = 4

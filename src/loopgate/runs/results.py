@@ -13,6 +13,7 @@ from typing import Any
 import pandas as pd
 import pyarrow as pa
 
+from loopgate.analysis.columns import SERIES
 from loopgate.analysis.rows import read_run_row
 from loopgate.errors import ResultsError
 from loopgate.reading import read_object, refusing, shown
@@ -41,11 +42,29 @@ class Results:
     """The description of the sweep; empty for run folders without a sweep."""
     notes: tuple[str, ...] = ()
     """Remarks on rows that another version of loopgate made, or that came twice."""
+    run_folders: Mapping[str, Path] = field(default_factory=dict)
+    """For each key of a run that has a folder, that folder; sweeps keep rows only."""
 
     @property
     def name(self) -> str:
         """Name of the sweep, or of the folders."""
         return str(self.manifest.get("name") or ", ".join(folder.name for folder in self.folders))
+
+    def read_flow(self, runs: pd.DataFrame) -> pd.DataFrame:
+        """Return what was measured over time in those of `runs` that have a folder.
+
+        Returns
+        -------
+        DataFrame
+            `FLOW_COLUMNS`, and of `runs` the columns `KEY` and `SERIES`.
+        """
+        series = runs[SERIES] if SERIES in runs else runs[c.GATE]
+        parts = [
+            read_table(file, run.FLOW_COLUMNS, made_by="").assign(**{c.KEY: key, SERIES: name})
+            for key, name in zip(runs[c.KEY], series, strict=True)
+            if key in self.run_folders and (file := self.run_folders[key] / "flow.parquet").is_file()
+        ]
+        return pd.concat(parts, ignore_index=True) if parts else pd.DataFrame(columns=list(run.FLOW_COLUMNS))
 
 
 def read_results(folder: Path | str | Sequence[Path | str]) -> Results:
@@ -93,11 +112,10 @@ def _together(parts: Sequence[Results]) -> Results:
     folders = tuple(folder for part in parts for folder in part.folders)
     known = [part.runs[list(ROW_SCHEMA.names)].assign(**{c.FOLDER: str(part.folders[0])}) for part in parts]
     every = _with_varying_keys(pd.concat(known, ignore_index=True), folders[0])
-    # Run folders have no key but their name, which says nothing of what was run.
-    swept = every[c.SCENARIO].notna()
-    twins = every[swept].duplicated([c.KEY, c.STATUS, c.LOOPGATE_CODE, c.SUMO_VERSION], keep="last")
+    # The key of a run folder is its path: the same run only if it is the same folder.
+    twins = every.duplicated([c.KEY, c.STATUS, c.LOOPGATE_CODE, c.SUMO_VERSION], keep="last")
     runs = every.drop(index=twins.index[twins]).reset_index(drop=True)
-    if not runs[runs[c.SCENARIO].notna()].duplicated(c.KEY).any():
+    if not runs.duplicated(c.KEY).any():
         runs = runs.drop(columns=c.FOLDER)
     count = int(twins.sum())
     notes = [note for part in parts for note in part.notes]
@@ -111,6 +129,7 @@ def _together(parts: Sequence[Results]) -> Results:
         {name: edges for part in parts for name, edges in part.edge_sets.items()},
         {"runs": planned},
         tuple(notes),
+        {key: folder for part in parts for key, folder in part.run_folders.items()},
     )
 
 
@@ -136,11 +155,12 @@ def _from_runs(folder: Path, runs: list[Path]) -> Results:
     rows, edge_sets = [], {}
     for one in runs:
         row, edges = read_run_row(one)
-        rows.append({**row, c.KEY: one.name, c.ATTEMPT: 1})
+        rows.append({**row, c.KEY: str(one), c.ATTEMPT: 1})
         edge_sets[row[c.EDGE_SET]] = edges
     table = pa.Table.from_pylist(rows, schema=ROW_SCHEMA)
     check_sizes(table, folder)
-    return Results((folder,), table.to_pandas(), edge_sets)
+    known = {str(one): one for one in runs}
+    return Results((folder,), _with_varying_keys(table.to_pandas(), folder), edge_sets, run_folders=known)
 
 
 def _read_rows(folder: Path) -> list[Rows]:

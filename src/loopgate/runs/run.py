@@ -3,19 +3,24 @@
 from __future__ import annotations
 
 import html
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
 import pyarrow as pa
-from matplotlib.figure import Figure
 
-from loopgate.analysis import compute_edge_means, compute_lap_distribution, compute_seen_within
+from loopgate.analysis import (
+    compute_edge_means,
+    compute_flow,
+    compute_lap_distribution,
+    compute_seen_within,
+)
 from loopgate.analysis.rows import run_row
 from loopgate.errors import ResultsError
-from loopgate.plots import figure_svg, plot_edges, plot_laps, plot_seen_within, plot_unwatched
+from loopgate.plots import plot_edges, plot_flow, plot_laps, plot_seen_within, plot_unwatched
+from loopgate.plots.charts import Chart, figure_image
 from loopgate.reading import read_object, read_toml, refusing
 from loopgate.replay import Replay, make_replay
 from loopgate.results import columns as run
@@ -45,6 +50,10 @@ class Run:
         `STREET_COLUMNS`: how well every street was watched, those on no loop included; None if not known.
     scenario
         What ``scenario.toml`` holds; empty where there is none.
+    flow
+        `FLOW_COLUMNS`: how many vehicles stand and how far all drive, every ten seconds; may be empty.
+    loops
+        `LOOP_COLUMNS`: the edges of each loop; empty where there are none.
     folder
         Where the files are; None if none were kept.
     """
@@ -56,10 +65,12 @@ class Run:
     scenario: Mapping[str, Any] = field(repr=False)
     streets: pd.DataFrame | None = field(default=None, repr=False)
     folder: Path | None = None
+    flow: pd.DataFrame = field(repr=False, default_factory=pd.DataFrame)
+    loops: pd.DataFrame = field(repr=False, default_factory=pd.DataFrame)
 
     @property
-    def figures(self) -> dict[str, Figure]:
-        """The figures that one run makes: laps, where vehicles were held, how roads were watched.
+    def figures(self) -> dict[str, Chart]:
+        """The figures of one run: over time, lap times, where vehicles stood, which roads went unwatched.
 
         Those for which there is nothing to show are left out.
         """
@@ -67,13 +78,15 @@ class Run:
             scenario=self.scenario, summary=self.summary, events=self.events, edges=self.edges
         )
         runs: pd.DataFrame = pa.Table.from_pylist([row], schema=ROW_SCHEMA).to_pandas()
-        found: dict[str, Figure] = {}
+        found: dict[str, Chart] = {}
+        if len(self.flow):
+            found["over-time"] = plot_flow(compute_flow(flow=self.flow))
         laps = compute_lap_distribution(runs=runs)
         if len(laps):
             found["laps"] = plot_laps(laps)
         means = compute_edge_means(runs=runs, edge_sets={row[c.EDGE_SET]: edges})
         for name, column, label in (
-            ("held", run.EDGE_HOLD, "hold time per edge [s]"),
+            ("standing", run.STOOD, "time stood per edge [s]"),
             ("idleness", run.IDLENESS, "idleness per edge [s]"),
         ):
             if means[column].notna().any():
@@ -83,7 +96,7 @@ class Run:
             found["seen"] = self._seen(self.streets)
         return found
 
-    def _seen(self, streets: pd.DataFrame) -> Figure:
+    def _seen(self, streets: pd.DataFrame) -> Chart:
         begin_s = float(self.scenario.get("warmup_s", 0.0))
         seen = compute_seen_within(
             events=self.events,
@@ -118,7 +131,7 @@ class Run:
             f"<td style='text-align:left'>{html.escape(much)}</td></tr>"
             for what, much in words
         )
-        drawn = "".join(figure_svg(figure, name) for name, figure in figures.items())
+        drawn = "".join(figure_image(figure, name) for name, figure in figures.items())
         title = f"{self.summary['network']}: {self.summary['gate']}, seed {self.summary['seed']}"
         return f"<h4>{html.escape(title)}</h4><table>{rows}</table>{drawn}"
 
@@ -154,5 +167,14 @@ def read_run(folder: Path | str) -> Run:
             edges=read_table(folder / "edges.parquet", run.EDGE_COLUMNS, made_by=made_by),
             scenario=read_toml(scenario, "scenario", ResultsError) if scenario.is_file() else {},
             streets=read_table(streets, run.STREET_COLUMNS, made_by=made_by) if streets.is_file() else None,
+            flow=_where_there(folder / "flow.parquet", run.FLOW_COLUMNS, made_by),
+            loops=_where_there(folder / "loops.parquet", run.LOOP_COLUMNS, made_by),
             folder=folder,
         )
+
+
+def _where_there(file: Path, columns: Sequence[str], made_by: str) -> pd.DataFrame:
+    """Return a table that not every version writes, and not every run."""
+    return (
+        read_table(file, columns, made_by=made_by) if file.is_file() else pd.DataFrame(columns=list(columns))
+    )

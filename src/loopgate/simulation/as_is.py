@@ -13,8 +13,10 @@ from xml.etree import ElementTree as ET
 
 from loopgate.disk import writing
 from loopgate.errors import ResultsError, ScenarioError
+from loopgate.results.columns import FLOW_EVERY_S
 from loopgate.results.recorder import Recorder
 from loopgate.simulation import outcome
+from loopgate.simulation.flow import STANDING_MPS, Row, flow_table
 from loopgate.simulation.loop_run import Course, Mishaps, Tick, note_deadlock
 from loopgate.simulation.monitoring import monitoring_figures
 from loopgate.simulation.outcome import Folder, Tally
@@ -27,7 +29,6 @@ from loopgate.traffic.base import Traffic
 
 __all__ = ["run_as_is"]
 
-_WATCH_EVERY_S = 10.0
 _TRIPS = "tripinfo.xml"
 _OF_LOOPS = ("spacing", "starts", "revisit_s", "weights", "districts")
 _GONE = (0.0, (nan, nan))
@@ -71,6 +72,7 @@ def run_as_is(scenario: Scenario, folder: Folder, tick: Tick, backend: str) -> d
         *(record_positions(folder / outcome.POSITIONS) if scenario.positions else ()),
     ]
     standing: dict[str, tuple[float, tuple[float, float]]] = {}
+    rows: list[Row] = []
     with ExitStack() as stack:
         traffic = start_traffic(options, backend=backend, log=log)
         stack.callback(traffic.close)
@@ -79,12 +81,13 @@ def run_as_is(scenario: Scenario, folder: Folder, tick: Tick, backend: str) -> d
         course = Course(begin_s=traffic.now_s)
         watch = Watch(traffic, after_s=scenario.deadlock_after_s)
         try:
-            _drive(scenario, traffic, watch, recorder, course, tick)
+            _drive(scenario, traffic, watch, recorder, course, tick, rows)
             standing = {v: (watch.standing_s(v), traffic.position(v)) for v in traffic.vehicles()}
         except KeyboardInterrupt:
             course.outcome = "interrupted"
         course.end_s = traffic.now_s
     course.total_s = perf_counter() - began
+    folder.write_table(flow_table(rows), outcome.FLOW)
     duration = course.end_s - course.begin_s
     tallies = _trips(trips, standing, interrupted=course.outcome == "interrupted")
     folder.write_vehicles(tallies, duration)
@@ -96,14 +99,20 @@ def run_as_is(scenario: Scenario, folder: Folder, tick: Tick, backend: str) -> d
 
 
 def _drive(
-    scenario: Scenario, traffic: Traffic, watch: Watch, recorder: Recorder, course: Course, tick: Tick
+    scenario: Scenario,
+    traffic: Traffic,
+    watch: Watch,
+    recorder: Recorder,
+    course: Course,
+    tick: Tick,
+    rows: list[Row],
 ) -> None:
     mishaps = Mishaps(traffic, recorder, course)
     configured = traffic.configured_end_s()
     end = course.begin_s + scenario.duration_s
     if configured is not None:
         end = min(end, configured)
-    next_watch = course.begin_s + _WATCH_EVERY_S
+    next_watch = course.begin_s + FLOW_EVERY_S
     while traffic.now_s < end and traffic.expects_more():
         begin = perf_counter()
         traffic.step()
@@ -111,7 +120,11 @@ def _drive(
         mishaps.note()
         if traffic.now_s < next_watch:
             continue
-        next_watch += _WATCH_EVERY_S
+        next_watch += FLOW_EVERY_S
+        speeds = [traffic.speed(vehicle) for vehicle in traffic.vehicles()]
+        still = sum(speed < STANDING_MPS for speed in speeds)
+        # Of those that come and go only the speed of the moment is known.
+        rows.append((traffic.now_s, len(speeds), still, sum(speeds) * FLOW_EVERY_S, 0))
         tick(traffic.now_s, course)
         deadlock = watch.check()
         if deadlock is None:
@@ -145,6 +158,7 @@ def _trips(
             longest_wait_s=0.0,
             standing_s=standing.get(trip.get("id", ""), _GONE)[0],
             position_m=standing.get(trip.get("id", ""), _GONE)[1],
+            stood_s=float(trip.get("waitingTime", "0")) + float(trip.get("stopTime", "0")),
         )
         for trip in top.iter("tripinfo")
     ]

@@ -25,6 +25,7 @@ from loopgate.results.columns import (
     EDGE,
     EDGE_LENGTH,
     HOLD,
+    JUNCTION,
     LAPS,
     LONGEST_WAIT,
     LOOP,
@@ -32,6 +33,7 @@ from loopgate.results.columns import (
     MEAN_SPEED,
     SHAPE,
     STANDING,
+    STOOD,
     VEHICLE,
     VEHICLE_COLUMNS,
     Event,
@@ -45,7 +47,9 @@ from loopgate.simulation.watch import Deadlock
 
 __all__ = [
     "EVENTS",
+    "FLOW",
     "LAYOUT",
+    "LOOPS",
     "POSITIONS",
     "SCENARIO",
     "SUMO_LOG",
@@ -61,6 +65,8 @@ __all__ = [
 EVENTS = "events.parquet"
 VEHICLES = "vehicles.parquet"
 EDGES = "edges.parquet"
+FLOW = "flow.parquet"
+LOOPS = "loops.parquet"
 SUMMARY = "summary.json"
 SCENARIO = "scenario.toml"
 SYSTEM = "system.json"
@@ -82,6 +88,7 @@ class Tally:
     longest_wait_s: float
     standing_s: float
     position_m: tuple[float, float] = (nan, nan)
+    stood_s: float = 0.0
 
 
 class Folder:
@@ -125,7 +132,7 @@ class Folder:
         if (self / SUMMARY).exists() and not overwrite:
             msg = f"{self.path}: it holds the results of a run; choose another folder, or --overwrite"
             raise ScenarioError(msg)
-        for name in (SUMMARY, EVENTS, VEHICLES, EDGES, SYSTEM, POSITIONS, LAYOUT):
+        for name in (SUMMARY, EVENTS, VEHICLES, EDGES, FLOW, LOOPS, SYSTEM, POSITIONS, LAYOUT):
             (self / name).unlink(missing_ok=True)
 
     def __enter__(self) -> Self:
@@ -152,22 +159,34 @@ class Folder:
                 STANDING: tally.standing_s,
                 X: tally.position_m[0],
                 Y: tally.position_m[1],
+                STOOD: tally.stood_s,
             }
             for tally in tallies
         ]
         with writing(self / VEHICLES):
-            pd.DataFrame(rows, columns=list(VEHICLE_COLUMNS)).to_parquet(self / VEHICLES, index=False)
+            frame = pd.DataFrame(rows, columns=[*VEHICLE_COLUMNS, STOOD])
+            frame.to_parquet(self / VEHICLES, index=False)
 
     def write_edges(
-        self, edges: Sequence[tuple[str, float, str]], *, begin_s: float, end_s: float
+        self, edges: Sequence[tuple[str, float, str, str, float]], *, begin_s: float, end_s: float
     ) -> pd.DataFrame:
-        """Write ``edges.parquet`` from the events; `edges` are name, length [m] and shape."""
+        """Write ``edges.parquet`` from the events.
+
+        `edges` are name, length [m], shape, junction at the end, and how long vehicles stood there [s].
+        """
         events = read_events(self / EVENTS, (Event.EDGE, Event.HOLD, Event.GO))
-        frame = pd.DataFrame(edges, columns=[EDGE, EDGE_LENGTH, SHAPE])
-        table = compute_edges(events=events, edges=frame, begin_s=begin_s, end_s=end_s)
-        with writing(self / EDGES):
-            table.to_parquet(self / EDGES, index=False)
+        frame = pd.DataFrame(edges, columns=[EDGE, EDGE_LENGTH, SHAPE, JUNCTION, STOOD])
+        table = compute_edges(
+            events=events, edges=frame[[EDGE, EDGE_LENGTH, SHAPE]], begin_s=begin_s, end_s=end_s
+        )
+        table[JUNCTION], table[STOOD] = frame[JUNCTION], frame[STOOD].astype(float)
+        self.write_table(table, EDGES)
         return table
+
+    def write_table(self, table: pd.DataFrame, name: str) -> None:
+        """Write a table as a file of this name."""
+        with writing(self / name):
+            table.to_parquet(self / name, index=False)
 
     def write_summary(self, summary: Mapping[str, Any]) -> None:
         """Write ``summary.json``, last of all: a folder with a summary is complete."""
@@ -313,6 +332,7 @@ def _traffic_figures(tallies: Sequence[Tally], duration_s: float) -> dict[str, A
         "laps_per_h": round(laps / hours, 6) if hours > 0 else 0.0,
         "km_per_h": round(km / hours, 6) if hours > 0 else 0.0,
         "hold_s": round(sum(t.hold_s for t in tallies), 3),
+        "stood_s": round(sum(t.stood_s for t in tallies), 3),
         "longest_wait_s": round(max((t.longest_wait_s for t in tallies), default=0.0), 3),
         "vehicles_without_a_lap": sum(1 for t in tallies if t.laps == 0),
     }

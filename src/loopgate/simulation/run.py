@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from contextlib import ExitStack
 from math import nan
 from pathlib import Path
@@ -11,12 +12,14 @@ from typing import Any
 from loopgate.drive.engine import Engine
 from loopgate.drive.gatekeeper import Gatekeeper
 from loopgate.folders import remove_abandoned, temporary_folder
+from loopgate.network import Edge
 from loopgate.network.coverage import measure_coverage
 from loopgate.network.sumo_config import is_sumo_config
 from loopgate.simulation import outcome
 from loopgate.simulation.as_is import run_as_is
 from loopgate.simulation.assembly import Assembly, assemble
 from loopgate.simulation.checking import audit_run
+from loopgate.simulation.flow import FlowMeter, flow_table, loop_table
 from loopgate.simulation.loop_run import Course, Tick, drive
 from loopgate.simulation.monitoring import monitoring_figures, shape_text, write_streets
 from loopgate.simulation.outcome import Folder, Tally
@@ -94,6 +97,7 @@ def _run(
     assembly = assemble(scenario)
     with open_session(scenario, assembly, folder, backend=backend) as session:
         traffic, engine, recorder = session.traffic, session.engine, session.recorder
+        flow = FlowMeter(traffic, engine, warmup_s=scenario.warmup_s)
         watch = watch_class(traffic, after_s=scenario.deadlock_after_s, at_gate=engine.refused)
         course = drive(
             engine,
@@ -102,15 +106,18 @@ def _run(
             recorder,
             scenario=scenario,
             tick=tick,
-            each_step=session.each_step,
+            each_step=[*session.each_step, flow.look],
         )
         engine.settle()
-        tallies = _tallies(engine, traffic, watch, course)
+        tallies = _tallies(engine, traffic, watch, course, flow)
         surrounded = session.around.report() if session.around else {}
         if "at_lights" in surrounded and scenario.abstraction == "segments":
             surrounded["warnings"] = [_ON_SEGMENTS]
     keeper = session.keeper
-    summary = _summary(scenario, assembly, keeper, course, tallies, folder)
+    folder.write_table(flow_table(flow.rows), outcome.FLOW)
+    ways = {driver.track.loop: driver.track.edges for driver in engine.drivers}
+    folder.write_table(loop_table(ways), outcome.LOOPS)
+    summary = _summary(scenario, assembly, keeper, course, tallies, folder, flow.edges_s())
     summary |= {name: getattr(engine, name) for name in ("overruns", "trespasses", "strays")}
     summary["clean"] = outcome.is_clean(summary) if keeper else None
     added = [*outcome.mishaps(summary), *surrounded.pop("warnings", [])]
@@ -129,7 +136,7 @@ def is_as_is(scenario: Scenario) -> bool:
     return is_sumo_config(scenario.network) and not scenario.gated and not loops
 
 
-def _tallies(engine: Engine, traffic: Traffic, watch: Watch, course: Course) -> list[Tally]:
+def _tallies(engine: Engine, traffic: Traffic, watch: Watch, course: Course, flow: FlowMeter) -> list[Tally]:
     now = course.end_s
     on_road = set(traffic.vehicles())
     return [
@@ -143,6 +150,7 @@ def _tallies(engine: Engine, traffic: Traffic, watch: Watch, course: Course) -> 
             longest_wait_s=driver.worst_wait_s(now),
             standing_s=watch.standing_s(driver.id),
             position_m=traffic.position(driver.id) if driver.id in on_road else (nan, nan),
+            stood_s=float(flow.vehicles_s[driver.robot]),
         )
         for driver in engine.drivers
     ]
@@ -155,17 +163,18 @@ def _summary(
     course: Course,
     tallies: list[Tally],
     folder: Folder,
+    stood_s: Mapping[str, float],
 ) -> dict[str, Any]:
     duration = max(0.0, course.end_s - course.begin_s)
     folder.write_vehicles(tallies, duration)
-    shapes = {
-        edge: (edge, assembly.network.edge(edge).length_m, shape_text(assembly.network.edge(edge)))
+    rows = {
+        edge: _edge_row(assembly.network.edge(edge), stood_s.get(edge, 0.0))
         for loop in assembly.loops
         for edge in loop.edges
     }
     edges, watch = None, dict[str, Any]()
     if duration > 0:
-        edges = folder.write_edges(list(shapes.values()), begin_s=course.begin_s, end_s=course.end_s)
+        edges = folder.write_edges(list(rows.values()), begin_s=course.begin_s, end_s=course.end_s)
         watch = write_streets(scenario, assembly, tallies, folder, begin_s=course.begin_s, end_s=course.end_s)
     waits: dict[str, Any] = {}
     findings: list[str] = []
@@ -185,3 +194,7 @@ def _summary(
     )
     figures |= waits | audited | monitoring_figures(edges, measure_coverage(assembly.network, assembly.loops))
     return figures | {"watch": watch}
+
+
+def _edge_row(edge: Edge, stood_s: float) -> tuple[str, float, str, str, float]:
+    return edge.id, edge.length_m, shape_text(edge), edge.to_junction, stood_s

@@ -1,18 +1,24 @@
 """The report on results of every kind: what it says, and that it needs nothing else."""
 
+import html
 import re
 from collections.abc import Callable
 from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 import pytest
 
+from loopgate.analysis import add_series
 from loopgate.errors import ResultsError
-from loopgate.report.content import add_series
+from loopgate.report.content import network_sections
+from loopgate.report.embed import library
 from loopgate.report.page import write_report
+from loopgate.report.tables import plain
 from loopgate.runs.results import Results, read_results
+from loopgate.sweep.task import load_runner
 
 Make = Callable[..., Results]
 
@@ -75,16 +81,20 @@ def test_the_page_needs_nothing_but_itself(make: Make, tmp_path: Path) -> None:
         "#",
         "data",
     }
-    text = (tmp_path / "r.html").read_text(encoding="utf-8")
+    text = (tmp_path / "r.html").read_text(encoding="utf-8").replace(library(), "")
     assert not re.search(r"@import|url\((?!#)|<script src|<img", text)
-    assert "default-src 'none'" in text
+    policy = re.search(r'content="(default-src [^"]+)"', text)
+    assert policy is not None
+    assert policy[1].startswith("default-src 'none'; style-src 'unsafe-inline'; script-src 'sha256-")
+    assert "unsafe-inline" not in policy[1].partition("script-src")[2]
+    assert "unsafe-eval" not in policy[1]
 
 
 def test_every_reference_on_the_page_leads_somewhere_and_ids_are_unique(make: Make, tmp_path: Path) -> None:
-    """Inline figures share one page: their clip paths must not take each other's place."""
+    """Of several networks too: names of figures must not take each other's place."""
     parsed = page(make(FULL), tmp_path)
     assert len(parsed.ids) == len(set(parsed.ids))
-    text = (tmp_path / "r.html").read_text(encoding="utf-8")
+    text = (tmp_path / "r.html").read_text(encoding="utf-8").replace(library(), "")
     wanted = {ref[1:] for ref in parsed.references if ref.startswith("#")}
     wanted |= set(re.findall(r"url\(#([^)]+)\)", text))
     assert wanted <= set(parsed.ids)
@@ -109,16 +119,9 @@ def test_figures_and_tables_are_files_too(make: Make, tmp_path: Path) -> None:
     made = write_report(results, tmp_path / "r.html", files=tmp_path / "f")
     names = {file.name for file in (tmp_path / "f").iterdir()}
     for figure in (
-        "throughput",
-        "deadlock-rate",
-        "survival",
-        "laps",
-        "map",
-        "decision-time",
-        "revisits",
-        "idleness",
-        "worst-idleness",
-        "idleness-map",
+        *("throughput", "speed", "standing", "fundamental-diagram", "speed-density", "paired", "capacity"),
+        *("deadlock-rate", "survival", "laps", "map", "decision-time", "revisits", "idleness"),
+        *("worst-idleness", "idleness-map", "junctions", "streets"),
     ):
         assert {f"{figure}.svg", f"{figure}.png"} <= names
     assert len([name for name in names if name.endswith(".csv")]) == made.tables + 1
@@ -160,7 +163,7 @@ def test_failed_runs_only(make: Make, tmp_path: Path) -> None:
 def test_a_single_run(make: Make, tmp_path: Path) -> None:
     """No interval is claimed, nothing is compared."""
     text = page(make({"vehicles": [40], "gate": ["certified"], "seed": [1]}), tmp_path).text
-    assert "One run each: no intervals." in text
+    assert "interval" not in text.partition("What must not happen")[0].partition("Runs that lock up")[0]
     assert "on the same seeds" not in text
 
 
@@ -219,39 +222,102 @@ def test_loops_that_follow_from_the_vehicles_make_no_series(make: Make, tmp_path
     assert "loops 50" not in text
 
 
+def test_loops_that_were_not_asked_for_make_no_series(make: Make) -> None:
+    """With equal vehicles, one seed finds 50 loops that work and the other 48: one series all the same."""
+    includes = [
+        {"vehicles": 50, "gate": "open", "seed": seed, "on_loops": loops}
+        for seed, loops in ((1, 50), (2, 48))
+    ]
+    runs = make({}, include=includes).runs
+    assert set(runs["loops"]) == {48, 50}
+    assert set(add_series(runs.drop(columns="on_loops"))["series"]) == {"open"}
+
+
+def test_the_title_and_the_first_sentence_say_what_came_out(make: Make, tmp_path: Path) -> None:
+    """Who was compared, where, with how many vehicles and seeds, who drives most and who locks up."""
+    text = page(make(FULL), tmp_path).text
+    assert text.startswith("open and certified on sumo:DRT: loopgate report")
+    sentence = text[text.index("open and certified on sumo:DRT, 10 to 80 vehicles, 3 seeds, 400 s each: ") :]
+    assert "certified drives most" in sentence
+    assert "; open locks up in 3 of 9 runs, certified never locks up." in sentence
+
+
 def test_loops_that_were_chosen_make_a_series(make: Make) -> None:
     """Equal vehicles on 4 and on 8 loops are not the same setting."""
     runs = make({"vehicles": [50, 60], "loops": [4, 8], "gate": ["open"]}).runs
     assert sorted(add_series(runs)["series"].unique()) == ["open, loops 4", "open, loops 8"]
 
 
-def test_without_a_gate_no_hold_is_claimed(make: Make, tmp_path: Path) -> None:
-    """Nobody measures how long vehicles wait under SUMO's own rules: no zero in rows, table and map."""
+def test_standing_is_measured_alike_for_all_gates(make: Make, tmp_path: Path) -> None:
+    """Nobody is held without a gate, and nobody claims a hold of 0; all stand, and all are compared."""
     results = make(FULL)
     free = results.runs["gate"] == "open"
     assert results.runs.loc[free, ["hold_s", "longest_wait_s", "edge_hold_s"]].isna().all().all()
     assert results.runs.loc[~free, ["hold_s", "longest_wait_s", "edge_hold_s"]].notna().all().all()
+    assert (results.runs["stood_s"] == 3.0 * results.runs["vehicles"]).all()
     page(results, tmp_path)
-    assert set(pd.read_csv(tmp_path / "r-files" / "hold.csv")["series"]) == {"certified"}
-    assert ">open<" not in (tmp_path / "r-files" / "map.svg").read_text(encoding="utf-8")
-    assert ">open<" in (tmp_path / "r-files" / "idleness-map.svg").read_text(encoding="utf-8")
+    table = pd.read_csv(tmp_path / "r-files" / "standing.csv")
+    assert table.groupby("series")["mean"].max().to_dict() == {"certified": 240.0, "open": 240.0}
+    assert ">open<" in (tmp_path / "r-files" / "map.svg").read_text(encoding="utf-8")
+    assert not (tmp_path / "r-files" / "hold.csv").exists()
+
+
+@pytest.mark.parametrize("networks", [["sumo:DRT"], ["sumo:DRT", "sumo:bs3d"]])
+def test_the_code_under_each_table_makes_it(make: Make, tmp_path: Path, networks: list[str]) -> None:
+    """What a reader copies from the page gives its numbers; a figure's code is that of its table."""
+    check_codes(make({**FULL, "network": networks}), tmp_path)
+
+
+def test_the_code_of_a_single_run_makes_its_tables(tmp_path: Path) -> None:
+    """Curves over time, causes of waiting, a loop over time and who is stuck, all from the run folder."""
+    run = load_runner(f"{Path(__file__).parents[1] / 'sweep' / 'fake_runner.py'}:run")
+    for gate in ("open", "certified"):
+        folder = tmp_path / gate
+        folder.mkdir()
+        run({"vehicles": 80, "gate": gate, "seed": 9, "duration_s": 900}, folder)
+        codes = check_codes(read_results(folder), tmp_path / f"{gate}-page")
+        wanted = {"flow", "time-space"} | ({"stuck"} if gate == "open" else {"causes"})
+        assert wanted <= set(codes)
+
+
+def check_codes(results: Results, folder: Path) -> dict[str, str]:
+    """Run the code of every table; return it by the table's name."""
+    folder.mkdir(exist_ok=True)
+    sections = network_sections(results)
+    write_report(results, folder / "r.html")
+    text = html.unescape((folder / "r.html").read_text(encoding="utf-8"))
+    found: dict[str, str] = {}
+    for section in sections:
+        assert section.load in text
+        known: dict[str, Any] = {}
+        exec(section.load, known)  # noqa: S102 - as a reader does
+        prefix = section.network.replace(":", "-") + "-" if len(sections) > 1 else ""
+        assert {figure.table for figure in section.figures} <= {table.name for table in section.tables}
+        for table in section.tables:
+            assert table.code in text
+            made = plain(eval(table.code, known))  # noqa: S307 - as a reader does
+            made.to_csv(folder / "again.csv", index=False)
+            again = (folder / "again.csv").read_bytes()
+            assert again == (folder / "r-files" / f"{prefix}{table.name}.csv").read_bytes(), table.code
+            found[table.name] = table.code
+    return found
 
 
 def test_survival_is_drawn_for_one_vehicle_count_at_a_time(make: Make, tmp_path: Path) -> None:
     """Runs with 10 vehicles never lock up and those with 80 do: pooled, neither could be read."""
     grid = {**FULL, "vehicles": [10, 70, 80]}
     text = page(make(grid), tmp_path).text
-    drawn = (tmp_path / "r-files" / "survival.svg").read_text(encoding="utf-8")
-    assert re.findall(r">(\d+) vehicles<", drawn) == ["70", "80"]
+    drawn = pd.read_csv(tmp_path / "r-files" / "survival.csv")
+    assert sorted(drawn["vehicles"].unique()) == [70, 80]
     assert "for each vehicle count with which runs lock up" in text
 
 
 def test_at_most_six_survival_panels(make: Make, tmp_path: Path) -> None:
     """Spread from the fewest to the most vehicles that lock up, and the caption says so."""
     text = page(make({"vehicles": list(range(60, 76)), "gate": ["open"]}), tmp_path).text
-    drawn = (tmp_path / "r-files" / "survival.svg").read_text(encoding="utf-8")
-    assert re.findall(r">(\d+) vehicles<", drawn) == ["60", "63", "66", "69", "72", "75"]
-    assert "for 6 of the 16 vehicle counts with which runs lock up" in text
+    drawn = pd.read_csv(tmp_path / "r-files" / "survival.csv")
+    assert sorted(drawn["vehicles"].unique()) == [60, 63, 66, 69, 72, 75]
+    assert "for 6 of the 16 counts with which runs lock up" in text
 
 
 def test_roads_are_watched_by_equally_many_vehicles(make: Make, tmp_path: Path) -> None:
@@ -261,7 +327,7 @@ def test_roads_are_watched_by_equally_many_vehicles(make: Make, tmp_path: Path) 
     idle = lone.assign(idleness_s=lone["vehicles"].astype(float))
     text = page(replace(results, runs=idle), tmp_path).text
     assert "with 10 vehicles: certified 10 s on average, 83 s at worst; open 10 s on average" in text
-    assert "Idleness per edge with 10 vehicles" in text
+    assert "With 10 vehicles, mean over runs" in text
 
 
 def test_more_series_than_a_reader_can_tell_apart(make: Make, tmp_path: Path) -> None:

@@ -12,9 +12,9 @@ import pandas as pd
 import pytest
 from click.testing import CliRunner
 
+from loopgate.analysis import add_series
 from loopgate.cli.main import cli
 from loopgate.errors import ResultsError
-from loopgate.report.content import add_series
 from loopgate.runs.results import read_results
 from loopgate.sweep import Sweep, run_sweep
 

@@ -21,7 +21,7 @@ import numpy as np
 import pandas as pd
 
 from loopgate.errors import ScenarioError
-from loopgate.results.columns import EVENT_COLUMNS
+from loopgate.results.columns import EVENT_COLUMNS, VEHICLE_COLUMNS
 
 EDGES = 12
 
@@ -44,8 +44,13 @@ def run(scenario: Mapping[str, Any], out: Path) -> None:
         rows.append((0.0, f"v{vehicle}", "start", "p0", ""))
         times = np.arange(lap, end, lap) + random.uniform(0, lap / 4, len(np.arange(lap, end, lap)))
         rows += [(float(t), f"v{vehicle}", "lap", "p0", "") for t in times if t <= end]
+    rows += [(float(t), "v0", "edge", f"e{i % EDGES}", "") for i, t in enumerate(np.arange(0, end, 9))]
+    if gate != "open":
+        rows += [(20.0, "v0", "refuse", "p1", "occupied"), (31.0, "v0", "refuse", "p1", "crossing")]
+        rows += [(35.0, "v0", "grant", "p1", "free")]
     events = pd.DataFrame(rows, columns=list(EVENT_COLUMNS[:5]))
     events.to_parquet(out / "events.parquet", index=False)
+    _tables(out, vehicles, end, locked=locked)
     _edges(random, vehicles).to_parquet(out / "edges.parquet", index=False)
     laps = int((events["event"] == "lap").sum())
     hours = end / 3600
@@ -65,6 +70,7 @@ def run(scenario: Mapping[str, Any], out: Path) -> None:
         "laps_per_h": laps / hours,
         "km_per_h": laps * 0.5 / hours,
         "hold_s": float(vehicles),
+        "stood_s": 3.0 * vehicles,
         "longest_wait_s": 17.0,
         "idleness_s": 12.0,
         "worst_idleness_s": 80.0 + seed,
@@ -102,9 +108,30 @@ def _edges(random: np.random.Generator, vehicles: int) -> pd.DataFrame:
             "idleness_s": random.uniform(5, 20, EDGES) * 40 / vehicles,
             "worst_idleness_s": random.uniform(60, 90, EDGES),
             "hold_s": random.uniform(0, 2, EDGES) * vehicles,
+            "stood_s": np.linspace(1, 3, EDGES) * vehicles,
+            "junction": [f"J{i // 2}" for i in range(EDGES)],
             "shape": [f"{a} {b}" for a, b in itertools.pairwise(ends)],
         }
     )
+
+
+def _tables(out: Path, vehicles: int, end: float, *, locked: bool) -> None:
+    """Write the other tables of a run folder; in a deadlock three vehicles stand from the start."""
+    names = [f"v{n}" for n in range(vehicles)]
+    standing = [end if locked and n < 3 else 0.0 for n in range(vehicles)]
+    columns = dict.fromkeys(VEHICLE_COLUMNS, 0.0) | {"loop": "l0", "loop_length_m": 624.0}
+    table = pd.DataFrame(columns, index=range(vehicles)).assign(
+        vehicle=names, standing_s=standing, stood_s=3.0
+    )
+    table.to_parquet(out / "vehicles.parquet", index=False)
+    time_s = np.arange(10.0, end, 10.0)
+    flow = pd.DataFrame(
+        {"time_s": time_s, "vehicles": vehicles, "standing": 2.0, "distance_m": 90.0, "laps": 1}
+    )
+    flow.to_parquet(out / "flow.parquet", index=False)
+    begins = [52.0 * i for i in range(EDGES)]
+    loops = pd.DataFrame({"loop": "l0", "edge": [f"e{i}" for i in range(EDGES)], "begin_m": begins})
+    loops.to_parquet(out / "loops.parquet", index=False)
 
 
 def _trouble(kind: object) -> None:

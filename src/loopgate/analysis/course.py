@@ -1,0 +1,270 @@
+"""How one run, or a few, went: over time, cause by cause, along a loop, and who is stuck."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import pandas as pd
+
+from loopgate.analysis.columns import (
+    LAP_NUMBER,
+    LONGEST,
+    POSITION,
+    SINCE,
+    SPEED,
+    STOOD_H,
+    WAIT,
+    WAITS,
+    WAITS_FOR,
+)
+from loopgate.analysis.frames import check_columns, check_period, table
+from loopgate.errors import AnalysisError
+from loopgate.results.columns import (
+    DISTANCE,
+    EDGE,
+    EDGE_BEGIN,
+    EVENT,
+    FLOW_COLUMNS,
+    FLOW_EVERY_S,
+    LAPS,
+    LOOP,
+    LOOP_COLUMNS,
+    LOOP_LENGTH,
+    ON_ROAD,
+    PLACE,
+    REASON,
+    STANDING,
+    STILL,
+    TIME,
+    VEHICLE,
+    Event,
+    X,
+    Y,
+)
+from loopgate.results.row_columns import DISTANCE_KM, KEY, KM_PER_H, LAPS_PER_H
+
+__all__ = ["compute_causes", "compute_flow", "compute_stuck", "compute_time_space"]
+
+_HOUR_S = 3600.0
+
+
+def compute_flow(*, flow: pd.DataFrame, every_s: float = 60.0, by: Sequence[str] = ()) -> pd.DataFrame:
+    """Return what all vehicles together did, interval by interval, and what they did until then.
+
+    Parameters
+    ----------
+    flow
+        `FLOW_COLUMNS`: ``flow.parquet`` of a run, or of several with a column `KEY` that tells them apart.
+    every_s
+        Length of the intervals [s], from the beginning on; a last one that is not full is left out.
+    by
+        Columns that make a group; the runs of a group are averaged.
+
+    Returns
+    -------
+    DataFrame
+        One row per group and interval: `by`, `TIME` (its end [s]), `ON_ROAD`, `STILL` (mean numbers),
+        `SPEED` [km/h], `KM_PER_H`, `LAPS_PER_H`, and since the
+        beginning `DISTANCE_KM`, `LAPS`, `STOOD_H`.
+
+    Raises
+    ------
+    AnalysisError
+        On a missing column, or intervals shorter than the rows.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> from loopgate.analysis import compute_flow
+    >>> flow = pd.DataFrame({"time_s": [10.0, 20.0], "vehicles": 4, "standing": [0, 2], "laps": [0, 1]})
+    >>> flow["distance_m"] = [400.0, 100.0]
+    >>> compute_flow(flow=flow, every_s=20)[["standing", "km_per_h", "laps"]].values.tolist()
+    [[1.0, 90.0, 1.0]]
+    """
+    check_columns(flow, [*FLOW_COLUMNS, *by], "flow")
+    if every_s < FLOW_EVERY_S:
+        msg = f"intervals of {every_s:g} s are too short; expected at least {FLOW_EVERY_S:g} s"
+        raise AnalysisError(msg)
+    rows = flow.assign(**{KEY: flow.get(KEY, "")})
+    begin = rows.groupby(KEY)[TIME].transform("min") - FLOW_EVERY_S
+    bins = np.ceil((rows[TIME] - begin) / every_s - 1e-9) * every_s
+    groups = rows.assign(**{TIME: bins + begin.min()}).groupby([*by, TIME], sort=True, observed=True)
+    sums = groups.agg({ON_ROAD: "mean", STILL: "mean", DISTANCE: "sum", LAPS: "sum", KEY: "nunique"})
+    full = groups.size() / sums[KEY] * FLOW_EVERY_S > every_s - FLOW_EVERY_S
+    sums = sums[full]
+    hours = every_s / _HOUR_S
+    km, laps = sums[DISTANCE] / 1000.0 / sums[KEY], sums[LAPS] / sums[KEY]
+    result = sums[[ON_ROAD, STILL]].assign(
+        **{
+            SPEED: km / (sums[ON_ROAD] * hours),
+            KM_PER_H: km / hours,
+            LAPS_PER_H: laps / hours,
+            DISTANCE_KM: km,
+            LAPS: laps,
+            STOOD_H: sums[STILL] * hours,
+        }
+    )
+    total = [DISTANCE_KM, LAPS, STOOD_H]
+    result[total] = result.groupby(level=list(by))[total].cumsum() if by else result[total].cumsum()
+    return result.reset_index()
+
+
+def compute_causes(*, events: pd.DataFrame, end_s: float, begin_s: float = 0.0) -> pd.DataFrame:
+    """Return how long vehicles waited for a gate, by the reason of the refusal.
+
+    A wait whose reason changes is a stretch for each reason; see `loopgate.gates.Reason` for the words.
+
+    Parameters
+    ----------
+    events
+        `EVENT_COLUMNS`, in any order.
+    begin_s, end_s
+        Period of observation [s], to which stretches are clipped.
+
+    Returns
+    -------
+    DataFrame
+        One row per reason, the one that cost most first: `REASON`, `WAITS`, `WAIT` [s] (all together),
+        `LONGEST` [s] (the longest stretch).
+
+    Raises
+    ------
+    AnalysisError
+        On a missing column or an empty period.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> from loopgate.analysis import compute_causes
+    >>> rows = [(10, "v1", "refuse", "b", "occupied"), (12, "v1", "refuse", "b", "crossing")]
+    >>> rows += [(25, "v1", "grant", "b", "free")]
+    >>> events = pd.DataFrame(rows, columns=["time_s", "vehicle", "event", "place", "reason"])
+    >>> compute_causes(events=events, end_s=100)[["reason", "wait_s"]].values.tolist()
+    [['crossing', 13.0], ['occupied', 2.0]]
+    """
+    check_columns(events, [TIME, VEHICLE, EVENT, REASON], "events")
+    check_period(begin_s, end_s)
+    chosen = events[events[EVENT].isin([Event.REFUSE, Event.GRANT]) & (events[TIME] <= end_s)]
+    chosen = chosen.astype({VEHICLE: str, REASON: str}).sort_values([VEHICLE, TIME], kind="stable")
+    until = chosen.groupby(VEHICLE, sort=False)[TIME].shift(-1).fillna(end_s)
+    lasts = until.clip(lower=begin_s) - chosen[TIME].clip(lower=begin_s)
+    stretches = chosen.assign(**{WAIT: lasts})[(chosen[EVENT] == Event.REFUSE) & (until > begin_s)]
+    result = stretches.groupby(REASON)[WAIT].agg(["size", "sum", "max"]).reset_index()
+    result.columns = pd.Index([REASON, WAITS, WAIT, LONGEST])
+    return result.sort_values([WAIT, REASON], ascending=[False, True], kind="stable").reset_index(drop=True)
+
+
+def compute_time_space(
+    *, events: pd.DataFrame, vehicles: pd.DataFrame, loops: pd.DataFrame, loop: str
+) -> pd.DataFrame:
+    """Return when the vehicles of a loop entered which edge, as points of a time-space diagram.
+
+    Parameters
+    ----------
+    events
+        `EVENT_COLUMNS`; `Event.EDGE` suffices.
+    vehicles
+        `VEHICLE_COLUMNS`: who is on which loop.
+    loops
+        `LOOP_COLUMNS`: where its edges begin.
+    loop
+        The loop.
+
+    Returns
+    -------
+    DataFrame
+        By vehicle and time: `VEHICLE`, `LAP_NUMBER` (from 0: rounds of the loop's first edge), `TIME` [s],
+        `POSITION` [m], `EDGE`. A round ends with a point at the loop's length.
+
+    Raises
+    ------
+    AnalysisError
+        On a missing column, or a loop that is not there.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> from loopgate.analysis import compute_time_space
+    >>> rows = [(0, "v1", "edge", "b"), (9, "v1", "edge", "a"), (20, "v1", "edge", "b")]
+    >>> events = pd.DataFrame(rows, columns=["time_s", "vehicle", "event", "place"])
+    >>> loops = pd.DataFrame({"loop": "x", "edge": ["a", "b"], "begin_m": [0.0, 70.0]})
+    >>> vehicles = pd.DataFrame({"vehicle": ["v1"], "loop": "x", "loop_length_m": 120.0})
+    >>> points = compute_time_space(events=events, vehicles=vehicles, loops=loops, loop="x")
+    >>> points[["lap", "time_s", "position_m"]].values.tolist()
+    [[0.0, 0.0, 70.0], [0.0, 9.0, 120.0], [1.0, 9.0, 0.0], [1.0, 20.0, 70.0]]
+    """
+    check_columns(events, [TIME, VEHICLE, EVENT, PLACE], "events")
+    check_columns(vehicles, [VEHICLE, LOOP, LOOP_LENGTH], "vehicles")
+    check_columns(loops, LOOP_COLUMNS, "loops")
+    way = loops[loops[LOOP] == loop]
+    if way.empty:
+        msg = f"loop {loop}: not there; there are {', '.join(loops[LOOP].unique()[:5]) or 'none'}"
+        raise AnalysisError(msg)
+    edges, begins = way[EDGE].tolist(), way[EDGE_BEGIN].tolist()
+    own = vehicles[vehicles[LOOP] == loop].set_index(VEHICLE)[LOOP_LENGTH]
+    entered = events[(events[EVENT] == Event.EDGE) & events[VEHICLE].isin(own.index)]
+    rows = []
+    for vehicle, part in entered.astype({VEHICLE: str}).groupby(VEHICLE, sort=True):
+        at, lap = -1, 0
+        for time_s, edge in zip(part[TIME], part[PLACE], strict=True):
+            # An edge may come several times on a loop: it is the next of them.
+            following = next((n for n in range(1, len(edges) + 1) if edges[(at + n) % len(edges)] == edge), 0)
+            before, at = at, (at + following) % len(edges)
+            if before >= 0 and at <= before:
+                rows.append((vehicle, lap, time_s, own[vehicle], edge))
+                lap += 1
+            rows.append((vehicle, lap, time_s, begins[at], edge))
+    return pd.DataFrame(rows, columns=[VEHICLE, LAP_NUMBER, TIME, POSITION, EDGE])
+
+
+def compute_stuck(
+    *, vehicles: pd.DataFrame, events: pd.DataFrame, end_s: float, after_s: float = 300.0
+) -> pd.DataFrame:
+    """Return the vehicles that had not moved for long when the run ended, and whom they wait for.
+
+    Parameters
+    ----------
+    vehicles
+        `VEHICLE_COLUMNS`.
+    events
+        `EVENT_COLUMNS`; `Event.DEADLOCK` suffices.
+    end_s
+        When the run ended [s].
+    after_s
+        How long is long [s]; the vehicles of a deadlock are stuck all the same.
+
+    Returns
+    -------
+    DataFrame
+        The one that has stood longest first: `VEHICLE`, `LOOP`, `SINCE` [s], `STANDING` [s], `WAITS_FOR` (the
+        next vehicle of its deadlock; empty for others), `X`, `Y` [m].
+
+    Raises
+    ------
+    AnalysisError
+        On a missing column.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> from loopgate.analysis import compute_stuck
+    >>> vehicles = pd.DataFrame({"vehicle": ["v1", "v2"], "loop": "x", "standing_s": [400.0, 0.0]})
+    >>> vehicles = vehicles.assign(x_m=0.0, y_m=0.0)
+    >>> rows = [(200, "v1", "deadlock", "b", "v9")]
+    >>> events = pd.DataFrame(rows, columns=["time_s", "vehicle", "event", "place", "reason"])
+    >>> compute_stuck(vehicles=vehicles, events=events, end_s=600)[["since_s", "waits_for"]].values.tolist()
+    [[200.0, 'v9']]
+    """
+    check_columns(vehicles, [VEHICLE, LOOP, STANDING, X, Y], "vehicles")
+    check_columns(events, [VEHICLE, EVENT, REASON], "events")
+    circle = events[events[EVENT] == Event.DEADLOCK].drop_duplicates(VEHICLE, keep="last")
+    waits_for = dict(zip(circle[VEHICLE].astype(str), circle[REASON].astype(str), strict=True))
+    stuck = vehicles[(vehicles[STANDING] >= after_s) | vehicles[VEHICLE].isin(waits_for)]
+    stuck = stuck.assign(
+        **{SINCE: end_s - stuck[STANDING], WAITS_FOR: stuck[VEHICLE].map(waits_for).fillna("").astype(object)}
+    )
+    columns = [VEHICLE, LOOP, SINCE, STANDING, WAITS_FOR, X, Y]
+    if stuck.empty:
+        return table([], columns)
+    return stuck[columns].sort_values([SINCE, VEHICLE], kind="stable").reset_index(drop=True)

@@ -1,0 +1,170 @@
+"""Figures of how runs went: over time, by the cause of waiting, by junction, and along a loop."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import altair as alt
+import pandas as pd
+
+from loopgate.analysis import columns as a
+from loopgate.plots.charts import Chart, data, finish, series_channels, series_names, tooltip
+from loopgate.results import columns as run
+from loopgate.results import row_columns as c
+
+__all__ = ["CUMULATIVE", "OVER_TIME", "plot_flow", "plot_ranked", "plot_time_space"]
+
+OVER_TIME: Mapping[str, str] = {
+    c.KM_PER_H: "vehicle-km/h",
+    c.LAPS_PER_H: "laps/h",
+    run.STILL: "vehicles standing",
+    a.SPEED: "mean speed [km/h]",
+}
+CUMULATIVE: Mapping[str, str] = {
+    c.DISTANCE_KM: "vehicle-km so far",
+    run.LAPS: "laps so far",
+    a.STOOD_H: "vehicle-hours stood so far",
+}
+"""Columns of `compute_flow` and what their axes say."""
+
+
+def plot_flow(
+    flow: pd.DataFrame,
+    *,
+    series: str = "",
+    what: Mapping[str, str] = OVER_TIME,
+    deadlocks: Sequence[float] = (),
+    name: str = "",
+    among: Sequence[str] = (),
+) -> Chart:
+    """Draw what all vehicles together did over time, a panel for each figure, from `compute_flow`.
+
+    Parameters
+    ----------
+    flow
+        The table.
+    series
+        The column that names series; none for a single run.
+    what
+        Columns and what their axes say, such as `OVER_TIME` or `CUMULATIVE`.
+    deadlocks
+        When deadlocks were recognised [s]: upright lines.
+    name, among
+        What the report calls the table; all series, where it has only some.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> from loopgate.analysis import compute_flow
+    >>> from loopgate.plots import plot_flow
+    >>> flow = pd.DataFrame({"time_s": [60.0, 120.0], "vehicles": 4, "standing": [0, 2], "laps": [0, 1]})
+    >>> plot_flow(compute_flow(flow=flow.assign(distance_m=400.0), every_s=60)).save("figure.svg")
+    """
+    known = series_names(flow, series) if series else []
+    style = series_channels(known, series, among) if series else {}
+    color = {key: style[key] for key in ("color", "strokeDash") if key in style}
+    locked = alt.Chart(alt.InlineData(values=[{run.TIME: at} for at in deadlocks]))
+    x = alt.X(f"{run.TIME}:Q", title="simulated time [s]", scale=alt.Scale(nice=False))
+    panels = []
+    for column, label in what.items():
+        y = alt.Y(f"{column}:Q", title=label, axis=alt.Axis(format="~s", tickCount=4))
+        base = alt.Chart().encode(x=x, y=y, **color)
+        if known:
+            base = base.transform_filter(alt.FieldOneOfPredicate(field=series, oneOf=known))
+        hover = tooltip(*([series] if series else []), f"{run.TIME}:Q", f"{column}:Q")
+        layers: list[Any] = [
+            base.mark_line(strokeWidth=1.7),
+            base.mark_point(size=60, opacity=0, filled=True).encode(tooltip=hover),
+        ]
+        if deadlocks:
+            layers.append(locked.mark_rule(strokeDash=[3, 3]).encode(x=x, tooltip=tooltip(f"{run.TIME}:Q")))
+        panels.append(alt.layer(*layers).properties(width=430, height=95))
+    return finish(alt.vconcat(*panels, data=data(flow, name), spacing=12))  # type: ignore[no-any-return]
+
+
+def plot_ranked(
+    table: pd.DataFrame,
+    *,
+    of: str,
+    value: str,
+    label: str = "",
+    series: str = "",
+    name: str = "",
+    among: Sequence[str] = (),
+) -> Chart:
+    """Draw bars, the longest on top: junctions from `compute_ranked`, causes from `compute_causes`.
+
+    Parameters
+    ----------
+    table
+        One row per bar.
+    of, value, label
+        The columns that name it and say how long it is, and what the axis says.
+    series
+        The column that names series, side by side; none for a single one.
+    name, among
+        What the report calls the table; all series, where it has only some.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> from loopgate.plots import plot_ranked
+    >>> causes = pd.DataFrame({"reason": ["crossing", "occupied"], "wait_s": [13.0, 2.0]})
+    >>> plot_ranked(causes, of="reason", value="wait_s").save("figure.svg")
+    """
+    order = (
+        table.groupby(of)[value].max().sort_values(ascending=False, kind="stable").index.astype(str).tolist()
+    )
+    fields = [*([series] if series else []), of, f"{value}:Q"]
+    bars = (
+        alt.Chart(data(table, name))
+        .mark_bar()
+        .encode(
+            x=alt.X(f"{value}:Q", title=label or value, axis=alt.Axis(format="~s")),
+            y=alt.Y(f"{of}:N", title=None, sort=order, axis=alt.Axis(labelLimit=170)),
+            tooltip=tooltip(*fields),
+        )
+    )
+    rows = len(order)
+    if series:
+        known = series_names(table, series)
+        bars = bars.encode(
+            yOffset=alt.YOffset(f"{series}:N", sort=known),
+            color=series_channels(known, series, among)["color"],
+        ).transform_filter(alt.FieldOneOfPredicate(field=series, oneOf=known))
+        rows *= max(1, min(len(known), 3))
+    return finish(bars, height=max(60, 15 * rows))  # type: ignore[no-any-return]
+
+
+def plot_time_space(points: pd.DataFrame, *, name: str = "") -> Chart:
+    """Draw where each vehicle of a loop was when, from `compute_time_space`; a flat line stands.
+
+    Between the beginnings of two edges the line is straight, whatever the vehicle did there.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> from loopgate.plots import plot_time_space
+    >>> points = pd.DataFrame({"vehicle": "v1", "lap": 0, "time_s": [0, 9], "position_m": [0.0, 70.0]})
+    >>> plot_time_space(points.assign(edge=["a", "b"])).save("figure.svg")
+    """
+    lines = (
+        alt.Chart()
+        .transform_calculate(line=f"datum['{run.VEHICLE}'] + ' ' + datum['{a.LAP_NUMBER}']")
+        .encode(
+            x=alt.X(f"{run.TIME}:Q", title="simulated time [s]", scale=alt.Scale(nice=False)),
+            y=alt.Y(f"{a.POSITION}:Q", title="place on the loop [m]"),
+            color=alt.Color(f"{run.VEHICLE}:N", legend=None),
+            detail="line:N",
+        )
+    )
+    hover = tooltip(run.VEHICLE, f"{a.LAP_NUMBER}:Q", run.EDGE, f"{run.TIME}:Q", f"{a.POSITION}:Q")
+    return finish(  # type: ignore[no-any-return]
+        alt.layer(
+            lines.mark_line(strokeWidth=1.3),
+            lines.mark_point(size=30, opacity=0, filled=True).encode(tooltip=hover),
+            data=data(points, name),
+        ),
+        height=300,
+    )

@@ -1,0 +1,84 @@
+"""What a page holds besides its text: figures as Vega-Lite, tables as files, and the library that draws."""
+
+from __future__ import annotations
+
+import base64
+import gzip
+import hashlib
+import io
+import json
+from collections.abc import Container, Iterator
+from functools import cache
+from typing import Any
+
+import pandas as pd
+import vl_convert
+
+from loopgate.plots.charts import records
+from loopgate.plots.style import colours, config
+from loopgate.report.tables import plain
+
+__all__ = ["download", "hash_of", "library", "page_spec", "script_json"]
+
+_SNIPPET = "window.vegaEmbed = vegaEmbed;"
+
+
+@cache
+def library() -> str:
+    """Return Vega, Vega-Lite and Vega-Embed as one script; nothing is fetched."""
+    version = vl_convert.get_vegalite_versions()[-1]
+    script: str = vl_convert.javascript_bundle(_SNIPPET, vl_version=version)
+    return script.replace("</script", "<\\/script")
+
+
+def hash_of(script: str) -> str:
+    """Return the source by which a content security policy lets exactly this script run."""
+    return f"'sha256-{base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()}'"
+
+
+def page_spec(spec: dict[str, Any], description: str, tables: Container[str]) -> dict[str, Any]:
+    """Return a figure for the page; `spec` is not used any more.
+
+    Its data are names of `tables`, which the page holds once; its colours follow the page; series that the
+    reader switched off (the parameter ``off``) are left out.
+    """
+    spec = {**spec, "config": config(colours)}
+    spec["description"] = description
+    spec["params"] = [*spec.get("params", []), {"name": "off", "value": []}]
+    spec.setdefault("datasets", {})
+    for part in list(_parts(spec)):
+        data = part.get("data")
+        if isinstance(data, dict) and data.get("name") in tables:
+            part["data"] = {"name": data["name"]}
+        if "mark" in part:
+            part["transform"] = [{"filter": "indexof(off, datum['series']) < 0"}, *part.get("transform", [])]
+    return spec
+
+
+def _parts(part: Any) -> Iterator[dict[str, Any]]:  # noqa: ANN401 - any JSON
+    """Yield the views of a figure, from the outermost on."""
+    if isinstance(part, dict):
+        yield part
+        for name in ("layer", "vconcat", "spec"):
+            for inner in part[name] if isinstance(part.get(name), list) else [part.get(name)]:
+                yield from _parts(inner)
+
+
+def download(table: pd.DataFrame) -> dict[str, str]:
+    """Return the table as CSV (compressed) and Parquet, both as base64."""
+    simple = plain(table)
+    buffer = io.BytesIO()
+    simple.to_parquet(buffer, index=False, compression="zstd")
+    packed = gzip.compress(simple.to_csv(index=False).encode(), mtime=0)
+    return {"csv": base64.b64encode(packed).decode(), "parquet": base64.b64encode(buffer.getvalue()).decode()}
+
+
+def script_json(value: object) -> str:
+    """Return JSON that can stand inside a script element."""
+    text = json.dumps(value, ensure_ascii=False, separators=(",", ":"))
+    return text.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")
+
+
+def rows_of(table: pd.DataFrame) -> list[dict[str, Any]]:
+    """Return the rows for figures."""
+    return records(plain(table))

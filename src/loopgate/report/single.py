@@ -1,0 +1,74 @@
+"""What only a single run can tell: causes of waiting, a loop over time, and who is stuck."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pandas as pd
+
+from loopgate import plots
+from loopgate.analysis import columns as a
+from loopgate.analysis import compute_causes, compute_stuck, compute_time_space
+from loopgate.report.items import Content
+from loopgate.results import columns as run
+from loopgate.runs.run import read_run
+
+__all__ = ["add_single_run"]
+
+_MOST_POINTS = 6000
+
+
+def add_single_run(content: Content, folder: Path) -> str:
+    """Add what the events of a run tell; return the line that loads it."""
+    one = read_run(folder)
+    content.known |= {
+        "run.events": one.events,
+        "run.vehicles": one.vehicles,
+        "run.loops": one.loops,
+    }
+    times = [float(table[run.TIME].max()) for table in (one.events, one.flow) if len(table)]
+    end_s = max(times, default=0.0)
+    begin_s = max(0.0, end_s - float(one.summary["duration_s"]))
+    if end_s > begin_s:
+        options = {"begin_s": begin_s, "end_s": end_s}
+        causes = content.table(
+            "causes", "Waits by cause", compute_causes, {"events": "run.events"}, options=options
+        )
+        if len(causes):
+            content.figure(
+                "causes",
+                "Why vehicles wait",
+                "All waits for the gate, by the reason of the refusal.",
+                plots.plot_ranked(
+                    causes, of=run.REASON, value=a.WAIT, label="vehicle-seconds", name="causes"
+                ),
+            )
+    _add_loop(content, one.vehicles, one.loops)
+    of = {"vehicles": "run.vehicles", "events": "run.events"}
+    content.table("stuck", "Vehicles that are stuck", compute_stuck, of, options={"end_s": end_s})
+    return f"\nrun = read_run({json.dumps(str(folder), ensure_ascii=False)})"
+
+
+def _add_loop(content: Content, vehicles: pd.DataFrame, loops: pd.DataFrame) -> None:
+    """Add the loop on which most is stood, over time."""
+    driven = vehicles[vehicles[run.LOOP].isin(loops[run.LOOP])]
+    if driven.empty or run.STOOD not in driven:
+        return
+    loop = str(driven.groupby(run.LOOP)[run.STOOD].sum().idxmax())
+    points = content.table(
+        "time-space",
+        f"Loop {loop} over time",
+        compute_time_space,
+        {"events": "run.events", "vehicles": "run.vehicles", "loops": "run.loops"},
+        options={"loop": loop},
+        listed=False,
+    )
+    if 0 < len(points) <= _MOST_POINTS:
+        content.figure(
+            "time-space",
+            f"Loop {loop}: who was where when",
+            "The loop on which vehicles stood longest. A line per vehicle and lap, straight between "
+            "the beginnings of two edges; the flatter, the slower.",
+            plots.plot_time_space(points, name="time-space"),
+        )

@@ -1,0 +1,93 @@
+"""How all vehicles together get on: how many stand, how far they drive, and where they stand."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import pandas as pd
+
+from loopgate.drive.engine import Engine
+from loopgate.results.columns import FLOW_COLUMNS, FLOW_EVERY_S, LOOP_COLUMNS
+from loopgate.traffic.base import Traffic
+
+__all__ = ["STANDING_MPS", "FlowMeter", "Row", "flow_table", "loop_table"]
+
+STANDING_MPS = 0.1
+"""Who is slower stands, as with SUMO's waiting time."""
+
+Row = tuple[float, int, float, float, int]
+
+
+def flow_table(rows: list[Row]) -> pd.DataFrame:
+    """Return rows as a table of `FLOW_COLUMNS`."""
+    return pd.DataFrame(rows, columns=list(FLOW_COLUMNS))
+
+
+def loop_table(ways: Mapping[str, Sequence[tuple[float, str]]]) -> pd.DataFrame:
+    """Return `LOOP_COLUMNS` of loops, each with its edges and where they begin [m]."""
+    rows = [(loop, edge, begin_m) for loop, edges in ways.items() for begin_m, edge in edges]
+    return pd.DataFrame(rows, columns=list(LOOP_COLUMNS))
+
+
+class FlowMeter:
+    """Looks at every vehicle's speed after each step, gate or no gate.
+
+    Parameters
+    ----------
+    traffic, engine
+        The run's.
+    warmup_s
+        Standing before that counts neither for a vehicle nor for an edge [s]; the rows begin with the run.
+    """
+
+    def __init__(self, traffic: Traffic, engine: Engine, *, warmup_s: float) -> None:
+        self._traffic = traffic
+        self._engine = engine
+        self._warmup_s = warmup_s
+        self._begin_s: float | None = None
+        self._next_s = 0.0
+        self._steps = self._standing = self._laps = 0
+        self._distance_m = 0.0
+        self.rows: list[Row] = []
+        """For `flow_table`."""
+        self.vehicles_s = np.zeros(len(engine.vehicles))
+        """For how long each vehicle stood [s]."""
+        self._roads_s = np.zeros(len(engine.tables.roads))
+
+    def look(self) -> None:
+        """Take note of the step that was made."""
+        v, now, step_s = self._engine.vehicles, self._traffic.now_s, self._traffic.step_s
+        if self._begin_s is None:
+            self._begin_s = now - step_s + self._warmup_s
+            self._next_s = now - step_s + FLOW_EVERY_S
+        standing = np.flatnonzero(v["taken"] & (v["speed"] < STANDING_MPS))
+        self._steps += 1
+        self._standing += standing.size
+        self._distance_m += float(v["speed"].sum()) * step_s
+        if now > self._begin_s:
+            self.vehicles_s[standing] += step_s
+            # The table names the edge that comes next.
+            at = v["road_at"][standing] + (v["road"][standing] - 1) % v["roads"][standing]
+            np.add.at(self._roads_s, at, step_s)
+        if now >= self._next_s:
+            self._next_s += FLOW_EVERY_S
+            laps = int(v["laps"].sum())
+            on_road = int(v["taken"].sum())
+            self.rows.append(
+                (now, on_road, self._standing / self._steps, self._distance_m, laps - self._laps)
+            )
+            self._laps, self._steps, self._standing, self._distance_m = laps, 0, 0, 0.0
+
+    def edges_s(self) -> dict[str, float]:
+        """Return for how long vehicles stood on each edge [s]; those on which nobody stood may be missing."""
+        total: dict[str, float] = {}
+        seen: set[int] = set()
+        for driver in self._engine.drivers:
+            first = int(driver.row["road_at"])
+            if first in seen:
+                continue
+            seen.add(first)
+            for row, (_, edge) in enumerate(driver.track.edges, start=first):
+                total[edge] = total.get(edge, 0.0) + float(self._roads_s[row])
+        return total

@@ -1,0 +1,158 @@
+"""The report in a real browser: quiet, offline, labelled, in any light; what is clicked does its work."""
+
+import gzip
+import re
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import pytest
+from chromium import CHROMIUM, MISSING, Tab, open_browser
+
+from loopgate.report.page import write_report
+from loopgate.runs.results import read_results
+from loopgate.sweep import Sweep, run_sweep
+from loopgate.sweep.task import load_runner
+
+pytestmark = [
+    pytest.mark.skipif(CHROMIUM is None, reason=MISSING),
+    pytest.mark.filterwarnings("ignore::DeprecationWarning", "ignore::ResourceWarning"),
+]
+
+RUNNER = f"{Path(__file__).parents[1] / 'unit' / 'sweep' / 'fake_runner.py'}:run"
+FULL: dict[str, Any] = {"vehicles": [10, 40, 80], "gate": ["open", "certified"], "seed": [1, 2, 3]}
+AXE = "axe.run().then(found => found.violations.map(v => [v.impact, v.id, v.nodes[0].html.slice(0, 120)]))"
+ROWS = "[...document.querySelectorAll('#throughput-table tbody tr')].map(r => r.cells[2].textContent)"
+
+
+@pytest.fixture(scope="module")
+def pages(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    """Make the page of a sweep and that of a single run."""
+    folder = tmp_path_factory.mktemp("report")
+    sweep = Sweep("made", {"network": "sumo:DRT", "duration_s": 400}, FULL, [])
+    with ThreadPoolExecutor(1) as pool:
+        run_sweep(sweep, folder / "sweep", executor=pool, runner=RUNNER)
+    (folder / "run").mkdir()
+    load_runner(RUNNER)({"vehicles": 80, "gate": "certified", "seed": 9, "duration_s": 900}, folder / "run")
+    return {
+        name: write_report(read_results(folder / name), folder / f"{name}.html").page
+        for name in ("sweep", "run")
+    }
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Tab]:
+    """Start a browser for all tests of the module."""
+    with open_browser() as tab:
+        yield tab
+
+
+def opened(tab: Tab, page: Path, width: int = 1280, scheme: str = "light") -> Tab:
+    """Open a page and draw all its figures."""
+    tab.call("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": scheme}])
+    tab.size(width, 900)
+    tab.events.clear()
+    tab.open(page)
+    tab.value("document.drawn().then(() => 0)")
+    return tab
+
+
+@pytest.mark.parametrize("name", ["sweep", "run"])
+@pytest.mark.parametrize(("width", "scheme"), [(1280, "light"), (375, "light"), (1280, "dark")])
+def test_in_any_light(browser: Tab, pages: dict[str, Path], name: str, width: int, scheme: str) -> None:
+    """Quiet console, one request (the page), nothing cut off, nothing that a reader with aids would miss."""
+    tab = opened(browser, pages[name], width, scheme)
+    noisy = {"Runtime.exceptionThrown", "Runtime.consoleAPICalled", "Log.entryAdded"}
+    assert [event for event in tab.events if event["method"] in noisy] == []
+    asked = [e["params"]["request"]["url"] for e in tab.events if e["method"] == "Network.requestWillBeSent"]
+    assert [url for url in asked if not url.startswith(("data:", "blob:"))] == [pages[name].as_uri()]
+    assert tab.value("document.documentElement.scrollWidth") <= width
+    drawn = tab.value(
+        "[...document.querySelectorAll('.chart')].map(c => c.querySelectorAll('svg path').length)"
+    )
+    assert len(drawn) > 8
+    assert min(drawn) > 3
+    dark = tab.value("getComputedStyle(document.body).backgroundColor")
+    assert dark == ("rgb(22, 24, 28)" if scheme == "dark" else "rgb(255, 255, 255)")
+    tab.call("Runtime.evaluate", expression=(files("axe_core_python") / "axe.min.js").read_text() + ";0")
+    tab.value("document.querySelectorAll('details').forEach(part => { part.open = true; })")
+    assert [fault for fault in tab.value(AXE) if fault[0] in {"serious", "critical"}] == []
+
+
+def test_a_series_is_switched_off_in_all_figures(browser: Tab, pages: dict[str, Path]) -> None:
+    """By keyboard too: the box is an ordinary one. What is left fills the figure."""
+    tab = opened(browser, pages["sweep"])
+    points = "document.querySelectorAll('#throughput .mark-symbol.role-mark path').length"
+    before = tab.value(points)
+    tab.value("document.querySelector('input[data-series=open]').focus()")
+    for kind in ("keyDown", "keyUp"):
+        tab.call("Input.dispatchKeyEvent", type=kind, key=" ", code="Space", text=" " * (kind == "keyDown"))
+    after = tab.value(f"new Promise(done => setTimeout(() => done({points}), 300))")
+    assert 0 < after <= before / 2
+
+
+def test_tables_sort_by_number_and_copy_as_plain_numbers(browser: Tab, pages: dict[str, Path]) -> None:
+    """Thin spaces and percent signs are for the eye: what is copied can be pasted into a sheet."""
+    tab = opened(browser, pages["sweep"])
+    tab.value("document.querySelectorAll('details').forEach(part => { part.open = true; })")
+    heading = "document.querySelectorAll('#throughput-table th > button')[3]"
+    values = (
+        "[...document.querySelectorAll('#throughput-table tbody tr')].map(r => Number(r.cells[3].dataset.v))"
+    )
+    for order in ("ascending", "descending"):
+        tab.value(f"{heading}.click()")
+        assert tab.value(f"{heading}.parentElement.getAttribute('aria-sort')") == order
+        shown = tab.value(values)
+        assert shown == sorted(shown, reverse=order == "descending")
+    catch = (
+        "Object.defineProperty(navigator, 'clipboard', {value: {writeText: t => { document.copied = t; }}})"
+    )
+    tab.value(f"{catch}; document.querySelector('[data-copy=deadlocks-table]').click()")
+    copied = tab.value("document.copied")
+    lines = [line.split("\t") for line in copied.splitlines()]
+    assert lines[0][:3] == ["series", "vehicles", "runs"]
+    assert all(re.fullmatch(r"[\d.e-]+", value) for line in lines[1:] for value in line[1:])
+
+
+def test_the_data_of_a_figure_is_downloaded(browser: Tab, pages: dict[str, Path]) -> None:
+    """CSV with all digits, byte for byte the file beside the page; Parquet as Parquet."""
+    tab = opened(browser, pages["sweep"])
+    text = tab.value("csv('throughput')")
+    beside = pages["sweep"].with_name("sweep-files") / "throughput.csv"
+    assert text == beside.read_text(encoding="utf-8")
+    assert tab.value("String.fromCharCode(...bytes(page.tables.throughput.parquet).slice(0, 4))") == "PAR1"
+    button = "document.querySelector('#throughput [data-kind=csv]')"
+    tab.value(
+        "(() => { HTMLAnchorElement.prototype.click = function () { document.saved = this.download; }; "
+        f"{button}.click(); }})()"
+    )
+    assert tab.value("new Promise(done => setTimeout(() => done(document.saved), 300))") == "throughput.csv"
+
+
+def test_a_point_says_its_numbers(browser: Tab, pages: dict[str, Path]) -> None:
+    """Under the pointer: the series, the vehicles and the mean."""
+    tab = opened(browser, pages["sweep"])
+    tab.value("document.querySelector('#throughput').scrollIntoView()")
+    box = tab.value(
+        "(() => { const b = [...document.querySelectorAll('#throughput .mark-symbol.role-mark path')].at(-1)"
+        ".getBoundingClientRect(); return [b.x + b.width / 2, b.y + b.height / 2]; })()"
+    )
+    tab.call("Input.dispatchMouseEvent", type="mouseMoved", x=box[0] - 2, y=box[1])
+    tab.call("Input.dispatchMouseEvent", type="mouseMoved", x=box[0], y=box[1])
+    said = tab.value("document.querySelector('#vg-tooltip-element')?.textContent ?? ''")
+    assert re.search(r"series.*vehicles.*mean", said)
+
+
+def test_it_prints(browser: Tab, pages: dict[str, Path]) -> None:
+    """In light colours whatever the screen has, tables open."""
+    tab = opened(browser, pages["sweep"], scheme="dark")
+    pdf = tab.call("Page.printToPDF")["data"]
+    assert pdf.startswith("JVBERi0")
+
+
+def test_the_page_is_small(pages: dict[str, Path]) -> None:
+    """Under 3 MB with the library, which is about 0.9 MB of it."""
+    assert all(page.stat().st_size < 3_000_000 for page in pages.values())
+    assert len(gzip.compress(pages["sweep"].read_bytes())) < 600_000
