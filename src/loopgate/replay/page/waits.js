@@ -19,7 +19,7 @@ function waitOf(run, vehicle, frame) {
     wait.whom = blockers(run, vehicle, frame, link, run.refusals.why[row], wait.place);
   } else {
     const ahead = bodyAhead(run, vehicle);
-    wait.words = ahead < 0 ? "it gives way, or starts" : "it stands in a queue";
+    wait.words = ahead < 0 ? "nobody stands close ahead: it gives way, or has a red light or a stop" : "it stands in a queue";
     wait.whom = ahead < 0 ? [] : [ahead];
     wait.since = standsSince(run, vehicle, frame);
   }
