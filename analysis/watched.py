@@ -155,6 +155,8 @@ def simulate(cell: Cell, given: argparse.Namespace) -> pd.DataFrame:
     include, names = [], []
     for seed in range(1, given.seeds + 1):
         routes, trips = folder / f"loops{seed}.rou.xml", folder / f"trips{seed}.rou.xml"
+        if given.done and not (routes.exists() and (trips.exists() or not cell.traffic)):
+            break
         if not routes.exists():
             write_loops(cell, roads, seed, routes)
         if cell.traffic and not trips.exists():
@@ -167,11 +169,14 @@ def simulate(cell: Cell, given: argparse.Namespace) -> pd.DataFrame:
                 continue
             include.append({**common, **rule})
             names.append(name)
+    if not include:
+        return pd.DataFrame()
     base = {"on_deadlock": "continue", "duration_s": DURATION_S, "warmup_s": WARMUP_S}
     sweep = Sweep(cell.name, base, {}, include=include, folder=ROOT)
     rules = {point.key: name for point, name in zip(sweep.points(), names, strict=True)}
-    with show_progress(cell.name, total=len(rules)) as report:
-        run_sweep(sweep, folder, workers=given.jobs, report=lambda p: report(p.present + p.done, p.total))
+    if not given.done:
+        with show_progress(cell.name, total=len(rules)) as report:
+            run_sweep(sweep, folder, workers=given.jobs, report=lambda p: report(p.present + p.done, p.total))
     return rows_of(folder, rules)
 
 
@@ -248,6 +253,7 @@ def main() -> None:
     words.add_argument("--seeds", type=int, default=1)
     words.add_argument("--only", nargs="+", default=["*"], help="only tables of these names, as 'DRT,*,40'")
     words.add_argument("--rules", nargs="+", default=[""], help="only rules in whose name one of these is")
+    words.add_argument("--done", action="store_true", help="run nothing; show what has been run")
     words.add_argument("--jobs", type=int, default=1, help="processes")
     words.add_argument("--out", type=Path, default=ROOT / "out" / "watched", help="results folder")
     words.add_argument("--write", action="store_true", help=f"renew the tables in docs/{PAGE.name}")
@@ -256,10 +262,14 @@ def main() -> None:
     for cell in cells(given.networks):
         if not any(fnmatch(cell.name, pattern) for pattern in given.only):
             continue
+        if given.done and not (given.out / cell.name).exists():
+            continue
         try:
             runs = simulate(cell, given)
         except LoopgateError as error:
             print(f"{cell.name}: {error}", flush=True)
+            continue
+        if runs.empty:
             continue
         parts.append(f"{title(cell, runs)}, {runs[c.SEED].nunique()} seeds\n\n{markdown(table(cell, runs))}")
         print(f"\n{parts[-1]}", flush=True)
