@@ -5,7 +5,7 @@ BIN    := $(VENV)/bin
 STAMP  := $(VENV)/installed
 
 .DEFAULT_GOAL := help
-.PHONY: help demo readme setup test check browser animation format bench bench-sweep networks small-networks city throughput soak unseen long-vehicles covering watched day attached fuzz proofs lock clean
+.PHONY: help demo readme docs setup test check browser animation format bench bench-sweep networks small-networks city throughput soak unseen long-vehicles covering watched day attached fuzz proofs lock clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-15s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -19,6 +19,10 @@ $(STAMP): requirements.lock pyproject.toml
 
 demo: $(STAMP) ## one hour in south-east Berlin, SUMO beside loopgate; and the method of the paper
 	$(BIN)/python analysis/demo.py
+
+docs: $(STAMP) ## build the documentation as a site (site/index.html); a broken link fails
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
+	@echo "site/index.html: $$(find site -name "*.html" | wc -l) pages"
 
 readme: $(STAMP) ## make the pictures of the README and docs/ and the README's first table anew
 	$(BIN)/python analysis/readme.py

@@ -1,0 +1,164 @@
+"""The pages of the reference, made from the code when the documentation is built (a hook of MkDocs)."""
+
+from __future__ import annotations
+
+import ast
+import dataclasses
+import inspect
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from types import ModuleType
+from typing import TYPE_CHECKING
+
+import click
+
+import loopgate
+from loopgate import analysis, plots
+from loopgate.cli.main import cli
+from loopgate.results import columns, row_columns
+from loopgate.simulation import scenario
+
+if TYPE_CHECKING:
+    from mkdocs.config.defaults import MkDocsConfig
+    from mkdocs.structure.files import Files
+    from mkdocs.structure.pages import Page
+
+__all__ = ["on_files", "on_post_page", "pages"]
+
+_COMPLETION = """echo 'eval "$(_LOOPGATE_COMPLETE=bash_source loopgate)"' >> ~/.bashrc
+echo 'eval "$(_LOOPGATE_COMPLETE=zsh_source loopgate)"' >> ~/.zshrc
+_LOOPGATE_COMPLETE=fish_source loopgate > ~/.config/fish/completions/loopgate.fish"""
+_EXIT_CODES = """0: done. 2: bad input, one line says what. 3: a run ended in a deadlock. 4: a gated run was
+not clean. 130: interrupted."""
+_ELSEWHERE, _HERE = "https://unpkg.com/iframe-worker/shim", "assets/iframe-worker.js"
+_SCENARIO = """# Scenario
+
+The keys of a scenario: in TOML, in a sweep's `[base]` and `[grid]`, and of `Scenario` in Python.
+"""
+
+
+def pages() -> dict[str, str]:
+    """Return the pages by name."""
+    return {
+        "reference/commands.md": commands(),
+        "reference/scenario.md": scenario_keys(),
+        "reference/columns.md": column_names(),
+        "reference/python.md": functions(),
+    }
+
+
+def commands() -> str:
+    """Return every command with its help, as the terminal shows it."""
+    context = click.Context(cli, info_name="loopgate", terminal_width=100)
+    parts = ["# Commands", "As `--help` shows them.", _block(cli.get_help(context))]
+    for name in cli.list_commands(context):
+        command = cli.get_command(context, name)
+        if command is not None:
+            inner = click.Context(command, info_name=name, parent=context, terminal_width=100)
+            parts += [f"## {name}", _block(command.get_help(inner))]
+    parts += [
+        "## Completion",
+        "Let the shell complete commands and options, once per shell:",
+        _block(_COMPLETION),
+        "## Exit codes",
+        _EXIT_CODES,
+    ]
+    return "\n\n".join(parts) + "\n"
+
+
+def _block(text: str) -> str:
+    return f"```text\n{text}\n```"
+
+
+def scenario_keys() -> str:
+    """Return every key of a scenario with its default and what its docstring says."""
+    said = _attributes(inspect.getdoc(scenario.Scenario) or "")
+    rows = []
+    for key in dataclasses.fields(scenario.Scenario):
+        default = "" if key.default is dataclasses.MISSING else f"`{key.default!r}`".replace("'", '"')
+        rows.append(f"| `{key.name}` | {default} | {said.get(key.name, '')} |")
+    return f"{_SCENARIO}\n| key | default | meaning |\n|---|---|---|\n" + "\n".join(rows) + "\n"
+
+
+def _attributes(docstring: str) -> dict[str, str]:
+    """Return what a docstring in NumPy's style says of each parameter or attribute."""
+    found: dict[str, str] = {}
+    names: list[str] = []
+    for line in docstring.splitlines():
+        if re.fullmatch(r"\w+(, \w+)*", line):
+            names = line.split(", ")
+        elif line.startswith("    ") and names:
+            for name in names:
+                found[name] = f"{found.get(name, '')} {line.strip()}".strip().replace("|", "\\|")
+        else:
+            names = []
+    return found
+
+
+def column_names() -> str:
+    """Return the columns of all tables with what the comment beside each says."""
+    parts = [
+        "# Columns",
+        "Names of columns, and their units; `loopgate.results.columns` has them as constants.",
+    ]
+    for title, module in (
+        ("Tables of a run", columns),
+        ("A row of a sweep", row_columns),
+        ("Analysis", analysis.columns),
+    ):
+        rows = [f"| `{name}` | {said} |" for name, said in _constants(module)]
+        parts.append(f"## {title}\n\n| column | meaning |\n|---|---|\n" + "\n".join(rows))
+    return "\n\n".join(parts) + "\n"
+
+
+def _constants(module: ModuleType) -> Iterator[tuple[str, str]]:
+    """Yield value and comment of each constant text of a module, once each."""
+    lines = inspect.getsource(module).splitlines()
+    seen = set()
+    for node in ast.parse("\n".join(lines)).body:
+        if isinstance(node, ast.AnnAssign) and isinstance(node.value, ast.Constant):
+            value = node.value.value
+            if isinstance(value, str) and value not in seen:
+                seen.add(value)
+                said = lines[node.lineno - 1].partition("  # ")[2]
+                yield value, said.replace("|", "\\|")
+
+
+def functions() -> str:
+    """Return what a notebook can import, with signature and docstring."""
+    parts = ["# Python", "What a notebook imports. Each example is run by a test."]
+    for title, module in (("loopgate", loopgate), ("loopgate.analysis", analysis), ("loopgate.plots", plots)):
+        parts.append(f"## {title}")
+        for name in sorted(module.__all__):
+            made = getattr(module, name)
+            said = inspect.getdoc(made) or ""
+            parts += [f"### `{name}` {{ #{title}.{name} }}", _block(f"{name}{_signature(made)}\n\n{said}")]
+    return "\n\n".join(parts) + "\n"
+
+
+def _signature(made: object) -> str:
+    if not callable(made) or isinstance(made, type):
+        return ""
+    text = str(inspect.signature(made))
+    return re.sub(r"'([^']*)'", r"\1", text)
+
+
+def on_files(files: Files, config: MkDocsConfig) -> Files:
+    """Add the pages to the site."""
+    from mkdocs.structure.files import File  # noqa: PLC0415 - not needed to make pages
+
+    for name, text in pages().items():
+        files.append(File.generated(config, name, content=text))
+    return files
+
+
+def on_post_page(output: str, page: Page, config: MkDocsConfig) -> str:
+    """Take what the search needs from the site itself."""
+    del config
+    return output.replace(_ELSEWHERE, "../" * page.url.count("/") + _HERE)
+
+
+if __name__ == "__main__":
+    for page, text in pages().items():
+        print(Path(page).name, len(text.split()), "words")
