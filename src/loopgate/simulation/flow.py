@@ -61,7 +61,7 @@ class FlowMeter:
         if self._begin_s is None:
             self._begin_s = now - step_s + self._warmup_s
             self._next_s = now - step_s + FLOW_EVERY_S
-        standing = np.flatnonzero(v["taken"] & (v["speed"] < STANDING_MPS))
+        standing = np.flatnonzero(v["speed"] < STANDING_MPS)
         self._steps += 1
         self._standing += standing.size
         self._distance_m += float(v["speed"].sum()) * step_s
@@ -73,7 +73,7 @@ class FlowMeter:
         if now >= self._next_s:
             self._next_s += FLOW_EVERY_S
             laps = int(v["laps"].sum())
-            on_road = int(v["taken"].sum())
+            on_road = len(v)
             self.rows.append(
                 (now, on_road, self._standing / self._steps, self._distance_m, laps - self._laps)
             )
