@@ -163,7 +163,7 @@ def the_reserve_holds_nobody_who_must_move() -> None:
 def no_negotiation_holds_who_must_move() -> None:
     """One that never lets two vehicles go."""
     world = _grid()
-    world.drive(600)
+    world.drive(300)
     assert min(world.moves) > 0
 
 
@@ -171,7 +171,7 @@ def whose_move_it_is() -> None:
     """Whose move it is says the gate's own rule for the oldest request; and everybody goes on."""
     world = _grid()
     layout, seen = Layout(world.system), 0
-    for _ in range(300):
+    for _ in range(200):
         world.let_ask()
         oldest = oldest_late(world, AFTER_S)
         here = Stand.of(layout, world.books.configuration())
