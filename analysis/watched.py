@@ -42,9 +42,9 @@ REVISIT_S = 600.0
 MARGIN = 1.5
 GRID = str(ROOT / "networks" / "grid5-priority.net.xml")
 COUNTS = {"sumo:DRT": 18, "sumo:bs3d": 5, GRID: 12}
-"""How many loops cover a network by design, where there are fewer than 300 vehicles."""
+"""How many loops cover a network by design; 300 vehicles find room on them."""
 
-MANY, LOOPS_FOR_MANY = 300, 40
+MANY = 300
 TRIP_EVERY_S = 5.0
 
 
@@ -112,7 +112,7 @@ def cells(networks: list[str]) -> list[Cell]:
 
 def make_loops(cell: Cell, roads: RoadNetwork, seed: int) -> tuple[Loop, ...]:
     """Return the loops of a seed."""
-    count = LOOPS_FOR_MANY if cell.vehicles >= MANY else COUNTS.get(cell.network, 18)
+    count = COUNTS.get(cell.network, 18)
     if cell.loops == "random":
         admits = lambda loop: not why_not(roads, loop)  # noqa: E731  a word for what follows
         return tuple(generate_loops(roads, count, seed=seed, admits=admits))
