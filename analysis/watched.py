@@ -1,7 +1,7 @@
 """How often streets are seen: SUMO's rules beside the gate, loops by design and by chance, spacing or none.
 
     python analysis/watched.py --seeds 5 --write
-    python analysis/watched.py --only 'DRT,*,40' --seeds 5
+    python analysis/watched.py --only 'DRT-*-40' --seeds 5
     python analysis/watched.py my.net.xml --seeds 1
 
 One hour after half an hour. Loops are made once per seed, and each rule drives the same vehicles on them,
@@ -42,9 +42,9 @@ REVISIT_S = 600.0
 MARGIN = 1.5
 GRID = str(ROOT / "networks" / "grid5-priority.net.xml")
 COUNTS = {"sumo:DRT": 18, "sumo:bs3d": 5, GRID: 12}
-"""How many loops cover a network by design, where there are fewer than 300 vehicles."""
+"""How many loops cover a network by design; 300 vehicles find room on them."""
 
-MANY, LOOPS_FOR_MANY = 300, 40
+MANY = 300
 TRIP_EVERY_S = 5.0
 
 
@@ -68,9 +68,9 @@ class Cell:
 
     @property
     def name(self) -> str:
-        """Of its folder."""
+        """Of its folder; SUMO takes a comma in the name of a file for two files."""
         network = Path(self.network).name.removeprefix("sumo:").partition(".")[0]
-        return f"{network},{self.loops},{self.vehicles}{',traffic' if self.traffic else ''}"
+        return f"{network}-{self.loops}-{self.vehicles}{'-traffic' if self.traffic else ''}"
 
     def rules(self) -> Iterator[tuple[str, Mapping[str, Any]]]:
         """Return the rules by name."""
@@ -112,7 +112,7 @@ def cells(networks: list[str]) -> list[Cell]:
 
 def make_loops(cell: Cell, roads: RoadNetwork, seed: int) -> tuple[Loop, ...]:
     """Return the loops of a seed."""
-    count = LOOPS_FOR_MANY if cell.vehicles >= MANY else COUNTS.get(cell.network, 18)
+    count = COUNTS.get(cell.network, 18)
     if cell.loops == "random":
         admits = lambda loop: not why_not(roads, loop)  # noqa: E731  a word for what follows
         return tuple(generate_loops(roads, count, seed=seed, admits=admits))
@@ -232,7 +232,7 @@ def _over(ratios: pd.Series[float]) -> str:
 def title(cell: Cell, runs: pd.DataFrame) -> str:
     """Return what the table is about."""
     network = cell.network if cell.network.startswith("sumo:") else Path(cell.network).name.partition(".")[0]
-    loops = int(runs[c.LOOPS].median())
+    loops = f"{runs[c.LOOPS].median():.0f}"
     kinds = {
         "covering": f"{loops} covering loops",
         "random": f"{loops} random loops",
@@ -251,7 +251,7 @@ def main() -> None:
     words = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     words.add_argument("networks", nargs="*", help="further networks")
     words.add_argument("--seeds", type=int, default=1)
-    words.add_argument("--only", nargs="+", default=["*"], help="only tables of these names, as 'DRT,*,40'")
+    words.add_argument("--only", nargs="+", default=["*"], help="only tables of these names, as 'DRT-*-40'")
     words.add_argument("--rules", nargs="+", default=[""], help="only rules in whose name one of these is")
     words.add_argument("--done", action="store_true", help="run nothing; show what has been run")
     words.add_argument("--jobs", type=int, default=1, help="processes")

@@ -20,7 +20,7 @@ def test_every_table_has_a_name_of_its_own() -> None:
     """It is that of its folder, so no table takes another's runs."""
     names = [cell.name for cell in watched.cells(["my.net.xml"])]
     assert len(names) == len(set(names))
-    assert {"DRT,covering,40", "DRT,covering,300,traffic", "my,covering,80"} <= set(names)
+    assert {"DRT-covering-40", "DRT-covering-300-traffic", "my-covering-80"} <= set(names)
 
 
 def test_what_was_measured_stands_beside_what_evenness_would_reach() -> None:
