@@ -35,7 +35,7 @@ _COMMANDS: dict[str, str] = {
 """Subcommand name to ``module:attribute``."""
 
 _GROUPS = {
-    "Drive": ("loops", "inspect", "run", "replay", "sweep", "report"),
+    "Drive": ("example", "loops", "inspect", "run", "replay", "sweep", "report"),
     "Study gates": ("explore", "trace", "montecarlo", "verify", "check-certificate", "paper"),
 }
 """What the help shows together, in the order in which one needs it."""
