@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from mkdocs.structure.files import Files
     from mkdocs.structure.pages import Page
 
-__all__ = ["on_files", "on_post_page", "pages"]
+__all__ = ["on_files", "on_post_page", "on_post_template", "pages"]
 
 _COMPLETION = """echo 'eval "$(_LOOPGATE_COMPLETE=bash_source loopgate)"' >> ~/.bashrc
 echo 'eval "$(_LOOPGATE_COMPLETE=zsh_source loopgate)"' >> ~/.zshrc
@@ -157,6 +157,12 @@ def on_post_page(output: str, page: Page, config: MkDocsConfig) -> str:
     """Take what the search needs from the site itself."""
     del config
     return output.replace(_ELSEWHERE, "../" * page.url.count("/") + _HERE)
+
+
+def on_post_template(output_content: str, template_name: str, config: MkDocsConfig) -> str:
+    """Do the same for the page that says that there is no such page."""
+    del template_name, config
+    return output_content.replace(_ELSEWHERE, _HERE)
 
 
 if __name__ == "__main__":

@@ -37,7 +37,7 @@ _COMMANDS: dict[str, str] = {
 """Subcommand name to ``module:attribute``."""
 
 _GROUPS = {
-    "Drive": ("loops", "inspect", "run", "replay", "sweep", "report"),
+    "Drive": ("example", "loops", "inspect", "run", "replay", "sweep", "report"),
     "Study gates": ("explore", "trace", "montecarlo", "verify", "check-certificate", "paper"),
 }
 """What the help shows together, in the order in which one needs it."""
@@ -61,7 +61,11 @@ class _LazyGroup(click.Group):
         return cast("click.Command", getattr(importlib.import_module(module), attribute))
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        others = {"Others": tuple(set(_COMMANDS).difference(*_GROUPS.values()))}
+        others = {
+            "Others": tuple(
+                name for name in _COMMANDS if not any(name in group for group in _GROUPS.values())
+            )
+        }
         for title, names in (_GROUPS | others).items():
             known = [(name, self.get_command(ctx, name)) for name in names if name in _COMMANDS]
             rows = [(name, command.get_short_help_str(_WHOLE)) for name, command in known if command]

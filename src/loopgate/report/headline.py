@@ -57,9 +57,8 @@ def lead(sections: Sequence[Section]) -> str:
         for name in sorted(locked.index, key=_open_first)
     ]
     if never:
-        parts.append(
-            f"{_listed(sorted(never, key=_open_first))} never lock{'s' if len(never) == 1 else ''} up"
-        )
+        verb = "locks" if len(never) == 1 else "lock"
+        parts.append(f"{_listed(sorted(never, key=_open_first))} {verb} up in no run")
     best = _throughput({item.name: item.table for item in section.tables}, runs)[0].rstrip(".")
     return f"{title(sections)}, {what}: {best}; {', '.join(parts)}."
 
