@@ -7,7 +7,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from loopgate.simulation.run import run
+from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario
 
 pytestmark = pytest.mark.sumo
@@ -22,7 +22,7 @@ def test_standing_is_counted_once_and_whole(tmp_path: Path, gate: str) -> None:
     scenario = Scenario(
         network=GRID, loops=12, vehicles=60, gate=gate, duration_s=200.0, warmup_s=50.0, positions=True
     )
-    summary = run(scenario, folder)
+    summary = simulate(scenario, folder)
     vehicles, edges, flow = (
         pd.read_parquet(folder / f"{name}.parquet") for name in ("vehicles", "edges", "flow")
     )
