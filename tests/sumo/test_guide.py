@@ -19,7 +19,7 @@ PAGES = ("start", "tutorial", "watch", "which", "your-own", "concepts", "trouble
 BLOCK = re.compile(r'^```(\w+)(?: title="([^"]+)")?\n(.*?)^```', re.MULTILINE | re.DOTALL)
 
 NOT_RUN = {
-    "start": ["python3 -m venv", "pip install loopgate"],  # what installs it
+    "start": ["python3 -m venv", "pip install sumo-loopgate"],  # what installs it
     "troubleshooting": ["loopgate run some.sumocfg --gate open"],  # the reader's own file
 }
 """Lines of blocks of plain text: no test can run them."""

@@ -12,6 +12,7 @@ import click
 from loopgate.cli.interrupts import EXIT_INTERRUPTED, listen
 from loopgate.disk import DISK_FULL, disk_error
 from loopgate.errors import LoopgateError
+from loopgate.versions import DISTRIBUTION
 
 __all__ = ["EXIT_BAD_INPUT", "EXIT_DEADLOCK", "EXIT_UNCLEAN", "cli", "main"]
 
@@ -75,7 +76,7 @@ class _LazyGroup(click.Group):
 
 
 @click.group(cls=_LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})
-@click.version_option(package_name="loopgate")
+@click.version_option(package_name=DISTRIBUTION)
 def cli() -> None:
     """Vehicles on closed loops in a SUMO road network that never collide and never lock up."""
 

@@ -7,7 +7,6 @@ import shlex
 from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from importlib import metadata
 from importlib.resources import files as resources
 from pathlib import Path
 from typing import Any
@@ -28,6 +27,7 @@ from loopgate.report.headline import headline, lead, title
 from loopgate.report.items import FigureItem, Section, TableItem
 from loopgate.report.tables import cells, write_csv, write_latex
 from loopgate.runs.results import Results
+from loopgate.versions import versions
 
 __all__ = ["ReportFiles", "write_report"]
 
@@ -110,7 +110,7 @@ def _write(results: Results, page: Path, folder: Path, report: Callable[[int, in
         lead=lead(sections) if sections else "",
         name=results.name,
         made=datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
-        version=metadata.version("loopgate"),
+        version=versions()["loopgate"],
         facts=facts(results),
         progress=progress(results),
         sections=shown,

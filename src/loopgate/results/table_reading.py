@@ -7,7 +7,6 @@ newer versions write is not known of older results.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -21,6 +20,7 @@ from loopgate.reading import refusing
 from loopgate.results import columns as run
 from loopgate.results import row_columns as c
 from loopgate.results.row_schema import ROW_SCHEMA
+from loopgate.versions import versions
 
 __all__ = ["NO_PARQUET", "Rows", "check_columns", "check_sizes", "lacks", "maker", "read_rows", "read_table"]
 
@@ -76,15 +76,15 @@ class Rows(NamedTuple):
 
 def maker(summary: Mapping[str, Any]) -> str:
     """Return the version of loopgate that made a run, from its summary; empty if it does not say."""
-    versions = summary.get("versions")
-    return str(versions.get("loopgate", "")) if isinstance(versions, Mapping) else ""
+    named = summary.get("versions")
+    return str(named.get("loopgate", "")) if isinstance(named, Mapping) else ""
 
 
 def lacks(
     file: Path, missing: Iterable[str], made_by: str, *, what: str = "column", again: str = _AGAIN
 ) -> ResultsError:
     """Return the error that names what a file of results lacks, who made it, and what to do."""
-    ours = version("loopgate")
+    ours = versions()["loopgate"]
     msg = f"{file}: it has no {what} {_listed(missing)}"
     if made_by in {"", ours}:
         return ResultsError(f"{msg}, which loopgate {ours} expects; {again}")

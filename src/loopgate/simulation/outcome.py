@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from importlib.metadata import version
 from math import nan
 from pathlib import Path
 from typing import Any, Self
@@ -44,6 +43,7 @@ from loopgate.results.recorder import read_events
 from loopgate.simulation.loop_run import Course
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.watch import Deadlock
+from loopgate.versions import versions
 
 __all__ = [
     "EVENTS",
@@ -265,7 +265,7 @@ def summary(
         },
         "audit": (list(findings) or "clean") if keeper else "not gated",
         "warnings": list(warnings),
-        "versions": _versions(),
+        "versions": versions("eclipse-sumo", "libsumo"),
         "command": scenario.command(str(folder.path)),
     }
 
@@ -314,10 +314,6 @@ def mishaps(summary: Mapping[str, Any]) -> list[str]:
             "fault of loopgate: please report it with the scenario"
         )
     return lines
-
-
-def _versions() -> dict[str, str]:
-    return {name: version(name) for name in ("loopgate", "eclipse-sumo", "libsumo")}
 
 
 def _traffic_figures(tallies: Sequence[Tally], duration_s: float) -> dict[str, Any]:

@@ -11,7 +11,6 @@ from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, wait
 from dataclasses import dataclass, replace
-from importlib import metadata
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +23,7 @@ from loopgate.sweep.files import PackedFile, pack
 from loopgate.sweep.local import LocalExecutor, TimeLimitError, WorkerDiedError, WorkerStartError
 from loopgate.sweep.store import Store
 from loopgate.sweep.task import DEFAULT_RUNNER, Result, Task, execute, failed_row
+from loopgate.versions import versions
 
 __all__ = ["Progress", "SweepOutcome", "run_sweep"]
 
@@ -264,6 +264,6 @@ def _manifest(sweep: Sweep, points: Sequence[Point], folder: Path) -> dict[str, 
         "exclude": [dict(rule) for rule in sweep.exclude],
         "folder": str(folder),
         "command": shlex.join(["loopgate", *sys.argv[1:]]),
-        "versions": {name: metadata.version(name) for name in ("loopgate", "eclipse-sumo")},
+        "versions": versions("eclipse-sumo"),
         "keys": [point.key for point in points],
     }

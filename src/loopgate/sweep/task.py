@@ -35,6 +35,7 @@ from loopgate.results import row_columns as c
 from loopgate.sweep.description import Point, with_files
 from loopgate.sweep.files import PackedFile, unpack
 from loopgate.sweep.memory import peak_memory_mb, reset_peak_memory
+from loopgate.versions import versions
 
 __all__ = ["DEFAULT_RUNNER", "Result", "Runner", "Task", "execute", "failed_row", "load_runner"]
 
@@ -152,7 +153,7 @@ def _identity(task: Task) -> dict[str, Any]:
         c.NETWORK_HASH: point.hashes.get("network"),
         c.ROUTES_HASH: point.hashes.get("routes"),
         c.LOOPGATE_CODE: _code(),
-        c.LOOPGATE_VERSION: metadata.version("loopgate"),
+        c.LOOPGATE_VERSION: versions()["loopgate"],
         c.SUMO_VERSION: metadata.version("eclipse-sumo"),
         c.PYTHON_VERSION: platform.python_version(),
         c.FINISHED: datetime.now(UTC),

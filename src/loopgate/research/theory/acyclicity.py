@@ -2,7 +2,7 @@
 
 An exact answer of another kind than the oracle's, for systems too large for that; and the yardstick that the
 certified gate is measured against. Needs python-sat, which is no dependency of loopgate itself
-(``pip install loopgate[sat]``).
+(``pip install sumo-loopgate[sat]``).
 """
 
 from __future__ import annotations
@@ -92,7 +92,7 @@ def live_by_order(system: System, configuration: Configuration, *, solver: str =
     try:
         from pysat.solvers import Solver  # noqa: PLC0415 - python-sat is an extra
     except ImportError as error:
-        msg = "liveness by SAT needs python-sat: pip install loopgate[sat]"
+        msg = "liveness by SAT needs python-sat: pip install sumo-loopgate[sat]"
         raise AcyclicityError(msg) from error
     if any(room > 1 and not private for room, private in zip(system.room, system.private, strict=True)):
         msg = "liveness by SAT covers states that hold one robot"

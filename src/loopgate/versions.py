@@ -1,0 +1,22 @@
+"""Which versions made a result: ours and those of other distributions."""
+
+from __future__ import annotations
+
+from importlib.metadata import version
+
+__all__ = ["DISTRIBUTION", "versions"]
+
+DISTRIBUTION = "sumo-loopgate"
+"""What pip knows the package as."""
+
+
+def versions(*others: str) -> dict[str, str]:
+    """Return the version of ``loopgate`` and of other distributions by name.
+
+    Examples
+    --------
+    >>> from loopgate.versions import versions
+    >>> list(versions("numpy"))
+    ['loopgate', 'numpy']
+    """
+    return {"loopgate": version(DISTRIBUTION)} | {name: version(name) for name in others}
