@@ -16,7 +16,7 @@ from loopgate.gates import check_gate
 from loopgate.negotiation.registry import check_negotiation
 from loopgate.plugins import in_file
 from loopgate.reading import is_file, read_toml, shown
-from loopgate.simulation.sumo_options import from_configuration, own_words
+from loopgate.simulation.sumo_words import own_words
 from loopgate.simulation.values import Rule, checked, choice, flag, length_range, real, text, whole
 
 __all__ = ["Scenario", "read_scenario"]
@@ -232,6 +232,8 @@ class Scenario:
             raise ScenarioError(msg)
         try:
             if isinstance(values["network"], str) and is_file(values["network"]):
+                from loopgate.simulation.sumo_options import from_configuration  # noqa: PLC0415  reads roads
+
                 values = from_configuration(values["network"]) | values
             return cls(**values)
         except LoopgateError as error:

@@ -11,32 +11,15 @@ from typing import TYPE_CHECKING
 from loopgate.errors import RouteError, ScenarioError
 from loopgate.network.sumo_config import SumoConfig, is_sumo_config, read_sumo_config
 from loopgate.network.xml_file import read_xml
+from loopgate.simulation.sumo_words import NEVER, REPLACED, own_words
 
 if TYPE_CHECKING:
     from loopgate.simulation.scenario import Scenario
 
-__all__ = ["SumoOptions", "from_configuration", "own_words", "sumo_options"]
+__all__ = ["SumoOptions", "from_configuration", "sumo_options"]
 
 _KEYS = {"seed": "seed", "step-length": "step_s"}
 """Options that are keys of a scenario."""
-
-_REPLACED = {
-    "time-to-teleport": "a gridlock would be hidden; see --on-deadlock",
-    "time-to-teleport.highways": "a gridlock would be hidden; see --on-deadlock",
-    "time-to-teleport.disconnected": "a gridlock would be hidden; see --on-deadlock",
-    "collision.action": "collisions are counted, and nothing is made of them",
-    "collision.check-junctions": "collisions are looked for on junctions too",
-    "end": "the run ends by its duration; see --duration",
-    "log": "it goes into the run folder",
-    "no-warnings": "they go into the run folder's log",
-    "no-step-log": "there is a progress of its own",
-    "verbose": "there is a progress of its own",
-    "duration-log.disable": "the summary has the times",
-    "start": "runs start by themselves",
-    "quit-on-end": "runs end by themselves",
-    "gui-settings-file": "it is for sumo-gui",
-}
-"""Options of a configuration in whose place the run's own go, and why."""
 
 _QUIET = frozenset(
     {
@@ -62,21 +45,6 @@ _UNDER_A_GATE = {
     "default.speeddev": "give it as speedDev of a vType, so that the gate knows of it",
 }
 """Options that no gate can work with, and why."""
-
-_NEVER = {
-    "random": "the run could not be repeated; see --seed",
-    "remote-port": "loopgate steers SUMO itself",
-    "num-clients": "loopgate steers SUMO itself",
-    "configuration-file": "give the configuration as NETWORK",
-    "net-file": "give it as NETWORK",
-    "route-files": "give them by --routes or --traffic",
-    "additional-files": "name them in a .sumocfg, and give that as NETWORK",
-    "step-length": "see --step-length",
-    "seed": "see --seed",
-    "begin": "name it in a .sumocfg, and give that as NETWORK",
-    "tls.all-off": "see --lights",
-}
-"""Options that cannot be passed on by a scenario's own words, and what to do instead."""
 
 _OFF = frozenset({"", "false", "0", "0.0", "off", "no", "x", "-"})
 _VEHICLES = ("vehicle", "trip", "flow")
@@ -158,34 +126,8 @@ def from_configuration(network: str) -> dict[str, object]:
     return found
 
 
-def own_words(words: str) -> Iterator[tuple[str, str]]:
-    """Yield the options that are passed on to SUMO by name, with their values.
-
-    Raises
-    ------
-    ScenarioError
-        If they are not written as on a command line, by long names, or are the run's own to set.
-    """
-    try:
-        parts = shlex.split(words)
-    except ValueError as error:
-        msg = f"sumo: {words!r} cannot be read ({error}); write it as on SUMO's command line"
-        raise ScenarioError(msg) from error
-    for part, following in zip(parts, [*parts[1:], "--"], strict=False):
-        if not part.startswith("--"):
-            if part.startswith("-") and not part[1:2].isdigit():
-                msg = f"sumo: {part}: write options by their long names, as --fcd-output FILE"
-                raise ScenarioError(msg)
-            continue
-        name, equals, value = part[2:].partition("=")
-        if name in _NEVER or name in _REPLACED:
-            msg = f"sumo: --{name} cannot be passed on: {(_NEVER | _REPLACED)[name]}"
-            raise ScenarioError(msg)
-        yield name, value if equals else "true" if following.startswith("--") else following
-
-
 def _refuse(options: Mapping[str, str], source: str) -> None:
-    for name, reason in (_UNDER_A_GATE | {name: _NEVER[name] for name in ("random", "remote-port")}).items():
+    for name, reason in (_UNDER_A_GATE | {name: NEVER[name] for name in ("random", "remote-port")}).items():
         if options.get(name, "").strip().lower() not in _OFF:
             msg = f"{source}: {name} {options[name]} does not go with a gate: {reason}; or --gate open"
             raise ScenarioError(msg)
@@ -205,7 +147,7 @@ def _without_vehicles(config: SumoConfig) -> None:
 
 
 def _notes(config: SumoConfig, scenario: Scenario) -> Iterator[str]:
-    for name, why in _REPLACED.items():
+    for name, why in REPLACED.items():
         if name in config.options and name not in _QUIET:
             yield f"{config.file}: {name} {config.options[name]} is not taken over: {why}"
     for name, key in _KEYS.items():

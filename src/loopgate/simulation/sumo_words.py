@@ -1,0 +1,69 @@
+"""A scenario's own words to SUMO, as on its command line."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Iterator
+
+from loopgate.errors import ScenarioError
+
+__all__ = ["NEVER", "REPLACED", "own_words"]
+
+REPLACED = {
+    "time-to-teleport": "a gridlock would be hidden; see --on-deadlock",
+    "time-to-teleport.highways": "a gridlock would be hidden; see --on-deadlock",
+    "time-to-teleport.disconnected": "a gridlock would be hidden; see --on-deadlock",
+    "collision.action": "collisions are counted, and nothing is made of them",
+    "collision.check-junctions": "collisions are looked for on junctions too",
+    "end": "the run ends by its duration; see --duration",
+    "log": "it goes into the run folder",
+    "no-warnings": "they go into the run folder's log",
+    "no-step-log": "there is a progress of its own",
+    "verbose": "there is a progress of its own",
+    "duration-log.disable": "the summary has the times",
+    "start": "runs start by themselves",
+    "quit-on-end": "runs end by themselves",
+    "gui-settings-file": "it is for sumo-gui",
+}
+"""Options of a configuration in whose place the run's own go, and why."""
+
+NEVER = {
+    "random": "the run could not be repeated; see --seed",
+    "remote-port": "loopgate steers SUMO itself",
+    "num-clients": "loopgate steers SUMO itself",
+    "configuration-file": "give the configuration as NETWORK",
+    "net-file": "give it as NETWORK",
+    "route-files": "give them by --routes or --traffic",
+    "additional-files": "name them in a .sumocfg, and give that as NETWORK",
+    "step-length": "see --step-length",
+    "seed": "see --seed",
+    "begin": "name it in a .sumocfg, and give that as NETWORK",
+    "tls.all-off": "see --lights",
+}
+"""Options that cannot be passed on by a scenario's own words, and what to do instead."""
+
+
+def own_words(words: str) -> Iterator[tuple[str, str]]:
+    """Yield the options that are passed on to SUMO by name, with their values.
+
+    Raises
+    ------
+    ScenarioError
+        If they are not written as on a command line, by long names, or are the run's own to set.
+    """
+    try:
+        parts = shlex.split(words)
+    except ValueError as error:
+        msg = f"sumo: {words!r} cannot be read ({error}); write it as on SUMO's command line"
+        raise ScenarioError(msg) from error
+    for part, following in zip(parts, [*parts[1:], "--"], strict=False):
+        if not part.startswith("--"):
+            if part.startswith("-") and not part[1:2].isdigit():
+                msg = f"sumo: {part}: write options by their long names, as --fcd-output FILE"
+                raise ScenarioError(msg)
+            continue
+        name, equals, value = part[2:].partition("=")
+        if name in NEVER or name in REPLACED:
+            msg = f"sumo: --{name} cannot be passed on: {(NEVER | REPLACED)[name]}"
+            raise ScenarioError(msg)
+        yield name, value if equals else "true" if following.startswith("--") else following
