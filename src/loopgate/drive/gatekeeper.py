@@ -36,6 +36,9 @@ from loopgate.negotiation.pressure import Pressure
 __all__ = ["Gatekeeper"]
 
 _CHAIN = "chain"
+_VEHICLES_PER_SERVICE = 100
+"""For every so many vehicles one may be served at a time: each keeps a slot from all others for a while."""
+
 _OUTSIDE = frozenset(number_of(reason) for reason in (Reason.RED, Reason.TRAFFIC, Reason.STOP))
 """What lifts these refusals happens outside the system."""
 
@@ -100,6 +103,7 @@ class Gatekeeper:
         )
         self._held_by, self._rooms = self._states["held_by"], self._states["room"]
         self._run["serve_after_s"] = self._serve_after_s
+        self._run["serve_most"] = max(1, len(self.system.robots) // _VEHICLES_PER_SERVICE)
         negotiation = self.negotiation
         if isinstance(negotiation, Pressure):
             for column, figure in zip(("crowded", "patience_s", "wait_s"), negotiation.figures, strict=True):
@@ -186,6 +190,8 @@ class Gatekeeper:
         """Decide once; return whether anybody has an answer."""
         now_s = float(self._run["now_s"][0])
         self._granted = False
+        if self.obstacles and self._run["serving"][0]:
+            self._look_outside()
         robots = self._entries["ready"][: self._step(drive.COLLECT)].tolist()
         requests = [self._request(robot) for robot in robots if self._is_due(robot, now_s)]
         if requests:
@@ -201,6 +207,13 @@ class Gatekeeper:
                     if request.robot not in going:
                         self._step(drive.REFUSE, request.robot, 0, RESERVE)
         return bool(self._run["answers"][0])
+
+    def _look_outside(self) -> None:
+        """See for whom of those that must move next something outside of the system is in the way."""
+        movers = self._vehicles["mover"] & self._vehicles["pending"]
+        for robot in np.flatnonzero(movers).tolist():
+            shut = any(obstacle.in_the_way(robot) is not None for obstacle in self.obstacles)
+            self._vehicles["shut"][robot] = shut
 
     def _ordered(self, requests: list[Request], now_s: float) -> Sequence[Request]:
         """Put the requests in order: whoever must move next goes before all others, whatever these say."""

@@ -3,8 +3,8 @@
 Past a patience the vehicle with the oldest request is *served*. `loopgate.gates.certified.service` says of
 the model whose move, the *mover's*, brings it nearer to its grant; here nobody can get before that one. Until
 the served vehicle has its grant, only the mover enters the places that the rule has looked at, nobody sets
-out across its way, and no negotiation is asked whether it may go. Others are served at the same time wherever
-they look at none of these places; of two that do, the older goes first.
+out across its way, and no negotiation is asked whether it may go. Some others are served at the same time
+where they look at none of these places; of two that do, the older goes first.
 
 Why each request is granted after finitely many moves, and what that takes, is said in docs/queues.md.
 """
@@ -14,8 +14,7 @@ from __future__ import annotations
 from typing import Final
 
 from loopgate.drive.gaps import leg_of, state_of
-from loopgate.drive.tables import NOBODY, REASONS, Tables
-from loopgate.gates import Reason
+from loopgate.drive.tables import NOBODY, Tables
 from loopgate.kernel_cache import kernel, part
 
 __all__ = ["bars", "serve"]
@@ -23,9 +22,6 @@ __all__ = ["bars", "serve"]
 _THROUGH_RED_S: Final = 120.0
 """After this long a mover's way is kept clear while its light is red too [s]. Else each green could find
 somebody there who may cross at the same time."""
-
-_RED: Final = REASONS.index(Reason.RED)
-_TRAFFIC: Final = REASONS.index(Reason.TRAFFIC)
 
 
 @kernel
@@ -46,7 +42,7 @@ def serve(t: Tables) -> None:
     _begin(before == 0, t)
     for n in range(run.waiting):
         i = t.entries[n].waiting
-        if not _is_late(i, t):
+        if run.serving == run.serve_most or not _is_late(i, t):
             break  # the oldest come first
         mover = _mover(i, t)
         for s in range(len(t.states)):
@@ -75,6 +71,7 @@ def _begin(anew: bool, t: Tables) -> None:  # noqa: FBT001  compiled
     for i in range(len(t.vehicles)):
         if anew or not t.vehicles[i].mover:
             t.vehicles[i].named_s = t.run[0].now_s
+            t.vehicles[i].shut = False
         t.vehicles[i].mover = False
     for s in range(len(t.states)):
         t.states[s].mover = NOBODY
@@ -138,8 +135,7 @@ def _last_of_circle(head: int, left: int, filled: int, t: Tables) -> int:
 def _clear_way(mover: int, t: Tables) -> None:
     """Let nobody set out across the mover's way, if it asks, unless an older one's mover needs it."""
     one = t.vehicles[mover]
-    red = one.reason in (_RED, _TRAFFIC)
-    if not one.pending or (red and t.run[0].now_s - one.named_s < _THROUGH_RED_S):
+    if not one.pending or (one.shut and t.run[0].now_s - one.named_s < _THROUGH_RED_S):
         return
     j = leg_of(mover, one.granted, t)
     for k in range(t.legs[j].pass_at, t.legs[j].pass_end):

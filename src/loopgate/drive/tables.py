@@ -112,8 +112,9 @@ class Vehicle:
         Whether it has a request, since when [s]; why that was refused last, and the word for the gate's stage
         by number; the version of the books when it was last looked at; when the gate was last asked [s], and
         whether it ever was; whether it has been granted, but not been told.
-    mover, named_s
-        Whether it must move next, for one that is served, and since when on end [s].
+    mover, named_s, shut
+        Whether it must move next, for one that is served, since when on end [s], and whether something
+        outside of the system, such as a light, is in its way.
     spare_s
         For how long its request may be passed over so that it falls back to the middle between its neighbours
         on its loop [s].
@@ -166,6 +167,7 @@ class Vehicle:
     mover: bool
     named_s: float
     spare_s: float
+    shut: bool
 
 
 class Road:
@@ -309,8 +311,8 @@ class Run:
         Whether one on a shared stretch is out of the way if it will have left it in time.
     crowded, patience_s, wait_s
         Of `Pressure`, where that is compiled.
-    serve_after_s
-        The age of a request from which on it is served [s]; infinity for never.
+    serve_after_s, serve_most
+        The age of a request from which on it is served [s], infinity for never; how many are served at once.
     version, grants, turn, decided_s
         Of the books, which grows with all that may lift a refusal; grants and turns of deciding so far, and
         when the last turn was [s].
@@ -332,6 +334,7 @@ class Run:
     patience_s: float
     wait_s: float
     serve_after_s: float
+    serve_most: int
     version: int
     grants: int
     turn: int
