@@ -159,8 +159,8 @@ def test_inspect_queues(tmp_path: Path) -> None:
     every = _RUN.invoke(cli, [*RING, "--all"]).stdout
     assert every.startswith(shown.stdout.partition("--all prints")[0])
     assert every.count("\u2503 lane ") == 2
-    assert "134 vehicles can live on these loops" in shown.stdout
-    assert "118 if the loops get them in turn" in shown.stdout
+    assert "133 vehicles can live on these loops" in shown.stdout
+    assert "115 if the loops get them in turn" in shown.stdout
     assert "(unlisted)" not in shown.stdout
     assert picture.read_text(encoding="utf-8").count("<svg") == 1
     assert len(read_system(system).robots) == 3

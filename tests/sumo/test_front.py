@@ -42,7 +42,7 @@ def test_a_run_without_a_folder_has_everything() -> None:
     assert set(VEHICLE_COLUMNS) <= set(made.vehicles.columns)
     assert set(EDGE_COLUMNS) <= set(made.edges.columns)
     assert made.summary["laps"] == made.vehicles["laps"].sum() > 0
-    assert set(made.figures) == {"over-time", "laps", "standing", "idleness"}
+    assert set(made.figures) == {"over-time", "laps", "standing", "idleness", "seen", "unwatched"}
 
 
 def test_a_run_with_a_folder_is_what_the_folder_holds(tmp_path: Path) -> None:
@@ -58,7 +58,7 @@ def test_a_notebook_shows_figures_in_words_and_pictures() -> None:
     """Without a gate nothing is said of holds; a name from outside is text."""
     shown = run(SCENARIO)._repr_html_() or ""
     assert "<th style='text-align:left'>throughput</th>" in shown
-    assert shown.count("<img ") == 4
+    assert shown.count("<img ") == 6
     free = run(Scenario(**ROADS, gate="open", duration_s=60))  # type: ignore[arg-type]
     assert "hold time" not in (free._repr_html_() or "hold time")
     named = Run({**free.summary, "network": "<b>"}, free.events, free.vehicles, free.edges, free.scenario)

@@ -261,7 +261,7 @@ def test_refusals_of_all_kinds_are_among_these_runs() -> None:
     """Else they would say nothing of them."""
     known = json.loads(FROZEN.read_text(encoding="utf-8"))
     refusals = {reason for run_digests in known.values() for reason in run_digests["refusals"].split()}
-    assert refusals == {"occupied", "crossing", "deadlock", "reserve", "red", "traffic"}
+    assert refusals == {"occupied", "crossing", "deadlock", "reserve", "service", "red", "traffic"}
 
 
 @pytest.mark.parametrize("names", UNCOMPILED, ids=lambda names: names[0])
