@@ -58,7 +58,7 @@ SERIES: Final = "series"  # gate, and whatever else was chosen to differ besides
 
 # one row per interval of time, cause of waiting, vehicle that is stuck, edge entered, junction or street
 STOOD_H: Final = "stood_h"  # vehicle-hours standing since the beginning
-WAITS: Final = "waits"  # how many stretches of waiting
+WAITS: Final = "waits"  # how many
 LONGEST: Final = "longest_s"
 POSITION: Final = "position_m"  # along the loop
 WAITS_FOR: Final = "waits_for"

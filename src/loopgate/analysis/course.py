@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 
 from loopgate.analysis.columns import (
+    CAUSE,
     LAP_NUMBER,
     LONGEST,
     POSITION,
@@ -18,7 +19,8 @@ from loopgate.analysis.columns import (
     WAITS,
     WAITS_FOR,
 )
-from loopgate.analysis.frames import check_columns, check_period, table
+from loopgate.analysis.frames import check_columns, table
+from loopgate.analysis.waits import compute_wait_causes
 from loopgate.errors import AnalysisError
 from loopgate.results.columns import (
     DISTANCE,
@@ -113,7 +115,7 @@ def compute_flow(*, flow: pd.DataFrame, every_s: float = 60.0, by: Sequence[str]
 def compute_causes(*, events: pd.DataFrame, end_s: float, begin_s: float = 0.0) -> pd.DataFrame:
     """Return how long vehicles waited for a gate, by the reason of the refusal.
 
-    A wait whose reason changes is a stretch for each reason; see `loopgate.gates.Reason` for the words.
+    `compute_wait_causes` has each wait; see `loopgate.gates.Reason` for the words.
 
     Parameters
     ----------
@@ -125,8 +127,8 @@ def compute_causes(*, events: pd.DataFrame, end_s: float, begin_s: float = 0.0) 
     Returns
     -------
     DataFrame
-        One row per reason, the one that cost most first: `REASON`, `WAITS`, `WAIT` [s] (all together),
-        `LONGEST` [s] (the longest stretch).
+        One row per reason, the one that cost most first: `REASON`, `WAITS` (how many had it), `WAIT` [s] (all
+        together), `LONGEST` [s] (the longest that one wait was for it).
 
     Raises
     ------
@@ -143,14 +145,8 @@ def compute_causes(*, events: pd.DataFrame, end_s: float, begin_s: float = 0.0) 
     >>> compute_causes(events=events, end_s=100)[["reason", "wait_s"]].values.tolist()
     [['crossing', 13.0], ['occupied', 2.0]]
     """
-    check_columns(events, [TIME, VEHICLE, EVENT, REASON], "events")
-    check_period(begin_s, end_s)
-    chosen = events[events[EVENT].isin([Event.REFUSE, Event.GRANT]) & (events[TIME] <= end_s)]
-    chosen = chosen.astype({VEHICLE: str, REASON: str}).sort_values([VEHICLE, TIME], kind="stable")
-    until = chosen.groupby(VEHICLE, sort=False)[TIME].shift(-1).fillna(end_s)
-    lasts = until.clip(lower=begin_s) - chosen[TIME].clip(lower=begin_s)
-    stretches = chosen.assign(**{WAIT: lasts})[(chosen[EVENT] == Event.REFUSE) & (until > begin_s)]
-    result = stretches.groupby(REASON)[WAIT].agg(["size", "sum", "max"]).reset_index()
+    spells = compute_wait_causes(events=events, end_s=end_s, begin_s=begin_s)
+    result = spells.groupby(CAUSE)[WAIT].agg(["size", "sum", "max"]).reset_index()
     result.columns = pd.Index([REASON, WAITS, WAIT, LONGEST])
     return result.sort_values([WAIT, REASON], ascending=[False, True], kind="stable").reset_index(drop=True)
 
