@@ -218,7 +218,10 @@ def _follows(ways: Sequence[Way], roads: AbstractSet[int], one: Body, other: Bod
             continue
         s, t = one.at_m - at_m, other.at_m - there[lane]
         length_m = one.length_m if s >= t else other.length_m
-        junction_m = min(_road_behind(way, roads, lane) - way.window[lane] for way in (mine, theirs))
+        # Who is on that lane still looks ahead; on the road behind the junction nobody looks back.
+        left = lane not in (mine.lane, theirs.lane)
+        ends_m = [_road_behind(way, roads, lane) - way.window[lane] for way in (mine, theirs) if left]
+        junction_m = min(ends_m, default=math.inf)
         just_left = max(s, t) - length_m <= min(mine.lengths[lane] + _JUST_LEFT_M, junction_m)
         if just_left and abs(s - t) - length_m < NEAR_M:
             return True
