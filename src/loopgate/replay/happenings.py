@@ -31,9 +31,12 @@ WHY: dict[str, str] = {
     Reason.TRAFFIC: "ordinary traffic is in the way",
     Reason.DEADLOCK: "going on would, or could, lock others up",
     Reason.RESERVE: "room is kept free there",
+    Reason.SERVICE: "room is kept for one that has waited for long",
+    Reason.SPACING: "it is ahead of the middle between its neighbours on the loop",
     Reason.NEGOTIATION: "another goes first",
     Reason.BUDGET: "the gate could not decide in time",
     Reason.FAULT: "what the gate found did not pass its own check",
+    Reason.STOP: "its owner lets it stop before that",
 }
 """Why a vehicle was refused, in words for people."""
 
