@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from loopgate.errors import TrafficError
 from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario
 
@@ -41,3 +42,10 @@ def test_a_configuration_is_honoured(tmp_path: Path, gate: str) -> None:
     assert (tmp_path / "t.xml").is_file()
     assert (tmp_path / "run" / "fcd.xml.gz").stat().st_size > 1000
     assert [line for line in summary["warnings"] if "time-to-teleport 300 is not taken over" in line]
+
+
+def test_an_option_that_sumo_does_not_know_is_named() -> None:
+    """SUMO itself only says that it could not parse its command line."""
+    grid = str(ROOT / "networks" / "grid5-priority.net.xml")
+    with pytest.raises(TrafficError, match="does not take the options --nonsense 2; 'sumo --help' lists all"):
+        simulate(Scenario(network=grid, gate="open", loops=3, duration_s=5, sumo="--nonsense 2"))

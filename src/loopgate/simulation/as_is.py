@@ -74,7 +74,7 @@ def run_as_is(scenario: Scenario, folder: Folder, tick: Tick, backend: str) -> d
     standing: dict[str, tuple[float, tuple[float, float]]] = {}
     rows: list[Row] = []
     with ExitStack() as stack:
-        traffic = start_traffic(options, backend=backend, log=log)
+        traffic = start_traffic(options, backend=backend, log=log, words=scenario.sumo)
         stack.callback(traffic.close)
         recorder = Recorder(folder / outcome.EVENTS)
         stack.callback(recorder.close)

@@ -107,7 +107,9 @@ def open_session(
     if scenario.positions and assembly.abstraction is not None:
         write_layout(make_layout(assembly, scenario.step_s), folder / outcome.LAYOUT)
     with ExitStack() as stack:
-        traffic = start_traffic(options, backend=backend, log=log, yields=bool(scenario.traffic))
+        traffic = start_traffic(
+            options, backend=backend, log=log, yields=bool(scenario.traffic), words=scenario.sumo
+        )
         stack.callback(traffic.close)
         recorder = Recorder(folder / outcome.EVENTS)
         stack.callback(recorder.close)

@@ -68,7 +68,9 @@ def check_outputs(scenario: Scenario) -> None:
             raise ScenarioError(msg)
 
 
-def start_traffic(options: Sequence[str], *, backend: str, log: Path, yields: bool = False) -> SumoTraffic:
+def start_traffic(
+    options: Sequence[str], *, backend: str, log: Path, yields: bool = False, words: str = ""
+) -> SumoTraffic:
     """Start SUMO.
 
     Parameters
@@ -81,6 +83,8 @@ def start_traffic(options: Sequence[str], *, backend: str, log: Path, yields: bo
         SUMO's log, quoted in the error.
     yields
         Whether vehicles under the gate keep to SUMO's right of way as well.
+    words
+        Which of the options a scenario has of its own, for the error.
 
     Raises
     ------
@@ -92,6 +96,8 @@ def start_traffic(options: Sequence[str], *, backend: str, log: Path, yields: bo
         running = start(options)
     except Exception as error:  # the backends raise what they like at the start
         why = _last_error(log) or str(error)
+        if words and "commandline" in why:
+            why = f"it does not take the options {words}; 'sumo --help' lists all"
         msg = f"SUMO does not start: {why}"
         raise TrafficError(msg) from error
     return SumoTraffic(running, kind, yields=yields, odometer=odometer)
