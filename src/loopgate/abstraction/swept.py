@@ -42,7 +42,8 @@ _FOLLOWS_M = 4.0
 _JUST_LEFT_M = 12.0
 """Up to here behind the end of a lane, SUMO keeps those apart that leave it one after the other [m].
 
-Only as long as both are inside the junction, however short a way through it is.
+Only as long as both are inside the junction, however short a way through it is, and only where there is
+right of way: SUMO works out where ways out of one lane part together with the request matrix.
 """
 
 _ABOVE_M = 2.5
@@ -268,7 +269,7 @@ class _Ways:
     """How courses hang together: which vehicles follow each other on them."""
 
     def __init__(self, network: RoadNetwork, courses: Sequence[Course]) -> None:
-        self._courses = courses
+        self._network, self._courses = network, courses
         self._length_m = {lane: network.lanes[lane].length_m for c in courses for lane in (c.lane, *c.before)}
         lanes = {lane: number for number, lane in enumerate(self._length_m)}
         roads = {
@@ -337,8 +338,10 @@ class _Ways:
         if not common:
             return math.nan, math.nan, 0.0
         mine_m, theirs_m, lane = min(common, key=lambda one: one[0] + one[1])
-        inside_m = min(self._inside_m(mine, lane), self._inside_m(theirs, lane))
-        return mine_m, theirs_m, self._length_m[lane] + min(inside_m, _JUST_LEFT_M)
+        kept_m = min(self._inside_m(mine, lane), self._inside_m(theirs, lane), _JUST_LEFT_M)
+        if lane not in (mine.lane, theirs.lane) and not self._network.is_regulated(lane):
+            kept_m = 0.0
+        return mine_m, theirs_m, self._length_m[lane] + kept_m
 
     def _inside_m(self, course: Course, lane: str) -> float:
         """Return how far a course leads through the junction behind a lane; infinite if it ends there [m]."""

@@ -30,7 +30,8 @@ _LEAST_M = 0.1
 _JUST_LEFT_M = 12.0
 """So far behind the end of a lane SUMO keeps those apart that leave it one after the other [m].
 
-Not beyond the junction: on the road behind it a driver looks no longer at who still is inside.
+Not beyond the junction: on the road behind it a driver looks no longer at who still is inside. And not at
+all at a junction without right of way.
 """
 
 _APART_M = 2.0
@@ -94,7 +95,10 @@ def find_meetings(layout: Layout) -> list[Meeting]:
     numbers: dict[str, int] = {}
     ways = find_ways(layout, numbers)
     names = list(numbers)
-    roads = {number for name, number in numbers.items() if not name.startswith(":")}
+    roads = _Roads(
+        {number for name, number in numbers.items() if not name.startswith(":")},
+        {numbers[lane] for lane in layout.unregulated},
+    )
     edges = [name.rpartition("_")[0] for name in names]
     bodies, shapes = draw_bodies(layout, ways)
     if not len(shapes):
@@ -197,11 +201,17 @@ def lies_above(layout: Layout, one: str, other: str) -> bool:
     return one in heights and other in heights and abs(heights[one] - heights[other]) > _ABOVE_M
 
 
-def _follows(ways: Sequence[Way], roads: AbstractSet[int], one: Body, other: Body) -> bool:
+class _Roads(NamedTuple):
+    """The lanes outside junctions, by number; and those that lead to a junction without right of way."""
+
+    lanes: AbstractSet[int]
+    unregulated: AbstractSet[int]
+
+
+def _follows(ways: Sequence[Way], roads: _Roads, one: Body, other: Body) -> bool:
     """Return whether one of two bodies comes behind the other on a way that both take, and close to it.
 
     Either on one way, with all of the first ahead of the second; or where both have just left one lane.
-    `roads` are the lanes outside junctions.
     """
     mine, theirs = ways[one.way], ways[other.way]
     here, there = mine.window, theirs.window
@@ -220,7 +230,7 @@ def _follows(ways: Sequence[Way], roads: AbstractSet[int], one: Body, other: Bod
         length_m = one.length_m if s >= t else other.length_m
         # Who is on that lane still looks ahead; on the road behind the junction nobody looks back.
         left = lane not in (mine.lane, theirs.lane)
-        ends_m = [_road_behind(way, roads, lane) - way.window[lane] for way in (mine, theirs) if left]
+        ends_m = [_kept_apart(way, roads, lane) - way.window[lane] for way in (mine, theirs) if left]
         junction_m = min(ends_m, default=math.inf)
         just_left = max(s, t) - length_m <= min(mine.lengths[lane] + _JUST_LEFT_M, junction_m)
         if just_left and abs(s - t) - length_m < NEAR_M:
@@ -228,11 +238,17 @@ def _follows(ways: Sequence[Way], roads: AbstractSet[int], one: Body, other: Bod
     return False
 
 
-def _road_behind(way: Way, roads: AbstractSet[int], lane: int) -> float:
-    """Return where the road begins behind a lane and its junction [m]; infinite if the front is not there."""
+def _kept_apart(way: Way, roads: _Roads, lane: int) -> float:
+    """Return how far behind a lane SUMO looks at who left it another way [m]: as far as the road behind.
+
+    Infinite if the front is not there yet; not at all where the junction is unregulated.
+    """
     at_m = way.window[lane]
+    if lane in roads.unregulated:
+        return at_m + way.lengths[lane]
     return min(
-        (at for other, at in way.window.items() if at_m < at <= 0.0 and other in roads), default=math.inf
+        (at for other, at in way.window.items() if at_m < at <= 0.0 and other in roads.lanes),
+        default=math.inf,
     )
 
 

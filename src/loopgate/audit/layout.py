@@ -113,6 +113,8 @@ class Layout:
         Centre lines of lanes [m], by lane.
     heights
         How high lanes lie in the middle [m]; none where the network is flat.
+    unregulated
+        Lanes that lead to a junction without right of way: inside it SUMO keeps nobody apart.
     """
 
     step_s: float
@@ -122,6 +124,7 @@ class Layout:
     movements: Mapping[str, tuple[str, ...]]
     shapes: Mapping[str, tuple[tuple[float, float], ...]]
     heights: Mapping[str, float] = field(default_factory=dict)
+    unregulated: tuple[str, ...] = ()
 
 
 def write_layout(layout: Layout, file: Path) -> None:
@@ -151,6 +154,7 @@ def read_layout(file: Path) -> Layout:
                 for lane, shape in data["shapes"].items()
             },
             heights={lane: _number(height) for lane, height in data["heights"].items()},
+            unregulated=tuple(map(_text, data["unregulated"])),
         )
         _check(layout)
         return layout

@@ -141,3 +141,8 @@ class Junction:
     shape: Points
     foes: tuple[frozenset[int], ...]
     yields_to: tuple[frozenset[int], ...]
+
+    @property
+    def regulated(self) -> bool:
+        """Whether it has right of way at all; at one that has none SUMO's drivers look at nobody inside."""
+        return bool(self.foes)

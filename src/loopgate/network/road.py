@@ -141,6 +141,11 @@ class RoadNetwork:
             and all(vclass in self.lanes[lane].allowed for lane in connection.via)
         )
 
+    def is_regulated(self, lane: str) -> bool:
+        """Return whether there is right of way at the junction that a lane leads to; yes inside one."""
+        edge = self.edges.get(self.lanes[lane].edge)
+        return edge is None or self.junctions[edge.to_junction].regulated
+
     def are_foes(self, one: Connection, other: Connection) -> bool:
         """Return whether the request matrix of their junction says that two movements conflict."""
         if one.junction != other.junction or one.link < 0 or other.link < 0:

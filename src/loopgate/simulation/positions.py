@@ -67,6 +67,7 @@ def make_layout(assembly: Assembly, step_s: float) -> Layout:
         movements={c.id: c.via for c in assembly.network.connections if c.id in named},
         shapes={lane: lanes[lane].shape for lane in driven},
         heights={lane: fmean(lanes[lane].heights) for lane in driven if lanes[lane].heights},
+        unregulated=tuple(lane for lane in driven if not assembly.network.is_regulated(lane)),
     )
 
 

@@ -15,6 +15,7 @@ from loopgate.abstraction.queue_layout import QueueLayout, lay_out_queues
 from loopgate.abstraction.swept import Touches, find_touches
 from loopgate.abstraction.waiting import Part, waiting_parts
 from loopgate.network import Connection, Edge, Lane, Loop, RoadNetwork, VehicleType, make_loop
+from loopgate.network.records import Junction
 from loopgate.network.vehicle_type import DEFAULT_TYPE
 
 Points = tuple[tuple[float, float], ...]
@@ -31,7 +32,13 @@ def length(shape: Points) -> float:
     return sum(math.dist(here, there) for here, there in itertools.pairwise(shape))
 
 
-def network(ways: Sequence[Way], heights: dict[str, float] | None = None) -> RoadNetwork:
+REGULATED = Junction("J", "priority", 0.0, 0.0, (), (frozenset(),), (frozenset(),))
+UNREGULATED = Junction("J", "unregulated", 0.0, 0.0, (), (), ())
+
+
+def network(
+    ways: Sequence[Way], heights: dict[str, float] | None = None, junction: Junction = REGULATED
+) -> RoadNetwork:
     """Return closed ways of lanes by name and shape; names of lanes inside junctions begin with a colon."""
     high = heights or {}
     lanes: dict[str, Lane] = {}
@@ -60,7 +67,12 @@ def network(ways: Sequence[Way], heights: dict[str, float] | None = None) -> Roa
                 connections.append(Connection(ends[0], 0, ends[1], 0, via, "s", f"J{ends[0]}", -1, None))
     edges = {lane.edge: Edge(lane.edge, "J", "J", (lane,)) for lane in lanes.values() if not lane.internal}
     return RoadNetwork(
-        name="made", file=Path("made"), edges=edges, lanes=lanes, junctions={}, connections=tuple(connections)
+        name="made",
+        file=Path("made"),
+        edges=edges,
+        lanes=lanes,
+        junctions={"J": junction},
+        connections=tuple(connections),
     )
 
 
@@ -245,6 +257,26 @@ def test_who_goes_on_behind_a_short_way_is_apart_from_who_still_turns() -> None:
     assert "w_0>n_0" not in layout.conflicts.foes.get("w_0>e_0", ())
 
 
+def test_without_right_of_way_ways_out_of_one_lane_are_foes() -> None:
+    """At an unregulated junction SUMO keeps nobody apart, at any other it does."""
+    ahead: Way = [
+        ("w", ((-100.0, 0.0), (0.0, 0.0))),
+        (":on", ((0.0, 0.0), (20.0, 0.0))),
+        ("e", ((20.0, 0.0), (100.0, 0.0))),
+        (":home", ((100.0, 0.0), (100.0, -100.0), (-150.0, -100.0), (-150.0, 0.0), (-100.0, 0.0))),
+    ]
+    turn: Way = [
+        ("w", ahead[0][1]),
+        (":turn", ((0.0, 0.0), (4.0, 0.5), (6.0, 3.0), (4.0, 8.0), (0.0, 14.0))),
+        ("n", ((0.0, 14.0), (0.0, 100.0))),
+        (":back", ((0.0, 100.0), (-150.0, 100.0), (-150.0, 0.0), (-100.0, 0.0))),
+    ]
+    for junction, apart in ((REGULATED, True), (UNREGULATED, False)):
+        net = network([ahead, turn], junction=junction)
+        layout = lay_out_queues(net, users(net, ["w", "e"], ["w", "n"]))
+        assert ("w_0>n_0" not in layout.conflicts.foes.get("w_0>e_0", ())) is apart
+
+
 def test_long_bodies_cut_corners() -> None:
     """A turn of 9 m radius: a car keeps off a lane 3.4 m inside of it, a bus does not."""
     turn: Points = tuple(
@@ -286,7 +318,7 @@ def test_two_lanes_of_one_edge_are_left_to_sumo() -> None:
         file=net.file,
         edges=edges,
         lanes={**net.lanes, "w_1": twin},
-        junctions={},
+        junctions=net.junctions,
         connections=net.connections,
     )
     assert not len(touches(wide, ["w", "e", "b"]).one)

@@ -291,6 +291,19 @@ def test_without_lanes_inside_junctions_nothing_is_drawn() -> None:
     assert conflicts_by_loop(plan, find_meetings(plan)) == {"a": []}
 
 
+def test_who_leaves_one_lane_another_way_is_kept_apart_by_right_of_way() -> None:
+    """Both leave A, one straight on and one to the left: where nobody has right of way they can touch."""
+    plan = layout({}, {})
+    plan = dataclasses.replace(
+        plan,
+        loops={"a": loop("A_0", "B_0", 0, {}), "c": loop("A_0", "D_0", 1, {})},
+        shapes={**plan.shapes, ":J_1_0": ((-5.0, 0.0), (-1.0, 1.0), (0.0, 5.0))},
+    )
+    assert find_meetings(plan) == []
+    meetings = find_meetings(dataclasses.replace(plan, unregulated=("A_0",)))
+    assert {frozenset((m.one.lane, m.other.lane)) for m in meetings} >= {frozenset((":J_0_0", ":J_1_0"))}
+
+
 def test_wide_bodies_reach_farther() -> None:
     """A bus of 2.5 m touches at 1.25 m on either side of the middle."""
     plan = layout()
