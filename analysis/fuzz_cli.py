@@ -32,6 +32,12 @@ _COMMANDS = (
     "run network/n.net.xml --routes routes/r.rou.xml --abstraction segments --rho 1.2 --duration 5",
     "run scenario/s.toml --duration 5 --deadlock-after 60 --lights off --on-deadlock stop",
     "run configured/c.sumocfg --gate open --duration 5 --json",
+    "run configured/c.sumocfg --duration 5 --fcd --sumo --tls.actuated.jam-threshold=10 -o OUT",
+    "run network/n.net.xml --vehicles 3 --loops 3 --length 200:900 --spacing hold --starts even --duration 5",
+    "run network/n.net.xml --vehicles 2 --duration 5 --revisit 99 --weights wishes/weights.txt",
+    "run network/n.net.xml --vehicles 2 --duration 5 --districts wishes/d.add.xml",
+    "loops network/n.net.xml --cover wishes/streets.txt --either-way --weights wishes/weights.txt -o OUT",
+    "loops network/n.net.xml --cover wishes/d.add.xml --revisit 600 --margin 1.2 --vclass passenger",
     "loops network/n.net.xml --count 3 --length 100:600 --seed 1 --max-shared 0.9 --rho 1.25",
     "loops packed/n.net.xml.gz --count 2 --length 100:600 -o OUT",
     "inspect network/n.net.xml --routes routes/r.rou.xml --vehicle-length 5 --seed 1 --json",
@@ -46,6 +52,8 @@ _COMMANDS = (
     "sweep sweep/s.toml --dry-run",
     "report results/ -o OUT/page.html",
     "report run/ --files OUT -o OUT/page.html",
+    "replay run/ -o OUT/replay.html",
+    "inspect network/n.net.xml --routes routes/r.rou.xml --additional OUT",
 )
 _FOLDERS = {"results/", "run/"}
 _COSTLY = {"--rounds", "--walks", "--steps", "--limit", "--systems", "--count", "--duration", "--warmup"}

@@ -25,10 +25,13 @@ from loopgate.gates import check_gate, make_gate
 from loopgate.model import read_system, system_to_dict, write_system
 from loopgate.negotiation.registry import check_negotiation
 from loopgate.network import RoadNetwork, generate_loops, read_loops
+from loopgate.network.cover.wishes import read_districts, read_weights, streets_to_cover
 from loopgate.network.sumo_config import read_sumo_config
 from loopgate.network.traffic_file import read_traffic
+from loopgate.replay import make_replay
 from loopgate.research.theory.instances import instance
 from loopgate.results.recorder import read_events
+from loopgate.simulation.sumo_options import sumo_options
 from loopgate.sweep.store import Store
 
 __all__ = ["READERS", "Reader", "make_inputs"]
@@ -59,6 +62,17 @@ CONFIGURATION = """<configuration>
     <time><begin value="0"/><end value="60"/></time>
 </configuration>
 """
+DISTRICTS = """<additional>
+    <poly id="all of it" color="red" shape="-900,-900 900,-900 900,900 -900,900"/>
+    <poly id="near" shape="-900,-900,0 900,-900,0 0,900,0"/>
+</additional>
+"""
+WISHES = "# twice as often\np1b 2\ns1 1.5\n\nl1 1000\n"
+STREETS = "edge:p1b\nedge:s1 p2b\njunction:x\n"
+WORDS = (
+    "--fcd-output.attributes x,y --device.rerouting.probability 0 --scale=1 --tls.actuated.jam-threshold 10",
+    '--lateral-resolution 0.8 --summary-output "s 1.xml" --ignore-route-errors true',
+)
 SWEEP = """name = "small"
 scenario = "base.toml"
 [base]
@@ -113,6 +127,10 @@ def make_inputs(folder: Path) -> None:
     for name in ("configured", "sweep"):
         shutil.copy(NETWORK, folder / name / "n.net.xml")
         (folder / name / "r.rou.xml").write_text(ROUTES, encoding="utf-8")
+    (folder / "wishes").mkdir()
+    (folder / "wishes" / "d.add.xml").write_text(DISTRICTS, encoding="utf-8")
+    (folder / "wishes" / "weights.txt").write_text(WISHES, encoding="utf-8")
+    (folder / "wishes" / "streets.txt").write_text(STREETS, encoding="utf-8")
     (folder / "configured" / "c.sumocfg").write_text(CONFIGURATION, encoding="utf-8")
     (folder / "sweep" / "s.toml").write_text(SWEEP, encoding="utf-8")
     (folder / "sweep" / "base.toml").write_text('routes = "r.rou.xml"\nstep_s = 1.0\n', encoding="utf-8")
@@ -159,6 +177,37 @@ def _configured(folder: Path, random: Random) -> None:
     read_loops(roads, folder / "c.sumocfg")
     read_traffic(folder / "c.sumocfg").options()
     Path(config.net_file)
+
+
+def _options(folder: Path, random: Random) -> None:
+    del random
+    sumo_options(Scenario(network=str(folder / "c.sumocfg")))
+
+
+def _words(folder: Path, random: Random) -> None:
+    words = random.choice(WORDS).split(" ")
+    place = random.randrange(len(words))
+    words[place] = spoiled_word(words[place], random)
+    given = {"network": str(folder / "c.sumocfg"), "sumo": " ".join(words)}
+    sumo_options(Scenario.from_dict(given, source="words"))
+
+
+def _wishes(folder: Path, random: Random) -> None:
+    del random
+    read_weights(_roads(), str(folder / "weights.txt"))
+    read_districts(_roads(), str(folder / "d.add.xml"), ["passenger"])
+    for name in ("d.add.xml", "streets.txt"):
+        streets_to_cover(_roads(), str(folder / name), "passenger")
+
+
+def _corners(folder: Path, random: Random) -> None:
+    del folder
+    streets_to_cover(_roads(), spoiled_word("-900,-900 900,-900 900,900 -900,900", random), "passenger")
+
+
+def _replay(folder: Path, random: Random) -> None:
+    del random
+    make_replay(folder)
 
 
 def _scenario(folder: Path, random: Random) -> None:
@@ -249,6 +298,10 @@ READERS = (
     Reader("routes", 14, "routes", ("r.rou.xml",), _routes),
     Reader("traffic", 6, "routes", ("t.rou.xml",), lambda f, _: read_traffic(f / "t.rou.xml")),
     Reader("configuration", 7, "configured", ("c.sumocfg",), _configured),
+    Reader("options of SUMO", 6, "configured", ("c.sumocfg",), _options),
+    Reader("words to SUMO", 3, "configured", (), _words),
+    Reader("streets, weights", 8, "wishes", ("*.xml", "*.txt"), _wishes),
+    Reader("polygons", 2, "wishes", (), _corners),
     Reader("scenario file", 14, "scenario", ("s.toml",), _scenario),
     Reader("scenario values", 8, "scenario", (), _values),
     Reader("system file", 14, "system", ("*.json",), _system),
@@ -257,6 +310,7 @@ READERS = (
     Reader("results store", 4, "results", ("rows/*",), _store),
     Reader("run folder", 10, "run", ("summary.json", "scenario.toml", "*.parquet"), _run),
     Reader("trace and layout", 9, "run", ("layout.json", "events.parquet", "positions.csv.gz"), _trace),
+    Reader("replay", 8, "run", ("layout.json", "*.parquet", "positions.csv.gz", "summary.json"), _replay),
     Reader("certificates", 10, "certificates", ("c.jsonl",), _certificates),
     Reader("gates, negotiations", 4, "scenario", (), _names),
 )
