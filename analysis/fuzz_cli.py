@@ -10,6 +10,7 @@ import sys
 from pathlib import Path
 from random import Random
 
+import vl_convert
 from fuzz_mutations import spoiled, spoiled_word
 from fuzz_readers import Reader
 
@@ -20,6 +21,9 @@ from loopgate.errors import LoopgateError
 from loopgate.reading import is_file
 
 __all__ = ["CLI", "check_commands"]
+
+vl_convert.vegalite_to_svg({"mark": "point"})
+"""The first time it sets gigabytes of addresses aside, for memory that it never uses: no input's fault."""
 
 _PROCESSES = 0.06
 """Share of the command lines that are given to a process of their own."""

@@ -87,13 +87,17 @@ def test_streets_from_a_file_and_in_a_polygon(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("options", "says"),
     [
-        (["--cover", "nowhere.txt"], "nowhere.txt: no such file; --cover takes all, a file"),
+        (
+            ["--cover", "nowhere.txt"],
+            "'nowhere.txt': no such file, and no edge nowhere.txt in sumo:bs3d",
+        ),
         (["--cover", "1,2 3,4"], "expected at least three corners"),
+        (["--cover", "0,0 1e308,0 0,-1e308"], "expected at least three corners"),
         (["--cover", "0,0 0.1,0 0,0.1"], "no edge of sumo:bs3d open to passenger has its middle inside"),
         (["--cover", "all", "--count", "4", "--vehicles", "3"], "3 vehicles are too few"),
         (["--cover", "all", "--max-length", "5"], "its shortest closed walk is longer than asked for"),
         (["--cover", "all", "--start", "nosuch"], "the network has no edge nosuch"),
-        (["--cover", "all", "--vclass", "nosuch"], "no edge is open to nosuch"),
+        (["--cover", "all", "--vclass", "nosuch"], "vehicle class 'nosuch': SUMO has aircraft, army"),
     ],
 )
 def test_bad_wishes_are_one_line(options: list[str], says: str) -> None:

@@ -71,6 +71,21 @@ def test_fewer_loops_than_asked_for(tmp_path: Path) -> None:
     assert (len(found["loops"]), found["warnings"]) == (3, [warning])
 
 
+def test_loops_of_a_class_over_some_streets_and_around_others(routes: Path, tmp_path: Path) -> None:
+    """The file says of what class the vehicles are; streets go by name or by a file of names."""
+    loops = {loop.id: loop.edges for loop in read_loops(RoadNetwork.open(_NET), routes).loops}
+    over = loops["loop0"][0]
+    closed = tmp_path / "closed.txt"
+    closed.write_text("\n".join(f"edge:{edge}" for edge in loops["loop1"] if edge not in loops["loop0"]))
+    file = tmp_path / "taxi.rou.xml"
+    options = ["--count", "2", "--vclass", "taxi", "--via", over, "--avoid", str(closed), "-o", str(file)]
+    assert _RUN.invoke(cli, ["loops", _NET, *options]).exit_code == 0
+    made = read_loops(RoadNetwork.open(_NET), file)
+    assert [vehicle.type.vclass for vehicle in made.vehicles] == ["taxi", "taxi"]
+    assert all(over in loop.edges for loop in made.loops)
+    assert all(set(closed.read_text().replace("edge:", "").split()).isdisjoint(x.edges) for x in made.loops)
+
+
 def test_sumo_drives_the_loops(routes: Path, tmp_path: Path) -> None:
     """SUMO itself takes the file: vehicles on every loop, twice round, nothing to complain about."""
     import sumo  # noqa: PLC0415  only this test needs SUMO's own program

@@ -395,6 +395,7 @@ SPAN = {"begin_m": 0, "end_m": 10, "lanes": ["e_0"], "entered": ""}
         {"vehicles": {"v": BODY | {"jointed": 2}}},
         {"loops": {"l": {"length_m": 10, "spans": [SPAN | {"entered": 5}], "legs": [LEG]}}},
         {"loops": {"l": {"length_m": 10, "spans": [SPAN | {"entered": "e_1"}], "legs": [LEG]}}},
+        {"unregulated": ["e_1"]},
     ],
 )
 def test_layouts(tmp_path: Path, spoil: dict[str, Any]) -> None:
@@ -408,6 +409,7 @@ def test_layouts(tmp_path: Path, spoil: dict[str, Any]) -> None:
         "movements": {},
         "shapes": {"e_0": [[0, 0], [10, 0]]},
         "heights": {"e_0": 4.5},
+        "unregulated": ["e_0"],
     }
     file = tmp_path / "layout.json"
     file.write_text(json.dumps(whole))

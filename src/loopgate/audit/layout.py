@@ -174,6 +174,7 @@ def _check(layout: Layout) -> None:
         if far or not (0.0 < body.length_m <= loop.length_m and 0.0 < body.width_m <= _WIDEST_M):
             msg = f"vehicle {name}: {body.length_m} m by {body.width_m} m, it starts at {body.start_m} m"
             raise ValueError(msg)
+    lanes: set[str] = set()
     for name, loop in layout.loops.items():
         if not (loop.spans and _SHORTEST_LOOP_M <= loop.length_m <= _LONGEST_LOOP_M):
             msg = f"loop {name}: it has {len(loop.spans)} lanes and is {loop.length_m:g} m long"
@@ -184,10 +185,15 @@ def _check(layout: Layout) -> None:
             msg = f"loop {name}: it has parts that do not lie on it"
             raise ValueError(msg)
         driven = [lane for span in loop.spans for lane in span.driven]
+        lanes |= set(driven)
         undrawn = [lane for lane in driven if len(layout.shapes.get(lane, ())) < _FEWEST_POINTS]
         if undrawn:
             msg = f"loop {name}: its lane {undrawn[0]} has no shape"
             raise ValueError(msg)
+    strange = [lane for lane in layout.unregulated if lane not in lanes]
+    if strange:
+        msg = f"its lane {shown(strange[0])} is on no loop"
+        raise ValueError(msg)
 
 
 def _loop(data: Mapping[str, Any]) -> LoopWay:

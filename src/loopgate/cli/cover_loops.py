@@ -8,7 +8,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
-from xml.etree import ElementTree as ET
 
 import click
 
@@ -19,9 +18,9 @@ from loopgate.cli.tables import counted, listed
 from loopgate.network import Loop, LoopVehicle, RoadNetwork, VehicleType
 from loopgate.network.cover.design import Task
 from loopgate.network.cover.watch import Patrol, allot, even_starts_m, laps_s, patrol, vehicles_needed
-from loopgate.network.cover.wishes import read_weights, streets_to_cover
+from loopgate.network.cover.wishes import read_streets, read_weights, streets_to_cover
 from loopgate.network.routes_file import routes_text, write_text
-from loopgate.network.vehicle_type import vehicle_type
+from loopgate.network.vehicle_type import type_of_class
 
 __all__ = ["CoverWish", "cover_loops"]
 
@@ -39,6 +38,7 @@ class CoverWish:
     either_way: bool
     vclass: str
     u_turns: bool
+    avoid: str | None
     start: str | None
     weights: str | None
     vehicles: int | None
@@ -66,7 +66,9 @@ class _Made:
 def cover_loops(wish: CoverWish) -> None:
     """Make loops that cover streets, write them, and say what they come to."""
     roads = RoadNetwork.open(wish.network)
-    kind = vehicle_type(ET.Element("vType", id=wish.vclass, vClass=wish.vclass), wish.network)
+    if wish.avoid is not None:
+        roads = roads.without(read_streets(roads, wish.avoid, wish.vclass, option="--avoid"))
+    kind = type_of_class(wish.vclass, "--vclass")
     covers, weights = _covers(roads, wish, kind)
     loops = [loop for cover in covers for loop in cover.loops]
     if len(covers) > 1:
@@ -146,6 +148,7 @@ def _note(wish: CoverWish) -> str:
         "either-way": wish.either_way or None,
         "vclass": wish.vclass,
         "u-turns": wish.u_turns or None,
+        "avoid": wish.avoid,
         "start": wish.start,
         "weights": wish.weights,
         "vehicles": wish.vehicles,

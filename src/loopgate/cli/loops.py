@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from loopgate.cli.length_range import LENGTH_RANGE
 from loopgate.cli.numbers import FiniteRange
+
+if TYPE_CHECKING:
+    from loopgate.network import Loop, LoopVehicle, VehicleType
 
 __all__ = ["loops"]
 
@@ -20,6 +24,7 @@ __all__ = ["loops"]
     Examples:
       loopgate loops sumo:DRT --count 40 --length 400:2000 --seed 1 -o routes/drt.rou.xml
       loopgate loops my.net.xml --count 12 --max-shared 0.4 -o routes/sparse.rou.xml
+      loopgate loops my.net.xml --count 3 --vclass bus --via station,market --avoid park.txt -o bus.rou.xml
       loopgate loops sumo:DRT --cover all --count 18 --vehicles 40 -o routes/watch.rou.xml --plot watch.png
       loopgate loops sumo:DRT --cover all --revisit 600 -o routes/every10min.rou.xml
     """
@@ -54,7 +59,17 @@ __all__ = ["loops"]
 )
 @click.option("--max-length", "max_length_m", type=FiniteRange(1.0, 1e7), help="Longest covering loop [m].")
 @click.option("--either-way", is_flag=True, help="One direction of each street is enough.")
-@click.option("--vclass", default="passenger", show_default=True, help="Vehicle class of covering loops.")
+@click.option("--vclass", default="passenger", show_default=True, help="SUMO's class of the vehicles.")
+@click.option(
+    "--via",
+    metavar="EDGES|FILE",
+    help="Lead every random loop over all these edges: EDGE,EDGE,... or a file.",
+)
+@click.option(
+    "--avoid",
+    metavar="EDGES|FILE|POLYGON",
+    help="Use none of these streets, given as for --cover or as EDGE,EDGE,...",
+)
 @click.option("--start", metavar="EDGE", help="Lead every covering loop over this edge.")
 @click.option(
     "--weights",
@@ -101,6 +116,8 @@ def loops(  # noqa: PLR0913  one per option
     max_length_m: float | None,
     either_way: bool,
     vclass: str,
+    via: str | None,
+    avoid: str | None,
     start: str | None,
     weights: str | None,
     vehicles: int | None,
@@ -120,7 +137,7 @@ def loops(  # noqa: PLR0913  one per option
     """
     _check_together(
         covers=cover is not None,
-        random={"--length": length_m, "--max-shared": max_shared, "--rho": rho_m},
+        random={"--length": length_m, "--max-shared": max_shared, "--rho": rho_m, "--via": via},
         covering={
             "--max-length": max_length_m,
             "--either-way": either_way or None,
@@ -129,7 +146,6 @@ def loops(  # noqa: PLR0913  one per option
             "--vehicles": vehicles,
             "--revisit": revisit_s,
             "--plot": plot,
-            "--vclass": None if vclass == "passenger" else vclass,
         },
     )
     if cover is not None:
@@ -144,6 +160,7 @@ def loops(  # noqa: PLR0913  one per option
                 either_way=either_way,
                 vclass=vclass,
                 u_turns=u_turns,
+                avoid=avoid,
                 start=start,
                 weights=weights,
                 vehicles=vehicles,
@@ -161,9 +178,15 @@ def loops(  # noqa: PLR0913  one per option
     from loopgate.abstraction.sharing import SharingBound
     from loopgate.cli.progress import show_progress
     from loopgate.network import RoadNetwork, find_loops
+    from loopgate.network.cover.wishes import read_streets
     from loopgate.network.routes_file import routes_text, write_text
+    from loopgate.network.vehicle_type import type_of_class
 
+    kind = type_of_class(vclass, "--vclass")
     roads = RoadNetwork.open(network)
+    if avoid is not None:
+        roads = roads.without(read_streets(roads, avoid, vclass, option="--avoid"))
+    over = read_streets(roads, via, vclass, option="--via") if via is not None else ()
     bound = None
     if max_shared is not None:
         bound = SharingBound(roads, max_shared, rho_m=DEFAULT_RHO_M if rho_m is None else rho_m)
@@ -174,6 +197,8 @@ def loops(  # noqa: PLR0913  one per option
             length_m=length_m,
             seed=seed,
             u_turns=u_turns,
+            vclass=vclass,
+            via=over,
             admits=bound.admits if bound else None,
             progress=report,
         )
@@ -181,7 +206,10 @@ def loops(  # noqa: PLR0913  one per option
     note += "" if max_shared is None else f", max-shared {max_shared:g}"
     note += "" if rho_m is None else f", rho {rho_m:g}"
     note += ", u-turns" if u_turns else ""
-    text = routes_text(found.loops, note=note)
+    note += "" if vclass == "passenger" else f", vclass {vclass}"
+    note += "" if via is None else f", via {via}"
+    note += "" if avoid is None else f", avoid {avoid}"
+    text = routes_text(found.loops, note=note, vehicles=_vehicles(found.loops, kind))
     if out is not None:
         write_text(text, out)
     if as_json:
@@ -197,6 +225,15 @@ def loops(  # noqa: PLR0913  one per option
         click.echo(f"{len(found.loops)} loops, {total:.1f} km in all, written to {out}")
     if found.shortfall:
         click.echo(f"warning: {found.shortfall}; for more {found.way_out}", err=True)
+
+
+def _vehicles(made: Sequence[Loop], kind: VehicleType) -> list[LoopVehicle]:
+    """Return a vehicle for each loop where it has to be said of what class they are."""
+    from loopgate.network import LoopVehicle
+
+    if kind.vclass == "passenger":
+        return []
+    return [LoopVehicle(f"{loop.id}.0", loop.id, kind) for loop in made]
 
 
 def _check_together(*, covers: bool, random: Mapping[str, object], covering: Mapping[str, object]) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import chain, islice
 from typing import TypedDict, Unpack
@@ -74,6 +74,8 @@ class LoopSearch:
         Whether vehicles may turn round at junctions.
     vclass
         SUMO vehicle class that must be allowed.
+    via
+        Edges that each loop has to lead over; random ones in this order.
     admits
         Asked of every new loop; where it returns False the loop is dropped. It is asked in order of the
         result, so it may remember the loops it has admitted.
@@ -88,6 +90,7 @@ class LoopSearch:
         seed: int = 1,
         u_turns: bool = False,
         vclass: str = "passenger",
+        via: Sequence[str] = (),
         admits: Callable[[Loop], bool] | None = None,
     ) -> None:
         self.network, self.length_m, self.seed, self.vclass = network, length_m, seed, vclass
@@ -97,7 +100,9 @@ class LoopSearch:
         """Number of loops that `admits` did not take."""
         self.longest_below_m = 0.0
         """Length of the longest loop that was too short [m]; 0 if none was."""
-        self._parts = parts_with_loops(network, vclass=vclass, u_turns=u_turns)
+        self._via = tuple(via)
+        parts = parts_with_loops(network, vclass=vclass, u_turns=u_turns)
+        self._parts = tuple(part for part in parts if set(via).issubset(part.edges))
         self._u_turns = u_turns
         self._admits = admits
         self._known: set[tuple[str, ...]] = set()
@@ -116,7 +121,12 @@ class LoopSearch:
         """
         name, low, high = self.network.name, *self.length_m
         if not self._parts:
-            return f"{name}: no way round for {self.vclass}: no edge open to it can be reached from itself"
+            what = (
+                f"no loop leads over {', '.join(self._via)}"
+                if self._via
+                else "no edge open to it can be reached from itself"
+            )
+            return f"{name}: no way round for {self.vclass}: {what}"
         wanted = f"{count} loops of {low:g} to {high:g} m for {self.vclass} (seed {self.seed})"
         if not self.complete:
             others = "; no others were found"
@@ -143,7 +153,7 @@ class LoopSearch:
     def _random(self, seed: int, *, shy: bool) -> Iterator[Loop]:
         if not self._parts:
             return
-        search = RandomWalks(self._parts[0], self.length_m, shy=shy)
+        search = RandomWalks(self._parts[0], self.length_m, shy=shy, via=self._via)
         rng = random.Random(seed)
         patience, reach = self._patience, 1.0
         while patience:
@@ -172,7 +182,7 @@ class LoopSearch:
 
     def _new(self, edges: tuple[str, ...]) -> Loop | None:
         """Return the loop over these edges if it is new, as long as wanted, can be driven and is admitted."""
-        if _canonical(edges) in self._known:
+        if _canonical(edges) in self._known or not set(self._via).issubset(edges):
             return None
         self._known.add(_canonical(edges))
         try:
@@ -202,6 +212,8 @@ class LoopOptions(TypedDict, total=False):
     """Whether vehicles may turn round at junctions; default no."""
     vclass: str
     """SUMO vehicle class that must be allowed; default ``passenger``."""
+    via: Sequence[str]
+    """Edges that each loop has to lead over; default none."""
     admits: Callable[[Loop], bool] | None
     """Asked of every new loop, as for `LoopSearch`; default: all are taken."""
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import heapq
 import random
+from collections.abc import Sequence
 
 from loopgate.network.road_graph import RoadGraph
 
@@ -27,14 +28,19 @@ class RandomWalks:
         Shortest and longest walk wanted [m].
     shy
         Whether roads that other loops use are avoided.
+    via
+        Edges of the part that each walk has to lead over, in this order.
     """
 
-    def __init__(self, part: RoadGraph, length_m: tuple[float, float], *, shy: bool) -> None:
+    def __init__(
+        self, part: RoadGraph, length_m: tuple[float, float], *, shy: bool, via: Sequence[str] = ()
+    ) -> None:
         self._low, self._high = length_m
         self._shy = shy
         self._edges, self._roads = part.edges, part.roads
         self._number = {edge: k for k, edge in enumerate(part.edges)}
         self._users = [0] * len(part.edges)
+        self._via = [self._number[edge] for edge in via]
 
     def use(self, edges: tuple[str, ...]) -> None:
         """Remember that a loop uses these edges."""
@@ -49,21 +55,39 @@ class RandomWalks:
         """
         # One draw per edge, reached or not: seeds of studies stand for their loops.
         stretch = [1.0 + _DETOUR * rng.random() for _ in self._edges]
-        start = rng.randrange(len(self._edges))
+        start = self._via[0] if self._via else rng.randrange(len(self._edges))
         high = self._low + (self._high - self._low) * reach
         goal_m = rng.uniform(self._low, high)
-        out = self._reach(start, stretch, goal_m, banned=frozenset(), target=None)
+        first, driven_m = self._over_via(start, stretch)
+        if not first:
+            return None
+        goal_m -= driven_m
+        out = self._reach(first[-1], stretch, goal_m, banned=frozenset(first[:-1]), target=None)
         # Half of the way out, half of it back; both vary, so any edge about half way will do.
         half = [k for k, (metres, _) in out.items() if 0.3 * goal_m <= metres <= 0.6 * goal_m]
+        half = half or self._via[-1:]
         if not half:
             return None
         turn = half[rng.randrange(len(half))]
-        there = _trace(out, turn)
+        there = first[:-1] + _trace(out, turn)
         back = self._reach(turn, stretch, self._high, banned=frozenset(there[1:-1]), target=start)
         if start not in back:
             return None
         walk = there[:-1] + _trace(back, start)[:-1]
         return tuple(self._edges[k] for k in walk)
+
+    def _over_via(self, start: int, stretch: list[float]) -> tuple[list[int], float]:
+        """Return a walk from the start over all others of `via`, and its length [m]; or an empty one."""
+        walk, driven_m = [start], 0.0
+        for edge in self._via[1:]:
+            if edge in walk:
+                continue
+            found = self._reach(walk[-1], stretch, self._high, banned=frozenset(walk[:-1]), target=edge)
+            if edge not in found:
+                return [], 0.0
+            driven_m += found[edge][0]
+            walk += _trace(found, edge)[1:]
+        return walk, driven_m
 
     def _reach(
         self,

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import importlib.util
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from copy import copy
+from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -139,6 +140,21 @@ class RoadNetwork:
             vclass in self.edges[connection.from_edge].lanes[connection.from_lane].allowed
             and vclass in self.edges[connection.to_edge].lanes[connection.to_lane].allowed
             and all(vclass in self.lanes[lane].allowed for lane in connection.via)
+        )
+
+    def without(self, edges: Collection[str]) -> RoadNetwork:
+        """Return the network as it is if these edges are closed to everybody."""
+        closed = {lane.id: replace(lane, allowed=frozenset()) for e in edges for lane in self.edges[e].lanes}
+        return RoadNetwork(
+            name=self.name,
+            file=self.file,
+            edges={
+                name: replace(edge, lanes=tuple(closed.get(lane.id, lane) for lane in edge.lanes))
+                for name, edge in self.edges.items()
+            },
+            lanes={**self.lanes, **closed},
+            junctions=self.junctions,
+            connections=self.connections,
         )
 
     def is_regulated(self, lane: str) -> bool:

@@ -7,10 +7,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from xml.etree import ElementTree as ET
 
+from sumolib.net.lane import SUMO_VEHICLE_CLASSES
+
 from loopgate.errors import RouteError
 from loopgate.reading import shown
 
-__all__ = ["DEFAULT_TYPE", "VehicleType", "vehicle_type"]
+__all__ = ["DEFAULT_TYPE", "VehicleType", "type_of_class", "vehicle_type"]
 
 _LENGTH_M = {
     "bicycle": 1.6,
@@ -147,6 +149,20 @@ def vehicle_type(element: ET.Element, source: str) -> VehicleType:
         attributes=attributes,
         parameters={one.get("key", ""): one.get("value", "") for one in element.findall("param")},
     )
+
+
+def type_of_class(vclass: str, source: str) -> VehicleType:
+    """Return the type that is as SUMO has it for a class, and is called after it.
+
+    Raises
+    ------
+    RouteError
+        If SUMO has no such class.
+    """
+    if vclass not in SUMO_VEHICLE_CLASSES:
+        msg = f"{source}: vehicle class {shown(vclass)}: SUMO has {', '.join(sorted(SUMO_VEHICLE_CLASSES))}"
+        raise RouteError(msg)
+    return vehicle_type(ET.Element("vType", id=vclass, vClass=vclass), source)
 
 
 def _figure(what: str, text: str, least: float, most: float, unit: str) -> float:

@@ -51,10 +51,10 @@ class Replay:
             If it cannot be written.
         """
         path = Path(file)
-        if not path.name or path.is_dir():
-            msg = f"{file}: a folder; expected the name of a page, such as replay.html"
-            raise ResultsError(msg)
         with writing(path):
+            if not path.name or path.is_dir():
+                msg = f"{file}: a folder; expected the name of a page, such as replay.html"
+                raise ResultsError(msg)
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_text(self.html, encoding="utf-8")
         return path

@@ -26,6 +26,21 @@ def test_generated_loops(bs3d: RoadNetwork, seed: int) -> None:
             assert any(c.direction != "t" for c in bs3d.between(here, there))
 
 
+def test_loops_over_some_streets_and_not_over_others(bs3d: RoadNetwork) -> None:
+    """All lead over both edges, none over those that are closed; random ones first, then all there are."""
+    first = generate_loops(bs3d, 1, length_m=(800, 2500))[0]
+    via = first.edges[0], first.edges[len(first.edges) // 2]
+    others = find_loops(bs3d, 6, length_m=(400, 4000), via=via).loops
+    assert len(others) > 1
+    assert all(set(via) <= set(loop.edges) for loop in others)
+    closed = set(others[0].edges) - set(others[1].edges) - set(via)
+    kept = find_loops(bs3d.without(closed), 6, length_m=(400, 4000), via=via).loops
+    assert kept
+    assert all(closed.isdisjoint(loop.edges) for loop in kept)
+    with pytest.raises(RouteError, match=f"no loop leads over {via[0]}"):
+        find_loops(bs3d.without(via[:1]), 6, via=via)
+
+
 def test_seeds_differ(bs3d: RoadNetwork) -> None:
     """Another seed makes other loops."""
     one, two = (generate_loops(bs3d, 6, seed=seed) for seed in (1, 2))

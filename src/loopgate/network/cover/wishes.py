@@ -1,4 +1,4 @@
-"""Which streets to cover, and how much each counts: from the command line and from files."""
+"""Which streets are meant, and how much each counts: from the command line and from files."""
 
 from __future__ import annotations
 
@@ -13,10 +13,11 @@ from loopgate.network.road import RoadNetwork
 from loopgate.network.xml_file import read_xml
 from loopgate.reading import is_file, refusing, shown
 
-__all__ = ["read_districts", "read_weights", "streets_to_cover"]
+__all__ = ["read_districts", "read_streets", "read_weights", "streets_to_cover"]
 
 _LEAST_CORNERS = 3
 _HEAVIEST = 1000.0
+_FARTHEST_M = 1e9
 
 
 def streets_to_cover(network: RoadNetwork, wish: str, vclass: str) -> tuple[str, ...] | None:
@@ -27,9 +28,7 @@ def streets_to_cover(network: RoadNetwork, wish: str, vclass: str) -> tuple[str,
     network
         The roads.
     wish
-        ``all``; the corners of a polygon, ``x,y x,y x,y ...`` in the network's coordinates [m]; or a file:
-        edges by name (one a line, ``edge:NAME`` as netedit saves a selection, or separated by blanks), or an
-        XML file with ``<poly shape="...">``. In a polygon lie the edges whose middle does.
+        ``all``, or as for `read_streets`.
     vclass
         Of the edges in a polygon only those open to this class count.
 
@@ -38,13 +37,44 @@ def streets_to_cover(network: RoadNetwork, wish: str, vclass: str) -> tuple[str,
     RouteError
         If it is none of these, or names no edge of the network.
     """
-    if wish == "all":
-        return None
+    return None if wish == "all" else read_streets(network, wish, vclass, option="--cover")
+
+
+def read_streets(network: RoadNetwork, wish: str, vclass: str, *, option: str) -> tuple[str, ...]:
+    """Return the edges that an option names.
+
+    Parameters
+    ----------
+    network
+        The roads.
+    wish
+        The corners of a polygon, ``x,y x,y x,y ...`` in the network's coordinates [m]; edges by name,
+        separated by commas or blanks; or a file: edges by name (one a line, ``edge:NAME`` as netedit saves a
+        selection, or separated by blanks), or an XML file with ``<poly shape="...">``. In a polygon lie the
+        edges whose middle does.
+    vclass
+        Of the edges in a polygon only those open to this class count.
+    option
+        Its name, for messages.
+
+    Raises
+    ------
+    RouteError
+        If it is none of these, or names no edge of the network.
+    """
     if not is_file(wish):
-        if "," not in wish:
-            msg = f"{wish}: no such file; --cover takes all, a file, or the corners of a polygon: x,y x,y x,y"
+        names = wish.replace(",", " ").split()
+        if names and all(name in network.edges for name in names):
+            return tuple(dict.fromkeys(names))
+        corners = [corner.split(",") for corner in wish.split()]
+        if not all(len(corner) > 1 and _is_number(corner[0]) for corner in corners) or not corners:
+            missing = next((name for name in names if name not in network.edges), wish)
+            msg = (
+                f"{option} {shown(wish)}: no such file, and no edge {missing} in {network.name}; it takes a "
+                "file, edges EDGE,EDGE,..., or the corners of a polygon: x,y x,y x,y"
+            )
             raise RouteError(msg)
-        return _inside(network, (vclass,), [_polygon(wish, f"--cover {shown(wish)}")], "the polygon")
+        return _inside(network, (vclass,), [_polygon(wish, f"{option} {shown(wish)}")], "the polygon")
     with refusing(wish, "list of streets", RouteError, wrong="not a list of edges"):
         text = Path(wish).read_text(encoding="utf-8")
     if text.lstrip().startswith("<"):
@@ -66,12 +96,20 @@ def _edge(network: RoadNetwork, name: str, file: str) -> str:
     return edge
 
 
+def _is_number(word: str) -> bool:
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return True
+
+
 def _polygon(corners: str, what: str) -> shapely.Polygon:
     try:
         points = [(float(x), float(y)) for x, y in (corner.split(",")[:2] for corner in corners.split())]
     except ValueError:
         points = []
-    if len(points) < _LEAST_CORNERS or not all(math.isfinite(x) for point in points for x in point):
+    if len(points) < _LEAST_CORNERS or not all(abs(x) <= _FARTHEST_M for point in points for x in point):
         msg = f"{what}: expected at least three corners x,y x,y x,y in the network's coordinates [m]"
         raise RouteError(msg)
     return shapely.Polygon(points).buffer(0)
