@@ -64,6 +64,7 @@ class Side(NamedTuple):
 
     `fronts_m` is how far apart the first and the last of these fronts are [m]. `waits` says whether some of
     these bodies lie in a place, between its beginning and its stop line, `shortest` whether none are shorter.
+    `under` are the lanes that bodies with their fronts here can lie on, by number.
     """
 
     loop: str
@@ -73,6 +74,7 @@ class Side(NamedTuple):
     fronts_m: float
     waits: bool
     shortest: bool
+    under: frozenset[int] = frozenset()
 
 
 class Meeting(NamedTuple):
@@ -176,7 +178,9 @@ def conflicts_by_loop(layout: Layout, drawn: Drawn) -> dict[str, list[DrawnConfl
 
 
 def _meet(one: Side, other: Side) -> bool:
-    """Return whether fronts on one lane touch others on the same stretch of it."""
+    """Return whether fronts on one lane touch on one stretch of it, with the same way behind them."""
+    if one.under != other.under:
+        return False
     first, last = (one, other) if one.begin_m <= other.begin_m else (other, one)
     return last.begin_m - (first.begin_m + first.fronts_m) <= _APART_M
 
@@ -192,6 +196,7 @@ def _side(way: Way, names: Sequence[str], zone: Sequence[tuple[Body, Body]], whi
         fronts_m=max(fronts) - min(fronts),
         waits=any(body.waits for body in bodies),
         shortest=bodies[0].length_m == min(way.sizes)[0],
+        under=frozenset(lane for at, lane in way.behind if at + way.lengths[lane] > -bodies[0].length_m),
     )
 
 

@@ -374,6 +374,22 @@ def test_two_lanes_that_meet_at_both_ends_are_kept_apart_there() -> None:
     assert [(c.begin_m, c.zone) for c in found["c"]] == [(0.0, 1), (45.0, 0)]
 
 
+def test_lanes_touched_on_different_ways_to_them_are_told_apart() -> None:
+    """Who turns round onto a road touches others at its beginning than who comes straight onto it."""
+    turned = Side("a", "B_0", 0.0, -2.0, 3.0, waits=False, shortest=True, under=frozenset({1, 2}))
+    straight = turned._replace(loop="b", under=frozenset({1, 3}))
+    foe = Side("c", ":J_1_0", 0.0, -2.0, 3.0, waits=False, shortest=True)
+    meetings = [
+        Meeting(turned, foe, ({"a": 0.0}, {"c": 0.0})),
+        Meeting(straight, foe._replace(begin_m=1.0), ({"b": 0.0}, {"c": 0.0})),
+    ]
+    plan = layout()
+    plan = dataclasses.replace(plan, loops={**plan.loops, "b": plan.loops["a"]})
+    found = conflicts_by_loop(plan, meetings)
+    assert [(c.begin_m, c.zone) for c in found["c"]] == [(0.0, 0), (1.0, 1)]
+    assert [c.zone for name in ("a", "b") for c in found[name]] == [0, 1]
+
+
 def test_a_vehicle_changes_lanes_between_its_places() -> None:
     """Before the first of them it is on the one lane, behind the last on the other."""
     span = Span(10.0, 110.0, ("E_1", "E_0"), entered="E_0")
