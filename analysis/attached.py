@@ -10,6 +10,7 @@ import argparse
 import importlib
 import sys
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from random import Random
@@ -117,7 +118,9 @@ class World:
                 return
 
 
-def run(backend: str, seed: int, duration_s: int, *, traffic: bool = True) -> dict[str, Any]:
+def run(
+    backend: str, seed: int, duration_s: int, *, traffic: bool = True, words: Sequence[str] = ()
+) -> dict[str, Any]:
     """Run one simulation; return the gate's figures, and how long it took."""
     began = time.perf_counter()
     api = importlib.import_module(backend)
@@ -125,7 +128,7 @@ def run(backend: str, seed: int, duration_s: int, *, traffic: bool = True) -> di
     loops = list(generate_loops(roads, 12, length_m=(500.0, 1500.0), seed=seed))
     edges = sorted(roads.edges)
     program = "sumo" if backend == "libsumo" else str(Path(sys.prefix) / "bin" / "sumo")
-    options = ["--no-step-log", "--no-warnings", "--collision.check-junctions", "--seed", str(seed)]
+    options = ["--no-step-log", "--no-warnings", "--collision.check-junctions", "--seed", str(seed), *words]
     api.start([program, "-n", str(NETWORK), *options])
     world = World(api, loops, Random(seed))
     try:
@@ -154,13 +157,14 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--backend", choices=("libsumo", "traci"), default="libsumo")
     parser.add_argument("--seeds", type=int, default=5)
+    parser.add_argument("--sumo", default="", help="more options of SUMO")
     parser.add_argument("--hours", type=float, default=2.0)
     given = parser.parse_args()
     clean = True
     shown = ("trespasses", "overruns", "collisions", "collisions_with_others", "changes", "left", "laps")
     print("seed", *shown, "longest_wait_s", "wall_s")
     for seed in range(1, given.seeds + 1):
-        summary = run(given.backend, seed, int(given.hours * 3600))
+        summary = run(given.backend, seed, int(given.hours * 3600), words=given.sumo.split())
         figures = [*(summary[name] for name in shown), summary["longest_wait_s"], summary["wall_s"]]
         print(seed, *figures, flush=True)
         clean &= not any(summary[name] for name in shown[:3])

@@ -251,8 +251,9 @@ def test_what_it_cannot_take_is_refused_by_name(tmp_path: Path) -> None:
     [
         (("--step-length", "2"), "step-length is 2"),
         (("--step-method.ballistic",), "step-method.ballistic"),
-        (("--lateral-resolution", "0.8"), "lateral-resolution"),
-        (("--default.action-step-length", "2"), "default.action-step-length is 2"),
+        (("--lanechange.duration", "3"), "lanechange.duration 3"),
+        (("--default.carfollowmodel", "IDM"), "default.carfollowmodel IDM"),
+        (("--default.action-step-length", "2"), "default.action-step-length 2"),
     ],
 )
 def test_unsafe_settings_are_refused_by_name(options: tuple[str, ...], text: str) -> None:

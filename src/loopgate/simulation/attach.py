@@ -10,6 +10,7 @@ from loopgate.negotiation.registry import name_negotiation
 from loopgate.network import RoadNetwork
 from loopgate.simulation.attached import Attached
 from loopgate.simulation.scenario import LONGEST_GATED_STEP_S
+from loopgate.simulation.settings import check_options
 from loopgate.traffic.running import RunningSumo
 
 __all__ = ["attach"]
@@ -98,16 +99,4 @@ def _check_settings(running: RunningSumo) -> None:
             "drive into each other"
         )
         raise ScenarioError(msg)
-    if running.setting("step-method.ballistic") == "true":
-        msg = "step-method.ballistic is on: a gate counts on SUMO's Euler steps; leave it out"
-        raise ScenarioError(msg)
-    if float(running.setting("lateral-resolution")) > 0:
-        msg = "lateral-resolution is set: a gate counts on one vehicle beside another per lane; leave it out"
-        raise ScenarioError(msg)
-    action = running.setting("default.action-step-length")
-    if float(action) > step_s:
-        msg = (
-            f"default.action-step-length is {action}, above the step of {step_s:g} s: in between SUMO takes "
-            "no orders from a gate; leave it out"
-        )
-        raise ScenarioError(msg)
+    check_options(running.setting, step_s=step_s, source="the running simulation")

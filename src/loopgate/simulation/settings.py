@@ -6,13 +6,13 @@ What is taken, and what is foreseen of it, was measured: `docs/queues.md` has th
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 
 from loopgate.errors import ScenarioError
 from loopgate.network import Loop, RoadNetwork
 from loopgate.network.vehicle_type import VehicleType
 
-__all__ = ["check_types", "unforeseen", "why_unsafe"]
+__all__ = ["check_options", "check_types", "is_on", "unforeseen", "why_unsafe"]
 
 _MODEL, _TAU, _ACTION, _IGNORES, _GAP, _MINOR = (
     "carFollowModel",
@@ -47,6 +47,60 @@ _OF_THEIR_OWN = frozenset({"bicycle", "motorcycle", "scooter"})
 """Vehicle classes that by SUMO's defaults are slower than these bounds, or dawdle more."""
 
 _ROUNDING = 1e-9
+
+_ACTION_OPTION = "default.action-step-length"
+
+_UNDER_NO_GATE = {
+    "step-method.ballistic": "vehicles overshoot the lines at which they are held; leave it out",
+    _ACTION_OPTION: "above the step a vehicle takes no orders from a gate in between; leave it out",
+    "default.carfollowmodel": "give it as carFollowModel of a vType, so that the gate knows of it",
+    "lanechange.duration": "a vehicle is between lanes for a while, which no place describes; leave it out",
+    "max-num-vehicles": "SUMO could keep vehicles of the gate out; leave it out",
+    "load-state": "the gate knows nothing of the vehicles in it; leave it out",
+    "default.speeddev": "give it as speedDev of a vType, so that the gate knows of it",
+}
+"""Options of SUMO that no gate can work with: why, and the way out."""
+
+_OFF = frozenset({"", "false", "0", "0.0", "0.00", "off", "no", "x", "-", "-1", "-1.00", "krauss"})
+"""Values that say as much as none."""
+
+
+def check_options(read: Callable[[str], str], *, step_s: float, source: str, way_out: str = "") -> None:
+    """Refuse options of SUMO under which a gate cannot keep vehicles apart.
+
+    Parameters
+    ----------
+    read
+        Returns the value of an option, empty if it is not set.
+    step_s
+        Length of a simulation step [s].
+    source
+        Where the options are set, for the message.
+    way_out
+        What else can be done, for the message.
+
+    Raises
+    ------
+    ScenarioError
+        If there is one; the text names it and says why.
+    """
+    for name, reason in _UNDER_NO_GATE.items():
+        value = read(name)
+        if is_on(value) and not (name == _ACTION_OPTION and _is_at_most(value, step_s)):
+            msg = f"{source}: {name} {value} does not go with a gate: {reason}"
+            raise ScenarioError(f"{msg}, {way_out}" if way_out else msg)
+
+
+def is_on(value: str) -> bool:
+    """Return whether an option of SUMO is set to something."""
+    return value.strip().lower() not in _OFF
+
+
+def _is_at_most(value: str, most: float) -> bool:
+    try:
+        return float(value) <= most + _ROUNDING
+    except ValueError:
+        return False
 
 
 def check_types(kinds: Iterable[VehicleType], *, step_s: float, source: str) -> None:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from loopgate.errors import RouteError, ScenarioError
 from loopgate.network.sumo_config import SumoConfig, is_sumo_config, read_sumo_config
 from loopgate.network.xml_file import read_xml
+from loopgate.simulation.settings import check_options, is_on
 from loopgate.simulation.sumo_words import NEVER, REPLACED, own_words
 
 if TYPE_CHECKING:
@@ -35,18 +36,6 @@ _QUIET = frozenset(
 )
 """Those of them that change nothing about what happens."""
 
-_UNDER_A_GATE = {
-    "step-method.ballistic": "vehicles overshoot the lines at which they are held",
-    "default.action-step-length": "between its actions a vehicle takes no orders from a gate",
-    "default.carfollowmodel": "give it as carFollowModel of a vType, so that the gate knows of it",
-    "lanechange.duration": "a vehicle is between two lanes for a while, which no place describes",
-    "max-num-vehicles": "SUMO could keep vehicles of the gate out",
-    "load-state": "the gate knows nothing of the vehicles in it",
-    "default.speeddev": "give it as speedDev of a vType, so that the gate knows of it",
-}
-"""Options that no gate can work with, and why."""
-
-_OFF = frozenset({"", "false", "0", "0.0", "off", "no", "x", "-"})
 _VEHICLES = ("vehicle", "trip", "flow")
 
 
@@ -87,13 +76,13 @@ def sumo_options(scenario: Scenario) -> SumoOptions:
     """
     network, traffic, words = scenario.network, scenario.traffic, scenario.sumo
     if scenario.gated:
-        _refuse(dict(own_words(words)), "sumo")
+        _refuse(dict(own_words(words)), "sumo", scenario.step_s)
     config = read_sumo_config(network) if is_sumo_config(network) else None
     beside = _of_traffic(network, traffic)
     if config is None:
         return SumoOptions(tuple(shlex.split(words)), notes=beside)
     if scenario.gated:
-        _refuse(config.options, network)
+        _refuse(config.options, network, scenario.step_s)
         if traffic != network:
             _without_vehicles(config)
     return SumoOptions(
@@ -126,10 +115,11 @@ def from_configuration(network: str) -> dict[str, object]:
     return found
 
 
-def _refuse(options: Mapping[str, str], source: str) -> None:
-    for name, reason in (_UNDER_A_GATE | {name: NEVER[name] for name in ("random", "remote-port")}).items():
-        if options.get(name, "").strip().lower() not in _OFF:
-            msg = f"{source}: {name} {options[name]} does not go with a gate: {reason}; or --gate open"
+def _refuse(options: Mapping[str, str], source: str, step_s: float) -> None:
+    check_options(lambda name: options.get(name, ""), step_s=step_s, source=source, way_out="or --gate open")
+    for name in ("random", "remote-port"):
+        if is_on(options.get(name, "")):
+            msg = f"{source}: {name} {options[name]} does not go with a gate: {NEVER[name]}; or --gate open"
             raise ScenarioError(msg)
 
 
