@@ -57,6 +57,9 @@ __all__ = ["exit_code", "run"]
 )
 @click.option("--loops-seed", type=int, help="Seed of the random loops.")
 @click.option("--vehicles", type=int, help="Number of vehicles; default one per loop.")
+@click.option("--vehicles-per-km", type=float, help="Instead: so many for each kilometre of a loop.")
+@click.option("--on-loops", help="Instead: so many on each of some loops: loop0=3,loop4=1.")
+@click.option("--types", help="Types with their shares: bus=1,car=4; of the route file, or SUMO's classes.")
 @click.option("--gate", help="Gate by name, name:option=value; 'open' leaves all to SUMO's right of way.")
 @click.option("--abstraction", type=click.Choice(ABSTRACTIONS), help="How roads become states.")
 @click.option(

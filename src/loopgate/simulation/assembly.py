@@ -13,10 +13,11 @@ from loopgate.abstraction.segments import make_segments
 from loopgate.drive.track import Track
 from loopgate.errors import ScenarioError
 from loopgate.network import Loop, RoadNetwork, VehicleType, read_loops
-from loopgate.network.cover.watch import allot, even_starts_m, laps_s
+from loopgate.network.cover.watch import even_starts_m
 from loopgate.network.cover.wishes import read_districts, read_weights
 from loopgate.network.sumo_config import is_sumo_config
 from loopgate.network.vehicle_type import DEFAULT_TYPE
+from loopgate.simulation.allotment import allot_loops, mixed_types
 from loopgate.simulation.placing import spread
 from loopgate.simulation.random_loops import random_loops
 from loopgate.simulation.scenario import Scenario
@@ -84,7 +85,7 @@ def assemble(scenario: Scenario) -> Assembly:
     """
     network = RoadNetwork.open(scenario.network)
     vehicles, warnings = _vehicles(scenario, network)
-    if scenario.starts == "even":
+    if scenario.rule_for_starts == "even":
         vehicles = _evenly_round(network, vehicles)
     peculiar = _peculiar(scenario, network, vehicles) if scenario.gated else ()
     loops = [vehicle.loop for vehicle in vehicles]
@@ -171,34 +172,32 @@ def _vehicles(scenario: Scenario, network: RoadNetwork) -> tuple[list[_Vehicle],
             raise ScenarioError(msg)
         found = random_loops(scenario, network, count)
         warnings = (f"{found.shortfall}; going on with these",) if found.shortfall else ()
-        return _given_loops(scenario, network, found.loops, {}, DEFAULT_TYPE), warnings
+        return _given_loops(scenario, network, found.loops, {}, {}), warnings
     file = read_loops(network, scenario.routes or scenario.network)
-    if file.vehicles and not scenario.vehicles:
+    if file.vehicles and not scenario.counts_vehicles:
         by_name = {loop.id: loop for loop in file.loops}
         mine = [_Vehicle(v.id, by_name[v.loop], v.type, v.depart_m) for v in file.vehicles]
         return mine, file.left_out
     kinds: dict[str, VehicleType] = {}
     for vehicle in file.vehicles:
         kinds.setdefault(vehicle.loop, vehicle.type)
-    default = next(iter(file.types.values()), DEFAULT_TYPE)
-    return _given_loops(scenario, network, file.loops, kinds, default), file.left_out_of_routes
+    return _given_loops(scenario, network, file.loops, file.types, kinds), file.left_out_of_routes
 
 
 def _given_loops(
     scenario: Scenario,
     network: RoadNetwork,
     loops: Sequence[Loop],
-    kinds: Mapping[str, VehicleType],
-    default: VehicleType,
+    types: Mapping[str, VehicleType],
+    on_loop: Mapping[str, VehicleType],
 ) -> list[_Vehicle]:
-    """Give loops to the vehicles: in turn, or so many to each that its vehicles come as often as others'."""
-    number = scenario.vehicles or len(loops)
-    if scenario.starts == "even":
-        shares = zip(loops, allot(laps_s(network, loops), number), strict=True)
-        chosen = [loop for loop, share in shares for _ in range(share)]
-    else:
-        chosen = [loops[i % len(loops)] for i in range(number)]
-    return [_Vehicle(f"v{i + 1}", loop, kinds.get(loop.id, default)) for i, loop in enumerate(chosen)]
+    """Give loops and types to the vehicles: types as the scenario says, or those that drive on the loop."""
+    chosen = allot_loops(scenario, network, loops)
+    default = next(iter(types.values()), DEFAULT_TYPE)
+    kinds = mixed_types(scenario, types, len(chosen)) or [on_loop.get(loop.id, default) for loop in chosen]
+    return [
+        _Vehicle(f"v{i}", loop, kind) for i, (loop, kind) in enumerate(zip(chosen, kinds, strict=True), 1)
+    ]
 
 
 def _evenly_round(network: RoadNetwork, vehicles: Sequence[_Vehicle]) -> list[_Vehicle]:

@@ -242,7 +242,7 @@ def summary(
         **_promise(keeper),
         "lights": scenario.rule_for_lights,
         "spacing": scenario.rule_for_spacing,
-        "starts": scenario.starts,
+        "starts": scenario.rule_for_starts,
         "seed": scenario.seed,
         "vehicles": len(tallies),
         "loops": loops,

@@ -132,7 +132,7 @@ def _run(
 
 def is_as_is(scenario: Scenario) -> bool:
     """Return whether a configuration's own vehicles are run, and not loops: a ``.sumocfg`` under ``open``."""
-    loops = scenario.routes or scenario.traffic or scenario.loops or scenario.vehicles
+    loops = scenario.routes or scenario.traffic or scenario.loops or scenario.counts_vehicles
     return is_sumo_config(scenario.network) and not scenario.gated and not loops
 
 

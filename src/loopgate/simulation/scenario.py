@@ -17,7 +17,7 @@ from loopgate.negotiation.registry import check_negotiation
 from loopgate.plugins import in_file
 from loopgate.reading import is_file, read_toml, shown
 from loopgate.simulation.sumo_words import own_words
-from loopgate.simulation.values import Rule, checked, choice, flag, length_range, real, text, whole
+from loopgate.simulation.values import Rule, amounts, checked, choice, flag, length_range, real, text, whole
 
 __all__ = ["Scenario", "read_scenario"]
 
@@ -66,6 +66,13 @@ class Scenario:
         Seed of the random loops.
     vehicles
         How many vehicles; 0 for one per loop.
+    vehicles_per_km
+        Instead: so many for each kilometre of a loop, one at least; 0 for none.
+    on_loops
+        Instead: so many on each of some loops, ``loop0=3,loop4=1``; the others have none.
+    types
+        Types of vehicles with their shares, ``bus=1,car=4``: of the route file, or SUMO's classes. Empty for
+        those that the route file gives to its loops, or cars.
     gate
         A gate's name, with options behind a colon; ``open`` leaves all to SUMO's right of way, and
         ``file.py:Name`` is a class or function of your own.
@@ -85,7 +92,8 @@ class Scenario:
         and `revisit_s` says that streets are watched, else ``none``.
     starts
         ``even`` gives vehicles to loops in proportion to the time of a lap, and starts them evenly round it;
-        ``random`` gives each loop as many, and draws where they start, unless the route file says it.
+        ``random`` gives each loop as many, and draws where they start, unless the route file says it. Empty
+        for ``even`` where it is said how many vehicles a loop has, else ``random``.
     revisit_s
         Time for which no street should go unseen [s], to be told where it did; 0 for none.
     weights
@@ -131,13 +139,16 @@ class Scenario:
     u_turns: Annotated[bool, flag()] = False
     loops_seed: Annotated[int, whole(0, _LARGEST_SEED)] = 1
     vehicles: Annotated[int, whole(0, _MANY)] = 0
+    vehicles_per_km: Annotated[float, real(0.0, 1e3)] = 0.0
+    on_loops: Annotated[str, amounts(whole_only=True)] = ""
+    types: Annotated[str, amounts(whole_only=False)] = ""
     gate: Annotated[str, text()] = "certified"
     abstraction: Annotated[str, choice(ABSTRACTIONS)] = "queues"
     negotiation: Annotated[str, text()] = ""
     serve_after_s: Annotated[float, real(0.0, _LONG_S)] = SERVE_AFTER_S
     lights: Annotated[str, choice(("", *LIGHTS))] = ""
     spacing: Annotated[str, choice(("", *SPACINGS))] = ""
-    starts: Annotated[str, choice(STARTS)] = "random"
+    starts: Annotated[str, choice(("", *STARTS))] = ""
     revisit_s: Annotated[float, real(0.0, _LONG_S)] = 0.0
     weights: Annotated[str, text()] = ""
     districts: Annotated[str, text()] = ""
@@ -167,6 +178,9 @@ class Scenario:
                 f"traffic: with gate {self.gate} it works on abstraction queues only; on {self.abstraction} "
                 "nothing says where ordinary vehicles are in the way"
             )
+            raise ScenarioError(msg)
+        if sum(map(bool, (self.vehicles, self.vehicles_per_km, self.on_loops))) > 1:
+            msg = "vehicles, vehicles_per_km, on_loops: each says how many there are; give one of them"
             raise ScenarioError(msg)
         if self.weights and not self.revisit_s:
             msg = "weights: which streets are to be seen more often than every revisit_s; give that too"
@@ -202,6 +216,16 @@ class Scenario:
     def rule_for_spacing(self) -> str:
         """What is done so that vehicles on a loop are evenly spaced: ``none``, ``hold`` or ``advice``."""
         return self.spacing or ("hold" if self.gated and self.revisit_s else "none")
+
+    @property
+    def counts_vehicles(self) -> bool:
+        """Whether it says itself how many vehicles there are, or of what types, and not the route file."""
+        return bool(self.vehicles or self.vehicles_per_km or self.on_loops or self.types)
+
+    @property
+    def rule_for_starts(self) -> str:
+        """Where vehicles start on their loops: ``random`` or ``even``."""
+        return self.starts or ("even" if self.vehicles_per_km or self.on_loops else "random")
 
     @property
     def rule_for_negotiation(self) -> str:

@@ -4,14 +4,27 @@ from __future__ import annotations
 
 import numbers
 import operator
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import NoReturn
 
 from loopgate.errors import ScenarioError
 from loopgate.reading import is_plain, shown
 
-__all__ = ["Rule", "checked", "choice", "flag", "length_range", "real", "text", "whole"]
+__all__ = [
+    "Rule",
+    "amounts",
+    "checked",
+    "choice",
+    "flag",
+    "length_range",
+    "parse_amounts",
+    "real",
+    "text",
+    "whole",
+]
+
+_LARGEST_AMOUNT = 1e6
 
 _LONGEST_TEXT = 4096
 """Characters; as long as a path can be."""
@@ -86,6 +99,32 @@ def text() -> Rule:
         return value if len(value) <= _LONGEST_TEXT and is_plain(value) else _refuse()
 
     return Rule(f"a text of at most {_LONGEST_TEXT} characters, none of them control characters", accept)
+
+
+def amounts(*, whole_only: bool) -> Rule:
+    """Return the rule for amounts above 0 by name, ``one=2,other=0.5`` or a table; kept as such a text."""
+    kind = "whole numbers" if whole_only else "numbers"
+
+    def accept(value: object) -> str:
+        if isinstance(value, Mapping):
+            value = ",".join(f"{name}={amount}" for name, amount in value.items())
+        read = parse_amounts(str(text().accept(value)))
+        if not all(0.0 < x <= _LARGEST_AMOUNT and not (whole_only and x % 1) for x in read.values()):
+            _refuse()
+        return ",".join(f"{name}={amount:g}" for name, amount in read.items())
+
+    return Rule(f"names with {kind} above 0: one=2,other=3", accept)
+
+
+def parse_amounts(words: str) -> dict[str, float]:
+    """Return amounts by name, in order; raise ValueError if these are none, or name something twice."""
+    read: dict[str, float] = {}
+    for word in filter(None, words.split(",")):
+        name, _, amount = word.rpartition("=")
+        if not name.strip() or name.strip() in read:
+            _refuse()
+        read[name.strip()] = float(amount)
+    return read
 
 
 def choice(words: tuple[str, ...]) -> Rule:

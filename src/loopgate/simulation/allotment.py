@@ -1,0 +1,76 @@
+"""Which vehicle drives on which loop, and of what type it is, where the route file does not say it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from loopgate.errors import ScenarioError
+from loopgate.network import Loop, RoadNetwork, VehicleType
+from loopgate.network.cover.watch import allot, laps_s
+from loopgate.network.vehicle_type import type_of_class
+from loopgate.simulation.scenario import Scenario
+from loopgate.simulation.values import parse_amounts
+
+__all__ = ["allot_loops", "mixed_types"]
+
+
+def allot_loops(scenario: Scenario, network: RoadNetwork, loops: Sequence[Loop]) -> list[Loop]:
+    """Return the loop of each vehicle: so many on each as the scenario says, or one each.
+
+    Raises
+    ------
+    ScenarioError
+        If a loop that is to have vehicles is not there.
+    RouteError
+        If there are fewer vehicles than loops that are to be seen equally often.
+    """
+    if scenario.on_loops:
+        numbers = _on_loops(scenario, loops)
+    elif scenario.vehicles_per_km:
+        numbers = [max(1, round(scenario.vehicles_per_km * loop.length_m / 1000.0)) for loop in loops]
+    elif scenario.rule_for_starts == "even":
+        numbers = list(allot(laps_s(network, loops), scenario.vehicles or len(loops)))
+    else:
+        return [loops[i % len(loops)] for i in range(scenario.vehicles or len(loops))]
+    return [loop for loop, number in zip(loops, numbers, strict=True) for _ in range(number)]
+
+
+def _on_loops(scenario: Scenario, loops: Sequence[Loop]) -> list[int]:
+    wanted = parse_amounts(scenario.on_loops)
+    unknown = [name for name in wanted if name not in {loop.id for loop in loops}]
+    if unknown:
+        known = ", ".join(loop.id for loop in loops)
+        msg = f"on_loops: there is no loop {unknown[0]} in {scenario.routes or 'this run'}; there are {known}"
+        raise ScenarioError(msg)
+    return [int(wanted.get(loop.id, 0)) for loop in loops]
+
+
+def mixed_types(scenario: Scenario, known: Mapping[str, VehicleType], number: int) -> list[VehicleType]:
+    """Return a type for each of so many vehicles, by the shares that the scenario gives; none if it does not.
+
+    The types take turns as evenly as their shares allow, so that each loop gets some of each.
+
+    Parameters
+    ----------
+    scenario
+        Its `types` name those of the route file, or SUMO's vehicle classes.
+    known
+        The types of the route file.
+    number
+        How many vehicles.
+
+    Raises
+    ------
+    RouteError
+        If a name is neither.
+    """
+    shares = parse_amounts(scenario.types)
+    kinds = {name: known.get(name) or type_of_class(name, "types") for name in shares}
+    total = sum(shares.values())
+    given = dict.fromkeys(shares, 0)
+    chosen = []
+    for count in range(1, number + 1 if shares else 0):
+        name = max(shares, key=lambda name: shares[name] / total * count - given[name])
+        given[name] += 1
+        chosen.append(kinds[name])
+    return chosen
