@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from loopgate.drive.driver import Driver
 from loopgate.drive.gatekeeper import Gatekeeper
 from loopgate.drive.motion import time_s
 from loopgate.gates import Reason
+from loopgate.simulation.coming import Arrival, Coming, Seen
 from loopgate.simulation.timetable import Timetable
-from loopgate.simulation.ways import Approach, Way
-from loopgate.traffic.base import Traffic
+from loopgate.simulation.ways import Approach, Movement, Way
+from loopgate.traffic.base import Dynamics, Traffic
 
 __all__ = ["PROMISE", "Others"]
 
@@ -31,20 +31,17 @@ _BEYOND_M = 0.3
 
 _STANDING_MPS = 0.1
 
+_AT_LINE_M = 5.0
+"""So far before its line a vehicle may stand that is about to set out [m]."""
+
+_MOST_KEPT_S = 60.0
+"""After this time it is SUMO's right of way alone that says when it sets out [s]."""
+
 _PASSED_S = 2.0
 """Time in which an ordinary vehicle with the right of way is over the junction once it is there [s]."""
 
 _APART_S = 1.0
 """Time to spare between a gated vehicle leaving and one with the right of way getting there [s]."""
-
-
-@dataclass(frozen=True, slots=True)
-class _Seen:
-    """An ordinary vehicle: its name, the position of its front on its lane and its length [m]."""
-
-    vehicle: str
-    position_m: float
-    length_m: float
 
 
 class Others:
@@ -54,12 +51,14 @@ class Others:
 
     - stands or drives before it on its own lane;
     - is on a lane inside the junction that crosses or joins its way;
-    - comes near with the right of way, too late to pass before it and too soon to let it pass;
+    - comes over the junction where nothing keeps the two apart, too late to pass before it and too soon to
+      let it pass (see `Movement.approaches`);
     - takes the last room of its next state, or is about to drive into it.
 
     It is looked at where the ordinary vehicles are when a request comes to be decided, in each step anew; a
     step without requests costs nothing. What comes later is SUMO's to sort out: with ordinary traffic about,
-    gated vehicles keep its right of way too.
+    gated vehicles keep its right of way too. Where that has stopped one before the junction, it does not set
+    out while somebody is in its way: SUMO may let both go in one step.
 
     Parameters
     ----------
@@ -73,6 +72,8 @@ class Others:
         Knows what the gated vehicles hold.
     timetable
         What the lights show.
+    coming
+        Tells who gets to which junction when.
     """
 
     def __init__(
@@ -82,16 +83,21 @@ class Others:
         ways: Mapping[str, Sequence[Way]],
         keeper: Gatekeeper,
         timetable: Timetable,
+        coming: Coming,
     ) -> None:
         self._traffic = traffic
         self._drivers = drivers
         self._ways = ways
         self._keeper = keeper
         self._timetable = timetable
-        self._lengths: dict[str, float] = {}
+        self._kinds: dict[str, Dynamics] = {}
         self._count = 0
         self._seen_s = -math.inf
-        self._on: dict[str, list[_Seen]] = {}
+        self._on: dict[str, list[Seen]] = {}
+        self._coming_by = coming
+        self._kept: dict[int, float] = {}
+        """Who is kept at its line though it has its grant, and since when [s]."""
+        self._arrivals: dict[tuple[str, str], list[Arrival]] | None = None
 
     def in_the_way(self, robot: int) -> Reason | None:
         """Return TRAFFIC while an ordinary vehicle is in the way of `robot`."""
@@ -99,10 +105,37 @@ class Others:
         if not self._on:
             return None
         way = self._way(robot)
-        full = self._too_full(robot, way)
-        if full or self._before(robot, way) or self._across(way) or self._coming(robot, way):
+        if self._too_full(robot, way) or self._before(robot, way) or self._across(way):
             return Reason.TRAFFIC
-        return None
+        driver = self._drivers[robot]
+        left_m = driver.line_m - driver.front_m
+        near = any(self._is_near(driver, movement, left_m) for movement in way.movements[:1])
+        return Reason.TRAFFIC if near else None
+
+    def look(self) -> None:
+        """Keep those at their lines that stand there with their grants while somebody is in their way."""
+        kept, self._kept = self._kept, {}
+        for robot, driver in enumerate(self._drivers):
+            if driver.speed_mps >= _STANDING_MPS:
+                continue
+            since_s = kept.get(robot, self._traffic.now_s)
+            if self._traffic.now_s - since_s < _MOST_KEPT_S and self._may_not_set_out(driver):
+                self._kept[robot] = since_s
+        for robot in kept.keys() ^ self._kept.keys():
+            self._traffic.stand(self._drivers[robot].id, still=robot in self._kept)
+
+    def _may_not_set_out(self, driver: Driver) -> bool:
+        """Return whether a vehicle stands before a junction that it may cross, with somebody in its way."""
+        ways = self._ways[driver.track.loop]
+        for leg in range(int(driver.row["crossed"]), driver.granted):
+            line_m = driver.end_m(leg) - driver.front_m
+            for number, movement in enumerate(ways[leg % len(ways)].movements):
+                left_m = line_m + movement.from_m
+                if left_m >= -_BEYOND_M and (left_m if number else line_m) <= _AT_LINE_M:
+                    self._look_around()
+                    inside = any(lane in self._on for lane in movement.across)
+                    return inside or self._is_near(driver, movement, left_m)
+        return False
 
     def granted(self, robot: int) -> None:
         """Do nothing: SUMO's right of way sees to the rest."""
@@ -136,33 +169,35 @@ class Others:
         return [s.vehicle for s in seen if here_m < s.position_m <= way.line_m + _BEYOND_M]
 
     def _across(self, way: Way) -> list[str]:
-        return [seen.vehicle for lane in way.across if lane in self._on for seen in self._on[lane]]
+        lanes = [*(lane for movement in way.movements for lane in movement.across), *way.between]
+        return [seen.vehicle for lane in dict.fromkeys(lanes) for seen in self._on.get(lane, ())]
 
-    def _coming(self, robot: int, way: Way) -> bool:
-        """Return whether somebody with the right of way would get in the way."""
-        near = [approach for approach in way.approaches if approach.lane in self._on]
-        if not near:
+    def _is_near(self, driver: Driver, movement: Movement, left_m: float) -> bool:
+        """Return whether somebody would get in the way of one that is so far before a junction."""
+        if not movement.approaches:
             return False
-        driver = self._drivers[robot]
-        speed = driver.speed_mps
-        left_m = driver.line_m - driver.front_m
-        top = min(driver.top_mps, way.speed_mps)
-        there_s = time_s(left_m, speed, driver.accel_mps2, top)
-        over_s = time_s(left_m + way.over_m + driver.length_m, speed, driver.accel_mps2, top) + _APART_S
-        return any(there_s - _PASSED_S < s < over_s for approach in near for s in self._arrivals_s(approach))
+        speed, accel = driver.speed_mps, driver.accel_mps2
+        top = min(driver.top_mps, movement.speed_mps)
+        there_s = time_s(left_m, speed, accel, top)
+        over_s = time_s(left_m + movement.wait_m, speed, accel, top) + _APART_S
+        gained = math.sqrt(speed * speed + 2 * accel * max(0.0, left_m))
+        going = 0.0 if movement.wait_m else min(top, gained)  # who may have to wait sets out from there
+        over_s += time_s(movement.length_m - movement.wait_m + driver.length_m, going, accel, top)
+        return any(
+            arrival.last_s > there_s - _PASSED_S and arrival.first_s < over_s
+            for approach in movement.approaches
+            for arrival in self._comes(approach)
+        )
 
-    def _arrivals_s(self, approach: Approach) -> list[float]:
-        """Return in how many seconds vehicles get to the junction; standing ones may wait for anything."""
+    def _comes(self, approach: Approach) -> Sequence[Arrival]:
         if approach.signal is not None and not self._timetable.is_open(*approach.signal):
-            return []
-        found = []
-        for seen in self._on[approach.lane]:
-            speed = self._traffic.speed(seen.vehicle)
-            if speed > _STANDING_MPS:
-                found.append((approach.length_m - seen.position_m) / speed)
-        return found
+            return ()
+        if self._arrivals is None:
+            on = (seen for lane in self._on.values() for seen in lane)
+            self._arrivals = self._coming_by.arrivals(self._kinds, on)
+        return self._arrivals.get((approach.from_edge, approach.to_edge), ())
 
-    def _next(self, way: Way) -> list[_Seen]:
+    def _next(self, way: Way) -> list[Seen]:
         """Return the ordinary vehicles in the next state, and those about to drive into it."""
         begin, end = way.next_begin_m, way.next_end_m + _BEYOND_M
         inside = [s for s in self._on.get(way.next_lane, ()) if begin <= s.position_m <= end]
@@ -184,16 +219,16 @@ class Others:
             return
         self._seen_s = traffic.now_s
         gated = {driver.id for driver in self._drivers}
-        on: dict[str, list[_Seen]] = {}
-        lengths: dict[str, float] = {}
+        on: dict[str, list[Seen]] = {}
+        kinds: dict[str, Dynamics] = {}
         for vehicle in traffic.vehicles():
             if vehicle in gated:
                 continue
-            length_m = self._lengths.get(vehicle)
-            if length_m is None:
-                length_m = traffic.dynamics(vehicle).length_m
+            kind = self._kinds.get(vehicle)
+            if kind is None:
+                kind = traffic.dynamics(vehicle)
                 self._count += 1
-            lengths[vehicle] = length_m
+            kinds[vehicle] = kind
             lane, position_m = traffic.lane(vehicle)
-            on.setdefault(lane, []).append(_Seen(vehicle, position_m, length_m))
-        self._lengths, self._on = lengths, on
+            on.setdefault(lane, []).append(Seen(vehicle, lane, position_m, kind.length_m))
+        self._kinds, self._on, self._arrivals = kinds, on, None

@@ -10,6 +10,7 @@ from loopgate.drive.engine import Engine
 from loopgate.drive.gatekeeper import Gatekeeper
 from loopgate.drive.track import Track
 from loopgate.network import RoadNetwork
+from loopgate.simulation.coming import Coming
 from loopgate.simulation.lights import Lights, Signal, signals_of
 from loopgate.simulation.others import Others
 from loopgate.simulation.timetable import Timetable
@@ -48,7 +49,11 @@ class Surroundings:
         self._ways: dict[str, tuple[Way, ...]] = {}
         timetable = Timetable(traffic)
         self._lights = Lights(traffic, engine.drivers, self._signals, timetable) if lights else None
-        self._others = Others(traffic, engine.drivers, self._ways, keeper, timetable) if others else None
+        self._others = (
+            Others(traffic, engine.drivers, self._ways, keeper, timetable, Coming(network, traffic))
+            if others
+            else None
+        )
         keeper.obstacles += tuple(one for one in (self._lights, self._others) if one is not None)
 
     def plan(
@@ -77,7 +82,7 @@ class Surroundings:
     @property
     def each_step(self) -> list[Callable[[], None]]:
         """What is to be called after each step."""
-        return [self._lights.look] if self._lights else []
+        return [one.look for one in (self._lights, self._others) if one is not None]
 
     def report(self) -> dict[str, Any]:
         """Return what the obstacles add to ``summary.json``; call before the simulation is closed."""

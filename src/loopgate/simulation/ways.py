@@ -3,31 +3,67 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+
+from shapely import LineString
+from shapely.ops import substring
 
 from loopgate.drive.track import Track
 from loopgate.network import RoadNetwork
 from loopgate.network.records import Connection
 
-__all__ = ["Approach", "Way", "Ways"]
+__all__ = ["Approach", "Movement", "Way", "Ways"]
+
+_ABREAST_M = 2.3
+"""Nearer than this vehicles beside each other touch, a bend taken into account [m]."""
+
+_CAR_M = 5.0
 
 
 @dataclass(frozen=True, slots=True)
 class Approach:
-    """A lane from which others come that have the right of way.
+    """A way across the junction whose vehicles nothing keeps clear of those that set out.
 
     Attributes
     ----------
-    lane, length_m
-        The lane before the junction.
+    from_edge, to_edge
+        The roads before and behind the junction.
     signal
         Light and link of the way across, or None.
     """
 
-    lane: str
-    length_m: float
+    from_edge: str
+    to_edge: str
     signal: tuple[str, int] | None
+
+
+@dataclass(frozen=True, slots=True)
+class Movement:
+    """A movement over a junction, one of those that a crossing consists of.
+
+    Attributes
+    ----------
+    from_m
+        Where it begins, behind the end of the state that lies before the crossing [m].
+    across
+        Lanes inside the junction on which nobody may be when a vehicle sets out.
+    approaches
+        Ways over the junction of which nobody may be about to come: those with the right of way, since SUMO's
+        drivers set out before them, or wait for them inside the junction, so near that they are hit; those
+        that touch its own without right of way between them; and those that wait for it inside, in its way.
+    length_m, speed_mps
+        Its length, and the lowest speed limit on it.
+    wait_m
+        How much of that lies before the place inside the junction where it may have to wait; 0 for none.
+    """
+
+    from_m: float
+    across: tuple[str, ...]
+    approaches: tuple[Approach, ...]
+    length_m: float
+    speed_mps: float
+    wait_m: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,14 +74,10 @@ class Way:
     ----------
     lane, line_m
         Where it would be held: lane, and position on it [m].
-    across
-        Lanes on which nobody may be when it sets out: those of conflicting movements inside the junctions,
-        and the lanes between the junctions of one crossing.
-    approaches
-        Lanes whose traffic has the right of way, where SUMO would let the vehicle wait for it inside the
-        first junction, often so near the way of the other that it is hit; empty where it waits before it.
-    over_m, speed_mps
-        Length of the movement over the first junction and the lowest speed limit on it.
+    movements
+        Those of the crossing behind it, in order.
+    between
+        The lanes between the junctions of the crossing, on which nobody may be either when it sets out.
     into
         Lanes inside the junction from which others drive into the next state.
     next_lane, next_begin_m, next_end_m
@@ -56,10 +88,8 @@ class Way:
 
     lane: str
     line_m: float
-    across: tuple[str, ...]
-    approaches: tuple[Approach, ...]
-    over_m: float
-    speed_mps: float
+    movements: tuple[Movement, ...]
+    between: tuple[str, ...]
     into: tuple[str, ...]
     next_lane: str
     next_begin_m: float
@@ -81,6 +111,7 @@ class Ways:
         self._movements = {movement.id: movement for movement in network.connections}
         self._at: dict[str, list[Connection]] = {}
         self._into: dict[str, list[str]] = {}
+        self._lines: dict[tuple[str, ...], LineString] = {}
         for movement in network.connections:
             self._at.setdefault(movement.junction, []).append(movement)
             self._into.setdefault(_end(movement), []).extend(movement.via)
@@ -99,15 +130,12 @@ class Ways:
         length_m = track.legs[ahead].end_m - track.legs[ahead].begin_m
         crossings = track.legs[position].crossings
         crossing = [self._movements[c.id] for c in crossings if c.id in self._movements]
-        first = [self._network.lanes[lane] for lane in crossing[0].via] if crossing else []
         next_lane = f"{end.edge}_{end.lane_index}"
         return Way(
             lane=f"{line.edge}_{line.lane_index}",
             line_m=line.position_m,
-            across=self._across(crossing),
-            approaches=self._approaches(crossing[0]) if len(first) > 1 else (),
-            over_m=sum(lane.length_m for lane in first),
-            speed_mps=min((lane.speed_mps for lane in first), default=math.inf),
+            movements=tuple(self._crossed(crossing, line.position_m)),
+            between=tuple(dict.fromkeys(_end(movement) for movement in crossing[:-1])),
             into=tuple(self._into.get(next_lane, ())),
             next_lane=next_lane,
             next_begin_m=end.position_m - length_m,
@@ -115,26 +143,61 @@ class Ways:
             slot_m=length_m / max(1, room[track.legs[ahead].state]),
         )
 
-    def _across(self, crossing: Sequence[Connection]) -> tuple[str, ...]:
-        lanes: dict[str, None] = {}
-        for movement in crossing:
-            for other in self._at[movement.junction]:
-                if self._network.are_foes(movement, other):
-                    lanes.update(dict.fromkeys(other.via))
-        for movement in crossing[:-1]:
-            lanes[_end(movement)] = None
+    def _crossed(self, crossing: Sequence[Connection], line_m: float) -> Iterator[Movement]:
+        """Yield the movements of a crossing; the vehicle is held at `line_m` on the lane before the first."""
         own = {lane for movement in crossing for lane in movement.via}
-        return tuple(lane for lane in lanes if lane not in own)
+        from_m = -line_m
+        for movement in crossing:
+            from_m += self._network.edges[movement.from_edge].lanes[movement.from_lane].length_m
+            lanes = [self._network.lanes[lane] for lane in movement.via]
+            length_m = sum(lane.length_m for lane in lanes)
+            foes, comers = self._foes(movement)
+            yield Movement(
+                from_m=from_m,
+                across=tuple(lane for lane in foes if lane not in own),
+                approaches=comers,
+                length_m=length_m,
+                speed_mps=min((lane.speed_mps for lane in lanes), default=math.inf),
+                wait_m=sum(lane.length_m for lane in lanes[:-1]),
+            )
+            from_m += length_m
 
-    def _approaches(self, movement: Connection) -> tuple[Approach, ...]:
-        rows = self._network.junctions[movement.junction].yields_to
-        yields_to = rows[movement.link] if 0 <= movement.link < len(rows) else frozenset()
-        found: dict[tuple[str, tuple[str, int] | None], None] = {}
+    def _foes(self, movement: Connection) -> tuple[tuple[str, ...], tuple[Approach, ...]]:
+        """Return the lanes of conflicting movements, and the ways over the junction to look out for."""
+        lanes: dict[str, None] = {}
+        comers: dict[Approach, None] = {}
         for other in self._at[movement.junction]:
-            lane = f"{other.from_edge}_{other.from_lane}"
-            if other.link in yields_to and lane != f"{movement.from_edge}_{movement.from_lane}":
-                found[lane, other.signal] = None
-        return tuple(Approach(lane, self._network.lanes[lane].length_m, signal) for lane, signal in found)
+            touches = self._touches(movement, other)
+            if touches or self._network.are_foes(movement, other):
+                lanes.update(dict.fromkeys(other.via))
+            if touches or self._yields(movement, other):
+                comers[Approach(other.from_edge, other.to_edge, other.signal)] = None
+        return tuple(lanes), tuple(comers)
+
+    def _yields(self, movement: Connection, other: Connection) -> bool:
+        rows = self._network.junctions[movement.junction].yields_to
+        return 0 <= movement.link < len(rows) and other.link in rows[movement.link]
+
+    def _touches(self, movement: Connection, other: Connection) -> bool:
+        """Return whether vehicles touch on two ways though SUMO keeps them apart.
+
+        Because its right of way does not know of it, or because the other one waits inside the junction.
+        """
+        same = movement.from_edge, movement.from_lane
+        if not (movement.via and other.via) or (other.from_edge, other.from_lane) == same:
+            return False
+        if not self._network.are_foes(movement, other):
+            return self._line(other.via).distance(self._line(movement.via)) < _ABREAST_M
+        if len(other.via) == 1 or self._yields(movement, other):
+            return False
+        first = self._line(other.via[:1])
+        waiting = substring(first, max(0.0, first.length - _CAR_M), first.length)
+        return float(waiting.distance(self._line(movement.via))) < _ABREAST_M
+
+    def _line(self, lanes: tuple[str, ...]) -> LineString:
+        if lanes not in self._lines:
+            self._lines[lanes] = LineString([p for lane in lanes for p in self._network.lanes[lane].shape])
+        return self._lines[lanes]
 
 
 def _end(movement: Connection) -> str:

@@ -14,9 +14,10 @@ from loopgate.drive.track import Round, Track
 from loopgate.gates import Reason
 from loopgate.model import StateId
 from loopgate.results.recorder import Recorder
+from loopgate.simulation.coming import Arrival
 from loopgate.simulation.others import Others
 from loopgate.simulation.timetable import Timetable
-from loopgate.simulation.ways import Approach, Way
+from loopgate.simulation.ways import Approach, Movement, Way
 from loopgate.traffic.base import Dynamics, Light, Program
 
 STREET = [("before", 100.0), ("junction", 20.0), ("after", 50.0), ("foe", 20.0), ("priority", 100.0)]
@@ -52,23 +53,32 @@ class Scene:
         way = Way(
             lane="before_0",
             line_m=100.0,
-            across=("foe_0",),
-            approaches=(Approach("priority_0", 100.0, signal),),
-            over_m=20.0,
-            speed_mps=10.0,
+            movements=(
+                Movement(
+                    from_m=0.0,
+                    across=("foe_0",),
+                    approaches=(Approach("priority", "after", signal),),
+                    length_m=20.0,
+                    speed_mps=10.0,
+                    wait_m=0.0,
+                ),
+            ),
+            between=(),
             into=("junction_0",),
             next_lane="after_0",
             next_begin_m=0.0,
             next_end_m=50.0,
             slot_m=10.0,
         )
+        self.arrivals: list[Arrival] = []
         self.traffic = FakeTraffic({"v": FakeVehicle(STREET, 90.0)})
         self.others = Others(
             self.traffic,
-            [driver, SimpleNamespace(id="w")],  # type: ignore[list-item]  # has a name, that is enough
+            [driver, SimpleNamespace(id="w", speed_mps=5.0)],  # type: ignore[list-item]  # has a name, that is enough
             {"loop": [way, way]},
             keeper,
             Timetable(self.traffic),
+            Mock(arrivals=lambda *_: {("priority", "after"): self.arrivals}),
         )
 
     def put(self, name: str, edge: str, position_m: float, speed: float = 0.0) -> None:
@@ -120,22 +130,54 @@ def test_ordinary_vehicles_take_room_in_the_next_state() -> None:
 
 
 def test_one_that_comes_with_the_right_of_way() -> None:
-    """It takes 5 s to be over: 4 s away is too near, at the line is past before, standing is no coming."""
+    """It takes some 7 s to be over: 4 s away is too near, at the line is past before, 9 s is far enough."""
     scene = Scene()
-    scene.put("o", "priority", 60.0, speed=10.0)
-    assert scene.says() is Reason.TRAFFIC
-    scene.put("o", "priority", 60.0, speed=0.0)
-    assert scene.says() is None
-    scene.put("o", "priority", 1.0, speed=8.0)
-    assert scene.says() is None
+    scene.put("o", "priority", 60.0)
+    for arrival, reason in (
+        (Arrival(4.0, 4.0), Reason.TRAFFIC),
+        (Arrival(0.0, 0.2), None),
+        (Arrival(9.0, 12.0), None),
+        (Arrival(5.0, 12.0), Reason.TRAFFIC),
+    ):
+        scene.arrivals = [arrival]
+        assert scene.says() is reason
 
 
 def test_one_that_has_a_red_light_is_not_coming() -> None:
     """Its right of way counts only while its light is green."""
     scene = Scene(signal=("t", 0))
-    scene.put("o", "priority", 60.0, speed=10.0)
+    scene.put("o", "priority", 60.0)
+    scene.arrivals = [Arrival(4.0, 4.0)]
     scene.traffic.programs["t"] = Program((), fixed=False)
     scene.traffic.lights["t"] = Light("r", 0.0)
     assert scene.says() is None
     scene.traffic.lights["t"] = Light("G", 0.0)
     assert scene.says() is Reason.TRAFFIC
+
+
+def test_who_stands_at_its_line_with_its_grant_sets_out_when_nobody_comes() -> None:
+    """SUMO's right of way, which stopped it, may let both go at once; after a minute it decides alone."""
+    scene = Scene()
+    driver = scene.others._drivers[0]
+    driver.row["front"], driver.row["speed"], driver.row["granted"] = 98.0, 0.0, 1
+    stands: list[tuple[str, bool]] = []
+    scene.traffic.stand = lambda vehicle, *, still: stands.append((vehicle, still))  # type: ignore[method-assign]
+    scene.put("o", "priority", 60.0)
+
+    def look(arrivals: list[Arrival]) -> list[tuple[str, bool]]:
+        stands.clear()
+        scene.arrivals = arrivals
+        scene.traffic.now_s += 1.0
+        scene.others.look()
+        return list(stands)
+
+    assert look([]) == []
+    assert look([Arrival(4.0, 4.0)]) == [("v", True)]
+    assert look([Arrival(4.0, 4.0)]) == []
+    assert look([]) == [("v", False)]
+    driver.row["front"] = 60.0
+    assert look([Arrival(4.0, 4.0)]) == []
+    driver.row["front"] = 98.0
+    assert look([Arrival(4.0, 4.0)]) == [("v", True)]
+    scene.traffic.now_s += 60.0
+    assert look([Arrival(4.0, 4.0)]) == [("v", False)]

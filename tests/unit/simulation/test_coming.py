@@ -1,0 +1,64 @@
+"""Which junctions ordinary vehicles come to, and on which ways over them nothing keeps vehicles apart."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+from unittest.mock import Mock
+
+import pytest
+
+from loopgate.network import RoadNetwork, generate_loops
+from loopgate.network.vehicle_type import DEFAULT_TYPE
+from loopgate.simulation.coming import Coming, Seen
+from loopgate.simulation.plan import Plan
+from loopgate.simulation.ways import Ways
+from loopgate.traffic.base import Dynamics
+
+CAR = Dynamics(5.0, 2.6, 4.5, 1.0)
+
+
+def test_vehicles_come_to_the_junctions_on_their_routes() -> None:
+    """One at 10 m/s, one that stands, one inside a junction; by their routes, not by where lanes lead."""
+    network = RoadNetwork.open("networks/grid5-priority.net.xml")
+    loop = generate_loops(network, 1, length_m=(800.0, 2000.0))[0]
+    first, second, third, fourth = loop.edges[:4]
+    inside = next(span.lane_id for span in loop.spans if span.internal)
+    length_m = network.edges[first].lanes[0].length_m
+    speeds = {"moves": 10.0, "stands": 0.0, "inside": 10.0}
+    traffic = Mock(now_s=0.0, speed=speeds.__getitem__, route=lambda _: (loop.edges, 0))
+    coming = Coming(network, traffic)
+    kinds = dict.fromkeys(speeds, CAR)
+    seen = [
+        Seen("moves", f"{first}_0", length_m - 20.0, 5.0),
+        Seen("stands", f"{first}_0", length_m - 40.0, 5.0),
+        Seen("inside", inside, network.lanes[inside].length_m, 5.0),
+    ]
+    found = coming.arrivals(kinds, seen)
+    (one,) = found[first, second]
+    assert one.last_s == pytest.approx(2.0)
+    assert 1.5 < one.first_s < 2.0
+    behind_s = {arrival.last_s for arrival in found[second, third]}
+    assert network.edges[second].lanes[0].length_m / 10.0 == pytest.approx(min(behind_s))
+    assert len(behind_s) == 2
+    assert all(a.first_s <= 20.0 for arrivals in found.values() for a in arrivals)
+    traffic.now_s, traffic.route = 1.0, Mock(side_effect=AssertionError)
+    again = coming.arrivals(kinds, [Seen("moves", f"{second}_0", 0.0, 5.0)])
+    assert set(again) <= set(pairwise(loop.edges))
+    assert (first, second) not in again
+    assert fourth in loop.edges
+
+
+def test_ways_that_touch_without_right_of_way_count() -> None:
+    """A turn to the left from the other side, which goes first; and a turn round that SUMO forgets."""
+    network = RoadNetwork.open("sumo:DRT")
+    here, there = "142575687#1", "142575655#4"
+    loop = generate_loops(network, 1, length_m=(400.0, 4000.0), via=(here, there))[0]
+    plan = Plan(network, ((loop, DEFAULT_TYPE),))
+    ways = Ways(network).of(plan.tracks[0], plan.room)
+    way = next(way for way in ways if way.lane == f"{here}_1")
+    (movement,) = way.movements
+    approaches = {(a.from_edge, a.to_edge) for a in movement.approaches}
+    assert {("257072321#12", "-142575655#1"), ("-142575655#4", "142575655#4")} <= approaches
+    assert any(lane.endswith("_38919786_14_0") for lane in movement.across)
+    assert math.isfinite(movement.speed_mps)
