@@ -115,6 +115,8 @@ class Vehicle:
     mover, named_s, shut
         Whether it must move next, for one that is served, since when on end [s], and whether something
         outside of the system, such as a light, is in its way.
+    turned
+        Whether it is served, and its service has come to a circle.
     spare_s
         For how long its request may be passed over so that it falls back to the middle between its neighbours
         on its loop [s].
@@ -168,6 +170,7 @@ class Vehicle:
     named_s: float
     spare_s: float
     shut: bool
+    turned: bool
 
 
 class Road:
