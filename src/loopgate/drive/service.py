@@ -47,7 +47,7 @@ def serve(t: Tables) -> None:
     _begin(before == 0, t)
     for n in range(run.waiting):
         i = t.entries[n].waiting
-        if run.serving == run.serve_most or not _is_late(i, t):
+        if not _is_late(i, t):
             break  # the oldest come first
         mover = _mover(i, t)
         for s in range(len(t.states)):

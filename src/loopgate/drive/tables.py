@@ -314,8 +314,8 @@ class Run:
         Whether one on a shared stretch is out of the way if it will have left it in time.
     crowded, patience_s, wait_s
         Of `Pressure`, where that is compiled.
-    serve_after_s, serve_most
-        The age of a request from which on it is served [s], infinity for never; how many are served at once.
+    serve_after_s
+        The age of a request from which on it is served [s], infinity for never.
     version, grants, turn, decided_s
         Of the books, which grows with all that may lift a refusal; grants and turns of deciding so far, and
         when the last turn was [s].
@@ -337,7 +337,6 @@ class Run:
     patience_s: float
     wait_s: float
     serve_after_s: float
-    serve_most: int
     version: int
     grants: int
     turn: int
