@@ -99,9 +99,10 @@ def nobody_else_takes_the_slot() -> None:
 
 
 def the_last_slot_is_kept_and_no_more() -> None:
-    """Let D have one slot of h, but not F the other: A needs it."""
-    book = books({"a": "p h", "d": "d h", "f": "d h"}, {"p": 2, "h": 2, "d": 3})
-    a, d, f = range(3)
+    """Let D leave its full place for one slot of h, but not F for the other: A needs it."""
+    paths = {"a": "p h", "d": "d h", "e": "d h", "f": "f h", "g": "f h"}
+    book = books(paths, {"p": 2, "h": 2, "d": 2, "f": 2})
+    a, d, _, f, _ = range(5)
     light = Red(a)
     book.obstacles = (light,)
     book.asks(a, 0.0)
@@ -112,6 +113,17 @@ def the_last_slot_is_kept_and_no_more() -> None:
     assert book.decide(22.0) == [(f, False, "service")]
     light.robots.clear()
     assert (a, True, "free") in book.decide(23.0)
+
+
+def who_has_room_behind_lets_others_in() -> None:
+    """Keep D out of h, though there are slots for both: nobody is short of the one that it has."""
+    book = books({"a": "p h", "d": "d h", "e": "d h"}, {"p": 2, "h": 2, "d": 3})
+    a, d = range(2)
+    book.obstacles = (Red(a),)
+    book.asks(a, 0.0)
+    assert book.decide(20.0) == [(a, False, "red")]
+    book.asks(d, 21.0)
+    assert book.decide(21.0) == [(d, False, "service")]
 
 
 def what_is_off_the_way_is_free() -> None:
@@ -255,6 +267,7 @@ def oldest_late(world: LittleRoads, after_s: float) -> int | None:
 CASES = (
     nobody_else_takes_the_slot,
     the_last_slot_is_kept_and_no_more,
+    who_has_room_behind_lets_others_in,
     what_is_off_the_way_is_free,
     after_a_circle_all_stays_shut,
     nobody_sets_out_across_the_way,
