@@ -5,14 +5,14 @@
 drives two hours each of the five-by-five grid with 400 vehicles and with the most that can start (40 random
 loops of 400 to 2000 m), and of south-east Berlin with 600 and 1,000 (60 loops of 400 to 3000 m), lights off
 and obeyed; once with ``--serve-after 0`` and once as it is. Runs that are done are kept in the results folder
-and not repeated; a study may be ended at any time.
+and not repeated; a study may be ended at any time, and ``--table`` prints what there is so far.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from multiprocessing import get_context
 from pathlib import Path
@@ -38,7 +38,7 @@ MOST = 100_000
 LIT = {"off": "priority", "obey": "actuated"}
 CAUSES = ("crossing", "occupied", "deadlock", "reserve", "service", "red")
 LATE = "lapless"
-PLACES = (("grid", 400), ("grid", MOST), ("berlin", 600), ("berlin", 1000))
+PLACES = (("grid", 400), ("berlin", 600), ("grid", MOST), ("berlin", 1000))
 
 
 def scenario(place: str, vehicles: int, lights: str, seed: int, serve_after_s: float | None) -> Scenario:
@@ -146,12 +146,27 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, default=5)
     parser.add_argument("--jobs", type=int, default=1, help="runs at the same time")
     parser.add_argument("--out", type=Path, default=ROOT / "out" / "in_traffic", help="folder of the results")
+    parser.add_argument("--table", action="store_true", help="make no runs, print what there is")
     given = parser.parse_args()
     given.out.mkdir(parents=True, exist_ok=True)
     files = {name: given.out / f"{name}.json" for name, _ in tasks(given.seeds)}
     missing = [(name, wanted) for name, wanted in tasks(given.seeds) if not files[name].exists()]
+    if not given.table:
+        make(missing, files, given.jobs)
+    rows = [(name, json.loads(f.read_text(encoding="utf-8"))) for name, f in files.items() if f.exists()]
+    if not rows:
+        print(f"no run is done yet in {given.out}")
+        return
+    print("\n".join(table(rows)))
+    for name, row in rows:
+        if not row["clean"] or row["deadlocks"]:
+            print(f"{name}: clean {row['clean']}, {row['deadlocks']} deadlocks")
+
+
+def make(missing: Sequence[tuple[str, Scenario]], files: Mapping[str, Path], jobs: int) -> None:
+    """Make runs, and write what the table needs of each as soon as it is done."""
     with (
-        ProcessPoolExecutor(given.jobs, mp_context=get_context("spawn")) as pool,
+        ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool,
         show_progress("runs", total=len(files)) as report,
     ):
         under_way = {pool.submit(drive, wanted): name for name, wanted in missing}
@@ -161,11 +176,6 @@ def main() -> None:
             whole.write_text(json.dumps(future.result(), indent=1) + "\n", encoding="utf-8")
             whole.replace(file)
             report(done)
-    rows = [(name, json.loads(file.read_text(encoding="utf-8"))) for name, file in files.items()]
-    print("\n".join(table(rows)))
-    for name, row in rows:
-        if not row["clean"] or row["deadlocks"]:
-            print(f"{name}: clean {row['clean']}, {row['deadlocks']} deadlocks")
 
 
 if __name__ == "__main__":

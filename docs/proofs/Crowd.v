@@ -139,4 +139,6 @@ Proof.
   split; auto. destruct (jam_stays _ _ _ _ Jj (Run (S k + (j - S k)))) as (Out & _). auto.
 Qed.
 End Crowd.
+Print Assumptions residents_stay.
+Print Assumptions entering_jams.
 Print Assumptions crowd_is_the_end.

@@ -237,5 +237,6 @@ Proof.
 Qed.
 End Run.
 End Ends.
+Print Assumptions uncrowded_stays.
 Print Assumptions roomy_is_uncrowded.
 Print Assumptions no_endless_service.

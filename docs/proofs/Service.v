@@ -148,3 +148,5 @@ Proof.
     exists y. split; auto.
 Qed.
 End Service.
+Print Assumptions service_goes_on.
+Print Assumptions next_hole.

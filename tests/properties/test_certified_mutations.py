@@ -6,15 +6,13 @@ fault the same checks pass.
 
 from __future__ import annotations
 
-import inspect
 import random
-import textwrap
 from collections.abc import Callable
 from contextlib import suppress
-from types import FunctionType
 from typing import Any
 
 import pytest
+from breaking import break_it
 from everyone import WRONG, draw, narrow_system, wide_system
 
 from loopgate.errors import GateError, IllegalMoveError, SystemModelError
@@ -124,17 +122,6 @@ def _all_pass() -> bool:
     return True
 
 
-def _break(monkeypatch: pytest.MonkeyPatch, function: Callable[..., Any], old: str, new: str) -> None:
-    """Exchange the code of `function` for one in which `old` reads `new`."""
-    assert isinstance(function, FunctionType)
-    source = textwrap.dedent(inspect.getsource(function))
-    assert source.count(old) == 1, f"{old!r} is not once in {function.__qualname__}"
-    source = source.replace("@staticmethod\n", "")
-    space: dict[str, Any] = dict(function.__globals__)
-    exec(compile(source.replace(old, new), "<broken>", "exec"), space)  # noqa: S102 - our own source
-    monkeypatch.setattr(function, "__code__", space[function.__name__].__code__)
-
-
 def test_unbroken_all_pass() -> None:
     """Without a fault every check passes."""
     assert _all_pass()
@@ -192,7 +179,7 @@ def test_each_fault_is_noticed(
     monkeypatch: pytest.MonkeyPatch, function: Callable[..., Any], old: str, new: str
 ) -> None:
     """With the fault, some check fails."""
-    _break(monkeypatch, function, old, new)
+    break_it(monkeypatch, function, old, new)
     assert not _all_pass()
 
 
@@ -250,7 +237,7 @@ def test_each_fault_of_the_promise_to_everyone_is_noticed(
     monkeypatch: pytest.MonkeyPatch, function: Callable[..., Any], old: str, new: str
 ) -> None:
     """With the fault, somebody is left behind, or refused for nothing."""
-    _break(monkeypatch, function, old, new)
+    break_it(monkeypatch, function, old, new)
     assert not _everyone_goes_on()
 
 

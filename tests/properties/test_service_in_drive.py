@@ -114,3 +114,36 @@ def test_nobody_is_kept_waiting_by_lights_that_turn_green_again_and_again(roads:
             world.drive(1)
         assert max(world.longest_s) < 5 * SOON_S
         assert min(world.moves) > 0
+
+
+def way_length(here: Stand, robot: int) -> int:
+    """Return how many full places lead from the robot's to the first with room."""
+    head, length, room = robot, 0, here.layout.room
+    while here.count[there := here.wanted(head)] >= room[there]:
+        head, length = here.queue[there][0], length + 1
+    return length
+
+
+@pytest.mark.parametrize("roads", ROADS, ids=lambda roads: roads.name)
+def test_the_way_of_the_oldest_only_gets_shorter(roads: Roads) -> None:
+    """From second to second, as long as its service has met no circle, whoever has green meanwhile."""
+    shorter = 0
+    for system, seed in crowded(roads):
+        layout = Layout(system)
+        lights = Flashing()
+        world = LittleRoads(system, seed, serve_after_s=PATIENCE_S, obstacles=[lights])
+        before: dict[int, int] = {}
+        for _ in range(FOR_S // 2):
+            lights.now_s = world.now_s + 1.0
+            world.let_ask()
+            oldest = oldest_late(world, PATIENCE_S)
+            world.decide()
+            after = Stand.of(layout, world.books.configuration())
+            if oldest is None or not world.column["pending"][oldest] or world.column["turned"][oldest]:
+                before = {}
+                continue
+            length = way_length(after, oldest)
+            shorter += length < before.get(oldest, length)
+            assert length <= before.get(oldest, length)
+            before = {oldest: length}
+    assert shorter

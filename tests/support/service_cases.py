@@ -50,7 +50,10 @@ def books(
     crossings: Mapping[tuple[str, str], Crossing] | None = None,
     negotiation: Negotiation | None = None,
 ) -> Books:
-    """Return books under the chain rule for vehicles that start in the first of their places."""
+    """Return books under the chain rule for vehicles that start in the first of their places.
+
+    Unless said otherwise nothing is kept in reserve.
+    """
     robots = system(paths, capacity=capacity, fifo=tuple(capacity))
     over = crossings or {}
     legs = [
@@ -61,7 +64,8 @@ def books(
         for robot in robots.robots
     ]
     gate = make_gate("certified", robots)
-    return Books(robots, legs, gate, negotiation or Unfair(), serve_after_s=AFTER_S)
+    orders = negotiation or Pressure(random.Random(0), crowded=1.0)
+    return Books(robots, legs, gate, orders, serve_after_s=AFTER_S)
 
 
 def two_who_want_one_slot() -> tuple[Books, Red, list[int]]:
@@ -94,23 +98,66 @@ def nobody_else_takes_the_slot() -> None:
     assert (a, True, "free") in book.decide(45.0)
 
 
-def what_was_looked_at_stays_shut() -> None:
-    """X has driven on to h for A's sake: h is on nobody's chain now, but D may not fill it all the same."""
-    book = books({"a": "p x h", "x": "x h", "y": "x h", "d": "d h"}, {"p": 2, "x": 2, "h": 4, "d": 2})
+def the_last_slot_is_kept_and_no_more() -> None:
+    """Let D leave its full place for one slot of h, but not F for the other: A needs it."""
+    paths = {"a": "p h", "d": "d h", "e": "d h", "f": "f h", "g": "f h"}
+    book = books(paths, {"p": 2, "h": 2, "d": 2, "f": 2})
+    a, d, _, f, _ = range(5)
+    light = Red(a)
+    book.obstacles = (light,)
+    book.asks(a, 0.0)
+    assert book.decide(20.0) == [(a, False, "red")]
+    book.asks(d, 21.0)
+    assert book.decide(21.0) == [(d, True, "free")]
+    book.asks(f, 22.0)
+    assert book.decide(22.0) == [(f, False, "service")]
+    light.robots.clear()
+    assert (a, True, "free") in book.decide(23.0)
+
+
+def who_has_room_behind_lets_others_in() -> None:
+    """Keep D out of h, though there are slots for both: nobody is short of the one that it has."""
+    book = books({"a": "p h", "d": "d h", "e": "d h"}, {"p": 2, "h": 2, "d": 3})
+    a, d = range(2)
+    book.obstacles = (Red(a),)
+    book.asks(a, 0.0)
+    assert book.decide(20.0) == [(a, False, "red")]
+    book.asks(d, 21.0)
+    assert book.decide(21.0) == [(d, False, "service")]
+
+
+def what_is_off_the_way_is_free() -> None:
+    """X has driven on to h for A's sake; h is not on the way any more, and D may fill it."""
+    book = books({"a": "p x h", "x": "x h", "y": "x h", "d": "d h"}, {"p": 2, "x": 2, "h": 2, "d": 2})
     a, x, _, d = range(4)
     book.asks(a, 0.0)
     assert book.decide(0.0) == [(a, False, "occupied")]
     book.asks(x, 20.0)
     assert book.decide(20.0) == [(x, True, "free")]
-    light = Red(a)
-    book.obstacles = (light,)
+    book.obstacles = (Red(a),)
     book.asks(d, 21.0)
-    assert book.decide(21.0) == [(d, False, "service")]
-    book.left(x, book.system.paths[x][0])
-    assert book.decide(22.0) == [(a, False, "red")]
-    light.robots.clear()
-    assert book.decide(23.0) == [(a, True, "free")]
-    assert book.decide(24.0) == [(d, True, "free")]
+    assert book.decide(21.0) == [(d, True, "free")]
+
+
+def after_a_circle_all_stays_shut() -> None:
+    """Let X move, since A would close a circle, and then H: x is off the way now, but D must wait."""
+    paths = {"a": "p h", "h": "h x", "x": "x h", "y": "x y", "z": "x y", "d": "d x"}
+    book = books(paths, {"p": 2, "h": 2, "x": 3, "y": 3, "d": 2})
+    a, h, x, y, _, d = range(6)
+    state = {str(name): k for k, name in enumerate(book.system.states)}
+    book.asks(a, 0.0)
+    assert book.decide(0.0) == [(a, False, "deadlock")]
+    for now_s, robot in ((20.0, x), (21.0, h), (22.0, y)):
+        book.asks(robot, now_s)
+        assert (robot, True, "free") in book.decide(now_s)
+        book.left(robot, book.system.paths[robot][0])
+        book.obstacles = (Red(a),)
+    assert book.room(state["x"]) == 1
+    book.asks(d, 23.0)
+    assert book.decide(23.0) == [(d, False, "service")]
+    book.obstacles = (Red(),)
+    assert book.decide(24.0) == [(a, True, "free")]
+    assert book.decide(25.0) == [(d, True, "free")]
 
 
 def _crossed() -> tuple[Books, list[int]]:
@@ -131,6 +178,26 @@ def nobody_sets_out_across_the_way() -> None:
     assert book.decide(21.0) == [(c, False, "service")]
     assert book.blockers(c) == [[a]]
     book.cleared(b, 0)
+    assert book.decide(22.0) == [(a, True, "free")]
+
+
+def no_way_is_cleared_to_a_slot_that_is_not_left_yet() -> None:
+    """While the rear of B is still in the place that A wants, C may cross A's way; then A goes first."""
+    x, y = Crossing("x", frozenset({"y"})), Crossing("y", frozenset({"x"}))
+    paths = {"a": "p q", "b": "q t", "e": "q t", "c": "u v", "f": "u v"}
+    capacity = {"p": 2, "q": 2, "t": 3, "u": 3, "v": 3}
+    book = books(paths, capacity, {("p", "q"): x, ("u", "v"): y})
+    a, b, _, c, f = range(5)
+    book.asks(a, 0.0)
+    assert book.decide(0.0) == [(a, False, "occupied")]
+    book.asks(b, 19.0)
+    assert book.decide(19.0) == [(b, True, "free")]
+    book.asks(c, 20.0)
+    assert book.decide(20.0) == [(c, True, "free")]
+    book.left(b, book.system.paths[b][0])
+    book.asks(f, 21.0)
+    assert sorted(book.decide(21.0)) == [(a, False, "crossing"), (f, False, "service")]
+    book.cleared(c, 0)
     assert book.decide(22.0) == [(a, True, "free")]
 
 
@@ -199,8 +266,12 @@ def oldest_late(world: LittleRoads, after_s: float) -> int | None:
 
 CASES = (
     nobody_else_takes_the_slot,
-    what_was_looked_at_stays_shut,
+    the_last_slot_is_kept_and_no_more,
+    who_has_room_behind_lets_others_in,
+    what_is_off_the_way_is_free,
+    after_a_circle_all_stays_shut,
     nobody_sets_out_across_the_way,
+    no_way_is_cleared_to_a_slot_that_is_not_left_yet,
     a_way_is_kept_through_red_in_the_end,
     the_reserve_holds_nobody_who_must_move,
     no_negotiation_holds_who_must_move,

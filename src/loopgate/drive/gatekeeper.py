@@ -36,8 +36,6 @@ from loopgate.negotiation.pressure import Pressure
 __all__ = ["Gatekeeper"]
 
 _CHAIN = "chain"
-_VEHICLES_PER_SERVICE = 100
-"""For every so many vehicles one may be served at a time: each keeps a slot from all others for a while."""
 
 _OUTSIDE = frozenset(number_of(reason) for reason in (Reason.RED, Reason.TRAFFIC, Reason.STOP))
 """What lifts these refusals happens outside the system."""
@@ -103,7 +101,6 @@ class Gatekeeper:
         )
         self._held_by, self._rooms = self._states["held_by"], self._states["room"]
         self._run["serve_after_s"] = self._serve_after_s
-        self._run["serve_most"] = max(1, len(self.system.robots) // _VEHICLES_PER_SERVICE)
         negotiation = self.negotiation
         if isinstance(negotiation, Pressure):
             for column, figure in zip(("crowded", "patience_s", "wait_s"), negotiation.figures, strict=True):

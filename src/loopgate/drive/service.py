@@ -1,10 +1,13 @@
 """Who must move next, so that one who has waited long enough goes on: the service rule, in the drive.
 
 Past a patience the vehicle with the oldest request is *served*. `loopgate.gates.certified.service` says of
-the model whose move, the *mover's*, brings it nearer to its grant; here nobody can get before that one. Until
-the served vehicle has its grant, only the mover enters the places that the rule has looked at, nobody sets
-out across its way, and no negotiation is asked whether it may go. Some others are served at the same time
-where they look at none of these places; of two that do, the older goes first.
+the model whose move, the *mover's*, brings it nearer to its grant; here nobody can get before that one. On
+the way from the served vehicle over full places to the first with room nobody but the mover can do anything
+but take room there: so the last slot of it is the mover's, and who has room behind it takes none. Once there
+is a slot, nobody sets out across the mover's way, and no negotiation is asked whether it may go. With each
+such move the way gets shorter; but for a circle, when it leads on from there: from then on nobody but the
+mover enters any of the places that the rule has looked at, until the served vehicle has its grant. Others are
+served at the same time where they look at none of these places; of two that do, the older goes first.
 
 Why each request is granted after finitely many moves, and what that takes, is said in docs/queues.md.
 """
@@ -26,9 +29,17 @@ somebody there who may cross at the same time."""
 
 @kernel
 def bars(i: int, state: int, t: Tables) -> bool:
-    """Return whether the state is kept for another vehicle, which must move next."""
-    mover = t.states[state].mover
-    return bool(mover not in (NOBODY, i))
+    """Return whether the state, or the last slot of it, is kept for another vehicle, which must move next.
+
+    So is all of it from vehicles with room behind them. Nobody is short of the slots that they would leave;
+    else the holes that a crowd lives on were taken by those who come to it.
+    """
+    place = t.states[state]
+    if place.mover in (NOBODY, i):
+        return False
+    if t.vehicles[place.served].turned or place.room - place.held_by <= 1:
+        return True
+    return not _full(state_of(i, t.vehicles[i].granted, t), t)
 
 
 @kernel
@@ -42,7 +53,7 @@ def serve(t: Tables) -> None:
     _begin(before == 0, t)
     for n in range(run.waiting):
         i = t.entries[n].waiting
-        if run.serving == run.serve_most or not _is_late(i, t):
+        if not _is_late(i, t):
             break  # the oldest come first
         mover = _mover(i, t)
         for s in range(len(t.states)):
@@ -52,6 +63,7 @@ def serve(t: Tables) -> None:
                     place.served = NOBODY
                 else:
                     place.mover = mover
+        t.vehicles[i].turned = t.vehicles[i].turned and mover != NOBODY
         if mover != NOBODY:
             run.serving += 1
             t.vehicles[mover].mover = True
@@ -73,9 +85,10 @@ def _begin(anew: bool, t: Tables) -> None:  # noqa: FBT001  compiled
             t.vehicles[i].named_s = t.run[0].now_s
             t.vehicles[i].shut = False
         t.vehicles[i].mover = False
+        t.vehicles[i].turned = t.vehicles[i].turned and _is_late(i, t)
     for s in range(len(t.states)):
         t.states[s].mover = NOBODY
-        if t.states[s].served != NOBODY and not _is_late(t.states[s].served, t):
+        if t.states[s].served != NOBODY and not t.vehicles[t.states[s].served].turned:
             t.states[s].served = NOBODY
 
 
@@ -109,7 +122,10 @@ def _mover(served: int, t: Tables) -> int:
         t.states[here].served = served
         if not _full(there, t):
             t.states[there].served = served
-            return _last_of_circle(head, here, there, t)
+            mover = _last_of_circle(head, here, there, t)
+            if mover != head:
+                t.vehicles[served].turned = True
+            return mover
         here = there
         head = _head(here, t)
     return NOBODY  # full places in a circle: the gate lets none come about
@@ -137,6 +153,9 @@ def _clear_way(mover: int, t: Tables) -> None:
     one = t.vehicles[mover]
     if not one.pending or (one.shut and t.run[0].now_s - one.named_s < _THROUGH_RED_S):
         return
+    wanted = t.states[_wanted(mover, t)]
+    if wanted.held_by >= wanted.room:
+        return  # who leaves it is still in it; then the slot is the mover's
     j = leg_of(mover, one.granted, t)
     for k in range(t.legs[j].pass_at, t.legs[j].pass_end):
         way = t.moves[t.passes[k].movement].way

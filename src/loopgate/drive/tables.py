@@ -115,6 +115,8 @@ class Vehicle:
     mover, named_s, shut
         Whether it must move next, for one that is served, since when on end [s], and whether something
         outside of the system, such as a light, is in its way.
+    turned
+        Whether it is served, and its service has come to a circle.
     spare_s
         For how long its request may be passed over so that it falls back to the middle between its neighbours
         on its loop [s].
@@ -168,6 +170,7 @@ class Vehicle:
     named_s: float
     spare_s: float
     shut: bool
+    turned: bool
 
 
 class Road:
@@ -311,8 +314,8 @@ class Run:
         Whether one on a shared stretch is out of the way if it will have left it in time.
     crowded, patience_s, wait_s
         Of `Pressure`, where that is compiled.
-    serve_after_s, serve_most
-        The age of a request from which on it is served [s], infinity for never; how many are served at once.
+    serve_after_s
+        The age of a request from which on it is served [s], infinity for never.
     version, grants, turn, decided_s
         Of the books, which grows with all that may lift a refusal; grants and turns of deciding so far, and
         when the last turn was [s].
@@ -334,7 +337,6 @@ class Run:
     patience_s: float
     wait_s: float
     serve_after_s: float
-    serve_most: int
     version: int
     grants: int
     turn: int
