@@ -5,7 +5,7 @@ BIN    := $(VENV)/bin
 STAMP  := $(VENV)/installed
 
 .DEFAULT_GOAL := help
-.PHONY: help demo readme docs setup test check browser animation format bench bench-sweep networks small-networks city throughput soak unseen long-vehicles covering watched day attached fuzz proofs lock clean
+.PHONY: help demo readme docs setup test check browser animation format bench bench-replay bench-sweep networks small-networks city throughput soak unseen long-vehicles covering watched day attached fuzz proofs lock clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-15s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -54,6 +54,9 @@ bench: $(STAMP) ## measure: gated runs against plain SUMO, decisions of algorith
 	$(BIN)/python analysis/bench_run.py
 	$(BIN)/python analysis/bench_theory.py
 	$(BIN)/python analysis/bench_certified.py
+
+bench-replay: $(STAMP) ## measure: frames per second of replays, 400 and 2,000 vehicles (needs Chromium)
+	$(BIN)/python analysis/bench_replay.py
 
 networks: $(STAMP) ## rebuild networks/*.net.xml and show what changed
 	$(BIN)/python networks/build.py
