@@ -78,7 +78,6 @@ def drive(vehicles: int) -> Path:
             vehicles=vehicles,
             duration_s=DURATION_S,
             lights="off",
-            positions=True,
         )
         with show_progress(f"{vehicles} vehicles on a grid", total=round(DURATION_S)) as report:
             simulate(scenario, folder, tick=lambda now, _: report(round(now)), overwrite=True)

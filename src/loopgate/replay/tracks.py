@@ -1,4 +1,4 @@
-"""Where every vehicle was at every step, as SUMO recorded it, rounded to what can be seen."""
+"""Where every vehicle was at every step, rounded to what can be seen; as SUMO recorded it."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ import pyarrow.csv
 from loopgate.errors import ResultsError
 from loopgate.reading import refusing
 
-__all__ = ["PER_M", "TURN", "Tracks", "read_tracks"]
+__all__ = ["PER_M", "TURN", "Tracks", "make_tracks", "read_tracks"]
 
 Ints = npt.NDArray[np.int64]
 Floats = npt.NDArray[np.float64]
@@ -123,14 +123,34 @@ def read_tracks(
         msg = f"{file}: there is nobody in it"
         raise ResultsError(msg)
     step, vehicle, x, y, heading = (np.concatenate(column) for column in zip(*pieces, strict=True))
-    order = np.lexsort((step, vehicle))
-    step, vehicle, x, y, heading = (column[order] for column in (step, vehicle, x, y, heading))
+    return make_tracks(tuple(numbers), step_s, (step, vehicle, x, y, heading), np.concatenate(driven))
+
+
+def make_tracks(
+    vehicles: tuple[str, ...], step_s: float, columns: tuple[Ints, ...], odometer_m: Floats
+) -> Tracks:
+    """Return positions in any order as tracks.
+
+    Parameters
+    ----------
+    vehicles
+        Their names.
+    step_s
+        Length of a step [s].
+    columns
+        Of each position the number of its step, counted from time 0, its vehicle, and `Tracks.x`, `Tracks.y`,
+        `Tracks.heading`.
+    odometer_m
+        Distance driven, of each position [m].
+    """
+    order = np.lexsort(columns[:2])
+    step, vehicle, x, y, heading = (column[order] for column in columns)
     first = int(step.min())
     leap = np.maximum(np.abs(np.diff(x)), np.abs(np.diff(y))) > _LONGEST_LEAP_M * PER_M
     cut = (np.diff(vehicle) != 0) | (np.diff(step) != 1) | leap
     begins = np.concatenate(([0], np.flatnonzero(cut) + 1))
     return Tracks(
-        vehicles=tuple(numbers),
+        vehicles=vehicles,
         first_s=first * step_s,
         step_s=step_s,
         frames=int(step.max()) - first + 1,
@@ -140,7 +160,7 @@ def read_tracks(
         x=x,
         y=y,
         heading=heading,
-        odometer_m=np.concatenate(driven)[order],
+        odometer_m=odometer_m[order],
     )
 
 
