@@ -70,7 +70,7 @@ small-networks: $(STAMP) ## deadlocks and collisions on the small networks, gate
 city: $(STAMP) ## packaged cities under algorithm2, loops of bounded and unbounded sharing
 	$(BIN)/python analysis/city.py
 
-throughput: $(STAMP) ## vehicle-km in the hour, SUMO's own rules beside the gates, five seeds: docs/throughput.md
+throughput: $(STAMP) ## vehicle-km in the hour, SUMO's own rules beside the gates, five seeds: docs/studies/throughput.md
 	$(BIN)/python analysis/throughput.py --seeds 5 --write
 	$(BIN)/python analysis/throughput_city.py --seeds 5 --write
 	$(BIN)/python analysis/alone.py --seeds 5 --write
@@ -83,7 +83,7 @@ soak: $(STAMP) ## ten simulated hours per network and gate; all tests, slow ones
 covering: $(STAMP) ## how near covering loops come to what is possible
 	$(BIN)/python analysis/covering.py
 
-watched: $(STAMP) ## how often streets are seen: SUMO and the gate, loops by design and by chance, spacing: docs/covering.md
+watched: $(STAMP) ## how often streets are seen: SUMO and the gate, loops by design and by chance, spacing: docs/studies/covering.md
 	$(BIN)/python analysis/watched.py --seeds 5 --write
 
 unseen: $(STAMP) ## 200 made networks of every kind, with positions: what is not as it should be

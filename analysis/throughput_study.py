@@ -24,7 +24,7 @@ from loopgate.runs.results import read_results
 from loopgate.sweep import Sweep, run_sweep
 
 ROOT = Path(__file__).resolve().parents[1]
-PAGE = ROOT / "docs" / "throughput.md"
+PAGE = ROOT / "docs" / "studies" / "throughput.md"
 RULE = "rule"
 SUMO = "SUMO"
 WARMUP_S = 300.0

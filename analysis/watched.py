@@ -35,7 +35,7 @@ from loopgate.results import row_columns as c
 from loopgate.runs.results import read_results
 from loopgate.sweep import Sweep, run_sweep
 
-PAGE = ROOT / "docs" / "covering.md"
+PAGE = ROOT / "docs" / "studies" / "covering.md"
 RULE = "rule"
 WARMUP_S, DURATION_S = 1800.0, 3600.0
 REVISIT_S = 600.0

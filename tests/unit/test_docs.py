@@ -43,6 +43,6 @@ def test_every_gate_and_reason_is_explained() -> None:
 
 def test_links_lead_somewhere() -> None:
     """Pages that are linked exist."""
-    for page in DOCS.glob("*.md"):
+    for page in DOCS.rglob("*.md"):
         for target in re.findall(r"\]\(([^)#]+)\)", page.read_text(encoding="utf-8")):
             assert "://" in target or (page.parent / target).exists(), f"{page.name}: {target}"

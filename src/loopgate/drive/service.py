@@ -6,7 +6,7 @@ the served vehicle has its grant, only the mover enters the places that the rule
 out across its way, and no negotiation is asked whether it may go. Some others are served at the same time
 where they look at none of these places; of two that do, the older goes first.
 
-Why each request is granted after finitely many moves, and what that takes, is said in docs/queues.md.
+Why each request is granted after finitely many moves, and what that takes, is said in docs/studies/queues.md.
 """
 
 from __future__ import annotations
