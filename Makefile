@@ -5,7 +5,7 @@ BIN    := $(VENV)/bin
 STAMP  := $(VENV)/installed
 
 .DEFAULT_GOAL := help
-.PHONY: help demo readme docs setup test check browser animation format bench bench-replay bench-sweep networks small-networks city throughput soak unseen long-vehicles covering watched day attached fuzz proofs lock clean
+.PHONY: help demo readme pictures docs setup test check browser animation format bench bench-replay bench-sweep networks small-networks city throughput soak unseen long-vehicles covering watched day attached fuzz proofs lock clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-15s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -26,6 +26,9 @@ docs: $(STAMP) ## build the documentation as a site (site/index.html); a broken 
 
 readme: $(STAMP) ## make the pictures of the README and docs/ and the README's first table anew
 	$(BIN)/python analysis/readme.py
+
+pictures: $(STAMP) ## draw the pictures of the concepts anew
+	$(BIN)/python analysis/pictures.py
 
 setup: $(STAMP) ## make .venv with everything that requirements.lock names
 

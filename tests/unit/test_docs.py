@@ -6,6 +6,7 @@ import dataclasses
 import re
 from pathlib import Path
 
+import pictures  # in analysis/
 import pytest
 
 from loopgate.gates import Reason, gate_names
@@ -39,6 +40,13 @@ def test_every_event_is_explained() -> None:
 def test_every_gate_and_reason_is_explained() -> None:
     """So have the gates of this package and their reasons."""
     assert set(gate_names()) | {str(r) for r in Reason} <= coded("gates.md")
+
+
+@pytest.mark.parametrize("name", sorted(pictures.PICTURES))
+def test_pictures_are_those_that_their_script_draws(name: str, tmp_path: Path) -> None:
+    """`make pictures` changes nothing."""
+    pictures.PICTURES[name]().write(tmp_path / name)
+    assert (tmp_path / name).read_bytes() == (DOCS / "images" / name).read_bytes()
 
 
 def test_links_lead_somewhere() -> None:
