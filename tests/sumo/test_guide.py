@@ -17,7 +17,7 @@ pytestmark = pytest.mark.sumo
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"
-LONG = {"attach", "studies/certified-gate", "studies/queues", "studies/theory", "studies/throughput"}
+LONG = {"audit", *(f"studies/{name}" for name in ("certified-gate", "queues", "theory", "throughput"))}
 PAGES = sorted(str(file.relative_to(DOCS).with_suffix("")) for file in DOCS.rglob("*.md"))
 BLOCK = re.compile(r'^```(\w+)(?: title="([^"]+)")?\n(.*?)^```', re.MULTILINE | re.DOTALL)
 
@@ -29,6 +29,7 @@ NOT_RUN = {
         *("out/first_sweep/", "  "),  # a list of files
         *("pip install", "dask ", "loopgate sweep grid.toml --executor dask"),  # several machines
     ],
+    "your-own": ["[project.entry-points.", "cautious = "],  # of the reader's own package
     "proofs/README": ["make proofs"],  # needs Rocq
 }
 """Lines of blocks of plain text: no test can run them."""
@@ -38,18 +39,22 @@ NOT_IMPORTED = "from dask_jobqueue"
 
 SHORTER = {
     r"^(loopgate run (?!.*--duration).*)$": r"\1 --duration 60",
+    r"^(loopgate run (?!.*watch).* --duration) (?:3|6|36)00": r"\1 60",
     r"^(loopgate montecarlo .*) --rounds 10000": r"\1 --rounds 200",
     r"^(loopgate verify --random) 100": r"\1 10",
     r"^(python analysis/road_systems.py)$": r"\1 --limit 100 --vehicles 3 -o road-systems.csv",
     r"^(python analysis/certified_study.py) --systems 20000": r"\1 --systems 20 -o certified",
     r"^(python analysis/bench_certified.py)$": r"\1 --robots 8 --moves 20",
     r"^(python analysis/counterexamples.py) --systems 20000": r"\1 --systems 20 --out counterexamples",
-    r"^(python analysis/(?:throughput|throughput_city|alone).py) --seeds 5 --write": (
-        r"\1 --seeds 1 --vehicles 60 --duration 20 --rules certified --out study"
+    r"^(python analysis/throughput.py) --seeds 5 --write": (
+        r"\1 --seeds 1 --vehicles 60 --duration 20 --rules oldest --out study"
+    ),
+    r"^(python analysis/(?:throughput_city|alone).py) --seeds 5 --write": (
+        r"\1 --seeds 1 --vehicles 60 150 --duration 20 --rules certified --out study"
     ),
     r"^duration_s = 300$": "duration_s = 30",
     r"^vehicles = \[10, 40, 80\]$": "vehicles = [10, 40]",
-    r"^seed = .*$": "seed = [1, 2]",
+    r"^seed = \{.*$": "seed = [1, 2]",
 }
 """What takes minutes or hours as printed is run with a shorter time, fewer vehicles, or fewer systems."""
 
@@ -60,6 +65,21 @@ NOT_SAFE = ("loopgate verify --gate cautious.py:Cautious --random 20", "loopgate
 """Commands that end with 1, since what they find is what the page says."""
 
 
+@pytest.fixture(autouse=True)
+def _reader(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Stand where a reader stands: the repository's files, a configuration of one's own."""
+    for name in ("networks", "routes", "src"):
+        (tmp_path / name).symlink_to(ROOT / name)
+    (tmp_path / "analysis").mkdir()
+    for script in (ROOT / "analysis").glob("*.py"):
+        (tmp_path / "analysis" / script.name).symlink_to(script)
+    game = Path(sumo.SUMO_HOME) / "tools" / "game" / "cross"
+    own = f'<net-file value="{game}/cross.net.xml"/><route-files value="{game}/cross.rou.xml"/>'
+    (tmp_path / "my.sumocfg").write_text(f"<configuration>{own}</configuration>")  # stands for the reader's
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("PATH", f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}")
+
+
 def shorter(text: str) -> str:
     """Return lines of a command or a file as they are run here."""
     for printed, run in SHORTER.items():
@@ -67,32 +87,27 @@ def shorter(text: str) -> str:
     return text
 
 
+def run_line(line: str) -> None:
+    """Run a command as it is printed, or shorter."""
+    done = subprocess.run(shlex.split(shorter(line)), check=False, capture_output=True, text=True)
+    wanted = {1} if line.startswith(NOT_SAFE) else OUTCOMES
+    assert done.returncode in wanted, f"{line}\n{done.stdout[-2000:]}\n{done.stderr[-2000:]}"
+
+
 @pytest.mark.parametrize(
     "page", [pytest.param(page, marks=[pytest.mark.slow] if page in LONG else []) for page in PAGES]
 )
-def test_the_page_does_what_it_says(page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_page_does_what_it_says(page: str) -> None:
     """Commands run, files are written, Python prints what is printed."""
-    for name in ("networks", "routes", "src"):
-        (tmp_path / name).symlink_to(ROOT / name)
-    (tmp_path / "analysis").mkdir()
-    for script in (ROOT / "analysis").glob("*.py"):
-        (tmp_path / "analysis" / script.name).symlink_to(script)
-    own = Path(sumo.SUMO_HOME) / "tools" / "game" / "cross.sumocfg"  # stands for the reader's own
-    (tmp_path / "my.sumocfg").write_text(
-        own.read_text(encoding="utf-8").replace('value="', f'value="{own.parent}/')
-    )
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("PATH", f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}")
+    if page == "env":
+        pytest.importorskip("pettingzoo")
     known: dict[str, object] = {}
     for kind, title, text in BLOCK.findall((DOCS / f"{page}.md").read_text(encoding="utf-8")):
         if title:
             Path(title).write_text(shorter(text), encoding="utf-8")
         elif kind == "sh":
             for line in text.replace("\\\n", " ").splitlines():
-                run = shlex.split(shorter(line))
-                done = subprocess.run(run, check=False, capture_output=True, text=True)
-                wanted = {1} if line.startswith(NOT_SAFE) else OUTCOMES
-                assert done.returncode in wanted, f"{line}\n{done.stdout[-2000:]}\n{done.stderr[-2000:]}"
+                run_line(line)
         elif kind == "pycon":
             test = doctest.DocTestParser().get_doctest(text, known, page, None, 0)
             assert doctest.DocTestRunner().run(test, clear_globs=False).failed == 0
