@@ -27,6 +27,7 @@ from loopgate.negotiation.registry import check_negotiation
 from loopgate.network import RoadNetwork, generate_loops, read_loops
 from loopgate.network.sumo_config import read_sumo_config
 from loopgate.network.traffic_file import read_traffic
+from loopgate.replay.scene import load_scene
 from loopgate.research.theory.instances import instance
 from loopgate.results.recorder import read_events
 from loopgate.sweep.store import Store
@@ -207,6 +208,12 @@ def _trace(folder: Path, random: Random) -> None:
     audit_positions(folder / "positions.csv.gz", layout, events)
 
 
+def _replay(folder: Path, random: Random) -> None:
+    del random
+    (folder / "positions.csv.gz").unlink(missing_ok=True)
+    load_scene(folder)
+
+
 def _store(folder: Path, random: Random) -> None:
     del random
     with Store(folder) as store:
@@ -257,6 +264,7 @@ READERS = (
     Reader("results store", 4, "results", ("rows/*",), _store),
     Reader("run folder", 10, "run", ("summary.json", "scenario.toml", "*.parquet"), _run),
     Reader("trace and layout", 9, "run", ("layout.json", "events.parquet", "positions.csv.gz"), _trace),
+    Reader("replay", 9, "run", ("layout.json", "events.parquet", "fronts.parquet"), _replay),
     Reader("certificates", 10, "certificates", ("c.jsonl",), _certificates),
     Reader("gates, negotiations", 4, "scenario", (), _names),
 )

@@ -11,7 +11,7 @@ import pyarrow.parquet as pq
 from loopgate.audit.layout import Layout
 from loopgate.errors import ResultsError
 from loopgate.reading import refusing
-from loopgate.replay.tracks import PER_M, TURN, Tracks, make_tracks
+from loopgate.replay.tracks import LARGEST_M, MOST_STEPS, PER_M, TURN, Tracks, make_tracks
 from loopgate.replay.ways import loop_curve
 from loopgate.results.columns import FRONT, FRONTS_PER_M, TIME, VEHICLE
 from loopgate.results.table_reading import NO_PARQUET, check_columns
@@ -39,7 +39,7 @@ def read_fronts(file: Path, step_s: float, layout: Layout) -> Tracks:
     Raises
     ------
     ResultsError
-        If it cannot be read, names a vehicle that the layout does not know, or there is nobody in it.
+        If it cannot be read, does not fit the layout, or there is nobody in it.
     """
     names = tuple(layout.vehicles)
     numbers = {name: number for number, name in enumerate(names)}
@@ -53,7 +53,11 @@ def read_fronts(file: Path, step_s: float, layout: Layout) -> Tracks:
         words = table.column(VEHICLE).unify_dictionaries().combine_chunks()
         known = np.array([numbers[word] for word in words.dictionary.to_pylist()], dtype=np.int64)
         vehicle = known[words.indices.to_numpy(zero_copy_only=False)]
-        step = np.rint(table.column(TIME).to_numpy() / step_s).astype(np.int64)
+        steps = np.rint(table.column(TIME).to_numpy() / step_s)
+        if not (np.abs(steps) <= MOST_STEPS).all():
+            msg = f"{TIME} is no time of a run"
+            raise ValueError(msg)
+        step = steps.astype(np.int64)
         front_m = table.column(FRONT).to_numpy().astype(np.float64) / FRONTS_PER_M
     # What is recorded begins after the second step; after the first everybody stands where it starts.
     starts = np.array([body.start_m for body in layout.vehicles.values()])
@@ -68,9 +72,13 @@ def read_fronts(file: Path, step_s: float, layout: Layout) -> Tracks:
     for number, body in enumerate(layout.vehicles.values()):
         rows = slice(ends[number], ends[number + 1])
         curve, lap_m = curves[body.loop], layout.loops[body.loop].length_m
-        x[rows], y[rows] = front = _at(curve, lap_m, front_m[rows])
-        east, north = front - _at(curve, lap_m, front_m[rows] - body.length_m)
+        with np.errstate(invalid="ignore", divide="ignore"):  # told below
+            x[rows], y[rows] = front = _at(curve, lap_m, front_m[rows])
+            east, north = front - _at(curve, lap_m, front_m[rows] - body.length_m)
         heading[rows] = np.arctan2(east, north) * (TURN / (2.0 * np.pi))
+    if not (np.abs((x, y)) <= LARGEST_M).all():
+        msg = f"{file}: vehicles are nowhere on the loops of the layout beside it"
+        raise ResultsError(msg)
     whole = (np.rint(values).astype(np.int64) for values in (x * PER_M, y * PER_M, heading))
     across, up, turn = whole
     return make_tracks(names, step_s, (step, vehicle, across, up, turn % TURN), front_m)

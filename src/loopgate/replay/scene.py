@@ -156,7 +156,8 @@ def load_scene(folder: Path, report: Callable[[int], None] = lambda _percent: No
     ways = find_ways(layout) if layout else Ways({}, {}, (), {}, ())
     report(72)
     events = read_events(folder / outcome.EVENTS, _SHOWN)
-    happenings = find_happenings(events, tracks, layout, ways)
+    with refusing(folder / outcome.EVENTS, "table of events", ResultsError):
+        happenings = find_happenings(events, tracks, layout, ways)
     report(85)
     streets = draw_streets(open_network(scenario, folder), layout, _box(tracks))
     return Scene(summary, tracks, layout, ways, happenings, streets)

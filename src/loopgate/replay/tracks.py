@@ -14,7 +14,7 @@ import pyarrow.csv
 from loopgate.errors import ResultsError
 from loopgate.reading import refusing
 
-__all__ = ["PER_M", "TURN", "Tracks", "make_tracks", "read_tracks"]
+__all__ = ["LARGEST_M", "MOST_STEPS", "PER_M", "TURN", "Tracks", "make_tracks", "read_tracks"]
 
 Ints = npt.NDArray[np.int64]
 Floats = npt.NDArray[np.float64]
@@ -25,8 +25,13 @@ PER_M = 10
 TURN = 256
 """Headings are whole parts of a turn."""
 
+LARGEST_M = 1e8
+"""Nobody is farther away than this [m]."""
+
+MOST_STEPS = 1e9
+"""No run is longer."""
+
 _BLOCK_BYTES = 8_000_000
-_LARGEST_M = 1e8
 _LONGEST_LEAP_M = 200.0
 """A vehicle that goes farther in a step has been put somewhere else [m]."""
 
@@ -192,7 +197,7 @@ def _piece(table: pa.Table, numbers: dict[str, int], step_s: float) -> tuple[Int
 
 def _column(table: pa.Table, name: str) -> Floats:
     values = np.asarray(table.column(name).to_numpy(), dtype=np.float64)
-    if not (np.abs(values) <= _LARGEST_M).all():
-        msg = f"{name} is no number up to {_LARGEST_M:g}"
+    if not (np.abs(values) <= LARGEST_M).all():
+        msg = f"{name} is no number up to {LARGEST_M:g}"
         raise ValueError(msg)
     return values

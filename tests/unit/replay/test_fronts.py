@@ -1,5 +1,7 @@
 """What the drive knew of fronts becomes tracks, drawn where the loops lie."""
 
+from dataclasses import replace
+from math import nan
 from pathlib import Path
 
 import pandas as pd
@@ -62,9 +64,22 @@ def test_one_moved_ahead_begins_anew(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("rows", "words"),
-    [([(1.0, "x", 5)], "'x'"), ([], "nobody in it")],
+    [
+        ([(1.0, "x", 5)], "'x'"),
+        ([], "nobody in it"),
+        ([(nan, "v", 5)], "no time of a run"),
+        ([(1e300, "v", 5)], "no time of a run"),
+    ],
 )
 def test_what_does_not_fit_is_refused(tmp_path: Path, rows: list[tuple[float, str, int]], words: str) -> None:
-    """A vehicle that the layout does not know, and nobody at all."""
+    """A vehicle that the layout does not know, nobody at all, a time that is none."""
     with pytest.raises(ResultsError, match=words):
         read_fronts(recorded(tmp_path, *rows), 0.5, square())
+
+
+def test_a_layout_of_something_else_is_refused(tmp_path: Path) -> None:
+    """Loops without a length have no place for anybody."""
+    known = square()
+    layout = replace(known, loops={"square": LoopWay(0.0, known.loops["square"].spans, ())})
+    with pytest.raises(ResultsError, match="nowhere on the loops"):
+        read_fronts(recorded(tmp_path, (1.0, "v", 5)), 0.5, layout)
