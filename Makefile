@@ -5,7 +5,7 @@ BIN    := $(VENV)/bin
 STAMP  := $(VENV)/installed
 
 .DEFAULT_GOAL := help
-.PHONY: help demo readme docs setup test check browser animation format bench bench-sweep networks small-networks city throughput soak unseen long-vehicles covering watched day attached fuzz proofs lock clean
+.PHONY: help demo readme pictures docs setup test check browser animation format bench bench-replay bench-sweep networks small-networks city throughput soak unseen long-vehicles covering watched day attached fuzz proofs lock clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-15s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -26,6 +26,9 @@ docs: $(STAMP) ## build the documentation as a site (site/index.html); a broken 
 
 readme: $(STAMP) ## make the pictures of the README and docs/ and the README's first table anew
 	$(BIN)/python analysis/readme.py
+
+pictures: $(STAMP) ## draw the pictures of the concepts anew
+	$(BIN)/python analysis/pictures.py
 
 setup: $(STAMP) ## make .venv with everything that requirements.lock names
 
@@ -55,6 +58,9 @@ bench: $(STAMP) ## measure: gated runs against plain SUMO, decisions of algorith
 	$(BIN)/python analysis/bench_theory.py
 	$(BIN)/python analysis/bench_certified.py
 
+bench-replay: $(STAMP) ## measure: frames per second of replays, 400 and 2,000 vehicles (needs Chromium)
+	$(BIN)/python analysis/bench_replay.py
+
 networks: $(STAMP) ## rebuild networks/*.net.xml and show what changed
 	$(BIN)/python networks/build.py
 
@@ -67,7 +73,7 @@ small-networks: $(STAMP) ## deadlocks and collisions on the small networks, gate
 city: $(STAMP) ## packaged cities under algorithm2, loops of bounded and unbounded sharing
 	$(BIN)/python analysis/city.py
 
-throughput: $(STAMP) ## vehicle-km in the hour, SUMO's own rules beside the gates, five seeds: docs/throughput.md
+throughput: $(STAMP) ## vehicle-km in the hour, SUMO's own rules beside the gates, five seeds: docs/studies/throughput.md
 	$(BIN)/python analysis/throughput.py --seeds 5 --write
 	$(BIN)/python analysis/throughput_city.py --seeds 5 --write
 	$(BIN)/python analysis/alone.py --seeds 5 --write
@@ -80,7 +86,7 @@ soak: $(STAMP) ## ten simulated hours per network and gate; all tests, slow ones
 covering: $(STAMP) ## how near covering loops come to what is possible
 	$(BIN)/python analysis/covering.py
 
-watched: $(STAMP) ## how often streets are seen: SUMO and the gate, loops by design and by chance, spacing: docs/covering.md
+watched: $(STAMP) ## how often streets are seen: SUMO and the gate, loops by design and by chance, spacing: docs/studies/covering.md
 	$(BIN)/python analysis/watched.py --seeds 5 --write
 
 unseen: $(STAMP) ## 200 made networks of every kind, with positions: what is not as it should be

@@ -6,7 +6,7 @@ vehicles, where it is within reach. Run the studies first: shares are of their f
 
     python analysis/alone.py --seeds 5 --write
 
-prints the table and renews it in ``docs/throughput.md``.
+prints the table and renews it in ``docs/studies/throughput.md``.
 """
 
 from __future__ import annotations

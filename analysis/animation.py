@@ -54,7 +54,7 @@ def _demo(gate: str) -> Path:
     """Run the demo under `gate` as far as it is shown; return the run's folder."""
     folder = OUT / gate
     if not (folder / "summary.json").exists():
-        scenario = dataclasses.replace(headline.BERLIN, gate=gate, duration_s=TO_S + 5.0, positions=True)
+        scenario = dataclasses.replace(headline.BERLIN, gate=gate, duration_s=TO_S + 5.0)
         with show_progress(f"Berlin under {gate}", total=round(scenario.duration_s)) as report:
             simulate(scenario, folder, tick=lambda now, _: report(round(now)), overwrite=True)
     return folder

@@ -28,7 +28,7 @@ from loopgate.network import RoadNetwork, generate_loops, read_loops
 from loopgate.network.cover.wishes import read_districts, read_weights, streets_to_cover
 from loopgate.network.sumo_config import read_sumo_config
 from loopgate.network.traffic_file import read_traffic
-from loopgate.replay import make_replay
+from loopgate.replay.scene import load_scene
 from loopgate.research.theory.instances import instance
 from loopgate.results.recorder import read_events
 from loopgate.simulation.sumo_options import sumo_options
@@ -205,11 +205,6 @@ def _corners(folder: Path, random: Random) -> None:
     streets_to_cover(_roads(), spoiled_word("-900,-900 900,-900 900,900 -900,900", random), "passenger")
 
 
-def _replay(folder: Path, random: Random) -> None:
-    del random
-    make_replay(folder)
-
-
 def _scenario(folder: Path, random: Random) -> None:
     del random
     scenario = read_scenario(folder / "s.toml")
@@ -254,6 +249,12 @@ def _trace(folder: Path, random: Random) -> None:
     audit_events(events, system)
     layout = read_layout(folder / "layout.json")
     audit_positions(folder / "positions.csv.gz", layout, events)
+
+
+def _replay(folder: Path, random: Random) -> None:
+    del random
+    (folder / "positions.csv.gz").unlink(missing_ok=True)
+    load_scene(folder)
 
 
 def _store(folder: Path, random: Random) -> None:
@@ -310,7 +311,7 @@ READERS = (
     Reader("results store", 4, "results", ("rows/*",), _store),
     Reader("run folder", 10, "run", ("summary.json", "scenario.toml", "*.parquet"), _run),
     Reader("trace and layout", 9, "run", ("layout.json", "events.parquet", "positions.csv.gz"), _trace),
-    Reader("replay", 8, "run", ("layout.json", "*.parquet", "positions.csv.gz", "summary.json"), _replay),
+    Reader("replay", 9, "run", ("layout.json", "events.parquet", "fronts.parquet"), _replay),
     Reader("certificates", 10, "certificates", ("c.jsonl",), _certificates),
     Reader("gates, negotiations", 4, "scenario", (), _names),
 )

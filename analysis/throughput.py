@@ -5,7 +5,8 @@ the same places, SUMO's rules on networks of the same streets.
 
     python analysis/throughput.py --seeds 5 --write
 
-prints the tables and renews them in ``docs/throughput.md``. Runs that are done are kept, see ``--help``.
+prints the tables and renews them in ``docs/studies/throughput.md``. Runs that are done are kept, see
+``--help``.
 """
 
 from __future__ import annotations

@@ -5,7 +5,8 @@ for each seed, driven under every rule by the same vehicles from the same places
 
     python analysis/throughput_city.py --seeds 5 --write
 
-prints the tables and renews them in ``docs/throughput.md``. Runs that are done are kept, see ``--help``.
+prints the tables and renews them in ``docs/studies/throughput.md``. Runs that are done are kept, see
+``--help``.
 """
 
 from __future__ import annotations

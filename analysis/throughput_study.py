@@ -24,7 +24,7 @@ from loopgate.runs.results import read_results
 from loopgate.sweep import Sweep, run_sweep
 
 ROOT = Path(__file__).resolve().parents[1]
-PAGE = ROOT / "docs" / "throughput.md"
+PAGE = ROOT / "docs" / "studies" / "throughput.md"
 RULE = "rule"
 SUMO = "SUMO"
 WARMUP_S = 300.0
@@ -86,7 +86,9 @@ def parser(description: str | None) -> argparse.ArgumentParser:
     made.add_argument("--duration", type=float, default=3600.0, help="measured time [s]")
     made.add_argument("--jobs", type=int, default=2, help="processes")
     made.add_argument("--out", type=Path, default=ROOT / "out" / "throughput", help="results folder")
-    made.add_argument("--write", action="store_true", help=f"renew the study's part of docs/{PAGE.name}")
+    made.add_argument(
+        "--write", action="store_true", help=f"renew the study's part of docs/studies/{PAGE.name}"
+    )
     return made
 
 

@@ -35,7 +35,7 @@ from loopgate.results import row_columns as c
 from loopgate.runs.results import read_results
 from loopgate.sweep import Sweep, run_sweep
 
-PAGE = ROOT / "docs" / "covering.md"
+PAGE = ROOT / "docs" / "studies" / "covering.md"
 RULE = "rule"
 WARMUP_S, DURATION_S = 1800.0, 3600.0
 REVISIT_S = 600.0
@@ -256,7 +256,7 @@ def main() -> None:
     words.add_argument("--done", action="store_true", help="run nothing; show what has been run")
     words.add_argument("--jobs", type=int, default=1, help="processes")
     words.add_argument("--out", type=Path, default=ROOT / "out" / "watched", help="results folder")
-    words.add_argument("--write", action="store_true", help=f"renew the tables in docs/{PAGE.name}")
+    words.add_argument("--write", action="store_true", help=f"renew the tables in docs/studies/{PAGE.name}")
     given = words.parse_args()
     parts = []
     for cell in cells(given.networks):

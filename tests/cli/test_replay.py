@@ -11,11 +11,14 @@ from loopgate.cli.main import cli
 from loopgate.errors import LoopgateError, ResultsError
 from loopgate.replay import make_replay
 from loopgate.replay.scene import load_scene
+from loopgate.replay.tracks import TURN
 from loopgate.runs.run import read_run
 
 pytestmark = pytest.mark.sumo
 
 NETWORK = "networks/order2.net.xml"
+NEAR_DM = 2
+"""Both are rounded to a tenth of a metre."""
 
 
 @pytest.fixture(scope="module")
@@ -43,6 +46,26 @@ def test_two_runs_share_their_streets(seen: Path) -> None:
     assert two.title == "order2: loopgate, certified beside loopgate, certified"
     assert len(two.html) - len(one.html) < len(one.html) / 2
     assert make_replay(seen).html == one.html
+
+
+@pytest.mark.parametrize("gate", ["certified", "open"])
+def test_without_positions_it_shows_the_same(gate: str, tmp_path: Path) -> None:
+    """What the drive knew of its vehicles is where SUMO had them: front and direction, step by step."""
+    options = ["--routes", "routes/order2.rou.xml", "--duration", "300", "--positions", "--gate", gate]
+    assert CliRunner().invoke(cli, ["run", NETWORK, *options, "-o", str(tmp_path)]).exit_code == 0
+    recorded = load_scene(tmp_path)
+    (tmp_path / "positions.csv.gz").unlink()
+    known = load_scene(tmp_path)
+    assert known.tracks.vehicles == recorded.tracks.vehicles
+    assert known.tracks.count.tolist() == recorded.tracks.count.tolist()
+    for axis in ("x", "y"):
+        off = getattr(known.tracks, axis) - getattr(recorded.tracks, axis)
+        assert abs(off).max() <= NEAR_DM
+    turned = (known.tracks.heading - recorded.tracks.heading + TURN // 2) % TURN - TURN // 2
+    assert abs(turned).max() < TURN / 32
+    assert known.happenings.laps == recorded.happenings.laps
+    assert known.happenings.holds == recorded.happenings.holds
+    assert len(known.happenings.visits) == len(recorded.happenings.visits)
 
 
 def test_a_configuration_as_it_is(tmp_path: Path) -> None:
@@ -74,7 +97,7 @@ def test_the_streets_are_drawn_where_the_network_is_gone(seen: Path, tmp_path: P
 
 
 def test_refusals_name_the_way_out(seen: Path, tmp_path: Path) -> None:
-    """No positions: the command that records them; no run, or three: what was expected."""
+    """Neither loops nor positions: the command that records them; no run, or three: what was expected."""
     bare = tmp_path / "bare"
     bare.mkdir()
     (bare / "summary.json").write_bytes((seen / "summary.json").read_bytes())
@@ -91,12 +114,15 @@ def test_refusals_name_the_way_out(seen: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "name", ["summary.json", "scenario.toml", "layout.json", "events.parquet", "positions.csv.gz"]
+    "name",
+    ["summary.json", "scenario.toml", "layout.json", "events.parquet", "positions.csv.gz", "fronts.parquet"],
 )
 def test_damaged_files_are_refused_in_one_line(seen: Path, tmp_path: Path, name: str) -> None:
     """Whatever is cut short, the line names it."""
     for file in seen.iterdir():
         (tmp_path / file.name).write_bytes(file.read_bytes())
+    if name == "fronts.parquet":
+        (tmp_path / "positions.csv.gz").unlink()
     content = (tmp_path / name).read_bytes()
     (tmp_path / name).write_bytes(content[: len(content) // 3] + b"\0[")
     with pytest.raises(ResultsError, match=str(tmp_path / name)) as caught:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import doctest
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -108,11 +107,3 @@ def test_a_step_needs_an_episode(env: LoopgateEnv) -> None:
     """Before the first, and after the end of one."""
     with pytest.raises(LoopgateError, match="reset"):
         env.step({})
-
-
-def test_the_page_is_right(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Its lines run as printed."""
-    monkeypatch.chdir(ROOT)
-    found = doctest.testfile(str(ROOT / "docs" / "env.md"), module_relative=False)
-    assert found.attempted >= 6
-    assert found.failed == 0

@@ -24,6 +24,16 @@ RING = Scenario.from_dict(
 )
 
 
+def configured(folder: Path, routes: str) -> str:
+    """Write a configuration with these trips or flows on a grid; return where it is."""
+    (folder / "t.rou.xml").write_text(f"<routes>{routes}</routes>")
+    network = ROOT / "networks" / "grid5-priority.net.xml"
+    (folder / "t.sumocfg").write_text(
+        f'<configuration><net-file value="{network}"/><route-files value="t.rou.xml"/></configuration>'
+    )
+    return str(folder / "t.sumocfg")
+
+
 def test_events_up_to_a_full_disk_are_left(tmp_path: Path) -> None:
     """One line that names the file; SUMO is ended, so that the next run begins."""
     with no_file_beyond(60_000), pytest.raises(ResultsError, match=r"out/events\.parquet: cannot be written"):
@@ -41,14 +51,18 @@ def test_sumo_is_ended_before_it_finds_no_room_for_positions(tmp_path: Path) -> 
     assert len(read_events(tmp_path / "out" / "events.parquet"))
 
 
+def test_a_configuration_as_it_is_ends_before_that_too(tmp_path: Path) -> None:
+    """Its own vehicles, recorded as SUMO has them."""
+    flow = '<flow id="f" begin="0" end="20000" period="3" from="A0B0" to="C0D0"/>'
+    network = configured(tmp_path, flow)
+    scenario = Scenario(network=network, gate="open", duration_s=20_000.0, positions=True)
+    with no_file_beyond(3_000_000), pytest.raises(ResultsError, match=r"positions\.csv\.gz: cannot go on"):
+        simulate(scenario, tmp_path / "out")
+
+
 def test_trips_that_sumo_could_not_write_are_missed(tmp_path: Path) -> None:
     """SUMO itself does not say so; vehicles would be missing from the results."""
     trips = "".join(f'<trip id="t{k}" depart="{k}" from="A0B0" to="C0D0"/>' for k in range(100))
-    (tmp_path / "t.rou.xml").write_text(f"<routes>{trips}</routes>")
-    network = ROOT / "networks" / "grid5-priority.net.xml"
-    (tmp_path / "t.sumocfg").write_text(
-        f'<configuration><net-file value="{network}"/><route-files value="t.rou.xml"/></configuration>'
-    )
-    scenario = Scenario(network=str(tmp_path / "t.sumocfg"), gate="open")
+    scenario = Scenario(network=configured(tmp_path, trips), gate="open")
     with no_file_beyond(12_000), pytest.raises(ResultsError, match=r"tripinfo\.xml: SUMO could not write"):
         simulate(scenario, tmp_path / "out")

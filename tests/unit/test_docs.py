@@ -6,6 +6,7 @@ import dataclasses
 import re
 from pathlib import Path
 
+import pictures  # in analysis/
 import pytest
 
 from loopgate.gates import Reason, gate_names
@@ -41,8 +42,15 @@ def test_every_gate_and_reason_is_explained() -> None:
     assert set(gate_names()) | {str(r) for r in Reason} <= coded("gates.md")
 
 
+@pytest.mark.parametrize("name", sorted(pictures.PICTURES))
+def test_pictures_are_those_that_their_script_draws(name: str, tmp_path: Path) -> None:
+    """`make pictures` changes nothing."""
+    pictures.PICTURES[name]().write(tmp_path / name)
+    assert (tmp_path / name).read_bytes() == (DOCS / "images" / name).read_bytes()
+
+
 def test_links_lead_somewhere() -> None:
     """Pages that are linked exist."""
-    for page in DOCS.glob("*.md"):
+    for page in DOCS.rglob("*.md"):
         for target in re.findall(r"\]\(([^)#]+)\)", page.read_text(encoding="utf-8")):
             assert "://" in target or (page.parent / target).exists(), f"{page.name}: {target}"

@@ -17,7 +17,7 @@ PAGE = (ROOT / "docs" / "sweeps.md").read_text(encoding="utf-8")
 
 def test_the_sweep_shown_is_the_one_that_is_there() -> None:
     """The block in the page and the file in analysis/ say the same, and it is 18 runs."""
-    shown = re.search(r"```toml\n(.*?)```", PAGE, flags=re.DOTALL)
+    shown = re.search(r"```toml title=\"analysis/first_sweep.toml\"\n(.*?)```", PAGE, flags=re.DOTALL)
     assert shown is not None
     file = ROOT / "analysis" / "first_sweep.toml"
     assert tomllib.loads(shown[1]) == tomllib.loads(file.read_text(encoding="utf-8"))

@@ -38,7 +38,7 @@ from loopgate.analysis.trips import (
     compute_vehicle_holds,
     compute_waits,
 )
-from loopgate.analysis.waits import compute_wait_causes
+from loopgate.analysis.waits import compute_longest_waits, compute_wait_causes
 from loopgate.analysis.watching import compute_districts, compute_seen_within, compute_watch
 
 __all__ = [
@@ -56,6 +56,7 @@ __all__ = [
     "compute_holds",
     "compute_lap_distribution",
     "compute_laps",
+    "compute_longest_waits",
     "compute_mean",
     "compute_paired",
     "compute_ranked",

@@ -26,6 +26,7 @@ NEVER_SEEN: Final = "never_seen"  # how many of them nobody entered
 # one row per group of runs
 RUNS: Final = "runs"  # how many runs the row rests on
 MEAN: Final = "mean"  # in the unit of the value asked for
+MOST: Final = "most"  # of any run, same unit
 STD: Final = "std"  # sample standard deviation over runs, same unit
 LOW: Final = "low"  # lower end of the interval, same unit as the estimate
 HIGH: Final = "high"

@@ -1,17 +1,18 @@
-"""What vehicles waited for at their gates, by cause, from the run's events."""
+"""What vehicles waited for at their gates, by cause."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import pandas as pd
 
-from loopgate.analysis.columns import BEGIN, CAUSE, END, SINCE, WAIT
-from loopgate.analysis.frames import check_columns, check_period
+from loopgate.analysis.columns import BEGIN, CAUSE, END, MEAN, MOST, RUNS, SINCE, WAIT
+from loopgate.analysis.frames import check_columns, check_period, groups, succeeded, table
 from loopgate.results.columns import EVENT, EVENT_COLUMNS, PLACE, REASON, TIME, VEHICLE, Event
+from loopgate.results.row_columns import GATE, LONGEST_FOR, NETWORK, VEHICLES
 
-__all__ = ["compute_wait_causes", "wait_figures"]
+__all__ = ["compute_longest_waits", "compute_wait_causes", "wait_figures"]
 
 _GRANTS = "grants"
 
@@ -73,6 +74,50 @@ def compute_wait_causes(*, events: pd.DataFrame, end_s: float, begin_s: float = 
     seen = spells[spells[END] > begin_s]
     parts = seen.groupby([*wait, CAUSE], sort=False).agg({PLACE: "first", SINCE: "first", WAIT: "sum"})
     return parts.reset_index()[[VEHICLE, PLACE, SINCE, CAUSE, WAIT]]
+
+
+def compute_longest_waits(
+    *, runs: pd.DataFrame, by: Sequence[str] = (NETWORK, GATE, VEHICLES)
+) -> pd.DataFrame:
+    """Return for what the longest waits of each group of runs were.
+
+    Parameters
+    ----------
+    runs
+        One row per run.
+    by
+        Columns that make a group.
+
+    Returns
+    -------
+    DataFrame
+        One row per group and cause: `by`, `CAUSE`, `RUNS`; `MEAN` over the runs and `MOST` of any of them of
+        the longest time that one wait was for that cause [s]. Runs without a gate are left out, and causes
+        for which nobody waited.
+
+    Raises
+    ------
+    AnalysisError
+        On a missing column.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> from loopgate.analysis import compute_longest_waits
+    >>> runs = pd.DataFrame({"gate": "certified", "longest_crossing_s": [20.0, 30.0]})
+    >>> compute_longest_waits(runs=runs, by=["gate"]).values.tolist()
+    [['certified', 'crossing', 2, 25.0, 30.0]]
+    """
+    known = {cause: column for cause, column in LONGEST_FOR.items() if column in runs}
+    rows = []
+    for names, group in groups(runs, by, "runs"):
+        done = succeeded(group)
+        for cause, column in known.items():
+            waited = done[column].dropna()
+            if waited.gt(0).any():
+                figures = {RUNS: len(waited), MEAN: waited.mean(), MOST: waited.max()}
+                rows.append({**names, CAUSE: cause, **figures})
+    return table(rows, (*by, CAUSE, RUNS, MEAN, MOST))
 
 
 def wait_figures(causes: pd.DataFrame | None) -> dict[str, Any]:

@@ -13,7 +13,7 @@ __all__ = ["replay"]
     epilog="""
     \b
     Examples:
-      loopgate run sumo:DRT --loops 60 --vehicles 400 --positions -o out/ours
+      loopgate run sumo:DRT --loops 60 --vehicles 400 -o out/ours
       loopgate replay out/ours -o replay.html
       loopgate replay out/sumo out/ours -o both.html
     """
@@ -25,8 +25,9 @@ __all__ = ["replay"]
 def replay(*, runs: tuple[Path, ...], out: Path | None) -> None:
     """Write a page that replays RUN, or two runs side by side on one clock.
 
-    RUN is a run folder made with --positions. The page opens offline, in any browser of 2023 or later: play
-    it, click a vehicle to follow it and read why it waits, step to the next refusal, deadlock or lap.
+    RUN is a run folder. The page opens offline, in any browser of 2023 or later: play it, click a vehicle to
+    follow it and read why it waits, step to the next refusal, deadlock or lap. Vehicles are drawn on the
+    lanes of their loops; runs made with --positions show the lanes they took, and vehicles on no loop.
     """
     from loopgate.cli.progress import show_progress
     from loopgate.replay import make_replay

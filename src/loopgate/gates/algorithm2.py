@@ -2,7 +2,7 @@
 
 Faithful to the paper, and therefore neither safe nor free of blocking: there are systems of five robots where
 it admits a move into an inevitable deadlock, and others where it stops everybody in a live configuration
-(docs/what-is-not-true.md). The gate ``certified`` does neither.
+(docs/studies/what-is-not-true.md). The gate ``certified`` does neither.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 The lemmas give conditions that every higher-order deadlock fulfils; Theorem 1 turns them round into reasons
 for a circuit to be live. They are stated as the paper states them, which is not to say that they hold: the
-second condition of Theorem 1 looks one step ahead, which is not enough (docs/what-is-not-true.md).
+second condition of Theorem 1 looks one step ahead, which is not enough (docs/studies/what-is-not-true.md).
 """
 
 from __future__ import annotations

@@ -1,11 +1,11 @@
-"""Parts of closed curves."""
+"""Parts of lines and of closed curves."""
 
 from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["cut_curve", "gap"]
+__all__ = ["cut_curve", "cut_line", "gap"]
 
 _Floats = npt.NDArray[np.float64]
 _ROUNDING_M = 1e-6
@@ -27,11 +27,16 @@ def cut_curve(points: _Floats, arcs: _Floats, lap_m: float, begin_m: float, end_
     laps = (0.0, lap_m) if end_m > lap_m else (0.0,)
     all_points = np.concatenate([points for _ in laps])
     all_arcs = np.concatenate([arcs + lap for lap in laps])
-    inside = (all_arcs > begin_m) & (all_arcs < end_m)
+    return cut_line(all_points, all_arcs, begin_m, end_m)
+
+
+def cut_line(points: _Floats, arcs: _Floats, begin_m: float, end_m: float) -> _Floats:
+    """Return the part of a line between two arc lengths on it, as `cut_curve` does of a closed one."""
+    inside = (arcs > begin_m) & (arcs < end_m)
     first, last = (
-        [float(np.interp(at, all_arcs, all_points[:, axis])) for axis in (0, 1)] for at in (begin_m, end_m)
+        [float(np.interp(at, arcs, points[:, axis])) for axis in (0, 1)] for at in (begin_m, end_m)
     )
-    return np.vstack((first, all_points[inside], last))
+    return np.vstack((first, points[inside], last))
 
 
 def gap(lap_m: float, from_m: float, to_m: float) -> float:

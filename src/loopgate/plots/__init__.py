@@ -6,18 +6,16 @@ The figures are Altair's charts: ``figure.save("throughput.svg")`` writes one (S
 
 from loopgate.plots.charts import figure_svg
 from loopgate.plots.course import plot_flow, plot_ranked, plot_time_space
-from loopgate.plots.figures import (
+from loopgate.plots.lines import (
     plot_against,
-    plot_capacity,
     plot_deadlock_rate,
     plot_decision_time,
     plot_fundamental,
-    plot_laps,
     plot_mean,
     plot_paired,
-    plot_survival,
 )
 from loopgate.plots.road_map import plot_edges
+from loopgate.plots.spreads import plot_capacity, plot_laps, plot_survival
 from loopgate.plots.watching import plot_seen_within, plot_unwatched
 
 __all__ = [

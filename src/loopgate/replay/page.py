@@ -75,20 +75,21 @@ def make_replay(
     Parameters
     ----------
     folders
-        Run folders, made with positions (``loopgate run --positions``).
+        Run folders.
     report
         Told how much is done, in parts of a hundred for each run.
 
     Raises
     ------
     ResultsError
-        If there is none or too many, one cannot be read, or has no positions; the text says what to run.
+        If there is none or too many, one cannot be read, or has neither loops nor positions; the text says
+        what to run.
 
     Examples
     --------
     >>> from loopgate import Scenario, make_replay, run
     >>> roads = {"network": "networks/order2.net.xml", "routes": "routes/order2.rou.xml"}
-    >>> made = run(Scenario(**roads, duration_s=60, positions=True), "out/seen")
+    >>> made = run(Scenario(**roads, duration_s=60), "out/seen")
     >>> make_replay("out/seen").write("out/replay.html").name
     'replay.html'
     """

@@ -13,6 +13,7 @@ import numpy as np
 from loopgate.audit.layout import Layout, read_layout
 from loopgate.errors import ResultsError
 from loopgate.reading import read_object, read_toml, refusing
+from loopgate.replay.fronts import read_fronts
 from loopgate.replay.happenings import WHY, Happenings, Span, find_happenings
 from loopgate.replay.pack import Pack
 from loopgate.replay.streets import Box, draw_streets, flat, open_network
@@ -117,25 +118,25 @@ def load_scene(folder: Path, report: Callable[[int], None] = lambda _percent: No
     Parameters
     ----------
     folder
-        Of a run with positions.
+        Of a run on loops, or of any with positions.
     report
         Told how much is done, in percent.
 
     Raises
     ------
     ResultsError
-        If it is no run folder, a file cannot be read, or no positions were recorded.
+        If it is no run folder, a file cannot be read, or it has neither loops nor positions.
     """
     summary = read_object(folder / outcome.SUMMARY, "summary of a run", ResultsError)
     with refusing(folder, "run folder", ResultsError):
         needed = {name: summary[name] for name in ("network", "gate", "outcome", "vehicles", "duration_s")}
-    positions = folder / outcome.POSITIONS
-    if not positions.is_file():
+    positions, fronts = folder / outcome.POSITIONS, folder / outcome.FRONTS
+    file = folder / outcome.LAYOUT
+    layout = read_layout(file) if file.is_file() else None
+    if not positions.is_file() and (layout is None or not fronts.is_file()):
         msg = f"{folder}: no positions were recorded; run it again with them: {_again(summary, folder)}"
         raise ResultsError(msg)
     scenario = read_toml(folder / outcome.SCENARIO, "scenario", ResultsError)
-    file = folder / outcome.LAYOUT
-    layout = read_layout(file) if file.is_file() else None
     with refusing(folder, "run folder", ResultsError):
         step_s = float(scenario["step_s"])
         rows = (
@@ -143,16 +144,20 @@ def load_scene(folder: Path, report: Callable[[int], None] = lambda _percent: No
             * needed["vehicles"]
         )
     report(2)
-    tracks = read_tracks(
-        positions,
-        step_s,
-        known=tuple(layout.vehicles) if layout else (),
-        report=lambda done: report(2 + min(68, int(68 * done / rows))),
-    )
+    if layout is not None and not positions.is_file():
+        tracks = read_fronts(fronts, step_s, layout)
+    else:
+        tracks = read_tracks(
+            positions,
+            step_s,
+            known=tuple(layout.vehicles) if layout else (),
+            report=lambda done: report(2 + min(68, int(68 * done / rows))),
+        )
     ways = find_ways(layout) if layout else Ways({}, {}, (), {}, ())
     report(72)
     events = read_events(folder / outcome.EVENTS, _SHOWN)
-    happenings = find_happenings(events, tracks, layout, ways)
+    with refusing(folder / outcome.EVENTS, "table of events", ResultsError):
+        happenings = find_happenings(events, tracks, layout, ways)
     report(85)
     streets = draw_streets(open_network(scenario, folder), layout, _box(tracks))
     return Scene(summary, tracks, layout, ways, happenings, streets)

@@ -1,4 +1,4 @@
-"""Where every vehicle was at every step, as SUMO recorded it, rounded to what can be seen."""
+"""Where every vehicle was at every step, rounded to what can be seen; as SUMO recorded it."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ import pyarrow.csv
 from loopgate.errors import ResultsError
 from loopgate.reading import refusing
 
-__all__ = ["PER_M", "TURN", "Tracks", "read_tracks"]
+__all__ = ["LARGEST_M", "MOST_STEPS", "PER_M", "TURN", "Tracks", "make_tracks", "read_tracks"]
 
 Ints = npt.NDArray[np.int64]
 Floats = npt.NDArray[np.float64]
@@ -25,8 +25,13 @@ PER_M = 10
 TURN = 256
 """Headings are whole parts of a turn."""
 
+LARGEST_M = 1e8
+"""Nobody is farther away than this [m]."""
+
+MOST_STEPS = 1e9
+"""No run is longer."""
+
 _BLOCK_BYTES = 8_000_000
-_LARGEST_M = 1e8
 _LONGEST_LEAP_M = 200.0
 """A vehicle that goes farther in a step has been put somewhere else [m]."""
 
@@ -123,14 +128,34 @@ def read_tracks(
         msg = f"{file}: there is nobody in it"
         raise ResultsError(msg)
     step, vehicle, x, y, heading = (np.concatenate(column) for column in zip(*pieces, strict=True))
-    order = np.lexsort((step, vehicle))
-    step, vehicle, x, y, heading = (column[order] for column in (step, vehicle, x, y, heading))
+    return make_tracks(tuple(numbers), step_s, (step, vehicle, x, y, heading), np.concatenate(driven))
+
+
+def make_tracks(
+    vehicles: tuple[str, ...], step_s: float, columns: tuple[Ints, ...], odometer_m: Floats
+) -> Tracks:
+    """Return positions in any order as tracks.
+
+    Parameters
+    ----------
+    vehicles
+        Their names.
+    step_s
+        Length of a step [s].
+    columns
+        Of each position the number of its step, counted from time 0, its vehicle, and `Tracks.x`, `Tracks.y`,
+        `Tracks.heading`.
+    odometer_m
+        Distance driven, of each position [m].
+    """
+    order = np.lexsort(columns[:2])
+    step, vehicle, x, y, heading = (column[order] for column in columns)
     first = int(step.min())
     leap = np.maximum(np.abs(np.diff(x)), np.abs(np.diff(y))) > _LONGEST_LEAP_M * PER_M
     cut = (np.diff(vehicle) != 0) | (np.diff(step) != 1) | leap
     begins = np.concatenate(([0], np.flatnonzero(cut) + 1))
     return Tracks(
-        vehicles=tuple(numbers),
+        vehicles=vehicles,
         first_s=first * step_s,
         step_s=step_s,
         frames=int(step.max()) - first + 1,
@@ -140,7 +165,7 @@ def read_tracks(
         x=x,
         y=y,
         heading=heading,
-        odometer_m=np.concatenate(driven)[order],
+        odometer_m=odometer_m[order],
     )
 
 
@@ -172,7 +197,7 @@ def _piece(table: pa.Table, numbers: dict[str, int], step_s: float) -> tuple[Int
 
 def _column(table: pa.Table, name: str) -> Floats:
     values = np.asarray(table.column(name).to_numpy(), dtype=np.float64)
-    if not (np.abs(values) <= _LARGEST_M).all():
-        msg = f"{name} is no number up to {_LARGEST_M:g}"
+    if not (np.abs(values) <= LARGEST_M).all():
+        msg = f"{name} is no number up to {LARGEST_M:g}"
         raise ValueError(msg)
     return values

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from loopgate.audit.layout import Layout, LoopWay
 from loopgate.network.curve import cut_curve, gap
 
-__all__ = ["Link", "Ways", "find_ways"]
+__all__ = ["Link", "Ways", "find_ways", "loop_curve"]
 
 Line = npt.NDArray[np.float64]
 
@@ -61,7 +61,7 @@ def find_ways(layout: Layout) -> Ways:
     passing: dict[str, list[int]] = {}
     excluded: list[set[str]] = []
     for name, loop in layout.loops.items():
-        points, arcs = _curve(layout, loop)
+        points, arcs = loop_curve(layout, loop)
         loops[name] = points
         numbers = []
         for k, leg in enumerate(loop.legs):
@@ -85,8 +85,8 @@ def find_ways(layout: Layout) -> Ways:
     return Ways(loops, places, tuple(drawn), after, foes)
 
 
-def _curve(layout: Layout, loop: LoopWay) -> tuple[Line, Line]:
-    """Return a loop's points, and the arc length of each on it."""
+def loop_curve(layout: Layout, loop: LoopWay) -> tuple[Line, Line]:
+    """Return a loop's points, shape (n, 2), and the arc length of each on it [m]."""
     points, arcs = [], []
     for span in loop.spans:
         shape = np.asarray(layout.shapes[span.lanes[0]], dtype=np.float64)

@@ -15,11 +15,10 @@ from matplotlib.figure import Figure
 
 from loopgate.disk import disk_error
 from loopgate.errors import ResultsError
-from loopgate.network.contacts import Floats
 from loopgate.network.loop import Loop
 from loopgate.network.road import RoadNetwork
 
-__all__ = ["DPI", "GROUND", "INK", "base_map", "points_per_m", "stretch"]
+__all__ = ["DPI", "GROUND", "INK", "base_map", "points_per_m"]
 
 INK = "#23292e"
 GROUND = "#f1f2f0"
@@ -109,19 +108,6 @@ def points_per_m(axes: Axes) -> float:
     """Return how many points of the page a metre of road takes."""
     low, high = axes.get_xlim()
     return _SIZE_IN * 72.0 / (high - low)
-
-
-def stretch(curve: tuple[Floats, Floats], lap_m: float, begin_m: float, end_m: float) -> Floats:
-    """Return the curve between two arc lengths, which may lie beyond the lap's ends."""
-    points, arcs = curve
-    all_points = np.vstack((points, points, points))
-    all_arcs = np.concatenate((arcs - lap_m, arcs, arcs + lap_m))
-    inside = (all_arcs > begin_m) & (all_arcs < end_m)
-    ends = [
-        [np.interp(arc, all_arcs, all_points[:, 0]), np.interp(arc, all_arcs, all_points[:, 1])]
-        for arc in (begin_m, end_m)
-    ]
-    return np.vstack((ends[0], all_points[inside], ends[1]))
 
 
 def _roads(axes: Axes, network: RoadNetwork) -> None:

@@ -20,6 +20,7 @@ from loopgate.analysis import (
     compute_flow,
     compute_fundamental,
     compute_lap_distribution,
+    compute_longest_waits,
     compute_mean,
     compute_paired,
     compute_ranked,
@@ -116,6 +117,8 @@ def _section(network: str, runs: pd.DataFrame, results: Results, load: str) -> S
     _overall(content, runs, names)
     _deadlocks(content, runs)
     _laps_and_decisions(content)
+    if len(runs) > 1:
+        _longest_waits(content, runs)
     _roads(content, runs)
     folders = list(results.run_folders.values())
     if len(runs) == 1 and len(folders) == 1 and (folders[0] / "vehicles.parquet").is_file():
@@ -229,6 +232,22 @@ def _deadlocks(content: Content, runs: pd.DataFrame) -> None:
         f"Kaplan-Meier curves with 95 % bands, for {which} with which runs lock up.",
         plots.plot_survival(survival, **content.style, name="survival"),
     )
+
+
+def _longest_waits(content: Content, runs: pd.DataFrame) -> None:
+    """Add what the longest waits were for, at the vehicle count that series have in common."""
+    count = common_count(runs)
+    title = "For what the longest waits were"
+    waits = content.table(
+        "longest-waits", title, compute_longest_waits, {"runs": "runs"}, options={"by": _BY}
+    )
+    if not (waits[c.VEHICLES] == count).any():
+        return
+    chart = plots.plot_ranked(
+        waits, of=a.CAUSE, value=a.MOST, label="longest wait [s]", **content.style, name="longest-waits"
+    ).transform_filter(f"datum['{c.VEHICLES}'] == {count}")
+    caption = f"The longest time that one wait was for a cause, in any run with {count} vehicles; gates only."
+    content.figure("longest-waits", title, caption, chart)
 
 
 def _laps_and_decisions(content: Content) -> None:

@@ -14,9 +14,10 @@ from loopgate.abstraction.itinerary import Itinerary
 from loopgate.abstraction.survey import survey
 from loopgate.model import StateId
 from loopgate.network.contacts import Floats
+from loopgate.network.curve import cut_curve
 from loopgate.network.loop import Loop
 from loopgate.network.road import RoadNetwork
-from loopgate.report.base_map import DPI, INK, base_map, points_per_m, stretch
+from loopgate.report.base_map import DPI, INK, base_map, points_per_m
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -101,7 +102,8 @@ def _zones(
         curve = loop.curve()
         for leg in itinerary.legs:
             if leg.state in zones:
-                where.setdefault(leg.state, []).append(stretch(curve, loop.length_m, leg.begin_m, leg.end_m))
+                line = cut_curve(*curve, loop.length_m, leg.begin_m, leg.end_m)
+                where.setdefault(leg.state, []).append(line)
     every = [line for lines in where.values() for line in lines]
     # A pale band with a darker edge, so that it reads in grey as well.
     for colour, extra, order in ((_ZONE, 1.6, 3), ("#FBD9BF", 0.0, 4)):

@@ -14,6 +14,7 @@ from matplotlib.lines import Line2D
 
 from loopgate.abstraction.queue_survey import CrossingSurvey, QueueSurvey, Refusal
 from loopgate.network.contacts import Floats
+from loopgate.network.curve import cut_line
 from loopgate.network.loop import arc_lengths
 from loopgate.network.road import RoadNetwork
 from loopgate.report.base_map import DPI, INK, base_map, points_per_m
@@ -125,15 +126,7 @@ def _part(network: RoadNetwork, lane_id: str, begin_m: float, end_m: float) -> F
     """Return the drawn shape of a part of a lane; positions are SUMO's, by its own length of the lane."""
     lane = network.lanes[lane_id]
     points = np.asarray(lane.shape, dtype=np.float64)
-    return _between(points, arc_lengths(points, 0.0, lane.length_m), begin_m, end_m)
-
-
-def _between(points: Floats, arcs: Floats, begin_m: float, end_m: float) -> Floats:
-    inside = (arcs > begin_m) & (arcs < end_m)
-    first, last = (
-        [float(np.interp(at, arcs, points[:, axis])) for axis in (0, 1)] for at in (begin_m, end_m)
-    )
-    return np.vstack((first, points[inside], last))
+    return cut_line(points, arc_lengths(points, 0.0, lane.length_m), begin_m, end_m)
 
 
 def _conflicts(axes: Axes, network: RoadNetwork, found: QueueSurvey, scale: float) -> None:
@@ -196,7 +189,7 @@ def _shared(
     for conflict in crossing.conflicts:
         if conflict.begin_m is None or conflict.end_m is None or (unlisted and conflict.listed):
             continue
-        yield _between(points, arcs, conflict.begin_m, conflict.end_m)
+        yield cut_line(points, arcs, conflict.begin_m, conflict.end_m)
 
 
 def _unlisted(network: RoadNetwork, via: dict[str, tuple[str, ...]], found: QueueSurvey) -> Iterator[Floats]:

@@ -131,6 +131,10 @@ ON_ROAD: Final = "vehicles"
 STILL: Final = "standing"  # mean number of vehicles slower than 0.1 m/s
 FLOW_COLUMNS: Final = (TIME, ON_ROAD, STILL, DISTANCE, LAPS)
 
+# fronts.parquet: one row per vehicle and step (TIME, VEHICLE, and)
+FRONT: Final = "front_dm"  # where its front is, along its loop, laps counted on [tenths of a metre]
+FRONTS_PER_M: Final = 10
+
 # loops.parquet: one row per loop and edge on it, in their order (LOOP, EDGE, and)
 EDGE_BEGIN: Final = "begin_m"  # where the edge begins, along the loop
 LOOP_COLUMNS: Final = (LOOP, EDGE, EDGE_BEGIN)

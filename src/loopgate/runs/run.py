@@ -112,7 +112,7 @@ class Run:
         Raises
         ------
         ResultsError
-            If nothing was kept of a run, or it has no positions.
+            If nothing was kept of a run, or it has neither loops nor positions.
         """
         folders = [run.folder for run in (self, beside) if run is not None]
         kept = [folder for folder in folders if folder is not None]

@@ -21,6 +21,7 @@ from loopgate.simulation.loop_run import Course, Mishaps, Tick, note_deadlock
 from loopgate.simulation.monitoring import monitoring_figures
 from loopgate.simulation.outcome import Folder, Tally
 from loopgate.simulation.positions import record_positions
+from loopgate.simulation.room import Room
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.sumo_options import sumo_options
 from loopgate.simulation.sumo_start import output_options, plain_options, start_traffic
@@ -81,7 +82,7 @@ def run_as_is(scenario: Scenario, folder: Folder, tick: Tick, backend: str) -> d
         course = Course(begin_s=traffic.now_s)
         watch = Watch(traffic, after_s=scenario.deadlock_after_s)
         try:
-            _drive(scenario, traffic, watch, recorder, course, tick, rows)
+            _drive(scenario, traffic, watch, recorder, course, tick, rows, folder)
             standing = {v: (watch.standing_s(v), traffic.position(v)) for v in traffic.vehicles()}
         except KeyboardInterrupt:
             course.outcome = "interrupted"
@@ -106,7 +107,9 @@ def _drive(
     course: Course,
     tick: Tick,
     rows: list[Row],
+    folder: Folder,
 ) -> None:
+    room = Room(folder / outcome.POSITIONS) if scenario.positions else None
     mishaps = Mishaps(traffic, recorder, course)
     configured = traffic.configured_end_s()
     end = course.begin_s + scenario.duration_s
@@ -118,6 +121,8 @@ def _drive(
         traffic.step()
         course.sumo_s += perf_counter() - begin
         mishaps.note()
+        if room is not None:
+            room.check()
         if traffic.now_s < next_watch:
             continue
         next_watch += FLOW_EVERY_S

@@ -48,6 +48,7 @@ from loopgate.versions import versions
 __all__ = [
     "EVENTS",
     "FLOW",
+    "FRONTS",
     "LAYOUT",
     "LOOPS",
     "POSITIONS",
@@ -67,6 +68,7 @@ VEHICLES = "vehicles.parquet"
 EDGES = "edges.parquet"
 FLOW = "flow.parquet"
 LOOPS = "loops.parquet"
+FRONTS = "fronts.parquet"
 SUMMARY = "summary.json"
 SCENARIO = "scenario.toml"
 SYSTEM = "system.json"
@@ -132,7 +134,7 @@ class Folder:
         if (self / SUMMARY).exists() and not overwrite:
             msg = f"{self.path}: it holds the results of a run; choose another folder, or --overwrite"
             raise ScenarioError(msg)
-        for name in (SUMMARY, EVENTS, VEHICLES, EDGES, FLOW, LOOPS, SYSTEM, POSITIONS, LAYOUT):
+        for name in (SUMMARY, EVENTS, VEHICLES, EDGES, FLOW, LOOPS, FRONTS, SYSTEM, POSITIONS, LAYOUT):
             (self / name).unlink(missing_ok=True)
 
     def __enter__(self) -> Self:

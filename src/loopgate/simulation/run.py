@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from contextlib import ExitStack
+from contextlib import ExitStack, closing
 from math import nan
 from pathlib import Path
 from time import perf_counter
@@ -20,6 +20,7 @@ from loopgate.simulation.as_is import run_as_is
 from loopgate.simulation.assembly import Assembly, assemble
 from loopgate.simulation.checking import audit_run
 from loopgate.simulation.flow import FlowMeter, flow_table, loop_table
+from loopgate.simulation.fronts import FrontRecorder
 from loopgate.simulation.loop_run import Course, Tick, drive
 from loopgate.simulation.monitoring import monitoring_figures, shape_text, write_streets
 from loopgate.simulation.outcome import Folder, Tally
@@ -95,7 +96,10 @@ def _run(
         return run_as_is(scenario, folder, tick, backend)
     began = perf_counter()
     assembly = assemble(scenario)
-    with open_session(scenario, assembly, folder, backend=backend) as session:
+    with (
+        open_session(scenario, assembly, folder, backend=backend) as session,
+        closing(FrontRecorder(folder / outcome.FRONTS, session.traffic, session.engine)) as fronts,
+    ):
         traffic, engine, recorder = session.traffic, session.engine, session.recorder
         flow = FlowMeter(traffic, engine, warmup_s=scenario.warmup_s)
         watch = watch_class(traffic, after_s=scenario.deadlock_after_s, at_gate=engine.refused)
@@ -106,7 +110,7 @@ def _run(
             recorder,
             scenario=scenario,
             tick=tick,
-            each_step=[*session.each_step, flow.look],
+            each_step=[*session.each_step, flow.look, fronts.look],
         )
         engine.settle()
         tallies = _tallies(engine, traffic, watch, course, flow)

@@ -104,7 +104,7 @@ def open_session(
         *(record_positions(folder / outcome.POSITIONS) if scenario.positions else ()),
     ]
     room = [Room(folder / outcome.POSITIONS).check] if scenario.positions else []
-    if scenario.positions and assembly.abstraction is not None:
+    if assembly.abstraction is not None:
         write_layout(make_layout(assembly, scenario.step_s), folder / outcome.LAYOUT)
     with ExitStack() as stack:
         traffic = start_traffic(

@@ -1,6 +1,6 @@
 """What SUMO may be set to under a gate, which counts on drivers that keep clear of each other.
 
-What is taken, and what is foreseen of it, was measured: `docs/queues.md` has the table.
+What is taken, and what is foreseen of it, was measured: `docs/studies/queues.md` has the table.
 """
 
 from __future__ import annotations

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from math import nan
+
 import pandas as pd
 import pytest
 
-from loopgate.analysis import compute_wait_causes, compute_waits
+from loopgate.analysis import compute_longest_waits, compute_wait_causes, compute_waits
 from loopgate.analysis.rows import run_row
 from loopgate.analysis.waits import wait_figures
 from loopgate.errors import AnalysisError
@@ -24,6 +26,15 @@ ROWS = [
     (50.0, "v2", "grant", "d", "free"),
 ]
 """V1 waits from 10 to 26, for a crossing between two spells for a full place, and from 40 on."""
+
+
+def test_longest_waits_of_many_runs() -> None:
+    """Mean and most over the runs that had a gate; causes for which nobody waited have no row."""
+    runs = pd.DataFrame({"gate": ["open", "certified", "certified"], "vehicles": 40})
+    runs = runs.assign(longest_crossing_s=[nan, 20.0, 30.0], longest_red_s=[nan, 0.0, 0.0])
+    table = compute_longest_waits(runs=runs, by=["gate"])
+    assert table.columns.tolist() == ["gate", "cause", "runs", "mean", "most"]
+    assert table.to_numpy().tolist() == [["certified", "crossing", 2, 25.0, 30.0]]
 
 
 def events() -> pd.DataFrame:

@@ -262,6 +262,23 @@ def test_standing_is_measured_alike_for_all_gates(make: Make, tmp_path: Path) ->
     assert not (tmp_path / "r-files" / "hold.csv").exists()
 
 
+def test_what_the_longest_waits_were_for(make: Make, tmp_path: Path) -> None:
+    """Drawn by cause, at the count that all series have; without a gate nobody waits for one."""
+    results = make(FULL)
+    [section] = network_sections(results)
+    [figure] = [one for one in section.figures if one.name == "longest-waits"]
+    assert figure.table == "longest-waits"
+    page(results, tmp_path)
+    table = pd.read_csv(tmp_path / "r-files" / "longest-waits.csv")
+    assert set(table["series"]) == {"certified"}
+    assert table[table["vehicles"] == 80][["cause", "most"]].to_numpy().tolist() == [
+        ["crossing", 15.0],
+        ["occupied", 8.0],
+    ]
+    drawn = (tmp_path / "r-files" / "longest-waits.svg").read_text(encoding="utf-8")
+    assert drawn.count('fill="#0072b2"') == len(table[table["vehicles"] == 80])
+
+
 @pytest.mark.parametrize("networks", [["sumo:DRT"], ["sumo:DRT", "sumo:bs3d"]])
 def test_the_code_under_each_table_makes_it(make: Make, tmp_path: Path, networks: list[str]) -> None:
     """What a reader copies from the page gives its numbers; a figure's code is that of its table."""

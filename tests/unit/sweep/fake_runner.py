@@ -72,6 +72,7 @@ def run(scenario: Mapping[str, Any], out: Path) -> None:
         "hold_s": float(vehicles),
         "stood_s": 3.0 * vehicles,
         "longest_wait_s": 17.0,
+        "longest_waits_s": {} if gate == "open" else {"crossing": 12.0 + seed, "occupied": vehicles / 10},
         "idleness_s": 12.0,
         "worst_idleness_s": 80.0 + seed,
         "unvisited_edges": 0,
