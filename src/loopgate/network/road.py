@@ -11,6 +11,7 @@ from types import MappingProxyType
 from typing import Any
 
 import sumolib
+from sumolib.net.lane import SUMO_VEHICLE_CLASSES
 
 from loopgate.errors import NetworkError
 from loopgate.keeping import Kept, without_collection
@@ -22,7 +23,10 @@ from loopgate.network.sumo_config import is_sumo_config, read_sumo_config
 from loopgate.network.xml_file import check_root, open_xml
 from loopgate.reading import refusing
 
-__all__ = ["RoadNetwork", "packaged_networks"]
+__all__ = ["VEHICLE_CLASSES", "RoadNetwork", "packaged_networks"]
+
+VEHICLE_CLASSES: frozenset[str] = frozenset(SUMO_VEHICLE_CLASSES)
+"""All that SUMO has."""
 
 _ROUNDING_M = 0.1
 _MOST_LINKS = 10_000  # many times what SUMO can work with

@@ -7,9 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from xml.etree import ElementTree as ET
 
-from sumolib.net.lane import SUMO_VEHICLE_CLASSES
-
 from loopgate.errors import RouteError
+from loopgate.network.road import VEHICLE_CLASSES
 from loopgate.reading import shown
 
 __all__ = ["DEFAULT_TYPE", "VehicleType", "type_of_class", "vehicle_type"]
@@ -159,8 +158,8 @@ def type_of_class(vclass: str, source: str) -> VehicleType:
     RouteError
         If SUMO has no such class.
     """
-    if vclass not in SUMO_VEHICLE_CLASSES:
-        msg = f"{source}: vehicle class {shown(vclass)}: SUMO has {', '.join(sorted(SUMO_VEHICLE_CLASSES))}"
+    if vclass not in VEHICLE_CLASSES:
+        msg = f"{source}: vehicle class {shown(vclass)}: SUMO has {', '.join(sorted(VEHICLE_CLASSES))}"
         raise RouteError(msg)
     return vehicle_type(ET.Element("vType", id=vclass, vClass=vclass), source)
 
