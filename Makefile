@@ -5,7 +5,7 @@ BIN    := $(VENV)/bin
 STAMP  := $(VENV)/installed
 
 .DEFAULT_GOAL := help
-.PHONY: help demo readme pictures docs setup test check browser animation format bench bench-replay bench-sweep networks small-networks city throughput soak unseen long-vehicles covering watched day attached fuzz proofs lock clean
+.PHONY: help demo readme pictures docs setup test check browser animation format bench bench-replay bench-sweep networks small-networks city throughput soak unseen long-vehicles covering watched day attached ordinary fuzz proofs lock clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-15s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -107,6 +107,9 @@ proofs: ## check the proofs of docs/proofs by machine (needs Rocq, called coqc)
 
 attached: $(STAMP) ## vehicles that join and leave among ordinary traffic, whose owner interferes: two hours, five seeds
 	$(BIN)/python analysis/attached.py
+
+ordinary: $(STAMP) ## patrol cars among ordinary trips, SUMO beside the gate: collisions and waits, two hours, five seeds
+	$(BIN)/python analysis/ordinary.py
 
 lock: ## renew requirements.lock (needs uv)
 	uv pip compile pyproject.toml --extra dev --universal --generate-hashes --no-header --no-annotate --quiet -o requirements.lock
