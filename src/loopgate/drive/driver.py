@@ -86,6 +86,11 @@ class Driver:
         """The last granted leg."""
         return int(self.row["granted"])
 
+    @property
+    def stops_here(self) -> bool:
+        """Whether it is to stop before it gets to the end of its last grant, or does."""
+        return bool(self.row["stop_m"] < self.end_m(self.granted))
+
     def leg(self, number: int) -> Leg:
         """Return a leg of its endless way."""
         return self.track.legs[number % len(self.track.legs)]
@@ -140,5 +145,6 @@ class Driver:
 
     def worst_wait_s(self, now_s: float) -> float:
         """Return the longest time from asking to being granted, a wait under way included [s]."""
-        waiting_s = now_s - float(self.row["since_s"]) if self.row["pending"] else 0.0
+        waits = self.row["pending"] and not self.stops_here
+        waiting_s = now_s - float(self.row["since_s"]) if waits else 0.0
         return max(float(self.row["longest_s"]), waiting_s)

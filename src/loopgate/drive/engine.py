@@ -69,6 +69,8 @@ class Engine:
         self._gatekeeper = gatekeeper
         self._recorder = recorder
         self.foresees = foresees
+        self.on_taking_in: Callable[[Driver], None] = lambda _: None
+        """Called with each vehicle as soon as it has been taken over."""
         self.drivers: list[Driver] = []
         """All vehicles, by number; always the same list."""
         self.driver_of: dict[str, Driver] = {}
@@ -114,6 +116,7 @@ class Engine:
             traffic.put_under_gate(driver.id, keeps_lane=driver.track.keeps_lane)
             self._recorder.note(now, driver.id, Event.START, driver.leg(driver.granted).state)
         self._recorder.note(now, driver.id, Event.EDGE, driver.track.first_edge)
+        self.on_taking_in(driver)
 
     def begin(self) -> None:
         """Make the first step, in which all vehicles appear, and take them over.
@@ -181,6 +184,19 @@ class Engine:
     def _read(self) -> NDArray[np.float64]:
         """Return what the odometers read, by vehicle [m]."""
         return np.fromiter(self._traffic.odometers(self._ids), dtype=np.float64, count=len(self._ids))
+
+    def asks_anew(self, driver: Driver) -> None:
+        """Let a vehicle that has made its stop ask as of now: before, it did not wait for anybody."""
+        row, run = driver.row, self._run
+        run["version"] += 1
+        if self._gatekeeper is None or not row["pending"]:
+            return
+        row["pending"] = False
+        queue = cast("Any", self.tables.entries)["waiting"]
+        still = [robot for robot in queue[: run["waiting"][0]].tolist() if robot != driver.robot]
+        queue[: len(still)] = still
+        run["waiting"] = len(still)
+        self._step(drive.CONSIDER, robots=np.array([driver.robot], dtype=np.int64))
 
     def measure_from_now(self) -> None:
         """Let all figures begin now: the warm-up is over."""

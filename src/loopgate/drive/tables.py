@@ -26,6 +26,7 @@ __all__ = [
     "SPACING",
     "STEER",
     "STOP",
+    "STOPPING",
     "Codes",
     "Entry",
     "Floats",
@@ -66,6 +67,7 @@ DEADLOCK: Final = number_of(Reason.DEADLOCK)
 RESERVE: Final = number_of(Reason.RESERVE)
 SERVICE: Final = number_of(Reason.SERVICE)
 SPACING: Final = number_of(Reason.SPACING)
+STOPPING: Final = number_of(Reason.STOP)
 
 # What is to be done to a vehicle.
 STOP: Final = 0
@@ -115,6 +117,8 @@ class Vehicle:
     mover, named_s, shut
         Whether it must move next, for one that is served, since when on end [s], and whether something
         outside of the system, such as a light, is in its way.
+    stop_m
+        Where its front stands at the next stop of its own [m]; infinity for none.
     spare_s
         For how long its request may be passed over so that it falls back to the middle between its neighbours
         on its loop [s].
@@ -166,6 +170,7 @@ class Vehicle:
     going: bool
     mover: bool
     named_s: float
+    stop_m: float
     spare_s: float
     shut: bool
 

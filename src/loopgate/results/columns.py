@@ -49,6 +49,12 @@ class Event(StrEnum):
     """The vehicle, held before `place`, can no longer brake for its line: it is stopped as hard as it can."""
     END = "end"
     """The vehicle is under the gate no longer, since `reason`; before that it left all that it held."""
+    STOP = "stop"
+    """The vehicle has come to rest at its stop `place`."""
+    SERVED = "served"
+    """The vehicle has stood at its stop `place` as long as it was to, and may go on."""
+    MISSED = "missed"
+    """The vehicle could not stop at its stop `place`, and comes to it again a round later."""
     STRAY = "stray"
     """The vehicle is on lane `place`, which is not its loop's: it is led back."""
 

@@ -5,16 +5,20 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from random import Random
 
 from loopgate.abstraction.itinerary import Abstraction
 from loopgate.abstraction.queues import make_queues
 from loopgate.abstraction.segments import make_segments
+from loopgate.abstraction.stopping import fit_stops
 from loopgate.drive.track import Track
 from loopgate.errors import ScenarioError
 from loopgate.network import Loop, RoadNetwork, VehicleType, read_loops
 from loopgate.network.cover.watch import allot, even_starts_m, laps_s
 from loopgate.network.cover.wishes import read_districts, read_weights
+from loopgate.network.routes_file import RoutesFile
+from loopgate.network.stops import Stop
 from loopgate.network.sumo_config import is_sumo_config
 from loopgate.network.vehicle_type import DEFAULT_TYPE
 from loopgate.simulation.placing import spread
@@ -58,6 +62,10 @@ class Assembly:
         Whether it can be told when a vehicle will be past a crossing; see `unforeseen`.
     wishes
         What the user wants of the watch.
+    stops
+        Where vehicles stop in every round, by vehicle, in the order of its loop.
+    stop_files
+        Additional files that hold the places of these.
     """
 
     network: RoadNetwork
@@ -68,6 +76,8 @@ class Assembly:
     warnings: tuple[str, ...] = ()
     foresees: bool = True
     wishes: Wishes = Wishes()
+    stops: Mapping[str, tuple[Stop, ...]] = field(default_factory=dict)
+    stop_files: tuple[Path, ...] = ()
 
 
 def assemble(scenario: Scenario) -> Assembly:
@@ -83,7 +93,7 @@ def assemble(scenario: Scenario) -> Assembly:
         If any part does not fit; the text says which.
     """
     network = RoadNetwork.open(scenario.network)
-    vehicles, warnings = _vehicles(scenario, network)
+    vehicles, warnings, file = _vehicles(scenario, network)
     if scenario.starts == "even":
         vehicles = _evenly_round(network, vehicles)
     peculiar = _peculiar(scenario, network, vehicles) if scenario.gated else ()
@@ -99,7 +109,15 @@ def assemble(scenario: Scenario) -> Assembly:
         fronts = dict(enumerate(abstraction.starts_m))
     lanes = _start_lanes(abstraction) if abstraction else [None] * len(vehicles)
     starts = tuple(
-        Start(vehicle.id, vehicle.loop, fronts[number], vehicle.type, lanes[number])
+        Start(
+            vehicle.id,
+            vehicle.loop,
+            fronts[number],
+            vehicle.type,
+            lanes[number],
+            vehicle.attributes,
+            vehicle.parameters,
+        )
         for number, vehicle in enumerate(vehicles)
     )
     if abstraction is None or not scenario.gated:
@@ -122,7 +140,26 @@ def assemble(scenario: Scenario) -> Assembly:
         warnings=(*warnings, *peculiar, *_alone(scenario, loops)),
         foresees=not peculiar,
         wishes=_wishes(scenario, network, sorted({vehicle.type.vclass for vehicle in vehicles})),
+        stops=_stops(scenario, vehicles, abstraction),
+        stop_files=file.stop_files if file else (),
     )
+
+
+def _stops(
+    scenario: Scenario, vehicles: Sequence[_Vehicle], abstraction: Abstraction | None
+) -> dict[str, tuple[Stop, ...]]:
+    """Return the stops of each vehicle, as it makes them under a gate."""
+    stops = {vehicle.id: vehicle.stops for vehicle in vehicles if vehicle.stops}
+    if not scenario.gated or abstraction is None:
+        return stops
+    source = scenario.routes or scenario.network
+    return {
+        vehicle.id: fit_stops(
+            vehicle.loop, way, vehicle.type, vehicle.stops, what=f"{source}: vehicle {vehicle.id}"
+        )
+        for vehicle, way in zip(vehicles, abstraction.itineraries, strict=True)
+        if vehicle.stops
+    }
 
 
 def _alone(scenario: Scenario, loops: Sequence[Loop]) -> tuple[str, ...]:
@@ -159,10 +196,15 @@ class _Vehicle:
     loop: Loop
     type: VehicleType
     depart_m: float | None = None
+    stops: tuple[Stop, ...] = ()
+    attributes: Mapping[str, str] = field(default_factory=dict)
+    parameters: Mapping[str, str] = field(default_factory=dict)
 
 
-def _vehicles(scenario: Scenario, network: RoadNetwork) -> tuple[list[_Vehicle], tuple[str, ...]]:
-    """Return the vehicles: those of the route file, unless a number of them is asked for; and warnings."""
+def _vehicles(
+    scenario: Scenario, network: RoadNetwork
+) -> tuple[list[_Vehicle], tuple[str, ...], RoutesFile | None]:
+    """Return the vehicles: the route file's, unless a number of them is asked for; warnings; the file."""
     own = is_sumo_config(scenario.network) and scenario.traffic != scenario.network
     if not scenario.routes and not own:
         count = scenario.loops or min(scenario.vehicles, _MOST_LOOPS)
@@ -171,17 +213,22 @@ def _vehicles(scenario: Scenario, network: RoadNetwork) -> tuple[list[_Vehicle],
             raise ScenarioError(msg)
         found = random_loops(scenario, network, count)
         warnings = (f"{found.shortfall}; going on with these",) if found.shortfall else ()
-        return _given_loops(scenario, network, found.loops, {}, DEFAULT_TYPE), warnings
-    file = read_loops(network, scenario.routes or scenario.network)
+        return _given_loops(scenario, network, found.loops, {}, DEFAULT_TYPE), warnings, None
+    file = read_loops(network, scenario.routes or scenario.network, stops=scenario.stop_files)
     if file.vehicles and not scenario.vehicles:
         by_name = {loop.id: loop for loop in file.loops}
-        mine = [_Vehicle(v.id, by_name[v.loop], v.type, v.depart_m) for v in file.vehicles]
-        return mine, file.left_out
+        mine = [
+            _Vehicle(v.id, by_name[v.loop], v.type, v.depart_m, v.stops, v.attributes, v.parameters)
+            for v in file.vehicles
+        ]
+        return mine, file.left_out, file
     kinds: dict[str, VehicleType] = {}
     for vehicle in file.vehicles:
         kinds.setdefault(vehicle.loop, vehicle.type)
     default = next(iter(file.types.values()), DEFAULT_TYPE)
-    return _given_loops(scenario, network, file.loops, kinds, default), file.left_out_of_routes
+    given = _given_loops(scenario, network, file.loops, kinds, default)
+    stopping = [replace(v, stops=tuple(s.at(0.0) for s in file.stops.get(v.loop.id, ()))) for v in given]
+    return stopping, file.left_out_of_routes, file
 
 
 def _given_loops(

@@ -111,6 +111,7 @@ def _run(
         engine.settle()
         tallies = _tallies(engine, traffic, watch, course, flow)
         surrounded = session.around.report() if session.around else {}
+        surrounded |= session.stops.report()
         if "at_lights" in surrounded and scenario.abstraction == "segments":
             surrounded["warnings"] = [_ON_SEGMENTS]
     keeper = session.keeper

@@ -26,6 +26,7 @@ from loopgate.simulation.positions import make_layout, record_positions
 from loopgate.simulation.room import Room
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.spacing import Holding, Leads, SpeedAdvice
+from loopgate.simulation.stops import Stops
 from loopgate.simulation.sumo_input import write_sumo_input
 from loopgate.simulation.sumo_options import SumoOptions, sumo_options
 from loopgate.simulation.sumo_start import output_options, plain_options, start_traffic
@@ -46,6 +47,8 @@ class Session:
         The simulation, the drive, and what takes the events.
     keeper, around
         What answers requests, and what is about; None where no gate rules.
+    stops
+        Those that vehicles make on the way.
     each_step
         What is to be called after each step.
     notes
@@ -57,6 +60,7 @@ class Session:
     recorder: Recorder
     keeper: Gatekeeper | None
     around: Surroundings | None
+    stops: Stops
     each_step: tuple[Callable[[], None], ...]
     notes: tuple[str, ...]
 
@@ -115,10 +119,11 @@ def open_session(
         stack.callback(recorder.close)
         engine = Engine(traffic, assembly.tracks, keeper, recorder, foresees=assembly.foresees)
         around = _surroundings(scenario, assembly, traffic, engine, keeper) if keeper else None
+        stops = Stops(traffic, engine, recorder, assembly.stops)
         spacing = _spacing(scenario, assembly, traffic, engine)
         seen = [Window(traffic, engine, assembly.loops).look] if backend == "gui" else []
-        looks = (*(around.each_step if around else ()), *spacing, *room, *seen)
-        yield Session(traffic, engine, recorder, keeper, around, looks, said.notes)
+        looks = (stops.look, *(around.each_step if around else ()), *spacing, *room, *seen)
+        yield Session(traffic, engine, recorder, keeper, around, stops, looks, said.notes)
 
 
 def _surroundings(
@@ -147,7 +152,8 @@ def _spacing(
 
 
 def _input_options(scenario: Scenario, assembly: Assembly, folder: Folder, said: SumoOptions) -> list[str]:
-    beside, routes = said.additional_files, ["--route-files", ""] if said.configured else []
+    beside = tuple(dict.fromkeys((*said.additional_files, *scenario.stop_files, *assembly.stop_files)))
+    routes = ["--route-files", ""] if said.configured else []
     if scenario.traffic:
         ordinary = read_traffic(scenario.traffic)
         ordinary.check_names(start.vehicle for start in assembly.starts)

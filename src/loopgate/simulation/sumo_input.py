@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
@@ -32,6 +32,8 @@ class Start:
         Its vehicle type.
     lane
         Index of the lane it stands on; None: the one that its loop names there.
+    attributes, parameters
+        What else SUMO is told of it: as XML has it, and as ``<param>`` elements by key.
     """
 
     vehicle: str
@@ -39,6 +41,8 @@ class Start:
     front_m: float
     type: VehicleType
     lane: int | None = None
+    attributes: Mapping[str, str] = field(default_factory=dict, hash=False)
+    parameters: Mapping[str, str] = field(default_factory=dict, hash=False)
 
 
 def write_sumo_input(
@@ -106,8 +110,11 @@ def _add_vehicle(top: ET.Element, start: Start, kind: str, depart: str) -> None:
         departPos=f"{place.position_m:.3f}",
         departSpeed="0",
         insertionChecks="none",
+        attrib=dict(start.attributes),
     )
     ET.SubElement(vehicle, "route", edges=" ".join(ahead))
+    for name, value in start.parameters.items():
+        ET.SubElement(vehicle, "param", key=name, value=value)
 
 
 def _edge_begins(loop: Loop) -> list[float]:

@@ -6,6 +6,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
+from loopgate.network.stops import Stop
+
 __all__ = ["Collision", "Dynamics", "Light", "Phase", "Program", "Traffic"]
 
 
@@ -187,6 +189,22 @@ class Traffic(Protocol):
 
     def stops_before(self, vehicle: str, edge: str, position_m: float) -> bool:
         """Return whether the vehicle is to stop next on an edge, up to a position, not being held there."""
+        ...
+
+    def set_stop(self, vehicle: str, stop: Stop) -> None:
+        """Let the vehicle stop where it comes to that place next; raise `TrafficError` if it cannot."""
+        ...
+
+    def stops_ahead(self, vehicle: str) -> int:
+        """Return how many stops lie before the vehicle, or are being made, without the one that holds it."""
+        ...
+
+    def stops_begun(self) -> Sequence[str]:
+        """Return the vehicles that came to rest in the last step at a stop that does not hold them."""
+        ...
+
+    def stops_ended(self) -> Sequence[str]:
+        """Return the vehicles that left a stop in the last step, of whatever kind."""
         ...
 
     def collisions(self) -> Sequence[Collision]:

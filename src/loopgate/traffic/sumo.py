@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 from loopgate.errors import TrafficError
+from loopgate.network.stops import Stop
 from loopgate.traffic.base import Collision, Dynamics, Light, Phase, Program
 from loopgate.traffic.sumo_waits import RoadWaits
 
@@ -30,6 +31,13 @@ _STATIC = 0  # SUMO's number for lights that follow a timetable
 
 _SAME_STOP_M = 0.05
 """How far a stop may be from where it was asked for [m]: SUMO keeps positions as they are given."""
+
+_FLAGS = {"lane": 0, "busStop": 8, "containerStop": 16, "chargingStation": 32, "parkingArea": 64}
+_PARKS, _TRIGGERS = 1, {"person": 2, "container": 4}
+"""SUMO's flags of stops."""
+
+_NONE_S = -(2.0**30)
+"""SUMO's number for no time."""
 
 _LEFT, _RIGHT = 1, -1  # SUMO's numbers for directions
 
@@ -310,6 +318,48 @@ class SumoTraffic:
         stop = stops[0]
         return bool(stop.lane.rpartition("_")[0] == edge and stop.endPos <= position_m + _SAME_STOP_M)
 
+    def set_stop(self, vehicle: str, stop: Stop) -> None:
+        """Let the vehicle stop where it comes to that place next."""
+        flags = (
+            _FLAGS[stop.kind] | (_PARKS if stop.parks else 0) | sum(_TRIGGERS[one] for one in stop.triggers)
+        )
+        times = {"duration": stop.duration_s, "until": _NONE_S if stop.until_s is None else stop.until_s}
+        where: dict[str, float] = {}
+        if stop.kind == "lane":
+            index = int(stop.lane.rpartition("_")[2])
+            where = {"pos": stop.end_m, "laneIndex": index, "startPos": stop.start_m}
+        get = self._vehicle
+        try:
+            get.setStop(vehicle, stop.edge if where else stop.name, flags=flags, **where, **times)
+            for name, value in stop.told:
+                get.setStopParameter(vehicle, self._number_of(vehicle, stop), name, value)
+        except self._error as error:
+            msg = f"vehicle {vehicle}: SUMO does not take the stop at {stop.name}: {error}"
+            raise TrafficError(msg) from error
+
+    def _number_of(self, vehicle: str, stop: Stop) -> int:
+        """Return which of the vehicle's stops is the last one at a place."""
+        stops = self._vehicle.getStops(vehicle, 0)
+        on = (number for number in range(len(stops) - 1, -1, -1) if stops[number].lane == stop.lane)
+        if stop.kind == "lane":
+            return next(n for n in on if abs(stops[n].endPos - stop.end_m) < _SAME_STOP_M)
+        return next(n for n in on if stops[n].stoppingPlaceID == stop.name)
+
+    def stops_ahead(self, vehicle: str) -> int:
+        """Return how many stops lie before the vehicle, or are being made, without the one that holds it."""
+        held = vehicle in self._holds and self._stop_number(vehicle) is not None
+        return len(self._vehicle.getStops(vehicle, 0)) - held
+
+    def stops_begun(self) -> Sequence[str]:
+        """Return the vehicles that came to rest in the last step at a stop that does not hold them."""
+        ids = self._simulation.getStopStartingVehiclesIDList()
+        return [v for v in ids if v not in self._holds or self._stop_number(v) != 0]
+
+    def stops_ended(self) -> Sequence[str]:
+        """Return the vehicles that left a stop in the last step, of whatever kind."""
+        ids: Sequence[str] = self._simulation.getStopEndingVehiclesIDList()
+        return ids
+
     def collisions(self) -> Sequence[Collision]:
         """Return the collisions of the last step."""
         if not self._simulation.getCollidingVehiclesNumber():
@@ -323,7 +373,14 @@ class SumoTraffic:
         return tuple(self._simulation.getStartingTeleportIDList())
 
     def waits_for(self, vehicle: str, *, guess: bool) -> Sequence[str]:
-        """Return the vehicles each of which keeps a standing vehicle from going on; see `RoadWaits`."""
+        """Return the vehicles each of which keeps a standing vehicle from going on; see `RoadWaits`.
+
+        Nobody keeps one that is at a stop of its own: it goes on by itself.
+        """
+        if self._vehicle.isStopped(vehicle) and not (
+            vehicle in self._holds and self._stop_number(vehicle) == 0
+        ):
+            return ()
         return self._waits.of(vehicle, guess=guess)
 
     def dynamics(self, vehicle: str) -> Dynamics:
