@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from loopgate.network.stops import Stop
-from loopgate.traffic.base import Collision, Dynamics, Light, Program
+from loopgate.traffic.base import Collision, Dynamics, Insertion, Light, Program
 
 __all__ = ["FakeTraffic", "FakeVehicle"]
 
@@ -212,6 +212,16 @@ class FakeTraffic:
         """Return none."""
         del vehicle
         return 0
+
+    def departed(self) -> tuple[str, ...]:
+        """Return nobody."""
+        return ()
+
+    def put_in(self, vehicle: str, how: Insertion) -> None:
+        """Take it that nobody departs later."""
+
+    def take_out(self, vehicle: str) -> None:
+        """Do nothing."""
 
     def stops_begun(self) -> tuple[str, ...]:
         """Return nobody."""

@@ -14,13 +14,30 @@ from loopgate.drive.gatekeeper import Gatekeeper
 from loopgate.drive.track import Track
 from loopgate.errors import TrafficError
 from loopgate.gates import Gate
-from loopgate.model import System
+from loopgate.model import StateId, System
+from loopgate.results.recorder import Recorder
+from loopgate.traffic.base import Traffic
 
 __all__ = ["ChangingEngine"]
 
 
 class ChangingEngine(Engine):
-    """An engine under a gate whose vehicles join and leave; somebody else makes the steps of the traffic."""
+    """An engine whose vehicles join and leave."""
+
+    _shut: dict[int, int]
+    """States that nobody is let into, by number, and their room."""
+
+    def __init__(
+        self,
+        traffic: Traffic,
+        tracks: Sequence[Track],
+        gatekeeper: Gatekeeper | None,
+        recorder: Recorder,
+        *,
+        foresees: bool = True,
+    ) -> None:
+        self._shut = {}
+        super().__init__(traffic, tracks, gatekeeper, recorder, foresees=foresees)
 
     def books(self) -> Books:
         """Return who holds what."""
@@ -55,6 +72,7 @@ class ChangingEngine(Engine):
         room
             How many vehicles the states hold, by name: fewer than in the system where more stand in one.
         """
+        self._shut.clear()
         before, numbers = self.tables, {driver.id: driver.robot for driver in self.drivers}
         self._keeper.change(system, gate)
         self._make(tracks)
@@ -75,6 +93,32 @@ class ChangingEngine(Engine):
                 driver.row["held"] = True
                 driver.row["line_m"] = driver.row["held_m"] = driver.end_m(driver.granted)
         self._let_heads_ask(books)
+
+    def join(self, tracks: Sequence[Track]) -> None:
+        """Go on with more vehicles, where there is no gate."""
+        before, count = self.tables, len(self.drivers)
+        self._make([*(driver.track for driver in self.drivers), *tracks])
+        carry_over(before, self.tables, {robot: robot for robot in range(count)})
+        self._run["now_s"] = self._traffic.now_s
+        for driver in self.drivers[count:]:
+            self._take_in(driver)
+
+    def shut(self, state: str) -> None:
+        """Let nobody into a state, until `open_up` or the next change."""
+        states, names = cast("Any", self.tables.states), self._keeper.system.states
+        if state not in names:
+            return  # nobody comes there
+        number = names.index(StateId(state))
+        self._shut.setdefault(number, int(states["room"][number]))
+        states["room"][number] = states["held_by"][number]
+
+    def open_up(self) -> None:
+        """Let vehicles into all states again."""
+        states = cast("Any", self.tables.states)
+        for number, room in self._shut.items():
+            states["room"][number] = room
+        self._run["version"] += bool(self._shut)
+        self._shut.clear()
 
     def clear(self) -> None:
         """Go on without any vehicle: all have left."""

@@ -105,6 +105,15 @@ class Driver:
         """Return where a leg of its endless way begins [m]."""
         return number // len(self.track.legs) * self.track.lap_m + self.leg(number).begin_m
 
+    def holds(self, state: str) -> bool:
+        """Return whether it holds a state."""
+        return any(self.leg(n).state == state for n in range(int(self.row["tail"]), self.granted + 1))
+
+    def inside_m(self, state: str) -> float:
+        """Return how far its front is behind the beginning of a state that it holds, the nearest time [m]."""
+        held = range(int(self.row["tail"]), self.granted + 1)
+        return min(self.front_m - self.begin_m(n) for n in held if self.leg(n).state == state)
+
     def left_m(self, state: str) -> float:
         """Return how far it is to the end of a state that it holds [m], the nearest time."""
         held = range(int(self.row["tail"]), self.granted + 1)

@@ -69,6 +69,8 @@ class Engine:
         self._gatekeeper = gatekeeper
         self._recorder = recorder
         self.foresees = foresees
+        self.changes = 0
+        """How often tables have been made anew: then vehicles have other numbers."""
         self.on_taking_in: Callable[[Driver], None] = lambda _: None
         """Called with each vehicle as soon as it has been taken over."""
         self.drivers: list[Driver] = []
@@ -86,6 +88,7 @@ class Engine:
 
     def _make(self, tracks: Sequence[Track]) -> None:
         """Make tables for these vehicles, in which those that are new stand where their tracks begin."""
+        self.changes += 1
         keeper, code = self._gatekeeper, self._recorder.code
         system = keeper.system if keeper else None
         self.tables = make_tables(tracks, system, code, step_s=self._traffic.step_s)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from random import Random
 
-from loopgate.abstraction.itinerary import Abstraction
+from loopgate.abstraction.itinerary import Abstraction, Itinerary
 from loopgate.abstraction.queues import make_queues
 from loopgate.abstraction.segments import make_segments
 from loopgate.abstraction.stopping import fit_stops
@@ -27,11 +27,18 @@ from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.settings import check_types, unforeseen
 from loopgate.simulation.spacing import advised_type
 from loopgate.simulation.sumo_input import Start
+from loopgate.simulation.sumo_options import begins_s
 from loopgate.simulation.tracks import make_track
 
-__all__ = ["Assembly", "assemble"]
+__all__ = ["Assembly", "Departure", "assemble"]
 
 _MOST_LOOPS = 40
+
+_CLEAR_M = 0.5
+"""Room behind a vehicle that departs, to the beginning of its place [m]."""
+
+_LEAST_M = 0.5
+"""Room before it, to its line [m]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,6 +47,15 @@ class Wishes:
 
     weights: Mapping[str, float] = field(default_factory=dict)
     districts: Mapping[str, Sequence[str]] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class Departure:
+    """A vehicle that departs later: where, on which track under a gate, and when at the earliest [s]."""
+
+    start: Start
+    track: Track | None
+    at_s: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,6 +78,8 @@ class Assembly:
         Whether it can be told when a vehicle will be past a crossing; see `unforeseen`.
     wishes
         What the user wants of the watch.
+    departures
+        Vehicles that depart later, in that order.
     stops
         Where vehicles stop in every round, by vehicle, in the order of its loop.
     stop_files
@@ -76,8 +94,19 @@ class Assembly:
     warnings: tuple[str, ...] = ()
     foresees: bool = True
     wishes: Wishes = Wishes()
+    departures: tuple[Departure, ...] = ()
     stops: Mapping[str, tuple[Stop, ...]] = field(default_factory=dict)
     stop_files: tuple[Path, ...] = ()
+
+    @property
+    def everybody(self) -> tuple[Start, ...]:
+        """All vehicles, also those that depart later."""
+        return (*self.starts, *(departure.start for departure in self.departures))
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Their names."""
+        return tuple(start.vehicle for start in self.everybody)
 
 
 def assemble(scenario: Scenario) -> Assembly:
@@ -93,14 +122,16 @@ def assemble(scenario: Scenario) -> Assembly:
         If any part does not fit; the text says which.
     """
     network = RoadNetwork.open(scenario.network)
-    vehicles, warnings, file = _vehicles(scenario, network)
+    everybody, warnings, file = _vehicles(scenario, network)
+    vehicles, later, moved = _by_departure(scenario, everybody)
     if scenario.starts == "even":
         vehicles = _evenly_round(network, vehicles)
-    peculiar = _peculiar(scenario, network, vehicles) if scenario.gated else ()
+    peculiar = _peculiar(scenario, network, everybody) if scenario.gated else ()
     loops = [vehicle.loop for vehicle in vehicles]
     abstraction = None
     if scenario.gated or scenario.abstraction != "segments" or len({loop.id for loop in loops}) == len(loops):
-        abstraction = _abstraction(scenario, network, vehicles)
+        # The first who comes shows the states; nobody stands in them yet.
+        abstraction = _abstraction(scenario, network, vehicles or later[:1], later)
     if abstraction is None:
         kinds = [vehicle.type for vehicle in vehicles]
         wishes = [vehicle.depart_m for vehicle in vehicles]
@@ -109,38 +140,38 @@ def assemble(scenario: Scenario) -> Assembly:
         fronts = dict(enumerate(abstraction.starts_m))
     lanes = _start_lanes(abstraction) if abstraction else [None] * len(vehicles)
     starts = tuple(
-        Start(
-            vehicle.id,
-            vehicle.loop,
-            fronts[number],
-            vehicle.type,
-            lanes[number],
-            vehicle.attributes,
-            vehicle.parameters,
-        )
-        for number, vehicle in enumerate(vehicles)
+        Start(v.id, v.loop, fronts[number], v.type, lanes[number], v.attributes, v.parameters)
+        for number, v in enumerate(vehicles)
     )
     if abstraction is None or not scenario.gated:
         tracks = tuple(make_track(network, start) for start in starts)
+        departures = tuple(_at_the_edge(vehicle) for vehicle in later)
     else:
-        robots = abstraction.system.robots
+        robots = abstraction.system.robots[: len(starts)]
         tracks = tuple(
             make_track(network, start, itinerary, robot.start, keeps_lane=abstraction.keeps_lane)
-            for start, itinerary, robot in zip(starts, abstraction.itineraries, robots, strict=True)
+            for start, itinerary, robot in zip(starts, abstraction.itineraries, robots, strict=False)
         )
-    unique = tuple({loop.id: loop for loop in loops}.values())
+        departures = tuple(
+            _in_place(network, vehicle, way) for vehicle, way in zip(later, abstraction.later, strict=True)
+        )
+    unique = tuple({vehicle.loop.id: vehicle.loop for vehicle in everybody}.values())
     if scenario.rule_for_spacing == "advice":
         starts = tuple(replace(start, type=advised_type(start.type)) for start in starts)
+        departures = tuple(
+            replace(one, start=replace(one.start, type=advised_type(one.start.type))) for one in departures
+        )
     return Assembly(
         network,
         unique,
         starts,
         tracks,
         abstraction,
-        warnings=(*warnings, *peculiar, *_alone(scenario, loops)),
+        warnings=(*warnings, *moved, *peculiar, *_alone(scenario, [v.loop for v in everybody])),
         foresees=not peculiar,
-        wishes=_wishes(scenario, network, sorted({vehicle.type.vclass for vehicle in vehicles})),
-        stops=_stops(scenario, vehicles, abstraction),
+        wishes=_wishes(scenario, network, sorted({vehicle.type.vclass for vehicle in everybody})),
+        departures=departures,
+        stops=_stops(scenario, [*vehicles, *later], abstraction),
         stop_files=file.stop_files if file else (),
     )
 
@@ -153,13 +184,56 @@ def _stops(
     if not scenario.gated or abstraction is None:
         return stops
     source = scenario.routes or scenario.network
+    ways = {way.loop: way for way in (*abstraction.itineraries, *abstraction.later)}
     return {
         vehicle.id: fit_stops(
             vehicle.loop, way, vehicle.type, vehicle.stops, what=f"{source}: vehicle {vehicle.id}"
         )
-        for vehicle, way in zip(vehicles, abstraction.itineraries, strict=True)
+        for vehicle in vehicles
         if vehicle.stops
+        for way in (ways[vehicle.loop.id],)
     }
+
+
+def _by_departure(
+    scenario: Scenario, vehicles: Sequence[_Vehicle]
+) -> tuple[list[_Vehicle], list[_Vehicle], tuple[str, ...]]:
+    """Return those who are there from the beginning, those who depart later, in order, and warnings."""
+    twice = next((name for name, times in Counter(v.id for v in vehicles).items() if times > 1), None)
+    if twice is not None:
+        msg = f"{scenario.routes or scenario.network}: two vehicles are called {twice}; rename one"
+        raise ScenarioError(msg)
+    begin_s = begins_s(scenario)
+    later = sorted((v for v in vehicles if v.depart_s > begin_s), key=lambda v: v.depart_s)
+    if later and scenario.gated and scenario.abstraction != "queues":
+        msg = (
+            f"{scenario.routes or scenario.network}: {len(later)} vehicles depart later, first {later[0].id} "
+            f"at {later[0].depart_s:g} s: on segments all start at once; it works on --abstraction queues"
+        )
+        return list(vehicles), [], (msg,)
+    return [v for v in vehicles if v.depart_s <= begin_s], later, ()
+
+
+def _at_the_edge(vehicle: _Vehicle) -> Departure:
+    """Return where SUMO is to put a vehicle by itself: where its file says, or else as far back as it can."""
+    begin_m = [span.begin_m for span in vehicle.loop.spans if not span.internal][vehicle.edge]
+    least_m = begin_m + vehicle.type.length_m
+    front_m = least_m if vehicle.depart_m is None else vehicle.depart_m
+    return Departure(vehicle.start(front_m, None), None, vehicle.depart_s)
+
+
+def _in_place(network: RoadNetwork, vehicle: _Vehicle, way: Itinerary) -> Departure:
+    """Return where a vehicle departs under a gate: as a whole within the place where its file wants it."""
+    roads = [span.begin_m for span in vehicle.loop.spans if not span.internal]
+    wish_m = roads[vehicle.edge] if vehicle.depart_m is None else vehicle.depart_m
+    lap_m = way.length_m
+    position = min(range(len(way.legs)), key=lambda k: (way.legs[k].end_m - _LEAST_M - wish_m) % lap_m)
+    leg = way.legs[position]
+    first_m, last_m = leg.begin_m + vehicle.type.length_m + _CLEAR_M, leg.end_m - _LEAST_M
+    near_m = wish_m + round((first_m - wish_m) / lap_m) * lap_m
+    front_m = max(first_m, min(near_m, last_m))
+    start = vehicle.start(front_m, leg.lane)
+    return Departure(start, make_track(network, start, way, position, keeps_lane=True), vehicle.depart_s)
 
 
 def _alone(scenario: Scenario, loops: Sequence[Loop]) -> tuple[str, ...]:
@@ -199,6 +273,14 @@ class _Vehicle:
     stops: tuple[Stop, ...] = ()
     attributes: Mapping[str, str] = field(default_factory=dict)
     parameters: Mapping[str, str] = field(default_factory=dict)
+    depart_s: float = 0.0
+    edge: int = 0
+
+    def start(self, front_m: float, lane: int | None) -> Start:
+        """Return its start there, when it departs later."""
+        return Start(
+            self.id, self.loop, front_m, self.type, lane, self.attributes, self.parameters, self.depart_s
+        )
 
 
 def _vehicles(
@@ -217,9 +299,26 @@ def _vehicles(
     file = read_loops(network, scenario.routes or scenario.network, stops=scenario.stop_files)
     if file.vehicles and not scenario.vehicles:
         by_name = {loop.id: loop for loop in file.loops}
+        begin_s = begins_s(scenario)
+        end_s = begin_s + scenario.warmup_s + scenario.duration_s
+        each = [
+            one
+            for vehicle in file.vehicles
+            for one in vehicle.each(begin_s, end_s, Random(f"{scenario.seed} {vehicle.id}"))
+        ]
         mine = [
-            _Vehicle(v.id, by_name[v.loop], v.type, v.depart_m, v.stops, v.attributes, v.parameters)
-            for v in file.vehicles
+            _Vehicle(
+                v.id,
+                by_name[v.loop],
+                v.type,
+                v.depart_m,
+                v.stops,
+                v.attributes,
+                v.parameters,
+                v.depart_s,
+                v.edge,
+            )
+            for v in each
         ]
         return mine, file.left_out, file
     kinds: dict[str, VehicleType] = {}
@@ -227,7 +326,10 @@ def _vehicles(
         kinds.setdefault(vehicle.loop, vehicle.type)
     default = next(iter(file.types.values()), DEFAULT_TYPE)
     given = _given_loops(scenario, network, file.loops, kinds, default)
-    stopping = [replace(v, stops=tuple(s.at(0.0) for s in file.stops.get(v.loop.id, ()))) for v in given]
+    stopping = [
+        replace(v, stops=tuple(s.at(begins_s(scenario)) for s in file.stops.get(v.loop.id, ())))
+        for v in given
+    ]
     return stopping, file.left_out_of_routes, file
 
 
@@ -256,7 +358,9 @@ def _evenly_round(network: RoadNetwork, vehicles: Sequence[_Vehicle]) -> list[_V
     return [replace(vehicle, depart_m=next(starts[vehicle.loop.id])) for vehicle in vehicles]
 
 
-def _abstraction(scenario: Scenario, network: RoadNetwork, vehicles: Sequence[_Vehicle]) -> Abstraction:
+def _abstraction(
+    scenario: Scenario, network: RoadNetwork, vehicles: Sequence[_Vehicle], later: Sequence[_Vehicle]
+) -> Abstraction:
     loops = [vehicle.loop for vehicle in vehicles]
     given = {v.id: v.depart_m for v in vehicles if v.depart_m is not None}
     if scenario.abstraction == "queues":
@@ -267,6 +371,7 @@ def _abstraction(scenario: Scenario, network: RoadNetwork, vehicles: Sequence[_V
             seed=scenario.seed,
             names=[vehicle.id for vehicle in vehicles],
             starts_m=given,
+            later=[(vehicle.loop, vehicle.type) for vehicle in later],
         )
     unique = len({loop.id for loop in loops})
     if unique < len(loops):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -181,10 +181,9 @@ class AttachedFleet(Fleet):
         if not goes_on:
             self._rejoin(list(self.members), "another plan")
         self._next, self.plan = None, plan
-        if self.around is not None:
-            self.around.plan(plan.itineraries, plan.tracks, plan.room)
+        self.drive_by(plan.itineraries, plan.tracks, plan.room)
         if self.engine is not None and self.members:
-            self._change(self.engine.books(), {})
+            self._change(self.engine.books())
         return True
 
     def _try(self, newcomers: Sequence[Newcomer]) -> bool:
@@ -201,15 +200,11 @@ class AttachedFleet(Fleet):
             del self.newcomers[vehicle]
         return True
 
-    @property
-    def room(self) -> Mapping[str, int]:
-        """How many vehicles a place holds, by name."""
-        return self.plan.room
-
     def _on(self, track: Track) -> Track:
         return self.plan.on(track)
 
-    def _begin_with(self, system: System, gate: Gate) -> ChangingEngine:
-        engine = self.begin(system, gate, (), self.plan.itineraries, self.plan.tracks)
+    def begin(self, system: System, gate: Gate, tracks: Sequence[Track]) -> ChangingEngine:
+        """Begin, usually with nobody, for vehicles that are about to join."""
+        engine = super().begin(system, gate, tracks)
         self._orders.drivers = engine.drivers
         return engine

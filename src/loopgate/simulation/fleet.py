@@ -29,6 +29,10 @@ from loopgate.traffic.base import Traffic
 __all__ = ["Fleet", "Rules"]
 
 
+_Ready = tuple[Sequence[Track], Books, System, Gate]
+"""What vehicles go on with."""
+
+
 @dataclass(frozen=True, slots=True)
 class Rules:
     """By what vehicles are let go.
@@ -76,6 +80,10 @@ class Fleet:
         self._network, self._traffic, self._recorder, self._rules = network, traffic, recorder, rules
         self._obstacles: tuple[Obstacle, ...] = ()
         """What is in the way besides what is about; asked first."""
+        self._itineraries: Sequence[Itinerary] = ()
+        self._ways: Sequence[Track] = ()
+        self.room: Mapping[str, int] = {}
+        """How many vehicles a state holds, by name."""
         self.keeper: Gatekeeper | None = None
         self.engine: ChangingEngine | None = None
         self.around: Surroundings | None = None
@@ -90,34 +98,28 @@ class Fleet:
         return self.engine.driver_of if self.engine else {}
 
     @property
-    def room(self) -> Mapping[str, int]:
-        """How many vehicles a state holds, by name."""
-        raise NotImplementedError
-
-    @property
     def books(self) -> Books:
         """Who holds what."""
         return self.engine.books() if self.engine is not None and self.members else Books({}, {}, {})
 
-    def begin(
-        self,
-        system: System,
-        gate: Gate,
-        tracks: Sequence[Track],
-        itineraries: Sequence[Itinerary],
-        ways: Sequence[Track],
-    ) -> ChangingEngine:
-        """Begin with these vehicles, which stand as the system says; or with none of its robots.
+    def drive_by(
+        self, itineraries: Sequence[Itinerary], ways: Sequence[Track], room: Mapping[str, int]
+    ) -> None:
+        """Take over what vehicles drive by, now and later; before they begin, or anew.
 
         Parameters
         ----------
-        system, gate
-            Robots and states, and the gate made for them.
-        tracks
-            One per robot, or none.
         itineraries, ways
-            Of all loops on which vehicles drive, now or later.
+            Of all loops.
+        room
+            How many vehicles a state holds, by name.
         """
+        self._itineraries, self._ways, self.room = itineraries, ways, room
+        if self.around is not None:
+            self.around.plan(itineraries, ways, room)
+
+    def begin(self, system: System, gate: Gate, tracks: Sequence[Track]) -> ChangingEngine:
+        """Begin with these vehicles, one per robot, which stand as the system says; or with none of them."""
         rules, traffic = self._rules, self._traffic
         self.keeper = Gatekeeper(system, gate, rules.negotiation, serve_after_s=rules.serve_after_s)
         self.keeper.obstacles = self._obstacles
@@ -127,7 +129,7 @@ class Fleet:
         self.around = Surroundings(
             self._network, traffic, engine, self.keeper, lights=rules.lights, others=rules.others
         )
-        self.around.plan(itineraries, ways, self.room)
+        self.around.plan(self._itineraries, self._ways, self.room)
         return engine
 
     def take_in(self, tracks: Mapping[str, Track], left_m: Mapping[str, float], *, beyond: int = 0) -> bool:
@@ -142,6 +144,18 @@ class Fleet:
         beyond
             By how many vehicles a state may hold more than it has slots for.
         """
+        ready = self._ready(tracks, left_m, beyond)
+        if ready is None:
+            return False
+        self._go_on(*ready)
+        return True
+
+    def admits(self, tracks: Mapping[str, Track], left_m: Mapping[str, float]) -> bool:
+        """Return whether `take_in` would take them in, if they were there."""
+        return self._ready(tracks, left_m, 0) is not None
+
+    def _ready(self, tracks: Mapping[str, Track], left_m: Mapping[str, float], beyond: int) -> _Ready | None:
+        """Return what the vehicles are to go on with when some join, None if they must not."""
         books, drivers = self.books, self.members
 
         def left(state: str, other: str) -> float:
@@ -150,13 +164,12 @@ class Fleet:
         for vehicle, track in tracks.items():
             state = track.legs[track.start_position].state
             if len(books.holders.get(state, ())) >= self.room[state] + beyond:
-                return False
+                return None
             books.enter(vehicle, state, left_m[vehicle], partial(left, state))
         try:
-            self._change(books, tracks)
+            return self._make(books, tracks)
         except GateError:
-            return False
-        return True
+            return None
 
     def drop(self, vehicles: Sequence[str], reason: str) -> None:
         """Let vehicles go that are under the gate."""
@@ -174,7 +187,7 @@ class Fleet:
         books = self.engine.books()
         books.strike(leaving)
         if books.in_line:
-            self._change(books, {})
+            self._change(books)
         else:
             self.engine.clear()
 
@@ -182,17 +195,17 @@ class Fleet:
         """Return the track of a member as it is to go on."""
         return track
 
-    def _begin_with(self, system: System, gate: Gate) -> ChangingEngine:
-        """Begin with nobody, for vehicles that are about to join."""
-        raise NotImplementedError
+    def _change(self, books: Books) -> None:
+        """Make system, gate and tables anew: some have left, or what they drive by is another."""
+        self._go_on(*self._make(books, {}))
 
-    def _change(self, books: Books, joining: Mapping[str, Track]) -> None:
-        """Make system, gate and tables anew.
+    def _make(self, books: Books, joining: Mapping[str, Track]) -> _Ready:
+        """Make system and gate anew.
 
         Raises
         ------
         GateError
-            If the gate cannot keep its promise with those who join; then all is as it was.
+            If the gate cannot keep its promise with those who join.
         """
         members = self.members
         vehicles = books.in_line
@@ -205,9 +218,12 @@ class Fleet:
         system = _system(tracks, positions, {state: len(line) for state, line in books.lines.items()}, room)
         gate = make_gate(self._rules.gate, system, perf_counter)
         _refuse_crowd(gate, system, room)
+        return tracks, books, system, gate
+
+    def _go_on(self, tracks: Sequence[Track], books: Books, system: System, gate: Gate) -> None:
         self.changes += 1
-        engine = self.engine or self._begin_with(system, gate)
-        engine.change(tracks, books, system=system, gate=gate, room=room)
+        engine = self.engine or self.begin(system, gate, ())
+        engine.change(tracks, books, system=system, gate=gate, room=self.room)
 
 
 def _system(

@@ -18,13 +18,21 @@ from loopgate.results.columns import Event
 from loopgate.results.recorder import Recorder
 from loopgate.traffic.base import Traffic
 
-__all__ = ["Stops"]
+__all__ = ["Made", "Stops"]
 
 _PAST_M = 0.5
 """So far past a place a vehicle has to be before SUMO is told that it stops there again [m]."""
 
 _MISSED_M = 10.0
 """So far past a stop that it has not made a vehicle has missed it [m]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Made:
+    """How many stops a vehicle has made, and for how long it stood at them [s]."""
+
+    served: int = 0
+    stood_s: float = 0.0
 
 
 @dataclass(slots=True)
@@ -172,6 +180,11 @@ class Stops:
             # SUMO has put it off to the next time that the vehicle comes there.
             way.ahead.append(_Ahead(gone.at_m + way.driver.track.lap_m, gone.number, gone.round + 1))
             way.driver.row["stop_m"] = way.ahead[0].at_m
+
+    def of(self, vehicle: str) -> Made:
+        """Return what a vehicle has made of its stops."""
+        way = self._ways.get(vehicle)
+        return Made() if way is None else Made(way.served, way.stood_s)
 
     def report(self) -> dict[str, Any]:
         """Return what ``summary.json`` says of stops: how many were made and missed, and for how long [s]."""

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Protocol
 
 from loopgate.network.stops import Stop
 
-__all__ = ["Collision", "Dynamics", "Light", "Phase", "Program", "Traffic"]
+__all__ = ["Collision", "Dynamics", "Insertion", "Light", "Phase", "Program", "Traffic"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,6 +18,21 @@ class Collision:
     collider: str
     victim: str
     lane: str
+
+
+@dataclass(frozen=True, slots=True)
+class Insertion:
+    """How a vehicle is put in: on which route, of which type, on which lane and where on it [m], at rest.
+
+    Besides, attributes as SUMO has them, and parameters by key.
+    """
+
+    route: str
+    kind: str
+    lane_index: int
+    position_m: float
+    attributes: Mapping[str, str] = field(default_factory=dict, hash=False)
+    parameters: Mapping[str, str] = field(default_factory=dict, hash=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,6 +104,18 @@ class Traffic(Protocol):
 
     def vehicles(self) -> Sequence[str]:
         """Return the vehicles on the road, in a fixed order."""
+        ...
+
+    def departed(self) -> Sequence[str]:
+        """Return the vehicles that were put in in the last step."""
+        ...
+
+    def put_in(self, vehicle: str, how: Insertion) -> None:
+        """Let a vehicle depart in the next step, if the simulator finds that safe."""
+        ...
+
+    def take_out(self, vehicle: str) -> None:
+        """Undo `put_in`, whether it has departed or not."""
         ...
 
     def odometer(self, vehicle: str) -> float:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from typing import Any
 
 from loopgate.errors import TrafficError
 from loopgate.network.stops import Stop
-from loopgate.traffic.base import Collision, Dynamics, Light, Phase, Program
+from loopgate.traffic.base import Collision, Dynamics, Insertion, Light, Phase, Program
 from loopgate.traffic.sumo_waits import RoadWaits
 
 __all__ = ["GATED_SPEED_MODE", "YIELDING_SPEED_MODE", "SumoTraffic"]
@@ -118,6 +119,37 @@ class SumoTraffic:
         """Return the vehicles on the road, in SUMO's order."""
         ids: Sequence[str] = self._vehicle.getIDList()
         return ids
+
+    def departed(self) -> Sequence[str]:
+        """Return the vehicles that were put in in the last step."""
+        ids: Sequence[str] = self._simulation.getDepartedIDList()
+        return ids
+
+    def put_in(self, vehicle: str, how: Insertion) -> None:
+        """Let a vehicle depart in the next step, if SUMO finds that safe."""
+        own = how.attributes
+        try:
+            self._vehicle.add(
+                vehicle,
+                how.route,
+                typeID=how.kind,
+                departLane=str(how.lane_index),
+                departPos=f"{how.position_m:.3f}",
+                departSpeed="0",
+                line=own.get("line", ""),
+                personNumber=int(own.get("personNumber", "0")),
+            )
+            for name, value in how.parameters.items():
+                self._vehicle.setParameter(vehicle, name, value)
+        except self._error as error:
+            msg = f"vehicle {vehicle}: SUMO does not take it: {error}"
+            raise TrafficError(msg) from error
+
+    def take_out(self, vehicle: str) -> None:
+        """Undo `put_in`, whether it has departed or not."""
+        self._holds.pop(vehicle, None)
+        with suppress(*((self._error,) if isinstance(self._error, type) else self._error)):
+            self._vehicle.remove(vehicle)
 
     def odometer(self, vehicle: str) -> float:
         """Return the odometer [m]."""
@@ -353,7 +385,11 @@ class SumoTraffic:
     def stops_begun(self) -> Sequence[str]:
         """Return the vehicles that came to rest in the last step at a stop that does not hold them."""
         ids = self._simulation.getStopStartingVehiclesIDList()
-        return [v for v in ids if v not in self._holds or self._stop_number(v) != 0]
+        return [v for v in ids if self._is_at_own_stop(v)]
+
+    def _is_at_own_stop(self, vehicle: str) -> bool:
+        held = vehicle in self._holds and self._stop_number(vehicle) == 0
+        return not held and bool(self._vehicle.isStopped(vehicle))  # one that was held has been released
 
     def stops_ended(self) -> Sequence[str]:
         """Return the vehicles that left a stop in the last step, of whatever kind."""
@@ -377,9 +413,7 @@ class SumoTraffic:
 
         Nobody keeps one that is at a stop of its own: it goes on by itself.
         """
-        if self._vehicle.isStopped(vehicle) and not (
-            vehicle in self._holds and self._stop_number(vehicle) == 0
-        ):
+        if self._is_at_own_stop(vehicle):
             return ()
         return self._waits.of(vehicle, guess=guess)
 
