@@ -15,29 +15,12 @@ from loopgate.drive.track import Track
 from loopgate.errors import TrafficError
 from loopgate.gates import Gate
 from loopgate.model import StateId, System
-from loopgate.results.recorder import Recorder
-from loopgate.traffic.base import Traffic
 
 __all__ = ["ChangingEngine"]
 
 
 class ChangingEngine(Engine):
     """An engine whose vehicles join and leave."""
-
-    _shut: dict[int, int]
-    """States that nobody is let into, by number, and their room."""
-
-    def __init__(
-        self,
-        traffic: Traffic,
-        tracks: Sequence[Track],
-        gatekeeper: Gatekeeper | None,
-        recorder: Recorder,
-        *,
-        foresees: bool = True,
-    ) -> None:
-        self._shut = {}
-        super().__init__(traffic, tracks, gatekeeper, recorder, foresees=foresees)
 
     def books(self) -> Books:
         """Return who holds what."""
@@ -72,7 +55,6 @@ class ChangingEngine(Engine):
         room
             How many vehicles the states hold, by name: fewer than in the system where more stand in one.
         """
-        self._shut.clear()
         before, numbers = self.tables, {driver.id: driver.robot for driver in self.drivers}
         self._keeper.change(system, gate)
         self._make(tracks)
@@ -105,20 +87,15 @@ class ChangingEngine(Engine):
 
     def shut(self, state: str) -> None:
         """Let nobody into a state, until `open_up` or the next change."""
-        states, names = cast("Any", self.tables.states), self._keeper.system.states
-        if state not in names:
-            return  # nobody comes there
-        number = names.index(StateId(state))
-        self._shut.setdefault(number, int(states["room"][number]))
-        states["room"][number] = states["held_by"][number]
+        names = self._keeper.system.states
+        if state in names:  # else nobody comes there
+            cast("Any", self.tables.states)["shut"][names.index(StateId(state))] = True
 
     def open_up(self) -> None:
         """Let vehicles into all states again."""
-        states = cast("Any", self.tables.states)
-        for number, room in self._shut.items():
-            states["room"][number] = room
-        self._run["version"] += bool(self._shut)
-        self._shut.clear()
+        shut = cast("Any", self.tables.states)["shut"]
+        self._run["version"] += int(shut.any())
+        shut[:] = False
 
     def clear(self) -> None:
         """Go on without any vehicle: all have left."""

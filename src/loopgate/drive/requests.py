@@ -265,7 +265,7 @@ def _no_place(i: int, t: Tables) -> int:
         return STOPPING
     wanted = _wanted(i, t)
     free = room(wanted, t)
-    if free <= 0:
+    if free <= 0 or t.states[wanted].shut:
         return OCCUPIED
     if not _fits_behind(wanted, t):
         return STOPPING

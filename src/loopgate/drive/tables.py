@@ -218,8 +218,9 @@ class State:
 
     Attributes
     ----------
-    room, word, fifo
-        How many vehicles it holds, its name by number, and whether it is shared and left in order.
+    room, word, fifo, shut
+        How many vehicles it holds, its name by number, whether it is shared and left in order, and whether
+        nobody is let into it just now.
     most
         How many vehicles there is room for in each of these two lists.
     holders, held_by
@@ -240,6 +241,7 @@ class State:
     room: int
     word: int
     fifo: bool
+    shut: bool
     most: int
     holders: int
     held_by: int

@@ -26,6 +26,8 @@ def record_positions(file: Path) -> list[str]:
         *("--fcd-output", str(file)),
         *("--fcd-output.attributes", ",".join(ATTRIBUTES)),
         "--fcd-output.skip-empty",
+        # The first row decides on the columns of the table: persons have others.
+        *("--person-device.fcd.probability", "0"),
     ]
 
 
