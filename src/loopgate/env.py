@@ -90,8 +90,8 @@ class LoopgateEnv(ParallelEnv[str, Observation, NDArray[np.float32]]):  # type: 
         if assembly.departures:
             msg = (
                 f"env: vehicle {assembly.departures[0].start.vehicle} departs at "
-                f"{assembly.departures[0].at_s:g} s; here all agents are there from the beginning: let all depart "
-                f"at 0"
+                f"{assembly.departures[0].at_s:g} s; here all agents are there from the beginning: let all "
+                f"depart at 0"
             )
             raise ScenarioError(msg)
         self.possible_agents = [start.vehicle for start in assembly.starts]

@@ -91,6 +91,11 @@ class Driver:
         """Whether it is to stop before it gets to the end of its last grant, or does."""
         return bool(self.row["stop_m"] < self.end_m(self.granted))
 
+    @property
+    def parks_here(self) -> bool:
+        """Whether it leaves its lane for that."""
+        return bool(self.row["parks"]) and self.stops_here
+
     def leg(self, number: int) -> Leg:
         """Return a leg of its endless way."""
         return self.track.legs[number % len(self.track.legs)]

@@ -245,7 +245,11 @@ def _late(t: Tables) -> int:
 
 @part
 def _fits_behind(state: int, t: Tables) -> bool:
-    """Return whether one more fits behind those who stop somewhere in the state, not at its end."""
+    """Return whether one more fits behind those who stop somewhere in the state, not at its end.
+
+    Nobody does behind one that leaves its lane: it would be passed, and would no longer be first when it
+    comes back.
+    """
     place = t.states[state]
     for n in range(place.queue):
         i = int(t.lists[place.line + n])
@@ -253,7 +257,8 @@ def _fits_behind(state: int, t: Tables) -> bool:
             leg = t.vehicles[i].granted
             begins_m = begin_m(i, leg, t)
             slot_m = (end_m(i, leg, t) - begins_m) / place.room
-            if (place.queue - n + 1) * slot_m > t.vehicles[i].stop_m - begins_m:
+            space_m = t.vehicles[i].stop_m - begins_m
+            if t.vehicles[i].parks or (place.queue - n + 1) * slot_m > space_m:
                 return False
     return True
 

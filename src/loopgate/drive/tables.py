@@ -117,8 +117,9 @@ class Vehicle:
     mover, named_s, shut
         Whether it must move next, for one that is served, since when on end [s], and whether something
         outside of the system, such as a light, is in its way.
-    stop_m
-        Where its front stands at the next stop of its own [m]; infinity for none.
+    stop_m, parks
+        Where its front stands at the next stop of its own [m], infinity for none; whether it leaves its lane
+        for that.
     spare_s
         For how long its request may be passed over so that it falls back to the middle between its neighbours
         on its loop [s].
@@ -171,6 +172,7 @@ class Vehicle:
     mover: bool
     named_s: float
     stop_m: float
+    parks: bool
     spare_s: float
     shut: bool
 

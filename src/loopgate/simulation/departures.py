@@ -156,7 +156,7 @@ class GatedDepartures(Departures):
         begin_m = one.track.legs[one.track.start_position].begin_m if one.track else 0.0
         front_m = one.start.front_m - begin_m + one.start.type.min_gap_m
         return len(inside) < self._fleet.room[place] and all(
-            driver.inside_m(place) - driver.length_m >= front_m for driver in inside
+            driver.inside_m(place) - driver.length_m >= front_m and not driver.parks_here for driver in inside
         )
 
     def _take_in(self) -> None:

@@ -137,7 +137,13 @@ class Stops:
                 break
             way.told += 1
         (self._untold.add if way.told < len(way.ahead) else self._untold.discard)(driver.id)
-        driver.row["stop_m"] = way.ahead[0].at_m
+        self._show(way)
+
+    @staticmethod
+    def _show(way: _Way) -> None:
+        """Tell the drive of the next stop."""
+        row, coming = way.driver.row, way.ahead[0]
+        row["stop_m"], row["parks"] = coming.at_m, way.stops[coming.number].parks
 
     def look(self) -> None:
         """Take note of the stops that began and ended in the last step."""
@@ -179,7 +185,7 @@ class Stops:
             self._recorder.note(self._traffic.now_s, way.driver.id, Event.MISSED, way.stops[gone.number].name)
             # SUMO has put it off to the next time that the vehicle comes there.
             way.ahead.append(_Ahead(gone.at_m + way.driver.track.lap_m, gone.number, gone.round + 1))
-            way.driver.row["stop_m"] = way.ahead[0].at_m
+            self._show(way)
 
     def of(self, vehicle: str) -> Made:
         """Return what a vehicle has made of its stops."""
