@@ -15,7 +15,7 @@ import pytest
 pytestmark = pytest.mark.sumo
 
 ROOT = Path(__file__).resolve().parents[2]
-PAGES = ("start", "tutorial", "watch", "which", "your-own", "concepts", "troubleshooting")
+PAGES = ("start", "tutorial", "watch", "which", "your-own", "concepts", "stops", "troubleshooting")
 BLOCK = re.compile(r'^```(\w+)(?: title="([^"]+)")?\n(.*?)^```', re.MULTILINE | re.DOTALL)
 
 NOT_RUN = {

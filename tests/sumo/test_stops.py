@@ -28,13 +28,14 @@ LINE = 'edges="B3B2 B2C2 C2C1 C1D1 D1D0 D0C0 C0C1 C1C2 C2C3 C3B3"'
 BUS = '<vType id="bus" vClass="bus" length="12" accel="1.2"/>'
 
 
-def run(folder: Path, routes: str, places: str = PLACES, **options: Any) -> dict[str, Any]:  # noqa: ANN401  scenario keys
+def run(folder: Path, routes: str, places: str = PLACES, **options: Any) -> dict[str, Any]:  # noqa: ANN401  keys
     """Run a route file; return the summary."""
     (folder / "my.rou.xml").write_text(f"<routes>{routes}</routes>", encoding="utf-8")
     (folder / "my.add.xml").write_text(places, encoding="utf-8")
-    given = {"routes": str(folder / "my.rou.xml"), "stops": str(folder / "my.add.xml"), "duration_s": 600.0}
+    given: dict[str, Any] = {"routes": str(folder / "my.rou.xml"), "stops": str(folder / "my.add.xml")}
+    given = {"duration_s": 600.0, **given, **options}
     words = f"--stop-output {folder / 'stops.xml'}"
-    return simulate(Scenario(network=NET, sumo=words, **(given | options)), folder / "run", overwrite=True)
+    return simulate(Scenario(network=NET, sumo=words, **given), folder / "run", overwrite=True)
 
 
 def made(folder: Path) -> list[dict[str, str]]:
@@ -83,7 +84,8 @@ def test_a_flow_departs_over_time_and_every_kind_of_stop_is_made(gate: str, tmp_
     )
     text = (
         f'<route id="line" {LINE}>{stops}</route><route id="short" edges="B2C2 C2C1 C1B1 B1B2"/>'
-        '<flow id="f" route="line" begin="30" period="60" number="5" color="red"><param key="a" value="b"/></flow>'
+        '<flow id="f" route="line" begin="30" period="60" number="5" color="red">'
+        '<param key="a" value="b"/></flow>'
         '<flow id="c" route="short" begin="0" period="9" number="6"/>'
         '<vehicle id="late" route="line" depart="0:01:40" departEdge="3" departPos="60"/>'
     )
@@ -108,6 +110,19 @@ def test_nobody_is_there_at_the_beginning(tmp_path: Path) -> None:
     summary = run(tmp_path, text, positions=True)
     assert (summary["audit"], summary["departed"], summary["clean"]) == ("clean", 12, True)
     assert summary["laps"] > 20
+
+
+def test_a_stop_on_every_road_is_made_where_routes_are_renewed_too(tmp_path: Path) -> None:
+    """SUMO puts off a stop that lies just ahead when it renews a route; here it does so on a road with one."""
+    stops = "".join(
+        f'<stop lane="{lane}_0" endPos="{end}" duration="5"/>'
+        for lane, end in (("B2C2", 30), ("C2C1", 25), ("C1B1", 40), ("B1B2", 20))
+    )
+    text = f'<route id="r" edges="B2C2 C2C1 C1B1 B1B2">{stops}</route><vehicle id="v" route="r" depart="0"/>'
+    summary = run(tmp_path, text)
+    (laps,) = vehicles(tmp_path)["laps"]
+    assert summary["stops"]["missed"] == 0
+    assert 4 * laps <= summary["stops"]["served"] <= 4 * laps + 4
 
 
 def test_a_long_stop_is_no_wait_and_no_deadlock(tmp_path: Path) -> None:
@@ -168,7 +183,8 @@ def test_a_stop_in_others_way_is_refused(end: str, length: str, found: str, tmp_
     """With the file, the vehicle, the place, and what would do."""
     places = f'<additional><busStop id="market" lane="B2C2_0" startPos="1" endPos="{end}"/></additional>'
     text = (
-        f'<vType id="t" length="{length}"/><route id="line" {LINE}><stop busStop="market" duration="9"/></route>'
+        f'<vType id="t" length="{length}"/><route id="line" {LINE}>'
+        '<stop busStop="market" duration="9"/></route>'
         '<vehicle id="v" type="t" route="line" depart="0"/>'
     )
     with pytest.raises(ScenarioError, match=rf"my.rou.xml: vehicle v: .*{found}"):

@@ -208,6 +208,9 @@ class FakeTraffic:
     def set_stop(self, vehicle: str, stop: Stop) -> None:
         """Take it that nobody stops on the way."""
 
+    def drop_stop(self, vehicle: str, stop: Stop) -> None:
+        """Take it that nobody stops on the way."""
+
     def stops_ahead(self, vehicle: str) -> int:
         """Return none."""
         del vehicle

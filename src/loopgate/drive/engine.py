@@ -73,6 +73,8 @@ class Engine:
         """How often tables have been made anew: then vehicles have other numbers."""
         self.on_taking_in: Callable[[Driver], None] = lambda _: None
         """Called with each vehicle as soon as it has been taken over."""
+        self.on_renewal: Callable[[Driver], None] = lambda _: None
+        """Called with each vehicle whose route has just been renewed."""
         self.drivers: list[Driver] = []
         """All vehicles, by number; always the same list."""
         self.driver_of: dict[str, Driver] = {}
@@ -330,6 +332,7 @@ class Engine:
         elif driver.row["steered"]:
             self._steering.renew(driver)
         self._worn.renewed(driver)
+        self.on_renewal(driver)
 
     def _came_to_rest(self) -> NDArray[np.int64]:
         """Return the held vehicles that came to rest in the last step."""

@@ -66,7 +66,7 @@ def make_loop(
     source
         File the route comes from, for messages.
     on_lanes
-        Lanes, by edge, on which the vehicle is wanted, since it stops there: kept to if there is a way.
+        Edges on which the vehicle stops, and the lane for it, or -1 for several: kept to if there is a way.
 
     Raises
     ------
@@ -91,7 +91,7 @@ def make_loop(
             f"add edges where the vehicle can change lanes, or connections in netedit"
         )
         raise RouteError(msg)
-    return Loop(name, tuple(edges), tuple(_spans(network, edges, ways)))
+    return Loop(name, tuple(edges), tuple(_spans(network, edges, ways)), frozenset(on_lanes))
 
 
 def _check_edge(network: RoadNetwork, edge: str, vclass: str, what: str) -> None:

@@ -41,6 +41,7 @@ _MEANS = {
     "containerFlow": "give containers in the file with the stops",
     "include": "name that file itself",
     "repeat": "every loop is driven round and round",
+    "index": "stops are made in the order of the loop",
     "started": "it is what SUMO writes",
     "ended": "it is what SUMO writes",
     **dict.fromkeys(

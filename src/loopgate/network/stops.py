@@ -67,8 +67,8 @@ _TRIGGERS = {
 
 STOP_ATTRIBUTES = frozenset(
     {
-        *("lane", "edge", "startPos", "endPos", "friendlyPos", "duration", "until", "parking", "index"),
-        *("triggered", "expectedTriggered", "containerTriggered", "expectedContainers"),
+        *("lane", "edge", "startPos", "endPos", "friendlyPos", "duration", "until", "parking"),
+        *("triggered", "expectedTriggered", "containerTriggered"),
         *_KINDS,
         *_PASSED_ON,
         *_REFUSED,
@@ -367,8 +367,8 @@ def on_loop(loop: Loop, stops: Sequence[Stop], what: str) -> tuple[Stop, ...]:
 
 
 def lanes_of_stops(stops: Iterable[Stop]) -> dict[str, int]:
-    """Return for edges with stops the lane on which all of these are, by index."""
+    """Return for edges with stops the lane on which all of these are, by index; -1 if they are on several."""
     lanes: dict[str, set[int]] = {}
     for stop in stops:
         lanes.setdefault(stop.edge, set()).add(int(stop.lane.rpartition("_")[2]))
-    return {edge: min(indices) for edge, indices in lanes.items() if len(indices) == 1}
+    return {edge: min(indices) if len(indices) == 1 else -1 for edge, indices in lanes.items()}

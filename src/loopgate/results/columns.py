@@ -22,7 +22,7 @@ class Event(StrEnum):
     """Kinds of events."""
 
     START = "start"
-    """The vehicle stands in `place` at the beginning."""
+    """The vehicle stands in `place`, at the beginning or when it joins."""
     GRANT = "grant"
     """The vehicle may enter `place`, which it occupies from now on."""
     REFUSE = "refuse"
@@ -48,7 +48,7 @@ class Event(StrEnum):
     OVERRUN = "overrun"
     """The vehicle, held before `place`, can no longer brake for its line: it is stopped as hard as it can."""
     END = "end"
-    """The vehicle is under the gate no longer, since `reason`; before that it left all that it held."""
+    """The vehicle is under the gate no longer, since `reason`: it left all that it held, and now `place`."""
     STOP = "stop"
     """The vehicle has come to rest at its stop `place`."""
     SERVED = "served"

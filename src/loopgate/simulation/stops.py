@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -99,7 +100,7 @@ class Stops:
         self._stops = {vehicle: some for vehicle, some in stops.items() if some}
         self._ways: dict[str, _Way] = {}
         self._untold: set[str] = set()
-        engine.on_taking_in = self._take_in
+        engine.on_taking_in, engine.on_renewal = self._take_in, self._renewed
 
     def _take_in(self, driver: Driver) -> None:
         """Set the stops of a vehicle that has come."""
@@ -118,6 +119,20 @@ class Stops:
         found = ((first_m + (stop.arc_m - first_m) % lap_m, number) for number, stop in enumerate(stops))
         way.ahead.extend(_Ahead(at_m, number, 0) for at_m, number in sorted(found))
         self._tell(way)
+
+    def _renewed(self, driver: Driver) -> None:
+        """Set the next stop anew if it is on the edge where the route is renewed: else it is put off."""
+        way = self._ways.get(driver.id)
+        if way is None or not way.told:
+            return
+        coming = way.ahead[0]
+        stop = way.stops[coming.number]
+        if stop.edge != driver.track.rerouted_on or way.since_s is not None:
+            return
+        stop = stop.in_round(coming.round)
+        with suppress(TrafficError):  # then it is put off, and noted as missed
+            self._traffic.drop_stop(driver.id, stop)
+            self._traffic.set_stop(driver.id, stop)
 
     def _tell(self, way: _Way) -> None:
         """Tell SUMO of the next stops of which it can be told, and the drive of the first."""

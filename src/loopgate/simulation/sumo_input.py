@@ -197,7 +197,9 @@ def round_routes(loop: Loop) -> dict[str, tuple[str, ...]]:
 
 
 def pivot(loop: Loop) -> int:
-    """Return the number of the first edge that the loop passes only once: where its route is renewed.
+    """Return the number of the edge where a loop's route is renewed: one that it passes only once.
+
+    If there is a choice nobody stops there: SUMO puts a stop off for a round that lies just ahead then.
 
     Raises
     ------
@@ -205,8 +207,8 @@ def pivot(loop: Loop) -> int:
         If there is none.
     """
     times = Counter(loop.edges)
-    for number, edge in enumerate(loop.edges):
-        if times[edge] == 1:
-            return number
-    msg = f"loop {loop.id}: it passes every edge more than once; split it into simpler loops"
-    raise RouteError(msg)
+    once = [number for number, edge in enumerate(loop.edges) if times[edge] == 1]
+    if not once:
+        msg = f"loop {loop.id}: it passes every edge more than once; split it into simpler loops"
+        raise RouteError(msg)
+    return next((number for number in once if loop.edges[number] not in loop.stops_on), once[0])

@@ -222,6 +222,10 @@ class Traffic(Protocol):
         """Let the vehicle stop where it comes to that place next; raise `TrafficError` if it cannot."""
         ...
 
+    def drop_stop(self, vehicle: str, stop: Stop) -> None:
+        """Undo `set_stop`."""
+        ...
+
     def stops_ahead(self, vehicle: str) -> int:
         """Return how many stops lie before the vehicle, or are being made, without the one that holds it."""
         ...

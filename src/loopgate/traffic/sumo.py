@@ -372,10 +372,20 @@ class SumoTraffic:
     def _number_of(self, vehicle: str, stop: Stop) -> int:
         """Return which of the vehicle's stops is the last one at a place."""
         stops = self._vehicle.getStops(vehicle, 0)
-        on = (number for number in range(len(stops) - 1, -1, -1) if stops[number].lane == stop.lane)
-        if stop.kind == "lane":
-            return next(n for n in on if abs(stops[n].endPos - stop.end_m) < _SAME_STOP_M)
-        return next(n for n in on if stops[n].stoppingPlaceID == stop.name)
+        for number in range(len(stops) - 1, -1, -1):
+            there = stops[number].lane == stop.lane and (
+                abs(stops[number].endPos - stop.end_m) < _SAME_STOP_M
+                if stop.kind == "lane"
+                else stops[number].stoppingPlaceID == stop.name
+            )
+            if there:
+                return number
+        msg = f"vehicle {vehicle}: SUMO knows of no stop at {stop.name}"
+        raise TrafficError(msg)
+
+    def drop_stop(self, vehicle: str, stop: Stop) -> None:
+        """Undo `set_stop`."""
+        self._vehicle.replaceStop(vehicle, self._number_of(vehicle, stop), "")
 
     def stops_ahead(self, vehicle: str) -> int:
         """Return how many stops lie before the vehicle, or are being made, without the one that holds it."""
