@@ -113,12 +113,12 @@ def test_nobody_is_there_at_the_beginning(tmp_path: Path) -> None:
 
 
 def test_a_stop_on_every_road_is_made_where_routes_are_renewed_too(tmp_path: Path) -> None:
-    """SUMO puts off a stop that lies just ahead when it renews a route; here it does so on a road with one."""
+    """SUMO puts off a stop that lies just ahead when it renews a route, as it does here on such a road."""
     stops = "".join(
         f'<stop lane="{lane}_0" endPos="{end}" duration="5"/>'
         for lane, end in (("B2C2", 30), ("C2C1", 25), ("C1B1", 40), ("B1B2", 20))
     )
-    text = f'<route id="r" edges="B2C2 C2C1 C1B1 B1B2">{stops}</route><vehicle id="v" route="r" depart="0"/>'
+    text = f'<route id="r" edges="B2C2 C2C1 C1B1 B1B2">{stops}</route><vehicle id="v" route="r"/>'
     summary = run(tmp_path, text)
     (laps,) = vehicles(tmp_path)["laps"]
     assert summary["stops"]["missed"] == 0

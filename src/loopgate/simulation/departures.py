@@ -9,9 +9,9 @@ from typing import Any
 from loopgate.drive.changing import ChangingEngine
 from loopgate.errors import TrafficError
 from loopgate.network import RoadNetwork
-from loopgate.simulation.assembly import Departure
 from loopgate.simulation.fleet import Fleet
 from loopgate.simulation.tracks import make_track
+from loopgate.simulation.vehicles import Departure
 from loopgate.traffic.base import Traffic
 
 __all__ = ["Departures", "GatedDepartures", "OpenDepartures"]
