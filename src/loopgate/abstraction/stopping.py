@@ -16,6 +16,8 @@ __all__ = ["fit_stops"]
 _BEFORE_LINE_M = 0.3
 """A stop ends so far before the line at which its vehicle can be held [m]: SUMO keeps one per position."""
 
+_ROUNDING_M = 1e-6
+
 _LEAST_M = 0.1
 """The shortest stop on a lane [m]."""
 
@@ -69,7 +71,7 @@ def _fit(loop: Loop, itinerary: Itinerary, kind: VehicleType, stop: Stop, what: 
         raise ScenarioError(msg)
     offset_m = stop.end_m - in_m  # where the state begins on the lane
     last_m = leg.end_m - leg.begin_m - _BEFORE_LINE_M
-    if in_m > last_m:
+    if in_m > last_m + _ROUNDING_M:
         if stop.kind != "lane" or in_m - (stop.end_m - stop.start_m) > last_m:
             msg = (
                 f"{what} ends at {stop.end_m:g} m of lane {stop.lane}, beyond the line of place {leg.state}: "
