@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from pathlib import Path
+from random import Random
 from typing import Any
 from xml.etree import ElementTree as ET
 
@@ -11,6 +12,7 @@ import pandas as pd
 import pytest
 
 from loopgate.errors import ScenarioError
+from loopgate.network import RoadNetwork, generate_loops
 from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario
 
@@ -191,3 +193,25 @@ def test_a_stop_in_others_way_is_refused(end: str, length: str, found: str, tmp_
         run(tmp_path, text, places)
     summary = run(tmp_path, text, places, gate="open")
     assert summary["stops"]["served"] > 2
+
+
+def test_stops_all_over_a_busy_grid(tmp_path: Path) -> None:
+    """Nobody counts on who is to stop, nor drives in behind one where there is no room: bodies keep apart."""
+    network = RoadNetwork.open(NET)
+    loops, rng = generate_loops(network, 14, length_m=(500.0, 1500.0)), Random(3)
+    lines = []
+    for number, loop in enumerate(loops):
+        stops = ""
+        for edge in loop.edges[::3]:
+            end = rng.uniform(8.0, 79.0)
+            seconds = rng.choice((5, 12, 25))
+            stops += f'<stop lane="{edge}_0" startPos="{end - 2}" endPos="{end}" duration="{seconds}"/>'
+        lines.append(f'<route id="{loop.id}" edges="{" ".join(loop.edges)}">{stops}</route>')
+        lines += [f'<vehicle id="s{number}.{k}" route="{loop.id}" depart="0"/>' for k in range(4)]
+        lines.append(f'<flow id="f{number}" route="{loop.id}" period="exp(0.012)" end="400"/>')
+    summary = run(tmp_path, "".join(lines), positions=True)
+    assert (summary["audit"], summary["stops"]["missed"]) == ("clean", 0)
+    assert summary["stops"]["served"] > 400
+    assert summary["departed"] > 30
+    assert summary["positions"]["stands_in_crossings"] < 5
+    assert not any("nothing is foreseen" in warning for warning in summary["warnings"])

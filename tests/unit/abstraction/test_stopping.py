@@ -35,7 +35,8 @@ def test_a_stop_within_a_place_is_as_it_was() -> None:
 def test_a_stop_on_a_lane_ends_at_the_line() -> None:
     """As far as it begins before that."""
     stop = fitted(60.0, start_m=30.0)
-    assert (stop.start_m, stop.end_m) == (30.0, pytest.approx(59.6))
+    assert stop.start_m == 30.0
+    assert stop.end_m == pytest.approx(59.6)
     assert stop.arc_m == pytest.approx(159.6)
 
 
