@@ -86,7 +86,15 @@ class LoopgateEnv(ParallelEnv[str, Observation, NDArray[np.float32]]):  # type: 
         self._priorities = _Priorities()
         self._end_s = 0.0
         self.render_mode = None
-        self.possible_agents = [start.vehicle for start in assemble(scenario).starts]
+        assembly = assemble(scenario)
+        if assembly.departures:
+            msg = (
+                f"env: vehicle {assembly.departures[0].start.vehicle} departs at "
+                f"{assembly.departures[0].at_s:g} s; here all agents are there from the beginning: let all "
+                f"depart at 0"
+            )
+            raise ScenarioError(msg)
+        self.possible_agents = [start.vehicle for start in assembly.starts]
         self.agents: list[str] = []
         self.observation_spaces = {
             agent: Box(0.0, 1.0, (len(OBSERVED),), np.float32) for agent in self.possible_agents

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from loopgate.traffic.base import Collision, Dynamics, Light, Program
+from loopgate.network.stops import Stop
+from loopgate.traffic.base import Collision, Dynamics, Insertion, Light, Program
 
 __all__ = ["FakeTraffic", "FakeVehicle"]
 
@@ -203,6 +204,35 @@ class FakeTraffic:
     def halted(self) -> Sequence[str]:
         """Return who came to rest in the last step."""
         return tuple(self._halted)
+
+    def set_stop(self, vehicle: str, stop: Stop) -> None:
+        """Take it that nobody stops on the way."""
+
+    def drop_stop(self, vehicle: str, stop: Stop) -> None:
+        """Take it that nobody stops on the way."""
+
+    def stops_ahead(self, vehicle: str) -> int:
+        """Return none."""
+        del vehicle
+        return 0
+
+    def departed(self) -> tuple[str, ...]:
+        """Return nobody."""
+        return ()
+
+    def put_in(self, vehicle: str, how: Insertion) -> None:
+        """Take it that nobody departs later."""
+
+    def take_out(self, vehicle: str) -> None:
+        """Do nothing."""
+
+    def stops_begun(self) -> tuple[str, ...]:
+        """Return nobody."""
+        return ()
+
+    def stops_ended(self) -> tuple[str, ...]:
+        """Return nobody."""
+        return ()
 
     def collisions(self) -> Sequence[Collision]:
         """Return what a test has put there."""

@@ -129,6 +129,10 @@ class Abstraction:
         the leg of the robot's start position, the whole vehicle on one normal lane and within that leg.
     keeps_lane
         Whether the vehicles change lanes only where a `Pin` says so.
+    later
+        The itineraries of vehicles that join later.
+    room
+        How many vehicles each state holds that these or the robots visit, by name; empty on segments.
     warnings
         Lines for the user: what in the network makes this abstraction a bad fit.
     """
@@ -139,3 +143,5 @@ class Abstraction:
     starts_m: tuple[float, ...]
     warnings: tuple[str, ...] = field(default=())
     keeps_lane: bool = False
+    later: tuple[Itinerary, ...] = ()
+    room: Mapping[str, int] = field(default_factory=dict, hash=False)

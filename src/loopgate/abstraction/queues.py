@@ -25,6 +25,7 @@ def make_queues(
     seed: int = 1,
     names: Sequence[str] | None = None,
     starts_m: Mapping[str, float] | None = None,
+    later: Sequence[tuple[Loop, VehicleType]] = (),
 ) -> Abstraction:
     """Abstract loops to vehicles that queue on lanes, and place the vehicles.
 
@@ -49,6 +50,9 @@ def make_queues(
     starts_m
         Arc length of the front for vehicles, by name, whose place is given: they start on that lane, or on
         the next of their lanes that has room, in line with the others.
+    later
+        Loop and type of vehicles that join later: they take no places yet, but places and crossings are
+        theirs too.
 
     Raises
     ------
@@ -58,7 +62,7 @@ def make_queues(
     """
     kinds = list(types) or [DEFAULT_TYPE] * len(loops)
     called = list(names) if names is not None else [f"v{k + 1}" for k in range(len(loops))]
-    layout = lay_out_queues(network, list(zip(loops, kinds, strict=True)))
+    layout = lay_out_queues(network, [*zip(loops, kinds, strict=True), *later])
     itineraries = [layout.itineraries[loop.id] for loop in loops]
     given = starts_m or {}
     wishes = {
@@ -84,13 +88,17 @@ def make_queues(
         Robot(RobotId(name), tuple(leg.state for leg in itinerary.legs), start=position)
         for name, itinerary, position in zip(called, itineraries, positions, strict=True)
     ]
-    capacity = {StateId(name): place.capacity for name, place in layout.places.items()}
+    room = {name: place.capacity for name, place in layout.places.items()}
+    visited = {state for robot in robots for state in robot.path}
+    capacity = {StateId(name): most for name, most in room.items() if name in visited}
     return Abstraction(
         name="queues",
         system=System(robots, capacity, capacity.keys()),
         itineraries=tuple(itineraries),
         starts_m=tuple(fronts),
         keeps_lane=True,
+        later=tuple(layout.itineraries[loop.id] for loop, _ in later),
+        room=room,
     )
 
 

@@ -9,6 +9,7 @@ import pandas as pd
 
 from loopgate.analysis.columns import BEGIN, CAUSE, END, MEAN, MOST, RUNS, SINCE, WAIT
 from loopgate.analysis.frames import check_columns, check_period, groups, succeeded, table
+from loopgate.gates import Reason
 from loopgate.results.columns import EVENT, EVENT_COLUMNS, PLACE, REASON, TIME, VEHICLE, Event
 from loopgate.results.row_columns import GATE, LONGEST_FOR, NETWORK, VEHICLES
 
@@ -132,12 +133,14 @@ def wait_figures(causes: pd.DataFrame | None) -> dict[str, Any]:
     -------
     dict
         ``longest_wait``: the vehicle, the state it waited for, since when [s], and how long [s] for which
-        cause, longest first; None if nobody waited. ``longest_waits_s``: by cause, the longest time that one
-        wait was for it [s].
+        cause, longest first; None if nobody waited. Times at stops do not count for which is the longest.
+        ``longest_waits_s``: by cause, the longest time that one wait was for it [s].
     """
     if causes is None or causes.empty:
         return {"longest_wait": None, "longest_waits_s": {}}
-    totals = causes.groupby([VEHICLE, SINCE], sort=False)[WAIT].sum()
+    # Who stands at a stop of its own waits for nobody, so the times of stops do not decide which is longest.
+    waited = causes[WAIT].where(causes[CAUSE] != Reason.STOP.value, 0.0)
+    totals = waited.groupby([causes[VEHICLE], causes[SINCE]], sort=False).sum()
     vehicle, since_s = totals.index[int(totals.to_numpy().argmax())]
     mine = causes[(causes[VEHICLE] == vehicle) & (causes[SINCE] == since_s)]
     by_cause = mine.groupby(CAUSE)[WAIT].sum().sort_values(ascending=False, kind="stable")

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections import Counter, defaultdict
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import pandas as pd
 
-from loopgate.model import StateId, System
+from loopgate.model import Robot, StateId, System
 from loopgate.results.columns import EVENT, PLACE, TIME, VEHICLE, Event
 
 __all__ = ["Finding", "audit_events"]
+
+_NONE: Mapping[str, int] = {}
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,6 +46,8 @@ def audit_events(
     *,
     laps: Mapping[str, int] | None = None,
     starved_after_s: float | None = None,
+    joined: Sequence[Robot] = (),
+    room: Mapping[str, int] = _NONE,
 ) -> list[Finding]:
     """Re-check a finished run.
 
@@ -68,6 +72,10 @@ def audit_events(
         Laps that the run counted, by vehicle.
     starved_after_s
         Longest time without a grant that is no finding [s]; None does not look.
+    joined
+        Robots that joined later, each in a state that its vehicle was the last to enter.
+    room
+        How many vehicles the states of these hold, by name; all of them are left in order.
 
     Returns
     -------
@@ -75,19 +83,22 @@ def audit_events(
         Empty if the run is clean. O(events).
     """
     pieces = [events] if isinstance(events, pd.DataFrame) else events
-    return _Books(system).check(pieces, laps or {}, starved_after_s)
+    return _Books(system, joined, room).check(pieces, laps or {}, starved_after_s)
 
 
 class _Books:
-    def __init__(self, system: System) -> None:
-        self._path: dict[str, tuple[StateId, ...]] = {robot.id: robot.path for robot in system.robots}
+    def __init__(self, system: System, joined: Sequence[Robot], room: Mapping[str, int]) -> None:
+        later = {robot.id for robot in joined}
+        robots = [*(robot for robot in system.robots if robot.id not in later), *joined]
+        self._path: dict[str, tuple[StateId, ...]] = {robot.id: robot.path for robot in robots}
         self._next: dict[str, list[int | None]] = {
-            robot.id: [robot.next_position(p) for p in range(len(robot.path))] for robot in system.robots
+            robot.id: [robot.next_position(p) for p in range(len(robot.path))] for robot in robots
         }
-        self._position: dict[str, int] = {robot.id: robot.start for robot in system.robots}
-        visitors = Counter(state for robot in system.robots for state in set(robot.path))
-        self._room = {state: system.capacity.get(state, 1) for state, count in visitors.items() if count > 1}
-        self._fifo = system.fifo
+        self._position: dict[str, int] = {robot.id: robot.start for robot in robots}
+        visitors = Counter(state for robot in robots for state in set(robot.path))
+        most = {**{StateId(state): number for state, number in room.items()}, **system.capacity}
+        self._room = {state: most.get(state, 1) for state, count in visitors.items() if count > 1}
+        self._fifo = system.fifo | most.keys() if joined else system.fifo
         self._held: defaultdict[StateId, list[str]] = defaultdict(list)
         self._queue: defaultdict[StateId, list[str]] = defaultdict(list)
         self._holding: dict[str, list[StateId]] = {}

@@ -28,6 +28,7 @@ _LONGEST_VEHICLE_M = 1e3
 )
 @click.argument("network")
 @click.option("--routes", type=click.Path(path_type=Path), help="Route file or .sumocfg with closed loops.")
+@click.option("--stops", help="Additional files with the stops that the route file names: FILE,FILE.")
 @click.option("--abstraction", type=click.Choice(["queues", "segments"]), default="queues", show_default=True)
 @click.option(
     "--rho", "rho_m", type=FiniteRange(0.01, 1e3), help=f"Safe radius of segments; default {_RHO_M:g} [m]."
@@ -58,6 +59,7 @@ def inspect(  # noqa: PLR0913  one per option
     network: str,
     *,
     routes: Path | None,
+    stops: str | None,
     abstraction: str,
     rho_m: float | None,
     piece_m: float | None,
@@ -94,7 +96,8 @@ def inspect(  # noqa: PLR0913  one per option
         raise ScenarioError(msg)
     wanted = Wanted(vehicle_length_m, seed, picture, additional, out, every, as_json)
     roads = RoadNetwork.open(network)
-    file = read_loops(roads, routes or network)
+    places = [Path(name.strip()) for name in (stops or "").split(",") if name.strip()]
+    file = read_loops(roads, routes or network, stops=places)
     if abstraction == "queues":
         from loopgate.cli.inspect_queues import look_at_queues
 

@@ -14,6 +14,7 @@ from rich.console import Console
 from loopgate.abstraction.itinerary import Abstraction
 from loopgate.abstraction.queue_survey import QueueSurvey
 from loopgate.abstraction.queues import make_queues
+from loopgate.abstraction.stopping import fit_stops
 from loopgate.abstraction.sumo_shapes import write_shapes
 from loopgate.abstraction.survey import Survey, survey
 from loopgate.abstraction.surveying import survey_queues
@@ -27,6 +28,9 @@ from loopgate.network.coverage import Coverage, measure_coverage
 __all__ = ["look_at_queues"]
 
 _MOST_CONFLICTS = 3
+
+_User = tuple[str, Loop, VehicleType]
+"""A vehicle: its name, its loop and its type."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,7 +88,12 @@ def _look(roads: RoadNetwork, file: RoutesFile, wanted: Wanted) -> _Seen:
     if found.refused:
         problem = _refusal(file, found)
     else:
-        placed, problem = _place(roads, loops, types, wanted.seed, names, starts_m)
+        users = list(zip(names, loops, types, strict=True))
+        first = [user for user, later in zip(users, _later(file, len(users)), strict=True) if not later]
+        later = [(loop, kind) for user in users if user not in first for _, loop, kind in (user,)]
+        if first:
+            placed, problem = _place(roads, first, later, wanted.seed, starts_m)
+        problem = problem or _unfit_stop(file, users, found)
     return _Seen(
         file,
         len(names),
@@ -96,18 +105,39 @@ def _look(roads: RoadNetwork, file: RoutesFile, wanted: Wanted) -> _Seen:
     )
 
 
+def _later(file: RoutesFile, count: int) -> list[bool]:
+    """Return of each vehicle whether it departs only when the run is under way."""
+    if not file.vehicles:
+        return [False] * count
+    return [(v.flow.begin_s if v.flow else v.depart_s) > 0 for v in file.vehicles]
+
+
 def _place(
     roads: RoadNetwork,
-    loops: Sequence[Loop],
-    types: Sequence[VehicleType],
+    users: Sequence[_User],
+    later: Sequence[tuple[Loop, VehicleType]],
     seed: int,
-    names: Sequence[str],
     starts_m: dict[str, float],
 ) -> tuple[Abstraction | None, ScenarioError | None]:
+    names, loops, types = zip(*users, strict=True)
     try:
-        return make_queues(roads, loops, types, seed=seed, names=names, starts_m=starts_m), None
+        made = make_queues(roads, loops, types, seed=seed, names=names, starts_m=starts_m, later=later)
     except ScenarioError as error:
         return None, error
+    return made, None
+
+
+def _unfit_stop(file: RoutesFile, users: Sequence[_User], found: QueueSurvey) -> ScenarioError | None:
+    """Return what is wrong with a stop, if one would be in somebody's way."""
+    ways = {way.loop: way for way in found.itineraries}
+    stops = {vehicle.id: vehicle.stops for vehicle in file.vehicles}
+    try:
+        for name, loop, kind in users:
+            mine = stops.get(name, file.stops.get(loop.id, ()))
+            fit_stops(loop, ways[loop.id], kind, mine, what=f"{file.file}: vehicle {name}")
+    except ScenarioError as error:
+        return error
+    return None
 
 
 def _refusal(file: RoutesFile, found: QueueSurvey) -> ScenarioError:
@@ -203,6 +233,11 @@ def _data(seen: _Seen) -> dict[str, Any]:
         "shared": round(seen.shares.shared, 4),
         "coverage_edges": round(seen.coverage.of_edges, 6),
         "coverage_lane_km": round(seen.coverage.of_lane_km, 6),
+        "stops": sum(len(vehicle.stops) for vehicle in seen.file.vehicles),
+        "departures": {
+            "later": sum(v.flow is None and v.depart_s > 0 for v in seen.file.vehicles),
+            "flows": sum(v.flow is not None for v in seen.file.vehicles),
+        },
         "starts_m": [round(front, 2) for front in seen.placed.starts_m] if seen.placed else None,
         "warnings": seen.warnings,
     }
@@ -320,6 +355,21 @@ def _print_joined(out: Console, found: QueueSurvey) -> None:
         )
 
 
+def _print_fleet(out: Console, file: RoutesFile) -> None:
+    """Print what is honoured of stops and departures."""
+    stops = [stop for v in file.vehicles for stop in v.stops] or [
+        s for some in file.stops.values() for s in some
+    ]
+    if stops:
+        names = list(dict.fromkeys(stop.name for stop in stops))
+        out.print(f"stops: {len(stops)} in every round, at {listed(names)}", markup=False)
+    later = [v for v in file.vehicles if v.flow is None and v.depart_s > 0]
+    flows = [v for v in file.vehicles if v.flow is not None]
+    if later or flows:
+        first = len(file.vehicles) - len(later) - len(flows)
+        out.print(f"departures: {first} at the beginning, {len(later)} later, {counted(len(flows), 'flow')}")
+
+
 def _print_room(out: Console, seen: _Seen) -> None:
     found = seen.found
     works = "works" if len(found.loops) == 1 else "work"
@@ -341,5 +391,6 @@ def _print_room(out: Console, seen: _Seen) -> None:
         f"coverage: loops reach {seen.coverage.of_edges:.0%} of the network's edges, "
         f"{seen.coverage.of_lane_km:.0%} of its lane-km"
     )
+    _print_fleet(out, seen.file)
     for warning in seen.warnings:
         out.print(f"warning: {warning}", style="yellow", markup=False)

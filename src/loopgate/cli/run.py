@@ -48,6 +48,7 @@ __all__ = ["exit_code", "run"]
 )
 @click.argument("network")
 @click.option("--routes", help="Route file or .sumocfg with closed loops.")
+@click.option("--stops", help="Additional files with the stops that route files name: FILE,FILE.")
 @click.option("--traffic", help="Route file or .sumocfg with ordinary vehicles, under no gate.")
 @click.option("--loops", type=int, help="Number of random loops, where there is no route file.")
 @click.option("--length", "loop_length_m", metavar="MIN:MAX", help="Length of random loops [m].")

@@ -133,6 +133,7 @@ def _vehicles(tracks: Sequence[Track], roads: _Roads, code: Code) -> NDArray[np.
         "rear_m": math.inf,
         "line_m": math.inf,
         "held_m": math.inf,
+        "stop_m": math.inf,
         "next_lap_m": front + lap_m,
         "road_at": [roads.add(track.edges) for track in tracks],
         "roads": count,

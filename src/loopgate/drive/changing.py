@@ -14,13 +14,13 @@ from loopgate.drive.gatekeeper import Gatekeeper
 from loopgate.drive.track import Track
 from loopgate.errors import TrafficError
 from loopgate.gates import Gate
-from loopgate.model import System
+from loopgate.model import StateId, System
 
 __all__ = ["ChangingEngine"]
 
 
 class ChangingEngine(Engine):
-    """An engine under a gate whose vehicles join and leave; somebody else makes the steps of the traffic."""
+    """An engine whose vehicles join and leave."""
 
     def books(self) -> Books:
         """Return who holds what."""
@@ -75,6 +75,27 @@ class ChangingEngine(Engine):
                 driver.row["held"] = True
                 driver.row["line_m"] = driver.row["held_m"] = driver.end_m(driver.granted)
         self._let_heads_ask(books)
+
+    def join(self, tracks: Sequence[Track]) -> None:
+        """Go on with more vehicles, where there is no gate."""
+        before, count = self.tables, len(self.drivers)
+        self._make([*(driver.track for driver in self.drivers), *tracks])
+        carry_over(before, self.tables, {robot: robot for robot in range(count)})
+        self._run["now_s"] = self._traffic.now_s
+        for driver in self.drivers[count:]:
+            self._take_in(driver)
+
+    def shut(self, state: str) -> None:
+        """Let nobody into a state, until `open_up` or the next change."""
+        names = self._keeper.system.states
+        if state in names:  # else nobody comes there
+            cast("Any", self.tables.states)["shut"][names.index(StateId(state))] = True
+
+    def open_up(self) -> None:
+        """Let vehicles into all states again."""
+        shut = cast("Any", self.tables.states)["shut"]
+        self._run["version"] += int(shut.any())
+        shut[:] = False
 
     def clear(self) -> None:
         """Go on without any vehicle: all have left."""

@@ -86,6 +86,16 @@ class Driver:
         """The last granted leg."""
         return int(self.row["granted"])
 
+    @property
+    def stops_here(self) -> bool:
+        """Whether it is to stop before it gets to the end of its last grant, or does."""
+        return bool(self.row["stop_m"] < self.end_m(self.granted))
+
+    @property
+    def parks_here(self) -> bool:
+        """Whether it leaves its lane for that."""
+        return bool(self.row["parks"]) and self.stops_here
+
     def leg(self, number: int) -> Leg:
         """Return a leg of its endless way."""
         return self.track.legs[number % len(self.track.legs)]
@@ -99,6 +109,15 @@ class Driver:
     def begin_m(self, number: int) -> float:
         """Return where a leg of its endless way begins [m]."""
         return number // len(self.track.legs) * self.track.lap_m + self.leg(number).begin_m
+
+    def holds(self, state: str) -> bool:
+        """Return whether it holds a state."""
+        return any(self.leg(n).state == state for n in range(int(self.row["tail"]), self.granted + 1))
+
+    def inside_m(self, state: str) -> float:
+        """Return how far its front is behind the beginning of a state that it holds, the nearest time [m]."""
+        held = range(int(self.row["tail"]), self.granted + 1)
+        return min(self.front_m - self.begin_m(n) for n in held if self.leg(n).state == state)
 
     def left_m(self, state: str) -> float:
         """Return how far it is to the end of a state that it holds [m], the nearest time."""
@@ -140,5 +159,6 @@ class Driver:
 
     def worst_wait_s(self, now_s: float) -> float:
         """Return the longest time from asking to being granted, a wait under way included [s]."""
-        waiting_s = now_s - float(self.row["since_s"]) if self.row["pending"] else 0.0
+        waits = self.row["pending"] and not self.stops_here
+        waiting_s = now_s - float(self.row["since_s"]) if waits else 0.0
         return max(float(self.row["longest_s"]), waiting_s)

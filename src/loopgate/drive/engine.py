@@ -69,6 +69,12 @@ class Engine:
         self._gatekeeper = gatekeeper
         self._recorder = recorder
         self.foresees = foresees
+        self.changes = 0
+        """How often tables have been made anew: then vehicles have other numbers."""
+        self.on_taking_in: Callable[[Driver], None] = lambda _: None
+        """Called with each vehicle as soon as it has been taken over."""
+        self.on_renewal: Callable[[Driver], None] = lambda _: None
+        """Called with each vehicle whose route has just been renewed."""
         self.drivers: list[Driver] = []
         """All vehicles, by number; always the same list."""
         self.driver_of: dict[str, Driver] = {}
@@ -84,6 +90,7 @@ class Engine:
 
     def _make(self, tracks: Sequence[Track]) -> None:
         """Make tables for these vehicles, in which those that are new stand where their tracks begin."""
+        self.changes += 1
         keeper, code = self._gatekeeper, self._recorder.code
         system = keeper.system if keeper else None
         self.tables = make_tables(tracks, system, code, step_s=self._traffic.step_s)
@@ -114,6 +121,7 @@ class Engine:
             traffic.put_under_gate(driver.id, keeps_lane=driver.track.keeps_lane)
             self._recorder.note(now, driver.id, Event.START, driver.leg(driver.granted).state)
         self._recorder.note(now, driver.id, Event.EDGE, driver.track.first_edge)
+        self.on_taking_in(driver)
 
     def begin(self) -> None:
         """Make the first step, in which all vehicles appear, and take them over.
@@ -181,6 +189,19 @@ class Engine:
     def _read(self) -> NDArray[np.float64]:
         """Return what the odometers read, by vehicle [m]."""
         return np.fromiter(self._traffic.odometers(self._ids), dtype=np.float64, count=len(self._ids))
+
+    def asks_anew(self, driver: Driver) -> None:
+        """Let a vehicle that has made its stop ask as of now: before, it did not wait for anybody."""
+        row, run = driver.row, self._run
+        run["version"] += 1
+        if self._gatekeeper is None or not row["pending"]:
+            return
+        row["pending"] = False
+        queue = cast("Any", self.tables.entries)["waiting"]
+        still = [robot for robot in queue[: run["waiting"][0]].tolist() if robot != driver.robot]
+        queue[: len(still)] = still
+        run["waiting"] = len(still)
+        self._step(drive.CONSIDER, robots=np.array([driver.robot], dtype=np.int64))
 
     def measure_from_now(self) -> None:
         """Let all figures begin now: the warm-up is over."""
@@ -311,6 +332,7 @@ class Engine:
         elif driver.row["steered"]:
             self._steering.renew(driver)
         self._worn.renewed(driver)
+        self.on_renewal(driver)
 
     def _came_to_rest(self) -> NDArray[np.int64]:
         """Return the held vehicles that came to rest in the last step."""

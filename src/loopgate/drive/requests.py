@@ -10,7 +10,7 @@ from __future__ import annotations
 from typing import Final
 
 from loopgate.drive import service
-from loopgate.drive.gaps import in_the_way, leg_of, state_of
+from loopgate.drive.gaps import begin_m, end_m, in_the_way, leg_of, state_of
 from loopgate.drive.tables import (
     CROSSING,
     DEADLOCK,
@@ -22,6 +22,7 @@ from loopgate.drive.tables import (
     RESERVE,
     SERVICE,
     SPACING,
+    STOPPING,
     Numbers,
     Tables,
 )
@@ -60,9 +61,8 @@ _GIVES_WAY_S: Final = 10.0
 
 _RED: Final = REASONS.index(Reason.RED)
 _TRAFFIC: Final = REASONS.index(Reason.TRAFFIC)
-_STOP: Final = REASONS.index(Reason.STOP)
 
-_PASSING: Final = (NOTHING, CROSSING, RESERVE, SPACING, _RED, _TRAFFIC, _STOP)
+_PASSING: Final = (NOTHING, CROSSING, RESERVE, SPACING, STOPPING, _RED, _TRAFFIC)
 """What ends without a word is looked at again every step: vehicles drive on and leave a crossing, time goes
 by, and so does what lies outside of the system, such as lights."""
 
@@ -243,17 +243,50 @@ def _late(t: Tables) -> int:
     return late
 
 
-@kernel
-def _in_the_way(i: int, t: Tables) -> int:
-    """Return why the vehicle may not set out now, or `NOTHING`."""
+@part
+def _fits_behind(state: int, t: Tables) -> bool:
+    """Return whether one more fits behind those who stop somewhere in the state, not at its end.
+
+    Nobody does behind one that leaves its lane: it would be passed, and would no longer be first when it
+    comes back.
+    """
+    place = t.states[state]
+    for n in range(place.queue):
+        i = int(t.lists[place.line + n])
+        if service.stops_here(i, t):
+            leg = t.vehicles[i].granted
+            begins_m = begin_m(i, leg, t)
+            slot_m = (end_m(i, leg, t) - begins_m) / place.room
+            space_m = t.vehicles[i].stop_m - begins_m
+            if t.vehicles[i].parks or (place.queue - n + 1) * slot_m > space_m:
+                return False
+    return True
+
+
+@part
+def _no_place(i: int, t: Tables) -> int:
+    """Return why the vehicle may not have its next state now, or `NOTHING`."""
+    if service.stops_here(i, t):
+        return STOPPING
     wanted = _wanted(i, t)
     free = room(wanted, t)
-    if free <= 0:
+    if free <= 0 or t.states[wanted].shut:
         return OCCUPIED
+    if not _fits_behind(wanted, t):
+        return STOPPING
     if service.bars(i, wanted, t):
         return SERVICE
     if free == 1 and t.states[wanted].slot not in (NOBODY, i) and t.states[wanted].mover != i:
         return OCCUPIED
+    return NOTHING
+
+
+@kernel
+def _in_the_way(i: int, t: Tables) -> int:
+    """Return why the vehicle may not set out now, or `NOTHING`."""
+    why = _no_place(i, t)
+    if why != NOTHING:
+        return why
     j = leg_of(i, t.vehicles[i].granted, t)
     for k in range(t.legs[j].pass_at, t.legs[j].pass_end):
         way = t.moves[t.passes[k].movement].way
@@ -262,7 +295,8 @@ def _in_the_way(i: int, t: Tables) -> int:
         for f in range(t.passes[k].foe_at, t.passes[k].foe_end):
             foe = t.moves[t.foes[f].movement]
             for n in range(foe.passing, foe.passing + foe.under_way):
-                if t.lists[n] != i and in_the_way(i, k, f, t.lists[n], t):
+                other = int(t.lists[n])
+                if other != i and (service.stops_here(other, t) or in_the_way(i, k, f, other, t)):
                     return CROSSING
     return NOTHING
 

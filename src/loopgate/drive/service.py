@@ -16,15 +16,21 @@ from __future__ import annotations
 
 from typing import Final
 
-from loopgate.drive.gaps import leg_of, state_of
-from loopgate.drive.tables import NOBODY, Tables
+from loopgate.drive.gaps import end_m, leg_of, state_of
+from loopgate.drive.tables import NOBODY, STOPPING, Tables
 from loopgate.kernel_cache import kernel, part
 
-__all__ = ["bars", "serve"]
+__all__ = ["bars", "serve", "stops_here"]
 
 _THROUGH_RED_S: Final = 120.0
 """After this long a mover's way is kept clear while its light is red too [s]. Else each green could find
 somebody there who may cross at the same time."""
+
+
+@kernel
+def stops_here(i: int, t: Tables) -> bool:
+    """Return whether the vehicle is to stop, or does, before it gets to the end of its last grant."""
+    return bool(t.vehicles[i].stop_m < end_m(i, t.vehicles[i].granted, t))
 
 
 @kernel
@@ -48,14 +54,18 @@ def serve(t: Tables) -> None:
     run = t.run[0]
     before = run.serving
     run.serving = 0
-    if before == 0 and (run.waiting == 0 or not _is_late(t.entries[0].waiting, t)):
+    if before == 0 and not _any_late(t):
         return
     _begin(before == 0, t)
     for n in range(run.waiting):
         i = t.entries[n].waiting
+        if t.vehicles[i].reason == STOPPING:
+            continue
         if not _is_late(i, t):
             break  # the oldest come first
         mover = _mover(i, t)
+        if mover != NOBODY and stops_here(mover, t):
+            mover = NOBODY  # it goes on by itself when it has stopped
         for s in range(len(t.states)):
             place = t.states[s]
             if place.served == i and place.mover == NOBODY:
@@ -72,8 +82,20 @@ def serve(t: Tables) -> None:
 
 
 @part
+def _any_late(t: Tables) -> bool:
+    for n in range(t.run[0].waiting):
+        i = t.entries[n].waiting
+        if t.vehicles[i].reason != STOPPING:
+            return _is_late(i, t)  # the oldest come first
+    return False
+
+
+@part
 def _is_late(i: int, t: Tables) -> bool:
+    """Return whether a vehicle has waited for long, and not for a stop, which ends by itself."""
     one = t.vehicles[i]
+    if one.reason == STOPPING:
+        return False
     return bool(one.pending and t.run[0].now_s - one.since_s >= t.run[0].serve_after_s)
 
 

@@ -26,6 +26,7 @@ __all__ = [
     "SPACING",
     "STEER",
     "STOP",
+    "STOPPING",
     "Codes",
     "Entry",
     "Floats",
@@ -66,6 +67,7 @@ DEADLOCK: Final = number_of(Reason.DEADLOCK)
 RESERVE: Final = number_of(Reason.RESERVE)
 SERVICE: Final = number_of(Reason.SERVICE)
 SPACING: Final = number_of(Reason.SPACING)
+STOPPING: Final = number_of(Reason.STOP)
 
 # What is to be done to a vehicle.
 STOP: Final = 0
@@ -117,6 +119,9 @@ class Vehicle:
         outside of the system, such as a light, is in its way.
     turned
         Whether it is served, and its service has come to a circle.
+    stop_m, parks
+        Where its front stands at the next stop of its own [m], infinity for none; whether it leaves its lane
+        for that.
     spare_s
         For how long its request may be passed over so that it falls back to the middle between its neighbours
         on its loop [s].
@@ -168,6 +173,8 @@ class Vehicle:
     going: bool
     mover: bool
     named_s: float
+    stop_m: float
+    parks: bool
     spare_s: float
     shut: bool
     turned: bool
@@ -216,8 +223,9 @@ class State:
 
     Attributes
     ----------
-    room, word, fifo
-        How many vehicles it holds, its name by number, and whether it is shared and left in order.
+    room, word, fifo, shut
+        How many vehicles it holds, its name by number, whether it is shared and left in order, and whether
+        nobody is let into it just now.
     most
         How many vehicles there is room for in each of these two lists.
     holders, held_by
@@ -238,6 +246,7 @@ class State:
     room: int
     word: int
     fifo: bool
+    shut: bool
     most: int
     holders: int
     held_by: int

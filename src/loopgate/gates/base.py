@@ -45,7 +45,8 @@ class Reason(StrEnum):
     FAULT = "fault"
     """Refused: what the gate found did not pass its own check. A fault of ours; please report it."""
     STOP = "stop"
-    """Refused for now: it is to stop before it gets there, on its owner's orders."""
+    """Refused for now: it is to stop before it gets there, as its route says or its owner; or behind one that
+    is to stop in the next state there is no room yet."""
 
 
 @dataclass(frozen=True, slots=True)

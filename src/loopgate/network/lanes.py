@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from loopgate.errors import RouteError
@@ -32,9 +32,17 @@ _TWO_WAY_LANES = 1000
 
 _FREE: _Cost = (0, 0.0)
 
+_ANY: Mapping[str, int] = {}
+
 
 def make_loop(
-    network: RoadNetwork, name: str, edges: Sequence[str], *, vclass: str = "passenger", source: str = ""
+    network: RoadNetwork,
+    name: str,
+    edges: Sequence[str],
+    *,
+    vclass: str = "passenger",
+    source: str = "",
+    on_lanes: Mapping[str, int] = _ANY,
 ) -> Loop:
     """Make the loop over these edges; the last must lead to the first.
 
@@ -57,6 +65,8 @@ def make_loop(
         SUMO vehicle class that must be allowed.
     source
         File the route comes from, for messages.
+    on_lanes
+        Edges on which the vehicle stops, and the lane for it, or -1 for several: kept to if there is a way.
 
     Raises
     ------
@@ -72,14 +82,16 @@ def make_loop(
         _check_edge(network, edge, vclass, what)
     for number, edge in enumerate(edges):
         _check_pair(network, edges, number, vclass, what, edge)
-    ways = _fewest_changes(_layers(network, edges, vclass))
+    layers = _layers(network, edges, vclass)
+    ways = _fewest_changes(_wanted(layers, edges, on_lanes)) if on_lanes else None
+    ways = ways or _fewest_changes(layers)
     if ways is None:
         msg = (
             f"{what}: no lanes open to {vclass} lead all the way round, though its edges are connected; "
             f"add edges where the vehicle can change lanes, or connections in netedit"
         )
         raise RouteError(msg)
-    return Loop(name, tuple(edges), tuple(_spans(network, edges, ways)))
+    return Loop(name, tuple(edges), tuple(_spans(network, edges, ways)), frozenset(on_lanes))
 
 
 def _check_edge(network: RoadNetwork, edge: str, vclass: str, what: str) -> None:
@@ -140,6 +152,25 @@ def _layers(network: RoadNetwork, edges: Sequence[str], vclass: str) -> list[_La
                     layer.setdefault(enter, []).append((cost, _Step(enter, connection)))
         layers.append(layer)
     return layers
+
+
+def _wanted(layers: Sequence[_Layer], edges: Sequence[str], on_lanes: Mapping[str, int]) -> list[_Layer]:
+    """Return the choices by which edges are passed on their wanted lanes, or else entered or left on them."""
+    found: list[_Layer] = []
+    for edge, layer in zip(edges, layers, strict=True):
+        lane = on_lanes.get(edge)
+        some = [_choices(layer, lane, whole=whole) for whole in (True, False)] if lane is not None else []
+        found.append(next((one for one in some if one), layer))
+    return found
+
+
+def _choices(layer: _Layer, lane: int, *, whole: bool) -> _Layer:
+    chosen: _Layer = {}
+    for enter, steps in layer.items():
+        on = [s for s in steps if (enter == lane) + (s[1].onward.from_lane == lane) > (1 if whole else 0)]
+        if on:
+            chosen[enter] = on
+    return chosen
 
 
 def movements_made(network: RoadNetwork, vclass: str) -> list[Connection]:

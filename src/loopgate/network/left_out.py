@@ -7,39 +7,45 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
+from loopgate.network.departures import FLOW_ATTRIBUTES
+from loopgate.network.stops import STOP_ATTRIBUTES
+
 __all__ = ["left_out"]
+
+_OF_VEHICLES = {"id", "type", "route", "departEdge", "color", "line", "personNumber", "containerNumber"}
 
 _TAKEN = {
     "routes": set[str](),
-    "route": {"id", "edges"},
+    "route": {"id", "edges", "cycleTime"},
     "routeDistribution": {"id"},
     "vTypeDistribution": {"id", "vTypes", "probabilities"},
-    "vehicle": {"id", "type", "route", "departEdge"},
-    "flow": {"id", "type", "route", "departEdge"},
+    "vehicle": {*_OF_VEHICLES, "depart"},
+    "flow": {*_OF_VEHICLES, *FLOW_ATTRIBUTES},
+    "stop": STOP_ATTRIBUTES,
 }
 """Elements, and their attributes, that are read; those of types are passed on as they are."""
 
 _FLEET = ("vehicle", "flow")
 
-_AS_IT_IS = {"depart": 0.0, "begin": 0.0, "departSpeed": 0.0, "number": 1.0}
+_AS_IT_IS = {"departSpeed": 0.0}
 """Attributes with a value that describes what is done anyway."""
 
 _MEANS = {
-    "stop": "nobody stops on the way",
-    "depart": "all vehicles start at once",
-    "begin": "all vehicles start at once",
-    "departPos": "the front stands where its place has room",
+    "departPos": "a vehicle departs where its place has room",
     "departLane": "a vehicle starts on the lane that its loop needs there",
     "departSpeed": "vehicles start from rest",
-    "repeat": "every loop is driven round and round",
-    "cycleTime": "every loop is driven round and round",
-    "person": "only vehicles on closed routes drive",
-    "personFlow": "only vehicles on closed routes drive",
+    "speedFactor": "give it as speedFactor of a vType, so that the gate knows of it",
+    "person": "give persons in the file with the stops, or of ordinary traffic",
+    "personFlow": "give persons in the file with the stops, or of ordinary traffic",
+    "container": "give containers in the file with the stops",
+    "containerFlow": "give containers in the file with the stops",
     "include": "name that file itself",
-    "container": "only vehicles on closed routes drive",
-    "containerFlow": "only vehicles on closed routes drive",
+    "repeat": "every loop is driven round and round",
+    "index": "stops are made in the order of the loop",
+    "started": "it is what SUMO writes",
+    "ended": "it is what SUMO writes",
     **dict.fromkeys(
-        ("number", "end", "period", "vehsPerHour", "perHour", "probability"), "a flow is one vehicle"
+        ("arrivalPos", "arrivalLane", "arrivalSpeed", "arrivalEdge"), "nobody arrives on a closed loop"
     ),
 }
 
@@ -79,6 +85,8 @@ def _untaken(element: ET.Element, *, fleet: bool) -> Iterator[tuple[tuple[str, s
         yield (name, f"{name} of <{element.tag}>"), owner
     for child in element:
         if child.tag == "vType" or not isinstance(child.tag, str):
+            continue
+        if child.tag == "param" and element.tag in _FLEET:
             continue
         if child.tag not in _TAKEN:
             if fleet or element.tag != "routes":

@@ -91,11 +91,14 @@ class Loop:
         Normal edges in driving order; the last leads to the first.
     spans
         Lanes and internal lanes in driving order, without gaps.
+    stops_on
+        Edges on which some vehicle stops.
     """
 
     id: str
     edges: tuple[str, ...]
     spans: tuple[LaneSpan, ...]
+    stops_on: frozenset[str] = frozenset()
 
     _ends: tuple[float, ...] = field(init=False, repr=False, compare=False)
 

@@ -3,18 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
+from random import Random
 from xml.etree import ElementTree as ET
 from xml.sax.saxutils import quoteattr
 
 from loopgate.errors import RouteError
 from loopgate.keeping import Kept
+from loopgate.network.clock import seconds
 from loopgate.network.content import content_identity
+from loopgate.network.departures import Flow, depart_s, read_flow
 from loopgate.network.lanes import make_loop
 from loopgate.network.left_out import left_out
 from loopgate.network.loop import Loop
 from loopgate.network.road import RoadNetwork
+from loopgate.network.stops import (
+    Stop,
+    StoppingPlace,
+    lanes_of_stops,
+    on_loop,
+    read_stopping_places,
+    read_stops,
+)
 from loopgate.network.sumo_config import is_sumo_config, read_sumo_config
 from loopgate.network.vehicle_type import DEFAULT_TYPE, VehicleType, vehicle_type
 from loopgate.network.xml_file import read_xml
@@ -33,6 +44,9 @@ __all__ = [
 _BEYOND_M = 10.0
 """Largest distance of a position beyond its edge [m]: the lanes of an edge differ in length."""
 
+_CARRIED = ("color", "line", "personNumber", "containerNumber")
+"""Attributes of vehicles that SUMO is told as they are."""
+
 
 @dataclass(frozen=True, slots=True)
 class LoopVehicle:
@@ -47,14 +61,41 @@ class LoopVehicle:
     type
         Its type.
     depart_m
-        Where its front stands at the beginning, as arc length on its loop [m], if the file says so by a
+        Where its front stands when it departs, as arc length on its loop [m], if the file says so by a
         number (``departPos``, with ``departEdge``).
+    depart_s, flow
+        When it departs [s]; for a flow, when its vehicles do.
+    edge
+        Number of the edge on which it departs, on its loop.
+    stops
+        Where it stops in every round, in the order of the loop.
+    attributes, parameters
+        What else SUMO is told of it: as the file has it, and its ``<param>`` elements by key.
     """
 
     id: str
     loop: str
     type: VehicleType
     depart_m: float | None = None
+    depart_s: float = 0.0
+    flow: Flow | None = None
+    edge: int = 0
+    stops: tuple[Stop, ...] = ()
+    attributes: Mapping[str, str] = field(default_factory=dict, hash=False)
+    parameters: Mapping[str, str] = field(default_factory=dict, hash=False)
+
+    def each(self, begin_s: float, end_s: float, rng: Random) -> list[LoopVehicle]:
+        """Return itself, or those of the flow, that depart in a run [s]; who did before is there at first."""
+        if self.flow is None:
+            return [self._departing(self.id, max(begin_s, self.depart_s), 0.0)]
+        return [
+            self._departing(f"{self.id}.{number}", max(begin_s, at_s), at_s - self.flow.begin_s)
+            for number, at_s in enumerate(self.flow.departures_s(end_s, rng))
+        ]
+
+    def _departing(self, name: str, at_s: float, later_s: float) -> LoopVehicle:
+        stops = tuple(stop.at(at_s, later_s=later_s) for stop in self.stops)
+        return replace(self, id=name, depart_s=at_s, flow=None, stops=stops)
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,6 +112,10 @@ class RoutesFile:
         Vehicles and flows on them, in the file's order; possibly none.
     types
         The vehicle types the file defines, by id.
+    stops
+        Of routes, by loop: those of whoever drives on it.
+    stop_files
+        The additional files that stops name places of.
     left_out, left_out_of_routes
         What the file says that is not taken over, a line for each kind of thing; and without what it says of
         its vehicles, for those who put others on its loops.
@@ -80,6 +125,8 @@ class RoutesFile:
     loops: tuple[Loop, ...]
     vehicles: tuple[LoopVehicle, ...]
     types: dict[str, VehicleType]
+    stops: Mapping[str, tuple[Stop, ...]] = field(default_factory=dict)
+    stop_files: tuple[Path, ...] = ()
     left_out: tuple[str, ...] = ()
     left_out_of_routes: tuple[str, ...] = ()
 
@@ -111,12 +158,16 @@ class _Route:
     id: str
     edges: tuple[str, ...]
     source: Path
+    stops: tuple[Stop, ...]
+    cycle_s: float
 
 
 @dataclass(slots=True)
 class _Found:
     """The content of the files read so far; `users` are the types of the first vehicle of each route."""
 
+    network: RoadNetwork
+    places: Mapping[str, StoppingPlace]
     types: dict[str, VehicleType]
     routes: dict[str, _Route]
     vehicles: list[LoopVehicle]
@@ -132,14 +183,43 @@ class _Found:
         if not edges:
             msg = f"{source}: route {name}: it lists no edges"
             raise RouteError(msg)
-        self.routes[name] = _Route(name, edges, source)
+        what = f"{source}: route {name}"
+        cycle_s = _cycle_s(element, what)
+        stops = self.stops(element, what, cycle_s, since_depart=True)
+        self.routes[name] = _Route(name, edges, source, stops, cycle_s)
+
+    def stops(
+        self, element: ET.Element, what: str, cycle_s: float, *, since_depart: bool
+    ) -> tuple[Stop, ...]:
+        found = element.findall("stop")
+        return read_stops(
+            self.network, found, self.places, what=what, cycle_s=cycle_s, since_depart=since_depart
+        )
 
 
-def read_loops(network: RoadNetwork, file: Path | str) -> RoutesFile:
+def _cycle_s(element: ET.Element, what: str) -> float:
+    text = element.get("cycleTime", "0")
+    try:
+        return max(0.0, seconds(text))
+    except ValueError as error:
+        msg = f"{what}: cycleTime is {shown(text)}; expected seconds or h:m:s"
+        raise RouteError(msg) from error
+
+
+def read_loops(network: RoadNetwork, file: Path | str, *, stops: Sequence[Path] = ()) -> RoutesFile:
     """Read the closed routes of a SUMO route file (``.rou.xml``, also gzipped) or of a ``.sumocfg``.
 
     Routes stand for themselves or inside a vehicle or flow (the loop then bears its name). A route closes
     if its last edge leads to its first, or is its first (as netedit draws loops); `repeat` is not needed.
+
+    Parameters
+    ----------
+    network
+        The roads.
+    file
+        The file.
+    stops
+        Additional files with the places that its stops name, besides those of a configuration.
 
     Raises
     ------
@@ -159,21 +239,26 @@ def read_loops(network: RoadNetwork, file: Path | str) -> RoutesFile:
     with refusing(path, "route file", RouteError):
         content = content_identity(path) if network.content and is_file(path) else ""
     if not content:
-        return _read(network, path)
-    # Messages and the result name the file, so it is part of the key.
-    return _KEPT.get((network.content, str(file), content), lambda: _read(network, path))
+        return _read(network, path, stops)
+    # Messages and the result name the files, so they are part of the key.
+    beside = tuple((str(one), content_identity(one) if is_file(one) else "") for one in stops)
+    return _KEPT.get((network.content, str(file), content, beside), lambda: _read(network, path, stops))
 
 
 _KEPT: Kept[RoutesFile] = Kept(8)
 
 
-def _read(network: RoadNetwork, path: Path) -> RoutesFile:
-    files = read_sumo_config(path).route_files if is_sumo_config(path) else (path,)
+def _read(network: RoadNetwork, path: Path, stops: Sequence[Path]) -> RoutesFile:
+    config = read_sumo_config(path) if is_sumo_config(path) else None
+    files = config.route_files if config else (path,)
     if not files:
         msg = f'{path}: the configuration names no route files; expected <route-files value="..."/>'
         raise RouteError(msg)
     tops = [(f, read_xml(f, root="routes", what="route file", error=RouteError)) for f in files]
-    found = _Found({}, {}, [], [], {})
+    beside = (*config.additional_files, *stops) if config else tuple(stops)
+    asked = any(next(top.iter("stop"), None) is not None for _, top in tops)
+    places = read_stopping_places(beside) if asked else {}
+    found = _Found(network, places, {}, {}, [], [], {})
     for source, top in tops:
         for element in top.iter("vType"):
             kind = vehicle_type(element, str(source))
@@ -185,38 +270,63 @@ def _read(network: RoadNetwork, path: Path) -> RoutesFile:
     if not found.routes:
         msg = f"{path}: no routes in it; expected <route> elements whose last edge leads to the first"
         raise RouteError(msg)
-    loops = [
-        make_loop(
-            network,
-            route.id,
-            one_round(route.edges),
-            vclass=found.users.get(route.id, DEFAULT_TYPE).vclass,
-            source=str(route.source),
-        )
-        for route in found.routes.values()
-    ]
+    loops = [_loop(network, route, found) for route in found.routes.values()]
     by_id = {loop.id: loop for loop in loops}
     vehicles = tuple(
-        LoopVehicle(v.id, v.loop, v.type, _depart(f"{path}: vehicle {v.id}", by_id[v.loop], *departs))
-        for v, departs in zip(found.vehicles, found.departs, strict=True)
+        _placed(vehicle, by_id[vehicle.loop], f"{path}: vehicle {vehicle.id}", *departs)
+        for vehicle, departs in zip(found.vehicles, found.departs, strict=True)
     )
+    at_routes = {
+        route.id: on_loop(by_id[route.id], route.stops, f"{route.source}: route {route.id}")
+        for route in found.routes.values()
+        if route.stops
+    }
+    used = {stop.name for some in (*at_routes.values(), *(v.stops for v in vehicles)) for stop in some}
     return RoutesFile(
         path,
         tuple(loops),
         vehicles,
         found.types,
+        stops=at_routes,
+        stop_files=tuple(dict.fromkeys(place.file for name, place in places.items() if name in used)),
         left_out=left_out(tops, fleet=True),
         left_out_of_routes=left_out(tops, fleet=False),
     )
 
 
-def _depart(what: str, loop: Loop, edge_number: str, position: str) -> float | None:
-    """Return the arc length that ``departEdge`` and ``departPos`` name, or None if they name none."""
+def _loop(network: RoadNetwork, route: _Route, found: _Found) -> Loop:
+    stops = [stop for vehicle in found.vehicles if vehicle.loop == route.id for stop in vehicle.stops]
+    return make_loop(
+        network,
+        route.id,
+        one_round(route.edges),
+        vclass=found.users.get(route.id, DEFAULT_TYPE).vclass,
+        source=str(route.source),
+        on_lanes=lanes_of_stops((*route.stops, *stops)),
+    )
+
+
+def _placed(vehicle: LoopVehicle, loop: Loop, what: str, edge_number: str, position: str) -> LoopVehicle:
+    """Return a vehicle with where it departs and where it stops on its loop."""
     try:
-        position_m, number = float(position), int(edge_number or 0)
+        edge = int(edge_number or 0) % len(loop.edges)
+    except ValueError:
+        edge = 0  # "random" and the like
+    return replace(
+        vehicle,
+        depart_m=_depart(what, loop, edge, position),
+        edge=edge,
+        stops=on_loop(loop, vehicle.stops, what),
+    )
+
+
+def _depart(what: str, loop: Loop, edge: int, position: str) -> float | None:
+    """Return the arc length of a position on an edge by number, or None if it is no number."""
+    try:
+        position_m = float(position)
     except ValueError:
         return None  # "base", "random", "free": SUMO would choose
-    span = [span for span in loop.spans if not span.internal][number % len(loop.edges)]
+    span = [span for span in loop.spans if not span.internal][edge]
     if not abs(position_m) <= span.length_m + _BEYOND_M:
         msg = f"{what}: departPos is {shown(position)}; edge {span.edge} is {span.length_m:g} m long"
         raise RouteError(msg)
@@ -251,7 +361,20 @@ def _collect_vehicles(source: Path, top: ET.Element, found: _Found) -> None:
         if on not in found.routes:
             msg = f"{what}: its route {on} is not in the file; define it before use"
             raise RouteError(msg)
-        found.vehicles.append(LoopVehicle(name, on, kind))
+        route = found.routes[on]
+        own = found.stops(element, what, route.cycle_s, since_depart=False)
+        found.vehicles.append(
+            LoopVehicle(
+                name,
+                on,
+                kind,
+                depart_s=0.0 if element.tag == "flow" else depart_s(element, what),
+                flow=read_flow(element, what) if element.tag == "flow" else None,
+                stops=(*route.stops, *own),
+                attributes={name: element.attrib[name] for name in _CARRIED if element.get(name)},
+                parameters={one.get("key", ""): one.get("value", "") for one in element.findall("param")},
+            )
+        )
         found.departs.append((element.get("departEdge", ""), element.get("departPos", "")))
         found.users.setdefault(on, kind)
 

@@ -14,11 +14,12 @@ from loopgate.network.xml_file import read_xml
 __all__ = ["TrafficFile", "read_traffic"]
 
 _VEHICLES = ("vehicle", "trip", "flow")
+_PERSONS = ("person", "personFlow", "container", "containerFlow")
 
 
 @dataclass(frozen=True, slots=True)
 class TrafficFile:
-    """Ordinary vehicles.
+    """Ordinary vehicles, and persons who walk or ride.
 
     Attributes
     ----------
@@ -64,12 +65,14 @@ def read_traffic(file: Path | str) -> TrafficFile:
     else:
         routes, additional = (path,), ()
     ids: set[str] = set()
+    persons = False
     for source in routes:
         top = read_xml(source, root="routes", what="route file", error=RouteError)
         for element in top.iter("vType"):
             vehicle_type(element, str(source))
         ids.update(element.get("id", "") for tag in _VEHICLES for element in top.iter(tag))
-    if not ids:
+        persons |= any(next(top.iter(tag), None) is not None for tag in _PERSONS)
+    if not ids and not persons:
         msg = f"{path}: no vehicles in it; expected <vehicle>, <trip> or <flow> elements as ordinary traffic"
         raise RouteError(msg)
     return TrafficFile(path, routes, additional, frozenset(ids))

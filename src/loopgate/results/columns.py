@@ -22,7 +22,7 @@ class Event(StrEnum):
     """Kinds of events."""
 
     START = "start"
-    """The vehicle stands in `place` at the beginning."""
+    """The vehicle stands in `place`, at the beginning or when it joins."""
     GRANT = "grant"
     """The vehicle may enter `place`, which it occupies from now on."""
     REFUSE = "refuse"
@@ -48,7 +48,13 @@ class Event(StrEnum):
     OVERRUN = "overrun"
     """The vehicle, held before `place`, can no longer brake for its line: it is stopped as hard as it can."""
     END = "end"
-    """The vehicle is under the gate no longer, since `reason`; before that it left all that it held."""
+    """The vehicle is under the gate no longer, since `reason`: it left all that it held, and now `place`."""
+    STOP = "stop"
+    """The vehicle has come to rest at its stop `place`."""
+    SERVED = "served"
+    """The vehicle has stood at its stop `place` as long as it was to, and may go on."""
+    MISSED = "missed"
+    """The vehicle could not stop at its stop `place`, and comes to it again a round later."""
     STRAY = "stray"
     """The vehicle is on lane `place`, which is not its loop's: it is led back."""
 
@@ -61,6 +67,9 @@ DISTANCE: Final = "distance_m"
 MEAN_SPEED: Final = "mean_speed_mps"
 HOLD: Final = "hold_s"  # total time standing at gates
 STOOD: Final = "stood_s"  # total time slower than 0.1 m/s: measured alike with and without a gate
+STOPS: Final = "stops"  # stops made
+STOPPED: Final = "stopped_s"  # time at these
+DEPART_DELAY: Final = "depart_delay_s"  # time from when it wanted to depart until it did
 LONGEST_WAIT: Final = "longest_wait_s"  # longest time from asking to being granted
 STANDING: Final = "standing_s"  # time since it last moved, at the end of the run
 X: Final = "x_m"  # where its front is at the end of the run, network coordinates; NaN if it has arrived

@@ -25,6 +25,7 @@ def summary_rows(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
         ("throughput", f"{summary['laps_per_h']:.1f} laps/h, {summary['km_per_h']:.1f} vehicle-km/h"),
         ("hold time", f"{summary['hold_s']:.0f} s in all, longest wait {summary['longest_wait_s']:.0f} s"),
         *_longest_wait(summary.get("longest_wait")),
+        *_stops(summary),
         *_spacing(summary),
         ("coverage", _coverage(summary)),
         ("idleness", _idleness(summary)),
@@ -58,6 +59,25 @@ def _longest_wait(wait: Mapping[str, Any] | None) -> list[tuple[str, str]]:
         return []
     parts = ", ".join(f"{cause} {time_s:.0f} s" for cause, time_s in wait["by_cause_s"].items())
     return [("longest wait", f"{wait['vehicle']} for {wait['place']}: {parts}")]
+
+
+def _stops(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Return the rows about stops and departures, where there are any."""
+    rows, stops = [], summary.get("stops")
+    if stops:
+        missed = f", {stops['missed']} missed" if stops["missed"] else ""
+        rows.append(("stops", f"{stops['served']} made, {stops['stopped_s']:.0f} s in all{missed}"))
+    if "departed" in summary:
+        mean_s, max_s = summary["mean_depart_delay_s"], summary["max_depart_delay_s"]
+        waiting = summary["waiting_to_depart"]
+        later = f", {waiting} still wait to" if waiting else ""
+        rows.append(
+            (
+                "departures",
+                f"{summary['departed']} under way, delay mean {mean_s:.0f} s, longest {max_s:.0f} s{later}",
+            )
+        )
+    return rows
 
 
 def _surroundings(summary: Mapping[str, Any]) -> list[tuple[str, str]]:

@@ -91,7 +91,8 @@ def run_as_is(scenario: Scenario, folder: Folder, tick: Tick, backend: str) -> d
     folder.write_table(flow_table(rows), outcome.FLOW)
     duration = course.end_s - course.begin_s
     tallies = _trips(trips, standing, interrupted=course.outcome == "interrupted")
-    folder.write_vehicles(tallies, duration)
+    tallies = [replace(tally, driven_s=duration) for tally in tallies]
+    folder.write_vehicles(tallies)
     folder.write_edges([], begin_s=course.begin_s, end_s=max(course.end_s, course.begin_s + 1.0))
     summary = outcome.summary(scenario, course, tallies, loops=0, folder=folder, warnings=said.notes)
     summary |= monitoring_figures(None, None)

@@ -2,33 +2,37 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from random import Random
 
 from loopgate.abstraction.itinerary import Abstraction
 from loopgate.abstraction.queues import make_queues
 from loopgate.abstraction.segments import make_segments
+from loopgate.abstraction.stopping import fit_stops
 from loopgate.drive.track import Track
 from loopgate.errors import ScenarioError
-from loopgate.network import Loop, RoadNetwork, VehicleType, read_loops
-from loopgate.network.cover.watch import even_starts_m
+from loopgate.network import Loop, RoadNetwork
 from loopgate.network.cover.wishes import read_districts, read_weights
-from loopgate.network.sumo_config import is_sumo_config
-from loopgate.network.vehicle_type import DEFAULT_TYPE
-from loopgate.simulation.allotment import allot_loops, mixed_types
+from loopgate.network.stops import Stop
 from loopgate.simulation.placing import spread
-from loopgate.simulation.random_loops import random_loops
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.settings import check_types, unforeseen
 from loopgate.simulation.spacing import advised_type
 from loopgate.simulation.sumo_input import Start
 from loopgate.simulation.tracks import make_track
+from loopgate.simulation.vehicles import (
+    Departure,
+    Member,
+    by_departure,
+    departs_at_edge,
+    departs_in_place,
+    evenly_round,
+    read_vehicles,
+)
 
 __all__ = ["Assembly", "assemble"]
-
-_MOST_LOOPS = 40
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,6 +63,12 @@ class Assembly:
         Whether it can be told when a vehicle will be past a crossing; see `unforeseen`.
     wishes
         What the user wants of the watch.
+    departures
+        Vehicles that depart later, in that order.
+    stops
+        Where vehicles stop in every round, by vehicle, in the order of its loop.
+    stop_files
+        Additional files that hold the places of these.
     """
 
     network: RoadNetwork
@@ -69,6 +79,19 @@ class Assembly:
     warnings: tuple[str, ...] = ()
     foresees: bool = True
     wishes: Wishes = Wishes()
+    departures: tuple[Departure, ...] = ()
+    stops: Mapping[str, tuple[Stop, ...]] = field(default_factory=dict)
+    stop_files: tuple[Path, ...] = ()
+
+    @property
+    def everybody(self) -> tuple[Start, ...]:
+        """All vehicles, also those that depart later."""
+        return (*self.starts, *(departure.start for departure in self.departures))
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Their names."""
+        return tuple(start.vehicle for start in self.everybody)
 
 
 def assemble(scenario: Scenario) -> Assembly:
@@ -84,14 +107,16 @@ def assemble(scenario: Scenario) -> Assembly:
         If any part does not fit; the text says which.
     """
     network = RoadNetwork.open(scenario.network)
-    vehicles, warnings = _vehicles(scenario, network)
+    everybody, warnings, file = read_vehicles(scenario, network)
+    vehicles, later, moved = by_departure(scenario, everybody)
     if scenario.rule_for_starts == "even":
-        vehicles = _evenly_round(network, vehicles)
-    peculiar = _peculiar(scenario, network, vehicles) if scenario.gated else ()
+        vehicles = evenly_round(network, vehicles)
+    peculiar = _peculiar(scenario, network, everybody) if scenario.gated else ()
     loops = [vehicle.loop for vehicle in vehicles]
     abstraction = None
     if scenario.gated or scenario.abstraction != "segments" or len({loop.id for loop in loops}) == len(loops):
-        abstraction = _abstraction(scenario, network, vehicles)
+        # The first who comes shows the states; nobody stands in them yet.
+        abstraction = _abstraction(scenario, network, vehicles or later[:1], later)
     if abstraction is None:
         kinds = [vehicle.type for vehicle in vehicles]
         wishes = [vehicle.depart_m for vehicle in vehicles]
@@ -100,30 +125,71 @@ def assemble(scenario: Scenario) -> Assembly:
         fronts = dict(enumerate(abstraction.starts_m))
     lanes = _start_lanes(abstraction) if abstraction else [None] * len(vehicles)
     starts = tuple(
-        Start(vehicle.id, vehicle.loop, fronts[number], vehicle.type, lanes[number])
-        for number, vehicle in enumerate(vehicles)
+        Start(v.id, v.loop, fronts[number], v.type, lanes[number], v.attributes, v.parameters)
+        for number, v in enumerate(vehicles)
     )
     if abstraction is None or not scenario.gated:
         tracks = tuple(make_track(network, start) for start in starts)
+        departures = tuple(departs_at_edge(vehicle) for vehicle in later)
     else:
-        robots = abstraction.system.robots
+        robots = abstraction.system.robots[: len(starts)]
         tracks = tuple(
             make_track(network, start, itinerary, robot.start, keeps_lane=abstraction.keeps_lane)
-            for start, itinerary, robot in zip(starts, abstraction.itineraries, robots, strict=True)
+            for start, itinerary, robot in zip(starts, abstraction.itineraries, robots, strict=False)
         )
-    unique = tuple({loop.id: loop for loop in loops}.values())
+        departures = tuple(
+            departs_in_place(network, vehicle, way)
+            for vehicle, way in zip(later, abstraction.later, strict=True)
+        )
+    stops = _stops(scenario, [*vehicles, *later], abstraction)
+    parking = _parking(scenario, stops)
+    unique = tuple({vehicle.loop.id: vehicle.loop for vehicle in everybody}.values())
     if scenario.rule_for_spacing == "advice":
         starts = tuple(replace(start, type=advised_type(start.type)) for start in starts)
+        departures = tuple(
+            replace(one, start=replace(one.start, type=advised_type(one.start.type))) for one in departures
+        )
     return Assembly(
         network,
         unique,
         starts,
         tracks,
         abstraction,
-        warnings=(*warnings, *peculiar, *_alone(scenario, loops)),
+        warnings=(*warnings, *moved, *parking, *peculiar, *_alone(scenario, [v.loop for v in everybody])),
         foresees=not peculiar,
-        wishes=_wishes(scenario, network, sorted({vehicle.type.vclass for vehicle in vehicles})),
+        wishes=_wishes(scenario, network, sorted({vehicle.type.vclass for vehicle in everybody})),
+        departures=departures,
+        stops=stops,
+        stop_files=file.stop_files if file else (),
     )
+
+
+def _stops(
+    scenario: Scenario, vehicles: Sequence[Member], abstraction: Abstraction | None
+) -> dict[str, tuple[Stop, ...]]:
+    """Return the stops of each vehicle, as it makes them under a gate."""
+    stops = {vehicle.id: vehicle.stops for vehicle in vehicles if vehicle.stops}
+    if not scenario.gated or abstraction is None:
+        return stops
+    source = scenario.routes or scenario.network
+    ways = {way.loop: way for way in (*abstraction.itineraries, *abstraction.later)}
+    return {
+        vehicle.id: fit_stops(
+            vehicle.loop, way, vehicle.type, vehicle.stops, what=f"{source}: vehicle {vehicle.id}"
+        )
+        for vehicle in vehicles
+        if vehicle.stops
+        for way in (ways[vehicle.loop.id],)
+    }
+
+
+def _parking(scenario: Scenario, stops: Mapping[str, Sequence[Stop]]) -> tuple[str, ...]:
+    """Say what it means under a gate that vehicles park on their way."""
+    names = dict.fromkeys(stop.name for some in stops.values() for stop in some if stop.parks)
+    if not scenario.gated or not names:
+        return ()
+    text = f"stops: while a vehicle parks, as at {next(iter(names))}, nobody else gets into its place"
+    return (text,)
 
 
 def _alone(scenario: Scenario, loops: Sequence[Loop]) -> tuple[str, ...]:
@@ -140,7 +206,7 @@ def _wishes(scenario: Scenario, network: RoadNetwork, classes: Sequence[str]) ->
     )
 
 
-def _peculiar(scenario: Scenario, network: RoadNetwork, vehicles: Sequence[_Vehicle]) -> tuple[str, ...]:
+def _peculiar(scenario: Scenario, network: RoadNetwork, vehicles: Sequence[Member]) -> tuple[str, ...]:
     """Refuse types that no gate can drive; return what is peculiar about those that it can."""
     kinds = [vehicle.type for vehicle in vehicles]
     check_types(kinds, step_s=scenario.step_s, source=scenario.routes or scenario.network)
@@ -154,61 +220,9 @@ def _start_lanes(abstraction: Abstraction) -> list[int | None]:
     return [way.legs[robot.start].lane for way, robot in zip(abstraction.itineraries, robots, strict=True)]
 
 
-@dataclass(frozen=True, slots=True)
-class _Vehicle:
-    id: str
-    loop: Loop
-    type: VehicleType
-    depart_m: float | None = None
-
-
-def _vehicles(scenario: Scenario, network: RoadNetwork) -> tuple[list[_Vehicle], tuple[str, ...]]:
-    """Return the vehicles: those of the route file, unless a number of them is asked for; and warnings."""
-    own = is_sumo_config(scenario.network) and scenario.traffic != scenario.network
-    if not scenario.routes and not own:
-        count = scenario.loops or min(scenario.vehicles, _MOST_LOOPS)
-        if not count:
-            msg = "no loops: give a route file (routes), a number of random loops (loops), or vehicles"
-            raise ScenarioError(msg)
-        found = random_loops(scenario, network, count)
-        warnings = (f"{found.shortfall}; going on with these",) if found.shortfall else ()
-        return _given_loops(scenario, network, found.loops, {}, {}), warnings
-    file = read_loops(network, scenario.routes or scenario.network)
-    if file.vehicles and not scenario.counts_vehicles:
-        by_name = {loop.id: loop for loop in file.loops}
-        mine = [_Vehicle(v.id, by_name[v.loop], v.type, v.depart_m) for v in file.vehicles]
-        return mine, file.left_out
-    kinds: dict[str, VehicleType] = {}
-    for vehicle in file.vehicles:
-        kinds.setdefault(vehicle.loop, vehicle.type)
-    return _given_loops(scenario, network, file.loops, file.types, kinds), file.left_out_of_routes
-
-
-def _given_loops(
-    scenario: Scenario,
-    network: RoadNetwork,
-    loops: Sequence[Loop],
-    types: Mapping[str, VehicleType],
-    on_loop: Mapping[str, VehicleType],
-) -> list[_Vehicle]:
-    """Give loops and types to the vehicles: types as the scenario says, or those that drive on the loop."""
-    chosen = allot_loops(scenario, network, loops)
-    default = next(iter(types.values()), DEFAULT_TYPE)
-    kinds = mixed_types(scenario, types, len(chosen)) or [on_loop.get(loop.id, default) for loop in chosen]
-    return [
-        _Vehicle(f"v{i}", loop, kind) for i, (loop, kind) in enumerate(zip(chosen, kinds, strict=True), 1)
-    ]
-
-
-def _evenly_round(network: RoadNetwork, vehicles: Sequence[_Vehicle]) -> list[_Vehicle]:
-    """Start the vehicles of each loop evenly round it, in time at the speeds allowed."""
-    numbers = Counter(vehicle.loop.id for vehicle in vehicles)
-    loops = {vehicle.loop.id: vehicle.loop for vehicle in vehicles}
-    starts = {name: iter(even_starts_m(network, loop, numbers[name])) for name, loop in loops.items()}
-    return [replace(vehicle, depart_m=next(starts[vehicle.loop.id])) for vehicle in vehicles]
-
-
-def _abstraction(scenario: Scenario, network: RoadNetwork, vehicles: Sequence[_Vehicle]) -> Abstraction:
+def _abstraction(
+    scenario: Scenario, network: RoadNetwork, vehicles: Sequence[Member], later: Sequence[Member]
+) -> Abstraction:
     loops = [vehicle.loop for vehicle in vehicles]
     given = {v.id: v.depart_m for v in vehicles if v.depart_m is not None}
     if scenario.abstraction == "queues":
@@ -219,6 +233,7 @@ def _abstraction(scenario: Scenario, network: RoadNetwork, vehicles: Sequence[_V
             seed=scenario.seed,
             names=[vehicle.id for vehicle in vehicles],
             starts_m=given,
+            later=[(vehicle.loop, vehicle.type) for vehicle in later],
         )
     unique = len({loop.id for loop in loops})
     if unique < len(loops):

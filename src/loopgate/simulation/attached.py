@@ -20,7 +20,8 @@ from loopgate.network.routes_file import one_round
 from loopgate.results.columns import Event
 from loopgate.results.feed import EventFeed, Happening
 from loopgate.results.recorder import read_events
-from loopgate.simulation.fleet import GONE, Fleet
+from loopgate.simulation.attached_fleet import GONE, AttachedFleet
+from loopgate.simulation.fleet import Rules
 from loopgate.simulation.newcomers import Newcomer
 from loopgate.simulation.outcome import EVENTS
 from loopgate.simulation.settings import why_unsafe
@@ -47,13 +48,13 @@ class Attached:
         self._done = {"laps": 0.0, "distance_m": 0.0, "hold_s": 0.0, "longest_wait_s": 0.0}
         self._collisions = self._collisions_with_others = self._vehicles = 0
         self._colliding: set[tuple[str, str]] = set()
-        self._made: Fleet | None = None
+        self._made: AttachedFleet | None = None
         self._final: dict[str, Any] | None = None
         self.events: pd.DataFrame = pd.DataFrame()
         """`EVENT_COLUMNS`: what happened to whom, where and when; there at the end."""
 
     @property
-    def _fleet(self) -> Fleet:
+    def _fleet(self) -> AttachedFleet:
         if self._made is None:
             msg = "attach: use what it returns in a with statement"
             raise TrafficError(msg)
@@ -233,14 +234,9 @@ class Attached:
         self._folder = self._stack.enter_context(temporary_folder())
         self._recorder = EventFeed(self._folder / EVENTS)
         self._stack.callback(self._recorder.close)
-        self._made = Fleet(
-            self._network,
-            self._traffic,
-            self._recorder,
-            gate=self._settings["gate"],
-            negotiation=self._negotiation,
-            lights=self._settings["lights"] == "obey",
-        )
+        settings = self._settings
+        rules = Rules(settings["gate"], self._negotiation, lights=settings["lights"] == "obey")
+        self._made = AttachedFleet(self._network, self._traffic, self._recorder, rules)
         self._made.on_leaving = self._count
         return self
 

@@ -1,116 +1,89 @@
-"""Vehicles under a gate in a running simulation: they join, drive and leave."""
+"""Vehicles under a gate that join and leave: in a run as in a simulation of somebody else's."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 from time import perf_counter
-from typing import Any
 
-import numpy as np
-
+from loopgate.abstraction.itinerary import Itinerary
 from loopgate.drive.books import Books
 from loopgate.drive.changing import ChangingEngine
 from loopgate.drive.driver import Driver
 from loopgate.drive.gatekeeper import Gatekeeper
+from loopgate.drive.obstacles import Obstacle
 from loopgate.drive.track import Track
 from loopgate.errors import GateError
-from loopgate.gates import Gate, Reason, make_gate
+from loopgate.gates import Gate, make_gate
 from loopgate.gates.certified.crowding import SPARE, find_crowd
 from loopgate.model import Robot, RobotId, StateId, System
 from loopgate.negotiation.base import Negotiation
 from loopgate.network import RoadNetwork
 from loopgate.results.columns import Event
 from loopgate.results.recorder import Recorder
-from loopgate.simulation.newcomers import Newcomer
-from loopgate.simulation.plan import Plan
 from loopgate.simulation.scenario import SERVE_AFTER_S
 from loopgate.simulation.surroundings import Surroundings
 from loopgate.traffic.base import Traffic
 
-__all__ = ["GONE", "Fleet"]
-
-GONE = "gone"
-"""Why a vehicle left that is on the road no longer."""
-
-_AGAIN_S = 1.0
-"""A newcomer that was refused is looked at again after this time [s]."""
-
-_MOVED_M = 3.0
-"""A vehicle further than this from where its odometer puts it has been moved [m]."""
+__all__ = ["Fleet", "Rules"]
 
 
-class _Orders:
-    """An obstacle: what the owner of the vehicles wants of them.
+_Ready = tuple[Sequence[Track], Books, System, Gate]
+"""What vehicles go on with."""
 
-    Nobody is granted anything while the plan is to change, nor while it is to stop before it gets there: it
-    would keep a crossing from others meanwhile.
+
+@dataclass(frozen=True, slots=True)
+class Rules:
+    """By what vehicles are let go.
+
+    Attributes
+    ----------
+    gate, negotiation
+        The gate's name or class, and the negotiation.
+    lights, others
+        Whether traffic lights are obeyed, and whether there is traffic under no gate.
+    serve_after_s
+        See `Gatekeeper`.
+    foresees
+        See `Engine`.
     """
 
-    def __init__(self, traffic: Traffic) -> None:
-        self._traffic = traffic
-        self.pause = False
-        self.drivers: Sequence[Driver] = ()
-
-    def in_the_way(self, robot: int) -> Reason | None:
-        """Return TRAFFIC for newcomers, which are no more than that so far, and STOP."""
-        if self.pause:
-            return Reason.TRAFFIC
-        driver = self.drivers[robot]
-        line = driver.track.stop_lines[driver.granted % len(driver.track.legs)]
-        stops = self._traffic.stops_before(driver.id, line.edge, line.position_m)
-        return Reason.STOP if stops else None
-
-    def granted(self, robot: int) -> None:
-        """Do nothing."""
-
-    def blockers(self, robot: int) -> Sequence[Sequence[str]]:
-        """Return nobody: it ends by itself."""
-        del robot
-        return ()
+    gate: object
+    negotiation: Negotiation
+    lights: bool
+    others: bool = True
+    serve_after_s: float = SERVE_AFTER_S
+    foresees: bool = False
 
 
 class Fleet:
-    """The vehicles under a gate, and those that wait to be.
+    """The vehicles under a gate.
 
     Parameters
     ----------
     network, traffic
-        The roads, and the running simulation; somebody else makes its steps.
+        The roads, and the running simulation.
     recorder
         Takes the events.
-    gate, negotiation
-        The gate's name or class, and the negotiation.
-    lights
-        Whether traffic lights are obeyed.
+    rules
+        By what they are let go.
 
     Notes
     -----
     A vehicle is taken in where it is as a whole in a place of its loop and can stop at the end of that: then
     it holds a slot there and nothing else, and the gate is made anew for all vehicles as they stand. It is a
-    start like any other, which the gate refuses if it could not keep its promise; then the vehicle waits. A
-    place in which it stands may so hold one more than it has slots for.
-
-    A loop that is new changes the plan. Where the others' places stay as they are they drive on. Else all
-    grants are withheld until each vehicle holds one place only; then all join anew, by the new plan.
+    start like any other, which the gate refuses if it could not keep its promise.
     """
 
-    def __init__(
-        self,
-        network: RoadNetwork,
-        traffic: Traffic,
-        recorder: Recorder,
-        *,
-        gate: object,
-        negotiation: Negotiation,
-        lights: bool,
-    ) -> None:
-        self._network, self._traffic, self._recorder = network, traffic, recorder
-        self._gate, self._negotiation, self._lights = gate, negotiation, lights
-        self.plan = Plan(network, ())
-        self._next: Plan | None = None
-        self._orders = _Orders(traffic)
-        self.newcomers: dict[str, Newcomer] = {}
+    def __init__(self, network: RoadNetwork, traffic: Traffic, recorder: Recorder, rules: Rules) -> None:
+        self._network, self._traffic, self._recorder, self._rules = network, traffic, recorder, rules
+        self._obstacles: tuple[Obstacle, ...] = ()
+        """What is in the way besides what is about; asked first."""
+        self._itineraries: Sequence[Itinerary] = ()
+        self._ways: Sequence[Track] = ()
+        self.room: Mapping[str, int] = {}
+        """How many vehicles a state holds, by name."""
         self.keeper: Gatekeeper | None = None
         self.engine: ChangingEngine | None = None
         self.around: Surroundings | None = None
@@ -124,179 +97,133 @@ class Fleet:
         """Those under the gate, by name."""
         return self.engine.driver_of if self.engine else {}
 
-    def add(self, newcomers: Sequence[Newcomer]) -> None:
-        """Take vehicles in as soon as they can be.
+    @property
+    def books(self) -> Books:
+        """Who holds what."""
+        return self.engine.books() if self.engine is not None and self.members else Books({}, {}, {})
 
-        Raises
-        ------
-        RefusedLoopError
-            If a loop of theirs cannot work as queues; then none is added.
+    def drive_by(
+        self, itineraries: Sequence[Itinerary], ways: Sequence[Track], room: Mapping[str, int]
+    ) -> None:
+        """Take over what vehicles drive by, now and later; before they begin, or anew.
+
+        Parameters
+        ----------
+        itineraries, ways
+            Of all loops.
+        room
+            How many vehicles a state holds, by name.
         """
-        plan = (self._next or self.plan).extended((n.loop, n.kind) for n in newcomers)
-        if plan is not self.plan:
-            self._next = plan
-        self.newcomers.update((newcomer.vehicle, newcomer) for newcomer in newcomers)
+        self._itineraries, self._ways, self.room = itineraries, ways, room
+        if self.around is not None:
+            self.around.plan(itineraries, ways, room)
 
-    def drop(self, vehicles: Iterable[str], reason: str) -> None:
-        """Let vehicles go, whether they are under the gate or wait to be."""
-        gone = set(vehicles)
-        for vehicle in sorted(gone & self.newcomers.keys()):
-            del self.newcomers[vehicle]
-            self._traffic.leave_gate(vehicle)
-        members = self.members
-        leaving = sorted(gone & members.keys())
+    def begin(self, system: System, gate: Gate, tracks: Sequence[Track]) -> ChangingEngine:
+        """Begin with these vehicles, one per robot, which stand as the system says; or with none of them."""
+        rules, traffic = self._rules, self._traffic
+        self.keeper = Gatekeeper(system, gate, rules.negotiation, serve_after_s=rules.serve_after_s)
+        self.keeper.obstacles = self._obstacles
+        self.engine = engine = ChangingEngine(
+            traffic, tracks, self.keeper, self._recorder, foresees=rules.foresees
+        )
+        self.around = Surroundings(
+            self._network, traffic, engine, self.keeper, lights=rules.lights, others=rules.others
+        )
+        self.around.plan(self._itineraries, self._ways, self.room)
+        return engine
+
+    def take_in(self, tracks: Mapping[str, Track], left_m: Mapping[str, float], *, beyond: int = 0) -> bool:
+        """Take vehicles in together if places and gate allow it; return whether they do.
+
+        Parameters
+        ----------
+        tracks
+            By vehicle; it begins where the vehicle is, and can be held at the end of that state.
+        left_m
+            How far it is to there [m].
+        beyond
+            By how many vehicles a state may hold more than it has slots for.
+        """
+        ready = self._ready(tracks, left_m, beyond)
+        if ready is None:
+            return False
+        self._go_on(*ready)
+        return True
+
+    def admits(self, tracks: Mapping[str, Track], left_m: Mapping[str, float]) -> bool:
+        """Return whether `take_in` would take them in, if they were there."""
+        return self._ready(tracks, left_m, 0) is not None
+
+    def _ready(self, tracks: Mapping[str, Track], left_m: Mapping[str, float], beyond: int) -> _Ready | None:
+        """Return what the vehicles are to go on with when some join, None if they must not."""
+        books, drivers = self.books, self.members
+
+        def left(state: str, other: str) -> float:
+            return left_m[other] if other in left_m else drivers[other].left_m(state)
+
+        for vehicle, track in tracks.items():
+            state = track.legs[track.start_position].state
+            if len(books.holders.get(state, ())) >= self.room[state] + beyond:
+                return None
+            books.enter(vehicle, state, left_m[vehicle], partial(left, state))
+        try:
+            return self._make(books, tracks)
+        except GateError:
+            return None
+
+    def drop(self, vehicles: Sequence[str], reason: str) -> None:
+        """Let vehicles go that are under the gate."""
+        leaving = sorted(set(vehicles) & self.members.keys())
         if not leaving or self.engine is None:
             return
         now = self._traffic.now_s
         for vehicle in leaving:
-            driver = members[vehicle]
+            driver = self.members[vehicle]
             self.on_leaving(driver)
-            for leg in range(int(driver.row["tail"]), driver.granted + 1):
+            for leg in range(int(driver.row["tail"]), driver.granted):
                 self._recorder.note(now, vehicle, Event.LEAVE, driver.leg(leg).state)
             self._recorder.note(now, vehicle, Event.END, driver.leg(driver.granted).state, reason)
             self._traffic.leave_gate(vehicle)
         books = self.engine.books()
         books.strike(leaving)
         if books.in_line:
-            self._change(books, {})
+            self._change(books)
         else:
             self.engine.clear()
 
-    def after_step(self) -> None:
-        """Do what is due after a step of the traffic."""
-        self._notice()
-        if self.engine is not None and self.members:
-            self._heed_speeds(self.engine.vehicles)
-            self.engine.after_step()
-        self._take_in()
+    def _on(self, track: Track) -> Track:
+        """Return the track of a member as it is to go on."""
+        return track
 
-    def _heed_speeds(self, vehicles: Any) -> None:  # noqa: ANN401  a table, by column
-        """Count on it that vehicles go on as fast as they are told to drive, beyond any limit."""
-        faster = vehicles["speed"] + vehicles["accel"] * self._traffic.step_s
-        told = vehicles["speed"] > vehicles["top"]
-        vehicles["top"] = np.where(told, faster, vehicles["top"])
+    def _change(self, books: Books) -> None:
+        """Make system, gate and tables anew: some have left, or what they drive by is another."""
+        self._go_on(*self._make(books, {}))
 
-    def _notice(self) -> None:
-        """Let go of those that are gone, and take those for newcomers that are elsewhere than they drove."""
-        if not self.members and not self.newcomers:
-            return
-        present = set(self._traffic.vehicles())
-        self.drop([n.vehicle for n in self.newcomers.values() if n.seen and n.vehicle not in present], GONE)
-        self.drop(self.members.keys() - present, GONE)
-        moved = [vehicle for vehicle, driver in self.members.items() if self._is_moved(driver)]
-        self._rejoin(moved, "moved")
-        for newcomer in self.newcomers.values():
-            newcomer.seen |= newcomer.vehicle in present
-
-    def _rejoin(self, vehicles: Sequence[str], reason: str) -> None:
-        kinds = {loop.id: (loop, kind) for loop, kind in self.plan.users}
-        now = self._traffic.now_s
-        again = [Newcomer(v, *kinds[self.members[v].track.loop], now, seen=True) for v in vehicles]
-        self.drop(vehicles, reason)
-        self.newcomers = {newcomer.vehicle: newcomer for newcomer in again} | self.newcomers  # they go first
-
-    def _is_moved(self, driver: Driver) -> bool:
-        lane, at_m = self._traffic.lane(driver.id)
-        if lane.startswith(":"):
-            return False
-        edge = lane.rpartition("_")[0]
-        if all(name != edge for _, name in driver.track.edges):
-            return True
-        front_m = self._traffic.odometer(driver.id) + float(driver.row["offset"])
-        return abs(driver.track.near(edge, at_m, front_m) - front_m) > _MOVED_M
-
-    def _take_in(self) -> None:
-        """Hold newcomers back, and take in those who can be."""
-        if self._next is not None and not self._replan(self._next):
-            return
-        now = self._traffic.now_s
-        on_road = [newcomer for newcomer in self.newcomers.values() if newcomer.seen]
-        for newcomer in on_road:
-            newcomer.look(self._traffic, self.plan)
-        ready = [n for n in on_road if n.inside and now >= n.tried_s + _AGAIN_S]
-        if not ready or self._try(ready) or len(ready) == 1:
-            return
-        for newcomer in ready:
-            self._try([newcomer])
-
-    def _replan(self, plan: Plan) -> bool:
-        """Go over to another plan if that can be done now; else see to it that it can be soon."""
-        goes_on = not self.members or plan.goes_on_with(self.plan)
-        if not goes_on and not (self.engine is not None and self.engine.settled):
-            self._orders.pause = True
-            return False
-        self._orders.pause = False
-        for newcomer in self.newcomers.values():
-            newcomer.let_go(self._traffic)
-        if not goes_on:
-            self._rejoin(list(self.members), "another plan")
-        self._next, self.plan = None, plan
-        if self.around is not None:
-            self.around.plan(plan.itineraries, plan.tracks, plan.room)
-        if self.engine is not None and self.members:
-            self._change(self.engine.books(), {})
-        return True
-
-    def _try(self, newcomers: Sequence[Newcomer]) -> bool:
-        """Take newcomers in together if places and gate allow it."""
-        books, drivers = Books({}, {}, {}), self.members
-        if self.engine is not None and drivers:
-            books = self.engine.books()
-        tracks: dict[str, Track] = {}
-        left = {n.vehicle: n.left_m for n in newcomers}
-
-        def left_m(state: str, other: str) -> float:
-            return left[other] if other in left else drivers[other].left_m(state)
-
-        for newcomer in newcomers:
-            newcomer.tried_s = self._traffic.now_s
-            position = newcomer.position or 0
-            track = self.plan.track(
-                newcomer.vehicle, newcomer.loop.id, front_m=newcomer.arc_m, position=position
-            )
-            state = track.legs[position].state
-            if len(books.holders.get(state, ())) > self.plan.room[state]:
-                return False
-            tracks[newcomer.vehicle] = track
-            books.enter(newcomer.vehicle, state, newcomer.left_m, partial(left_m, state))
-        try:
-            self._change(books, tracks)
-        except GateError:
-            return False
-        for vehicle in tracks:
-            del self.newcomers[vehicle]
-        return True
-
-    def _change(self, books: Books, joining: Mapping[str, Track]) -> None:
-        """Make system, gate and tables anew.
+    def _make(self, books: Books, joining: Mapping[str, Track]) -> _Ready:
+        """Make system and gate anew.
 
         Raises
         ------
         GateError
-            If the gate cannot keep its promise with those who join; then all is as it was.
+            If the gate cannot keep its promise with those who join.
         """
         members = self.members
         vehicles = books.in_line
-        tracks = [joining[v] if v in joining else self.plan.on(members[v].track) for v in vehicles]
+        tracks = [joining[v] if v in joining else self._on(members[v].track) for v in vehicles]
         positions = [
             track.start_position if track.vehicle in joining else members[track.vehicle].granted
             for track in tracks
         ]
-        room = self.plan.room
+        room = self.room
         system = _system(tracks, positions, {state: len(line) for state, line in books.lines.items()}, room)
-        gate = make_gate(self._gate, system, perf_counter)
+        gate = make_gate(self._rules.gate, system, perf_counter)
         _refuse_crowd(gate, system, room)
+        return tracks, books, system, gate
+
+    def _go_on(self, tracks: Sequence[Track], books: Books, system: System, gate: Gate) -> None:
         self.changes += 1
-        if self.engine is None:
-            self.keeper = Gatekeeper(system, gate, self._negotiation, serve_after_s=SERVE_AFTER_S)
-            self.keeper.obstacles = (self._orders,)
-            self.engine = ChangingEngine(self._traffic, (), self.keeper, self._recorder, foresees=False)
-            self._orders.drivers = self.engine.drivers
-            self.around = Surroundings(
-                self._network, self._traffic, self.engine, self.keeper, lights=self._lights, others=True
-            )
-            self.around.plan(self.plan.itineraries, self.plan.tracks, room)
-        self.engine.change(tracks, books, system=system, gate=gate, room=room)
+        engine = self.engine or self.begin(system, gate, ())
+        engine.change(tracks, books, system=system, gate=gate, room=self.room)
 
 
 def _system(

@@ -62,6 +62,7 @@ def drive(
     *,
     scenario: Scenario,
     tick: Tick,
+    own: AbstractSet[str],
     each_step: Sequence[Callable[[], None]] = (),
 ) -> Course:
     """Run until the time is over, a deadlock ends the run, or the user interrupts.
@@ -74,6 +75,8 @@ def drive(
         Says how long to measure, how long to warm up before, and what a deadlock does to the run.
     tick
         Called every ten simulated seconds with the simulated time.
+    own
+        All vehicles on loops.
     each_step
         Called after each step.
     """
@@ -87,7 +90,7 @@ def drive(
         course.begin_s = start + scenario.warmup_s
         end = course.begin_s + scenario.duration_s
         next_watch = start + _WATCH_EVERY_S
-        mishaps = Mishaps(traffic, recorder, course, own={driver.id for driver in engine.drivers})
+        mishaps = Mishaps(traffic, recorder, course, own=own)
         while traffic.now_s < end:
             engine.step()
             now = traffic.now_s

@@ -90,7 +90,7 @@ def write_streets(
     Its streets are all edges open to some vehicle's class, those on no loop included.
     """
     network, wishes = assembly.network, assembly.wishes
-    classes = {start.type.vclass for start in assembly.starts}
+    classes = {start.type.vclass for start in assembly.everybody}
     edges = [edge for edge in network.edges.values() if any(edge.allows(name) for name in classes)]
     bound_s = scenario.revisit_s or math.inf
     bounds = {edge.id: bound_s / wishes.weights.get(edge.id, 1.0) for edge in edges}

@@ -20,6 +20,7 @@ from loopgate.errors import ScenarioError
 from loopgate.folders import FolderLock
 from loopgate.gates import Reason
 from loopgate.results.columns import (
+    DEPART_DELAY,
     DISTANCE,
     EDGE,
     EDGE_LENGTH,
@@ -33,6 +34,8 @@ from loopgate.results.columns import (
     SHAPE,
     STANDING,
     STOOD,
+    STOPPED,
+    STOPS,
     VEHICLE,
     VEHICLE_COLUMNS,
     Event,
@@ -79,7 +82,10 @@ LAYOUT = "layout.json"
 
 @dataclass(frozen=True, slots=True)
 class Tally:
-    """What one vehicle did in the measured time: laps, distance and times, as in ``vehicles.parquet``."""
+    """What one vehicle did in the measured time: laps, distance and times, as in ``vehicles.parquet``.
+
+    `driven_s` is how much of it the vehicle was there [s].
+    """
 
     vehicle: str
     loop: str
@@ -91,6 +97,10 @@ class Tally:
     standing_s: float
     position_m: tuple[float, float] = (nan, nan)
     stood_s: float = 0.0
+    driven_s: float = 0.0
+    depart_delay_s: float = 0.0
+    stops: int = 0
+    stopped_s: float = 0.0
 
 
 class Folder:
@@ -146,7 +156,7 @@ class Folder:
     def __truediv__(self, name: str) -> Path:
         return self.path / name
 
-    def write_vehicles(self, tallies: Iterable[Tally], duration_s: float) -> None:
+    def write_vehicles(self, tallies: Iterable[Tally]) -> None:
         """Write ``vehicles.parquet``."""
         rows = [
             {
@@ -155,18 +165,21 @@ class Folder:
                 LOOP_LENGTH: tally.loop_length_m,
                 LAPS: tally.laps,
                 DISTANCE: tally.distance_m,
-                MEAN_SPEED: tally.distance_m / duration_s if duration_s > 0 else 0.0,
+                MEAN_SPEED: tally.distance_m / tally.driven_s if tally.driven_s > 0 else 0.0,
                 HOLD: tally.hold_s,
                 LONGEST_WAIT: tally.longest_wait_s,
                 STANDING: tally.standing_s,
                 X: tally.position_m[0],
                 Y: tally.position_m[1],
                 STOOD: tally.stood_s,
+                STOPS: tally.stops,
+                STOPPED: tally.stopped_s,
+                DEPART_DELAY: tally.depart_delay_s,
             }
             for tally in tallies
         ]
         with writing(self / VEHICLES):
-            frame = pd.DataFrame(rows, columns=[*VEHICLE_COLUMNS, STOOD])
+            frame = pd.DataFrame(rows, columns=[*VEHICLE_COLUMNS, STOOD, STOPS, STOPPED, DEPART_DELAY])
             frame.to_parquet(self / VEHICLES, index=False)
 
     def write_edges(
@@ -322,7 +335,7 @@ def _traffic_figures(tallies: Sequence[Tally], duration_s: float) -> dict[str, A
     laps = sum(t.laps for t in tallies)
     km = sum(t.distance_m for t in tallies) / 1000.0
     hours = duration_s / 3600.0
-    vehicle_s = len(tallies) * duration_s
+    vehicle_s = sum(t.driven_s for t in tallies)
     return {
         "laps": laps,
         "distance_km": round(km, 6),

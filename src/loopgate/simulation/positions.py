@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from pathlib import Path
 from statistics import fmean
 
-from loopgate.abstraction.itinerary import Crossing, Itinerary
+from loopgate.abstraction.itinerary import Abstraction, Crossing, Itinerary
 from loopgate.audit.layout import Layout, Leg, LoopWay, Span, VehicleBody
 from loopgate.audit.position_table import ATTRIBUTES
+from loopgate.model import StateId
 from loopgate.network import LaneSpan
 from loopgate.simulation.assembly import Assembly
 
@@ -24,6 +26,8 @@ def record_positions(file: Path) -> list[str]:
         *("--fcd-output", str(file)),
         *("--fcd-output.attributes", ",".join(ATTRIBUTES)),
         "--fcd-output.skip-empty",
+        # The first row decides on the columns of the table: persons have others.
+        *("--person-device.fcd.probability", "0"),
     ]
 
 
@@ -44,10 +48,13 @@ def make_layout(assembly: Assembly, step_s: float) -> Layout:
     system = abstraction.system
     loops: dict[str, LoopWay] = {}
     vehicles: dict[str, VehicleBody] = {}
-    for start, itinerary, robot in zip(assembly.starts, abstraction.itineraries, system.robots, strict=True):
+    ways = [*abstraction.itineraries[: len(assembly.starts)], *abstraction.later]
+    positions = [robot.start for robot in system.robots[: len(assembly.starts)]]
+    positions += [one.track.start_position if one.track else 0 for one in assembly.departures]
+    for start, itinerary, position in zip(assembly.everybody, ways, positions, strict=True):
         kind = start.type
         vehicles[start.vehicle] = VehicleBody(
-            start.loop.id, kind.length_m, kind.width_m, start.front_m, robot.start, kind.jointed
+            start.loop.id, kind.length_m, kind.width_m, start.front_m, position, kind.jointed
         )
         if start.loop.id not in loops:
             spans = tuple(_span(s) for s in start.loop.spans)
@@ -57,11 +64,7 @@ def make_layout(assembly: Assembly, step_s: float) -> Layout:
     named = {c for loop in loops.values() for leg in loop.legs for c, _ in leg.crossings}
     return Layout(
         step_s=step_s,
-        room={
-            name: room
-            for name, room, private in zip(system.states, system.room, system.private, strict=True)
-            if not private
-        },
+        room=_room(abstraction),
         loops=loops,
         vehicles=vehicles,
         movements={c.id: c.via for c in assembly.network.connections if c.id in named},
@@ -69,6 +72,17 @@ def make_layout(assembly: Assembly, step_s: float) -> Layout:
         heights={lane: fmean(lanes[lane].heights) for lane in driven if lanes[lane].heights},
         unregulated=tuple(lane for lane in driven if not assembly.network.is_regulated(lane)),
     )
+
+
+def _room(abstraction: Abstraction) -> dict[str, int]:
+    """Return the room of the states that several vehicles visit, some of them perhaps later."""
+    system = abstraction.system
+    if not abstraction.later:
+        states = zip(system.states, system.room, system.private, strict=True)
+        return {name: room for name, room, private in states if not private}
+    paths = [{leg.state for leg in way.legs} for way in (*abstraction.itineraries, *abstraction.later)]
+    visitors = Counter(state for path in paths for state in path)
+    return {name: room for name, room in abstraction.room.items() if visitors[StateId(name)] > 1}
 
 
 def _span(span: LaneSpan) -> Span:

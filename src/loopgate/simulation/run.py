@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from contextlib import ExitStack, closing
-from math import nan
+from math import isnan, nan
 from pathlib import Path
 from time import perf_counter
 from typing import Any
 
-from loopgate.drive.engine import Engine
 from loopgate.drive.gatekeeper import Gatekeeper
 from loopgate.folders import remove_abandoned, temporary_folder
 from loopgate.network import Edge
@@ -25,10 +24,9 @@ from loopgate.simulation.loop_run import Course, Tick, drive
 from loopgate.simulation.monitoring import monitoring_figures, shape_text, write_streets
 from loopgate.simulation.outcome import Folder, Tally
 from loopgate.simulation.scenario import Scenario
-from loopgate.simulation.session import open_session
+from loopgate.simulation.session import Session, open_session
 from loopgate.simulation.sumo_start import check_backend, check_outputs
 from loopgate.simulation.watch import Watch
-from loopgate.traffic.base import Traffic
 
 __all__ = ["simulate"]
 
@@ -110,18 +108,23 @@ def _run(
             recorder,
             scenario=scenario,
             tick=tick,
+            own=frozenset(assembly.names),
             each_step=[*session.each_step, flow.look, fronts.look],
         )
         engine.settle()
-        tallies = _tallies(engine, traffic, watch, course, flow)
+        tallies = _tallies(assembly, session, watch, course, flow)
         surrounded = session.around.report() if session.around else {}
+        surrounded |= session.stops.report() | session.departures.report(course.end_s)
         if "at_lights" in surrounded and scenario.abstraction == "segments":
             surrounded["warnings"] = [_ON_SEGMENTS]
-    keeper = session.keeper
+    keeper, departed = session.keeper, session.departures.departed_s
     folder.write_table(flow_table(flow.rows), outcome.FLOW)
-    ways = {driver.track.loop: driver.track.edges for driver in engine.drivers}
+    ways = {
+        loop.id: [(span.begin_m, span.edge) for span in loop.spans if not span.internal]
+        for loop in assembly.loops
+    }
     folder.write_table(loop_table(ways), outcome.LOOPS)
-    summary = _summary(scenario, assembly, keeper, course, tallies, folder, flow.edges_s())
+    summary = _summary(scenario, assembly, keeper, course, tallies, folder, flow.edges_s(), departed)
     summary |= {name: getattr(engine, name) for name in ("overruns", "trespasses", "strays")}
     summary["clean"] = outcome.is_clean(summary) if keeper else None
     added = [*outcome.mishaps(summary), *surrounded.pop("warnings", [])]
@@ -140,24 +143,40 @@ def is_as_is(scenario: Scenario) -> bool:
     return is_sumo_config(scenario.network) and not scenario.gated and not loops
 
 
-def _tallies(engine: Engine, traffic: Traffic, watch: Watch, course: Course, flow: FlowMeter) -> list[Tally]:
-    now = course.end_s
-    on_road = set(traffic.vehicles())
-    return [
-        Tally(
-            vehicle=driver.id,
-            loop=driver.track.loop,
-            loop_length_m=driver.track.lap_m,
-            laps=driver.laps,
-            distance_m=driver.distance_m,
-            hold_s=driver.total_hold_s(now),
-            longest_wait_s=driver.worst_wait_s(now),
-            standing_s=watch.standing_s(driver.id),
-            position_m=traffic.position(driver.id) if driver.id in on_road else (nan, nan),
-            stood_s=float(flow.vehicles_s[driver.robot]),
+def _tallies(
+    assembly: Assembly, session: Session, watch: Watch, course: Course, flow: FlowMeter
+) -> list[Tally]:
+    """Return what each vehicle did; one that has not departed did nothing."""
+    now, drivers, departures = course.end_s, session.engine.driver_of, session.departures
+    on_road = set(session.traffic.vehicles())
+    loops = {start.vehicle: start.loop for start in assembly.everybody}
+    tallies = []
+    for vehicle in assembly.names:
+        driver, loop = drivers.get(vehicle), loops[vehicle]
+        wanted_s = departures.wanted_s.get(vehicle)
+        if wanted_s is not None and wanted_s > now:
+            continue
+        departed_s = course.begin_s if wanted_s is None else departures.departed_s.get(vehicle, nan)
+        seen_s = 0.0 if isnan(departed_s) else now - max(departed_s, course.begin_s)
+        stops = session.stops.of(vehicle)
+        tally = Tally(
+            vehicle=vehicle,
+            loop=loop.id,
+            loop_length_m=loop.length_m,
+            laps=driver.laps if driver else 0,
+            distance_m=driver.distance_m if driver else 0.0,
+            hold_s=driver.total_hold_s(now) if driver else 0.0,
+            longest_wait_s=driver.worst_wait_s(now) if driver else 0.0,
+            standing_s=watch.standing_s(vehicle),
+            position_m=session.traffic.position(vehicle) if vehicle in on_road else (nan, nan),
+            stood_s=flow.vehicle_s(vehicle),
+            driven_s=max(0.0, seen_s),
+            depart_delay_s=departures.delay_s(vehicle, now),
+            stops=stops.served,
+            stopped_s=stops.stood_s,
         )
-        for driver in engine.drivers
-    ]
+        tallies.append(tally)
+    return tallies
 
 
 def _summary(
@@ -168,9 +187,10 @@ def _summary(
     tallies: list[Tally],
     folder: Folder,
     stood_s: Mapping[str, float],
+    departed: Container[str],
 ) -> dict[str, Any]:
     duration = max(0.0, course.end_s - course.begin_s)
-    folder.write_vehicles(tallies, duration)
+    folder.write_vehicles(tallies)
     rows = {
         edge: _edge_row(assembly.network.edge(edge), stood_s.get(edge, 0.0))
         for loop in assembly.loops
@@ -184,7 +204,7 @@ def _summary(
     findings: list[str] = []
     audited: dict[str, Any] = {}
     if keeper is not None:
-        findings, audited = audit_run(scenario, keeper.system, tallies, folder)
+        findings, audited = audit_run(scenario, assembly, tallies, folder, departed)
         waits = outcome.waits(folder, course)
     figures = outcome.summary(
         scenario,

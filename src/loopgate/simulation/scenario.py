@@ -51,6 +51,9 @@ class Scenario:
         package.
     routes
         Route file or ``.sumocfg`` with the closed loops; empty to make random ones.
+    stops
+        Additional files, with commas between, that hold the bus stops and the like which route files name;
+        SUMO loads all that is in them, persons too.
     traffic
         Route file or ``.sumocfg`` with ordinary vehicles, which drive by SUMO's rules beside those on loops;
         empty for none. If it names the configuration that is the network, the loops are random.
@@ -132,6 +135,7 @@ class Scenario:
 
     network: Annotated[str, text()]
     routes: Annotated[str, text()] = ""
+    stops: Annotated[str, text()] = ""
     traffic: Annotated[str, text()] = ""
     loops: Annotated[int, whole(0, _MANY)] = 0
     loop_length_m: Annotated[tuple[float, float], length_range(1e6)] = (400.0, 2000.0)
@@ -201,6 +205,11 @@ class Scenario:
         if self.on_deadlock == "teleport" and self.gated:
             msg = "on_deadlock: teleport works with gate open only; no gated vehicle jumps past its gate"
             raise ScenarioError(msg)
+
+    @property
+    def stop_files(self) -> tuple[Path, ...]:
+        """The files of `stops`."""
+        return tuple(Path(name.strip()) for name in self.stops.split(",") if name.strip())
 
     @property
     def gated(self) -> bool:
@@ -341,6 +350,8 @@ def read_scenario(file: Path | str) -> Scenario:
         name = data.get(key)
         if isinstance(name, str) and name and not name.startswith("sumo:"):
             data[key] = str(path.parent / name)
+    if isinstance(data.get("stops"), str) and data["stops"]:
+        data["stops"] = ",".join(str(path.parent / name.strip()) for name in data["stops"].split(","))
     for key in ("gate", "negotiation"):
         where = in_file(data.get(key))
         if where is not None:

@@ -11,21 +11,24 @@ from time import perf_counter
 
 from loopgate.audit import write_layout
 from loopgate.disk import writing
-from loopgate.drive.engine import Engine
+from loopgate.drive.changing import ChangingEngine
 from loopgate.drive.gatekeeper import Gatekeeper
-from loopgate.gates import make_gate
-from loopgate.model import write_system
+from loopgate.gates import Gate, make_gate
+from loopgate.model import System, write_system
 from loopgate.negotiation.base import Negotiation
 from loopgate.negotiation.registry import make_negotiation
 from loopgate.network.traffic_file import read_traffic
 from loopgate.results.recorder import Recorder
 from loopgate.simulation import outcome
 from loopgate.simulation.assembly import Assembly
+from loopgate.simulation.departures import Departures, GatedDepartures, OpenDepartures
+from loopgate.simulation.fleet import Fleet, Rules
 from loopgate.simulation.outcome import Folder
 from loopgate.simulation.positions import make_layout, record_positions
 from loopgate.simulation.room import Room
 from loopgate.simulation.scenario import Scenario
-from loopgate.simulation.spacing import Holding, Leads, SpeedAdvice
+from loopgate.simulation.spacing import Holding, SpeedAdvice
+from loopgate.simulation.stops import Stops
 from loopgate.simulation.sumo_input import write_sumo_input
 from loopgate.simulation.sumo_options import SumoOptions, sumo_options
 from loopgate.simulation.sumo_start import output_options, plain_options, start_traffic
@@ -34,6 +37,8 @@ from loopgate.simulation.window import Window
 from loopgate.traffic.base import Traffic
 
 __all__ = ["Session", "open_session"]
+
+_Keeping = tuple[System, Gate, Negotiation]
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +51,8 @@ class Session:
         The simulation, the drive, and what takes the events.
     keeper, around
         What answers requests, and what is about; None where no gate rules.
+    stops, departures
+        Those that vehicles make on the way, and the departures of those who come later.
     each_step
         What is to be called after each step.
     notes
@@ -53,10 +60,12 @@ class Session:
     """
 
     traffic: Traffic
-    engine: Engine
+    engine: ChangingEngine
     recorder: Recorder
     keeper: Gatekeeper | None
     around: Surroundings | None
+    stops: Stops
+    departures: Departures
     each_step: tuple[Callable[[], None], ...]
     notes: tuple[str, ...]
 
@@ -89,7 +98,7 @@ def open_session(
         If the scenario does not fit together, SUMO refuses it, or the disk is full.
     """
     said = sumo_options(scenario)
-    keeper = _gatekeeper(scenario, assembly, negotiation)
+    keeping = _keeping(scenario, assembly, negotiation)
     with writing(folder / outcome.SCENARIO):
         scenario.write(folder / outcome.SCENARIO)
     if assembly.abstraction is not None:
@@ -113,53 +122,93 @@ def open_session(
         stack.callback(traffic.close)
         recorder = Recorder(folder / outcome.EVENTS)
         stack.callback(recorder.close)
-        engine = Engine(traffic, assembly.tracks, keeper, recorder, foresees=assembly.foresees)
-        around = _surroundings(scenario, assembly, traffic, engine, keeper) if keeper else None
+        fleet = None
+        if keeping is not None:
+            fleet = _fleet(scenario, assembly, traffic, recorder, keeping)
+            engine = fleet.begin(*keeping[:2], assembly.tracks)
+        else:
+            engine = ChangingEngine(traffic, assembly.tracks, None, recorder, foresees=assembly.foresees)
+        stops = Stops(traffic, engine, recorder, assembly.stops)
+        departures = _departures(assembly, traffic, engine, fleet)
+        around = fleet.around if fleet else None
         spacing = _spacing(scenario, assembly, traffic, engine)
         seen = [Window(traffic, engine, assembly.loops).look] if backend == "gui" else []
-        looks = (*(around.each_step if around else ()), *spacing, *room, *seen)
-        yield Session(traffic, engine, recorder, keeper, around, looks, said.notes)
+        looks = (
+            stops.look,
+            departures.look,
+            *(around.each_step if around else ()),
+            *spacing,
+            *room,
+            *seen,
+        )
+        keeper = fleet.keeper if fleet else None
+        yield Session(traffic, engine, recorder, keeper, around, stops, departures, looks, said.notes)
 
 
-def _surroundings(
-    scenario: Scenario, assembly: Assembly, traffic: Traffic, engine: Engine, keeper: Gatekeeper
-) -> Surroundings:
-    obeyed = scenario.rule_for_lights == "obey"
-    around = Surroundings(
-        assembly.network, traffic, engine, keeper, lights=obeyed, others=bool(scenario.traffic)
+def _fleet(
+    scenario: Scenario, assembly: Assembly, traffic: Traffic, recorder: Recorder, keeping: _Keeping
+) -> Fleet:
+    """Return the fleet of a gated run, which has not begun."""
+    system, _, orders = keeping
+    lights = scenario.rule_for_lights == "obey"
+    rules = Rules(
+        scenario.gate,
+        orders,
+        lights=lights,
+        others=bool(scenario.traffic),
+        serve_after_s=scenario.serve_after_s or inf,
+        foresees=assembly.foresees,
     )
-    system = keeper.system
+    fleet = Fleet(assembly.network, traffic, recorder, rules)
+    abstraction = assembly.abstraction
+    itineraries = (*abstraction.itineraries, *abstraction.later) if abstraction else ()
+    later = (departure.track for departure in assembly.departures)
+    tracks = (*assembly.tracks, *(track for track in later if track is not None))
     room = {str(state): most for state, most in zip(system.states, system.room, strict=True)}
-    itineraries = assembly.abstraction.itineraries if assembly.abstraction else ()
-    around.plan(itineraries, assembly.tracks, room)
-    return around
+    fleet.drive_by(itineraries, tracks, (dict(abstraction.room) if abstraction else {}) or room)
+    return fleet
+
+
+def _departures(
+    assembly: Assembly, traffic: Traffic, engine: ChangingEngine, fleet: Fleet | None
+) -> Departures:
+    if fleet is not None:
+        return GatedDepartures(assembly.departures, traffic, fleet)
+    return OpenDepartures(assembly.departures, assembly.network, traffic, engine)
 
 
 def _spacing(
-    scenario: Scenario, assembly: Assembly, traffic: Traffic, engine: Engine
+    scenario: Scenario, assembly: Assembly, traffic: Traffic, engine: ChangingEngine
 ) -> list[Callable[[], None]]:
     if scenario.rule_for_spacing == "none":
         return []
-    leads = Leads(assembly.network, assembly.starts)
+    loops = {start.vehicle: start.loop for start in assembly.everybody}
     if scenario.rule_for_spacing == "hold":
-        return [Holding(leads, engine).look]
-    return [SpeedAdvice(leads, traffic, engine).look]
+        return [Holding(assembly.network, loops, engine).look]
+    return [SpeedAdvice(assembly.network, loops, engine, traffic).look]
 
 
 def _input_options(scenario: Scenario, assembly: Assembly, folder: Folder, said: SumoOptions) -> list[str]:
-    beside, routes = said.additional_files, ["--route-files", ""] if said.configured else []
+    beside = tuple(dict.fromkeys((*said.additional_files, *scenario.stop_files, *assembly.stop_files)))
+    routes = ["--route-files", ""] if said.configured else []
     if scenario.traffic:
         ordinary = read_traffic(scenario.traffic)
-        ordinary.check_names(start.vehicle for start in assembly.starts)
+        ordinary.check_names(assembly.names)
         beside, routes = tuple(dict.fromkeys((*beside, *ordinary.additional_files))), ordinary.options()
-    starts = write_sumo_input(assembly.starts, folder.path, beside=beside, begin_s=said.begin_s)
+    departing = tuple(departure.start for departure in assembly.departures)
+    placed, later = (assembly.starts, departing) if scenario.gated else ((*assembly.starts, *departing), ())
+    starts = write_sumo_input(placed, folder.path, beside=beside, begin_s=said.begin_s, later=later)
     return [*starts, *routes]
 
 
-def _gatekeeper(scenario: Scenario, assembly: Assembly, negotiation: Negotiation | None) -> Gatekeeper | None:
+def _keeping(scenario: Scenario, assembly: Assembly, negotiation: Negotiation | None) -> _Keeping | None:
+    """Return states, gate and negotiation of a gated run: before SUMO starts, since the gate may refuse."""
     if not scenario.gated or assembly.abstraction is None:
         return None
-    gate = make_gate(scenario.gate, assembly.abstraction.system, perf_counter)
-    orders = negotiation or make_negotiation(scenario.rule_for_negotiation, Random(scenario.seed))
-    after_s = scenario.serve_after_s or inf
-    return Gatekeeper(assembly.abstraction.system, gate, orders, serve_after_s=after_s)
+    system = assembly.abstraction.system
+    gate = make_gate(scenario.gate, system, perf_counter)
+    return (
+        system,
+        gate,
+        negotiation or make_negotiation(scenario.rule_for_negotiation, Random(scenario.seed)),
+    )

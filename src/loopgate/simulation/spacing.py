@@ -8,7 +8,7 @@ Who may move is decided as ever.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
 
@@ -17,7 +17,6 @@ import numpy as np
 from loopgate.drive.engine import Engine
 from loopgate.drive.tables import Floats, Numbers
 from loopgate.network import Loop, RoadNetwork, VehicleType
-from loopgate.simulation.sumo_input import Start
 from loopgate.traffic.base import Traffic
 
 __all__ = ["Holding", "Leads", "SpeedAdvice", "advised_type", "lead"]
@@ -77,14 +76,14 @@ class Leads:
 
     Parameters
     ----------
-    network, starts
-        The roads, and the vehicles with their loops; in the engine's order.
+    network, each
+        The roads, and the loop of each vehicle, in the engine's order.
     """
 
-    def __init__(self, network: RoadNetwork, starts: Sequence[Start]) -> None:
-        loops = list({start.loop.id: start.loop for start in starts}.values())
+    def __init__(self, network: RoadNetwork, each: Sequence[Loop]) -> None:
+        loops = list({loop.id: loop for loop in each}.values())
         number = {loop.id: k for k, loop in enumerate(loops)}
-        self._loops = np.array([number[start.loop.id] for start in starts], dtype=np.int64)
+        self._loops = np.array([number[loop.id] for loop in each], dtype=np.int64)
         ends = [_times(network, loop) for loop in loops]
         lengths, laps = (np.array([float(end[of][-1]) for end in ends]) for of in (0, 1))
         begins_m = np.r_[0.0, np.cumsum(lengths)]
@@ -106,48 +105,70 @@ class Leads:
         return lead(times, self._laps_s, self._loops)
 
 
-class Holding:
-    """Says for how long the drive may pass over the request of each vehicle that is ahead; after each step.
+class _Spacing:
+    """Knows the leads of the vehicles that there are.
 
     Parameters
     ----------
-    leads, engine
-        Of the same vehicles.
+    network, loops
+        The roads, and the loop of each vehicle, by name.
+    engine
+        Drives them.
     """
 
-    def __init__(self, leads: Leads, engine: Engine) -> None:
-        self._leads, self._vehicles = leads, engine.vehicles
+    def __init__(self, network: RoadNetwork, loops: Mapping[str, Loop], engine: Engine) -> None:
+        self._network, self._loops, self._engine = network, loops, engine
+        self._changes = -1
+
+    def _early(self) -> Floats:
+        """Return the leads of all vehicles."""
+        engine = self._engine
+        if not engine.drivers:
+            return np.zeros(0)
+        if self._changes != engine.changes:
+            self._changes = engine.changes
+            self._leads = Leads(self._network, [self._loops[driver.id] for driver in engine.drivers])
+        return self._leads(engine.vehicles["front"])
+
+
+class Holding(_Spacing):
+    """Says for how long the drive may pass over the request of each vehicle that is ahead."""
 
     def look(self) -> None:
         """Bring up to date what each may be held for."""
-        early = self._leads(self._vehicles["front"])
-        self._vehicles["spare_s"] = _LONGEST_HOLD_S * np.clip(_EAGERNESS * early, 0.0, 1.0)
+        held = _LONGEST_HOLD_S * np.clip(_EAGERNESS * self._early(), 0.0, 1.0)
+        self._engine.vehicles["spare_s"] = held
 
 
-class SpeedAdvice:
+class SpeedAdvice(_Spacing):
     """Tells vehicles how fast to drive, every few seconds; for fleets driven by machine.
 
     Parameters
     ----------
-    leads, traffic, engine
-        Of the same vehicles.
+    network, loops, engine
+        See `Holding`.
+    traffic
+        Takes the advice.
     """
 
-    def __init__(self, leads: Leads, traffic: Traffic, engine: Engine) -> None:
-        self._leads, self._traffic, self._engine = leads, traffic, engine
+    def __init__(
+        self, network: RoadNetwork, loops: Mapping[str, Loop], engine: Engine, traffic: Traffic
+    ) -> None:
+        super().__init__(network, loops, engine)
+        self._traffic = traffic
         self._next_s = 0.0
-        self._told = np.full(len(engine.drivers), _FASTEST)
+        self._told: dict[str, float] = {}
 
     def look(self) -> None:
         """Give advice if it is time; called after each step."""
         if self._traffic.now_s < self._next_s:
             return
         self._next_s = self._traffic.now_s + _EVERY_S
-        early = self._leads(self._engine.vehicles["front"])
-        factors = np.clip(1.0 - early / 2.0, _SLOWEST, _FASTEST)
-        for robot in np.flatnonzero(np.abs(factors - self._told) > _LEAST_CHANGE).tolist():
-            self._told[robot] = factors[robot]
-            self._traffic.advise(self._engine.drivers[robot].id, float(factors[robot]))
+        factors = np.clip(1.0 - self._early() / 2.0, _SLOWEST, _FASTEST)
+        for driver, factor in zip(self._engine.drivers, factors.tolist(), strict=True):
+            if abs(factor - self._told.get(driver.id, _FASTEST)) > _LEAST_CHANGE:
+                self._told[driver.id] = factor
+                self._traffic.advise(driver.id, factor)
 
 
 def _times(network: RoadNetwork, loop: Loop) -> tuple[Floats, Floats]:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
@@ -12,8 +12,12 @@ from loopgate.disk import writing
 from loopgate.drive.track import Round
 from loopgate.errors import RouteError
 from loopgate.network import Loop, VehicleType
+from loopgate.traffic.base import Insertion
 
 __all__ = ["Start", "pivot", "round_routes", "rounds", "write_sumo_input"]
+
+
+_ROUNDING_M = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,6 +36,10 @@ class Start:
         Its vehicle type.
     lane
         Index of the lane it stands on; None: the one that its loop names there.
+    attributes, parameters
+        What else SUMO is told of it: as XML has it, and as ``<param>`` elements by key.
+    depart_s
+        When it departs [s]; None for when the simulation begins.
     """
 
     vehicle: str
@@ -39,10 +47,64 @@ class Start:
     front_m: float
     type: VehicleType
     lane: int | None = None
+    attributes: Mapping[str, str] = field(default_factory=dict, hash=False)
+    parameters: Mapping[str, str] = field(default_factory=dict, hash=False)
+    depart_s: float | None = None
+
+    @property
+    def edge(self) -> int:
+        """Number of the edge on which it stands, on its loop."""
+        roads = [span for span in self.loop.spans if not span.internal]
+        at_m = self.front_m % self.loop.length_m + _ROUNDING_M
+        return max(number for number, span in enumerate(roads) if not number or span.begin_m <= at_m)
+
+    @property
+    def position_m(self) -> float:
+        """Where its front is on its lane [m]."""
+        return self.loop.locate(self.front_m).position_m
+
+    @property
+    def lane_index(self) -> int:
+        """The lane it stands on."""
+        return self.loop.locate(self.front_m).lane if self.lane is None else self.lane
+
+    @property
+    def kind(self) -> str:
+        """Name of its type in SUMO, which is its loop's: the rerouter goes by types."""
+        colour = "" if self.depart_s is None else self.attributes.get("color", "")
+        return f"{self.type.id}@{self.loop.id}" + (f"@{colour}" if colour else "")
+
+    @property
+    def route(self) -> str:
+        """Name of the route on which it departs."""
+        return f"from{self.edge}@{self.loop.id}"
+
+    @property
+    def insertion(self) -> Insertion:
+        """How SUMO is told to put it in."""
+        return Insertion(
+            self.route, self.kind, self.lane_index, self.position_m, self.attributes, self.parameters
+        )
+
+    def at(self, position_m: float) -> Start:
+        """Return the same one elsewhere on its edge [m]."""
+        roads = [span for span in self.loop.spans if not span.internal]
+        return replace(self, front_m=roads[self.edge].begin_m + position_m)
+
+    @property
+    def way(self) -> tuple[str, ...]:
+        """The edges of that: to the pivot, a whole round later."""
+        edges = self.loop.edges
+        return edges[self.edge :] + edges * 2 + edges[: pivot(self.loop) + 1]
 
 
 def write_sumo_input(
-    starts: Sequence[Start], folder: Path, *, beside: Sequence[Path] = (), begin_s: float = 0.0
+    starts: Sequence[Start],
+    folder: Path,
+    *,
+    beside: Sequence[Path] = (),
+    begin_s: float = 0.0,
+    later: Sequence[Start] = (),
 ) -> list[str]:
     """Write the additional file for `starts` into `folder` and return the SUMO options that load it.
 
@@ -51,7 +113,8 @@ def write_sumo_input(
     constant length however long the vehicle drives, and there is always a whole round of it ahead, on which
     the vehicle can be held. Each loop has vehicle types of its own, since a
     rerouter is bound to vehicles by their type. SUMO loads the additional files `beside` first.
-    All depart when the simulation begins, at `begin_s` [s].
+    Those without a time of departure are there when the simulation begins, at `begin_s` [s]. Of those put in
+    `later` only types and routes are written.
 
     Raises
     ------
@@ -61,26 +124,29 @@ def write_sumo_input(
         If the file cannot be written.
     """
     top = ET.Element("additional")
-    kinds: dict[tuple[str, str], str] = {}
+    kinds: dict[str, str] = {}
     loops: dict[str, Loop] = {}
-    for start in starts:
+    for start in (*starts, *later):
         loops[start.loop.id] = start.loop
-        key = (start.loop.id, start.type.id)
-        if key not in kinds:
-            kinds[key] = f"{start.type.id}@{start.loop.id}"
-            kind = ET.SubElement(top, "vType", {**start.type.attributes, "id": kinds[key]})
+        if start.kind not in kinds:
+            kinds[start.kind] = start.loop.id
+            colour = start.kind.partition(f"@{start.loop.id}@")[2]
+            more = {"color": colour} if colour else {}
+            kind = ET.SubElement(top, "vType", {**start.type.attributes, **more, "id": start.kind})
             for name, value in start.type.parameters.items():
                 ET.SubElement(kind, "param", key=name, value=value)
     for loop in loops.values():
         for route, edges in round_routes(loop).items():
             ET.SubElement(top, "route", id=route, edges=" ".join(edges))
         again = rounds(loop)[0]
-        types = " ".join(kind for (name, _), kind in kinds.items() if name == loop.id)
+        types = " ".join(kind for kind, name in kinds.items() if name == loop.id)
         rerouter = ET.SubElement(top, "rerouter", id=f"again@{loop.id}", edges=again.edge, vTypes=types)
         interval = ET.SubElement(rerouter, "interval", begin="0", end="1000000000")
         ET.SubElement(interval, "routeProbReroute", id=again.route)
+    for start in {start.route: start for start in later}.values():
+        ET.SubElement(top, "route", id=start.route, edges=" ".join(start.way))
     for start in starts:
-        _add_vehicle(top, start, kinds[start.loop.id, start.type.id], f"{begin_s:g}")
+        _add_vehicle(top, start, begin_s)
     file = folder / "vehicles.add.xml"
     ET.indent(top)
     with writing(file):
@@ -88,30 +154,23 @@ def write_sumo_input(
     return ["--additional-files", ",".join(str(one) for one in (*beside, file))]
 
 
-def _add_vehicle(top: ET.Element, start: Start, kind: str, depart: str) -> None:
-    loop = start.loop
-    place = loop.locate(start.front_m)
-    numbers = [
-        i for i, begin in enumerate(_edge_begins(loop)) if begin <= start.front_m % loop.length_m + 1e-6
-    ]
-    here = numbers[-1]
-    ahead = loop.edges[here:] + loop.edges * 2 + loop.edges[: pivot(loop) + 1]
+def _add_vehicle(top: ET.Element, start: Start, begin_s: float) -> None:
+    checks = {"insertionChecks": "none"} if start.depart_s is None else {}
     vehicle = ET.SubElement(
         top,
         "vehicle",
         id=start.vehicle,
-        type=kind,
-        depart=depart,
-        departLane=str(place.lane if start.lane is None else start.lane),
-        departPos=f"{place.position_m:.3f}",
+        type=start.kind,
+        depart=f"{begin_s if start.depart_s is None else start.depart_s:g}",
+        departLane=str(start.lane_index),
+        departPos=f"{start.position_m:.3f}",
         departSpeed="0",
-        insertionChecks="none",
+        **checks,
+        attrib=dict(start.attributes),
     )
-    ET.SubElement(vehicle, "route", edges=" ".join(ahead))
-
-
-def _edge_begins(loop: Loop) -> list[float]:
-    return [span.begin_m for span in loop.spans if not span.internal]
+    ET.SubElement(vehicle, "route", edges=" ".join(start.way))
+    for name, value in start.parameters.items():
+        ET.SubElement(vehicle, "param", key=name, value=value)
 
 
 def rounds(loop: Loop) -> tuple[Round, Round]:
@@ -138,7 +197,9 @@ def round_routes(loop: Loop) -> dict[str, tuple[str, ...]]:
 
 
 def pivot(loop: Loop) -> int:
-    """Return the number of the first edge that the loop passes only once: where its route is renewed.
+    """Return the number of the edge where a loop's route is renewed: one that it passes only once.
+
+    If there is a choice nobody stops there: SUMO puts a stop off for a round that lies just ahead then.
 
     Raises
     ------
@@ -146,8 +207,8 @@ def pivot(loop: Loop) -> int:
         If there is none.
     """
     times = Counter(loop.edges)
-    for number, edge in enumerate(loop.edges):
-        if times[edge] == 1:
-            return number
-    msg = f"loop {loop.id}: it passes every edge more than once; split it into simpler loops"
-    raise RouteError(msg)
+    once = [number for number, edge in enumerate(loop.edges) if times[edge] == 1]
+    if not once:
+        msg = f"loop {loop.id}: it passes every edge more than once; split it into simpler loops"
+        raise RouteError(msg)
+    return next((number for number in once if loop.edges[number] not in loop.stops_on), once[0])

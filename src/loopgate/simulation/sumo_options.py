@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from loopgate.errors import RouteError, ScenarioError
+from loopgate.network.clock import seconds
 from loopgate.network.sumo_config import SumoConfig, is_sumo_config, read_sumo_config
 from loopgate.network.xml_file import read_xml
 from loopgate.simulation.settings import check_options, is_on
@@ -17,7 +18,7 @@ from loopgate.simulation.sumo_words import NEVER, REPLACED, own_words
 if TYPE_CHECKING:
     from loopgate.simulation.scenario import Scenario
 
-__all__ = ["SumoOptions", "from_configuration", "sumo_options"]
+__all__ = ["SumoOptions", "begins_s", "from_configuration", "sumo_options"]
 
 _KEYS = {"seed": "seed", "step-length": "step_s"}
 """Options that are keys of a scenario."""
@@ -89,7 +90,7 @@ def sumo_options(scenario: Scenario) -> SumoOptions:
         ("--configuration-file", str(config.file), *shlex.split(words)),
         config.additional_files,
         (*_notes(config, scenario), *beside),
-        begin_s=_seconds(config.options.get("begin", "0"), config.file),
+        begin_s=begins_s(scenario),
         configured=True,
     )
 
@@ -155,14 +156,18 @@ def _of_traffic(network: str, traffic: str) -> tuple[str, ...]:
     return (f"{traffic}: only its vehicles and additional files are taken, not {', '.join(said)}",)
 
 
+def begins_s(scenario: Scenario) -> float:
+    """Return when the simulation begins [s]: as a configuration says, else at 0."""
+    if not is_sumo_config(scenario.network):
+        return 0.0
+    config = read_sumo_config(scenario.network)
+    return _seconds(config.options.get("begin", "0"), config.file)
+
+
 def _seconds(text: str, file: Path) -> float:
-    """Return a time of SUMO's: seconds, or as ``h:m:s`` with days before it."""
+    """Return a time of SUMO's."""
     try:
-        numbers: Sequence[float] = [float(part) for part in text.split(":")]
+        return seconds(text)
     except ValueError as error:
         msg = f"{file}: {text!r} is no time; expected seconds or h:m:s"
         raise ScenarioError(msg) from error
-    total = 0.0
-    for number, scale in zip(reversed(numbers), (1.0, 60.0, 3600.0, 86400.0), strict=False):
-        total += number * scale
-    return total

@@ -34,7 +34,7 @@ NEVER = {
     "configuration-file": "give the configuration as NETWORK",
     "net-file": "give it as NETWORK",
     "route-files": "give them by --routes or --traffic",
-    "additional-files": "name them in a .sumocfg, and give that as NETWORK",
+    "additional-files": "give them by --stops, or name them in a .sumocfg, and give that as NETWORK",
     "step-length": "see --step-length",
     "seed": "see --seed",
     "begin": "name it in a .sumocfg, and give that as NETWORK",

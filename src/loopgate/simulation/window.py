@@ -58,16 +58,23 @@ class Window:
     def __init__(self, traffic: Shown, engine: Engine, loops: Sequence[Loop]) -> None:
         self._traffic = traffic
         self._engine = engine
-        self._ids = [driver.id for driver in engine.drivers]
-        self._drove_s = np.full(len(self._ids), traffic.now_s)
-        self._painted = np.full(len(self._ids), -1)
+        self._number()
         points = np.concatenate([loop.curve()[0] for loop in loops])
         west, south = (points.min(axis=0) - _MARGIN_M).tolist()
         east, north = (points.max(axis=0) + _MARGIN_M).tolist()
         traffic.show((west, south), (east, north))
 
+    def _number(self) -> None:
+        """Begin with the vehicles as the engine numbers them now."""
+        self._changes = self._engine.changes
+        self._ids = [driver.id for driver in self._engine.drivers]
+        self._drove_s = np.full(len(self._ids), self._traffic.now_s)
+        self._painted = np.full(len(self._ids), -1)
+
     def look(self) -> None:
         """Paint those who do something else than at the last look."""
+        if self._changes != self._engine.changes:
+            self._number()
         table, now = self._engine.vehicles, self._traffic.now_s
         drives = table["speed"] >= _STANDING_MPS
         self._drove_s[drives] = now

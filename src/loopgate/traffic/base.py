@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Protocol
 
-__all__ = ["Collision", "Dynamics", "Light", "Phase", "Program", "Traffic"]
+from loopgate.network.stops import Stop
+
+__all__ = ["Collision", "Dynamics", "Insertion", "Light", "Phase", "Program", "Traffic"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -16,6 +18,21 @@ class Collision:
     collider: str
     victim: str
     lane: str
+
+
+@dataclass(frozen=True, slots=True)
+class Insertion:
+    """How a vehicle is put in: on which route, of which type, on which lane and where on it [m], at rest.
+
+    Besides, attributes as SUMO has them, and parameters by key.
+    """
+
+    route: str
+    kind: str
+    lane_index: int
+    position_m: float
+    attributes: Mapping[str, str] = field(default_factory=dict, hash=False)
+    parameters: Mapping[str, str] = field(default_factory=dict, hash=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,6 +104,18 @@ class Traffic(Protocol):
 
     def vehicles(self) -> Sequence[str]:
         """Return the vehicles on the road, in a fixed order."""
+        ...
+
+    def departed(self) -> Sequence[str]:
+        """Return the vehicles that were put in in the last step."""
+        ...
+
+    def put_in(self, vehicle: str, how: Insertion) -> None:
+        """Let a vehicle depart in the next step, if the simulator finds that safe."""
+        ...
+
+    def take_out(self, vehicle: str) -> None:
+        """Undo `put_in`, whether it has departed or not."""
         ...
 
     def odometer(self, vehicle: str) -> float:
@@ -187,6 +216,26 @@ class Traffic(Protocol):
 
     def stops_before(self, vehicle: str, edge: str, position_m: float) -> bool:
         """Return whether the vehicle is to stop next on an edge, up to a position, not being held there."""
+        ...
+
+    def set_stop(self, vehicle: str, stop: Stop) -> None:
+        """Let the vehicle stop where it comes to that place next; raise `TrafficError` if it cannot."""
+        ...
+
+    def drop_stop(self, vehicle: str, stop: Stop) -> None:
+        """Undo `set_stop`."""
+        ...
+
+    def stops_ahead(self, vehicle: str) -> int:
+        """Return how many stops lie before the vehicle, or are being made, without the one that holds it."""
+        ...
+
+    def stops_begun(self) -> Sequence[str]:
+        """Return the vehicles that came to rest in the last step at a stop that does not hold them."""
+        ...
+
+    def stops_ended(self) -> Sequence[str]:
+        """Return the vehicles that left a stop in the last step, of whatever kind."""
         ...
 
     def collisions(self) -> Sequence[Collision]:

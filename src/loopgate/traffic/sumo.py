@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from typing import Any
 
 from loopgate.errors import TrafficError
-from loopgate.traffic.base import Collision, Dynamics, Light, Phase, Program
+from loopgate.network.stops import Stop
+from loopgate.traffic.base import Collision, Dynamics, Insertion, Light, Phase, Program
 from loopgate.traffic.sumo_waits import RoadWaits
 
 __all__ = ["GATED_SPEED_MODE", "YIELDING_SPEED_MODE", "SumoTraffic"]
@@ -30,6 +32,13 @@ _STATIC = 0  # SUMO's number for lights that follow a timetable
 
 _SAME_STOP_M = 0.05
 """How far a stop may be from where it was asked for [m]: SUMO keeps positions as they are given."""
+
+_FLAGS = {"lane": 0, "busStop": 8, "containerStop": 16, "chargingStation": 32, "parkingArea": 64}
+_PARKS, _TRIGGERS = 1, {"person": 2, "container": 4}
+"""SUMO's flags of stops."""
+
+_NONE_S = -(2.0**30)
+"""SUMO's number for no time."""
 
 _LEFT, _RIGHT = 1, -1  # SUMO's numbers for directions
 
@@ -110,6 +119,37 @@ class SumoTraffic:
         """Return the vehicles on the road, in SUMO's order."""
         ids: Sequence[str] = self._vehicle.getIDList()
         return ids
+
+    def departed(self) -> Sequence[str]:
+        """Return the vehicles that were put in in the last step."""
+        ids: Sequence[str] = self._simulation.getDepartedIDList()
+        return ids
+
+    def put_in(self, vehicle: str, how: Insertion) -> None:
+        """Let a vehicle depart in the next step, if SUMO finds that safe."""
+        own = how.attributes
+        try:
+            self._vehicle.add(
+                vehicle,
+                how.route,
+                typeID=how.kind,
+                departLane=str(how.lane_index),
+                departPos=f"{how.position_m:.3f}",
+                departSpeed="0",
+                line=own.get("line", ""),
+                personNumber=int(own.get("personNumber", "0")),
+            )
+            for name, value in how.parameters.items():
+                self._vehicle.setParameter(vehicle, name, value)
+        except self._error as error:
+            msg = f"vehicle {vehicle}: SUMO does not take it: {error}"
+            raise TrafficError(msg) from error
+
+    def take_out(self, vehicle: str) -> None:
+        """Undo `put_in`, whether it has departed or not."""
+        self._holds.pop(vehicle, None)
+        with suppress(*((self._error,) if isinstance(self._error, type) else self._error)):
+            self._vehicle.remove(vehicle)
 
     def odometer(self, vehicle: str) -> float:
         """Return the odometer [m]."""
@@ -310,6 +350,62 @@ class SumoTraffic:
         stop = stops[0]
         return bool(stop.lane.rpartition("_")[0] == edge and stop.endPos <= position_m + _SAME_STOP_M)
 
+    def set_stop(self, vehicle: str, stop: Stop) -> None:
+        """Let the vehicle stop where it comes to that place next."""
+        flags = (
+            _FLAGS[stop.kind] | (_PARKS if stop.parks else 0) | sum(_TRIGGERS[one] for one in stop.triggers)
+        )
+        times = {"duration": stop.duration_s, "until": _NONE_S if stop.until_s is None else stop.until_s}
+        where: dict[str, float] = {}
+        if stop.kind == "lane":
+            index = int(stop.lane.rpartition("_")[2])
+            where = {"pos": stop.end_m, "laneIndex": index, "startPos": stop.start_m}
+        get = self._vehicle
+        try:
+            get.setStop(vehicle, stop.edge if where else stop.name, flags=flags, **where, **times)
+            for name, value in stop.told:
+                get.setStopParameter(vehicle, self._number_of(vehicle, stop), name, value)
+        except self._error as error:
+            msg = f"vehicle {vehicle}: SUMO does not take the stop at {stop.name}: {error}"
+            raise TrafficError(msg) from error
+
+    def _number_of(self, vehicle: str, stop: Stop) -> int:
+        """Return which of the vehicle's stops is the last one at a place."""
+        stops = self._vehicle.getStops(vehicle, 0)
+        for number in range(len(stops) - 1, -1, -1):
+            there = stops[number].lane == stop.lane and (
+                abs(stops[number].endPos - stop.end_m) < _SAME_STOP_M
+                if stop.kind == "lane"
+                else stops[number].stoppingPlaceID == stop.name
+            )
+            if there:
+                return number
+        msg = f"vehicle {vehicle}: SUMO knows of no stop at {stop.name}"
+        raise TrafficError(msg)
+
+    def drop_stop(self, vehicle: str, stop: Stop) -> None:
+        """Undo `set_stop`."""
+        self._vehicle.replaceStop(vehicle, self._number_of(vehicle, stop), "")
+
+    def stops_ahead(self, vehicle: str) -> int:
+        """Return how many stops lie before the vehicle, or are being made, without the one that holds it."""
+        held = vehicle in self._holds and self._stop_number(vehicle) is not None
+        return len(self._vehicle.getStops(vehicle, 0)) - held
+
+    def stops_begun(self) -> Sequence[str]:
+        """Return the vehicles that came to rest in the last step at a stop that does not hold them."""
+        ids = self._simulation.getStopStartingVehiclesIDList()
+        return [v for v in ids if self._is_at_own_stop(v)]
+
+    def _is_at_own_stop(self, vehicle: str) -> bool:
+        held = vehicle in self._holds and self._stop_number(vehicle) == 0
+        return not held and bool(self._vehicle.isStopped(vehicle))  # one that was held has been released
+
+    def stops_ended(self) -> Sequence[str]:
+        """Return the vehicles that left a stop in the last step, of whatever kind."""
+        ids: Sequence[str] = self._simulation.getStopEndingVehiclesIDList()
+        return ids
+
     def collisions(self) -> Sequence[Collision]:
         """Return the collisions of the last step."""
         if not self._simulation.getCollidingVehiclesNumber():
@@ -323,7 +419,12 @@ class SumoTraffic:
         return tuple(self._simulation.getStartingTeleportIDList())
 
     def waits_for(self, vehicle: str, *, guess: bool) -> Sequence[str]:
-        """Return the vehicles each of which keeps a standing vehicle from going on; see `RoadWaits`."""
+        """Return the vehicles each of which keeps a standing vehicle from going on; see `RoadWaits`.
+
+        Nobody keeps one that is at a stop of its own: it goes on by itself.
+        """
+        if self._is_at_own_stop(vehicle):
+            return ()
         return self._waits.of(vehicle, guess=guess)
 
     def dynamics(self, vehicle: str) -> Dynamics:

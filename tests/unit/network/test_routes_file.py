@@ -194,12 +194,13 @@ def test_which_vehicles_bend(attributes: dict[str, str], jointed: bool) -> None:
 
 OWN = """<routes>
     <vType id="car" color="red"><param key="has.rerouting.device" value="true"/></vType>
-    <route id="r" edges="{edges}" repeat="5" cycleTime="60"><stop lane="A0B0_0" duration="20"/></route>
+    <route id="r" edges="{edges}" repeat="5" cycleTime="60">
+        <stop lane="a_0" duration="20" started="3"/></route>
     <vehicle id="a" type="car" route="r" depart="30" departPos="12" color="blue">
-        <stop busStop="there" duration="20"/><stop busStop="here" duration="20"/>
+        <stop lane="b_0" duration="20"><param key="x" value="y"/></stop><param key="x" value="y"/>
     </vehicle>
     <vehicle id="b" type="car" route="r" depart="0" departPos="random" departSpeed="max"/>
-    <flow id="f" type="car" route="r" begin="0" end="3600" number="5"/>
+    <flow id="f" type="car" route="r" begin="0" end="3600" number="5" arrivalPos="2"/>
     <person id="p" depart="0"><walk edges="A0B0"/></person>
 </routes>"""
 
@@ -212,20 +213,16 @@ def test_what_is_left_out_is_said_once_for_each_kind(tmp_path: Path) -> None:
     said = {line.removeprefix(f"{file}: ") for line in read.left_out}
     assert said == {
         "repeat of <route> is left out (once, in route r): every loop is driven round and round",
-        "cycleTime of <route> is left out (once, in route r): every loop is driven round and round",
-        "<stop> is left out (3 times, first in route r): nobody stops on the way",
-        "depart of <vehicle> is left out (once, in vehicle a): all vehicles start at once",
-        "color of <vehicle> is left out (once, in vehicle a)",
-        "departPos of <vehicle> is left out (once, in vehicle b): the front stands where its place has room",
+        "started of <stop> is left out (once, in stop): it is what SUMO writes",
+        "<param> is left out (once, in stop)",
+        "departPos of <vehicle> is left out (once, in vehicle b): a vehicle departs where its place has room",
         "departSpeed of <vehicle> is left out (once, in vehicle b): vehicles start from rest",
-        "end of <flow> is left out (once, in flow f): a flow is one vehicle",
-        "number of <flow> is left out (once, in flow f): a flow is one vehicle",
-        "<person> is left out (once, in p): only vehicles on closed routes drive",
+        "arrivalPos of <flow> is left out (once, in flow f): nobody arrives on a closed loop",
+        "<person> is left out (once, in p): give persons in the file with the stops, or of ordinary traffic",
     }
     assert [line.partition(" is left out")[0] for line in read.left_out_of_routes] == [
         f"{file}: repeat of <route>",
-        f"{file}: cycleTime of <route>",
-        f"{file}: <stop>",
+        f"{file}: started of <stop>",
     ]
     assert read.types["car"].parameters == {"has.rerouting.device": "true"}
 

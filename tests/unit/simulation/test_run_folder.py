@@ -39,7 +39,7 @@ def test_a_full_disk_leaves_no_half_files(tmp_path: Path) -> None:
     """The line names the file; a folder with a summary is complete."""
     with Folder(tmp_path, overwrite=False) as folder, no_file_beyond(300):
         with pytest.raises(ResultsError, match=r"vehicles\.parquet: cannot be written \(file too large"):
-            folder.write_vehicles([TALLY], 10.0)
+            folder.write_vehicles([TALLY])
         with pytest.raises(ResultsError, match=r"summary\.json"):
             folder.write_summary({"text": "x" * 1000})
     assert not list(tmp_path.iterdir())

@@ -45,7 +45,7 @@ def screen() -> Screen:
 
 def window(screen: Screen, vehicles: Any) -> Window:  # noqa: ANN401  as above
     drivers = [SimpleNamespace(id=name) for name in "uvw"]
-    return Window(screen, cast("Any", SimpleNamespace(drivers=drivers, vehicles=vehicles)), [LOOP])
+    return Window(screen, cast("Any", SimpleNamespace(drivers=drivers, vehicles=vehicles, changes=1)), [LOOP])
 
 
 def test_the_view_fits_the_loops(screen: Screen) -> None:

@@ -1,0 +1,99 @@
+"""Whether vehicles can stop where their route file wants it without being in anybody's way."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from loopgate.abstraction.itinerary import Itinerary, Leg
+from loopgate.errors import ScenarioError
+from loopgate.network.loop import Loop
+from loopgate.network.stops import Stop
+from loopgate.network.vehicle_type import VehicleType
+
+__all__ = ["fit_stops"]
+
+_BEFORE_LINE_M = 0.3
+"""A stop ends so far before the line at which its vehicle can be held [m]: SUMO keeps one per position."""
+
+_ROUNDING_M = 1e-6
+
+_LEAST_M = 0.1
+"""The shortest stop on a lane [m]."""
+
+_SHORT_M = 0.5
+"""So far before the end of a stop a vehicle may come to rest [m]."""
+
+
+def fit_stops(
+    loop: Loop, itinerary: Itinerary, kind: VehicleType, stops: Sequence[Stop], *, what: str
+) -> tuple[Stop, ...]:
+    """Return the stops as a vehicle under a gate makes them: as a whole within one state, before its line.
+
+    A stop on a lane that goes beyond the line is shortened, as far as it says itself where it begins.
+
+    Parameters
+    ----------
+    loop, itinerary
+        The vehicle's loop, and its states along it.
+    kind
+        The vehicle's type.
+    stops
+        In the order of the loop.
+    what
+        File and vehicle, for messages.
+
+    Raises
+    ------
+    ScenarioError
+        If the vehicle would stand in a crossing or beside its lane; the text names stop and state, by how
+        much it is off, and what would do.
+    """
+    return tuple(_fit(loop, itinerary, kind, stop, f"{what}: the stop at {stop.name}") for stop in stops)
+
+
+def _fit(loop: Loop, itinerary: Itinerary, kind: VehicleType, stop: Stop, what: str) -> Stop:
+    lap_m = itinerary.length_m
+    legs = [
+        (leg, (stop.arc_m - leg.begin_m) % lap_m)
+        for leg in itinerary.legs
+        if _lane(loop, leg).rpartition("_")[0] == stop.edge
+    ]
+    if not legs:
+        msg = f"{what} is on {stop.lane}, where nobody can wait, since it is too short; move it"
+        raise ScenarioError(msg)
+    leg, in_m = min(legs, key=lambda found: found[1])
+    if _lane(loop, leg) != stop.lane:
+        msg = (
+            f"{what} is on lane {stop.lane}, but loop {loop.id} leads over {_lane(loop, leg)} there; move "
+            f"the stop, lead the route so that its lane is on the way, or --gate open"
+        )
+        raise ScenarioError(msg)
+    offset_m = stop.end_m - in_m  # where the state begins on the lane
+    last_m = leg.end_m - leg.begin_m - _BEFORE_LINE_M
+    if in_m > last_m + _ROUNDING_M:
+        if stop.kind != "lane" or in_m - (stop.end_m - stop.start_m) > last_m:
+            msg = (
+                f"{what} ends at {stop.end_m:g} m of lane {stop.lane}, beyond the line of place {leg.state}: "
+                f"the vehicle would stand in others' way; let it end at {offset_m + last_m:.1f} m, or before"
+            )
+            raise ScenarioError(msg)
+        end_m = offset_m + last_m
+        start_m = min(stop.start_m, end_m - _LEAST_M)
+        shorter = replace(stop, start_m=start_m, end_m=end_m, arc_m=stop.arc_m - in_m + last_m)
+        return _fit(loop, itinerary, kind, shorter, what)
+    if in_m - _SHORT_M < kind.length_m:
+        msg = (
+            f"{what} ends at {stop.end_m:g} m of lane {stop.lane}: a vehicle of {kind.length_m:g} m would "
+            f"reach back out of place {leg.state}, into others' way; let it end at "
+            f"{offset_m + kind.length_m + _SHORT_M:.1f} m, or later"
+        )
+        if kind.length_m + _SHORT_M > last_m:
+            msg = f"{what}: place {leg.state} is too short for a vehicle of {kind.length_m:g} m; move it"
+        raise ScenarioError(msg)
+    return stop
+
+
+def _lane(loop: Loop, leg: Leg) -> str:
+    place = loop.locate(leg.end_m)
+    return f"{place.edge}_{place.lane if leg.lane is None else leg.lane}"

@@ -1,0 +1,374 @@
+"""Stops that a route file asks for, and the places of additional files that they name."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from pathlib import Path
+from xml.etree import ElementTree as ET
+
+from loopgate.errors import RouteError
+from loopgate.network.clock import seconds
+from loopgate.network.loop import Loop
+from loopgate.network.road import RoadNetwork
+from loopgate.network.xml_file import read_xml
+from loopgate.reading import shown
+
+__all__ = [
+    "STOP_ATTRIBUTES",
+    "Stop",
+    "StoppingPlace",
+    "lanes_of_stops",
+    "on_loop",
+    "read_stopping_places",
+    "read_stops",
+]
+
+_KINDS = {
+    "busStop": "busStop",
+    "trainStop": "busStop",
+    "parkingArea": "parkingArea",
+    "chargingStation": "chargingStation",
+    "containerStop": "containerStop",
+}
+"""Elements of additional files where vehicles stop, and attributes of stops that name one, by SUMO's kind."""
+
+_PASSED_ON = (
+    "actType",
+    "arrival",
+    "expected",
+    "extension",
+    "line",
+    "onDemand",
+    "permitted",
+    "posLat",
+    "tripId",
+)
+"""Attributes that SUMO is told as they are."""
+
+_REFUSED = {
+    "speed": "a point to pass at a speed is no stop; give the road a limit",
+    "split": "vehicles that part are not known to a gate; leave it out",
+    "join": "vehicles that couple are not known to a gate; leave it out",
+    "jump": "a vehicle that jumps is not known to a gate; leave it out",
+    "overheadWireSegment": "wires are no places to stop at; name a lane",
+}
+
+_TRIGGERS = {
+    "true": ("person",),
+    "1": ("person",),
+    "person": ("person",),
+    "container": ("container",),
+    "false": (),
+    "0": (),
+    "": (),
+}
+
+STOP_ATTRIBUTES = frozenset(
+    {
+        *("lane", "edge", "startPos", "endPos", "friendlyPos", "duration", "until", "parking"),
+        *("triggered", "expectedTriggered", "containerTriggered"),
+        *_KINDS,
+        *_PASSED_ON,
+        *_REFUSED,
+    }
+)
+"""Attributes of ``<stop>`` that are honoured, or refused by name."""
+
+_LEAST_M = 0.1
+"""Length of a stop on a lane of which only the end is given [m]: SUMO's."""
+
+
+@dataclass(frozen=True, slots=True)
+class StoppingPlace:
+    """A place of an additional file: SUMO's kind, its lane, where on that it is [m], and the file."""
+
+    kind: str
+    lane: str
+    start_m: float
+    end_m: float
+    file: Path
+
+
+@dataclass(frozen=True, slots=True)
+class Stop:
+    """A stop of one vehicle in every round of its loop.
+
+    Attributes
+    ----------
+    name
+        The stopping place, or the lane.
+    kind
+        ``busStop``, ``parkingArea``, ``chargingStation``, ``containerStop`` or ``lane``.
+    lane
+        Name of the lane.
+    start_m, end_m
+        Between these the front has to stand [m]; a vehicle drives to the end.
+    duration_s
+        How long it stands at least [s].
+    until_s
+        Until when it stands in the first round [s]; None for no such time.
+    cycle_s
+        By how much that grows from round to round [s].
+    since_depart
+        Whether `until_s` is counted from the vehicle's departure.
+    triggers
+        What has to come aboard before it goes on: ``person``, ``container``.
+    parks
+        Whether it stands beside the lane.
+    told
+        More attributes, as SUMO has them.
+    arc_m
+        Where the front stands, as arc length on the loop [m].
+    """
+
+    name: str
+    kind: str
+    lane: str
+    start_m: float
+    end_m: float
+    duration_s: float = 0.0
+    until_s: float | None = None
+    cycle_s: float = 0.0
+    since_depart: bool = False
+    triggers: tuple[str, ...] = ()
+    parks: bool = False
+    told: tuple[tuple[str, str], ...] = ()
+    arc_m: float = 0.0
+
+    @property
+    def edge(self) -> str:
+        """The edge it lies on."""
+        return self.lane.rpartition("_")[0]
+
+    def in_round(self, number: int) -> Stop:
+        """Return the stop of a round, counted from 0, as SUMO is told of it."""
+        later_s = number * self.cycle_s
+        if not later_s:
+            return self
+        told = tuple((k, f"{seconds(v) + later_s:g}" if k == "arrival" else v) for k, v in self.told)
+        until_s = None if self.until_s is None else self.until_s + later_s
+        return replace(self, until_s=until_s, told=told)
+
+    def at(self, depart_s: float, *, later_s: float = 0.0) -> Stop:
+        """Return the stop of a vehicle that departs at a time, or so much later than the file says [s]."""
+        shift_s = depart_s if self.since_depart else later_s
+        once = replace(self, cycle_s=shift_s).in_round(1)
+        return replace(once, cycle_s=self.cycle_s, since_depart=False)
+
+
+def read_stopping_places(files: Iterable[Path]) -> dict[str, StoppingPlace]:
+    """Read where additional files let vehicles stop, by name.
+
+    Raises
+    ------
+    RouteError
+        If a file cannot be read.
+    """
+    found: dict[str, StoppingPlace] = {}
+    for file in dict.fromkeys(files):
+        top = read_xml(file, root="additional", what="additional file", error=RouteError)
+        for element in top.iter():
+            name, lane = element.get("id", ""), element.get("lane", "")
+            if element.tag not in _KINDS or not name or not lane:
+                continue
+            what = f"{file}: {element.tag} {name}"
+            start_m = _metres(what, element, "startPos", 0.0)
+            end_m = _metres(what, element, "endPos", float("inf"))
+            found[name] = StoppingPlace(_KINDS[element.tag], lane, start_m, end_m, file)
+    return found
+
+
+def read_stops(
+    network: RoadNetwork,
+    elements: Sequence[ET.Element],
+    places: Mapping[str, StoppingPlace],
+    *,
+    what: str,
+    cycle_s: float = 0.0,
+    since_depart: bool = False,
+) -> tuple[Stop, ...]:
+    """Read ``<stop>`` elements, in their order; where they lie on a loop is for `on_loop` to say.
+
+    Parameters
+    ----------
+    network
+        The roads.
+    elements
+        The elements.
+    places
+        Stopping places by name.
+    what
+        File and owner, for messages.
+    cycle_s, since_depart
+        See `Stop`.
+
+    Raises
+    ------
+    RouteError
+        If a stop makes no sense, or asks for something that no gate can work with; the text names it.
+    """
+    return tuple(
+        _stop(network, element, places, f"{what}: stop {number}", cycle_s, since_depart=since_depart)
+        for number, element in enumerate(elements, start=1)
+    )
+
+
+def _stop(
+    network: RoadNetwork,
+    element: ET.Element,
+    places: Mapping[str, StoppingPlace],
+    what: str,
+    cycle_s: float,
+    *,
+    since_depart: bool,
+) -> Stop:
+    for attribute, reason in _REFUSED.items():
+        if element.get(attribute):
+            msg = f"{what}: {attribute} {shown(element.get(attribute))}: {reason}"
+            raise RouteError(msg)
+    triggers = _triggers(element, what)
+    if not triggers and "duration" not in element.attrib and "until" not in element.attrib:
+        msg = f"{what}: it says neither duration nor until, so the vehicle would stand for good; give one"
+        raise RouteError(msg)
+    kind, name, lane, start_m, end_m = _where(network, element, places, what)
+    parking = element.get("parking", "false")
+    if parking not in {"true", "1", "false", "0"}:
+        msg = f"{what}: parking is {shown(parking)}; expected true or false"
+        raise RouteError(msg)
+    return Stop(
+        name,
+        kind,
+        lane,
+        start_m,
+        end_m,
+        duration_s=_time(what, element, "duration") or 0.0,
+        until_s=_time(what, element, "until"),
+        cycle_s=cycle_s,
+        since_depart=since_depart,
+        triggers=triggers,
+        parks=kind == "parkingArea" or parking in {"true", "1"},
+        told=_told(element, what),
+    )
+
+
+def _told(element: ET.Element, what: str) -> tuple[tuple[str, str], ...]:
+    _time(what, element, "arrival")
+    return tuple((name, element.attrib[name]) for name in _PASSED_ON if element.get(name))
+
+
+def _triggers(element: ET.Element, what: str) -> tuple[str, ...]:
+    said = element.get("triggered", element.get("expectedTriggered", ""))
+    if said not in _TRIGGERS:
+        msg = f"{what}: triggered is {shown(said)}; expected true, person, container or false"
+        raise RouteError(msg)
+    more = ("container",) if element.get("containerTriggered") in {"true", "1"} else ()
+    return tuple(dict.fromkeys((*_TRIGGERS[said], *more)))
+
+
+def _where(
+    network: RoadNetwork, element: ET.Element, places: Mapping[str, StoppingPlace], what: str
+) -> tuple[str, str, str, float, float]:
+    """Return kind, name, lane, start and end [m] of a stop."""
+    for attribute, kind in _KINDS.items():
+        name = element.get(attribute)
+        if not name:
+            continue
+        place = places.get(name)
+        if place is None:
+            msg = (
+                f"{what}: {attribute} {shown(name)} is in none of the additional files; name the file in the "
+                f"configuration, or by --stops"
+            )
+            raise RouteError(msg)
+        if place.kind != kind:
+            msg = f"{what}: {attribute} {shown(name)}: in {place.file} it is a {place.kind}"
+            raise RouteError(msg)
+        length_m = _lane_m(network, place.lane, f"{place.file}: {attribute} {name}")
+        start_m, end_m = (_from_begin(m, length_m) for m in (place.start_m, place.end_m))
+        return kind, name, place.lane, max(0.0, start_m), min(end_m, length_m)
+    lane = element.get("lane") or (f"{element.get('edge')}_0" if element.get("edge") else "")
+    if not lane:
+        msg = f"{what}: it names no place; give busStop, parkingArea or the like, or lane"
+        raise RouteError(msg)
+    length_m = _lane_m(network, lane, what)
+    end_m = _from_begin(_metres(what, element, "endPos", length_m), length_m)
+    start_m = _from_begin(_metres(what, element, "startPos", max(0.0, end_m - _LEAST_M)), length_m)
+    friendly = element.get("friendlyPos") in {"true", "1"}
+    if not friendly and not 0.0 <= start_m < end_m <= length_m:
+        msg = f"{what}: from {start_m:g} to {end_m:g} m of lane {lane}, which is {length_m:g} m long"
+        raise RouteError(msg)
+    end_m = min(max(end_m, _LEAST_M), length_m)
+    return "lane", lane, lane, min(max(start_m, 0.0), end_m - _LEAST_M), end_m
+
+
+def _lane_m(network: RoadNetwork, lane: str, what: str) -> float:
+    if lane not in network.lanes:
+        msg = f"{what}: lane {shown(lane)} is not in the network {network.name}; correct it"
+        raise RouteError(msg)
+    return network.lanes[lane].length_m
+
+
+def _from_begin(position_m: float, length_m: float) -> float:
+    return position_m + length_m if position_m < 0 else position_m
+
+
+def _metres(what: str, element: ET.Element, attribute: str, default: float) -> float:
+    text = element.get(attribute)
+    try:
+        metres = default if text is None else float(text)
+    except ValueError:
+        metres = float("nan")
+    if metres != metres:  # noqa: PLR0124  not a number
+        msg = f"{what}: {attribute} is {shown(text)}; expected metres"
+        raise RouteError(msg)
+    return metres
+
+
+def _time(what: str, element: ET.Element, attribute: str) -> float | None:
+    text = element.get(attribute)
+    if text is None:
+        return None
+    try:
+        return max(0.0, seconds(text))
+    except ValueError as error:
+        msg = f"{what}: {attribute} is {shown(text)}; expected seconds or h:m:s"
+        raise RouteError(msg) from error
+
+
+def on_loop(loop: Loop, stops: Sequence[Stop], what: str) -> tuple[Stop, ...]:
+    """Return stops in the order of the loop, each with its arc length.
+
+    Where the loop passes an edge several times a stop is made on the first pass after the stop before it.
+
+    Raises
+    ------
+    RouteError
+        If a stop is not on the loop, or two are at the same place.
+    """
+    placed: list[Stop] = []
+    after_m = 0.0
+    for stop in stops:
+        if stop.edge not in loop.edges:
+            msg = (
+                f"{what}: the stop at {stop.name} is on edge {stop.edge}, which is not on loop {loop.id}; "
+                f"lead the route over it, or leave the stop out"
+            )
+            raise RouteError(msg)
+        after_m = loop.arc(stop.edge, stop.end_m, after_m=after_m)
+        placed.append(replace(stop, arc_m=after_m))
+    placed.sort(key=lambda stop: stop.arc_m)
+    for one, other in pairwise(placed):
+        if other.arc_m - one.arc_m < _LEAST_M:
+            msg = f"{what}: it stops twice at {one.name}; once is enough, as it does so in every round"
+            raise RouteError(msg)
+    return tuple(placed)
+
+
+def lanes_of_stops(stops: Iterable[Stop]) -> dict[str, int]:
+    """Return for edges with stops the lane on which all of these are, by index; -1 if they are on several."""
+    lanes: dict[str, set[int]] = {}
+    for stop in stops:
+        lanes.setdefault(stop.edge, set()).add(int(stop.lane.rpartition("_")[2]))
+    return {edge: min(indices) if len(indices) == 1 else -1 for edge, indices in lanes.items()}

@@ -1,0 +1,196 @@
+"""Vehicles that depart while a run is under way: put in when their place and the gate have room for them."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Sequence
+from typing import Any
+
+from loopgate.drive.changing import ChangingEngine
+from loopgate.errors import TrafficError
+from loopgate.network import RoadNetwork
+from loopgate.simulation.fleet import Fleet
+from loopgate.simulation.tracks import make_track
+from loopgate.simulation.vehicles import Departure
+from loopgate.traffic.base import Traffic
+
+__all__ = ["Departures", "GatedDepartures", "OpenDepartures"]
+
+_AGAIN_S = 1.0
+"""Who was refused by the gate is looked at again after this time [s]."""
+
+_PATIENCE_S = 20.0
+"""Who has waited so long for others to drive into its place keeps them out for as long, now and then [s]."""
+
+
+class Departures:
+    """When vehicles wanted to depart, and when they did.
+
+    Parameters
+    ----------
+    departures
+        In the order in which they want to.
+    """
+
+    def __init__(self, departures: Sequence[Departure]) -> None:
+        self._coming = deque(departures)
+        self.wanted_s = {one.start.vehicle: one.at_s for one in departures}
+        """When vehicles wanted to depart [s]."""
+        self.departed_s: dict[str, float] = {}
+        """When vehicles departed [s]."""
+
+    def look(self) -> None:
+        """Do what is due after a step."""
+
+    def delay_s(self, vehicle: str, now_s: float) -> float:
+        """Return for how long a vehicle waited to depart, or has waited so far [s]."""
+        wanted_s = self.wanted_s.get(vehicle, now_s)
+        return max(0.0, self.departed_s.get(vehicle, now_s) - wanted_s) if vehicle in self.wanted_s else 0.0
+
+    def report(self, now_s: float) -> dict[str, Any]:
+        """Return what ``summary.json`` says of departures; nothing where all are there from the beginning."""
+        due = [vehicle for vehicle, at_s in self.wanted_s.items() if at_s <= now_s]
+        if not self.wanted_s:
+            return {}
+        delays = [self.delay_s(vehicle, now_s) for vehicle in due]
+        return {
+            "departed": len(self.departed_s),
+            "waiting_to_depart": len(due) - len(self.departed_s),
+            "mean_depart_delay_s": round(sum(delays) / len(delays), 3) if delays else 0.0,
+            "max_depart_delay_s": round(max(delays, default=0.0), 3),
+        }
+
+
+class OpenDepartures(Departures):
+    """Vehicles that SUMO puts in by itself; the drive takes note of them.
+
+    Parameters
+    ----------
+    departures
+        In the order in which they want to.
+    network, traffic, engine
+        The run's.
+    """
+
+    def __init__(
+        self, departures: Sequence[Departure], network: RoadNetwork, traffic: Traffic, engine: ChangingEngine
+    ) -> None:
+        super().__init__(departures)
+        self._network, self._traffic, self._engine = network, traffic, engine
+        self._starts = {one.start.vehicle: one.start for one in departures}
+
+    def look(self) -> None:
+        """Take note of those that SUMO has put in."""
+        if len(self.departed_s) == len(self._starts):
+            return
+        tracks = []
+        for vehicle in self._traffic.departed():
+            start = self._starts.get(vehicle)
+            if start is None or vehicle in self.departed_s:
+                continue
+            self.departed_s[vehicle] = self._traffic.now_s - self._traffic.step_s
+            tracks.append(make_track(self._network, start.at(self._traffic.lane(vehicle)[1])))
+        if tracks:
+            self._engine.join(tracks)
+
+
+class GatedDepartures(Departures):
+    """Puts vehicles into their places, and under the gate in the same step.
+
+    One departs when its place has a slot that the gate lets it have, and nobody stands or drives behind its
+    front there; nobody else gets into the place in that step. Where others keep driving into it, it is closed
+    to them for a while, now and then.
+
+    Parameters
+    ----------
+    departures
+        In the order in which they want to.
+    traffic, fleet
+        The run's; the fleet has begun.
+    """
+
+    def __init__(self, departures: Sequence[Departure], traffic: Traffic, fleet: Fleet) -> None:
+        super().__init__(departures)
+        self._traffic, self._fleet = traffic, fleet
+        self._due: list[Departure] = []
+        self._entering: list[Departure] = []
+        self._tried_s: dict[str, float] = {}
+
+    def look(self) -> None:
+        """Take in those that were put in, and put in others."""
+        now, engine = self._traffic.now_s, self._fleet.engine
+        if engine is None or not (self._entering or self._due or self._coming):
+            return
+        if self._entering:
+            self._take_in()
+        engine.open_up()
+        while self._coming and self._coming[0].at_s <= now:
+            self._due.append(self._coming.popleft())
+        places: set[str] = set()
+        for one in list(self._due):
+            place = _place(one)
+            if place not in places:
+                places.add(place)
+                self._try(engine, one, place)
+
+    def _try(self, engine: ChangingEngine, one: Departure, place: str) -> None:
+        """Put a vehicle in if there is room for it."""
+        now, vehicle = self._traffic.now_s, one.start.vehicle
+        if not self._is_clear(engine, one, place):
+            if (now - one.at_s) % (2 * _PATIENCE_S) >= _PATIENCE_S:
+                engine.shut(place)
+            return
+        if now < self._tried_s.get(vehicle, now - _AGAIN_S) + _AGAIN_S:
+            return
+        self._tried_s[vehicle] = now
+        if not self._fleet.admits(*self._asked([one])):
+            return
+        engine.shut(place)
+        self._traffic.put_in(vehicle, one.start.insertion)
+        self._due.remove(one)
+        self._entering.append(one)
+
+    def _is_clear(self, engine: ChangingEngine, one: Departure, place: str) -> bool:
+        """Return whether all in a place stand or drive before the vehicle, and it has a slot."""
+        inside = [driver for driver in engine.drivers if driver.holds(place)]
+        begin_m = one.track.legs[one.track.start_position].begin_m if one.track else 0.0
+        front_m = one.start.front_m - begin_m + one.start.type.min_gap_m
+        return len(inside) < self._fleet.room[place] and all(
+            driver.inside_m(place) - driver.length_m >= front_m and not driver.parks_here for driver in inside
+        )
+
+    def _take_in(self) -> None:
+        """Take in those that SUMO has put in, and take the others back."""
+        present = set(self._traffic.vehicles())
+        entering, self._entering = self._entering, []
+        here = [one for one in entering if one.start.vehicle in present and self._holds(one)]
+        together = bool(here) and self._fleet.take_in(*self._asked(here))
+        for one in entering:
+            vehicle = one.start.vehicle
+            if one in here and (together or self._fleet.take_in(*self._asked([one]))):
+                self.departed_s[vehicle] = self._traffic.now_s - self._traffic.step_s
+            else:
+                self._traffic.take_out(vehicle)
+                self._due.insert(0, one)
+        self._due.sort(key=lambda one: one.at_s)
+
+    def _holds(self, one: Departure) -> bool:
+        """Hold a vehicle at the end of its place; return whether it is."""
+        if one.track is None:
+            return False
+        line = one.track.stop_lines[one.track.start_position]
+        try:
+            return self._traffic.hold(one.start.vehicle, line.edge, line.lane_index, line.position_m)
+        except TrafficError:
+            return False
+
+    @staticmethod
+    def _asked(some: Sequence[Departure]) -> tuple[dict[str, Any], dict[str, float]]:
+        """Return tracks, and how far it is to the ends of the places [m], as `Fleet.take_in` has them."""
+        tracks = {one.track.vehicle: one.track for one in some if one.track is not None}
+        left_m = {v: track.legs[track.start_position].end_m - track.front_m for v, track in tracks.items()}
+        return tracks, left_m
+
+
+def _place(one: Departure) -> str:
+    return one.track.legs[one.track.start_position].state if one.track else ""

@@ -1,0 +1,184 @@
+"""The vehicles of a run: which they are, when they depart, and where."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from random import Random
+
+from loopgate.abstraction.itinerary import Itinerary
+from loopgate.drive.track import Track
+from loopgate.errors import ScenarioError
+from loopgate.network import Loop, RoadNetwork, VehicleType, read_loops
+from loopgate.network.cover.watch import even_starts_m
+from loopgate.network.routes_file import RoutesFile
+from loopgate.network.stops import Stop
+from loopgate.network.sumo_config import is_sumo_config
+from loopgate.network.vehicle_type import DEFAULT_TYPE
+from loopgate.simulation.allotment import allot_loops, mixed_types
+from loopgate.simulation.random_loops import random_loops
+from loopgate.simulation.scenario import Scenario
+from loopgate.simulation.sumo_input import Start
+from loopgate.simulation.sumo_options import begins_s
+from loopgate.simulation.tracks import make_track
+
+__all__ = [
+    "Departure",
+    "Member",
+    "by_departure",
+    "departs_at_edge",
+    "departs_in_place",
+    "evenly_round",
+    "read_vehicles",
+]
+
+_MOST_LOOPS = 40
+
+_CLEAR_M = 0.5
+"""Room behind a vehicle that departs, to the beginning of its place [m]."""
+
+_LEAST_M = 0.5
+"""Room before it, to its line [m]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Member:
+    """A vehicle of a run, before it stands anywhere: see `LoopVehicle`."""
+
+    id: str
+    loop: Loop
+    type: VehicleType
+    depart_m: float | None = None
+    stops: tuple[Stop, ...] = ()
+    attributes: Mapping[str, str] = field(default_factory=dict)
+    parameters: Mapping[str, str] = field(default_factory=dict)
+    depart_s: float = 0.0
+    edge: int = 0
+
+    def start(self, front_m: float, lane: int | None) -> Start:
+        """Return its start there, when it departs later."""
+        return Start(
+            self.id, self.loop, front_m, self.type, lane, self.attributes, self.parameters, self.depart_s
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Departure:
+    """A vehicle that departs later: where, on which track under a gate, and when at the earliest [s]."""
+
+    start: Start
+    track: Track | None
+    at_s: float
+
+
+def read_vehicles(
+    scenario: Scenario, network: RoadNetwork
+) -> tuple[list[Member], tuple[str, ...], RoutesFile | None]:
+    """Return the vehicles: the route file's, unless a number of them is asked for; warnings; the file."""
+    own = is_sumo_config(scenario.network) and scenario.traffic != scenario.network
+    if not scenario.routes and not own:
+        count = scenario.loops or min(scenario.vehicles, _MOST_LOOPS)
+        if not count:
+            msg = "no loops: give a route file (routes), a number of random loops (loops), or vehicles"
+            raise ScenarioError(msg)
+        found = random_loops(scenario, network, count)
+        warnings = (f"{found.shortfall}; going on with these",) if found.shortfall else ()
+        return _given_loops(scenario, network, found.loops, {}, {}), warnings, None
+    file = read_loops(network, scenario.routes or scenario.network, stops=scenario.stop_files)
+    if file.vehicles and not scenario.counts_vehicles:
+        by_name = {loop.id: loop for loop in file.loops}
+        begin_s = begins_s(scenario)
+        end_s = begin_s + scenario.warmup_s + scenario.duration_s
+        each = [
+            one
+            for vehicle in file.vehicles
+            for one in vehicle.each(begin_s, end_s, Random(f"{scenario.seed} {vehicle.id}"))
+        ]
+        mine = [
+            Member(
+                v.id,
+                by_name[v.loop],
+                v.type,
+                v.depart_m,
+                v.stops,
+                v.attributes,
+                v.parameters,
+                v.depart_s,
+                v.edge,
+            )
+            for v in each
+        ]
+        return mine, file.left_out, file
+    kinds: dict[str, VehicleType] = {}
+    for vehicle in file.vehicles:
+        kinds.setdefault(vehicle.loop, vehicle.type)
+    given = _given_loops(scenario, network, file.loops, file.types, kinds)
+    stopping = [
+        replace(v, stops=tuple(s.at(begins_s(scenario)) for s in file.stops.get(v.loop.id, ())))
+        for v in given
+    ]
+    return stopping, file.left_out_of_routes, file
+
+
+def _given_loops(
+    scenario: Scenario,
+    network: RoadNetwork,
+    loops: Sequence[Loop],
+    types: Mapping[str, VehicleType],
+    on_loop: Mapping[str, VehicleType],
+) -> list[Member]:
+    """Give loops and types to the vehicles: types as the scenario says, or those that drive on the loop."""
+    chosen = allot_loops(scenario, network, loops)
+    default = next(iter(types.values()), DEFAULT_TYPE)
+    kinds = mixed_types(scenario, types, len(chosen)) or [on_loop.get(loop.id, default) for loop in chosen]
+    return [Member(f"v{i}", loop, kind) for i, (loop, kind) in enumerate(zip(chosen, kinds, strict=True), 1)]
+
+
+def evenly_round(network: RoadNetwork, vehicles: Sequence[Member]) -> list[Member]:
+    """Start the vehicles of each loop evenly round it, in time at the speeds allowed."""
+    numbers = Counter(vehicle.loop.id for vehicle in vehicles)
+    loops = {vehicle.loop.id: vehicle.loop for vehicle in vehicles}
+    starts = {name: iter(even_starts_m(network, loop, numbers[name])) for name, loop in loops.items()}
+    return [replace(vehicle, depart_m=next(starts[vehicle.loop.id])) for vehicle in vehicles]
+
+
+def by_departure(
+    scenario: Scenario, vehicles: Sequence[Member]
+) -> tuple[list[Member], list[Member], tuple[str, ...]]:
+    """Return those who are there from the beginning, those who depart later, in order, and warnings."""
+    twice = next((name for name, times in Counter(v.id for v in vehicles).items() if times > 1), None)
+    if twice is not None:
+        msg = f"{scenario.routes or scenario.network}: two vehicles are called {twice}; rename one"
+        raise ScenarioError(msg)
+    begin_s = begins_s(scenario)
+    later = sorted((v for v in vehicles if v.depart_s > begin_s), key=lambda v: v.depart_s)
+    if later and scenario.gated and scenario.abstraction != "queues":
+        msg = (
+            f"{scenario.routes or scenario.network}: {len(later)} vehicles depart later, first {later[0].id} "
+            f"at {later[0].depart_s:g} s: on segments all start at once; it works on --abstraction queues"
+        )
+        return list(vehicles), [], (msg,)
+    return [v for v in vehicles if v.depart_s <= begin_s], later, ()
+
+
+def departs_at_edge(vehicle: Member) -> Departure:
+    """Return where SUMO is to put a vehicle by itself: where its file says, or else as far back as it can."""
+    begin_m = [span.begin_m for span in vehicle.loop.spans if not span.internal][vehicle.edge]
+    least_m = begin_m + vehicle.type.length_m
+    front_m = least_m if vehicle.depart_m is None else vehicle.depart_m
+    return Departure(vehicle.start(front_m, None), None, vehicle.depart_s)
+
+
+def departs_in_place(network: RoadNetwork, vehicle: Member, way: Itinerary) -> Departure:
+    """Return where a vehicle departs under a gate: as a whole within the place where its file wants it."""
+    roads = [span.begin_m for span in vehicle.loop.spans if not span.internal]
+    wish_m = roads[vehicle.edge] if vehicle.depart_m is None else vehicle.depart_m
+    lap_m = way.length_m
+    position = min(range(len(way.legs)), key=lambda k: (way.legs[k].end_m - _LEAST_M - wish_m) % lap_m)
+    leg = way.legs[position]
+    first_m, last_m = leg.begin_m + vehicle.type.length_m + _CLEAR_M, leg.end_m - _LEAST_M
+    near_m = wish_m + round((first_m - wish_m) / lap_m) * lap_m
+    front_m = max(first_m, min(near_m, last_m))
+    start = vehicle.start(front_m, leg.lane)
+    return Departure(start, make_track(network, start, way, position, keeps_lane=True), vehicle.depart_s)

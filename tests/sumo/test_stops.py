@@ -1,0 +1,217 @@
+"""Stops in every round and departures under way, under a gate and under SUMO's own rules."""
+
+from __future__ import annotations
+
+from collections import Counter
+from pathlib import Path
+from random import Random
+from typing import Any
+from xml.etree import ElementTree as ET
+
+import pandas as pd
+import pytest
+
+from loopgate.errors import ScenarioError
+from loopgate.network import RoadNetwork, generate_loops
+from loopgate.simulation.run import simulate
+from loopgate.simulation.scenario import Scenario
+
+pytestmark = pytest.mark.sumo
+
+NET = str(Path(__file__).parents[2] / "networks" / "grid5-priority.net.xml")
+PLACES = """<additional>
+    <busStop id="market" lane="B2C2_0" startPos="30" endPos="60"/>
+    <busStop id="school" lane="D0C0_0" startPos="10" endPos="40"/>
+    <parkingArea id="yard" lane="C2C1_0" startPos="20" endPos="60" roadsideCapacity="3"/>
+    <chargingStation id="plug" lane="C1C2_0" startPos="20" endPos="60"/>
+    <containerStop id="dock" lane="C0C1_0" startPos="20" endPos="60"/>
+</additional>"""
+LINE = 'edges="B3B2 B2C2 C2C1 C1D1 D1D0 D0C0 C0C1 C1C2 C2C3 C3B3"'
+BUS = '<vType id="bus" vClass="bus" length="12" accel="1.2"/>'
+
+
+def run(folder: Path, routes: str, places: str = PLACES, **options: Any) -> dict[str, Any]:  # noqa: ANN401  keys
+    """Run a route file; return the summary."""
+    (folder / "my.rou.xml").write_text(f"<routes>{routes}</routes>", encoding="utf-8")
+    (folder / "my.add.xml").write_text(places, encoding="utf-8")
+    given: dict[str, Any] = {"routes": str(folder / "my.rou.xml"), "stops": str(folder / "my.add.xml")}
+    given = {"duration_s": 600.0, **given, **options}
+    words = f"--stop-output {folder / 'stops.xml'}"
+    return simulate(Scenario(network=NET, sumo=words, **given), folder / "run", overwrite=True)
+
+
+def made(folder: Path) -> list[dict[str, str]]:
+    """Return what SUMO says of the stops that were made; those of the gate are at no stop of the file."""
+    told = [dict(one.attrib) for one in ET.parse(folder / "stops.xml").getroot().iter("stopinfo")]
+    kinds = ("busStop", "parkingArea", "chargingStation", "containerStop")
+    return [one for one in told if any(kind in one for kind in kinds) or one["lane"] == "C1D1_0"]
+
+
+def vehicles(folder: Path) -> pd.DataFrame:
+    return pd.read_parquet(folder / "run" / "vehicles.parquet").set_index("vehicle")
+
+
+@pytest.mark.parametrize("gate", ["certified", "open"])
+def test_a_line_stops_in_every_round(gate: str, tmp_path: Path) -> None:
+    """At each of its stops once a round, as SUMO itself counts; bodies and crossings are audited."""
+    stops = (
+        '<stop busStop="market" duration="20"/><stop busStop="school" duration="10"/>'
+        '<stop lane="C1D1_0" startPos="30" endPos="50" duration="5"/>'
+    )
+    text = f'{BUS}<route id="line" {LINE}>{stops}</route>' + "".join(
+        f'<vehicle id="b{k}" type="bus" route="line" depart="0" line="7"/>' for k in range(3)
+    )
+    summary = run(tmp_path, text, gate=gate, positions=gate != "open", duration_s=900.0)
+    seen = made(tmp_path)
+    assert summary["stops"]["served"] == len(seen) > 30
+    assert summary["stops"]["missed"] == 0
+    counts = Counter((one["id"], one.get("busStop", one["lane"])) for one in seen)
+    for vehicle, laps in vehicles(tmp_path)["laps"].items():
+        for stop in ("market", "school", "C1D1_0"):
+            assert laps <= counts[str(vehicle), stop] <= laps + 1
+    assert vehicles(tmp_path)["stops"].sum() == len(seen)
+    assert summary["collisions"] == 0
+    if gate != "open":
+        assert summary["audit"] == "clean"
+        assert summary["longest_wait_s"] < 20.0
+
+
+@pytest.mark.parametrize("gate", ["certified", "open"])
+def test_a_flow_departs_over_time_and_every_kind_of_stop_is_made(gate: str, tmp_path: Path) -> None:
+    """Five of a flow among cars that depart too; parking, charging and loading among their stops."""
+    stops = (
+        '<stop busStop="market" duration="10"/><stop parkingArea="yard" duration="15"/>'
+        '<stop lane="C1D1_0" startPos="20" endPos="50" duration="5" parking="true"/>'
+        '<stop containerStop="dock" duration="5"/><stop chargingStation="plug" duration="5"/>'
+    )
+    text = (
+        f'<route id="line" {LINE}>{stops}</route><route id="short" edges="B2C2 C2C1 C1B1 B1B2"/>'
+        '<flow id="f" route="line" begin="30" period="60" number="5" color="red">'
+        '<param key="a" value="b"/></flow>'
+        '<flow id="c" route="short" begin="0" period="9" number="6"/>'
+        '<vehicle id="late" route="line" depart="0:01:40" departEdge="3" departPos="60"/>'
+    )
+    summary = run(tmp_path, text, gate=gate, positions=gate != "open", duration_s=900.0)
+    frame = vehicles(tmp_path)
+    assert [name for name in frame.index if name.startswith("f")] == [f"f.{k}" for k in range(5)]
+    assert (summary["vehicles"], summary["departed"], summary["waiting_to_depart"]) == (12, 11, 0)
+    assert summary["max_depart_delay_s"] == frame["depart_delay_s"].max() < 120.0
+    assert summary["stops"]["missed"] == 0
+    names = {n for one in made(tmp_path) for n in (one.get("busStop"), one.get("parkingArea")) if n}
+    assert names == {"market", "yard"}
+    assert summary["stops"]["served"] == len(made(tmp_path)) > 40
+    if gate != "open":
+        assert (summary["audit"], summary["collisions"]) == ("clean", 0)
+        again = run(tmp_path, text, gate=gate, duration_s=900.0)
+        assert again["distance_km"] == summary["distance_km"]
+
+
+def test_nobody_is_there_at_the_beginning(tmp_path: Path) -> None:
+    """All come later; those that are foreseen and those that come are told apart from nobody."""
+    text = f'<route id="line" {LINE}/><flow id="f" route="line" begin="20" period="10" number="12"/>'
+    summary = run(tmp_path, text, positions=True)
+    assert (summary["audit"], summary["departed"], summary["clean"]) == ("clean", 12, True)
+    assert summary["laps"] > 20
+
+
+def test_a_stop_on_every_road_is_made_where_routes_are_renewed_too(tmp_path: Path) -> None:
+    """SUMO puts off a stop that lies just ahead when it renews a route, as it does here on such a road."""
+    stops = "".join(
+        f'<stop lane="{lane}_0" endPos="{end}" duration="5"/>'
+        for lane, end in (("B2C2", 30), ("C2C1", 25), ("C1B1", 40), ("B1B2", 20))
+    )
+    text = f'<route id="r" edges="B2C2 C2C1 C1B1 B1B2">{stops}</route><vehicle id="v" route="r"/>'
+    summary = run(tmp_path, text)
+    (laps,) = vehicles(tmp_path)["laps"]
+    assert summary["stops"]["missed"] == 0
+    assert 4 * laps <= summary["stops"]["served"] <= 4 * laps + 4
+
+
+def test_a_long_stop_is_no_wait_and_no_deadlock(tmp_path: Path) -> None:
+    """A car stands for three minutes where others come by; nobody makes room for it meanwhile."""
+    text = (
+        f'<route id="line" {LINE}><stop lane="C1D1_0" endPos="83" duration="180"/></route>'
+        '<vehicle id="v" route="line" depart="0" departEdge="3" departPos="20"/>'
+        '<vehicle id="w" route="line" depart="0" departEdge="1"/>'
+    )
+    summary = run(tmp_path, text, duration_s=300.0, serve_after_s=20.0)
+    assert (summary["outcome"], summary["deadlocks"]) == ("done", [])
+    assert summary["refusals"].get("service", 0) == 0
+    assert summary["longest_waits_s"]["stop"] > 100.0
+    assert summary["longest_wait_s"] < 60.0
+    assert vehicles(tmp_path).loc["v", "stopped_s"] == pytest.approx(180.0, abs=1.0)
+
+
+def test_until_grows_by_the_cycle(tmp_path: Path) -> None:
+    """As in SUMO: counted from the departure, 200 s later in each round."""
+    text = (
+        f'<route id="line" {LINE} cycleTime="200"><stop busStop="market" until="80"/></route>'
+        '<vehicle id="v" route="line" depart="10"/>'
+    )
+    run(tmp_path, text, duration_s=700.0)
+    assert [float(one["ended"]) for one in made(tmp_path)] == [90.0, 290.0, 490.0, 690.0]
+
+
+def test_persons_ride_from_stop_to_stop(tmp_path: Path) -> None:
+    """They wait for the line that goes where they want to, and get off there."""
+    persons = tmp_path / "persons.rou.xml"
+    persons.write_text(
+        '<routes><person id="p" depart="5"><walk edges="B2C2" busStop="market"/>'
+        '<ride busStop="school" lines="7"/></person></routes>',
+        encoding="utf-8",
+    )
+    text = (
+        f'<route id="line" {LINE}><stop busStop="market" duration="9"/>'
+        '<stop busStop="school" duration="9"/></route><vehicle id="v" route="line" depart="0" line="7"/>'
+    )
+    run(tmp_path, text, traffic=str(persons))
+    loaded = [(one["busStop"], one["loadedPersons"], one["unloadedPersons"]) for one in made(tmp_path)]
+    assert ("market", "1", "0") in loaded
+    assert ("school", "0", "1") in loaded
+
+
+@pytest.mark.parametrize(
+    ("end", "length", "found"),
+    [
+        ("85.6", "5", r"the stop at market ends at 85.6 m of lane B2C2_0, beyond the line of place B2C2_0"),
+        (
+            "9",
+            "12",
+            r"a vehicle of 12 m would reach back out of place B2C2_0.*let it end at 12.5 m, or later",
+        ),
+    ],
+)
+def test_a_stop_in_others_way_is_refused(end: str, length: str, found: str, tmp_path: Path) -> None:
+    """With the file, the vehicle, the place, and what would do."""
+    places = f'<additional><busStop id="market" lane="B2C2_0" startPos="1" endPos="{end}"/></additional>'
+    text = (
+        f'<vType id="t" length="{length}"/><route id="line" {LINE}>'
+        '<stop busStop="market" duration="9"/></route>'
+        '<vehicle id="v" type="t" route="line" depart="0"/>'
+    )
+    with pytest.raises(ScenarioError, match=rf"my.rou.xml: vehicle v: .*{found}"):
+        run(tmp_path, text, places)
+    summary = run(tmp_path, text, places, gate="open")
+    assert summary["stops"]["served"] > 2
+
+
+def test_stops_all_over_a_busy_grid(tmp_path: Path) -> None:
+    """Nobody counts on who is to stop, nor drives in behind one where there is no room: bodies keep apart."""
+    network = RoadNetwork.open(NET)
+    loops, rng = generate_loops(network, 14, length_m=(500.0, 1500.0)), Random(3)
+    lines = []
+    for number, loop in enumerate(loops):
+        stops = ""
+        for edge in loop.edges[::3]:
+            end = rng.uniform(8.0, 79.0)
+            seconds = rng.choice((5, 12, 25))
+            stops += f'<stop lane="{edge}_0" startPos="{end - 2}" endPos="{end}" duration="{seconds}"/>'
+        lines.append(f'<route id="{loop.id}" edges="{" ".join(loop.edges)}">{stops}</route>')
+        lines += [f'<vehicle id="s{number}.{k}" route="{loop.id}" depart="0"/>' for k in range(4)]
+        lines.append(f'<flow id="f{number}" route="{loop.id}" period="exp(0.012)" end="400"/>')
+    summary = run(tmp_path, "".join(lines), positions=True)
+    assert (summary["audit"], summary["stops"]["missed"]) == ("clean", 0)
+    assert summary["stops"]["served"] > 400
+    assert summary["departed"] > 30
+    assert summary["positions"]["stands_in_crossings"] < 5
+    assert not any("nothing is foreseen" in warning for warning in summary["warnings"])

@@ -1,0 +1,57 @@
+"""Where vehicles can stop without being in anybody's way."""
+
+import pytest
+from roads import roads
+
+from loopgate.abstraction.queue_layout import lay_out_queues
+from loopgate.abstraction.stopping import fit_stops
+from loopgate.errors import ScenarioError
+from loopgate.network import VehicleType, make_loop
+from loopgate.network.stops import Stop, on_loop
+
+NET = roads(
+    {"a": (100, 2), "b": (60, 2), "c": (100, 2)},
+    ["a_0>b_0", "a_1>b_1", "b_0>c_0", "b_1>c_1", "c_0>a_0", "c_1>a_1"],
+    buses_only=[],
+)
+LOOP = make_loop(NET, "r", ("a", "b", "c"))
+BUS = VehicleType("bus", 12.0)
+
+
+def fitted(end_m: float, *, start_m: float = 0.0, kind: str = "lane", lane: str = "b_0") -> Stop:
+    """Return a stop on edge b as a bus makes it."""
+    way = lay_out_queues(NET, [(LOOP, BUS)]).itineraries["r"]
+    stops = on_loop(LOOP, [Stop("here", kind, lane, start_m, end_m)], "x.rou.xml: vehicle v")
+    (stop,) = fit_stops(LOOP, way, BUS, stops, what="x.rou.xml: vehicle v")
+    return stop
+
+
+def test_a_stop_within_a_place_is_as_it_was() -> None:
+    """The bus stands there as a whole, before its line."""
+    stop = fitted(40.0, kind="busStop")
+    assert (stop.end_m, stop.arc_m) == (40.0, 140.0)
+
+
+def test_a_stop_on_a_lane_ends_at_the_line() -> None:
+    """As far as it begins before that."""
+    stop = fitted(60.0, start_m=30.0)
+    assert stop.start_m == 30.0
+    assert stop.end_m == pytest.approx(59.6)
+    assert stop.arc_m == pytest.approx(159.6)
+
+
+@pytest.mark.parametrize(
+    ("end_m", "start_m", "kind", "lane", "found"),
+    [
+        (60.0, 30.0, "busStop", "b_0", r"beyond the line of place b_0.*let it end at 59.6 m, or before"),
+        (60.0, 59.8, "lane", "b_0", r"beyond the line of place b_0"),
+        (12.0, 0.0, "busStop", "b_0", r"12 m would reach back out of place b_0.*at 12.5 m, or later"),
+        (40.0, 0.0, "busStop", "b_1", r"is on lane b_1, but loop r leads over b_0 there; move the stop"),
+    ],
+)
+def test_a_stop_in_others_way_is_refused(
+    end_m: float, start_m: float, kind: str, lane: str, found: str
+) -> None:
+    """With file, vehicle, stop, place, and what would do."""
+    with pytest.raises(ScenarioError, match=rf"x.rou.xml: vehicle v: the stop at here .*{found}"):
+        fitted(end_m, start_m=start_m, kind=kind, lane=lane)
