@@ -113,9 +113,8 @@ def plot_ranked(
     >>> causes = pd.DataFrame({"reason": ["crossing", "occupied"], "wait_s": [13.0, 2.0]})
     >>> plot_ranked(causes, of="reason", value="wait_s").save("figure.svg")
     """
-    order = (
-        table.groupby(of)[value].max().sort_values(ascending=False, kind="stable").index.astype(str).tolist()
-    )
+    # By what is drawn: the figure may show some rows of the table only.
+    order = alt.EncodingSortField(field=value, op="max", order="descending")
     fields = [*([series] if series else []), of, f"{value}:Q"]
     bars = (
         alt.Chart(data(table, name))
@@ -126,7 +125,7 @@ def plot_ranked(
             tooltip=tooltip(*fields),
         )
     )
-    rows = len(order)
+    rows = table[of].nunique()
     if series:
         known = series_names(table, series)
         bars = bars.encode(

@@ -59,11 +59,12 @@ def read_fronts(file: Path, step_s: float, layout: Layout) -> Tracks:
             raise ValueError(msg)
         step = steps.astype(np.int64)
         front_m = table.column(FRONT).to_numpy().astype(np.float64) / FRONTS_PER_M
-    # What is recorded begins after the second step; after the first everybody stands where it starts.
+    # What is recorded begins after the second step; after the first those on the road stand where they start.
+    there = np.unique(vehicle[step == step.min()])
     starts = np.array([body.start_m for body in layout.vehicles.values()])
-    vehicle = np.concatenate((np.arange(len(names)), vehicle))
-    step = np.concatenate((np.full(len(names), step.min() - 1), step))
-    front_m = np.concatenate((starts, front_m))
+    vehicle = np.concatenate((there, vehicle))
+    step = np.concatenate((np.full(len(there), step.min() - 1), step))
+    front_m = np.concatenate((starts[there], front_m))
     order = np.lexsort((step, vehicle))
     vehicle, step, front_m = vehicle[order], step[order], front_m[order]
     ends = np.searchsorted(vehicle, np.arange(len(names) + 1))

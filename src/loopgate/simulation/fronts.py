@@ -43,12 +43,18 @@ class FrontRecorder:
         self._file = TableFile(file, _SCHEMA)
         self._traffic = traffic
         self._engine = engine
+        self._table: NDArray[np.void] | None = None
+        self._names = pa.array([], type=pa.string())
         self._times: list[float] = []
         self._fronts: list[NDArray[np.float64]] = []
 
     def look(self) -> None:
         """Take note of the step that was made."""
-        fronts = self._engine.vehicles["front"].copy()
+        if self._table is not self._engine.vehicles:  # made anew when vehicles join or leave
+            self._flush()
+            self._table = self._engine.vehicles
+            self._names = pa.array([driver.id for driver in self._engine.drivers], type=pa.string())
+        fronts = self._table["front"].copy()
         self._times.append(self._traffic.now_s)
         self._fronts.append(fronts)
         if len(self._times) * len(fronts) >= _BATCH:
@@ -67,10 +73,9 @@ class FrontRecorder:
         fronts = np.rint(np.array(self._fronts).T * FRONTS_PER_M).astype(np.int32)
         vehicles, steps = fronts.shape
         numbers = np.repeat(np.arange(vehicles, dtype=np.int32), steps)
-        names = pa.array([driver.id for driver in self._engine.drivers], type=pa.string())
         columns = [
             pa.array(np.tile(np.array(self._times), vehicles)),
-            pa.DictionaryArray.from_arrays(pa.array(numbers), names),
+            pa.DictionaryArray.from_arrays(pa.array(numbers), self._names),
             pa.array(fronts.ravel()),
         ]
         self._times.clear()

@@ -48,6 +48,27 @@ def test_one_row_per_vehicle_and_step(tmp_path: Path, monkeypatch: pytest.Monkey
     assert table[FRONT].tolist() == [13, 25, 38, 50, 4000, 8000, 12000, 16000]
 
 
+def test_vehicles_that_come_later(tmp_path: Path) -> None:
+    """Tables made anew have other vehicles in other rows; each keeps its name."""
+    driven = Driven("a", "b")
+    made = recorder(tmp_path / "fronts.parquet", driven)
+    driven.drive(1.0, 1.0, 2.0)
+    made.look()
+    late = Driven("b", "c", "d")
+    driven.vehicles, driven.drivers = late.vehicles, late.drivers
+    driven.drive(1.0, 3.0, 4.0, 5.0)
+    made.look()
+    made.close()
+    table = pd.read_parquet(tmp_path / "fronts.parquet")
+    assert table[[TIME, VEHICLE, FRONT]].to_numpy().tolist() == [
+        [1.0, "a", 10],
+        [1.0, "b", 20],
+        [2.0, "b", 30],
+        [2.0, "c", 40],
+        [2.0, "d", 50],
+    ]
+
+
 def test_a_run_that_ends_at_once_leaves_an_empty_table(tmp_path: Path) -> None:
     """Interrupted before anybody drove."""
     recorder(tmp_path / "fronts.parquet", Driven("a")).close()
