@@ -31,7 +31,7 @@ ROADS = (two_rings(3), commuters(3), figure_eight(3), one_way_grid(), two_way_gr
 PATIENCE_S = 15.0
 FOR_S = 400
 SOON_S = 150.0
-"""Longer than any wait on these roads under the service (at most 103 s were seen), though the longest is of
+"""Longer than any wait on these roads under the service (at most 74 s were seen), though the longest is of
 tens of moves by others."""
 
 

@@ -87,9 +87,9 @@ MUTATIONS: Final[dict[str, tuple[Any, str, Any]]] = {
     "places are not marked": (service, "_mover", _after(service._mover, _forget)),
     "what was looked at is forgotten": (service, "_begin", _after(service._begin, _forget)),
     "no circle is remembered": (service, "_mover", _changed("_mover", ("turned = True", "turned = False"))),
-    "all of a place is kept": (service, "bars", _changed("bars", (" <= 1", " <= 100"))),
-    "who has room behind goes in": (service, "bars", _changed("bars", ("not _full", "False and _full"))),
-    "the last slot is not kept": (service, "bars", _changed("bars", (" <= 1", " <= 0"))),
+    "all of a place is kept": (service, "bars", _changed("bars", (" <= leaves", " <= 100"))),
+    "who has room behind goes in": (service, "bars", _changed("bars", ("else 2", "else 1"))),
+    "the last slot is not kept": (service, "bars", _changed("bars", (" <= leaves", " <= leaves - 1"))),
     "what is off the way is kept": (
         service,
         "_begin",

@@ -116,7 +116,7 @@ def the_last_slot_is_kept_and_no_more() -> None:
 
 
 def who_has_room_behind_lets_others_in() -> None:
-    """Keep D out of h, though there are slots for both: nobody is short of the one that it has."""
+    """Keep D out of h, though there are slots for both, but not where there is one more."""
     book = books({"a": "p h", "d": "d h", "e": "d h"}, {"p": 2, "h": 2, "d": 3})
     a, d = range(2)
     book.obstacles = (Red(a),)
@@ -124,6 +124,12 @@ def who_has_room_behind_lets_others_in() -> None:
     assert book.decide(20.0) == [(a, False, "red")]
     book.asks(d, 21.0)
     assert book.decide(21.0) == [(d, False, "service")]
+    book = books({"a": "p h", "d": "d h", "e": "d h"}, {"p": 2, "h": 3, "d": 3})
+    book.obstacles = (Red(a),)
+    book.asks(a, 0.0)
+    book.decide(20.0)
+    book.asks(d, 21.0)
+    assert book.decide(21.0) == [(d, True, "free")]
 
 
 def what_is_off_the_way_is_free() -> None:

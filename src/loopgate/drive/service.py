@@ -3,11 +3,11 @@
 Past a patience the vehicle with the oldest request is *served*. `loopgate.gates.certified.service` says of
 the model whose move, the *mover's*, brings it nearer to its grant; here nobody can get before that one. On
 the way from the served vehicle over full places to the first with room nobody but the mover can do anything
-but take room there: so the last slot of it is the mover's, and who has room behind it takes none. Once there
-is a slot, nobody sets out across the mover's way, and no negotiation is asked whether it may go. With each
-such move the way gets shorter; but for a circle, when it leads on from there: from then on nobody but the
-mover enters any of the places that the rule has looked at, until the served vehicle has its grant. Others are
-served at the same time where they look at none of these places; of two that do, the older goes first.
+but take room there: so the last slot of it is the mover's. Once there is a slot, nobody sets out across the
+mover's way, and no negotiation is asked whether it may go. With each such move the way gets shorter; but for
+a circle, when it leads on from there: from then on nobody but the mover enters any of the places that the
+rule has looked at, until the served vehicle has its grant. Others are served at the same time where they look
+at none of these places; of two that do, the older goes first.
 
 Why each request is granted after finitely many moves, and what that takes, is said in docs/studies/queues.md.
 """
@@ -37,15 +37,14 @@ def stops_here(i: int, t: Tables) -> bool:
 def bars(i: int, state: int, t: Tables) -> bool:
     """Return whether the state, or the last slot of it, is kept for another vehicle, which must move next.
 
-    So is all of it from vehicles with room behind them. Nobody is short of the slots that they would leave;
+    Vehicles with room behind them leave one slot more. Nobody is short of the one that they would give back;
     else the holes that a crowd lives on were taken by those who come to it.
     """
     place = t.states[state]
     if place.mover in (NOBODY, i):
         return False
-    if t.vehicles[place.served].turned or place.room - place.held_by <= 1:
-        return True
-    return not _full(state_of(i, t.vehicles[i].granted, t), t)
+    leaves = 1 if _full(state_of(i, t.vehicles[i].granted, t), t) else 2
+    return bool(t.vehicles[place.served].turned or place.room - place.held_by <= leaves)
 
 
 @kernel
