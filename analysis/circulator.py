@@ -30,7 +30,7 @@ ROOT = Path(__file__).resolve().parent.parent
 NETWORK = "sumo:DRT"
 LINES, STOPS, LOOPS, PATROL = 3, 5, 40, 200
 HEADWAY_S, DWELL_S, TRIP_EVERY_S = 300, 20, 12
-SLACK = 1.5
+SLACK = 1.3
 """How much longer a round by timetable takes than at the speeds allowed."""
 
 BUS_M = 12.0
