@@ -201,9 +201,9 @@ def test_inspect_queues_as_json() -> None:
 
 @pytest.fixture(scope="module")
 def some_refused(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Forty loops in south-east Berlin, some of which have no room for vehicles of 30 m."""
+    """Twelve loops in south-east Berlin, some of which have no room for vehicles of 30 m."""
     file = tmp_path_factory.mktemp("berlin") / "loops.rou.xml"
-    assert _RUN.invoke(cli, ["loops", "sumo:DRT", "--count", "40", "-o", str(file)]).exit_code == 0
+    assert _RUN.invoke(cli, ["loops", "sumo:DRT", "--count", "12", "-o", str(file)]).exit_code == 0
     return file
 
 
@@ -216,8 +216,9 @@ def test_inspect_shows_every_loop_that_cannot_work_and_the_rest(some_refused: Pa
     found = json.loads(done.stdout)
     refused = {entry["loop"] for entry in found["refused"]}
     kept = {loop["id"] for loop in found["loops"]}
-    assert len(refused) + len(kept) == 40
-    assert len(refused) > 1
+    assert len(refused) + len(kept) == 12
+    assert refused
+    assert kept
     assert not refused & kept
     network = RoadNetwork.open("sumo:DRT")
     loops = {loop.id: loop for loop in read_loops(network, some_refused).loops}
@@ -230,7 +231,7 @@ def test_inspect_shows_every_loop_that_cannot_work_and_the_rest(some_refused: Pa
         assert (entry["edge"] or "") in entry["reason"]
     assert all(not why_not(network, loops[name], kind) for name in kept)
     assert done.stderr.count("\n") == 1
-    assert f"{len(refused)} of 40 loops cannot work as queues" in done.stderr
+    assert f"{len(refused)} of 12 loops cannot work as queues" in done.stderr
     assert picture.stat().st_size > 100_000
 
 

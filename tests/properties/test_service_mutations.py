@@ -82,7 +82,7 @@ MUTATIONS: Final[dict[str, tuple[Any, str, Any]]] = {
     "nobody may enter": (
         requests,
         "service",
-        SimpleNamespace(bars=_bars_all, serve=service.serve),
+        SimpleNamespace(bars=_bars_all, serve=service.serve, stops_here=service.stops_here),
     ),
     "places are not marked": (service, "_mover", _after(service._mover, _forget)),
     "what was looked at is forgotten": (service, "_begin", _after(service._begin, _forget)),

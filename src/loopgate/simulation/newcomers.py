@@ -19,6 +19,10 @@ _SAME_M = 0.5
 """How far past the end of its state a vehicle may stand that is held there [m]."""
 
 
+_REACHED_M = 0.05
+"""So far behind a line a vehicle can be held there that stands; farther, SUMO lets it drive on [m]."""
+
+
 @dataclass(slots=True, eq=False)
 class Newcomer:
     """A vehicle that is to come under the gate; until then it drives by SUMO's rules.
@@ -124,8 +128,8 @@ class Newcomer:
             return  # not from here
         for position in sorted(left, key=lambda p: left[p]):
             line = track.stop_lines[position]
-            if left[position] < needed_m:
-                continue  # SUMO itself looks at that only where both are on one edge
+            if left[position] < max(needed_m, -_REACHED_M):
+                continue  # SUMO looks at that where both are on one edge only, and never behind a line
             try:
                 held = traffic.hold(self.vehicle, line.edge, line.lane_index, line.position_m)
             except TrafficError:
