@@ -16,6 +16,9 @@ __all__ = ["tails_over"]
 _BEHIND_M = np.arange(0.0, 1.6, 0.25)
 """How far behind the lane the rears are that are looked at [m]; farther on they are out of the way."""
 
+_TURNED_BEHIND_M = np.arange(0.0, 5.1, 0.25)
+"""The same where the way through the junction is shorter than a vehicle, as where it turns round [m]."""
+
 _BESIDE_M = 0.1
 """Room on either side of who waits [m]."""
 
@@ -33,20 +36,33 @@ def tails_over(network: RoadNetwork, courses: Courses) -> Mapping[str, float]:
     """
     found: dict[str, float] = {}
     for course, bodies in courses.items():
-        if not course.before or not network.lanes[course.lane].internal:
+        inside = network.lanes[course.lane].internal
+        if not (course.before and (inside or _turns_round(network, course))):
             continue
+        behind_m = _BEHIND_M if inside else _TURNED_BEHIND_M
         xy, arc, ends = _path(network, course)
         last_m = network.lanes[course.lane].length_m
         half_m = bodies.width_m / 2
         stiff = np.array([length for length, jointed in bodies.looked_at_m() if not jointed])
         for lane, end_m in ends.items():
-            rear = np.repeat(end_m + _BEHIND_M, len(stiff))
-            front = rear + np.tile(stiff, len(_BEHIND_M))
+            rear = np.repeat(end_m + behind_m, len(stiff))
+            front = rear + np.tile(stiff, len(behind_m))
             on_it = (front >= 0.0) & (front <= last_m)
             swing = _swing_m(xy, arc, front[on_it], rear[on_it], end_m, half_m)
             if swing > max(found.get(lane, 0.0), _LEAST_M):
                 found[lane] = swing
     return found
+
+
+def _turns_round(network: RoadNetwork, course: Course) -> bool:
+    """Return whether the lane leads back beside the one that it is reached from, over a junction alone."""
+    lanes = [network.lanes[name] for name in course.before]
+    roads = [lane for lane in lanes if not lane.internal]
+    if not (lanes[0].internal and roads):
+        return False
+    (ax, ay), (bx, by) = network.lanes[course.lane].shape[:2]
+    (cx, cy), (dx, dy) = roads[0].shape[-2:]
+    return (bx - ax) * (dx - cx) + (by - ay) * (dy - cy) < 0.0
 
 
 def _path(network: RoadNetwork, course: Course) -> tuple[Floats, Floats, dict[str, float]]:

@@ -13,6 +13,7 @@ import pytest
 from loopgate.abstraction.courses import courses_of
 from loopgate.abstraction.queue_layout import QueueLayout, lay_out_queues
 from loopgate.abstraction.swept import Touches, find_touches
+from loopgate.abstraction.tails import tails_over
 from loopgate.abstraction.waiting import Part, waiting_parts
 from loopgate.network import Connection, Edge, Lane, Loop, RoadNetwork, VehicleType, make_loop
 from loopgate.network.records import Junction
@@ -322,3 +323,19 @@ def test_two_lanes_of_one_edge_are_left_to_sumo() -> None:
         connections=net.connections,
     )
     assert not len(touches(wide, ["w", "e", "b"]).one)
+
+
+def test_who_waits_keeps_clear_of_who_turns_round() -> None:
+    """At a dead end the body of who has turned lies across the junction, over the end of the lane it left."""
+    there: Way = [
+        ("w", ((-100.0, 0.0), (0.0, 0.0))),
+        (":turn", ((0.0, 0.0), (1.0, 0.3), (1.3, 1.3), (1.0, 2.3), (0.0, 2.6))),
+        ("b", ((0.0, 2.6), (-100.0, 2.6))),
+        (":home", ((-100.0, 2.6), (-101.0, 2.3), (-101.3, 1.3), (-101.0, 0.3), (-100.0, 0.0))),
+    ]
+    net = network([there])
+    courses = courses_of(net, users(net, ["w", "b"]))
+    swing = tails_over(net, courses)
+    assert swing["w_0"] > 0.5
+    without = {course: bodies for course, bodies in courses.items() if net.lanes[course.lane].internal}
+    assert tails_over(net, without).get("w_0", 0.0) < swing["w_0"]
