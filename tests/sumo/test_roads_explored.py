@@ -33,9 +33,9 @@ _MOST_FOR_EVERYONE = 4_000
 
 CASES = [
     # network, length of the vehicles [m], range of lengths of the loops [m], loops, vehicles
-    ("grid", 7.0, (60, 160), 4, 8),
+    ("grid", 6.9, (60, 160), 4, 8),
     ("grid", 7.0, (60, 260), 3, 6),
-    ("blocks", 7.0, (60, 260), 2, 6),
+    ("blocks", 6.9, (60, 260), 2, 6),
     ("blocks", 8.0, (60, 600), 4, 5),
     ("roundabout", 8.0, (60, 260), 2, 8),
     ("random", 5.0, (60, 260), 2, 6),

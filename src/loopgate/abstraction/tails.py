@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 import numpy as np
@@ -18,6 +19,9 @@ _BEHIND_M = np.arange(0.0, 1.6, 0.25)
 
 _TURNED_BEHIND_M = np.arange(0.0, 5.1, 0.25)
 """The same where the way through the junction is shorter than a vehicle, as where it turns round [m]."""
+
+_BACK = -0.7
+"""Cosine of the angle from which on a turn leads back."""
 
 _BESIDE_M = 0.1
 """Room on either side of who waits [m]."""
@@ -62,7 +66,8 @@ def _turns_round(network: RoadNetwork, course: Course) -> bool:
         return False
     (ax, ay), (bx, by) = network.lanes[course.lane].shape[:2]
     (cx, cy), (dx, dy) = roads[0].shape[-2:]
-    return (bx - ax) * (dx - cx) + (by - ay) * (dy - cy) < 0.0
+    along = (bx - ax) * (dx - cx) + (by - ay) * (dy - cy)
+    return along < _BACK * math.hypot(bx - ax, by - ay) * math.hypot(dx - cx, dy - cy)
 
 
 def _path(network: RoadNetwork, course: Course) -> tuple[Floats, Floats, dict[str, float]]:
