@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 from loopgate.drive.motion import time_s
 from loopgate.network import RoadNetwork
+from loopgate.network.records import Lane
 from loopgate.traffic.base import Dynamics, Traffic
 
 _Route = tuple[tuple[str, ...], int]
@@ -89,7 +90,7 @@ class Coming:
                 left_m += self._edge_m(edges[at]) if at < len(edges) else math.inf
             accel = vehicles[one.vehicle].accel_mps2
             while at + 1 < len(edges):
-                top = self._network.edges[edges[at]].lanes[0].speed_mps
+                top = max((lane.speed_mps for lane in self._lanes(edges[at])), default=speed)
                 first_s = time_s(left_m, speed, accel, max(speed, top))
                 if first_s > _HORIZON_S:
                     break
@@ -100,7 +101,11 @@ class Coming:
         return found
 
     def _edge_m(self, edge: str) -> float:
-        return self._network.edges[edge].lanes[0].length_m
+        return max((lane.length_m for lane in self._lanes(edge)), default=math.inf)
+
+    def _lanes(self, edge: str) -> tuple[Lane, ...]:
+        """Return the lanes of a road; none of what is no road, as a connector: nobody looks beyond it."""
+        return self._network.edges[edge].lanes if edge in self._network.edges else ()
 
     def _route(self, one: Seen, known: _Known | None) -> _Route:
         now = self._traffic.now_s

@@ -95,8 +95,10 @@ class Others:
         self._seen_s = -math.inf
         self._on: dict[str, list[Seen]] = {}
         self._coming_by = coming
-        self._kept: dict[int, float] = {}
-        """Who is kept at its line though it has its grant, and since when [s]."""
+        self._since_s: dict[str, float] = {}
+        """Since when vehicles with grants stand before a junction with somebody in their way [s]."""
+        self._still: set[str] = set()
+        """Those of them that are kept there; by name, since numbers change when vehicles join and leave."""
         self._arrivals: dict[tuple[str, str], list[Arrival]] | None = None
 
     def in_the_way(self, robot: int) -> Reason | None:
@@ -114,15 +116,21 @@ class Others:
 
     def look(self) -> None:
         """Keep those at their lines that stand there with their grants while somebody is in their way."""
-        kept, self._kept = self._kept, {}
-        for robot, driver in enumerate(self._drivers):
-            if driver.speed_mps >= _STANDING_MPS:
-                continue
-            since_s = kept.get(robot, self._traffic.now_s)
-            if self._traffic.now_s - since_s < _MOST_KEPT_S and self._may_not_set_out(driver):
-                self._kept[robot] = since_s
-        for robot in kept.keys() ^ self._kept.keys():
-            self._traffic.stand(self._drivers[robot].id, still=robot in self._kept)
+        now, since_s, self._since_s = self._traffic.now_s, self._since_s, {}
+        still = set()
+        for driver in self._drivers:
+            if (
+                driver.speed_mps < _STANDING_MPS
+                and not driver.row["steered"]
+                and self._may_not_set_out(driver)
+            ):
+                self._since_s[driver.id] = since_s.get(driver.id, now)
+                if now - self._since_s[driver.id] < _MOST_KEPT_S:
+                    still.add(driver.id)
+        here = {driver.id for driver in self._drivers}
+        for vehicle in sorted((self._still ^ still) & here):
+            self._traffic.stand(vehicle, still=vehicle in still)
+        self._still = still
 
     def _may_not_set_out(self, driver: Driver) -> bool:
         """Return whether a vehicle stands before a junction that it may cross, with somebody in its way."""

@@ -179,5 +179,9 @@ def test_who_stands_at_its_line_with_its_grant_sets_out_when_nobody_comes() -> N
     assert look([Arrival(4.0, 4.0)]) == []
     driver.row["front"] = 98.0
     assert look([Arrival(4.0, 4.0)]) == [("v", True)]
+    scene.others._drivers.reverse()  # type: ignore[attr-defined]
+    assert look([]) == [("v", False)]
+    assert look([Arrival(4.0, 4.0)]) == [("v", True)]
     scene.traffic.now_s += 60.0
     assert look([Arrival(4.0, 4.0)]) == [("v", False)]
+    assert look([Arrival(4.0, 4.0)]) == []
