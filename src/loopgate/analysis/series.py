@@ -15,11 +15,14 @@ __all__ = ["add_series"]
 
 _NAMED = {c.GATE, c.ABSTRACTION, c.NEGOTIATION}
 
+_ONLY_COUNTS = {SERIES, "vehicles_per_km"}
+"""Columns that make no series: what comes of the latter are vehicles, and these are on the axis."""
+
 
 def add_series(runs: pd.DataFrame) -> pd.DataFrame:
     """Return the runs that succeeded with a column `SERIES`: the gate, and what else was chosen to differ.
 
-    Network, vehicles and seed make no series. Neither does the number of loops where nobody asked for one: a
+    Network, vehicles (in all or for each kilometre) and seed make no series. Neither does the number of loops where nobody asked for one: a
     file has so many, and fewer are used where there are fewer vehicles, or where a loop cannot work.
 
     Parameters
@@ -45,7 +48,7 @@ def add_series(runs: pd.DataFrame) -> pd.DataFrame:
     if c.VEHICLES in good:
         good = good[good[c.VEHICLES].notna()]
     known = [n for n in (c.ABSTRACTION, c.NEGOTIATION, c.LIGHTS, c.DURATION, c.WARMUP) if n in good]
-    known += [n for n in good.columns if n not in ROW_SCHEMA.names and n != SERIES]
+    known += [n for n in good.columns if n not in ROW_SCHEMA.names and n not in _ONLY_COUNTS]
     labels = good[[c.GATE, *known]].copy()
     if c.SCENARIO in good:
         labels[c.LOOPS] = [json.loads(text).get(c.LOOPS) if text else None for text in good[c.SCENARIO]]

@@ -222,6 +222,13 @@ def test_loops_that_follow_from_the_vehicles_make_no_series(make: Make, tmp_path
     assert "loops 50" not in text
 
 
+def test_vehicles_for_each_kilometre_make_no_series() -> None:
+    """They are another way to say how many there are, which is on the axis."""
+    runs = pd.DataFrame({"gate": ["open", "open"], "vehicles": [29, 73], "vehicles_per_km": [2.0, 5.0]})
+    assert set(add_series(runs)["series"]) == {"open"}
+    assert len(set(add_series(runs.assign(types=["bus=1", "bus=2"]))["series"])) == 2
+
+
 def test_loops_that_were_not_asked_for_make_no_series(make: Make) -> None:
     """With equal vehicles, one seed finds 50 loops that work and the other 48: one series all the same."""
     includes = [
