@@ -22,9 +22,9 @@ _ONLY_COUNTS = {SERIES, "vehicles_per_km"}
 def add_series(runs: pd.DataFrame) -> pd.DataFrame:
     """Return the runs that succeeded with a column `SERIES`: the gate, and what else was chosen to differ.
 
-    Network, vehicles (in all or for each kilometre) and seed make no series. Neither does the number of loops
-    where nobody asked for one: a file has so many, and fewer are used where there are fewer vehicles, or where
-    a loop cannot work.
+    Network, vehicles (in all or per kilometre) and seed make no series. Neither does the number of loops
+    where nobody asked for one: a file has so many, and fewer are used where there are fewer vehicles, or
+    where a loop cannot work.
 
     Parameters
     ----------
