@@ -55,7 +55,7 @@ class Player {
 
   tick(now) {
     if (this.playing) {
-      this.time = Math.min(this.last, this.time + this.speed * Math.min(0.25, (now - this.before) / 1000));
+      this.time = Math.min(this.last, this.time + this.speed * Math.min(0.25, (now - (this.before ?? now)) / 1000));
       if (this.time >= this.last) this.play(false);
       this.changed = true;
     }
