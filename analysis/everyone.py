@@ -1,7 +1,7 @@
 """Live for everyone iff no circle and no crowd? Random systems, every configuration of them.
 
     python analysis/everyone.py                  # 10,000 systems whose places hold 2 to 4: ten minutes
-    python analysis/everyone.py --narrow --systems 5000    # some places hold 1: `Roomy`, along walks
+    python analysis/everyone.py --narrow --systems 5000    # some places hold 1: `FreeSlots`, along walks
 
 Every configuration that can be reached is looked at by an exhaustive oracle (`road_oracle`). That is compared
 with what is proved (no circle of full places, and no crowd), and with what the gate decides.
@@ -23,10 +23,10 @@ from loopgate.gates.base import Reason
 from loopgate.gates.certified import CertifiedGate
 from loopgate.gates.certified.budget import Budget
 from loopgate.gates.certified.crowding import find_crowd
-from loopgate.gates.certified.layout import Layout
-from loopgate.gates.certified.roomy import Roomy
+from loopgate.gates.certified.free_slots import FreeSlots
+from loopgate.gates.certified.occupancy import Occupancy
 from loopgate.gates.certified.service import next_mover
-from loopgate.gates.certified.stand import Stand
+from loopgate.gates.certified.system_index import SystemIndex
 from loopgate.model import System
 from loopgate.research.theory.residents import leaves_room_for_passers
 
@@ -107,7 +107,7 @@ def _look_everywhere(reach: Reach, gate: CertifiedGate, found: Counter[str]) -> 
 def _serve(system: System, gate: CertifiedGate, rng: random.Random, found: Counter[str]) -> None:
     """Serve every robot once, in a random order, each move as the gate admits it."""
     here = system.initial
-    stand = Stand.of(Layout(system), here)
+    stand = Occupancy.of(SystemIndex(system), here)
     for robot in rng.sample(range(len(system.robots)), len(system.robots)):
         moves = 0
         mover = -1
@@ -125,16 +125,16 @@ def _serve(system: System, gate: CertifiedGate, rng: random.Random, found: Count
 
 
 def narrow_system(roads: Roads, seed: int) -> Counter[str]:
-    """Walk where `Roomy` lets us, and compare each of its answers with what is so."""
+    """Walk where `FreeSlots` lets us, and compare each of its answers with what is so."""
     reach, found, system = Reach(roads), Counter[str](systems=1), roads.system
     roomy = reach.roomy()
     found["configurations"] += len(reach.all)
     found["live"] += int(reach.live.sum())
     found["a slot free everywhere, not live"] += int((roomy & ~reach.live).sum())
     found["live, no slot free everywhere"] += int((reach.live & ~roomy).sum())
-    keeper = Roomy(Layout(system), Budget(2_000))
+    keeper = FreeSlots(SystemIndex(system), Budget(2_000))
     here, rng = system.initial, random.Random(seed)
-    stand = Stand.of(keeper.layout, here)
+    stand = Occupancy.of(keeper.layout, here)
     if not keeper.begin(here, stand):
         found["starts refused"] += 1
         found["live starts refused"] += bool(reach.live[0])

@@ -24,9 +24,9 @@ from loopgate.abstraction.queues import most_at_start
 from loopgate.errors import TooManyVehiclesError
 from loopgate.gates.certified import CertifiedGate
 from loopgate.gates.certified.crowding import too_many
-from loopgate.gates.certified.layout import Layout
+from loopgate.gates.certified.occupancy import Occupancy
 from loopgate.gates.certified.service import next_mover
-from loopgate.gates.certified.stand import Stand
+from loopgate.gates.certified.system_index import SystemIndex
 from loopgate.model import Robot, RobotId, StateId, System
 from loopgate.network import RoadNetwork
 from loopgate.network.vehicle_type import DEFAULT_TYPE
@@ -98,7 +98,7 @@ def _circle(lines: dict[StateId, list[Robot]], system: System, begin: StateId) -
 def serve(system: System, seed: int) -> tuple[str, list[int], int]:
     """Serve as many heads as there are vehicles; return the gate's promise, the moves each took, refusals."""
     gate = CertifiedGate(system)
-    stand = Stand.of(Layout(system), system.initial)
+    stand = Occupancy.of(SystemIndex(system), system.initial)
     lengths: list[int] = []
     refused = 0
     order = random.Random(seed).sample(range(len(system.robots)), len(system.robots))

@@ -7,7 +7,7 @@ from collections import Counter
 import pytest
 
 from loopgate.errors import GateError
-from loopgate.gates.certified.breakdown import Remainder
+from loopgate.gates.certified.broken_robots import Remainder
 from loopgate.model import Robot, RobotId, StateId, System
 from loopgate.research.agents import Kind, Link, components, part, run_certified_agents
 from loopgate.research.theory.homing import Homing

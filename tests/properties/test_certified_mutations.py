@@ -19,17 +19,17 @@ from loopgate.errors import GateError, IllegalMoveError, SystemModelError
 from loopgate.gates import Decision
 from loopgate.gates.certified import CertifiedGate, deadlock
 from loopgate.gates.certified.banker import _harmless, fixpoint
+from loopgate.gates.certified.chain_rule import ChainRule
 from loopgate.gates.certified.checker import Checker
 from loopgate.gates.certified.crowding import _Net, find_crowd, refuse_crowds
-from loopgate.gates.certified.flow import Flow
-from loopgate.gates.certified.homeward import Homeward
-from loopgate.gates.certified.layout import Layout
+from loopgate.gates.certified.exploration import _Walk
+from loopgate.gates.certified.free_slots import FreeSlots
+from loopgate.gates.certified.homes import Homes
+from loopgate.gates.certified.occupancy import Occupancy
 from loopgate.gates.certified.patience import Patience
-from loopgate.gates.certified.roomy import Roomy
-from loopgate.gates.certified.rounds import _Walk
 from loopgate.gates.certified.search import Search
 from loopgate.gates.certified.service import _last_of_circle, next_mover
-from loopgate.gates.certified.stand import Stand
+from loopgate.gates.certified.system_index import SystemIndex
 from loopgate.gates.deadlocks import deadlocked_robots, homes_decide_liveness
 from loopgate.model import Configuration, Robot, StateId, System
 from loopgate.research.theory.homing import Homing
@@ -90,7 +90,7 @@ def _right(
     circle = bool(deadlocked_robots(system, there))
     if gate.promise == "somebody":
         return not (decision.admitted and circle)
-    by_the_cycle_test = decision.stage == "cycle" or not isinstance(gate._keeper, Homeward)
+    by_the_cycle_test = decision.stage == "cycle" or not isinstance(gate._keeper, Homes)
     return decision.admitted == judge.live(there) and (by_the_cycle_test or not circle)
 
 
@@ -130,9 +130,7 @@ def test_unbroken_all_pass() -> None:
 @pytest.mark.parametrize(
     ("function", "old", "new"),
     [
-        pytest.param(
-            Homeward._accepts, "return self._checker", "return True or self._checker", id="no checker"
-        ),
+        pytest.param(Homes._accepts, "return self._checker", "return True or self._checker", id="no checker"),
         pytest.param(
             Checker._play,
             "inside[entered] >= room[entered]",
@@ -158,21 +156,26 @@ def test_unbroken_all_pass() -> None:
             id="cycle test too eager",
         ),
         pytest.param(Search._branch, "for i in part:", "for i in part[:1]:", id="search tries one robot"),
-        pytest.param(Homeward.moved, "else verdict.witness", "else self._witness", id="witness not kept up"),
+        pytest.param(Homes.moved, "else verdict.witness", "else self._witness", id="witness not kept up"),
         pytest.param(
             _Walk.comes_back_to,
             "self._low[here] = min(self._low[here], self.index[there])",
             "pass",
             id="components torn apart",
         ),
-        pytest.param(Layout._homes, "[self.never_blocks[s] for", "[True for", id="everything is a home"),
+        pytest.param(SystemIndex._homes, "[self.never_blocks[s] for", "[True for", id="everything is a home"),
         pytest.param(
-            Layout._passable, "return self.room[state] > others", "return True", id="blocked ends overlooked"
+            SystemIndex._passable,
+            "return self.room[state] > others",
+            "return True",
+            id="blocked ends overlooked",
         ),
-        pytest.param(Stand.step, "self.count[left] -= 1", "pass", id="states never emptied"),
-        pytest.param(Flow.closes, "return chain", "return []", id="no chain rule"),
-        pytest.param(Flow._leavers, "for i in line:", "for i in line[::-1]:", id="last instead of first"),
-        pytest.param(Flow.moved, "self._held[target] += 1", "pass", id="no slots reserved"),
+        pytest.param(Occupancy.step, "self.count[left] -= 1", "pass", id="states never emptied"),
+        pytest.param(ChainRule.closes, "return chain", "return []", id="no chain rule"),
+        pytest.param(
+            ChainRule._leavers, "for i in line:", "for i in line[::-1]:", id="last instead of first"
+        ),
+        pytest.param(ChainRule.moved, "self._held[target] += 1", "pass", id="no slots reserved"),
     ],
 )
 def test_each_fault_is_noticed(
@@ -228,9 +231,9 @@ def test_unbroken_everyone_goes_on() -> None:
             next_mover, "not in seen and _full", "not in seen and not _full", id="service of the first only"
         ),
         pytest.param(_last_of_circle, "return last", "return head", id="service closes circles"),
-        pytest.param(Flow.closes, "return chain", "return []", id="no chain rule"),
-        pytest.param(Flow.closes, "if place == left or", "if", id="the slot behind overlooked"),
-        pytest.param(Roomy._full, "count[s] >= room[s]", "count[s] > room[s]", id="full overlooked"),
+        pytest.param(ChainRule.closes, "return chain", "return []", id="no chain rule"),
+        pytest.param(ChainRule.closes, "if place == left or", "if", id="the slot behind overlooked"),
+        pytest.param(FreeSlots._full, "count[s] >= room[s]", "count[s] > room[s]", id="full overlooked"),
     ],
 )
 def test_each_fault_of_the_promise_to_everyone_is_noticed(

@@ -12,10 +12,10 @@ from service_bound import longest_service
 
 from loopgate.errors import SystemModelError
 from loopgate.gates.certified.budget import Budget
-from loopgate.gates.certified.layout import Layout
-from loopgate.gates.certified.roomy import Roomy
+from loopgate.gates.certified.free_slots import FreeSlots
+from loopgate.gates.certified.occupancy import Occupancy
 from loopgate.gates.certified.service import next_mover
-from loopgate.gates.certified.stand import Stand
+from loopgate.gates.certified.system_index import SystemIndex
 from loopgate.research.theory.oracle import Oracle, OracleLimitError
 from loopgate.research.theory.random_systems import Shape, random_system
 
@@ -46,7 +46,7 @@ def test_live_is_no_circle_and_no_crowd() -> None:
 
 
 def test_a_slot_free_everywhere_is_a_witness_where_places_hold_one() -> None:
-    """`Roomy` admits nothing unsafe, blocks nobody, and refuses hardly anything that is safe."""
+    """`FreeSlots` admits nothing unsafe, blocks nobody, and refuses hardly anything that is safe."""
     found = sample(narrow=True)
     assert {key: found[key] for key in WRONG} == dict.fromkeys(WRONG, 0)
     assert found["safe"] > 1000
@@ -66,7 +66,7 @@ def test_service_ends_from_every_live_configuration(seed: int) -> None:
     system, rng = roads.system, random.Random(seed)
     here = system.initial
     for _ in range(25):
-        stand = Stand.of(Layout(system), here)
+        stand = Occupancy.of(SystemIndex(system), here)
         robot, mover, seen = rng.randrange(len(system.robots)), -1, set[object]()
         there = here
         while mover != robot:
@@ -116,7 +116,7 @@ def test_service_says_so_where_nobody_can_move() -> None:
             len(line) == most for line, most in zip(roads.start, roads.slots, strict=True)
         ):
             with pytest.raises(ValueError, match="in a circle through p"):
-                next_mover(Stand.of(Layout(roads.system), roads.system.initial), 0)
+                next_mover(Occupancy.of(SystemIndex(roads.system), roads.system.initial), 0)
             return
     pytest.fail("no system was full")
 
@@ -136,9 +136,13 @@ def test_roomy_in_places_of_every_kind(fifo: float) -> None:
             oracle.live(system.initial)
         except (SystemModelError, OracleLimitError):
             continue
-        layout = Layout(system)
-        stand, keeper, here = Stand.of(layout, system.initial), Roomy(layout, Budget(2_000)), system.initial
-        if layout.hopeless or not Roomy.applies(layout) or not keeper.begin(here, stand):
+        layout = SystemIndex(system)
+        stand, keeper, here = (
+            Occupancy.of(layout, system.initial),
+            FreeSlots(layout, Budget(2_000)),
+            system.initial,
+        )
+        if layout.hopeless or not FreeSlots.applies(layout) or not keeper.begin(here, stand):
             continue
         assert oracle.live(here)
         rng, robots = random.Random(seed), range(len(system.robots))

@@ -12,9 +12,9 @@ from service_cases import oldest_late
 
 from loopgate.errors import SystemModelError, UnsafeStartError
 from loopgate.gates import Reason
-from loopgate.gates.certified.layout import Layout
+from loopgate.gates.certified.occupancy import Occupancy
 from loopgate.gates.certified.service import next_mover
-from loopgate.gates.certified.stand import Stand
+from loopgate.gates.certified.system_index import SystemIndex
 from loopgate.model import System
 from loopgate.research.theory.road_systems import (
     Roads,
@@ -73,12 +73,12 @@ def test_whoever_must_move_next_is_the_one_that_the_rule_of_the_gate_names(roads
     """For the oldest request, in every second in which somebody is served."""
     served = 0
     for system, seed in crowded(roads):
-        layout = Layout(system)
+        layout = SystemIndex(system)
         world = LittleRoads(system, seed, serve_after_s=PATIENCE_S, negotiation=Unfair({seed}))
         for _ in range(FOR_S // 2):
             world.let_ask()
             oldest = oldest_late(world, PATIENCE_S)
-            here = Stand.of(layout, world.books.configuration())
+            here = Occupancy.of(layout, world.books.configuration())
             world.decide()
             if oldest is not None:
                 served += 1
@@ -116,7 +116,7 @@ def test_nobody_is_kept_waiting_by_lights_that_turn_green_again_and_again(roads:
         assert min(world.moves) > 0
 
 
-def way_length(here: Stand, robot: int) -> int:
+def way_length(here: Occupancy, robot: int) -> int:
     """Return how many full places lead from the robot's to the first with room."""
     head, length, room = robot, 0, here.layout.room
     while here.count[there := here.wanted(head)] >= room[there]:
@@ -129,7 +129,7 @@ def test_the_way_of_the_oldest_only_gets_shorter(roads: Roads) -> None:
     """From second to second, as long as its service has met no circle, whoever has green meanwhile."""
     shorter = 0
     for system, seed in crowded(roads):
-        layout = Layout(system)
+        layout = SystemIndex(system)
         lights = Flashing()
         world = LittleRoads(system, seed, serve_after_s=PATIENCE_S, obstacles=[lights])
         before: dict[int, int] = {}
@@ -138,7 +138,7 @@ def test_the_way_of_the_oldest_only_gets_shorter(roads: Roads) -> None:
             world.let_ask()
             oldest = oldest_late(world, PATIENCE_S)
             world.decide()
-            after = Stand.of(layout, world.books.configuration())
+            after = Occupancy.of(layout, world.books.configuration())
             if oldest is None or not world.column["pending"][oldest] or world.column["turned"][oldest]:
                 before = {}
                 continue

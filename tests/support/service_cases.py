@@ -13,9 +13,9 @@ from little_roads import LittleRoads, Unfair
 from builders import system
 from loopgate.abstraction.itinerary import Crossing, Leg
 from loopgate.gates import Reason, make_gate
-from loopgate.gates.certified.layout import Layout
+from loopgate.gates.certified.occupancy import Occupancy
 from loopgate.gates.certified.service import next_mover
-from loopgate.gates.certified.stand import Stand
+from loopgate.gates.certified.system_index import SystemIndex
 from loopgate.negotiation.base import Negotiation
 from loopgate.negotiation.pressure import Pressure
 from loopgate.research.theory.road_systems import one_way_grid, road_system
@@ -243,11 +243,11 @@ def no_negotiation_holds_who_must_move() -> None:
 def whose_move_it_is() -> None:
     """Whose move it is says the gate's own rule for the oldest request; and everybody goes on."""
     world = _grid()
-    layout, seen = Layout(world.system), 0
+    layout, seen = SystemIndex(world.system), 0
     for _ in range(200):
         world.let_ask()
         oldest = oldest_late(world, AFTER_S)
-        here = Stand.of(layout, world.books.configuration())
+        here = Occupancy.of(layout, world.books.configuration())
         world.decide()
         if oldest is not None:
             seen += 1

@@ -13,8 +13,8 @@ import pytest
 from loopgate.errors import SystemModelError
 from loopgate.gates import make_gate
 from loopgate.gates.certified.budget import Budget
-from loopgate.gates.certified.flow import Flow
-from loopgate.gates.certified.stand import Stand
+from loopgate.gates.certified.chain_rule import ChainRule
+from loopgate.gates.certified.occupancy import Occupancy
 from loopgate.research.state_space import StateSpace, Verification, verify_space
 from loopgate.research.theory.instances import instance
 from loopgate.research.theory.road_systems import (
@@ -68,10 +68,10 @@ def test_the_chain_rule_is_exact(roads: Roads, capacity: int, vehicles: int, see
     space = StateSpace(system)
     somebody = space.somebody
     assert (somebody == ~space.locked).all()
-    flow = Flow(system, Budget(2_000))
+    flow = ChainRule(system, Budget(2_000))
     for number in range(space.count):
         here = space.configuration(number)
-        assert flow.begin(here, Stand.of(flow.layout, here)) == somebody[number]
+        assert flow.begin(here, Occupancy.of(flow.layout, here)) == somebody[number]
     found = check(space, "certified:promise=somebody")
     assert found.holds
     assert (found.permissiveness, found.coverage, found.deadlocks) == (1.0, 1.0, 0)

@@ -14,7 +14,7 @@ __all__ = [
     "JoinedLane",
     "PlaceSurvey",
     "QueueSurvey",
-    "Refusal",
+    "RefusedLoop",
 ]
 
 
@@ -107,7 +107,7 @@ class JoinedLane:
 
 
 @dataclass(frozen=True, slots=True)
-class Refusal:
+class RefusedLoop:
     """Why a loop cannot work, and the edge at which, if it is one."""
 
     loop: Loop
@@ -136,7 +136,7 @@ class QueueSurvey:
     places: tuple[PlaceSurvey, ...]
     crossings: tuple[CrossingSurvey, ...]
     joined: tuple[JoinedLane, ...]
-    refused: tuple[Refusal, ...]
+    refused: tuple[RefusedLoop, ...]
     even: int
 
     @property

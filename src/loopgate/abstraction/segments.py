@@ -21,7 +21,7 @@ from loopgate.network.loop import Loop
 __all__ = [
     "CLEARANCE_M",
     "DEFAULT_RHO_M",
-    "Layout",
+    "SegmentLayout",
     "lay_out_segments",
     "make_segments",
     "needed_length_m",
@@ -37,7 +37,7 @@ and a vehicle's rear leaves a state between two simulation steps."""
 
 
 @dataclass(frozen=True, slots=True)
-class Layout:
+class SegmentLayout:
     """Loops cut into states, before vehicles are placed.
 
     Attributes
@@ -60,7 +60,7 @@ def lay_out_segments(
     vehicle_length_m: float = 5.0,
     min_gap_m: float = 2.5,
     piece_m: float = 100.0,
-) -> Layout:
+) -> SegmentLayout:
     """Cut loops into states (Zhou et al. 2020, Section 3.2): zones that several share, private pieces.
 
     Collision segments (Definition 1) are found on the loops' curves, merged into zones and fitted to the
@@ -102,12 +102,12 @@ def lay_out_segments(
     )
 
 
-_KEPT: Kept[Layout] = Kept(8)
+_KEPT: Kept[SegmentLayout] = Kept(8)
 
 
-def _lay_out(loops: Sequence[Loop], rho_m: float, need_m: float, piece_m: float) -> Layout:
+def _lay_out(loops: Sequence[Loop], rho_m: float, need_m: float, piece_m: float) -> SegmentLayout:
     zones = make_zones(loops, collision_segments(loops, rho_m), need_m)
-    return Layout(
+    return SegmentLayout(
         loops=tuple(loops),
         itineraries=tuple(_itinerary(loop, k, zones, need_m, piece_m) for k, loop in enumerate(loops)),
         warnings=tuple(zone_warnings(loops, zones, zone_state)),
@@ -150,7 +150,7 @@ def make_segments(
 
 
 def place_vehicles(
-    layout: Layout,
+    layout: SegmentLayout,
     *,
     vehicle_length_m: float = 5.0,
     seed: int = 1,

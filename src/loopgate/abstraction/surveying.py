@@ -16,7 +16,7 @@ from loopgate.abstraction.queue_survey import (
     JoinedLane,
     PlaceSurvey,
     QueueSurvey,
-    Refusal,
+    RefusedLoop,
 )
 from loopgate.abstraction.queues import most_at_start
 from loopgate.errors import RefusedLoopError, RouteError
@@ -54,7 +54,7 @@ def survey_queues(network: RoadNetwork, users: Sequence[tuple[Loop, VehicleType]
         else:
             break
     refused = tuple(
-        Refusal(loop, reasons[name], _edge_in(loop, reasons[name]))
+        RefusedLoop(loop, reasons[name], _edge_in(loop, reasons[name]))
         for name, loop in every.items()
         if name in reasons
     )
@@ -77,7 +77,7 @@ def _edge_in(loop: Loop, reason: str) -> str | None:
 
 
 def _survey(
-    network: RoadNetwork, loops: tuple[Loop, ...], layout: QueueLayout, refused: tuple[Refusal, ...]
+    network: RoadNetwork, loops: tuple[Loop, ...], layout: QueueLayout, refused: tuple[RefusedLoop, ...]
 ) -> QueueSurvey:
     itineraries = tuple(layout.itineraries[loop.id] for loop in loops)
     at_start = most_at_start(layout)

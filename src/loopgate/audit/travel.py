@@ -12,7 +12,7 @@ from loopgate.audit.layout import LoopWay, VehicleBody
 from loopgate.audit.stretches import ROUNDING_M, LoopStretches
 from loopgate.errors import ResultsError
 
-__all__ = ["LoopTable", "Stand", "Traveller"]
+__all__ = ["LoopTable", "Standstill", "Traveller"]
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -27,7 +27,7 @@ _TOLERANCE_M = 0.1
 
 
 @dataclass(frozen=True, slots=True)
-class Stand:
+class Standstill:
     """A vehicle stood with its body in a crossing: where its front was, from when, for how long [s]."""
 
     vehicle: int

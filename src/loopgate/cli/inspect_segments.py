@@ -11,7 +11,7 @@ import click
 from rich.console import Console
 
 from loopgate.abstraction.itinerary import Abstraction
-from loopgate.abstraction.segments import Layout, lay_out_segments, place_vehicles
+from loopgate.abstraction.segments import SegmentLayout, lay_out_segments, place_vehicles
 from loopgate.abstraction.sumo_shapes import write_shapes
 from loopgate.abstraction.survey import Survey, survey
 from loopgate.cli.inspect_options import Wanted
@@ -28,7 +28,7 @@ __all__ = ["look_at_segments"]
 class _Seen:
     """Loops with their states; the vehicles in them, or why they cannot start."""
 
-    layout: Layout
+    layout: SegmentLayout
     vehicles_on: Sequence[Loop]
     placed: Abstraction | None
     problem: ScenarioError | None

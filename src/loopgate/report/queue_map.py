@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.lines import Line2D
 
-from loopgate.abstraction.queue_survey import CrossingSurvey, QueueSurvey, Refusal
+from loopgate.abstraction.queue_survey import CrossingSurvey, QueueSurvey, RefusedLoop
 from loopgate.network.contacts import Floats
 from loopgate.network.curve import cut_line
 from loopgate.network.loop import arc_lengths
@@ -197,7 +197,7 @@ def _unlisted(network: RoadNetwork, via: dict[str, tuple[str, ...]], found: Queu
         yield from _shared(network, via, crossing, unlisted=True)
 
 
-def _refused(axes: Axes, refusals: Sequence[Refusal], width: float, scale: float) -> None:
+def _refused(axes: Axes, refusals: Sequence[RefusedLoop], width: float, scale: float) -> None:
     """Draw refused loops as a band beneath the places, and mark where each cannot go on."""
     curves = [np.vstack((points, points[:1])) for points in (refusal.loop.curve()[0] for refusal in refusals)]
     for colour, line_width, dash, order in (

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from loopgate.simulation.waits import circular_wait, deadlocked
 from loopgate.traffic.base import Traffic
 
-__all__ = ["Deadlock", "Refusal", "Watch"]
+__all__ = ["Deadlock", "ToldRefusal", "Watch"]
 
 _MOVED_M = 0.5
 """Creeping less than this between two checks counts as standing [m]."""
@@ -39,7 +39,7 @@ class Deadlock:
     held_up: int
 
 
-Refusal = Callable[[], tuple[Sequence[Sequence[str]], str]]
+ToldRefusal = Callable[[], tuple[Sequence[Sequence[str]], str]]
 """Tells whom a refused vehicle waits for, and for which place."""
 
 
@@ -67,7 +67,7 @@ class Watch:
         traffic: Traffic,
         *,
         after_s: float,
-        at_gate: Callable[[str], Refusal | None] | None = None,
+        at_gate: Callable[[str], ToldRefusal | None] | None = None,
     ) -> None:
         self._traffic = traffic
         self._after_s = after_s

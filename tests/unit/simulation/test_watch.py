@@ -7,7 +7,7 @@ from typing import cast
 
 import pytest
 
-from loopgate.simulation.watch import Refusal, Watch
+from loopgate.simulation.watch import ToldRefusal, Watch
 from loopgate.traffic.base import Traffic
 
 
@@ -39,7 +39,7 @@ class Gates:
     def __init__(self, refused: dict[str, list[str]]) -> None:
         self.refused = refused
 
-    def __call__(self, vehicle: str) -> Refusal | None:
+    def __call__(self, vehicle: str) -> ToldRefusal | None:
         others = self.refused.get(vehicle)
         return None if others is None else lambda: ([others], f"state {vehicle} wants")
 

@@ -6,12 +6,12 @@ is live iff it is live after them.
 
 from __future__ import annotations
 
-from loopgate.gates.certified.stand import Stand
+from loopgate.gates.certified.occupancy import Occupancy
 
 __all__ = ["fixpoint", "reduce_to_core"]
 
 
-def fixpoint(stand: Stand, robots: list[int]) -> tuple[list[int], list[int]]:
+def fixpoint(stand: Occupancy, robots: list[int]) -> tuple[list[int], list[int]]:
     """Send home every robot whose way home is free, again and again (Banker's rule).
 
     Parameters
@@ -70,7 +70,7 @@ def fixpoint(stand: Stand, robots: list[int]) -> tuple[list[int], list[int]]:
     return moves, [i for i in robots if not home[i][at[i]]]
 
 
-def reduce_to_core(stand: Stand, robots: list[int]) -> tuple[list[int], list[int]]:
+def reduce_to_core(stand: Occupancy, robots: list[int]) -> tuple[list[int], list[int]]:
     """Send robots home, or on to states that nobody else still needs, until nothing more goes.
 
     Parameters and result as `fixpoint`. What is left over is the core that only a search can decide. A
@@ -105,7 +105,7 @@ def reduce_to_core(stand: Stand, robots: list[int]) -> tuple[list[int], list[int
     return moves, left
 
 
-def _ahead(stand: Stand, robot: int) -> list[int]:
+def _ahead(stand: Occupancy, robot: int) -> list[int]:
     """All states the robot enters on its way home, in order."""
     layout = stand.layout
     p = stand.at[robot]
@@ -116,7 +116,7 @@ def _ahead(stand: Stand, robot: int) -> list[int]:
     return states
 
 
-def _harmless(stand: Stand, robot: int, ahead: list[int], need: dict[int, int]) -> int:
+def _harmless(stand: Occupancy, robot: int, ahead: list[int], need: dict[int, int]) -> int:
     """How many moves bring the robot to the furthest state that it reaches now and only it still needs."""
     if not stand.heads(robot):
         return 0
@@ -137,7 +137,7 @@ def _harmless(stand: Stand, robot: int, ahead: list[int], need: dict[int, int]) 
     return best
 
 
-def _settlers(stand: Stand, state: int) -> int:
+def _settlers(stand: Occupancy, state: int) -> int:
     """How many robots still on their way will stay in `state` for good and do not pass it before."""
     layout = stand.layout
     total = 0

@@ -10,19 +10,19 @@ from typing import Any, TypeAlias
 
 from loopgate.gates.base import Decision, Reason
 from loopgate.gates.certified.budget import BudgetError
+from loopgate.gates.certified.chain_rule import ChainRule
 from loopgate.gates.certified.deadlock import stuck_for_good
-from loopgate.gates.certified.flow import Flow
-from loopgate.gates.certified.homeward import Homeward
-from loopgate.gates.certified.layout import Layout
+from loopgate.gates.certified.exploration import Exploration
+from loopgate.gates.certified.free_slots import FreeSlots
+from loopgate.gates.certified.homes import Homes
+from loopgate.gates.certified.occupancy import Occupancy
 from loopgate.gates.certified.proof import Prover
-from loopgate.gates.certified.roomy import Roomy
-from loopgate.gates.certified.rounds import Rounds
-from loopgate.gates.certified.stand import Stand
+from loopgate.gates.certified.system_index import SystemIndex
 from loopgate.model import Configuration, System
 
 __all__ = ["Keeper", "certify"]
 
-Keeper: TypeAlias = Homeward | Rounds | Roomy | Flow
+Keeper: TypeAlias = Homes | Exploration | FreeSlots | ChainRule
 """What holds the witness of a gate's promise."""
 
 _PROOF_LINES = 100_000
@@ -32,7 +32,7 @@ def certify(
     system: System,
     keeper: Keeper,
     configuration: Configuration,
-    stand: Stand,
+    stand: Occupancy,
     *,
     robot: int,
     decision: Decision,
@@ -44,11 +44,11 @@ def certify(
     """
     if decision.reason in {Reason.BUDGET, Reason.FAULT, Reason.NEGOTIATION}:
         return None
-    if isinstance(keeper, Homeward):
-        body = _homeward(system, keeper, stand, robot, decision)
-    elif isinstance(keeper, Rounds):
-        body = _rounds(system, keeper, configuration, stand, robot=robot, admitted=decision.admitted)
-    elif isinstance(keeper, Roomy):
+    if isinstance(keeper, Homes):
+        body = _by_homes(system, keeper, stand, robot, decision)
+    elif isinstance(keeper, Exploration):
+        body = _by_exploration(system, keeper, configuration, stand, robot=robot, admitted=decision.admitted)
+    elif isinstance(keeper, FreeSlots):
         body = _roomy(system, keeper, stand, robot, decision)
     else:
         body = _flow(system, keeper, stand, robot, decision)
@@ -68,15 +68,15 @@ def _names(system: System, robots: Iterable[int]) -> list[str]:
     return [system.robots[i].id for i in robots]
 
 
-def _homeward(
-    system: System, keeper: Homeward, stand: Stand, robot: int, decision: Decision
+def _by_homes(
+    system: System, keeper: Homes, stand: Occupancy, robot: int, decision: Decision
 ) -> dict[str, Any] | None:
     if decision.admitted:
         return {"kind": "home", "moves": _names(system, [robot, *(keeper.witness_after(stand, robot) or [])])}
     return _dead(keeper.layout, stand, robot, "dead")
 
 
-def _dead(layout: Layout, stand: Stand, robot: int, kind: str) -> dict[str, Any] | None:
+def _dead(layout: SystemIndex, stand: Occupancy, robot: int, kind: str) -> dict[str, Any] | None:
     there = stand.copy()
     there.step(robot)
     waiting = _waiting(layout, there)
@@ -89,16 +89,16 @@ def _dead(layout: Layout, stand: Stand, robot: int, kind: str) -> dict[str, Any]
     return None if lines is None else {"kind": kind, "proof": lines}
 
 
-def _waiting(layout: Layout, there: Stand) -> dict[str, Any] | None:
+def _waiting(layout: SystemIndex, there: Occupancy) -> dict[str, Any] | None:
     stuck = stuck_for_good(there, range(len(there.at)))
     return {"kind": "wait", "robots": _names(layout.system, stuck)} if stuck else None
 
 
-def _rounds(
+def _by_exploration(
     system: System,
-    keeper: Rounds,
+    keeper: Exploration,
     configuration: Configuration,
-    stand: Stand,
+    stand: Occupancy,
     *,
     robot: int,
     admitted: bool,
@@ -113,7 +113,7 @@ def _rounds(
 
 
 def _roomy(
-    system: System, keeper: Roomy, stand: Stand, robot: int, decision: Decision
+    system: System, keeper: FreeSlots, stand: Occupancy, robot: int, decision: Decision
 ) -> dict[str, Any] | None:
     if decision.admitted:
         moves = [robot, *(keeper.witness_after(robot) or [])]
@@ -124,7 +124,7 @@ def _roomy(
 
 
 def _flow(
-    system: System, keeper: Flow, stand: Stand, robot: int, decision: Decision
+    system: System, keeper: ChainRule, stand: Occupancy, robot: int, decision: Decision
 ) -> dict[str, Any] | None:
     if decision.admitted and keeper.for_everyone:
         return {"kind": "chain"}

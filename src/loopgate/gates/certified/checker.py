@@ -45,7 +45,7 @@ class Checker:
         moves
             One robot number per move.
         home
-            Whether a position is a home, per robot and position (see `Layout`).
+            Whether a position is a home, per robot and position (see `SystemIndex`).
 
         Notes
         -----
@@ -84,7 +84,7 @@ class Checker:
         """Return whether `moves` are legal and end with a slot free in every state that can block.
 
         Robots that stay for good are to be where they stay by then, in states that never block. From there
-        everyone can go on for ever, see `Roomy`. `blocking` says by state whether it can block.
+        everyone can go on for ever, see `FreeSlots`. `blocking` says by state whether it can block.
         O(moves + robots + states).
         """
         at = list(configuration.positions)

@@ -9,14 +9,14 @@ from loopgate.errors import GateError, UnsafeStartError
 from loopgate.gates.base import Reason
 from loopgate.gates.certified.budget import Budget, BudgetError
 from loopgate.gates.certified.certify import Keeper
+from loopgate.gates.certified.chain_rule import ChainRule
 from loopgate.gates.certified.crowding import refuse_crowds
 from loopgate.gates.certified.deadlock import stuck_for_good
-from loopgate.gates.certified.flow import Flow
-from loopgate.gates.certified.homeward import Homeward
-from loopgate.gates.certified.layout import Layout
-from loopgate.gates.certified.roomy import Roomy
-from loopgate.gates.certified.rounds import Rounds
-from loopgate.gates.certified.stand import Stand
+from loopgate.gates.certified.exploration import Exploration
+from loopgate.gates.certified.free_slots import FreeSlots
+from loopgate.gates.certified.homes import Homes
+from loopgate.gates.certified.occupancy import Occupancy
+from loopgate.gates.certified.system_index import SystemIndex
 from loopgate.model import System
 
 __all__ = ["choose_keeper"]
@@ -35,7 +35,7 @@ def choose_keeper(system: System, promise: str, budget: Budget) -> Keeper:
     promise
         ``everyone``, ``somebody`` or ``auto``.
     budget
-        Of each exact search; where `Rounds` is chosen it is raised to what that needs.
+        Of each exact search; where `Exploration` is chosen it is raised to what that needs.
 
     Raises
     ------
@@ -44,7 +44,7 @@ def choose_keeper(system: System, promise: str, budget: Budget) -> Keeper:
     GateError
         If a witness does not pass the gate's own check: a fault of ours.
     """
-    layout = Layout(system)
+    layout = SystemIndex(system)
     if layout.hopeless:
         msg = (
             f"gate certified: robots that come to rest for good in shared states block "
@@ -54,43 +54,43 @@ def choose_keeper(system: System, promise: str, budget: Budget) -> Keeper:
     nodes = budget.nodes
     failed: GateError = UnsafeStartError("gate certified: no keeper")
     for keeper in _keepers(layout, promise, budget):
-        budget.nodes = max(nodes, _SMALL) if isinstance(keeper, Rounds) else nodes
-        stand = Stand.of(_layout_of(keeper, layout), system.initial)
+        budget.nodes = max(nodes, _SMALL) if isinstance(keeper, Exploration) else nodes
+        stand = Occupancy.of(_layout_of(keeper, layout), system.initial)
         try:
             if keeper.begin(system.initial, stand):
                 return keeper
         except BudgetError:
-            other = "" if isinstance(keeper, Homeward | Flow) else ", or ask for promise=somebody"
+            other = "" if isinstance(keeper, Homes | ChainRule) else ", or ask for promise=somebody"
             msg = f"gate certified: the start could not be shown live within the budget; raise budget{other}"
             failed = UnsafeStartError(msg)
             continue
         failed = _refusal(keeper, stand)
-        if not isinstance(keeper, Roomy):
+        if not isinstance(keeper, FreeSlots):
             break
     raise failed from None
 
 
-def _keepers(layout: Layout, promise: str, budget: Budget) -> Iterator[Keeper]:
+def _keepers(layout: SystemIndex, promise: str, budget: Budget) -> Iterator[Keeper]:
     """Yield those that may keep the promise, the strongest first."""
     system = layout.system
-    flow = Flow(system, budget)
+    flow = ChainRule(system, budget)
     if promise != "somebody":
         if not layout.homeless:
-            yield Homeward(layout, budget)
+            yield Homes(layout, budget)
             return
         if flow.by_chain_alone:
-            refuse_crowds(layout, Stand.of(layout, system.initial))
+            refuse_crowds(layout, Occupancy.of(layout, system.initial))
             flow.for_everyone = True
             yield flow
             return
-        roomy = Roomy.applies(layout)
+        roomy = FreeSlots.applies(layout)
         small = math.prod(len(path) for path in layout.path) <= _SMALL
         if (small and not (promise == "auto" and roomy and layout.all_wide)) or (
             promise == "everyone" and not roomy
         ):
-            yield Rounds(system, budget)
+            yield Exploration(system, budget)
         if roomy:
-            yield Roomy(layout, budget)
+            yield FreeSlots(layout, budget)
         if promise == "everyone":
             return
     restless = flow.layout.homeless
@@ -103,11 +103,11 @@ def _keepers(layout: Layout, promise: str, budget: Budget) -> Iterator[Keeper]:
     yield flow
 
 
-def _layout_of(keeper: Keeper, layout: Layout) -> Layout:
-    return keeper.layout if isinstance(keeper, Flow) else layout
+def _layout_of(keeper: Keeper, layout: SystemIndex) -> SystemIndex:
+    return keeper.layout if isinstance(keeper, ChainRule) else layout
 
 
-def _refusal(keeper: Keeper, stand: Stand) -> GateError:
+def _refusal(keeper: Keeper, stand: Occupancy) -> GateError:
     """Return why a start is refused for which `keeper` has no witness."""
     if keeper.missing is Reason.FAULT:
         return GateError(
@@ -117,12 +117,12 @@ def _refusal(keeper: Keeper, stand: Stand) -> GateError:
     layout = stand.layout
     everyone = list(range(len(layout.path)))
     stuck = stuck_for_good(stand, everyone)
-    if not stuck and isinstance(keeper, Roomy):
+    if not stuck and isinstance(keeper, FreeSlots):
         return UnsafeStartError(
             "gate certified: the start could not be shown to be live for everyone: no moves lead to a slot "
             "free in every place; start fewer robots, or ask for promise=somebody"
         )
-    if not stuck and isinstance(keeper, Flow):
+    if not stuck and isinstance(keeper, ChainRule):
         away = [i for i, p in enumerate(stand.at) if not layout.home[i][p]]
         return UnsafeStartError(
             f"gate certified: the start could not be shown to be live: robots {layout.names(away)} "

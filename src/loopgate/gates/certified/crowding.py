@@ -21,8 +21,8 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import breadth_first_order, maximum_flow
 
 from loopgate.errors import UnsafeStartError
-from loopgate.gates.certified.layout import Layout
-from loopgate.gates.certified.stand import Stand
+from loopgate.gates.certified.occupancy import Occupancy
+from loopgate.gates.certified.system_index import SystemIndex
 
 __all__ = ["SPARE", "Crowd", "find_crowd", "refuse_crowds", "too_many"]
 
@@ -104,7 +104,7 @@ def too_many(loops: Sequence[Sequence[int]], slots: Sequence[int]) -> list[int]:
     return sorted(gone)
 
 
-def refuse_crowds(layout: Layout, stand: Stand) -> None:
+def refuse_crowds(layout: SystemIndex, stand: Occupancy) -> None:
     """See to it that (S) holds for the robots of a system whose paths are all closed.
 
     That is plain where they stand with a slot free in every place. A place of one robot's own counts as one

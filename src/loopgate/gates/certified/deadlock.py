@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from loopgate.gates.certified.stand import Stand
+from loopgate.gates.certified.occupancy import Occupancy
 
 __all__ = ["circle_among", "stuck_for_good"]
 
 
-def stuck_for_good(stand: Stand, robots: Iterable[int]) -> list[int]:
+def stuck_for_good(stand: Occupancy, robots: Iterable[int]) -> list[int]:
     """Return those of `robots` that can never move again, whatever the others of them do.
 
     Robots not listed count as gone, but for those that stay for good. A robot may move some day if it heads
@@ -40,7 +40,7 @@ def stuck_for_good(stand: Stand, robots: Iterable[int]) -> list[int]:
     return [i for i in sorted(among - free) if stand.wanted(i) >= 0]
 
 
-def circle_among(stand: Stand, stuck: list[int]) -> list[int]:
+def circle_among(stand: Occupancy, stuck: list[int]) -> list[int]:
     """Return robots of which each waits for the next and the last for the first.
 
     `stuck` are robots that can never move again. Where they wait for a robot that stays for good there may
@@ -59,7 +59,7 @@ def circle_among(stand: Stand, stuck: list[int]) -> list[int]:
     return chain[chain.index(i) :]
 
 
-def _waits_for(stand: Stand, robot: int) -> list[int]:
+def _waits_for(stand: Occupancy, robot: int) -> list[int]:
     if not stand.heads(robot):
         line = stand.queue[stand.state(robot)]
         return [line[line.index(robot) - 1]]

@@ -10,14 +10,14 @@ from loopgate.errors import GateError
 from loopgate.gates.base import Decision, Reason
 from loopgate.gates.certified.budget import Budget, BudgetError
 from loopgate.gates.certified.certify import certify
+from loopgate.gates.certified.chain_rule import ChainRule
 from loopgate.gates.certified.choosing import choose_keeper
-from loopgate.gates.certified.flow import Flow
-from loopgate.gates.certified.homeward import Homeward
-from loopgate.gates.certified.layout import Layout
+from loopgate.gates.certified.exploration import Exploration
+from loopgate.gates.certified.free_slots import FreeSlots
+from loopgate.gates.certified.homes import Homes
+from loopgate.gates.certified.occupancy import Occupancy
 from loopgate.gates.certified.patience import Patience
-from loopgate.gates.certified.roomy import Roomy
-from loopgate.gates.certified.rounds import Rounds
-from loopgate.gates.certified.stand import Stand
+from loopgate.gates.certified.system_index import SystemIndex
 from loopgate.model import Configuration, System
 
 __all__ = ["CertifiedGate"]
@@ -41,13 +41,13 @@ class CertifiedGate:
 
     *Everyone* can go on for ever, by the first of these that applies:
 
-    - Every robot has a home: `Homeward`, exact.
+    - Every robot has a home: `Homes`, exact.
     - All places are left in order of arrival and hold two or more, all paths are closed: the chain rule
-      (`Flow`), exact. The start must not be crowded (see `loopgate.gates.certified.crowding`).
-    - The system is small: `Rounds`, exact. By default only where some place holds one.
-    - A slot free in every place can be reached: `Roomy`; may refuse more than it must.
+      (`ChainRule`), exact. The start must not be crowded (see `loopgate.gates.certified.crowding`).
+    - The system is small: `Exploration`, exact. By default only where some place holds one.
+    - A slot free in every place can be reached: `FreeSlots`; may refuse more than it must.
 
-    Where none does, or if asked for: *somebody* can always move and no circular wait ever forms (`Flow`);
+    Where none does, or if asked for: *somebody* can always move, no circular wait ever forms (`ChainRule`);
     every robot needs a place on its path that holds two, or a home.
 
     Parameters
@@ -87,11 +87,11 @@ class CertifiedGate:
         self._system = system
         self._budget = Budget(budget, budget_ms / 1000)
         self._keeper = choose_keeper(system, promise, self._budget)
-        self._layout = self._keeper.layout if isinstance(self._keeper, Flow) else Layout(system)
-        steers = not isinstance(self._keeper, Flow)
+        self._layout = self._keeper.layout if isinstance(self._keeper, ChainRule) else SystemIndex(system)
+        steers = not isinstance(self._keeper, ChainRule)
         self._patience = Patience(len(system.robots), patience if steers else 0)
         self._configuration: Configuration | None = system.initial
-        self._stand = Stand.of(self._layout, self._configuration)
+        self._stand = Occupancy.of(self._layout, self._configuration)
 
     @staticmethod
     def check_options(
@@ -115,12 +115,12 @@ class CertifiedGate:
     def promise(self) -> str:
         """``everyone`` or ``somebody``: who can go on for ever."""
         keeper = self._keeper
-        return "somebody" if isinstance(keeper, Flow) and not keeper.for_everyone else "everyone"
+        return "somebody" if isinstance(keeper, ChainRule) and not keeper.for_everyone else "everyone"
 
     @property
     def by_chain_alone(self) -> bool:
-        """Whether the chain rule decides every move, see `Flow.by_chain_alone`."""
-        return isinstance(self._keeper, Flow) and self._keeper.by_chain_alone
+        """Whether the chain rule decides every move, see `ChainRule.by_chain_alone`."""
+        return isinstance(self._keeper, ChainRule) and self._keeper.by_chain_alone
 
     def use_clock(self, clock: Callable[[], float]) -> None:
         """Measure `budget_ms` with `clock`, which tells the time [s] from any origin."""
@@ -178,11 +178,11 @@ class CertifiedGate:
         stand.step(robot)
         after = stand.at[robot]
         self._configuration = configuration
-        if isinstance(keeper, Flow):
+        if isinstance(keeper, ChainRule):
             known = keeper.moved(robot, before, after)
-        elif isinstance(keeper, Rounds):
+        elif isinstance(keeper, Exploration):
             known = keeper.moved(robot, self._here())
-        elif isinstance(keeper, Roomy):
+        elif isinstance(keeper, FreeSlots):
             known = keeper.moved(robot)
         else:
             known = keeper.moved(robot, before)
@@ -199,16 +199,16 @@ class CertifiedGate:
 
     def _favour(self, robot: int) -> None:
         keeper = self._keeper
-        if isinstance(keeper, Homeward):
+        if isinstance(keeper, Homes):
             keeper.favour(self._here(), self._stand, robot)
-        elif isinstance(keeper, Roomy):
+        elif isinstance(keeper, FreeSlots):
             keeper.favour(self._stand, robot)
-        elif isinstance(keeper, Rounds):
+        elif isinstance(keeper, Exploration):
             keeper.favour(robot)
 
     def _follow(self, configuration: Configuration) -> None:
         if configuration != self._here():
-            self._stand = Stand.of(self._layout, configuration)
+            self._stand = Occupancy.of(self._layout, configuration)
             self._configuration = configuration
             self._begin()
         self._configuration = configuration

@@ -8,9 +8,9 @@ from typing import Any
 from loopgate.gates.certified.banker import reduce_to_core
 from loopgate.gates.certified.budget import BudgetError
 from loopgate.gates.certified.deadlock import stuck_for_good
-from loopgate.gates.certified.layout import Layout
+from loopgate.gates.certified.occupancy import Occupancy
 from loopgate.gates.certified.search import parts_of
-from loopgate.gates.certified.stand import Stand
+from loopgate.gates.certified.system_index import SystemIndex
 
 __all__ = ["Prover"]
 
@@ -33,7 +33,7 @@ class Prover:
         The most lines.
     """
 
-    def __init__(self, layout: Layout, budget: int) -> None:
+    def __init__(self, layout: SystemIndex, budget: int) -> None:
         self._layout = layout
         self._budget = budget
         self._names = [robot.id for robot in layout.system.robots]
@@ -41,7 +41,7 @@ class Prover:
         self.lines: list[dict[str, Any]] = []
         self._known: dict[str, int] = {}
 
-    def prove(self, stand: Stand) -> list[dict[str, Any]] | None:
+    def prove(self, stand: Occupancy) -> list[dict[str, Any]] | None:
         """Return the lines of a proof that not all can get home from `stand`; None if they can.
 
         The last line is about `stand`.
@@ -56,7 +56,7 @@ class Prover:
         away = [i for i, p in enumerate(stand.at) if not home[i][p]]
         return None if self._dead(stand, away) is None else self.lines
 
-    def _dead(self, stand: Stand, robots: list[int]) -> int | None:
+    def _dead(self, stand: Occupancy, robots: list[int]) -> int | None:
         there = stand.copy()
         moves, core = reduce_to_core(there, robots)
         if not core:
@@ -67,7 +67,7 @@ class Prover:
         runs = [[self._names[i], len(list(run))] for i, run in groupby(moves)]
         return self._line(stand, robots, {"harmless": runs, "to": last})
 
-    def _dead_core(self, stand: Stand, core: list[int]) -> int | None:
+    def _dead_core(self, stand: Occupancy, core: list[int]) -> int | None:
         stuck = stuck_for_good(stand, core)
         if stuck:
             return self._line(stand, core, {"wait": [self._names[i] for i in stuck]})
@@ -77,7 +77,7 @@ class Prover:
                 return line
         return None
 
-    def _branch(self, stand: Stand, part: list[int]) -> int | None:
+    def _branch(self, stand: Occupancy, part: list[int]) -> int | None:
         known = self._known.get(repr(self._about(stand, part)))
         if known is not None:
             return known
@@ -92,7 +92,7 @@ class Prover:
                 follow[self._names[i]] = line
         return self._line(stand, part, {"moves": follow})
 
-    def _about(self, stand: Stand, robots: list[int]) -> dict[str, Any]:
+    def _about(self, stand: Occupancy, robots: list[int]) -> dict[str, Any]:
         settled = [i for i in self._settlers if self._layout.home[i][stand.at[i]]]
         who = sorted({*robots, *settled})
         lines = {
@@ -102,7 +102,7 @@ class Prover:
         order = {s: queue for s, queue in lines.items() if len(queue) > 1}
         return {"at": {self._names[i]: stand.at[i] for i in who}, "order": order}
 
-    def _line(self, stand: Stand, robots: list[int], reason: dict[str, Any]) -> int:
+    def _line(self, stand: Occupancy, robots: list[int], reason: dict[str, Any]) -> int:
         if len(self.lines) >= self._budget:
             raise BudgetError
         about = self._about(stand, robots)

@@ -7,8 +7,8 @@ from math import inf
 from loopgate.gates.certified.banker import reduce_to_core
 from loopgate.gates.certified.budget import Budget
 from loopgate.gates.certified.deadlock import stuck_for_good
-from loopgate.gates.certified.layout import Layout
-from loopgate.gates.certified.stand import Stand
+from loopgate.gates.certified.occupancy import Occupancy
+from loopgate.gates.certified.system_index import SystemIndex
 
 __all__ = ["Search", "parts_of"]
 
@@ -36,7 +36,7 @@ class Search:
     Exponential in the size of the core at worst; the problem is NP-complete (Lawley and Reveliotis 2001).
     """
 
-    def __init__(self, layout: Layout, budget: Budget) -> None:
+    def __init__(self, layout: SystemIndex, budget: Budget) -> None:
         self._layout = layout
         self._budget = budget
         self._deadline_s = inf
@@ -45,7 +45,7 @@ class Search:
         self.nodes = 0
         """Cores branched on in the last call."""
 
-    def solve(self, stand: Stand, robots: list[int], *, timed: bool = False) -> list[int] | None:
+    def solve(self, stand: Occupancy, robots: list[int], *, timed: bool = False) -> list[int] | None:
         """Return moves that bring `robots` home from `stand` (which is changed), or None if there are none.
 
         The other robots must be at home already. Only a `timed` search has the budget's limit of time.
@@ -59,7 +59,7 @@ class Search:
         self._deadline_s = self._budget.deadline_s() if timed else inf
         return self._solve(stand, robots)
 
-    def _solve(self, stand: Stand, robots: list[int]) -> list[int] | None:
+    def _solve(self, stand: Occupancy, robots: list[int]) -> list[int] | None:
         moves, core = reduce_to_core(stand, robots)
         if not core:
             return moves
@@ -72,7 +72,7 @@ class Search:
             moves += found
         return moves
 
-    def _branch(self, stand: Stand, part: list[int]) -> list[int] | None:
+    def _branch(self, stand: Occupancy, part: list[int]) -> list[int] | None:
         key = self._key(stand, part)
         if key in self._dead:
             return None
@@ -92,7 +92,7 @@ class Search:
         return None
 
     def _key(
-        self, stand: Stand, part: list[int]
+        self, stand: Occupancy, part: list[int]
     ) -> tuple[tuple[int, ...], tuple[int, ...], tuple[tuple[int, ...], ...]]:
         at = stand.at
         part = [*part, *(i for i in self._settlers if self._layout.home[i][at[i]])]
@@ -102,7 +102,7 @@ class Search:
         return tuple(part), tuple([at[i] for i in part]), tuple(tuple(stand.queue[s]) for s in lines)
 
 
-def parts_of(stand: Stand, core: list[int]) -> list[list[int]]:
+def parts_of(stand: Occupancy, core: list[int]) -> list[list[int]]:
     """Split robots into those that share no state from here to their homes, smallest part first."""
     layout = stand.layout
     leader = {i: i for i in core}

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from loopgate.gates.certified.stand import Stand
+from loopgate.gates.certified.occupancy import Occupancy
 
 __all__ = ["next_mover"]
 
 
-def next_mover(stand: Stand, robot: int) -> int:
+def next_mover(stand: Occupancy, robot: int) -> int:
     """Return the robot to move next, so that `robot` moves after finitely many such moves.
 
     For systems that the chain rule keeps going: all places left in order of arrival, holding two or more or
@@ -41,7 +41,7 @@ def next_mover(stand: Stand, robot: int) -> int:
     return _last_of_circle(stand, head, there)
 
 
-def _last_of_circle(stand: Stand, head: int, filled: int) -> int:
+def _last_of_circle(stand: Occupancy, head: int, filled: int) -> int:
     """Return the head of the last place of the circle that the move of `head` would close; `head` if none."""
     if stand.count[filled] + 1 < stand.layout.room[filled]:
         return head
@@ -60,11 +60,11 @@ def _last_of_circle(stand: Stand, head: int, filled: int) -> int:
     return head
 
 
-def _full(stand: Stand, place: int) -> bool:
+def _full(stand: Occupancy, place: int) -> bool:
     return not stand.layout.system.private[place] and stand.count[place] >= stand.layout.room[place]
 
 
-def _head(stand: Stand, place: int, alone: int) -> int:
+def _head(stand: Occupancy, place: int, alone: int) -> int:
     """Return the first in line at `place`; `alone` where it is a robot's own and has no line."""
     line = stand.queue.get(place)
     if line:

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from loopgate.errors import GateError, IllegalMoveError
-from loopgate.gates.certified.layout import Layout
+from loopgate.gates.certified.system_index import SystemIndex
 from loopgate.model import Configuration, Robot, System
 from loopgate.research.agents.member import Member
 from loopgate.research.agents.messages import Kind
@@ -86,8 +86,10 @@ def run_certified_agents(
     GateError
         If a robot has no home.
     """
-    if Layout(system).homeless:
-        msg = f"certified agents: robots {Layout(system).names(Layout(system).homeless)} have no home"
+    if SystemIndex(system).homeless:
+        msg = (
+            f"certified agents: robots {SystemIndex(system).names(SystemIndex(system).homeless)} have no home"
+        )
         raise GateError(msg)
     run = CertifiedRun(last=system.initial)
     network = MessageNetwork(link or Link(delay=(0.2, 0.8)), random.Random(seed))

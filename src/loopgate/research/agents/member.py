@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
-from loopgate.gates.certified.breakdown import Remainder
+from loopgate.gates.certified.broken_robots import Remainder
 from loopgate.gates.certified.checker import Checker
 from loopgate.gates.certified.gate import CertifiedGate
-from loopgate.gates.certified.layout import Layout
+from loopgate.gates.certified.system_index import SystemIndex
 from loopgate.model import System
 from loopgate.research.agents.messages import Entry, Kind, Message, Note
 from loopgate.research.agents.network import MessageNetwork
@@ -55,7 +55,7 @@ class Member:
         self._drive = drive
         self._everybody = range(len(system.robots))
         self._majority = len(system.robots) // 2 + 1
-        self._home = Layout(system).home
+        self._home = SystemIndex(system).home
         self._checker = Checker(system)
         self._promised = 0
         self._executed = 0

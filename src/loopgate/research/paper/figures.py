@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from loopgate.disk import writing
 from loopgate.research.paper import printed
 from loopgate.research.paper.section5 import Evolution
-from loopgate.research.runs import Rounds
+from loopgate.research.runs import RoundCounts
 from loopgate.research.theory.digraph import digraph
 from loopgate.research.theory.instances import instance
 
@@ -34,7 +34,7 @@ def draw_live_rounds(means: dict[int, float], exact: float, file: Path) -> None:
         figure.savefig(file, dpi=150)
 
 
-def draw_fig11(rounds: Rounds, file: Path) -> None:
+def draw_fig11(rounds: RoundCounts, file: Path) -> None:
     """Draw the mean time of a decision per robot [ms]."""
     figure = Figure(figsize=(6, 3.5), layout="constrained")
     axes = figure.subplots()

@@ -12,7 +12,7 @@ from loopgate.gates.circuits import circuits_through
 from loopgate.gates.theorem1 import theorem1
 from loopgate.model import Configuration, RobotId, StateId, System
 from loopgate.research.paper import printed
-from loopgate.research.runs import Rounds, run_rounds
+from loopgate.research.runs import RoundCounts, run_rounds
 from loopgate.research.runs.counting import count_runs
 from loopgate.research.runs.kernel_rounds import count_live_rounds
 from loopgate.research.state_space import explore
@@ -92,7 +92,7 @@ def live_rounds(
     return rows, means
 
 
-def with_algorithm2(rounds: int, seed: int, progress: Callable[[int], None]) -> tuple[list[Row], Rounds]:
+def with_algorithm2(rounds: int, seed: int, progress: Callable[[int], None]) -> tuple[list[Row], RoundCounts]:
     """Compare rounds under Algorithm 2, and explore it exhaustively."""
     system = instance("fig10")
     found = run_rounds(

@@ -1,7 +1,15 @@
 """Runs of a system without roads and clocks: traces, Monte Carlo rounds, exact counts, paths that change."""
 
-from loopgate.research.runs.montecarlo import Rounds, run_rounds
+from loopgate.research.runs.montecarlo import RoundCounts, run_rounds
 from loopgate.research.runs.path_change import PathChangeError, change_path
-from loopgate.research.runs.trace import Refusal, Step, trace_moves
+from loopgate.research.runs.trace import RefusedMove, Step, trace_moves
 
-__all__ = ["PathChangeError", "Refusal", "Rounds", "Step", "change_path", "run_rounds", "trace_moves"]
+__all__ = [
+    "PathChangeError",
+    "RefusedMove",
+    "RoundCounts",
+    "Step",
+    "change_path",
+    "run_rounds",
+    "trace_moves",
+]

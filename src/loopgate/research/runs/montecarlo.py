@@ -14,13 +14,13 @@ from loopgate.gates import Gate
 from loopgate.gates.deadlocks import deadlocked_robots
 from loopgate.model import RobotId, System
 
-__all__ = ["Rounds", "run_rounds", "wilson_interval"]
+__all__ = ["RoundCounts", "run_rounds", "wilson_interval"]
 
 _Z95 = 1.959964
 
 
 @dataclass(frozen=True, slots=True)
-class Rounds:
+class RoundCounts:
     """What came of a number of rounds.
 
     Attributes
@@ -88,7 +88,7 @@ def run_rounds(
     rounds: int,
     seed: int,
     progress: Callable[[int], None] = lambda _: None,
-) -> Rounds:
+) -> RoundCounts:
     """Run `rounds` rounds from the start; a round ends when all are through, or nobody can or may move.
 
     Parameters
@@ -117,7 +117,7 @@ def run_rounds(
         ends[end] += 1
         lengths.append(length)
         progress(number + 1)
-    return Rounds(
+    return RoundCounts(
         rounds=rounds,
         seed=seed,
         live=ends["live"],

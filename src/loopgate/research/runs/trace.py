@@ -13,14 +13,14 @@ from loopgate.gates.circuits import Circuit, circuits_through, describe_circuit
 from loopgate.model import Configuration, RobotId, StateId, System
 from loopgate.research.theory.orders import OrderLimitError, Orders
 
-__all__ = ["Refusal", "Step", "trace_moves"]
+__all__ = ["RefusedMove", "Step", "trace_moves"]
 
 _MOST_CIRCUITS = 2000
 _MOST_ORDERS = 20_000
 
 
 @dataclass(frozen=True, slots=True)
-class Refusal:
+class RefusedMove:
     """Why a robot may not move now.
 
     Attributes
@@ -63,7 +63,7 @@ class Step:
     step: int
     configuration: tuple[StateId, ...]
     admitted: tuple[RobotId, ...]
-    refused: dict[RobotId, Refusal]
+    refused: dict[RobotId, RefusedMove]
     moved: RobotId | None
 
     def as_dict(self) -> dict[str, Any]:
@@ -117,19 +117,19 @@ def _step(
     system: System, gate: Gate, here: Configuration, number: int, mover: int | None, orders: Orders
 ) -> Step:
     admitted: list[RobotId] = []
-    refused: dict[RobotId, Refusal] = {}
+    refused: dict[RobotId, RefusedMove] = {}
     for robot, entry in enumerate(system.robots):
         decision = gate.decide(here, robot)
         if decision.admitted and system.enabled(here, robot):
             admitted.append(entry.id)
             if mover is not None and robot != mover:
                 detail = f"{system.robots[mover].id} moves first"
-                refused[entry.id] = Refusal(Reason.NEGOTIATION, detail)
+                refused[entry.id] = RefusedMove(Reason.NEGOTIATION, detail)
         elif decision.reason is Reason.DEADLOCK:
             refused[entry.id] = _deadlock(system, here, robot, decision.detail, orders)
         elif decision.reason is not Reason.STAYS:
             reason = Reason.OCCUPIED if decision.admitted else decision.reason
-            refused[entry.id] = Refusal(reason, decision.detail or _why(system, here, robot, reason))
+            refused[entry.id] = RefusedMove(reason, decision.detail or _why(system, here, robot, reason))
     moved = None if mover is None else system.robots[mover].id
     return Step(number, system.describe(here), tuple(admitted), refused, moved)
 
@@ -146,7 +146,7 @@ def _why(system: System, here: Configuration, robot: int, reason: Reason) -> str
     return f"{system.states[state]} is taken by {inside}"
 
 
-def _deadlock(system: System, here: Configuration, robot: int, detail: str, orders: Orders) -> Refusal:
+def _deadlock(system: System, here: Configuration, robot: int, detail: str, orders: Orders) -> RefusedMove:
     """Find the deadlock of lowest order that the move would cause; keep the gate's words if there is none."""
     after = system.moved(here, robot)
     state = system.state_at(after, robot)
@@ -159,9 +159,9 @@ def _deadlock(system: System, here: Configuration, robot: int, detail: str, orde
     except OrderLimitError:
         found = None
     if found is None:
-        return Refusal(Reason.DEADLOCK, detail)
+        return RefusedMove(Reason.DEADLOCK, detail)
     order, circuit = found
     names = tuple(system.robots[i].id for i in circuit.robots)
-    return Refusal(
+    return RefusedMove(
         Reason.DEADLOCK, f"order-{order} deadlock {describe_circuit(system, circuit)}", order, names
     )

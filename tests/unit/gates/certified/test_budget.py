@@ -14,11 +14,11 @@ from loopgate.gates import Reason, make_gate
 from loopgate.gates.certified import CertifiedGate
 from loopgate.gates.certified.budget import Budget, BudgetError
 from loopgate.gates.certified.checker import Checker
-from loopgate.gates.certified.homeward import Homeward
-from loopgate.gates.certified.layout import Layout
-from loopgate.gates.certified.roomy import Roomy
-from loopgate.gates.certified.rounds import Rounds
-from loopgate.gates.certified.stand import Stand
+from loopgate.gates.certified.exploration import Exploration
+from loopgate.gates.certified.free_slots import FreeSlots
+from loopgate.gates.certified.homes import Homes
+from loopgate.gates.certified.occupancy import Occupancy
+from loopgate.gates.certified.system_index import SystemIndex
 from loopgate.model import Robot, RobotId, StateId, System
 from loopgate.research.theory.variety import any_system
 
@@ -99,12 +99,12 @@ def test_in_time_the_search_decides(budget_ms: float, clock: Callable[[], float]
 
 @pytest.mark.parametrize(("tick_s", "stage"), [(0.006, "budget"), (1e-6, "search")])
 def test_robots_without_homes_have_the_same_budget(tick_s: float, stage: str) -> None:
-    """`Rounds` stops as well, where it has to look at configurations that the start does not lead to."""
+    """`Exploration` stops as well, where it has to look at configurations that the start does not lead to."""
     system, elsewhere = _sharing_all(0, 1, 2), _sharing_all(0, 2, 1).initial
-    rounds = Rounds(system, Budget(1000, 0.005, Ticking(tick_s)))
-    layout = Layout(system)
-    assert rounds.begin(system.initial, Stand.of(layout, system.initial)), "a start has no limit of time"
-    decision = rounds.judge(elsewhere, Stand.of(layout, elsewhere), 1)
+    rounds = Exploration(system, Budget(1000, 0.005, Ticking(tick_s)))
+    layout = SystemIndex(system)
+    assert rounds.begin(system.initial, Occupancy.of(layout, system.initial)), "a start has no limit of time"
+    decision = rounds.judge(elsewhere, Occupancy.of(layout, elsewhere), 1)
     assert (decision.stage, decision.admitted) == (stage, stage == "search")
     assert decision.reason is (Reason.BUDGET if stage == "budget" else Reason.FREE)
 
@@ -112,11 +112,11 @@ def test_robots_without_homes_have_the_same_budget(tick_s: float, stage: str) ->
 def test_steering_says_so_too_when_it_is_out_of_budget() -> None:
     """While a robot is worked towards, a move whose effect cannot be looked at in time is no mere waiting."""
     system, elsewhere = _sharing_all(0, 1, 2), _sharing_all(0, 2, 1).initial
-    rounds = Rounds(system, Budget(1000, 0.005, Ticking(0.006)))
-    layout = Layout(system)
-    assert rounds.begin(system.initial, Stand.of(layout, system.initial))
+    rounds = Exploration(system, Budget(1000, 0.005, Ticking(0.006)))
+    layout = SystemIndex(system)
+    assert rounds.begin(system.initial, Occupancy.of(layout, system.initial))
     rounds.favour(2)
-    assert rounds.judge(elsewhere, Stand.of(layout, elsewhere), 1).reason is Reason.BUDGET
+    assert rounds.judge(elsewhere, Occupancy.of(layout, elsewhere), 1).reason is Reason.BUDGET
 
 
 def test_the_deadline_is_a_moment_of_the_clock() -> None:
@@ -175,23 +175,23 @@ def test_a_new_beginning_out_of_budget_is_no_deadlock() -> None:
 
 
 def test_neither_is_one_of_robots_without_homes() -> None:
-    """The same for `Rounds`: it has looked at nothing yet."""
+    """The same for `Exploration`: it has looked at nothing yet."""
     system, elsewhere = _sharing_all(0, 1, 2), _sharing_all(0, 2, 1).initial
-    rounds = Rounds(system, Budget(1))
+    rounds = Exploration(system, Budget(1))
     with pytest.raises(BudgetError):
-        rounds.begin(elsewhere, Stand.of(Layout(system), elsewhere))
-    assert rounds.judge(elsewhere, Stand.of(Layout(system), elsewhere), 1).reason is Reason.BUDGET
+        rounds.begin(elsewhere, Occupancy.of(SystemIndex(system), elsewhere))
+    assert rounds.judge(elsewhere, Occupancy.of(SystemIndex(system), elsewhere), 1).reason is Reason.BUDGET
 
 
-@pytest.mark.parametrize("keeper", [Homeward, Rounds, Roomy])
+@pytest.mark.parametrize("keeper", [Homes, Exploration, FreeSlots])
 def test_a_rejected_witness_is_called_a_fault(
-    monkeypatch: pytest.MonkeyPatch, keeper: type[Homeward | Rounds | Roomy]
+    monkeypatch: pytest.MonkeyPatch, keeper: type[Homes | Exploration | FreeSlots]
 ) -> None:
     """It is ours, and must not look like a budget that ran out, nor like a start that is not live."""
     system = {
-        Homeward: any_system(117),
-        Rounds: _sharing_all(0, 1, 2),
-        Roomy: _one_narrow_place(),
+        Homes: any_system(117),
+        Exploration: _sharing_all(0, 1, 2),
+        FreeSlots: _one_narrow_place(),
     }[keeper]
     gate = CertifiedGate(system, promise="auto")
     assert type(gate._keeper) is keeper

@@ -12,10 +12,10 @@ from hypothesis import strategies as st
 from builders import robot, system
 from loopgate.errors import UnsafeStartError
 from loopgate.gates.certified import CertifiedGate
+from loopgate.gates.certified.chain_rule import ChainRule
 from loopgate.gates.certified.checker import Checker
 from loopgate.gates.certified.crowding import find_crowd, too_many
-from loopgate.gates.certified.flow import Flow
-from loopgate.gates.certified.roomy import Roomy
+from loopgate.gates.certified.free_slots import FreeSlots
 from loopgate.model import StateId, System
 from loopgate.research.theory.residents import fits_with_two_empty, leaves_room_for_passers
 
@@ -109,7 +109,7 @@ def test_wide_places_are_for_the_chain_rule_at_once() -> None:
         fifo=tuple(StateId(s) for s in "abcdef"),
     )
     gate = CertifiedGate(ring, budget=1)
-    assert isinstance(gate._keeper, Flow)
+    assert isinstance(gate._keeper, ChainRule)
     assert gate.promise == "everyone"
 
 
@@ -121,7 +121,7 @@ def test_wide_places_left_in_any_order_need_no_search_either() -> None:
         capacity=dict.fromkeys("abcdef", 2),
     )
     gate = CertifiedGate(ring, budget=1)
-    assert isinstance(gate._keeper, Roomy)
+    assert isinstance(gate._keeper, FreeSlots)
     assert gate.promise == "everyone"
     assert all(gate.decide(ring.initial, i).admitted for i in range(5))
 

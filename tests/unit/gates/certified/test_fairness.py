@@ -8,7 +8,7 @@ from builders import system
 from loopgate.errors import GateError, SystemModelError
 from loopgate.gates.certified import CertifiedGate
 from loopgate.gates.certified.checker import Checker
-from loopgate.gates.certified.homeward import Homeward
+from loopgate.gates.certified.homes import Homes
 from loopgate.gates.certified.patience import Patience
 from loopgate.model import Robot, RobotId, StateId, System
 from loopgate.research.theory.random_systems import Shape, random_system
@@ -79,7 +79,7 @@ def test_a_favoured_robot_that_drives_from_home_to_home_leaves_a_witness_behind(
     robots = system({"f": "p1 p2 c", "g": "p3 c"})
     gate = CertifiedGate(robots)
     keeper = gate._keeper
-    assert isinstance(keeper, Homeward)
+    assert isinstance(keeper, Homes)
     keeper.favour(robots.initial, gate._stand, 0)
     assert keeper.witness == [0]
     assert gate.decide_here(0).admitted

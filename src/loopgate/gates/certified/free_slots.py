@@ -11,11 +11,11 @@ from loopgate.gates.base import Decision, Reason
 from loopgate.gates.certified.budget import Budget, BudgetError
 from loopgate.gates.certified.checker import Checker
 from loopgate.gates.certified.deadlock import stuck_for_good
-from loopgate.gates.certified.layout import Layout
-from loopgate.gates.certified.stand import Stand
+from loopgate.gates.certified.occupancy import Occupancy
+from loopgate.gates.certified.system_index import SystemIndex
 from loopgate.model import Configuration
 
-__all__ = ["Roomy"]
+__all__ = ["FreeSlots"]
 
 
 class _Verdict(NamedTuple):
@@ -28,7 +28,7 @@ def _refused(reason: Reason, detail: str, stage: str, blockers: tuple[int, ...] 
     return _Verdict(refusal, None)
 
 
-class Roomy:
+class FreeSlots:
     """Admits a move iff it finds moves after which every place has a slot free.
 
     *A configuration with a slot free in every place is live for everyone*, whatever the places hold. Move any
@@ -52,7 +52,7 @@ class Roomy:
     be reached though everyone could go on, or is not found within the budget.
     """
 
-    def __init__(self, layout: Layout, budget: Budget) -> None:
+    def __init__(self, layout: SystemIndex, budget: Budget) -> None:
         self._layout = layout
         self._budget = budget
         self._checker = Checker(layout.system)
@@ -64,12 +64,12 @@ class Roomy:
         self._favoured = -1
 
     @staticmethod
-    def applies(layout: Layout) -> bool:
+    def applies(layout: SystemIndex) -> bool:
         """Return whether no robot comes to rest for good in a state that can block."""
         return all(s < 0 for s in layout.settles)
 
     @property
-    def layout(self) -> Layout:
+    def layout(self) -> SystemIndex:
         """The system's layout."""
         return self._layout
 
@@ -78,7 +78,7 @@ class Roomy:
         """Moves that lead to a slot free in every place."""
         return self._witness
 
-    def begin(self, configuration: Configuration, stand: Stand) -> bool:
+    def begin(self, configuration: Configuration, stand: Occupancy) -> bool:
         """Find a witness for a configuration that was not reached by an admitted move; say if there is one.
 
         Raises
@@ -96,11 +96,11 @@ class Roomy:
             self._witness = moves
         return self._witness is not None
 
-    def at_once(self, stand: Stand, robot: int) -> None:
+    def at_once(self, stand: Occupancy, robot: int) -> None:
         """Return None: every move has to be looked at."""
         del stand, robot
 
-    def judge(self, configuration: Configuration, stand: Stand, robot: int) -> Decision:
+    def judge(self, configuration: Configuration, stand: Occupancy, robot: int) -> Decision:
         """Decide the next move of `robot`, which is enabled."""
         verdict = self._verdicts.get(robot)
         if verdict is None:
@@ -119,7 +119,7 @@ class Roomy:
         verdict = self._verdicts.get(robot)
         return None if verdict is None else verdict.witness
 
-    def favour(self, stand: Stand, robot: int) -> None:
+    def favour(self, stand: Occupancy, robot: int) -> None:
         """From now on admit only the moves of a way on which `robot` moves; -1: end that."""
         self._verdicts.clear()
         self._favoured = -1
@@ -133,7 +133,7 @@ class Roomy:
             witness += self._pushes(there, self._first(there, there.state(robot), robot))
         self._witness, self._favoured = witness, robot
 
-    def _judge(self, configuration: Configuration, stand: Stand, robot: int) -> _Verdict:
+    def _judge(self, configuration: Configuration, stand: Occupancy, robot: int) -> _Verdict:
         if self._witness is None:
             detail = "no way to a slot free in every place"
             return _refused(self.missing, detail, "begin")
@@ -142,7 +142,7 @@ class Roomy:
         except BudgetError:
             return _refused(Reason.BUDGET, "", "budget")
 
-    def _decided(self, configuration: Configuration, stand: Stand, robot: int) -> _Verdict:
+    def _decided(self, configuration: Configuration, stand: Occupancy, robot: int) -> _Verdict:
         moves, stage = self._pulled_forward(stand, robot), "replay"
         if moves is None and self._favoured >= 0:
             name = self._layout.system.robots[self._favoured].id
@@ -162,7 +162,7 @@ class Roomy:
             return _refused(Reason.FAULT, "witness rejected by the checker", "checker")
         return _Verdict(Decision(admitted=True, reason=Reason.FREE, stage=stage), moves)
 
-    def _pulled_forward(self, stand: Stand, robot: int) -> list[int] | None:
+    def _pulled_forward(self, stand: Occupancy, robot: int) -> list[int] | None:
         """Return what is left of the witness after the move of `robot`, lengthened where it has to be."""
         witness = self._witness or []
         there = stand.copy()
@@ -177,7 +177,7 @@ class Roomy:
             return None
         return witness + self._pushed(there, robot)
 
-    def _possible(self, there: Stand, moves: list[int]) -> bool:
+    def _possible(self, there: Occupancy, moves: list[int]) -> bool:
         """Make the moves; False at the first that is not possible."""
         for i in moves:
             if not there.enabled(i):
@@ -185,18 +185,18 @@ class Roomy:
             there.step(i)
         return True
 
-    def _replayed(self, stand: Stand, moves: list[int]) -> Stand:
+    def _replayed(self, stand: Occupancy, moves: list[int]) -> Occupancy:
         there = stand.copy()
         for i in moves:
             there.step(i)
         return there
 
-    def _pushes(self, there: Stand, robot: int) -> list[int]:
+    def _pushes(self, there: Occupancy, robot: int) -> list[int]:
         """Move `robot`, and on until every place has a slot free again; return the moves."""
         there.step(robot)
         return [robot, *self._pushed(there, robot)]
 
-    def _pushed(self, there: Stand, robot: int) -> list[int]:
+    def _pushed(self, there: Occupancy, robot: int) -> list[int]:
         """After the move of `robot`, move who came first into the full place until none is; return the moves.
 
         Places that are left in any order are left in order of arrival here, those who were there before by
@@ -216,20 +216,20 @@ class Roomy:
             there.step(robot)
             moves.append(robot)
 
-    def _first(self, there: Stand, place: int, robot: int) -> int:
+    def _first(self, there: Occupancy, place: int, robot: int) -> int:
         line = there.queue.get(place)
         return line[0] if line else robot
 
-    def _full(self, stand: Stand) -> Iterator[int]:
+    def _full(self, stand: Occupancy) -> Iterator[int]:
         count, room = stand.count, self._layout.room
         return (s for s, blocks in enumerate(self._blocking) if blocks and count[s] >= room[s])
 
-    def _left(self, stand: Stand) -> int:
+    def _left(self, stand: Occupancy) -> int:
         """Return how many places are full and how many robots have not ended that will; 0: done."""
         follow = self._layout.follow
         return sum(1 for _ in self._full(stand)) + sum(follow[i][stand.at[i]] >= 0 for i in self._enders)
 
-    def _search(self, stand: Stand, deadline_s: float) -> list[int] | None:
+    def _search(self, stand: Occupancy, deadline_s: float) -> list[int] | None:
         """Return moves from `stand` to a slot free everywhere, None if there are none; best first."""
         seen = {self._key(stand)}
         ways: list[tuple[int, int]] = [(-1, -1)]
@@ -261,7 +261,7 @@ class Roomy:
         return moves[::-1]
 
     @staticmethod
-    def _key(stand: Stand) -> tuple[tuple[int, ...], tuple[tuple[int, ...], ...]]:
+    def _key(stand: Occupancy) -> tuple[tuple[int, ...], tuple[tuple[int, ...], ...]]:
         return tuple(stand.at), stand.queues()
 
     def _accepts(self, configuration: Configuration, moves: list[int]) -> bool:

@@ -10,10 +10,10 @@ from typing import NamedTuple
 from loopgate.gates.base import Decision, Reason
 from loopgate.gates.certified.budget import Budget, BudgetError
 from loopgate.gates.certified.checker import Checker
-from loopgate.gates.certified.stand import Stand
+from loopgate.gates.certified.occupancy import Occupancy
 from loopgate.model import Configuration, System
 
-__all__ = ["Rounds"]
+__all__ = ["Exploration"]
 
 
 class _Frame(NamedTuple):
@@ -64,7 +64,7 @@ class _Walk:
         return members
 
 
-class Rounds:
+class Exploration:
     """Admits a move iff every robot can go on for ever after it, by looking at what can be reached.
 
     A witness is a path to a configuration from which a circle of moves, in which every robot takes part,
@@ -96,8 +96,8 @@ class Rounds:
         """Why there is no witness, while there is none."""
         self._plan: list[int] = []
 
-    def begin(self, configuration: Configuration, stand: Stand) -> bool:
-        """Return whether `configuration` is live; see `Homeward.begin`."""
+    def begin(self, configuration: Configuration, stand: Occupancy) -> bool:
+        """Return whether `configuration` is live; see `Homes.begin`."""
         del stand
         self._here = None
         self._plan = []
@@ -111,11 +111,11 @@ class Rounds:
         self._here = configuration
         return True
 
-    def at_once(self, stand: Stand, robot: int) -> None:
+    def at_once(self, stand: Occupancy, robot: int) -> None:
         """Return None: every move has to be looked at."""
         del stand, robot
 
-    def judge(self, configuration: Configuration, stand: Stand, robot: int) -> Decision:
+    def judge(self, configuration: Configuration, stand: Occupancy, robot: int) -> Decision:
         """Decide the next move of `robot`, which is enabled."""
         del stand
         if self._here is None:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from loopgate.gates.certified.layout import Layout
+from loopgate.gates.certified.system_index import SystemIndex
 from loopgate.model import Configuration
 
-__all__ = ["Stand"]
+__all__ = ["Occupancy"]
 
 
-class Stand:
+class Occupancy:
     """A configuration as lists: positions, occupancy, queues.
 
     Attributes
@@ -23,24 +23,26 @@ class Stand:
 
     __slots__ = ("at", "count", "layout", "queue")
 
-    def __init__(self, layout: Layout, at: list[int], count: list[int], queue: dict[int, list[int]]) -> None:
+    def __init__(
+        self, layout: SystemIndex, at: list[int], count: list[int], queue: dict[int, list[int]]
+    ) -> None:
         self.layout = layout
         self.at = at
         self.count = count
         self.queue = queue
 
     @classmethod
-    def of(cls, layout: Layout, configuration: Configuration) -> Stand:
+    def of(cls, layout: SystemIndex, configuration: Configuration) -> Occupancy:
         """Return the lists for `configuration`. O(robots + states)."""
         at = list(configuration.positions)
         queues = zip(layout.system.fifo_states, configuration.queues, strict=True)
         count = layout.system.occupancy(configuration)
         return cls(layout, at, count, {s: list(robots) for s, robots in queues})
 
-    def copy(self) -> Stand:
+    def copy(self) -> Occupancy:
         """Return a copy that can be changed on its own."""
         queue = {s: list(q) for s, q in self.queue.items()} if self.queue else {}
-        return Stand(self.layout, self.at[:], self.count[:], queue)
+        return Occupancy(self.layout, self.at[:], self.count[:], queue)
 
     def state(self, robot: int) -> int:
         """Return the state in which `robot` stands."""

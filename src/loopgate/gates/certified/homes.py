@@ -9,12 +9,12 @@ from loopgate.gates.certified.banker import fixpoint
 from loopgate.gates.certified.budget import Budget, BudgetError
 from loopgate.gates.certified.checker import Checker
 from loopgate.gates.certified.deadlock import circle_among, stuck_for_good
-from loopgate.gates.certified.layout import Layout
+from loopgate.gates.certified.occupancy import Occupancy
 from loopgate.gates.certified.search import Search
-from loopgate.gates.certified.stand import Stand
+from loopgate.gates.certified.system_index import SystemIndex
 from loopgate.model import Configuration
 
-__all__ = ["Homeward"]
+__all__ = ["Homes"]
 
 
 _REPLAYED = Decision(admitted=True, reason=Reason.FREE, stage="replay")
@@ -25,7 +25,7 @@ class _Verdict(NamedTuple):
     witness: list[int] | None
 
 
-class Homeward:
+class Homes:
     """Admits a move iff every robot can still get home after it, and holds the moves that show it.
 
     Parameters
@@ -41,7 +41,7 @@ class Homeward:
     With a budget that is never used up this is exact: a move is admitted iff it is safe.
     """
 
-    def __init__(self, layout: Layout, budget: Budget) -> None:
+    def __init__(self, layout: SystemIndex, budget: Budget) -> None:
         self._layout = layout
         self._search = Search(layout, budget)
         self._checker = Checker(layout.system)
@@ -51,7 +51,7 @@ class Homeward:
         self._verdicts: dict[int, _Verdict] = {}
         self._favoured = -1
 
-    def begin(self, configuration: Configuration, stand: Stand) -> bool:
+    def begin(self, configuration: Configuration, stand: Occupancy) -> bool:
         """Find a witness for a configuration that was not reached by an admitted move; say if there is one.
 
         Raises
@@ -78,11 +78,11 @@ class Homeward:
         self._witness = moves
         return True
 
-    def at_once(self, stand: Stand, robot: int) -> Decision | None:
+    def at_once(self, stand: Occupancy, robot: int) -> Decision | None:
         """Admit a move from one home to the next of which the witness does not speak: it is still one."""
         return _REPLAYED if self._passes_by(robot, stand.at[robot]) else None
 
-    def judge(self, configuration: Configuration, stand: Stand, robot: int) -> Decision:
+    def judge(self, configuration: Configuration, stand: Occupancy, robot: int) -> Decision:
         """Decide the next move of `robot`, which is enabled."""
         verdict = self._verdicts.get(robot)
         if verdict is None:
@@ -103,7 +103,7 @@ class Homeward:
         """Take note of a move between homes that the witness does not speak of."""
         self._verdicts.clear()
 
-    def favour(self, configuration: Configuration, stand: Stand, robot: int) -> None:
+    def favour(self, configuration: Configuration, stand: Occupancy, robot: int) -> None:
         """From now on admit only what keeps a way open on which `robot` moves soon; -1: end that.
 
         The witness is reordered so that before the robot's next move only those move who have to. While
@@ -124,7 +124,7 @@ class Homeward:
         if self._accepts(configuration, [*before, robot, *after]):
             self._witness = [*before, robot, *after]
 
-    def _with(self, stand: Stand, robot: int) -> list[int]:
+    def _with(self, stand: Occupancy, robot: int) -> list[int]:
         """Return the witness, with `robot` going to its next home at the end if it does not move in it."""
         witness = self._witness or []
         if robot in witness:
@@ -133,11 +133,11 @@ class Homeward:
         return witness + [robot] * (1 + layout.steps[robot][layout.follow[robot][stand.at[robot]]])
 
     @property
-    def layout(self) -> Layout:
+    def layout(self) -> SystemIndex:
         """The layout whose homes are meant."""
         return self._layout
 
-    def witness_after(self, stand: Stand, robot: int) -> list[int] | None:
+    def witness_after(self, stand: Occupancy, robot: int) -> list[int] | None:
         """Return moves that bring every robot home after the admitted move of `robot`."""
         if self._passes_by(robot, stand.at[robot]):
             return self._witness
@@ -153,13 +153,13 @@ class Homeward:
         witness = self._witness
         return witness is not None and self._layout.straight[robot][position] and robot not in witness
 
-    def _away(self, stand: Stand) -> list[int]:
+    def _away(self, stand: Occupancy) -> list[int]:
         """Robots that are not at home, those that the witness moves first in front."""
         home, at = self._layout.home, stand.at
         order = list(dict.fromkeys(self._witness)) if self._witness else range(len(at))
         return [i for i in order if not home[i][at[i]]]
 
-    def _judge(self, configuration: Configuration, stand: Stand, robot: int) -> _Verdict:
+    def _judge(self, configuration: Configuration, stand: Occupancy, robot: int) -> _Verdict:
         if self._witness is None:
             details = {Reason.BUDGET: "no way home for all found within the budget"}
             detail = details.get(self.missing, "no way home for all")
@@ -180,7 +180,7 @@ class Homeward:
             return _Verdict(decision, None)
         return self._found(configuration, stand, robot)
 
-    def _found(self, configuration: Configuration, stand: Stand, robot: int) -> _Verdict:
+    def _found(self, configuration: Configuration, stand: Occupancy, robot: int) -> _Verdict:
         """Look for a witness from nothing."""
         there = stand.copy()
         there.step(robot)
@@ -202,7 +202,7 @@ class Homeward:
         stage = "search" if self._search.nodes else "banker"
         return self._checked(configuration, [robot, *moves, *rest], stage)
 
-    def _pulled_forward(self, stand: Stand, robot: int) -> list[list[int]]:
+    def _pulled_forward(self, stand: Occupancy, robot: int) -> list[list[int]]:
         """Return the old witness with the robot's next move in front, and what else is worth a try."""
         witness = self._with(stand, robot)
         k = witness.index(robot)
@@ -234,7 +234,7 @@ class Homeward:
         )
         return _Verdict(decision, None)
 
-    def _refuse(self, there: Stand, stuck: list[int]) -> _Verdict:
+    def _refuse(self, there: Occupancy, stuck: list[int]) -> _Verdict:
         circle = circle_among(there, stuck)
         states = self._layout.system.states
         names = self._layout.system.robots

@@ -6,13 +6,13 @@ from operator import or_
 
 from loopgate.model import System
 
-__all__ = ["Layout"]
+__all__ = ["SystemIndex"]
 
 _WIDE = 2
 """From this capacity on, a deadlock in a place is a circle of full places and nothing else."""
 
 
-class Layout:
+class SystemIndex:
     """Where each robot is out of everybody's way, and which states it enters on the way there.
 
     A state *never blocks* if a single robot visits it, or if it is left in any order and holds all its
@@ -26,7 +26,7 @@ class Layout:
     A state is *wide* if it can block, holds two or more besides its enders (and has none if it is FIFO), and
     all robots can still drive on from it when all others have ended.
     With ``rests`` the wide states count as homes; whoever uses that layout sees to their room by other means
-    (see `Flow`).
+    (see `ChainRule`).
 
     Attributes
     ----------

@@ -4,22 +4,22 @@ from __future__ import annotations
 
 from loopgate.gates.base import Decision, Reason
 from loopgate.gates.certified.budget import Budget
-from loopgate.gates.certified.homeward import Homeward
-from loopgate.gates.certified.layout import Layout
-from loopgate.gates.certified.stand import Stand
+from loopgate.gates.certified.homes import Homes
+from loopgate.gates.certified.occupancy import Occupancy
+from loopgate.gates.certified.system_index import SystemIndex
 from loopgate.model import Configuration, System
 
-__all__ = ["Flow"]
+__all__ = ["ChainRule"]
 
 _FREE = Decision(admitted=True, reason=Reason.FREE, stage="chain")
 
 
-class Flow:
+class ChainRule:
     """Promises that somebody can always move and that no circular wait ever forms; or more, see below.
 
     A robot *rests* in a place that holds two or more (wide) or where it hinders nobody (home). A robot
     between two rests has a slot reserved in the rest it drives to, and a way there that the witness of
-    `Homeward` keeps open. Seen from the rests alone every full place waits for the place its head
+    `Homes` keeps open. Seen from the rests alone every full place waits for the place its head
     wants next; a move that fills a place is admitted iff that closes no circle of full places.
 
     Parameters
@@ -27,7 +27,7 @@ class Flow:
     system
         Every robot must have a rest on its path.
     budget
-        See `Homeward`.
+        See `Homes`.
 
     Notes
     -----
@@ -40,9 +40,9 @@ class Flow:
     """
 
     def __init__(self, system: System, budget: Budget) -> None:
-        self._layout = layout = Layout(system, rests=True)
+        self._layout = layout = SystemIndex(system, rests=True)
         self._wide = layout.wide
-        self._narrow = Homeward(layout, budget)
+        self._narrow = Homes(layout, budget)
         self.for_everyone = False
         """Whether the start was seen to allow the promise to everyone."""
         self._held: list[int] = []
@@ -64,7 +64,7 @@ class Flow:
         return self._narrow.missing
 
     @property
-    def layout(self) -> Layout:
+    def layout(self) -> SystemIndex:
         """The layout in which wide places count as homes."""
         return self._layout
 
@@ -84,7 +84,7 @@ class Flow:
             position = self._layout.follow[robot][position]
         return position
 
-    def begin(self, configuration: Configuration, stand: Stand) -> bool:
+    def begin(self, configuration: Configuration, stand: Occupancy) -> bool:
         """Reserve the slots for `configuration`; False if there is a circular wait or no way home."""
         layout = self._layout
         self._held = [0] * len(layout.room)
@@ -98,7 +98,7 @@ class Flow:
             return False
         return self._narrow.begin(configuration, stand)
 
-    def jammed(self, stand: Stand) -> list[int]:
+    def jammed(self, stand: Occupancy) -> list[int]:
         """Return the full wide places that can never again lose a robot, ascending."""
         full = [s for s in self._coming if self._held[s] >= self._layout.room[s]]
         stuck = set(full)
@@ -111,12 +111,12 @@ class Flow:
                     changed = True
         return sorted(stuck)
 
-    def _released(self, stand: Stand, place: int, stuck: set[int]) -> bool:
+    def _released(self, stand: Occupancy, place: int, stuck: set[int]) -> bool:
         leavers, every = self._leavers(stand, place)
         free = [self._after[i][stand.at[i]] not in stuck for i in leavers]
         return bool(free) and (all(free) if every else any(free))
 
-    def _leavers(self, stand: Stand, place: int) -> tuple[list[int], bool]:
+    def _leavers(self, stand: Occupancy, place: int) -> tuple[list[int], bool]:
         """Return the robots of which one leaves `place` next for another, and whether it may be any of them.
 
         From a FIFO place that is the first in line that does not come straight back; while there is none,
@@ -132,11 +132,11 @@ class Flow:
         inside = [*stand.occupants(place), *self._coming[place]]
         return [i for i in inside if after[i][at[i]] not in (place, -1)], False
 
-    def judge(self, configuration: Configuration, stand: Stand, robot: int) -> Decision:
+    def judge(self, configuration: Configuration, stand: Occupancy, robot: int) -> Decision:
         """Decide the next move of `robot`, which is enabled."""
         return self.at_once(stand, robot) or self._narrow.judge(configuration, stand, robot)
 
-    def at_once(self, stand: Stand, robot: int) -> Decision | None:
+    def at_once(self, stand: Occupancy, robot: int) -> Decision | None:
         """Decide by the chain rule alone; None if the way home over narrow places has to be looked at too."""
         p = stand.at[robot]
         if self._layout.home[robot][p]:
@@ -158,7 +158,7 @@ class Flow:
                 return _FREE
         return None
 
-    def closes(self, stand: Stand, robot: int, target: int) -> list[int]:
+    def closes(self, stand: Occupancy, robot: int, target: int) -> list[int]:
         """Return the full places of the circle that the robot's move to `target`, which fills it, closes."""
         after, at, held, room = self._after, stand.at, self._held, self._layout.room
         left = self._rest[robot][at[robot]]
@@ -176,7 +176,7 @@ class Flow:
                 return chain
             chain.append(place)
 
-    def _closes_any(self, stand: Stand, robot: int, left: int, target: int) -> list[int]:
+    def _closes_any(self, stand: Occupancy, robot: int, left: int, target: int) -> list[int]:
         """As `_closes` where places have several robots that may leave next: by peeling off what is free."""
         there = stand.copy()
         there.step(robot)
@@ -192,7 +192,7 @@ class Flow:
             self._coming[target].pop()
         return stuck
 
-    def _refuse(self, stand: Stand, circle: list[int]) -> Decision:
+    def _refuse(self, stand: Occupancy, circle: list[int]) -> Decision:
         states = self._layout.system.states
         heads = [leavers[0] for s in circle if (leavers := self._leavers(stand, s)[0])]
         detail = "full places in a circle: " + " -> ".join(states[s] for s in circle)
@@ -216,11 +216,11 @@ class Flow:
             self._coming[target].remove(robot)
         return self._narrow.moved(robot, before)
 
-    def target(self, stand: Stand, robot: int) -> int:
+    def target(self, stand: Occupancy, robot: int) -> int:
         """Return the rest that `robot` drives to when it leaves the rest where it is."""
         return self._after[robot][stand.at[robot]]
 
-    def witness_with(self, stand: Stand, robot: int) -> list[int]:
+    def witness_with(self, stand: Occupancy, robot: int) -> list[int]:
         """Return moves that bring every robot to a rest, beginning with the admitted one of `robot`."""
         return [robot, *(self._narrow.witness_after(stand, robot) or [])]
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from loopgate.errors import UnsafeStartError
 from loopgate.gates.certified.banker import reduce_to_core
 from loopgate.gates.certified.gate import CertifiedGate
-from loopgate.gates.certified.layout import Layout
-from loopgate.gates.certified.stand import Stand
+from loopgate.gates.certified.occupancy import Occupancy
+from loopgate.gates.certified.system_index import SystemIndex
 from loopgate.model import Configuration, Robot, System
 
 __all__ = ["Remainder"]
@@ -46,7 +46,7 @@ class Remainder:
         self._full = system
         self._lost = lost
         self.gate: CertifiedGate | None = None
-        self._home = Layout(system).home
+        self._home = SystemIndex(system).home
         self.broken = broken
         while True:
             self._robots = [i for i in range(len(system.robots)) if i not in self.broken]
@@ -88,8 +88,10 @@ class Remainder:
 
     def _who_cannot_get_home(self) -> list[int]:
         """Return the robots that Banker's rule does not bring home; all, where that names none."""
-        layout = Layout(self.system)
-        _, core = reduce_to_core(Stand.of(layout, self.system.initial), list(range(len(self.system.robots))))
+        layout = SystemIndex(self.system)
+        _, core = reduce_to_core(
+            Occupancy.of(layout, self.system.initial), list(range(len(self.system.robots)))
+        )
         return [self._robots[k] for k in core] or self._robots[:]
 
     def _shortened(self, robot: int, position: int, closed: set[int]) -> Robot | None:
