@@ -67,19 +67,24 @@ class FlowMeter:
         }
         self._vehicles_s = np.zeros(len(engine.vehicles))
         self._roads_s = np.zeros(len(engine.tables.roads))
+        self._counting = False
 
     def _settle(self) -> None:
-        """Add up what was counted by number."""
+        """Add up what was counted by number since the last time."""
+        if not self._counting:
+            return
         for name, stood_s in zip(self._names, self._vehicles_s.tolist(), strict=True):
             self._vehicles[name] = self._vehicles.get(name, 0.0) + stood_s
         for number, edge in self._roads.items():
             self._edges[edge] = self._edges.get(edge, 0.0) + float(self._roads_s[number])
-        self._begin_tables()
+        self._vehicles_s[:] = self._roads_s[:] = 0.0
+        self._counting = False
 
     def look(self) -> None:
         """Take note of the step that was made."""
         if self._changes != self._engine.changes:
             self._settle()
+            self._begin_tables()
         v, now, step_s = self._engine.vehicles, self._traffic.now_s, self._traffic.step_s
         if self._begin_s is None:
             self._begin_s = now - step_s + self._warmup_s
@@ -89,6 +94,7 @@ class FlowMeter:
         self._standing += standing.size
         self._distance_m += float(v["speed"].sum()) * step_s
         if now > self._begin_s:
+            self._counting = True
             self._vehicles_s[standing] += step_s
             # The table names the edge that comes next.
             at = v["road_at"][standing] + (v["road"][standing] - 1) % v["roads"][standing]

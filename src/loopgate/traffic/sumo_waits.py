@@ -47,18 +47,20 @@ class RoadWaits:
     def of(self, vehicle: str, *, guess: bool) -> Sequence[str]:
         """Return whom `vehicle` waits for; empty if nothing on the road explains why it stands."""
         get = self._vehicle
+        found = get.getLeader(vehicle, _TOUCHING_M + 1.0)  # asked first: most stand in a queue
+        if found and found[0] and found[1] <= _TOUCHING_M:
+            return (found[0],)
         lane = get.getLaneID(vehicle)
         to_end = self._lane.getLength(lane) - get.getLanePosition(vehicle)
         links = get.getNextLinks(vehicle)
         inside = lane.startswith(":")
         at_junction = bool(links) and (inside or to_end <= _AT_JUNCTION_M)
-        look = _TOUCHING_M
         if at_junction:
             own = get.getLength(vehicle) + get.getMinGap(vehicle)
-            look = max(look, to_end + (0.0 if inside else self._over(links)) + own)
-        found = get.getLeader(vehicle, look + 1.0)
-        if found and found[0] and found[1] <= look:
-            return (found[0],)
+            look = to_end + (0.0 if inside else self._over(links)) + own
+            found = get.getLeader(vehicle, look + 1.0)
+            if found and found[0] and found[1] <= look:
+                return (found[0],)
         if not at_junction or links[0][_STATE] in "ru":
             return ()
         foes = get.getJunctionFoes(vehicle, to_end + 1.0)
