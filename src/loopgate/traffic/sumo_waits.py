@@ -47,33 +47,32 @@ class RoadWaits:
     def of(self, vehicle: str, *, guess: bool) -> Sequence[str]:
         """Return whom `vehicle` waits for; empty if nothing on the road explains why it stands."""
         get = self._vehicle
-        found = get.getLeader(vehicle, _TOUCHING_M + 1.0)  # asked first: most stand in a queue
-        if found and found[0] and found[1] <= _TOUCHING_M:
-            return (found[0],)
+        if ahead := self._leader(vehicle, _TOUCHING_M):  # asked first: most stand in a queue
+            return ahead
         lane = get.getLaneID(vehicle)
         to_end = self._lane.getLength(lane) - get.getLanePosition(vehicle)
         links = get.getNextLinks(vehicle)
         inside = lane.startswith(":")
-        at_junction = bool(links) and (inside or to_end <= _AT_JUNCTION_M)
-        if at_junction:
-            own = get.getLength(vehicle) + get.getMinGap(vehicle)
-            look = to_end + (0.0 if inside else self._over(links)) + own
-            found = get.getLeader(vehicle, look + 1.0)
-            if found and found[0] and found[1] <= look:
-                return (found[0],)
-        if not at_junction or links[0][_STATE] in "ru":
+        if not links or not (inside or to_end <= _AT_JUNCTION_M):
+            return ()
+        room = get.getLength(vehicle) + get.getMinGap(vehicle)
+        if ahead := self._leader(vehicle, to_end + (0.0 if inside else self._over(links)) + room):
+            return ahead
+        if links[0][_STATE] in "ru":
             return ()
         foes = get.getJunctionFoes(vehicle, to_end + 1.0)
         across = [foe[_FOE] for foe in foes if self._blocks(foe)]
         across = across or [foe[_FOE] for foe in foes if foe[_EGO_YIELDS]]
-        if across:
-            return tuple(dict.fromkeys(across))
-        if not guess:
-            return ()
-        if inside and (beside := self._beside(lane)):
-            return beside
-        found = get.getLeader(vehicle, _FAR_M)
-        return (found[0],) if found and found[0] else ()
+        return tuple(dict.fromkeys(across)) or (self._guess(vehicle, lane) if guess else ())
+
+    def _leader(self, vehicle: str, within_m: float) -> Sequence[str]:
+        """Return the vehicle ahead if its rear is that near, beyond the minimum gap."""
+        found = self._vehicle.getLeader(vehicle, within_m + 1.0)
+        return (found[0],) if found and found[0] and found[1] <= within_m else ()
+
+    def _guess(self, vehicle: str, lane: str) -> Sequence[str]:
+        beside = self._beside(lane) if lane.startswith(":") else ()
+        return beside or self._leader(vehicle, _FAR_M)
 
     def _beside(self, lane: str) -> Sequence[str]:
         """Return the vehicles inside the junction whose ways conflict with an internal lane."""
