@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
-from typing import NamedTuple, cast
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -166,6 +166,8 @@ class _UnderWay:
         self._between: dict[tuple[str, str], int] = {}
         self._out_of: dict[str, list[int]] = {}
         self._length_m: list[float] = []
+        self._at = self._length = self._touched = np.empty(0)
+        """Of the touches looked at."""
         for number, movement in enumerate(movements):
             driven = 0.0
             for lane in movement.via:
@@ -189,27 +191,33 @@ class _UnderWay:
             For each touch the course by number, position of the front on its lane, length of the body, and
             where it is touched [m].
         """
-        frame = pd.DataFrame({"course": course, "at": at_m, "length": length_m, "touched": touched_m})
-        frame["touch"] = np.arange(len(course))
+        order = np.argsort(course, kind="stable")
+        firsts = np.flatnonzero(np.diff(course[order], prepend=-1))
+        self._at, self._length, self._touched = at_m, length_m, touched_m
         parts = [
-            part.assign(movement=movement, at=part["at"] + add)
-            for number, rows in frame.groupby("course")
-            for movement, add, part in self._of(courses[cast("int", number)], rows)
+            (np.full(len(here), movement), here, at_m[here] + add)
+            for touches in np.split(order, firsts[1:])
+            if len(touches)
+            for movement, add, here in self._of(courses[course[touches[0]]], touches)
         ]
-        found = pd.concat(parts) if parts else frame.assign(movement=0).iloc[:0]
-        return found.assign(rear=found["at"] - found["length"])[["touch", "movement", "at", "rear"]]
+        movement, touch, at = (
+            (np.concatenate(column) for column in zip(*parts, strict=True))
+            if parts
+            else np.empty((3, 0), int)
+        )
+        return pd.DataFrame({"touch": touch, "movement": movement, "at": at, "rear": at - length_m[touch]})
 
-    def _of(self, course: Course, rows: pd.DataFrame) -> Iterator[tuple[int, float, pd.DataFrame]]:
-        """Yield movements, what to add to positions, and those of the rows that are under way on them.
+    def _of(self, course: Course, rows: Ints) -> Iterator[tuple[int, float, Ints]]:
+        """Yield movements, what to add to positions, and those of the touches that are under way on them.
 
         A body can lie on several movements, one after the other: it is on that on which it is touched.
         """
         lanes = (course.lane, *course.before)
-        begin_m, above = 0.0, rows["touched"] >= 0.0
+        begin_m, above = 0.0, self._touched[rows] >= 0.0
         for number, lane in enumerate(lanes):
             if number:
                 begin_m -= self._network.lanes[lane].length_m
-                above = rows["touched"] >= begin_m
+                above = self._touched[rows] >= begin_m
             last = number + 1 == len(lanes) or self._is_place(lanes[number + 1])
             here = rows if last else rows[above]
             if len(here):
@@ -221,9 +229,7 @@ class _UnderWay:
     def _is_place(self, lane: str) -> bool:
         return lane in self._places
 
-    def _on(
-        self, lanes: Sequence[str], begin_m: float, rows: pd.DataFrame
-    ) -> Iterator[tuple[int, float, pd.DataFrame]]:
+    def _on(self, lanes: Sequence[str], begin_m: float, rows: Ints) -> Iterator[tuple[int, float, Ints]]:
         """Yield as `_of` does, for bodies that are touched on the first of `lanes`, which begins there."""
         lane = lanes[0]
         inside = self._inside.get(lane)
@@ -233,9 +239,9 @@ class _UnderWay:
         place = self._places.get(lane)
         behind = next((name for name in lanes[1:] if not self._network.lanes[name].internal), None)
         into = None if behind is None else self._between.get((behind, lane))
-        at_m = rows["at"] - begin_m
+        at_m = self._at[rows] - begin_m
         if into is not None:
-            entering = rows if place is None else rows[at_m <= place.begin_m + rows["length"]]
+            entering = rows if place is None else rows[at_m <= place.begin_m + self._length[rows]]
             yield into, self._length_m[into] - begin_m, entering
             if place is None:
                 return  # all of a lane without a place belongs to the movement onto it
