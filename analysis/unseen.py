@@ -117,13 +117,13 @@ def _make(rng: random.Random, file: Path, number: int) -> None:
 
 
 def given(
-    names: list[str], seeds: int, vehicles: list[int], turns: dict[str, Any]
+    names: list[str], seeds: int, vehicles: list[int], rules: list[str], turns: dict[str, Any]
 ) -> Iterator[tuple[str, dict[str, Any]]]:
     """Yield networks by name with what is to be driven on each; `turns` says whether vehicles turn round."""
     for name in names:
         for seed in range(1, seeds + 1):
             for count in vehicles:
-                for lights in ("off", "obey"):
+                for lights in rules:
                     yield (
                         name,
                         {
@@ -169,6 +169,7 @@ def main() -> None:
     parser.add_argument("--made", type=int, default=0, help="drive so many made networks instead")
     parser.add_argument("--seeds", type=int, default=3, help="sets of random loops")
     parser.add_argument("--vehicles", type=int, nargs="+", default=[50, 150, 300, 400])
+    parser.add_argument("--lights", nargs="+", default=["off", "obey"], choices=("off", "obey"))
     parser.add_argument(
         "--u-turns", action="store_true", help="loops may turn round: corridors have no others"
     )
@@ -179,7 +180,9 @@ def main() -> None:
         cases = made(options.made, options.out / "networks")
     else:
         turns = {"u_turns": True} if options.u_turns else {}
-        cases = given(options.networks or list(PACKAGED), options.seeds, options.vehicles, turns)
+        cases = given(
+            options.networks or list(PACKAGED), options.seeds, options.vehicles, options.lights, turns
+        )
     include = [{"network": name, **scenario} for name, scenario in cases]
     sweep = Sweep("unseen", BASE, {}, include=include, folder=Path.cwd())
     points = {point.key for point in sweep.points()}

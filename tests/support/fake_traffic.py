@@ -70,6 +70,7 @@ class FakeTraffic:
         self.waiting: dict[str, tuple[str, ...]] = {}
         self.crashes: tuple[Collision, ...] = ()
         self.lights: dict[str, Light] = {}
+        self.heedless: set[str] = set()
         self.programs: dict[str, Program] = {}
         self._halted: list[str] = []
 
@@ -260,6 +261,10 @@ class FakeTraffic:
         """Never."""
         del vehicle
         return None
+
+    def heed_lights(self, vehicle: str, *, heeds: bool) -> None:
+        """Take note of who drives on whatever lights show."""
+        (self.heedless.discard if heeds else self.heedless.add)(vehicle)
 
     def light(self, light: str) -> Light:
         """Return what a test has put there."""

@@ -10,6 +10,7 @@ from typing import Any
 from loopgate.abstraction.itinerary import Itinerary, Leg
 from loopgate.drive.driver import Driver
 from loopgate.drive.motion import time_s
+from loopgate.drive.sense import braking_m
 from loopgate.gates import Reason
 from loopgate.network import RoadNetwork
 from loopgate.network.records import Connection
@@ -26,6 +27,14 @@ _PATIENCE_S = 180.0
 for a green that lasts until it is there [s]: lights that are never green together would keep it for ever."""
 
 _STANDING_MPS = 0.1
+
+_RED = frozenset("ru")
+
+_BEFORE_RED_S = 1.0
+"""So long before red a slow driver has to be over the line for a grant [s]."""
+
+_ARROW, _ARROW_STOP_S = "s", 3.0
+"""SUMO's letter for a green arrow, before which a vehicle stops first, and the time that this takes [s]."""
 
 _SLOW_ACCEL, _SLOW_SPEED, _START_S = 0.6, 0.9, 1.0
 """Drivers dawdle: what share of their acceleration and of the speed limit is counted on to reach a line in
@@ -83,6 +92,12 @@ def _signals(network: RoadNetwork, movements: Mapping[str, Connection], leg: Leg
     return tuple(found)
 
 
+def _slow_s(driver: Driver, signal: Signal, distance_m: float) -> float:
+    """Return how long a slow driver takes to a light [s]."""
+    top_mps = min(driver.top_mps, max(driver.speed_mps, signal.speed_mps))
+    return time_s(distance_m, driver.speed_mps, _SLOW_ACCEL * driver.accel_mps2, _SLOW_SPEED * top_mps)
+
+
 @dataclass(slots=True)
 class _Passage:
     """A vehicle that was let go towards a light: its way is clear, so only the light can stop it there."""
@@ -91,17 +106,20 @@ class _Passage:
     signal: Signal
     line_m: float
     stands: bool = False
+    committed: bool = False
+    was_open: bool = False
 
 
 class Lights:
     """An obstacle: no grant but into green.
 
-    A request is refused unless the light at its line is green, and stays so until the vehicle is there, as
-    far as the light's program tells; where a crossing leads over several lights, each has to be green when
-    the vehicle gets to it. A light that follows the traffic may turn early all the same, and a vehicle may
-    be slower than counted on. It then keeps what it was granted while it stands at the red: the gate knew it
-    there when it admitted others, so taking it back could undo what was promised to them. How often that
-    happens is counted.
+    A request is granted if the light at its line is open in the next step and even a slow driver is over the
+    line before it is red, as far as the light's program tells; where a crossing leads over several lights,
+    each of the others has to be green when the vehicle gets to it. Who was granted that is *committed*, as
+    SUMO's own drivers are who are too near to brake: it drives on at amber. It stops for a red all the same
+    if it still can; it then keeps what it was granted while it stands there: the gate knew it there when it
+    admitted others, so taking it back could undo what was promised to them. How often vehicles stand so, and
+    how often one crosses its line on red since it could not brake, is counted.
 
     Lights only delay, so what the gate promises holds as long as every light turns green again and again.
     Two lights on one crossing need not be green together for that: after a while only the first one counts.
@@ -135,6 +153,7 @@ class Lights:
         self._grants = 0
         self._stood = 0
         self._stood_s = 0.0
+        self._on_red = 0
 
     def in_the_way(self, robot: int) -> Reason | None:
         """Return RED unless every light on the crossing before `robot` lets it pass, and in time."""
@@ -157,21 +176,21 @@ class Lights:
 
     def _lets_pass(self, driver: Driver, signals: Sequence[Signal], *, patient: bool) -> bool:
         opens = self._timetable
-        first = signals[0]
-        if first.at_line and not opens.is_open(first.light, first.link):
-            return False
-        if not patient:
-            return True
         speed = driver.speed_mps
         to_end_m = driver.line_m - driver.front_m
         for signal in signals:
             distance_m = to_end_m + signal.ahead_m
-            top = min(driver.top_mps, max(speed, signal.speed_mps))
-            slow_s = _START_S + time_s(distance_m, speed, _SLOW_ACCEL * driver.accel_mps2, _SLOW_SPEED * top)
-            fast_s = 0.0
-            if not signal.at_line:
+            slow_s = _slow_s(driver, signal, distance_m)
+            if signal.at_line:
+                showing = opens.next(signal.light, signal.link)
+                if not showing.is_open:
+                    return False
+                spare_s = _ARROW_STOP_S if showing.letter == _ARROW else _BEFORE_RED_S
+                may_pass = slow_s + spare_s <= showing.red_s
+            else:
                 fast_s = time_s(distance_m, speed, driver.accel_mps2, driver.top_mps)
-            if not opens.may_be_open(signal.light, signal.link, fast_s, slow_s):
+                may_pass = opens.may_be_open(signal.light, signal.link, fast_s, _START_S + slow_s)
+            if patient and not may_pass:
                 return False
         return True
 
@@ -181,8 +200,16 @@ class Lights:
         self._red_since.pop(driver.id, None)
         for signal in self._behind(driver, driver.granted - 1):
             self._grants += 1
-            line_m = driver.line_m + signal.ahead_m
-            self._under_way.append(_Passage(driver, signal, line_m))
+            passage = _Passage(driver, signal, driver.line_m + signal.ahead_m)
+            self._under_way.append(passage)
+            letter = self._timetable.next(signal.light, signal.link).letter
+            if signal.at_line and letter != _ARROW:
+                self._commit(passage, committed=True)
+
+    def _commit(self, passage: _Passage, *, committed: bool) -> None:
+        if passage.committed != committed:
+            passage.committed = committed
+            self._traffic.heed_lights(passage.driver.id, heeds=not committed)
 
     def blockers(self, robot: int) -> Sequence[Sequence[str]]:
         """Return nobody: a light turns by itself."""
@@ -190,7 +217,7 @@ class Lights:
         return ()
 
     def look(self) -> None:
-        """Count the vehicles that stand at a red with a grant; call once per step.
+        """Let vehicles stop for a red if they can, and count those who stand at one; call once per step.
 
         O(vehicles between a grant and the line of a light).
         """
@@ -199,16 +226,29 @@ class Lights:
         still: list[_Passage] = []
         for passage in self._under_way:
             driver, signal = passage.driver, passage.signal
+            showing = self._timetable.next(signal.light, signal.link)
             if driver.front_m > passage.line_m:
+                self._commit(passage, committed=False)
+                self._on_red += self._timetable.shows(signal.light, signal.link) in _RED
                 continue
             still.append(passage)
-            standing = driver.speed_mps < _STANDING_MPS
-            if standing and not self._timetable.is_open(signal.light, signal.link):
+            if passage.was_open and not showing.is_open and self._stops(passage, showing.red_s):
+                self._commit(passage, committed=False)
+            passage.was_open |= showing.is_open
+            if driver.speed_mps < _STANDING_MPS and not showing.is_open:
                 self._stood_s += self._traffic.step_s
                 if not passage.stands:
                     passage.stands = True
                     self._stood += 1
         self._under_way = still
+
+    def _stops(self, passage: _Passage, red_s: float) -> bool:
+        """Return whether a vehicle whose light has closed can still stop, and may be late if it does not."""
+        driver = passage.driver
+        left_m = passage.line_m - driver.front_m
+        if left_m < braking_m(driver.speed_mps, float(driver.row["decel"]), self._traffic.step_s):
+            return False
+        return _slow_s(driver, passage.signal, left_m) > red_s
 
     def figures(self) -> dict[str, Any]:
         """Return what ``summary.json`` says of lights that are obeyed."""
@@ -216,6 +256,7 @@ class Lights:
             "grants": self._grants,
             "stood": self._stood,
             "stood_s": round(self._stood_s, 3),
+            "on_red": self._on_red,
             "longest_red_s": round(self._longest[0], 3),
             "longest_red_at": self._longest[1],
         }

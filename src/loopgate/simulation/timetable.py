@@ -3,13 +3,35 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 from loopgate.traffic.base import Light, Program, Traffic
 
-__all__ = ["Timetable"]
+__all__ = ["Showing", "Timetable"]
 
 _OPEN = frozenset("GgoOs")
 """Letters with which a vehicle may drive: green, lights off, and the green arrow."""
+
+_AMBER = frozenset("yY")
+
+
+@dataclass(frozen=True, slots=True)
+class Showing:
+    """What a link shows in the next step.
+
+    Attributes
+    ----------
+    letter
+        SUMO's letter.
+    is_open
+        Whether a vehicle may drive.
+    red_s
+        How long it is until red, after the rest of the green and the amber [s]; 0 if it is red.
+    """
+
+    letter: str
+    is_open: bool
+    red_s: float
 
 
 class Timetable:
@@ -26,9 +48,37 @@ class Timetable:
         self._seen: dict[str, tuple[float, Light]] = {}
         self._programs: dict[tuple[str, str], Program] = {}
 
+    def shows(self, light: str, link: int) -> str:
+        """Return SUMO's letter of what the link shows now."""
+        return self._now(light).state[link]
+
     def is_open(self, light: str, link: int) -> bool:
         """Return whether a vehicle may drive now."""
-        return self._now(light).state[link] in _OPEN
+        return self.shows(light, link) in _OPEN
+
+    def next(self, light: str, link: int) -> Showing:
+        """Return what the link shows in the next step: a change that is due is made at its beginning.
+
+        That is certain where the program is fixed. Others are taken to end what they show as soon as they
+        may: whoever counts on more stands at a red with its grant now and then, in the way of all others.
+        """
+        shown = self._now(light)
+        program = self._program(light, shown)
+        state, phase, left_s = shown.state, shown.phase, max(0.0, shown.changes_s - self._traffic.now_s)
+        if program.fixed and left_s <= 0.0:
+            phase = program.phases[phase].following
+            state, left_s = program.phases[phase].state, left_s + program.phases[phase].longest_s
+        letter = state[link]
+        is_open, red_s = letter in _OPEN, 0.0
+        for _ in range(len(program.phases) + 1):
+            if state[link] not in _OPEN and state[link] not in _AMBER:
+                return Showing(letter, is_open, red_s)
+            red_s = left_s
+            if not program.phases:
+                break
+            phase = program.phases[phase].following
+            state, left_s = program.phases[phase].state, left_s + program.phases[phase].longest_s
+        return Showing(letter, is_open, math.inf)
 
     def may_be_open(self, light: str, link: int, from_s: float, to_s: float) -> bool:
         """Return whether the link is open all the time between two times, as far as can be known.

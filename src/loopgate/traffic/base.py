@@ -268,6 +268,10 @@ class Traffic(Protocol):
         """
         ...
 
+    def heed_lights(self, vehicle: str, *, heeds: bool) -> None:
+        """Let a vehicle under the gate stop for red and amber lights, or drive on whatever they show."""
+        ...
+
     def light(self, light: str) -> Light:
         """Return what a traffic light shows."""
         ...

@@ -22,6 +22,9 @@ already inside a junction are still respected (bit 5 unset)."""
 YIELDING_SPEED_MODE = 31
 """SUMO's right of way holds too: where there is traffic that relies on it."""
 
+_ANY_LIGHT = ~16
+"""What a speed mode loses for a vehicle that drives on whatever the lights show."""
+
 _LANE_CHANGE_FOR_ROUTE_ONLY = 0b01_00_00_00_01
 """Change lanes only where the route demands it, and never into an occupied gap."""
 
@@ -72,6 +75,7 @@ class SumoTraffic:
         self._api = api
         self._yields = yields
         self._speed_mode = YIELDING_SPEED_MODE if yields else GATED_SPEED_MODE
+        self._heedless: set[str] = set()
         self._error = error
         self._running = True
         self._waits = RoadWaits(api)
@@ -191,6 +195,7 @@ class SumoTraffic:
     def leave_gate(self, vehicle: str) -> None:
         """Let go of it, with the modes that it had before."""
         modes = self._modes.pop(vehicle, None)
+        self._heedless.discard(vehicle)
         if vehicle not in self._vehicle.getIDList():
             self._holds.pop(vehicle, None)
             self._braked.discard(vehicle)
@@ -316,12 +321,21 @@ class SumoTraffic:
         if vehicle in self._braked:
             self._braked.remove(vehicle)
             self._vehicle.setSpeed(vehicle, -1.0)
-            self._vehicle.setSpeedMode(vehicle, self._speed_mode)
+            self._vehicle.setSpeedMode(vehicle, self._mode(vehicle))
         if vehicle in self._holds:
             number = self._stop_number(vehicle)
             del self._holds[vehicle]
             if number is not None:
                 self._vehicle.replaceStop(vehicle, number, "")
+
+    def heed_lights(self, vehicle: str, *, heeds: bool) -> None:
+        """Let a vehicle under the gate stop for red and amber lights, or drive on whatever they show."""
+        (self._heedless.discard if heeds else self._heedless.add)(vehicle)
+        if vehicle not in self._braked:
+            self._vehicle.setSpeedMode(vehicle, self._mode(vehicle))
+
+    def _mode(self, vehicle: str) -> int:
+        return self._speed_mode & _ANY_LIGHT if vehicle in self._heedless else self._speed_mode
 
     def brake(self, vehicle: str) -> None:
         """Let the vehicle brake as hard as it can, and stand until it is released."""

@@ -73,13 +73,52 @@ def test_green_or_no_light_lets_pass(letter: str) -> None:
     assert scene.lights.in_the_way(0) is None
 
 
-def test_a_green_that_ends_before_the_vehicle_is_there_is_no_green() -> None:
-    """From standing, 60 m at 10 m/s take 8 s at least."""
-    late, soon = Scene(signal("t"), at_m=40.0), Scene(signal("t"), at_m=40.0)
+def test_a_slow_driver_has_to_be_over_the_line_before_red() -> None:
+    """From standing, 60 m at 10 m/s take 9 s at least; amber is used."""
+    late, amber, soon = (Scene(signal("t"), at_m=40.0) for _ in range(3))
     late.shows("t", "G", 6.0)
+    amber.shows("t", "G", 11.0, after="y")
     soon.shows("t", "G", 20.0)
     assert late.lights.in_the_way(0) is Reason.RED
+    assert amber.lights.in_the_way(0) is None
     assert soon.lights.in_the_way(0) is None
+
+
+def test_a_green_that_comes_in_the_next_step_is_green() -> None:
+    """The light changes at the beginning of the step, before anybody moves."""
+    scene = Scene(signal("t"))
+    scene.shows("t", "r", 0.0, after="G")
+    assert scene.lights.in_the_way(0) is None
+
+
+def test_who_was_let_go_drives_on_at_amber_and_stops_for_a_red_only_if_it_can() -> None:
+    """Near the line at speed it is too late to brake: that is counted."""
+    stops, passes = Scene(signal("t"), at_m=40.0, speed=10.0), Scene(signal("t"), at_m=95.0, speed=10.0)
+    for scene in (stops, passes):
+        scene.shows("t", "G", 30.0)
+        scene.driver.row["granted"] = 1
+        scene.lights.granted(0)
+        assert scene.traffic.heedless == {"v"}
+        scene.lights.look()
+        scene.shows("t", "r", 1000.0)
+        scene.traffic.now_s = 31.0
+        scene.lights.look()
+    assert stops.traffic.heedless == set()
+    assert passes.traffic.heedless == {"v"}
+    passes.driver.row["front"] = 100.5
+    passes.lights.look()
+    assert passes.traffic.heedless == set()
+    assert passes.lights.figures()["on_red"] == 1
+
+
+def test_before_a_green_arrow_a_vehicle_stops() -> None:
+    """It heeds the light as SUMO's drivers do."""
+    scene = Scene(signal("t"))
+    scene.shows("t", "s", 30.0)
+    assert scene.lights.in_the_way(0) is None
+    scene.driver.row["granted"] = 1
+    scene.lights.granted(0)
+    assert scene.traffic.heedless == set()
 
 
 def test_all_lights_on_one_crossing_have_to_be_green_on_arrival() -> None:

@@ -5,7 +5,7 @@ import math
 import pytest
 from fake_traffic import FakeTraffic
 
-from loopgate.simulation.timetable import Timetable
+from loopgate.simulation.timetable import Showing, Timetable
 from loopgate.traffic.base import Light, Phase, Program
 
 CROSS = (Phase("Gr", 20.0, 1), Phase("yr", 3.0, 2), Phase("rG", 30.0, 3), Phase("ry", 3.0, 0))
@@ -50,6 +50,36 @@ def test_of_a_program_that_follows_traffic_only_the_latest_end_is_known(
     assert not timetable.may_be_open("t", 1, 15.0, 16.0)  # it may be, but nothing says so
 
 
+@pytest.mark.parametrize(
+    ("changes_s", "link", "expected"),
+    [
+        (8.0, 0, Showing("G", is_open=True, red_s=11.0)),  # 8 s of green and 3 of amber
+        (8.0, 1, Showing("r", is_open=False, red_s=0.0)),
+        (0.0, 0, Showing("y", is_open=False, red_s=3.0)),  # it changes at the beginning of the next step
+    ],
+)
+def test_the_next_step_of_a_fixed_program_is_known(changes_s: float, link: int, expected: Showing) -> None:
+    """Also a change that is due but not made yet."""
+    timetable, _ = cross(fixed=True, changes_s=changes_s)
+    assert timetable.next("t", link) == expected
+
+
+def test_a_green_that_is_due_counts_already() -> None:
+    """Whoever waits for it sets out in the step in which it comes."""
+    timetable, traffic = cross(fixed=True)
+    traffic.lights["t"] = Light("yr", 0.0, "p", 1)
+    assert timetable.next("t", 1) == Showing("G", is_open=True, red_s=33.0)
+    assert timetable.next("t", 0) == Showing("r", is_open=False, red_s=0.0)
+
+
+def test_a_program_that_follows_traffic_is_taken_to_change_as_soon_as_it_may() -> None:
+    """It may change in 2 s, or already; then comes its amber."""
+    timetable, traffic = cross(fixed=False, changes_s=2.0)
+    assert timetable.next("t", 0) == Showing("G", is_open=True, red_s=5.0)
+    traffic.now_s = 30.0
+    assert timetable.next("t", 0) == Showing("G", is_open=True, red_s=3.0)
+
+
 def test_a_light_is_read_again_only_when_it_can_have_changed() -> None:
     """What was seen holds until the change is due; the change is there a step later."""
     timetable, traffic = cross(fixed=True, changes_s=8.0)
@@ -84,3 +114,4 @@ def test_lights_that_are_off_let_everybody_pass() -> None:
     timetable = Timetable(traffic)
     assert timetable.is_open("t", 0)
     assert timetable.may_be_open("t", 1, 0.0, 1e6)
+    assert timetable.next("t", 0) == Showing("O", is_open=True, red_s=math.inf)
