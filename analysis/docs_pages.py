@@ -117,12 +117,11 @@ def column_names() -> str:
 
 def _kinds() -> Iterator[tuple[str, str]]:
     """Yield each kind of event and the docstring that follows it."""
-    body = ast.parse(inspect.getsource(columns.Event)).body[0]
-    assert isinstance(body, ast.ClassDef)
-    for kind, said in itertools.pairwise(body.body):
+    [kinds] = [n for n in ast.parse(inspect.getsource(columns.Event)).body if isinstance(n, ast.ClassDef)]
+    for kind, said in itertools.pairwise(kinds.body):
         match kind, said:
-            case ast.Assign(value=ast.Constant(value=str(name))), ast.Expr(value=ast.Constant(value=str(text))):
-                yield name, " ".join(text.split()).replace("|", "\\|")
+            case ast.Assign(value=ast.Constant(value=str(name))), ast.Expr(value=ast.Constant(value=text)):
+                yield name, " ".join(str(text).split()).replace("|", "\\|")
 
 
 def _constants(module: ModuleType) -> Iterator[tuple[str, str]]:

@@ -265,8 +265,10 @@ def section(runs: pd.DataFrame, study: Study) -> str:
         markdown(kilometres(runs, study)),
         "Times those of the best of SUMO's own rules at that number, seed by seed:",
         markdown(ratios(runs, study)),
-        "Longest wait under gates, of any run; in brackets, where there are any, how many vehicles made no "
-        "lap in the last half hour, on average:",
+        (
+            "Longest wait under gates, of any run; in brackets, where there are any, how many vehicles made "
+            "no lap in the last half hour, on average:"
+        ),
         markdown(waits(runs, study)),
         safety(runs),
     ]

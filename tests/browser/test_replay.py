@@ -86,8 +86,12 @@ def test_it_begins_by_itself(browser: Tab, pages: dict[str, Path], name: str) ->
         seen.append(browser.value("document.getElementById('clock').textContent"))
     assert all(re.fullmatch(r"\d+:\d\d", clock) for clock in seen)
     assert seen[0] < seen[1]
-    counts = browser.value("[...document.querySelectorAll('.caption p:first-of-type')].map(p => p.textContent)")
-    assert all(sum(map(int, re.findall(r"\d+(?= (?:driving|held|standing|in))", text))) == 5 for text in counts)
+    counts = browser.value(
+        "[...document.querySelectorAll('.caption p:first-of-type')].map(p => p.textContent)"
+    )
+    assert all(
+        sum(map(int, re.findall(r"\d+(?= (?:driving|held|standing|in))", text))) == 5 for text in counts
+    )
 
 
 def test_it_stands_still_for_who_asks_for_it(browser: Tab, pages: dict[str, Path]) -> None:

@@ -43,7 +43,9 @@ def test_every_column_has_a_row(names: Sequence[str]) -> None:
 def test_every_scenario_key_is_explained() -> None:
     """A key that is added needs a docstring: the reference is made of it."""
     said = dict(re.findall(r"^\| `(\w+)` \|[^|]*\| (.*) \|$", docs_pages.scenario_keys(), re.MULTILINE))
-    assert {name for name, meaning in said.items() if meaning} == {f.name for f in dataclasses.fields(Scenario)}
+    assert {name for name, meaning in said.items() if meaning} == {
+        f.name for f in dataclasses.fields(Scenario)
+    }
 
 
 def test_every_event_is_explained() -> None:
@@ -69,4 +71,6 @@ def test_links_lead_somewhere() -> None:
     made = set(docs_pages.pages())
     for page in DOCS.rglob("*.md"):
         for target in re.findall(r"\]\(([^)#]+)\)", page.read_text(encoding="utf-8")):
-            assert "://" in target or target in made or (page.parent / target).exists(), f"{page.name}: {target}"
+            assert "://" in target or target in made or (page.parent / target).exists(), (
+                f"{page.name}: {target}"
+            )

@@ -49,7 +49,7 @@ def _aspect(part: str, runs: pd.DataFrame) -> str:
 
 
 def lead(sections: Sequence[Section]) -> str:
-    """Return what was compared, and what came out on the first network: the first sentence of the page."""
+    """Return how it was compared, and what came out on the first network: the page's first sentence."""
     section = sections[0]
     runs = section.runs
     counts = sorted(runs[c.VEHICLES].unique())
@@ -70,7 +70,8 @@ def lead(sections: Sequence[Section]) -> str:
         parts.append(f"{_listed(sorted(never, key=_open_first))} {verb} up in no run")
     tables = {item.name: item.table for item in section.tables}
     best = _throughput(tables, runs, every=False)[0].rstrip(".")
-    return f"{title(sections).removesuffix(',')}, {what}: {best}; {', '.join(parts)}."
+    where = f" on {section.network}" if len(sections) > 1 else ""
+    return f"{what}{where}: {best}; {', '.join(parts)}."
 
 
 def _open_first(name: str) -> tuple[bool, str]:
@@ -120,7 +121,8 @@ def _throughput(tables: Mapping[str, pd.DataFrame], runs: pd.DataFrame, *, every
     others = []
     for _, row in peaks.iloc[1:].iterrows():
         ratio = best[a.PEAK] / row[a.PEAK] if row[a.PEAK] > 0 else math.inf
-        times = "as much as" if ratio < _EQUAL else f"{ratio:.2f} times" if ratio < math.inf else "against"
+        more = "" if ratio < _EQUAL else f"{ratio:.2f} times "
+        times = f"{more}as much as" if ratio < math.inf else "against"
         others.append(
             f"{times} {_said(row[SERIES])} at its best ({number(row[a.PEAK])} with {row[a.CAPACITY]} "
             f"vehicles{_border(row)})"
@@ -151,7 +153,8 @@ def _pairs(tables: Mapping[str, pd.DataFrame]) -> list[str]:
             )
         baseline = part[a.BASELINE].iloc[0]
         sentences.append(
-            f"Against {_said(baseline)} on the same seeds, {_said(str(series))} drives {_extremes(part)}: {counts}."
+            f"Against {_said(baseline)} on the same seeds, {_said(str(series))} drives {_extremes(part)}: "
+            f"{counts}."
         )
     return sentences
 
