@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import dataclasses
 import inspect
+import itertools
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -109,20 +110,33 @@ def column_names() -> str:
     ):
         rows = [f"| `{name}` | {said} |" for name, said in _constants(module)]
         parts.append(f"## {title}\n\n| column | meaning |\n|---|---|\n" + "\n".join(rows))
+    rows = [f"| `{kind}` | {said} |" for kind, said in _kinds()]
+    parts.insert(3, "## Events\n\n| event | meaning |\n|---|---|\n" + "\n".join(rows))
     return "\n\n".join(parts) + "\n"
 
 
+def _kinds() -> Iterator[tuple[str, str]]:
+    """Yield each kind of event and the docstring that follows it."""
+    [kinds] = [n for n in ast.parse(inspect.getsource(columns.Event)).body if isinstance(n, ast.ClassDef)]
+    for kind, said in itertools.pairwise(kinds.body):
+        match kind, said:
+            case ast.Assign(value=ast.Constant(value=str(name))), ast.Expr(value=ast.Constant(value=text)):
+                yield name, " ".join(str(text).split()).replace("|", "\\|")
+
+
 def _constants(module: ModuleType) -> Iterator[tuple[str, str]]:
-    """Yield value and comment of each constant text of a module, once each."""
+    """Yield value and comment of each constant text of a module, once each, and of those a mapping holds."""
     lines = inspect.getsource(module).splitlines()
     seen = set()
     for node in ast.parse("\n".join(lines)).body:
-        if isinstance(node, ast.AnnAssign) and isinstance(node.value, ast.Constant):
-            value = node.value.value
-            if isinstance(value, str) and value not in seen:
-                seen.add(value)
-                said = lines[node.lineno - 1].partition("  # ")[2]
-                yield value, said.replace("|", "\\|")
+        if not isinstance(node, ast.AnnAssign) or not isinstance(node.target, ast.Name):
+            continue
+        value = getattr(module, node.target.id)
+        said = lines[(node.end_lineno or node.lineno) - 1].partition("  # ")[2].replace("|", "\\|")
+        for text in value.values() if isinstance(value, dict) else [value]:
+            if isinstance(text, str) and text not in seen:
+                seen.add(text)
+                yield text, said
 
 
 def functions() -> str:

@@ -196,6 +196,32 @@ def _km(group: pd.DataFrame) -> str:
     return with_half(done[c.KM_PER_H], 0) + (f" ({locked} of {len(done)} locked)" if locked else "")
 
 
+def waits(runs: pd.DataFrame, study: Study) -> pd.DataFrame:
+    """Return the longest wait under each gate, of any run, and how many vehicles made no lap at the end."""
+    return _wide(runs, study, _wait)
+
+
+def _wait(group: pd.DataFrame) -> str:
+    done = group[group[c.STATUS] == c.STATUS_OK]
+    gated = done[done[c.AUDIT] != c.NOT_GATED]
+    without = done[c.LAPLESS].mean()
+    parts = [f"{gated[c.LONGEST_WAIT].max():.0f} s"] * bool(len(gated))
+    return " ".join(parts + [f"({without:.1f})"] * bool(without > 0))
+
+
+def safety(runs: pd.DataFrame) -> str:
+    """Return how many collisions SUMO counted, by rule, and how many audits found nothing."""
+    done = runs[runs[c.STATUS] == c.STATUS_OK]
+    gated = done[done[c.AUDIT] != c.NOT_GATED]
+    counts = done.groupby(RULE, sort=False)[c.COLLISIONS].sum()
+    counted = [f"{name} {count:.0f}" for name, count in counts.items() if count]
+    clean = f"{int((gated[c.AUDIT] == 'clean').sum())} of {len(gated)}"
+    return (
+        f"Collisions: {', '.join(counted) or 'none'}{'; under all else none' if counted else ''}. "
+        f"Clean audits of gated runs: {clean}. Teleports: {int(done[c.TELEPORTS].sum())}."
+    )
+
+
 def with_half(values: Iterable[float], digits: int) -> str:
     """Return mean and half the 95 % interval, if there are values enough for one."""
     interval = mean_interval(list(values))
@@ -230,8 +256,7 @@ def section(runs: pd.DataFrame, study: Study) -> str:
     explained = (
         f"{len(runs)} runs of {hours:g} h after {WARMUP_S:g} s of warm-up, {seeds} seed{'s' * (seeds > 1)}"
         "; means with 95 % intervals over the seeds. *Locked*: runs in which vehicles came to wait for each "
-        "other in a circle. *Without a lap at the end*: vehicles, on average, that completed none in the "
-        "last half hour."
+        "other in a circle."
     )
     parts = [
         f"## {study.title}",
@@ -240,8 +265,12 @@ def section(runs: pd.DataFrame, study: Study) -> str:
         markdown(kilometres(runs, study)),
         "Times those of the best of SUMO's own rules at that number, seed by seed:",
         markdown(ratios(runs, study)),
-        "All figures:",
-        markdown(details(runs, study)),
+        (
+            "Longest wait under gates, of any run; in brackets, where there are any, how many vehicles made "
+            "no lap in the last half hour, on average:"
+        ),
+        markdown(waits(runs, study)),
+        safety(runs),
     ]
     return "\n\n".join(parts)
 
@@ -269,7 +298,8 @@ def conduct(study: Study, given: argparse.Namespace) -> None:
     runs = simulate(study, given)
     text = section(runs, study)
     print(text)
-    (given.out / f"{study.name}.md").write_text(text + "\n", encoding="utf-8")
+    every = f"{text}\n\nAll figures:\n\n{markdown(details(runs, study))}\n"
+    (given.out / f"{study.name}.md").write_text(every, encoding="utf-8")
     runs.drop(columns=[*c.EDGE_LISTS, c.LAP_QUANTILES, c.SCENARIO], errors="ignore").to_csv(
         given.out / f"{study.name}.csv", index=False
     )

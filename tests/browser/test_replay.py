@@ -1,5 +1,6 @@
 """The replay in a real browser: quiet, offline, and all that can be clicked or pressed does what it says."""
 
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -71,6 +72,52 @@ def deadlock(tab: Tab) -> None:
     tab.key("d")
     tab.key("ArrowRight", shift=True)
     tab.value(DRAWN)
+
+
+@pytest.mark.parametrize("name", ["one", "both"])
+def test_it_begins_by_itself(browser: Tab, pages: dict[str, Path], name: str) -> None:
+    """Untouched, as a reader opens it: the clock reads a time and goes on, and vehicles are on the map."""
+    browser.size(1280, 800)
+    browser.open(pages[name])
+    browser.value(READY)
+    seen = []
+    for _ in range(2):
+        browser.value("new Promise(done => setTimeout(done, 700))")
+        seen.append(browser.value("document.getElementById('clock').textContent"))
+    assert all(re.fullmatch(r"\d+:\d\d", clock) for clock in seen)
+    assert seen[0] < seen[1]
+    counts = browser.value(
+        "[...document.querySelectorAll('.caption p:first-of-type')].map(p => p.textContent)"
+    )
+    assert all(
+        sum(map(int, re.findall(r"\d+(?= (?:driving|held|standing|in))", text))) == 5 for text in counts
+    )
+
+
+def test_it_stands_still_for_who_asks_for_it(browser: Tab, pages: dict[str, Path]) -> None:
+    """With motion reduced it waits for Play, showing its first moment."""
+    media = "Emulation.setEmulatedMedia"
+    browser.call(media, features=[{"name": "prefers-reduced-motion", "value": "reduce"}])
+    try:
+        browser.open(pages["one"])
+        browser.value(READY)
+        browser.value("new Promise(done => setTimeout(done, 300))")
+        assert browser.value("window.replay.time === window.replay.first && !window.replay.playing")
+        assert re.fullmatch(r"\d+:\d\d", browser.value("document.getElementById('clock').textContent"))
+    finally:
+        browser.call(media, features=[])
+
+
+def test_keys_before_the_first_frame_lose_no_map(browser: Tab, pages: dict[str, Path]) -> None:
+    """A map that was not yet fitted, as in a frame not yet seen, is not zoomed to nowhere."""
+    tab = ready(browser, pages["one"])
+    tab.value(
+        "(() => { const [view] = window.replay.views; view.scale = 0;"
+        "for (const key of ['+', '-']) document.dispatchEvent(new KeyboardEvent('keydown', {key}));"
+        "view.pan(9, 9); })()"
+    )
+    tab.value(DRAWN)
+    assert tab.value("(([{x, y, scale}]) => [x, y, scale].every(v => v > 0 || v < 0))(window.replay.views)")
 
 
 @pytest.mark.parametrize("name", ["one", "both"])

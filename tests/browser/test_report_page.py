@@ -146,10 +146,33 @@ def test_a_point_says_its_numbers(browser: Tab, pages: dict[str, Path]) -> None:
 
 
 def test_it_prints(browser: Tab, pages: dict[str, Path]) -> None:
-    """In light colours whatever the screen has, tables open."""
-    tab = opened(browser, pages["sweep"], scheme="dark")
-    pdf = tab.call("Page.printToPDF")["data"]
-    assert pdf.startswith("JVBERi0")
+    """On paper, whatever the screen has: dark on light, tables whole and open, figures not cut."""
+    tab = opened(browser, pages["sweep"], width=700, scheme="dark")
+    tab.value("dispatchEvent(new Event('beforeprint'))")
+    dark = {"name": "prefers-color-scheme", "value": "dark"}
+    tab.call("Emulation.setEmulatedMedia", media="print", features=[dark])
+    try:
+        assert tab.value("getComputedStyle(document.body).color") == "rgb(26, 26, 26)"
+        assert tab.value("getComputedStyle(document.querySelector('.chart text')).fill") == "rgb(26, 26, 26)"
+        assert tab.value("[...document.querySelectorAll('details')].every(part => part.open)")
+        cut = (
+            "[...document.querySelectorAll('%s')].filter(e => e.getBoundingClientRect().right > "
+            "e.parentElement.getBoundingClientRect().right + 1).map(e => e.outerHTML.slice(0, 80))"
+        )
+        assert tab.value(cut % ".chart svg") == []
+        assert tab.value(cut % ".scroll table") == []
+        hidden = "[...document.querySelectorAll('.scroll')].filter(e => e.scrollHeight > e.clientHeight + 1)"
+        assert tab.value(f"{hidden}.length") == 0
+        assert tab.call("Page.printToPDF")["data"].startswith("JVBERi0")
+    finally:
+        tab.call("Emulation.setEmulatedMedia", media="", features=[])
+
+
+def test_a_map_is_light(browser: Tab, pages: dict[str, Path]) -> None:
+    """One element for an edge: a district has thousands, and whoever reads with aids goes through all."""
+    tab = opened(browser, pages["sweep"])
+    parts = tab.value("document.querySelectorAll('#idleness-map svg *').length")
+    assert parts < 100 + tab.value("document.querySelectorAll('#idleness-map .role-mark path').length")
 
 
 def test_the_page_is_small(pages: dict[str, Path]) -> None:

@@ -8,7 +8,6 @@ import pytest
 
 import loopgate
 import loopgate.analysis
-from loopgate.results.row_schema import ROW_SCHEMA
 from loopgate.sweep import read_sweep
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -36,8 +35,3 @@ def test_every_function_is_explained() -> None:
     """A function that is added to the analysis has to be written up."""
     named = set(re.findall(r"`(compute_\w+)`", PAGE))
     assert named == {name for name in loopgate.analysis.__all__ if name.startswith("compute_")}
-
-
-def test_every_column_of_a_row_is_explained() -> None:
-    """So has a column of the results table."""
-    assert set(ROW_SCHEMA.names) <= set(re.findall(r"`([^`\n]+)`", PAGE))

@@ -14,6 +14,7 @@ from loopgate.results import row_columns as c
 __all__ = ["beside", "plot_edges", "points"]
 
 _SHIFT = 0.006  # of the extent: both directions of a road stay apart
+_MARGIN = 0.03  # of the extent
 _MAPS = 4
 _WIDTH = 230
 
@@ -43,33 +44,33 @@ def plot_edges(edges: pd.DataFrame, value: str, *, label: str = "", series: str 
     drawn = edges[edges[series].isin(names)].sort_values(value, kind="stable", na_position="first")
     shapes = {str(text): points(str(text)) for text in drawn[run.SHAPE].unique()}
     every = np.concatenate(list(shapes.values())) if shapes else np.zeros((1, 2))
-    low, high = every.min(axis=0), every.max(axis=0)
-    extent = float(max(*(high - low), 1.0))
-    lines = {text: beside(line, _SHIFT * extent).round(1) for text, line in shapes.items()}
+    extent = np.maximum(np.ptp(every, axis=0), 1.0)
+    lines = {text: beside(line, _SHIFT * float(extent.max())).round(1) for text, line in shapes.items()}
+    wide, high = (extent + 2 * _MARGIN * extent.max()).tolist()
+    west, north = (
+        every.min(axis=0)[0] - _MARGIN * extent.max(),
+        every.max(axis=0)[1] + _MARGIN * extent.max(),
+    )
+    scale = _WIDTH / wide
     rows = [
         {
-            "x": lines[str(row[run.SHAPE])][:, 0].tolist(),
-            "y": lines[str(row[run.SHAPE])][:, 1].tolist(),
-            "n": list(range(len(lines[str(row[run.SHAPE])]))),
+            "type": "Feature",
+            "geometry": {"type": "LineString", "coordinates": lines[str(row[run.SHAPE])].tolist()},
             "series": str(row[series]),
             "edge": str(row.get(run.EDGE, number)),
             "value": None if pd.isna(row[value]) else round(float(row[value]), 2),
         }
         for number, row in enumerate(drawn.to_dict("records"))
     ]
-    margin = 0.03 * extent
-    (left, right), (bottom, top) = [(a - margin, b + margin) for a, b in zip(low, high, strict=True)]
     domain = [0.0, max(float(np.nan_to_num(drawn[value].max())), 1e-9)]
-    legend = alt.Legend(title=label or value, orient="bottom", format="~s", tickCount=4, titleLimit=0)
+    legend = alt.Legend(
+        title=label or value, orient="bottom", symbolType="stroke", format="~s", tickCount=4, titleLimit=0
+    )
     chart = (
         alt.Chart()
-        .transform_flatten(["x", "y", "n"])
-        .mark_line(strokeCap="round", strokeJoin="round")
+        .mark_geoshape(filled=False, clip=False, strokeCap="round", strokeJoin="round")
+        .project(type="identity", reflectY=True, scale=scale, translate=[-west * scale, north * scale])
         .encode(
-            x=alt.X("x:Q", axis=None, scale=alt.Scale(domain=[left, right], nice=False)),
-            y=alt.Y("y:Q", axis=None, scale=alt.Scale(domain=[bottom, top], nice=False)),
-            detail="edge:N",
-            order="n:Q",
             strokeWidth=alt.StrokeWidth(
                 "value:Q", scale=alt.Scale(domain=domain, range=[0.8, 6]), legend=legend
             ),
@@ -79,14 +80,14 @@ def plot_edges(edges: pd.DataFrame, value: str, *, label: str = "", series: str 
             tooltip=["edge:N", alt.Tooltip("value:Q", format=",.4~r", title=label or value)],
         )
     )
-    panel = chart.properties(width=_WIDTH, height=int(_WIDTH * max((top - bottom) / (right - left), 0.2)))
+    panel = chart.properties(width=_WIDTH, height=int(_WIDTH * max(high / wide, 0.2)))
     return finish(  # type: ignore[no-any-return]
         panel.facet(
             facet=alt.Facet("series:N", title=None, sort=names),
             columns=min(len(names), 2) or 1,
             data=alt.InlineData(values=rows),
         ),
-        usermeta={"map": True},
+        usermeta={"map": wide},
     )
 
 

@@ -70,6 +70,7 @@ def config(of: Any = LIGHT.__getitem__) -> dict[str, Any]:  # noqa: ANN401 - any
         "range": {"category": [of(f"s{number}") for number in range(MAX_SERIES)]},
         "rule": {"color": of("soft")},
         "line": {"color": of("heat")},
+        "geoshape": {"stroke": of("heat")},
         "bar": {"color": of("s1")},
     }
 

@@ -31,16 +31,25 @@ def number(value: float) -> str:
 
 
 def title(sections: Sequence[Section]) -> str:
-    """Return what was compared, and where: the title of the page."""
-    names = sorted(
-        {name for section in sections for name in (*section.names, *section.hidden)}, key=_open_first
-    )
+    """Return what was compared, and where: the title of the page. Of long names, what they differ in."""
+    names = {name for section in sections for name in (*section.names, *section.hidden)}
     where = _listed([section.network for section in sections])
-    return f"{_listed(names)} on {where}"
+    runs = pd.concat([section.runs[[c.GATE, c.NEGOTIATION]] for section in sections])
+    gates = sorted({name.partition(", ")[0] for name in names}, key=_open_first)
+    differ = {_aspect(part, runs): None for name in sorted(names) for part in name.split(", ")[1:]}
+    return f"{_listed(gates)}{f', by {_listed(list(differ))},' if differ else ''} on {where}"
+
+
+def _aspect(part: str, runs: pd.DataFrame) -> str:
+    """Return what a part of a series' name tells of: ``lights`` of ``lights off``."""
+    name, _, value = part.removeprefix("no ").partition(" ")
+    if value or part.startswith("no "):
+        return name.removesuffix("_s").replace("_", " ")
+    return "negotiation" if part in set(runs[c.NEGOTIATION]) else "abstraction"
 
 
 def lead(sections: Sequence[Section]) -> str:
-    """Return what was compared, and what came out on the first network: the first sentence of the page."""
+    """Return how it was compared, and what came out on the first network: the page's first sentence."""
     section = sections[0]
     runs = section.runs
     counts = sorted(runs[c.VEHICLES].unique())
@@ -49,8 +58,8 @@ def lead(sections: Sequence[Section]) -> str:
     what = (
         f"{vehicles} vehicles, {seeds} seed{'s' if seeds > 1 else ''}, {_span(runs[c.DURATION].max())} each"
     )
-    locked = runs[runs[c.DEADLOCKS] > 0][SERIES].value_counts()
-    of = runs[SERIES].value_counts()
+    gates = runs[SERIES].str.partition(", ")[0]
+    of, locked = gates.value_counts(), gates[runs[c.DEADLOCKS] > 0].value_counts()
     never = [name for name in of.index if name not in locked]
     parts = [
         f"{name} locks up in {locked[name]} of {of[name]} runs"
@@ -59,8 +68,10 @@ def lead(sections: Sequence[Section]) -> str:
     if never:
         verb = "locks" if len(never) == 1 else "lock"
         parts.append(f"{_listed(sorted(never, key=_open_first))} {verb} up in no run")
-    best = _throughput({item.name: item.table for item in section.tables}, runs)[0].rstrip(".")
-    return f"{title(sections)}, {what}: {best}; {', '.join(parts)}."
+    tables = {item.name: item.table for item in section.tables}
+    best = _throughput(tables, runs, every=False)[0].rstrip(".")
+    where = f" on {section.network}" if len(sections) > 1 else ""
+    return f"{what}{where}: {best}; {', '.join(parts)}."
 
 
 def _open_first(name: str) -> tuple[bool, str]:
@@ -90,21 +101,30 @@ def headline(section: Section) -> list[str]:
     ]
 
 
-def _throughput(tables: Mapping[str, pd.DataFrame], runs: pd.DataFrame) -> list[str]:
+def _said(name: str) -> str:
+    """Return a series' name as part of a sentence: in quotes where it has commas of its own."""
+    return f"\N{LEFT DOUBLE QUOTATION MARK}{name}\N{RIGHT DOUBLE QUOTATION MARK}" if ", " in name else name
+
+
+def _throughput(tables: Mapping[str, pd.DataFrame], runs: pd.DataFrame, *, every: bool = True) -> list[str]:
+    """Say who drives most, and against all others, or against the best of each other gate."""
     peaks = tables["capacity"].sort_values(a.PEAK, ascending=False, kind="stable")
     if runs[c.VEHICLES].min() == runs[c.VEHICLES].max():  # one count is no border of what was tried
         peaks = peaks.assign(**{a.AT_BORDER: False})
+    if not every:
+        peaks = peaks[~peaks[SERIES].str.partition(", ")[0].duplicated()]
     best = peaks.iloc[0]
     text = (
-        f"{best[SERIES]} drives most: {number(best[a.PEAK])} vehicle-km/h with {best[a.CAPACITY]} "
+        f"{_said(best[SERIES])} drives most: {number(best[a.PEAK])} vehicle-km/h with {best[a.CAPACITY]} "
         f"vehicles{_border(best)}"
     )
     others = []
     for _, row in peaks.iloc[1:].iterrows():
         ratio = best[a.PEAK] / row[a.PEAK] if row[a.PEAK] > 0 else math.inf
-        times = "as much as" if ratio < _EQUAL else f"{ratio:.2f} times" if ratio < math.inf else "against"
+        more = "" if ratio < _EQUAL else f"{ratio:.2f} times "
+        times = f"{more}as much as" if ratio < math.inf else "against"
         others.append(
-            f"{times} {row[SERIES]} at its best ({number(row[a.PEAK])} with {row[a.CAPACITY]} "
+            f"{times} {_said(row[SERIES])} at its best ({number(row[a.PEAK])} with {row[a.CAPACITY]} "
             f"vehicles{_border(row)})"
         )
     return [f"{text}{'; that is ' if others else ''}{', '.join(others)}."]
@@ -133,7 +153,8 @@ def _pairs(tables: Mapping[str, pd.DataFrame]) -> list[str]:
             )
         baseline = part[a.BASELINE].iloc[0]
         sentences.append(
-            f"Against {baseline} on the same seeds, {series} drives {_extremes(part)}: {counts}."
+            f"Against {_said(baseline)} on the same seeds, {_said(str(series))} drives {_extremes(part)}: "
+            f"{counts}."
         )
     return sentences
 
@@ -159,7 +180,7 @@ def _deadlocks(runs: pd.DataFrame) -> str:
         first = group.loc[group[c.DEADLOCKS] > 0, c.VEHICLES].min()
         since = f", from {first:g} vehicles on" if locked else ""
         parts.append(
-            f"{series} in {locked} of {len(group)} (95 % interval {100 * interval.low:.0f} to "
+            f"{_said(str(series))} in {locked} of {len(group)} (95 % interval {100 * interval.low:.0f} to "
             f"{100 * interval.high:.0f} %{since})"
         )
     return f"Runs that lock up: {'; '.join(parts)}."
@@ -171,7 +192,7 @@ def _watching(runs: pd.DataFrame, count: int) -> list[str]:
     for series, group in runs[runs[c.VEHICLES] == count].groupby(SERIES, sort=True):
         mean, worst = group[c.IDLENESS].mean(), group[c.WORST_IDLENESS].max()
         if mean == mean and worst == worst:  # noqa: PLR0124 - NaN is what differs from itself
-            parts.append(f"{series} {number(mean)} s on average, {number(worst)} s at worst")
+            parts.append(f"{_said(str(series))} {number(mean)} s on average, {number(worst)} s at worst")
     return [f"How long edges wait for a visit with {count} vehicles: {'; '.join(parts)}."] if parts else []
 
 
@@ -183,5 +204,5 @@ def _mishaps(runs: pd.DataFrame) -> list[str]:
         audited = group[group[c.AUDIT].notna() & (group[c.AUDIT] != c.NOT_GATED)]
         clean = int((audited[c.AUDIT] == "clean").sum())
         audit = f", audit clean in {clean} of {len(audited)} runs" if len(audited) else ""
-        parts.append(f"{series} {collisions} collisions, {teleports} teleports{audit}")
+        parts.append(f"{_said(str(series))} {collisions} collisions, {teleports} teleports{audit}")
     return [f"What must not happen: {'; '.join(parts)}."]

@@ -66,7 +66,9 @@ LAPS: Final = "laps"  # completed laps
 DISTANCE: Final = "distance_m"
 MEAN_SPEED: Final = "mean_speed_mps"
 HOLD: Final = "hold_s"  # total time standing at gates
-STOOD: Final = "stood_s"  # total time slower than 0.1 m/s: measured alike with and without a gate
+STOOD: Final = (
+    "stood_s"  # time slower than 0.1 m/s, under any gate; of an edge also in the junction behind it
+)
 STOPS: Final = "stops"  # stops made
 STOPPED: Final = "stopped_s"  # time at these
 DEPART_DELAY: Final = "depart_delay_s"  # time from when it wanted to depart until it did

@@ -244,9 +244,23 @@ def test_the_title_and_the_first_sentence_say_what_came_out(make: Make, tmp_path
     """Who was compared, where, with how many vehicles and seeds, who drives most and who locks up."""
     text = page(make(FULL), tmp_path).text
     assert text.startswith("open and certified on sumo:DRT: loopgate report")
-    sentence = text[text.index("open and certified on sumo:DRT, 10 to 80 vehicles, 3 seeds, 400 s each: ") :]
+    sentence = text[text.index("10 to 80 vehicles, 3 seeds, 400 s each: ") :]
     assert "certified drives most" in sentence
     assert "; open locks up in 3 of 9 runs, certified locks up in no run." in sentence
+
+
+def test_long_names_of_series_make_no_long_title(make: Make, tmp_path: Path) -> None:
+    """The title says in what they differ, the first sentence sets the best of each gate side by side."""
+    types = ["bus=1,passenger=3", "passenger=1"]
+    grid = {"vehicles": [10, 80], "gate": ["open", "certified"], "lights": ["off", "obey"], "types": types}
+    text = page(make(grid), tmp_path).text
+    assert text.startswith("open and certified, by lights and types, on sumo:DRT: loopgate report")
+    sentence = text[text.index("10 to 80 vehicles, 1 seed, 400 s each: ") :]
+    sentence = sentence[: sentence.index(" no run.")]
+    assert "\u201ccertified, lights obey, types bus=1,passenger=3\u201d drives most" in sentence
+    assert sentence.count("at its best") == 1
+    assert "; open locks up in " in sentence
+    assert len(sentence) < 400
 
 
 def test_loops_that_were_chosen_make_a_series(make: Make) -> None:

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
-from throughput_study import Rule, Study, details, kilometres, markdown, ratios, write_section
+from throughput_study import Rule, Study, details, kilometres, markdown, ratios, safety, waits, write_section
 
 STUDY = Study(
     name="grid",
@@ -65,6 +65,15 @@ def test_details_keep_the_worst_wait_and_the_mean_of_the_lapless() -> None:
     assert (first["rule"], first["without a lap at the end"], first["locked"]) == ("SUMO, a", "1.5", "1 of 2")
     assert (first["longest wait [s]"], first["clean audits"]) == ("", "")
     assert (last["longest wait [s]"], last["clean audits"]) == ("9", "2 of 2")
+
+
+def test_waits_and_safety_are_told_rule_by_rule() -> None:
+    """The longest of any run; of SUMO's rules only who made no lap; collisions by name."""
+    table = waits(RUNS, STUDY).set_index("rule")["60"]
+    assert table.to_dict() == {"SUMO, a": "(1.5)", "SUMO, b": "", "certified": "9 s"}
+    hit = pd.DataFrame([row("SUMO, a", 1, 1.0, collisions=3), row("certified", 1, 1.0)])
+    said = "Collisions: SUMO, a 3; under all else none. Clean audits of gated runs: 1 of 1. Teleports: 0."
+    assert safety(hit) == said
 
 
 def test_a_refused_run_is_said_to_be_refused() -> None:

@@ -26,6 +26,7 @@ class View {
   top(y, height) { return height / 2 - (y - this.y) * this.scale; }
 
   pan(right, down) {
+    if (!this.scale) return;
     this.x -= right / this.scale;
     this.y += down / this.scale;
     this.followed = null;
@@ -34,6 +35,7 @@ class View {
 
   // What is under a point of the canvas stays there; the one followed stays in the middle.
   zoom(factor, left, top, width, height) {
+    if (!this.scale) return;
     const x = this.x + (left - width / 2) / this.scale, y = this.y - (top - height / 2) / this.scale;
     const before = this.scale;
     this.scale = Math.min(CLOSEST, Math.max(FARTHEST, this.scale * factor));
