@@ -167,6 +167,10 @@ class SumoTraffic:
         """Return the speed [m/s]."""
         return float(self._vehicle.getSpeed(vehicle))
 
+    def parks(self, vehicle: str) -> bool:
+        """Return whether the vehicle stands beside the lane that it is on."""
+        return bool(self._vehicle.isStoppedParking(vehicle))
+
     def position(self, vehicle: str) -> tuple[float, float]:
         """Return where the front is, in network coordinates [m]."""
         x, y = self._vehicle.getPosition(vehicle)
