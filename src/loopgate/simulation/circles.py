@@ -13,6 +13,9 @@ from loopgate.simulation.ways import Place
 
 __all__ = ["Circles"]
 
+_SHARE = 5
+"""One slot in so many of a place is for ordinary vehicles, one at least where there are three."""
+
 _AHEAD = 5
 """Whoever has a place among so many of the next edges on its route is about to come to it."""
 
@@ -57,19 +60,21 @@ class Circles:
         self._first_on = {place.lane: state for state, place in backwards}
 
     def too_tight(self, robot: int) -> bool:
-        """Return whether the move of a robot would leave too little room in a circle of places."""
+        """Return whether the move of a robot would leave too little room for ordinary vehicles."""
         driver = self._drivers[robot]
         here, target = (str(driver.leg(driver.granted + k).state) for k in (0, 1))
         circle: list[str] = []
-        state, length_m, holes = target, driver.length_m, 0.0
+        state, length_m, holes, crowded = target, driver.length_m, 0.0, False
         while state != here and state not in circle:
             number = self._number(state)
             if number is None:
-                return False
-            line = self._keeper.line(number)
-            slots = self._keeper.slots(number) - len(line)
-            free = min(slots, self._sight.fit(self._places[state], line, length_m))
-            holes += max(0, free - (state == target))
+                return crowded
+            line, slots = self._keeper.line(number), self._keeper.slots(number)
+            free = min(slots - len(line), self._sight.fit(self._places[state], line, length_m))
+            if state == target:
+                free -= 1
+                crowded = not driver.row["mover"] and free < (slots + 2) // _SHARE
+            holes += max(0, free)
             circle.append(state)
             if line:
                 head = self._drivers[line[0]]
@@ -77,11 +82,13 @@ class Circles:
             else:
                 following = self._following(state, driver if state == target else None, driver.granted + 1)
             if following is None:
-                return False
+                return crowded
             state, length_m = following
-        if state != target:
+        if state == here:
             return False
-        return holes < (1 if driver.row["mover"] else 2 + self._coming(circle))
+        if state != target:
+            return crowded
+        return crowded or holes < (1 if driver.row["mover"] else 2 + self._coming(circle))
 
     def _number(self, state: str) -> int | None:
         """Return the number of a state; None if no gated vehicle visits it."""

@@ -74,7 +74,6 @@ class SumoTraffic:
         self._speed_mode = YIELDING_SPEED_MODE if yields else GATED_SPEED_MODE
         self._error = error
         self._running = True
-        self._waits = RoadWaits(api)
         self._vehicle = api.vehicle
         self._simulation = api.simulation
         self._odometer: Callable[[str], float] = odometer or api.vehicle.getDistance
@@ -82,6 +81,7 @@ class SumoTraffic:
         self._step_s = float(api.simulation.getDeltaT())
         self._holds: dict[str, tuple[str, float]] = {}
         """Where vehicles are held: lane, and position on it [m]."""
+        self._waits = RoadWaits(api, self._holds)
         self._braked: set[str] = set()
         self._lets_change: dict[tuple[str, str], bool] = {}
         self._modes: dict[str, tuple[int, int]] = {}
