@@ -161,8 +161,9 @@ class Verdicts:
         must = 0 if yields[0] else 1
         if must == first and self._could_stop(names[later], came[later], came[first].at_s):
             return names[later], f"{said} {names[later]}, which could have stopped then"
-        when = "first, too late for the other to stop" if must == first else f"; {said}"
-        return names[must], f"{names[must]} had to yield, and drove in {when}".replace(" ;", ";")
+        if must == first:
+            said = f"{names[later]} could not stop any more"
+        return names[must], f"{names[must]} had to yield; {said}"
 
     def _near(self, one: _Entry, other: _Entry) -> bool:
         """Return whether the two entries are of one passage, not of junctions passed long before."""
