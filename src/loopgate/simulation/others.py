@@ -20,8 +20,8 @@ from loopgate.traffic.base import Traffic
 __all__ = ["PROMISE", "Others"]
 
 PROMISE = (
-    "The gate sees to gated vehicles only: none of its grants closes a circle of them, and in each circle they "
-    "leave room for ordinary ones. More of those than there is room for can still hold them up for good, and "
+    "The gate sees to gated vehicles only: none of its grants closes a circle of them, and they leave room "
+    "in each for ordinary ones. More of those than there is room for can still hold them up for good, and "
     "between the two there is no more than SUMO's right of way."
 )
 """What holds with ordinary traffic about."""
