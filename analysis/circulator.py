@@ -35,7 +35,7 @@ SLACK = 1.3
 
 BUS_M = 12.0
 
-FIGURES = ("collisions", "trespasses", "overruns", "distance_km")
+FIGURES = ("collisions", "collisions_by_others", "trespasses", "overruns", "distance_km")
 
 
 class Line(NamedTuple):
@@ -184,17 +184,15 @@ def main() -> int:
                     "seed": seed,
                     **punctual(output),
                     "missed": summary["stops"]["missed"],
-                    **{
-                        name: summary[name]
-                        for name in ("collisions", "trespasses", "overruns", "distance_km")
-                    },
+                    "locks": len(summary["deadlocks"]),
+                    **{name: summary.get(name) for name in FIGURES},
                     "longest_wait_s": summary.get("longest_wait_s"),
                     "audit": str(summary.get("audit")),
                 }
                 result.write_text(json.dumps(found), encoding="utf-8")
             rows.append(json.loads(result.read_text(encoding="utf-8")))
             print(pd.DataFrame(rows[-1:]).to_string(index=False, header=len(rows) == 1), flush=True)
-            clean &= gate == "open" or not (rows[-1]["trespasses"] or rows[-1]["overruns"])
+            clean &= gate == "open" or not any(rows[-1][name] for name in ("trespasses", "overruns", "locks"))
     return 0 if clean else 1
 
 

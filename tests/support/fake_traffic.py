@@ -121,6 +121,10 @@ class FakeTraffic:
         """Return its speed."""
         return self.fleet[vehicle].speed_mps
 
+    def parks(self, vehicle: str) -> bool:  # noqa: ARG002  the protocol's
+        """Nobody does."""
+        return False
+
     def position(self, vehicle: str) -> tuple[float, float]:
         """Everything is on the x axis."""
         return self.fleet[vehicle].front_m % self.fleet[vehicle].lap_m, 0.0

@@ -138,6 +138,16 @@ class Gatekeeper:
         robots: list[int] = self._tables.lists[place["holders"] :][: place["held_by"]].tolist()
         return robots
 
+    def line(self, state: int) -> list[int]:
+        """Return the robots whose last grant is `state`, first one first."""
+        place = self._states[state]
+        robots: list[int] = self._tables.lists[place["line"] :][: place["queue"]].tolist()
+        return robots
+
+    def slots(self, state: int) -> int:
+        """Return how many vehicles fit into `state`."""
+        return int(self._rooms[state])
+
     @property
     def refusals(self) -> dict[str, int]:
         """How often each reason was given."""

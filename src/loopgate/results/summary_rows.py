@@ -11,6 +11,8 @@ __all__ = ["summary_rows"]
 
 _DISTRICTS = 10
 
+_WHOSE = {"ordinary": ", of ordinary traffic alone", "both": ", of gated and ordinary ones together"}
+
 
 def summary_rows(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
     """Return the rows of the table: what, and how much with its unit."""
@@ -94,7 +96,12 @@ def _surroundings(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
         )
     if others:
         seen = f"{others['vehicles']} ordinary vehicles; " if "vehicles" in others else ""
-        rows.append(("other traffic", f"{seen}{others['collisions']} collisions among them"))
+        said = f"{seen}{others['collisions']} collisions among them"
+        if judged := len(others.get("verdicts", ())):
+            said += (
+                f", {judged} with gated ones: the ordinary driver erred in {summary['collisions_by_others']}"
+            )
+        rows.append(("other traffic", said))
         if "promise" in others:
             rows.append(("promise", others["promise"]))
     return rows
@@ -124,7 +131,9 @@ def _deadlocks(summary: Mapping[str, Any]) -> str:
     if not found:
         return "none"
     first = found[0]
-    return f"{len(found)}; the first at {first['at_s']:.0f} s, {len(first['vehicles'])} vehicles in a circle"
+    whose = _WHOSE.get(first.get("by", ""), "")
+    size = len(first["vehicles"])
+    return f"{len(found)}; the first at {first['at_s']:.0f} s, {size} vehicles in a circle{whose}"
 
 
 def _coverage(summary: Mapping[str, Any]) -> str:

@@ -116,7 +116,7 @@ class Fleet:
         """
         self._itineraries, self._ways, self.room = itineraries, ways, room
         if self.around is not None:
-            self.around.plan(itineraries, ways, room)
+            self.around.plan(itineraries, ways)
 
     def begin(self, system: System, gate: Gate, tracks: Sequence[Track]) -> ChangingEngine:
         """Begin with these vehicles, one per robot, which stand as the system says; or with none of them."""
@@ -129,7 +129,7 @@ class Fleet:
         self.around = Surroundings(
             self._network, traffic, engine, self.keeper, lights=rules.lights, others=rules.others
         )
-        self.around.plan(self._itineraries, self._ways, self.room)
+        self.around.plan(self._itineraries, self._ways)
         return engine
 
     def take_in(self, tracks: Mapping[str, Track], left_m: Mapping[str, float], *, beyond: int = 0) -> bool:

@@ -11,6 +11,7 @@ from loopgate.drive.engine import Engine
 from loopgate.results.columns import Event
 from loopgate.results.recorder import Recorder
 from loopgate.simulation.scenario import Scenario
+from loopgate.simulation.verdicts import Verdict, Verdicts
 from loopgate.simulation.watch import Deadlock, Watch
 from loopgate.traffic.base import Traffic
 
@@ -35,6 +36,8 @@ class Course:
         Counts; a collision that lasts for several steps counts once.
     collisions_of_others
         Collisions in which no vehicle on a loop has a part.
+    verdicts
+        Who erred in those of a gated vehicle with an ordinary one.
     sumo_s, total_s
         Wall time in SUMO's steps, and in all [s].
     """
@@ -45,6 +48,7 @@ class Course:
     deadlocks: list[Deadlock] = field(default_factory=list)
     collisions: int = 0
     collisions_of_others: int = 0
+    verdicts: list[Verdict] = field(default_factory=list)
     teleports: int = 0
     sumo_s: float = 0.0
     total_s: float = 0.0
@@ -58,29 +62,26 @@ def drive(
     engine: Engine,
     traffic: Traffic,
     watch: Watch,
-    recorder: Recorder,
+    mishaps: Mishaps,
     *,
     scenario: Scenario,
     tick: Tick,
-    own: AbstractSet[str],
     each_step: Sequence[Callable[[], None]] = (),
 ) -> Course:
     """Run until the time is over, a deadlock ends the run, or the user interrupts.
 
     Parameters
     ----------
-    engine, traffic, watch, recorder
+    engine, traffic, watch, mishaps
         Made for each other; the engine has not begun.
     scenario
         Says how long to measure, how long to warm up before, and what a deadlock does to the run.
     tick
         Called every ten simulated seconds with the simulated time.
-    own
-        All vehicles on loops.
     each_step
         Called after each step.
     """
-    course = Course()
+    course, recorder = mishaps.course, mishaps.recorder
     began = perf_counter()
     try:
         engine.begin()
@@ -90,7 +91,6 @@ def drive(
         course.begin_s = start + scenario.warmup_s
         end = course.begin_s + scenario.duration_s
         next_watch = start + _WATCH_EVERY_S
-        mishaps = Mishaps(traffic, recorder, course, own=own)
         while traffic.now_s < end:
             engine.step()
             now = traffic.now_s
@@ -100,6 +100,7 @@ def drive(
             if now >= course.begin_s > now - traffic.step_s and scenario.warmup_s > 0:
                 engine.measure_from_now()
                 course.collisions = course.collisions_of_others = course.teleports = 0
+                course.verdicts.clear()
             if now >= next_watch:
                 next_watch += _WATCH_EVERY_S
                 tick(now, course)
@@ -122,7 +123,7 @@ class Mishaps:
     """Counts and records what SUMO reports as collisions and teleports, step by step.
 
     Of collisions in which none of its `own` vehicles has a part there is only a count; all are its own if not
-    given.
+    given. Those with others are judged by `verdicts`.
     """
 
     def __init__(
@@ -132,16 +133,19 @@ class Mishaps:
         course: Course,
         *,
         own: AbstractSet[str] | None = None,
+        verdicts: Verdicts | None = None,
     ) -> None:
-        self._own = own
+        self._own, self._verdicts = own, verdicts
         self._traffic = traffic
-        self._recorder = recorder
-        self._course = course
+        self.recorder = recorder
+        self.course = course
         self._under_way: set[tuple[str, str]] = set()
 
     def note(self) -> None:
         """Look at the last step; a collision counts when it begins."""
         now = self._traffic.now_s
+        if self._verdicts is not None:
+            self._verdicts.look()
         collisions = self._traffic.collisions()
         if collisions or self._under_way:
             new = {(c.collider, c.victim): c for c in collisions}
@@ -149,16 +153,18 @@ class Mishaps:
                 if pair in self._under_way or pair[::-1] in self._under_way:
                     continue
                 if self._own is not None and self._own.isdisjoint(pair):
-                    self._course.collisions_of_others += 1
+                    self.course.collisions_of_others += 1
                 else:
-                    self._course.collisions += 1
-                    self._recorder.note(
+                    self.course.collisions += 1
+                    verdict = self._verdicts.judge(collision) if self._verdicts is not None else None
+                    self.course.verdicts += [verdict] if verdict is not None else []
+                    self.recorder.note(
                         now, collision.collider, Event.COLLISION, collision.lane, collision.victim
                     )
             self._under_way = set(new)
         for vehicle in self._traffic.teleports():
-            self._course.teleports += 1
-            self._recorder.note(now, vehicle, Event.TELEPORT, "")
+            self.course.teleports += 1
+            self.recorder.note(now, vehicle, Event.TELEPORT, "")
 
 
 def note_deadlock(deadlock: Deadlock, course: Course, recorder: Recorder) -> None:

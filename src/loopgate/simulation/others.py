@@ -10,24 +10,21 @@ from loopgate.drive.driver import Driver
 from loopgate.drive.gatekeeper import Gatekeeper
 from loopgate.drive.motion import time_s
 from loopgate.gates import Reason
-from loopgate.simulation.coming import Arrival, Coming, Seen
+from loopgate.simulation.circles import Circles
+from loopgate.simulation.coming import Arrival, Coming
+from loopgate.simulation.sight import BEYOND_M, Sight
 from loopgate.simulation.timetable import Timetable
 from loopgate.simulation.ways import Approach, Movement, Way
-from loopgate.traffic.base import Dynamics, Traffic
+from loopgate.traffic.base import Traffic
 
 __all__ = ["PROMISE", "Others"]
 
 PROMISE = (
-    "The gate sees to gated vehicles only: none of its grants closes a circle of them. Ordinary vehicles can "
-    "still hold them up for good, and between the two there is no more than SUMO's right of way."
+    "The gate sees to gated vehicles only: none of its grants closes a circle of them, and they leave room "
+    "in each for ordinary ones. More of those than there is room for can still hold them up for good, and "
+    "between the two there is no more than SUMO's right of way."
 )
 """What holds with ordinary traffic about."""
-
-_GAP_M = 2.5
-"""What an ordinary vehicle keeps free before it when it stands: SUMO's default [m]."""
-
-_BEYOND_M = 0.3
-"""How far past the end of a place vehicles may stand that are in it [m]."""
 
 _STANDING_MPS = 0.1
 
@@ -53,7 +50,8 @@ class Others:
     - is on a lane inside the junction that crosses or joins its way;
     - comes over the junction where nothing keeps the two apart, too late to pass before it and too soon to
       let it pass (see `Movement.approaches`);
-    - takes the last room of its next state, or is about to drive into it.
+    - takes the last room of its next state, or is about to drive into it; or could not find room in a circle
+      of places that it would come into (`Circles`).
 
     It is looked at where the ordinary vehicles are when a request comes to be decided, in each step anew; a
     step without requests costs nothing. What comes later is SUMO's to sort out: with ordinary traffic about,
@@ -72,8 +70,8 @@ class Others:
         Knows what the gated vehicles hold.
     timetable
         What the lights show.
-    coming
-        Tells who gets to which junction when.
+    sight, coming, circles
+        Where ordinary vehicles are, who gets to which junction when, and whom there is room for.
     """
 
     def __init__(
@@ -83,18 +81,16 @@ class Others:
         ways: Mapping[str, Sequence[Way]],
         keeper: Gatekeeper,
         timetable: Timetable,
+        sight: Sight,
         coming: Coming,
+        circles: Circles,
     ) -> None:
         self._traffic = traffic
         self._drivers = drivers
         self._ways = ways
         self._keeper = keeper
         self._timetable = timetable
-        self._kinds: dict[str, Dynamics] = {}
-        self._count = 0
-        self._seen_s = -math.inf
-        self._on: dict[str, list[Seen]] = {}
-        self._coming_by = coming
+        self._sight, self._coming, self._circles = sight, coming, circles
         self._since_s: dict[str, float] = {}
         """Since when vehicles with grants stand before a junction with somebody in their way [s]."""
         self._still: set[str] = set()
@@ -104,7 +100,7 @@ class Others:
     def in_the_way(self, robot: int) -> Reason | None:
         """Return TRAFFIC while an ordinary vehicle is in the way of `robot`."""
         self._look_around()
-        if not self._on:
+        if not self._sight.on:
             return None
         way = self._way(robot)
         if self._too_full(robot, way) or self._before(robot, way) or self._across(way):
@@ -112,7 +108,7 @@ class Others:
         driver = self._drivers[robot]
         left_m = driver.line_m - driver.front_m
         near = any(self._is_near(driver, movement, left_m) for movement in way.movements[:1])
-        return Reason.TRAFFIC if near else None
+        return Reason.TRAFFIC if near or self._circles.too_tight(robot) else None
 
     def look(self) -> None:
         """Keep those at their lines that stand there with their grants while somebody is in their way."""
@@ -139,9 +135,9 @@ class Others:
             line_m = driver.end_m(leg) - driver.front_m
             for number, movement in enumerate(ways[leg % len(ways)].movements):
                 left_m = line_m + movement.from_m
-                if left_m >= -_BEYOND_M and (left_m if number else line_m) <= _AT_LINE_M:
+                if left_m >= -BEYOND_M and (left_m if number else line_m) <= _AT_LINE_M:
                     self._look_around()
-                    inside = any(lane in self._on for lane in movement.across)
+                    inside = any(lane in self._sight.on for lane in movement.across)
                     return inside or self._is_near(driver, movement, left_m)
         return False
 
@@ -154,14 +150,16 @@ class Others:
         way = self._way(robot)
         sets = [[other] for other in (*self._before(robot, way), *self._across(way))]
         if self._too_full(robot, way):
-            inside = [seen.vehicle for seen in self._next(way)]
+            inside = [seen.vehicle for seen in self._sight.inside(way.next)]
             holders = self._keeper.holders(self._keeper.wanted(robot))
             sets.append(inside + [self._drivers[other].id for other in holders])
+        elif self._circles.too_tight(robot):
+            sets.append([driver.id for driver in self._drivers if driver.robot != robot])
         return sets
 
     def figures(self) -> dict[str, Any]:
         """Return what ``summary.json`` says of ordinary traffic."""
-        return {"vehicles": self._count, "promise": PROMISE}
+        return {"vehicles": self._sight.count, "promise": PROMISE}
 
     def _way(self, robot: int) -> Way:
         driver = self._drivers[robot]
@@ -169,16 +167,16 @@ class Others:
 
     def _before(self, robot: int, way: Way) -> list[str]:
         """Return the ordinary vehicles between `robot` and its line."""
-        seen = self._on.get(way.lane, [])
+        seen = self._sight.on.get(way.lane, ())
         if not seen:
             return []
         driver = self._drivers[robot]
         here_m = way.line_m - (driver.line_m - driver.front_m)
-        return [s.vehicle for s in seen if here_m < s.position_m <= way.line_m + _BEYOND_M]
+        return [s.vehicle for s in seen if here_m < s.position_m <= way.line_m + BEYOND_M]
 
     def _across(self, way: Way) -> list[str]:
         lanes = [*(lane for movement in way.movements for lane in movement.across), *way.between]
-        return [seen.vehicle for lane in dict.fromkeys(lanes) for seen in self._on.get(lane, ())]
+        return [seen.vehicle for lane in dict.fromkeys(lanes) for seen in self._sight.on.get(lane, ())]
 
     def _is_near(self, driver: Driver, movement: Movement, left_m: float) -> bool:
         """Return whether somebody would get in the way of one that is so far before a junction."""
@@ -201,42 +199,13 @@ class Others:
         if approach.signal is not None and not self._timetable.is_open(*approach.signal):
             return ()
         if self._arrivals is None:
-            on = (seen for lane in self._on.values() for seen in lane)
-            self._arrivals = self._coming_by.arrivals(self._kinds, on)
+            self._arrivals = self._coming.arrivals()
         return self._arrivals.get((approach.from_edge, approach.to_edge), ())
 
-    def _next(self, way: Way) -> list[Seen]:
-        """Return the ordinary vehicles in the next state, and those about to drive into it."""
-        begin, end = way.next_begin_m, way.next_end_m + _BEYOND_M
-        inside = [s for s in self._on.get(way.next_lane, ()) if begin <= s.position_m <= end]
-        for lane in way.into:
-            inside += self._on.get(lane, ())
-        return inside
-
     def _too_full(self, robot: int, way: Way) -> bool:
-        inside = self._next(way)
-        if not inside:
-            return False
-        taken = sum(math.ceil((seen.length_m + _GAP_M) / way.slot_m) for seen in inside)
-        return taken >= self._keeper.room(self._keeper.wanted(robot))
+        holders = self._keeper.holders(self._keeper.wanted(robot))
+        return self._sight.fit(way.next, holders, self._drivers[robot].length_m) < 1
 
     def _look_around(self) -> None:
-        """Note where the ordinary vehicles are, once per step. O(vehicles)."""
-        traffic = self._traffic
-        if self._seen_s == traffic.now_s:
-            return
-        self._seen_s = traffic.now_s
-        gated = {driver.id for driver in self._drivers}
-        on: dict[str, list[Seen]] = {}
-        kinds: dict[str, Dynamics] = {}
-        for vehicle in traffic.vehicles():
-            if vehicle in gated:
-                continue
-            kind = self._kinds.get(vehicle)
-            if kind is None:
-                kind = traffic.dynamics(vehicle)
-                self._count += 1
-            kinds[vehicle] = kind
-            lane, position_m = traffic.lane(vehicle)
-            on.setdefault(lane, []).append(Seen(vehicle, lane, position_m, kind.length_m))
-        self._kinds, self._on, self._arrivals = kinds, on, None
+        if self._sight.look():
+            self._arrivals = None

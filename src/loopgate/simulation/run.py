@@ -20,12 +20,13 @@ from loopgate.simulation.assembly import Assembly, assemble
 from loopgate.simulation.checking import audit_run
 from loopgate.simulation.flow import FlowMeter, flow_table, loop_table
 from loopgate.simulation.fronts import FrontRecorder
-from loopgate.simulation.loop_run import Course, Tick, drive
+from loopgate.simulation.loop_run import Course, Mishaps, Tick, drive
 from loopgate.simulation.monitoring import monitoring_figures, shape_text, write_streets
 from loopgate.simulation.outcome import Folder, Tally
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.session import Session, open_session
 from loopgate.simulation.sumo_start import check_backend, check_outputs
+from loopgate.simulation.verdicts import Verdicts
 from loopgate.simulation.watch import Watch
 
 __all__ = ["simulate"]
@@ -100,15 +101,17 @@ def _run(
     ):
         traffic, engine, recorder = session.traffic, session.engine, session.recorder
         flow = FlowMeter(traffic, engine, warmup_s=scenario.warmup_s)
-        watch = watch_class(traffic, after_s=scenario.deadlock_after_s, at_gate=engine.refused)
+        own = frozenset(assembly.names)
+        watch = watch_class(traffic, after_s=scenario.deadlock_after_s, at_gate=engine.refused, own=own)
+        judged = session.keeper is not None and scenario.traffic
+        verdicts = Verdicts(assembly.network, traffic, engine.driver_of) if judged else None
         course = drive(
             engine,
             traffic,
             watch,
-            recorder,
+            Mishaps(traffic, recorder, Course(), own=own, verdicts=verdicts),
             scenario=scenario,
             tick=tick,
-            own=frozenset(assembly.names),
             each_step=[*session.each_step, flow.look, fronts.look],
         )
         engine.settle()
@@ -131,7 +134,10 @@ def _run(
     summary["warnings"] = [*session.notes, *summary["warnings"], *added]
     summary |= surrounded
     if scenario.traffic:
-        summary.setdefault("others", {})["collisions"] = course.collisions_of_others
+        summary["collisions_by_others"] = sum(one.erred == "ordinary" for one in course.verdicts)
+        others = summary.setdefault("others", {})
+        others["collisions"] = course.collisions_of_others
+        others["verdicts"] = [one.figures() for one in course.verdicts]
     summary["wall_s"]["total"] = round(perf_counter() - began, 3)
     folder.write_summary(summary)
     return summary

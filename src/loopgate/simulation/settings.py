@@ -14,14 +14,21 @@ from loopgate.network.vehicle_type import VehicleType
 
 __all__ = ["check_options", "check_types", "is_on", "unforeseen", "why_unsafe"]
 
-_MODEL, _TAU, _ACTION, _IGNORES, _GAP, _MINOR = (
+_MODEL, _TAU, _ACTION, _GAP, _MINOR = (
     "carFollowModel",
     "tau",
     "actionStepLength",
-    "jmIgnoreJunctionFoeProb",
     "minGap",
     "jmSigmaMinor",
 )
+
+_LETS = {
+    "jmIgnoreJunctionFoeProb": (0.0, "it drive into vehicles inside a junction"),
+    "scale": (1.0, "SUMO put in vehicles that no gate knows of"),
+    "timeToTeleport": (0.0, "it jump over others, of which no gate is told"),
+    "timeToTeleportBidi": (0.0, "it jump over others, of which no gate is told"),
+}
+"""What an attribute lets happen above a value."""
 
 _FORESEEN = ("Krauss", "KraussOrig1", "KraussPS", "KraussX", "Daniel1")
 """Models of following with which it can be told when a vehicle will be past a crossing; SUMO's own first."""
@@ -147,9 +154,8 @@ def why_unsafe(kind: VehicleType, step_s: float) -> str:
         )
     if kind.min_gap_m < _LEAST_GAP_M:
         return f"{_GAP} {kind.min_gap_m:g} is too small, bodies touch; give {_GAP} {_LEAST_GAP_M:g} m or more"
-    if _number(kind, _IGNORES, 0.0) > 0.0:
-        return f"{_IGNORES} lets it drive into vehicles inside a junction; leave it out"
-    return ""
+    means = {name: text for name, (usual, text) in _LETS.items() if _number(kind, name, usual) > usual}
+    return next((f"{name} lets {text}; leave it out" for name, text in means.items()), "")
 
 
 def unforeseen(network: RoadNetwork, users: Iterable[tuple[Loop, VehicleType]]) -> tuple[str, ...]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from typing import Any
 
 from loopgate.abstraction.itinerary import Itinerary
@@ -10,11 +10,13 @@ from loopgate.drive.engine import Engine
 from loopgate.drive.gatekeeper import Gatekeeper
 from loopgate.drive.track import Track
 from loopgate.network import RoadNetwork
+from loopgate.simulation.circles import Circles
 from loopgate.simulation.coming import Coming
 from loopgate.simulation.lights import Lights, Signal, signals_of
 from loopgate.simulation.others import Others
+from loopgate.simulation.sight import Sight
 from loopgate.simulation.timetable import Timetable
-from loopgate.simulation.ways import Way, Ways
+from loopgate.simulation.ways import Place, Way, Ways
 from loopgate.traffic.base import Traffic
 
 __all__ = ["Surroundings"]
@@ -49,16 +51,25 @@ class Surroundings:
         self._ways: dict[str, tuple[Way, ...]] = {}
         timetable = Timetable(traffic)
         self._lights = Lights(traffic, engine.drivers, self._signals, timetable) if lights else None
+        sight = Sight(traffic, engine.drivers)
+        self._circles = Circles(network, keeper, engine.drivers, sight)
         self._others = (
-            Others(traffic, engine.drivers, self._ways, keeper, timetable, Coming(network, traffic))
+            Others(
+                traffic,
+                engine.drivers,
+                self._ways,
+                keeper,
+                timetable,
+                sight,
+                Coming(network, sight),
+                self._circles,
+            )
             if others
             else None
         )
         keeper.obstacles += tuple(one for one in (self._lights, self._others) if one is not None)
 
-    def plan(
-        self, itineraries: Iterable[Itinerary], tracks: Iterable[Track], room: Mapping[str, int]
-    ) -> None:
+    def plan(self, itineraries: Iterable[Itinerary], tracks: Iterable[Track]) -> None:
         """Take over what the vehicles drive by, the first time or anew.
 
         Parameters
@@ -67,8 +78,6 @@ class Surroundings:
             Of all loops, once or several times.
         tracks
             At least one of each loop.
-        room
-            How many vehicles a state holds, by name.
         """
         loops = {itinerary.loop: itinerary for itinerary in itineraries}
         if self._lights is not None:
@@ -76,8 +85,12 @@ class Surroundings:
             self._signals.update(signals_of(self._network, list(loops.values())))
         if self._find is not None:
             self._ways.clear()
+            places: dict[str, Place] = {}
             for track in {track.loop: track for track in tracks}.values():
-                self._ways[track.loop] = self._find.of(track, room)
+                self._ways[track.loop] = self._find.of(track)
+                for position, leg in enumerate(track.legs):
+                    places.setdefault(str(leg.state), self._find.place(track, position))
+            self._circles.plan(places)
 
     @property
     def each_step(self) -> list[Callable[[], None]]:

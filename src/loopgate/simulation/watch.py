@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Container, Sequence
+from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
 
-from loopgate.simulation.waits import circular_wait, deadlocked
+from loopgate.simulation.waits import WaitFor, circular_wait, deadlocked
 from loopgate.traffic.base import Traffic
 
 __all__ = ["Deadlock", "ToldRefusal", "Watch"]
@@ -31,12 +32,16 @@ class Deadlock:
         Where each of them wants to go on: the state it waits for under a gate, else the lane it stands on.
     held_up
         How many vehicles can never move again because of it, those of the circle included.
+    by
+        ``gated`` if vehicles on loops would wait for each other without any others, ``ordinary`` if those
+        would without them, ``both`` if it takes both.
     """
 
     at_s: float
     vehicles: tuple[str, ...]
     places: tuple[str, ...]
     held_up: int
+    by: str = "gated"
 
 
 ToldRefusal = Callable[[], tuple[Sequence[Sequence[str]], str]]
@@ -60,6 +65,8 @@ class Watch:
     at_gate
         What tells whom a vehicle waits for at its gate (of each set, some vehicle must move on) and for which
         place; None for a vehicle that is not refused by a gate.
+    own
+        All vehicles on loops; None if there are no others.
     """
 
     def __init__(
@@ -68,7 +75,9 @@ class Watch:
         *,
         after_s: float,
         at_gate: Callable[[str], ToldRefusal | None] | None = None,
+        own: Container[str] | None = None,
     ) -> None:
+        self._own = own
         self._traffic = traffic
         self._after_s = after_s
         self._at_gate = at_gate
@@ -109,7 +118,15 @@ class Watch:
             self._known |= stuck
             return None
         self._known |= stuck
-        return Deadlock(now, tuple(circle), tuple(places[v] for v in circle), len(stuck))
+        wanted = tuple(places[v] for v in circle)
+        return Deadlock(now, tuple(circle), wanted, len(stuck), self._by(waits, stuck))
+
+    def _by(self, waits: WaitFor, stuck: AbstractSet[str]) -> str:
+        """Return whose deadlock it is: of those without whom nobody would be stuck."""
+        own = self._own
+        if own is None or deadlocked({v: waits[v] for v in stuck if v in own}):
+            return "gated"
+        return "ordinary" if deadlocked({v: waits[v] for v in stuck if v not in own}) else "both"
 
     def _waits_long(self, vehicle: str, now: float) -> bool:
         """Return whether a standing vehicle is refused, or has had time to go on since it was let go."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from shapely import LineString
@@ -13,7 +13,7 @@ from loopgate.drive.track import Track
 from loopgate.network import RoadNetwork
 from loopgate.network.records import Connection
 
-__all__ = ["Approach", "Movement", "Way", "Ways"]
+__all__ = ["Approach", "Movement", "Place", "Way", "Ways"]
 
 _ABREAST_M = 2.3
 """Nearer than this vehicles beside each other touch, a bend taken into account [m]."""
@@ -67,6 +67,24 @@ class Movement:
 
 
 @dataclass(frozen=True, slots=True)
+class Place:
+    """Where a state is.
+
+    Attributes
+    ----------
+    lane, begin_m, end_m
+        The stretch of a lane [m].
+    into
+        Lanes inside the junction from which others drive into it.
+    """
+
+    lane: str
+    begin_m: float
+    end_m: float
+    into: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class Way:
     """What lies before a vehicle at the end of a state.
 
@@ -78,23 +96,15 @@ class Way:
         Those of the crossing behind it, in order.
     between
         The lanes between the junctions of the crossing, on which nobody may be either when it sets out.
-    into
-        Lanes inside the junction from which others drive into the next state.
-    next_lane, next_begin_m, next_end_m
-        Where the next state is [m].
-    slot_m
-        What a slot of the next state measures [m].
+    next
+        Where the next state is.
     """
 
     lane: str
     line_m: float
     movements: tuple[Movement, ...]
     between: tuple[str, ...]
-    into: tuple[str, ...]
-    next_lane: str
-    next_begin_m: float
-    next_end_m: float
-    slot_m: float
+    next: Place
 
 
 class Ways:
@@ -116,31 +126,27 @@ class Ways:
             self._at.setdefault(movement.junction, []).append(movement)
             self._into.setdefault(_end(movement), []).extend(movement.via)
 
-    def of(self, track: Track, room: Mapping[str, int]) -> tuple[Way, ...]:
-        """Return the way ahead at the end of each position of a track.
+    def of(self, track: Track) -> tuple[Way, ...]:
+        """Return the way ahead at the end of each position of a track."""
+        return tuple(self._way(track, position) for position in range(len(track.legs)))
 
-        `room` says how many vehicles a state holds, by name.
-        """
-        return tuple(self._way(track, room, position) for position in range(len(track.legs)))
+    def place(self, track: Track, position: int) -> Place:
+        """Return where the state at a position of a track is."""
+        end = track.stop_lines[position]
+        length_m = track.legs[position].end_m - track.legs[position].begin_m
+        lane = f"{end.edge}_{end.lane_index}"
+        return Place(lane, end.position_m - length_m, end.position_m, tuple(self._into.get(lane, ())))
 
-    def _way(self, track: Track, room: Mapping[str, int], position: int) -> Way:
+    def _way(self, track: Track, position: int) -> Way:
         line = track.stop_lines[position]
-        ahead = (position + 1) % len(track.legs)
-        end = track.stop_lines[ahead]
-        length_m = track.legs[ahead].end_m - track.legs[ahead].begin_m
         crossings = track.legs[position].crossings
         crossing = [self._movements[c.id] for c in crossings if c.id in self._movements]
-        next_lane = f"{end.edge}_{end.lane_index}"
         return Way(
             lane=f"{line.edge}_{line.lane_index}",
             line_m=line.position_m,
             movements=tuple(self._crossed(crossing, line.position_m)),
             between=tuple(dict.fromkeys(_end(movement) for movement in crossing[:-1])),
-            into=tuple(self._into.get(next_lane, ())),
-            next_lane=next_lane,
-            next_begin_m=end.position_m - length_m,
-            next_end_m=end.position_m,
-            slot_m=length_m / max(1, room[track.legs[ahead].state]),
+            next=self.place(track, (position + 1) % len(track.legs)),
         )
 
     def _crossed(self, crossing: Sequence[Connection], line_m: float) -> Iterator[Movement]:

@@ -139,6 +139,10 @@ class Traffic(Protocol):
         """Return the speed [m/s]."""
         ...
 
+    def parks(self, vehicle: str) -> bool:
+        """Return whether the vehicle stands beside the lane that it is on."""
+        ...
+
     def position(self, vehicle: str) -> tuple[float, float]:
         """Return where the front is, in network coordinates [m]."""
         ...

@@ -78,7 +78,6 @@ class SumoTraffic:
         self._heedless: set[str] = set()
         self._error = error
         self._running = True
-        self._waits = RoadWaits(api)
         self._vehicle = api.vehicle
         self._simulation = api.simulation
         self._odometer: Callable[[str], float] = odometer or api.vehicle.getDistance
@@ -86,6 +85,7 @@ class SumoTraffic:
         self._step_s = float(api.simulation.getDeltaT())
         self._holds: dict[str, tuple[str, float]] = {}
         """Where vehicles are held: lane, and position on it [m]."""
+        self._waits = RoadWaits(api, self._holds)
         self._braked: set[str] = set()
         self._lets_change: dict[tuple[str, str], bool] = {}
         self._modes: dict[str, tuple[int, int]] = {}
@@ -170,6 +170,10 @@ class SumoTraffic:
     def speed(self, vehicle: str) -> float:
         """Return the speed [m/s]."""
         return float(self._vehicle.getSpeed(vehicle))
+
+    def parks(self, vehicle: str) -> bool:
+        """Return whether the vehicle stands beside the lane that it is on."""
+        return bool(self._vehicle.isStoppedParking(vehicle))
 
     def position(self, vehicle: str) -> tuple[float, float]:
         """Return where the front is, in network coordinates [m]."""

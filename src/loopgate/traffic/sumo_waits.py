@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from typing import Any
 
 __all__ = ["RoadWaits"]
@@ -38,9 +38,12 @@ class RoadWaits:
     ----------
     api
         The libsumo module or a traci connection, started.
+    held
+        Those that are to stand somewhere until they are released: neither they nor those behind come.
     """
 
-    def __init__(self, api: Any) -> None:  # noqa: ANN401  neither API has types
+    def __init__(self, api: Any, held: Container[str] = ()) -> None:  # noqa: ANN401  neither API has types
+        self._held = held
         self._vehicle = api.vehicle
         self._lane = api.lane
 
@@ -62,7 +65,7 @@ class RoadWaits:
             return ()
         foes = get.getJunctionFoes(vehicle, to_end + 1.0)
         across = [foe[_FOE] for foe in foes if self._blocks(foe)]
-        across = across or [foe[_FOE] for foe in foes if foe[_EGO_YIELDS]]
+        across = across or [foe[_FOE] for foe in foes if foe[_EGO_YIELDS] and not self._stays(foe[_FOE])]
         return tuple(dict.fromkeys(across)) or (self._guess(vehicle, lane) if guess else ())
 
     def _leader(self, vehicle: str, within_m: float) -> Sequence[str]:
@@ -81,6 +84,12 @@ class RoadWaits:
             for foe in self._lane.getInternalFoes(lane)
             for other in self._lane.getLastStepVehicleIDs(foe)
         )
+
+    def _stays(self, vehicle: str) -> bool:
+        """Return whether the first vehicle on the lane of one before a junction stands there, being held."""
+        lane = self._vehicle.getLaneID(vehicle)
+        first = self._lane.getLastStepVehicleIDs(lane)[-1]
+        return not lane.startswith(":") and first in self._held and bool(self._vehicle.isStopped(first))
 
     def _blocks(self, foe: Sequence[Any]) -> bool:
         """Return whether a foe's body is where the two ways conflict, and the asker has not passed there."""

@@ -10,9 +10,7 @@ from roads import roads
 
 from loopgate.errors import RouteError
 from loopgate.network import read_loops
-from loopgate.network.departures import FLOW_ATTRIBUTES
 from loopgate.network.routes_file import LoopVehicle, RoutesFile
-from loopgate.network.stops import STOP_ATTRIBUTES
 
 NET = roads(
     {"a": (100, 2), "b": (50, 2), "c": (100, 2)},
@@ -178,13 +176,3 @@ def test_a_stop_beside_the_loop_is_refused(tmp_path: Path) -> None:
             '<route id="r" edges="a b"/><vehicle id="v" route="r" depart="0">'
             '<stop lane="c_0" duration="3"/></vehicle>',
         )
-
-
-def test_the_page_names_every_attribute() -> None:
-    """Whatever is honoured, left out or refused by name is in the table of the documentation."""
-    page = (Path(__file__).parents[3] / "docs" / "stops.md").read_text(encoding="utf-8")
-    rows = {row.split("|")[1].strip(): row for row in page.splitlines() if row.startswith("| `<")}
-    flows = {*FLOW_ATTRIBUTES}
-    named = (("<stop>", STOP_ATTRIBUTES), ("<flow>", flows), ("<vehicle>", {"color", "line", "personNumber"}))
-    for element, attributes in named:
-        assert {name for name in attributes if f"`{name}`" not in rows[f"`{element}`"]} == set()

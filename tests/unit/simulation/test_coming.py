@@ -10,8 +10,9 @@ import pytest
 
 from loopgate.network import RoadNetwork, generate_loops
 from loopgate.network.vehicle_type import DEFAULT_TYPE
-from loopgate.simulation.coming import Coming, Seen
+from loopgate.simulation.coming import Coming
 from loopgate.simulation.plan import Plan
+from loopgate.simulation.sight import Sight
 from loopgate.simulation.ways import Ways
 from loopgate.traffic.base import Dynamics
 
@@ -26,15 +27,24 @@ def test_vehicles_come_to_the_junctions_on_their_routes() -> None:
     inside = next(span.lane_id for span in loop.spans if span.internal)
     length_m = network.edges[first].lanes[0].length_m
     speeds = {"moves": 10.0, "stands": 0.0, "inside": 10.0}
-    traffic = Mock(now_s=0.0, speed=speeds.__getitem__, route=lambda _: (loop.edges, 0))
-    coming = Coming(network, traffic)
-    kinds = dict.fromkeys(speeds, CAR)
-    seen = [
-        Seen("moves", f"{first}_0", length_m - 20.0, 5.0),
-        Seen("stands", f"{first}_0", length_m - 40.0, 5.0),
-        Seen("inside", inside, network.lanes[inside].length_m, 5.0),
-    ]
-    found = coming.arrivals(kinds, seen)
+    lanes = {
+        "moves": (f"{first}_0", length_m - 20.0),
+        "stands": (f"{first}_0", length_m - 40.0),
+        "inside": (inside, network.lanes[inside].length_m),
+    }
+    traffic = Mock(
+        now_s=0.0,
+        vehicles=lambda: list(lanes),
+        lane=lanes.__getitem__,
+        dynamics=lambda _: CAR,
+        parks=lambda _: False,
+        speed=speeds.__getitem__,
+        route=lambda _: (loop.edges, 0),
+    )
+    sight = Sight(traffic, [])
+    coming = Coming(network, sight)
+    assert sight.look()
+    found = coming.arrivals()
     (one,) = found[first, second]
     assert one.last_s == pytest.approx(2.0)
     assert 1.5 < one.first_s < 2.0
@@ -43,7 +53,10 @@ def test_vehicles_come_to_the_junctions_on_their_routes() -> None:
     assert len(behind_s) == 2
     assert all(a.first_s <= 20.0 for arrivals in found.values() for a in arrivals)
     traffic.now_s, traffic.route = 1.0, Mock(side_effect=AssertionError)
-    again = coming.arrivals(kinds, [Seen("moves", f"{second}_0", 0.0, 5.0)])
+    lanes.clear()
+    lanes["moves"] = f"{second}_0", 0.0
+    assert sight.look()
+    again = coming.arrivals()
     assert set(again) <= set(pairwise(loop.edges))
     assert (first, second) not in again
     assert fourth in loop.edges
@@ -55,7 +68,7 @@ def test_ways_that_touch_without_right_of_way_count() -> None:
     here, there = "142575687#1", "142575655#4"
     loop = generate_loops(network, 1, length_m=(400.0, 4000.0), via=(here, there))[0]
     plan = Plan(network, ((loop, DEFAULT_TYPE),))
-    ways = Ways(network).of(plan.tracks[0], plan.room)
+    ways = Ways(network).of(plan.tracks[0])
     way = next(way for way in ways if way.lane == f"{here}_1")
     (movement,) = way.movements
     approaches = {(a.from_edge, a.to_edge) for a in movement.approaches}

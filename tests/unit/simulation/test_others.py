@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from types import SimpleNamespace
+from typing import Any
 from unittest.mock import Mock
 
 from fake_traffic import FakeTraffic, FakeVehicle
@@ -16,8 +17,9 @@ from loopgate.model import StateId
 from loopgate.results.recorder import Recorder
 from loopgate.simulation.coming import Arrival
 from loopgate.simulation.others import Others
+from loopgate.simulation.sight import Sight
 from loopgate.simulation.timetable import Timetable
-from loopgate.simulation.ways import Approach, Movement, Way
+from loopgate.simulation.ways import Approach, Movement, Place, Way
 from loopgate.traffic.base import Dynamics, Light, Program
 
 STREET = [("before", 100.0), ("junction", 20.0), ("after", 50.0), ("foe", 20.0), ("priority", 100.0)]
@@ -64,21 +66,21 @@ class Scene:
                 ),
             ),
             between=(),
-            into=("junction_0",),
-            next_lane="after_0",
-            next_begin_m=0.0,
-            next_end_m=50.0,
-            slot_m=10.0,
+            next=Place("after_0", 0.0, 50.0, ("junction_0",)),
         )
         self.arrivals: list[Arrival] = []
+        self.tight = False
         self.traffic = FakeTraffic({"v": FakeVehicle(STREET, 90.0)})
+        drivers: list[Any] = [driver, SimpleNamespace(id="w", robot=1, speed_mps=5.0, length_m=5.0)]
         self.others = Others(
             self.traffic,
-            [driver, SimpleNamespace(id="w", speed_mps=5.0)],  # type: ignore[list-item]  # has a name, that is enough
+            drivers,
             {"loop": [way, way]},
             keeper,
             Timetable(self.traffic),
-            Mock(arrivals=lambda *_: {("priority", "after"): self.arrivals}),
+            Sight(self.traffic, drivers),
+            Mock(arrivals=lambda: {("priority", "after"): self.arrivals}),
+            Mock(too_tight=lambda _: self.tight),
         )
 
     def put(self, name: str, edge: str, position_m: float, speed: float = 0.0) -> None:
@@ -119,14 +121,24 @@ def test_an_ordinary_vehicle_across_its_way() -> None:
 
 
 def test_ordinary_vehicles_take_room_in_the_next_state() -> None:
-    """Five slots: three held, one ordinary vehicle inside leaves one, a second on its way there none."""
+    """Three gated vehicles and two ordinary ones leave 12.5 m of 50; a third on its way there takes that."""
     scene = Scene(others_in_next=3)
     scene.put("o", "after", 40.0)
+    scene.put("p", "after", 30.0)
     assert scene.says() is None
-    scene.put("p", "junction", 10.0)
+    scene.put("q", "junction", 10.0)
     assert scene.says() is Reason.TRAFFIC
     (some,) = scene.others.blockers(0)
-    assert sorted(set(some)) == ["o", "p", "w"]
+    assert sorted(set(some)) == ["o", "p", "q", "w"]
+
+
+def test_a_circle_of_places_with_too_little_room() -> None:
+    """Anybody else may have to move on first."""
+    scene = Scene()
+    scene.put("o", "after", 40.0)
+    scene.tight = True
+    assert scene.says() is Reason.TRAFFIC
+    assert scene.others.blockers(0) == [["w"]]
 
 
 def test_one_that_comes_with_the_right_of_way() -> None:

@@ -106,3 +106,24 @@ def test_newcomers_behind_a_named_circle_are_not_named_again() -> None:
             found.append(deadlock.vehicles)
     assert found == [("a", "b")]
     assert watch.held_up == {"a", "b", "c"}
+
+
+@pytest.mark.parametrize(
+    ("waits", "own", "by"),
+    [
+        ({"a": ["b"], "b": ["a"]}, "ab", "gated"),
+        ({"a": ["b"], "b": ["a"]}, "a", "both"),
+        ({"a": ["b"], "b": ["a"]}, "", "ordinary"),
+        ({"a": ["b"], "b": ["c"], "c": ["b"]}, "a", "ordinary"),
+        ({"a": ["b"], "b": ["a"], "c": ["a"]}, "ab", "gated"),
+    ],
+)
+def test_whose_deadlock_it_is(waits: dict[str, list[str]], own: str, by: str) -> None:
+    """Of those who would be stuck without the others, or of both."""
+    traffic = Standing(waits)
+    watch = Watch(cast("Traffic", traffic), after_s=60.0, own=own)
+    found = None
+    while found is None:
+        traffic.now_s += 10.0
+        found = watch.check()
+    assert found.by == by

@@ -1,0 +1,129 @@
+"""Room in circles of places for ordinary vehicles, which take it without asking."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from loopgate.drive.driver import Driver
+from loopgate.drive.gatekeeper import Gatekeeper
+from loopgate.model import System
+from loopgate.network import RoadNetwork
+from loopgate.simulation.sight import Sight
+from loopgate.simulation.ways import Place
+
+__all__ = ["Circles"]
+
+_SHARE = 5
+"""One slot in so many of a place is for ordinary vehicles, one at least where there are three."""
+
+_AHEAD = 5
+"""Whoever has a place among so many of the next edges on its route is about to come to it."""
+
+
+class Circles:
+    """Tells which moves leave too little room in a circle of places, each of whose first wants the next.
+
+    The chain rule of a gate leaves a slot free in each circle, so that it can go round. An ordinary vehicle
+    takes that slot without asking. So here ordinary vehicles count as vehicles in places, in whose line they
+    may be first; and who would come into a circle from elsewhere leaves it a slot more, and one for each
+    ordinary vehicle that is about to come there. Within a circle everyone may go on, so somebody can. Who
+    must move next (`loopgate.drive.service`) need not leave more than the one slot.
+
+    Parameters
+    ----------
+    network
+        The roads.
+    keeper, drivers
+        Know what the gated vehicles hold, and where they are.
+    sight
+        Where the ordinary vehicles are.
+    """
+
+    def __init__(
+        self, network: RoadNetwork, keeper: Gatekeeper, drivers: Sequence[Driver], sight: Sight
+    ) -> None:
+        self._keeper, self._drivers, self._sight = keeper, drivers, sight
+        self._leads_to = {
+            (f"{c.from_edge}_{c.from_lane}", c.to_edge): f"{c.to_edge}_{c.to_lane}"
+            for c in network.connections
+        }
+        self._places: Mapping[str, Place] = {}
+        self._first_on: dict[str, str] = {}
+        """The first state on a lane."""
+        self._numbers: dict[str, int] = {}
+        self._system: System | None = None
+
+    def plan(self, places: Mapping[str, Place]) -> None:
+        """Take over where the states are, by name."""
+        self._places = places
+        backwards = sorted(places.items(), key=lambda item: item[1].begin_m, reverse=True)
+        self._first_on = {place.lane: state for state, place in backwards}
+
+    def too_tight(self, robot: int) -> bool:
+        """Return whether the move of a robot would leave too little room for ordinary vehicles."""
+        driver = self._drivers[robot]
+        here, target = (str(driver.leg(driver.granted + k).state) for k in (0, 1))
+        circle: list[str] = []
+        state, length_m, holes, crowded = target, driver.length_m, 0.0, False
+        while state != here and state not in circle:
+            number = self._number(state)
+            if number is None:
+                return crowded
+            line, slots = self._keeper.line(number), self._keeper.slots(number)
+            free = min(slots - len(line), self._sight.fit(self._places[state], line, length_m))
+            if state == target:
+                free -= 1
+                crowded = not driver.row["mover"] and free < (slots + 2) // _SHARE
+            holes += max(0, free)
+            circle.append(state)
+            if line:
+                head = self._drivers[line[0]]
+                following = self._following(state, head, head.granted)
+            else:
+                following = self._following(state, driver if state == target else None, driver.granted + 1)
+            if following is None:
+                return crowded
+            state, length_m = following
+        if state == here:
+            return False
+        if state != target:
+            return crowded
+        return crowded or holes < (1 if driver.row["mover"] else 2 + self._coming(circle))
+
+    def _number(self, state: str) -> int | None:
+        """Return the number of a state; None if no gated vehicle visits it."""
+        if self._system is not self._keeper.system:
+            self._system = self._keeper.system
+            self._numbers = {str(name): number for number, name in enumerate(self._system.states)}
+        return self._numbers.get(state)
+
+    def _following(self, state: str, head: Driver | None, leg: int) -> tuple[str, float] | None:
+        """Return where the first in a state wants to go, and its length [m]; None if it comes to no place.
+
+        The first is the gated vehicle that is, in a leg of its way, or an ordinary one before that.
+        """
+        place = self._places[state]
+        here = (seen for seen in self._sight.inside(place) if seen.lane == place.lane)
+        other = max(here, key=lambda seen: seen.position_m, default=None)
+        if head is not None:
+            left_m = head.end_m(leg) - head.front_m
+            if other is None or left_m <= place.end_m - other.position_m:
+                return str(head.leg(leg + 1).state), head.length_m
+        if other is None:
+            return None
+        edges, at = self._sight.route(other)
+        lane = self._leads_to.get((other.lane, edges[at + 1])) if at + 1 < len(edges) else None
+        following = self._first_on.get(lane) if lane is not None else None
+        return None if following is None else (following, other.length_m)
+
+    def _coming(self, circle: Sequence[str]) -> int:
+        """Return how many ordinary vehicles are about to come into a circle, and are not in it yet."""
+        places = [self._places[state] for state in circle]
+        edges = {place.lane.rpartition("_")[0] for place in places}
+        inside = {seen.vehicle for place in places for seen in self._sight.inside(place)}
+        count = 0
+        for seen in (one for lane in self._sight.on.values() for one in lane):
+            if seen.vehicle not in inside:
+                route, at = self._sight.route(seen)
+                count += not edges.isdisjoint(route[at + 1 : at + 1 + _AHEAD])
+        return count

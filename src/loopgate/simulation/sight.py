@@ -1,0 +1,124 @@
+"""Where ordinary vehicles are, and where their routes lead: read from the simulation, once a step."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+from loopgate.drive.driver import Driver
+from loopgate.simulation.ways import Place
+from loopgate.traffic.base import Dynamics, Traffic
+
+__all__ = ["BEYOND_M", "Seen", "Sight"]
+
+_Route = tuple[tuple[str, ...], int]
+"""The edges of a vehicle's route, and the number of the one that it is on or has just left."""
+
+BEYOND_M = 0.3
+"""How far past the end of a place vehicles may stand that are in it [m]."""
+
+_GAP_M = 2.5
+"""What a vehicle keeps free before it when it stands: SUMO's default [m]."""
+
+_AGAIN_S = 5.0
+"""So long a route is taken to be as it was [s]: SUMO may lead vehicles another way."""
+
+
+class Seen(NamedTuple):
+    """A vehicle, the lane and the position of its front on it [m], and its length [m]."""
+
+    vehicle: str
+    lane: str
+    position_m: float
+    length_m: float
+
+
+class Sight:
+    """The vehicles on the road, not beside it, under no gate. O(vehicles) in a step in which it is asked.
+
+    Parameters
+    ----------
+    traffic
+        The running simulation.
+    drivers
+        Of all vehicles under the gate.
+    """
+
+    def __init__(self, traffic: Traffic, drivers: Sequence[Driver]) -> None:
+        self._traffic, self._drivers = traffic, drivers
+        self.on: Mapping[str, Sequence[Seen]] = {}
+        """By lane."""
+        self.kinds: Mapping[str, Dynamics] = {}
+        """What they can do."""
+        self.count = 0
+        """How many have been seen so far."""
+        self._seen_s = -math.inf
+        self._routes: dict[str, tuple[_Route, float]] = {}
+        """Routes, and until when they are taken to be so [s]."""
+
+    def look(self) -> bool:
+        """See where they are now; return whether that is news."""
+        traffic = self._traffic
+        if self._seen_s == traffic.now_s:
+            return False
+        self._seen_s = traffic.now_s
+        gated = {driver.id for driver in self._drivers}
+        on: dict[str, list[Seen]] = {}
+        kinds: dict[str, Dynamics] = {}
+        for vehicle in traffic.vehicles():
+            if vehicle in gated:
+                continue
+            kind = self.kinds.get(vehicle)
+            if kind is None:
+                kind = traffic.dynamics(vehicle)
+                self.count += 1
+            kinds[vehicle] = kind
+            if traffic.parks(vehicle):
+                continue
+            lane, position_m = traffic.lane(vehicle)
+            on.setdefault(lane, []).append(Seen(vehicle, lane, position_m, kind.length_m))
+        self._routes = {vehicle: known for vehicle, known in self._routes.items() if vehicle in kinds}
+        self.kinds, self.on = kinds, on
+        return True
+
+    def inside(self, place: Place) -> list[Seen]:
+        """Return those in a place, and those about to drive into it."""
+        here = self.on.get(place.lane, ())
+        inside = [s for s in here if place.begin_m <= s.position_m <= place.end_m + BEYOND_M]
+        for lane in place.into:
+            inside += self.on.get(lane, ())
+        return inside
+
+    def fit(self, place: Place, robots: Sequence[int], length_m: float) -> float:
+        """Return how many more vehicles of a length fit into a place beside those and these robots.
+
+        That is infinite where there is no ordinary vehicle: then it is for the gate to say. Its slots are as
+        long as the longest vehicle needs; where there are ordinary ones, each takes what it is long.
+        """
+        inside = self.inside(place)
+        if not inside:
+            return math.inf
+        lengths = [s.length_m for s in inside] + [self._drivers[robot].length_m for robot in robots]
+        left_m = place.end_m - place.begin_m - sum(lengths) - _GAP_M * len(lengths)
+        return max(0, math.floor(left_m / (length_m + _GAP_M)))
+
+    def speed(self, one: Seen) -> float:
+        """Return its speed [m/s]."""
+        return self._traffic.speed(one.vehicle)
+
+    def route(self, one: Seen) -> _Route:
+        """Return the edges of its route, and the number of the one that it is on or has just left."""
+        now = self._traffic.now_s
+        known = self._routes.get(one.vehicle)
+        if known is not None and now < known[1]:
+            (edges, at), until_s = known
+            edge = one.lane.rpartition("_")[0]
+            if one.lane.startswith(":") or edges[at] == edge:
+                return edges, at
+            if at + 1 < len(edges) and edges[at + 1] == edge:
+                self._routes[one.vehicle] = (edges, at + 1), until_s
+                return edges, at + 1
+        route, at = self._traffic.route(one.vehicle)
+        self._routes[one.vehicle] = (tuple(route), at), now + _AGAIN_S
+        return tuple(route), at

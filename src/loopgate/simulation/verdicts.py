@@ -1,0 +1,197 @@
+"""Who erred where a gated vehicle and an ordinary one collide: read off what both did before."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any, NamedTuple
+
+from loopgate.drive.driver import Driver
+from loopgate.network import RoadNetwork
+from loopgate.network.records import Connection
+from loopgate.traffic.base import Collision, Traffic
+
+__all__ = ["Verdict", "Verdicts"]
+
+_REMEMBERED_S = 20.0
+
+_TOLD_S = 5.0
+"""So long before a collision it is told where the two were [s]."""
+
+_DECEL_MPS2 = 4.5
+"""SUMO's cars brake so hard if they have to [m/s2]."""
+
+_RED = frozenset("ru")
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """Who erred in a collision.
+
+    Attributes
+    ----------
+    at_s, lane
+        When and where SUMO noticed it.
+    gated, ordinary
+        The two.
+    erred
+        ``gated`` or ``ordinary``.
+    why
+        By which rule, in words.
+    before
+        Where each was five seconds earlier, or first seen after that: lane, position [m], speed [m/s].
+    """
+
+    at_s: float
+    lane: str
+    gated: str
+    ordinary: str
+    erred: str
+    why: str
+    before: Mapping[str, tuple[str, float, float]]
+
+    def figures(self) -> dict[str, Any]:
+        """Return it for ``summary.json``."""
+        return asdict(self)
+
+
+class _Moment(NamedTuple):
+    lane: str
+    position_m: float
+    speed_mps: float
+
+
+class _Entry(NamedTuple):
+    """When a vehicle drove into a junction, on which movement, and what its light showed; empty for none."""
+
+    at_s: float
+    movement: Connection
+    letter: str
+
+
+class Verdicts:
+    """Remembers for some seconds where all vehicles were, and judges collisions by that.
+
+    In this order, where it applies:
+
+    1. a gated vehicle where it was granted nothing erred;
+    2. of two on ways out of one lane, or on one lane, the one behind;
+    3. who drove into the junction at red;
+    4. who has to yield by the junction's request matrix, unless it was inside when the other one could still
+       have stopped before the junction: then that one;
+    5. where neither or both have to, the one that came later.
+
+    Parameters
+    ----------
+    network, traffic
+        The roads, and the running simulation.
+    drivers
+        Of all vehicles under the gate, by name.
+    """
+
+    def __init__(self, network: RoadNetwork, traffic: Traffic, drivers: Mapping[str, Driver]) -> None:
+        self._network, self._traffic, self._drivers = network, traffic, drivers
+        self._moments: deque[tuple[float, dict[str, _Moment]]] = deque()
+        self._entries: dict[str, _Entry] = {}
+        self._inside = {lane: movement for movement in network.connections for lane in movement.via}
+        self._between = {(m.from_edge, m.to_edge): m for m in network.connections}
+
+    def look(self) -> None:
+        """Remember where everybody is; once a step. O(vehicles)."""
+        traffic, now = self._traffic, self._traffic.now_s
+        before = self._moments[-1][1] if self._moments else {}
+        here = {v: _Moment(*traffic.lane(v), traffic.speed(v)) for v in traffic.vehicles()}
+        self._entries = {v: entry for v, entry in self._entries.items() if v in here}
+        for vehicle, moment in here.items():
+            was = before.get(vehicle)
+            if was is None or was.lane == moment.lane:
+                continue
+            edges = _edge(was.lane), _edge(moment.lane)
+            edges = _edge(was.lane), _edge(moment.lane)
+            movement = self._inside.get(moment.lane) or self._between.get(edges)
+            if movement is not None and was.lane not in movement.via:
+                self._entries[vehicle] = _Entry(now, movement, self._letter(movement))
+        self._moments.append((now, here))
+        while now - self._moments[0][0] > _REMEMBERED_S:
+            self._moments.popleft()
+
+    def _letter(self, movement: Connection) -> str:
+        if movement.signal is None:
+            return ""
+        light, link = movement.signal
+        return self._traffic.light(light).state[link]
+
+    def judge(self, collision: Collision) -> Verdict | None:
+        """Return who erred; None if none of the two is under the gate, or both are."""
+        pair = collision.collider, collision.victim
+        own = [vehicle for vehicle in pair if vehicle in self._drivers]
+        if len(own) != 1:
+            return None
+        gated = own[0]
+        ordinary = pair[1] if gated == pair[0] else pair[0]
+        erred, why = self._erred(gated, ordinary, collision)
+        return Verdict(
+            at_s=self._traffic.now_s,
+            lane=collision.lane,
+            gated=gated,
+            ordinary=ordinary,
+            erred="gated" if erred == gated else "ordinary",
+            why=why,
+            before={vehicle: self._before(vehicle) for vehicle in (gated, ordinary)},
+        )
+
+    def _erred(self, gated: str, ordinary: str, collision: Collision) -> tuple[str, str]:
+        if self._drivers[gated].row["trespassing"]:
+            return gated, f"{gated} was where it had no grant for"
+        entries = [self._entries.get(gated), self._entries.get(ordinary)]
+        one, other = entries
+        if one is None or other is None or _from(one) == _from(other) or not self._near(one, other):
+            return collision.collider, f"{collision.collider} ran into {collision.victim} from behind"
+        for vehicle, entry in zip((gated, ordinary), (one, other), strict=True):
+            if entry.letter and entry.letter in _RED:
+                return vehicle, f"{vehicle} drove in at red"
+        yields = self._yields(one.movement, other.movement), self._yields(other.movement, one.movement)
+        first = 0 if one.at_s <= other.at_s else 1
+        names, came = (gated, ordinary), (one, other)
+        later = 1 - first
+        said = f"{names[first]} was inside {came[later].at_s - came[first].at_s:g} s before"
+        if yields[0] == yields[1]:
+            return names[later], f"{said}, and neither had the right of way"
+        must = 0 if yields[0] else 1
+        if must == first and self._could_stop(names[later], came[later], came[first].at_s):
+            return names[later], f"{said} {names[later]}, which could have stopped then"
+        if must == first:
+            said = f"{names[later]} could not stop any more"
+        return names[must], f"{names[must]} had to yield; {said}"
+
+    def _near(self, one: _Entry, other: _Entry) -> bool:
+        """Return whether the two entries are of one passage, not of junctions passed long before."""
+        lately = self._traffic.now_s - _REMEMBERED_S
+        return one.movement.junction == other.movement.junction and max(one.at_s, other.at_s) > lately
+
+    def _yields(self, movement: Connection, other: Connection) -> bool:
+        rows = self._network.junctions[movement.junction].yields_to
+        return 0 <= movement.link < len(rows) and other.link in rows[movement.link]
+
+    def _could_stop(self, vehicle: str, entry: _Entry, at_s: float) -> bool:
+        """Return whether a vehicle could still have stopped before the junction that it drove into later."""
+        then = next((here for now, here in self._moments if now >= at_s), {}).get(vehicle)
+        if then is None or _edge(then.lane) != entry.movement.from_edge:
+            return True  # farther away
+        left_m = self._network.lanes[then.lane].length_m - then.position_m
+        return then.speed_mps**2 / (2 * _DECEL_MPS2) + then.speed_mps * self._traffic.step_s < left_m
+
+    def _before(self, vehicle: str) -> tuple[str, float, float]:
+        now = self._traffic.now_s
+        seen = (here[vehicle] for at, here in self._moments if at >= now - _TOLD_S and vehicle in here)
+        lane, position_m, speed_mps = next(seen, _Moment("", 0.0, 0.0))
+        return lane, round(position_m, 2), round(speed_mps, 2)
+
+
+def _edge(lane: str) -> str:
+    return lane.rpartition("_")[0]
+
+
+def _from(entry: _Entry) -> tuple[str, int]:
+    return entry.movement.from_edge, entry.movement.from_lane
