@@ -21,6 +21,7 @@ from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.settings import check_types, unforeseen
 from loopgate.simulation.spacing import advised_type
 from loopgate.simulation.sumo_input import Start
+from loopgate.simulation.sumo_options import begins_s
 from loopgate.simulation.tracks import make_track
 from loopgate.simulation.vehicles import (
     Departure,
@@ -69,6 +70,8 @@ class Assembly:
         Where vehicles stop in every round, by vehicle, in the order of its loop.
     stop_files
         Additional files that hold the places of these.
+    begin_s
+        When the simulation begins [s].
     """
 
     network: RoadNetwork
@@ -82,6 +85,12 @@ class Assembly:
     departures: tuple[Departure, ...] = ()
     stops: Mapping[str, tuple[Stop, ...]] = field(default_factory=dict)
     stop_files: tuple[Path, ...] = ()
+    begin_s: float = 0.0
+
+    @property
+    def trips(self) -> frozenset[str]:
+        """Those who drive their route once."""
+        return frozenset(start.vehicle for start in self.everybody if not start.loop.closed)
 
     @property
     def everybody(self) -> tuple[Start, ...]:
@@ -108,7 +117,7 @@ def assemble(scenario: Scenario) -> Assembly:
     """
     network = RoadNetwork.open(scenario.network)
     everybody, warnings, file = read_vehicles(scenario, network)
-    vehicles, later, moved = by_departure(scenario, everybody)
+    vehicles, later, moved = by_departure(scenario, everybody, file)
     if scenario.rule_for_starts == "even":
         vehicles = evenly_round(network, vehicles)
     peculiar = _peculiar(scenario, network, everybody) if scenario.gated else ()
@@ -143,7 +152,7 @@ def assemble(scenario: Scenario) -> Assembly:
         )
     stops = _stops(scenario, [*vehicles, *later], abstraction)
     parking = _parking(scenario, stops)
-    unique = tuple({vehicle.loop.id: vehicle.loop for vehicle in everybody}.values())
+    unique = tuple({vehicle.loop.id: vehicle.loop for vehicle in everybody if vehicle.loop.closed}.values())
     if scenario.rule_for_spacing == "advice":
         starts = tuple(replace(start, type=advised_type(start.type)) for start in starts)
         departures = tuple(
@@ -161,6 +170,7 @@ def assemble(scenario: Scenario) -> Assembly:
         departures=departures,
         stops=stops,
         stop_files=file.stop_files if file else (),
+        begin_s=begins_s(scenario, file),
     )
 
 

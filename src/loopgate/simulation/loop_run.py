@@ -64,8 +64,9 @@ def drive(
     tick: Tick,
     own: AbstractSet[str],
     each_step: Sequence[Callable[[], None]] = (),
+    over: Callable[[], bool] = lambda: False,
 ) -> Course:
-    """Run until the time is over, a deadlock ends the run, or the user interrupts.
+    """Run until the time is over, all have arrived, a deadlock ends the run, or the user interrupts.
 
     Parameters
     ----------
@@ -79,6 +80,8 @@ def drive(
         All vehicles on loops.
     each_step
         Called after each step.
+    over
+        Whether nobody is left who drives, which ends the run.
     """
     course = Course()
     began = perf_counter()
@@ -91,7 +94,7 @@ def drive(
         end = course.begin_s + scenario.duration_s
         next_watch = start + _WATCH_EVERY_S
         mishaps = Mishaps(traffic, recorder, course, own=own)
-        while traffic.now_s < end:
+        while traffic.now_s < end and not over():
             engine.step()
             now = traffic.now_s
             mishaps.note()

@@ -110,6 +110,7 @@ def _run(
             tick=tick,
             own=frozenset(assembly.names),
             each_step=[*session.each_step, flow.look, fronts.look],
+            over=lambda: bool(assembly.trips) and session.departures.over,
         )
         engine.settle()
         tallies = _tallies(assembly, session, watch, course, flow)

@@ -109,7 +109,7 @@ def open_session(
         *("--net-file", str(assembly.network.file)),
         *_input_options(scenario, assembly, folder, said),
         *plain_options(scenario, log),
-        *output_options(scenario, folder.path),
+        *output_options(scenario, folder.path, trips=bool(assembly.trips)),
         *(record_positions(folder / outcome.POSITIONS) if scenario.positions else ()),
     ]
     room = [Room(folder / outcome.POSITIONS).check] if scenario.positions else []
@@ -134,8 +134,8 @@ def open_session(
         spacing = _spacing(scenario, assembly, traffic, engine)
         seen = [Window(traffic, engine, assembly.loops).look] if backend == "gui" else []
         looks = (
-            stops.look,
             departures.look,
+            stops.look,
             *(around.each_step if around else ()),
             *spacing,
             *room,
@@ -197,8 +197,9 @@ def _input_options(scenario: Scenario, assembly: Assembly, folder: Folder, said:
         beside, routes = tuple(dict.fromkeys((*beside, *ordinary.additional_files))), ordinary.options()
     departing = tuple(departure.start for departure in assembly.departures)
     placed, later = (assembly.starts, departing) if scenario.gated else ((*assembly.starts, *departing), ())
-    starts = write_sumo_input(placed, folder.path, beside=beside, begin_s=said.begin_s, later=later)
-    return [*starts, *routes]
+    starts = write_sumo_input(placed, folder.path, beside=beside, begin_s=assembly.begin_s, later=later)
+    begin = ["--begin", f"{assembly.begin_s:g}"] if assembly.begin_s and not said.configured else []
+    return [*starts, *routes, *begin]
 
 
 def _keeping(scenario: Scenario, assembly: Assembly, negotiation: Negotiation | None) -> _Keeping | None:

@@ -110,6 +110,10 @@ class Traffic(Protocol):
         """Return the vehicles that were put in in the last step."""
         ...
 
+    def arrived(self) -> Sequence[str]:
+        """Return the vehicles that went off the road in the last step, at the ends of their routes."""
+        ...
+
     def put_in(self, vehicle: str, how: Insertion) -> None:
         """Let a vehicle depart in the next step, if the simulator finds that safe."""
         ...
