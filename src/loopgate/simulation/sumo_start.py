@@ -62,7 +62,9 @@ def output_options(scenario: Scenario, folder: Path, *, trips: bool = False) -> 
     """
     asked = [name for name in _OUTPUTS if getattr(scenario, name) or (trips and name == "tripinfo")]
     options = [part for name in asked for part in (f"--{name}-output", str(folder / _OUTPUTS[name]))]
-    return [*options, "--tripinfo-output.write-unfinished"] if "tripinfo" in asked else options
+    if "tripinfo" in asked:
+        options.append("--tripinfo-output.write-unfinished")
+    return [*options, "--tripinfo-output.write-undeparted"] if trips else options
 
 
 def check_outputs(scenario: Scenario) -> None:
