@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -211,16 +210,16 @@ _Layer = dict[int, list[tuple[_Cost, _Step]]]
 """The choices on one edge: for each lane entered, the steps and their cost."""
 
 
-def _layers(
-    network: RoadNetwork, edges: Sequence[str], vclass: str, *, closed: bool = True
-) -> list[_Layer]:
+def _layers(network: RoadNetwork, edges: Sequence[str], vclass: str, *, closed: bool = True) -> list[_Layer]:
     layers: list[_Layer] = []
     for number, edge in enumerate(edges):
         lanes = network.edges[edge].lanes
         connections = _made(network, network.between(edge, edges[(number + 1) % len(edges)], vclass))
         layer: _Layer = {}
         if not closed and number + 1 == len(edges):
-            layers.append({n: [(_FREE, _arrives(lane))] for n, lane in enumerate(lanes) if vclass in lane.allowed})
+            layers.append(
+                {n: [(_FREE, _arrives(lane))] for n, lane in enumerate(lanes) if vclass in lane.allowed}
+            )
             break
         for enter in range(len(lanes)):
             for connection in connections:

@@ -31,7 +31,7 @@ _FLEET = ("vehicle", "flow", "trip")
 _ONCE = frozenset(
     {"from", "to", "via", "fromJunction", "toJunction", "viaJunctions", "fromTaz", "toTaz", "repeat"}
     | {"fromXY", "toXY", "viaXY", "fromLonLat", "toLonLat", "viaLonLat"}
-    | {"departLane", "arrivalLane", "arrivalPos", "arrivalSpeed", "arrival"}
+    | {"departLane", "departSpeed", "arrivalLane", "arrivalPos", "arrivalSpeed", "arrival"}
 )
 """What is taken of those as well that drive their routes once."""
 
@@ -58,9 +58,7 @@ _MEANS = {
 }
 
 
-def left_out(
-    files: Sequence[tuple[Path, ET.Element]], *, fleet: bool, once: bool = False
-) -> tuple[str, ...]:
+def left_out(files: Sequence[tuple[Path, ET.Element]], *, fleet: bool, once: bool = False) -> tuple[str, ...]:
     """Return what of route files is not taken over, a line for each kind of thing.
 
     Parameters

@@ -50,7 +50,7 @@ _BEYOND_M = 10.0
 _CARRIED = ("color", "line", "personNumber", "containerNumber")
 """Attributes of vehicles that SUMO is told as they are."""
 
-_CARRIED_ONCE = ("departLane", "arrivalLane", "arrivalPos", "arrivalSpeed")
+_CARRIED_ONCE = ("departLane", "departSpeed", "arrivalLane", "arrivalPos", "arrivalSpeed")
 """The same, of those who drive once."""
 
 

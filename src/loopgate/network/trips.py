@@ -17,7 +17,18 @@ from loopgate.reading import shown
 
 __all__ = ["has_way", "lead_trips"]
 
-_ENDS = ("from", "to", "fromJunction", "toJunction", "fromTaz", "toTaz", "fromXY", "toXY", "fromLonLat", "toLonLat")
+_ENDS = (
+    "from",
+    "to",
+    "fromJunction",
+    "toJunction",
+    "fromTaz",
+    "toTaz",
+    "fromXY",
+    "toXY",
+    "fromLonLat",
+    "toLonLat",
+)
 _MIDDLE = ("via", "viaJunctions", "viaXY", "viaLonLat")
 
 _LONGEST_S = 600.0
@@ -80,7 +91,9 @@ def lead_trips(
                     msg = f"{what}: {name} is {shown(edge)}, which is no edge of {network.name}"
                     raise RouteError(msg)
         said = {name: element.attrib[name] for name in (*_ENDS, *_MIDDLE, "type") if name in element.attrib}
-        trip = ET.SubElement(top, "trip", {"id": element.get("id", ""), "depart": f"{_departs_s(element):g}", **said})
+        trip = ET.SubElement(
+            top, "trip", {"id": element.get("id", ""), "depart": f"{_departs_s(element):g}", **said}
+        )
         trip.extend(element.findall("stop"))
     routes = _routed(network, top, beside, seed)
     lost = []
@@ -134,4 +147,9 @@ def _routed(network: RoadNetwork, top: ET.Element, beside: Sequence[Path], seed:
             msg = f"SUMO's duarouter does not lead the trips: {why.removeprefix('Error: ') or 'no reason given'}"
             raise RouteError(msg)
         routes = ET.parse(found).getroot()  # noqa: S314  SUMO has just written it
-    return {one.get("id", ""): edges for one in routes for route in one.iter("route") if (edges := route.get("edges"))}
+    return {
+        one.get("id", ""): edges
+        for one in routes
+        for route in one.iter("route")
+        if (edges := route.get("edges"))
+    }

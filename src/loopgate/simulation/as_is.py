@@ -6,7 +6,6 @@ import dataclasses
 from collections.abc import Mapping
 from contextlib import ExitStack
 from math import nan
-from pathlib import Path
 from time import perf_counter
 from typing import Any
 

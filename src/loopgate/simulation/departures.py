@@ -187,7 +187,11 @@ class GatedDepartures(Departures):
         if not self._fleet.admits(*self._asked([one])):
             return
         engine.shut(place)
-        self._traffic.put_in(vehicle, one.start.insertion)
+        how = one.start.insertion
+        self._traffic.put_in(vehicle, how)
+        if how.rolling and not self._holds(one):  # SUMO puts it in no faster than it can brake for that
+            self._traffic.take_out(vehicle)
+            return
         self._due.remove(one)
         self._entering.append(one)
 
@@ -204,7 +208,11 @@ class GatedDepartures(Departures):
         """Take in those that SUMO has put in, and take the others back."""
         present = set(self._traffic.vehicles())
         entering, self._entering = self._entering, []
-        here = [one for one in entering if one.start.vehicle in present and self._holds(one)]
+        here = [
+            one
+            for one in entering
+            if one.start.vehicle in present and (one.start.insertion.rolling or self._holds(one))
+        ]
         together = bool(here) and self._fleet.take_in(*self._asked(here))
         for one in entering:
             vehicle = one.start.vehicle
@@ -216,7 +224,7 @@ class GatedDepartures(Departures):
         self._due.sort(key=lambda one: one.at_s)
 
     def _holds(self, one: Departure) -> bool:
-        """Hold a vehicle at the end of its place; return whether it is."""
+        """Hold a vehicle at the end of its place, where it is or is to be; return whether it is held."""
         if one.track is None:
             return False
         line = one.track.stop_lines[one.track.start_position]

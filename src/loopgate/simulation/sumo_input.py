@@ -84,7 +84,13 @@ class Start:
     def insertion(self) -> Insertion:
         """How SUMO is told to put it in."""
         return Insertion(
-            self.route, self.kind, self.lane_index, self.position_m, self.attributes, self.parameters
+            self.route,
+            self.kind,
+            self.lane_index,
+            self.position_m,
+            self.attributes,
+            self.parameters,
+            rolling=not self.loop.closed and self.attributes.get("departSpeed", "max") != "0",
         )
 
     def at(self, position_m: float) -> Start:

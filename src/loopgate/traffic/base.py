@@ -22,9 +22,9 @@ class Collision:
 
 @dataclass(frozen=True, slots=True)
 class Insertion:
-    """How a vehicle is put in: on which route, of which type, on which lane and where on it [m], at rest.
+    """How a vehicle is put in: on which route, of which type, on which lane and where on it [m].
 
-    Besides, attributes as SUMO has them, and parameters by key.
+    At rest, or `rolling` as fast as it may there. Besides, attributes as SUMO has them, and parameters by key.
     """
 
     route: str
@@ -33,6 +33,7 @@ class Insertion:
     position_m: float
     attributes: Mapping[str, str] = field(default_factory=dict, hash=False)
     parameters: Mapping[str, str] = field(default_factory=dict, hash=False)
+    rolling: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -140,7 +140,7 @@ class SumoTraffic:
                 typeID=how.kind,
                 departLane=str(how.lane_index),
                 departPos=f"{how.position_m:.3f}",
-                departSpeed="0",
+                departSpeed="max" if how.rolling else "0",
                 arrivalPos=own.get("arrivalPos", "max"),
                 arrivalSpeed=own.get("arrivalSpeed", "current"),
                 line=own.get("line", ""),
