@@ -349,7 +349,7 @@ def _drives_once(
 
 
 def _closes(network: RoadNetwork, edges: Sequence[str]) -> bool:
-    """Return whether a route leads back to its beginning; one that makes no sense is left to who drives it."""
+    """Return whether a route leads back to its beginning; one that makes no sense may."""
     if not edges or edges[-1] not in network.edges:
         return True
     return edges[0] == edges[-1] or any(c.to_edge == edges[0] for c in network.outgoing(edges[-1]))

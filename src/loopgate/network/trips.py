@@ -144,7 +144,8 @@ def _routed(network: RoadNetwork, top: ET.Element, beside: Sequence[Path], seed:
             done, said = None, str(error)
         if done is None or done.returncode or not found.exists():
             why = next((line for line in said.splitlines() if line.startswith("Error")), said[:200])
-            msg = f"SUMO's duarouter does not lead the trips: {why.removeprefix('Error: ') or 'no reason given'}"
+            why = why.removeprefix("Error: ") or "no reason given"
+            msg = f"SUMO's duarouter does not lead the trips: {why}"
             raise RouteError(msg)
         routes = ET.parse(found).getroot()  # noqa: S314  SUMO has just written it
     return {

@@ -54,7 +54,7 @@ Tick = Callable[[float, Course], None]
 """Called every ten simulated seconds with the simulated time [s] and the course so far."""
 
 
-def drive(
+def drive(  # noqa: PLR0913 - what a run consists of, most by name
     engine: Engine,
     traffic: Traffic,
     watch: Watch,

@@ -24,7 +24,8 @@ class Collision:
 class Insertion:
     """How a vehicle is put in: on which route, of which type, on which lane and where on it [m].
 
-    At rest, or `rolling` as fast as it may there. Besides, attributes as SUMO has them, and parameters by key.
+    At rest, or `rolling` as fast as it may there. Besides, attributes as SUMO has them, and parameters by
+    key.
     """
 
     route: str
