@@ -115,11 +115,14 @@ def _lay_out(network: RoadNetwork, users: Sequence[tuple[Loop, VehicleType]]) ->
     loops = {loop.id: loop for loop, _ in users}
     chains = {name: plan.chain(loop) for name, loop in loops.items()}
     classes: dict[str, dict[str, None]] = {}
+    refused: dict[str, str] = {}
     for loop, kind in {(loop.id, kind): (loop, kind) for loop, kind in users}.values():
         classes.setdefault(loop.id, {})[kind.vclass] = None
         reason = plan.why_not(loop, chains[loop.id], kind)
         if reason:
-            raise RefusedLoopError(loop.id, reason, abstraction="queues")
+            refused.setdefault(loop.id, reason)
+    if refused:
+        raise RefusedLoopError(*next(iter(refused.items())), abstraction="queues", refused=refused)
     pieces = [piece for chain in chains.values() for piece in chain]
     conflicts = find_conflicts(
         network,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from random import Random
@@ -16,6 +16,7 @@ from loopgate.errors import ScenarioError
 from loopgate.network import Loop, RoadNetwork
 from loopgate.network.cover.wishes import read_districts, read_weights
 from loopgate.network.stops import Stop
+from loopgate.simulation.gated import choose_gated, find_unfit
 from loopgate.simulation.placing import spread
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.settings import check_types, unforeseen
@@ -72,6 +73,8 @@ class Assembly:
         Additional files that hold the places of these.
     begin_s
         When the simulation begins [s].
+    ordinary
+        Vehicles of the route file that are not under the gate.
     """
 
     network: RoadNetwork
@@ -86,6 +89,7 @@ class Assembly:
     stops: Mapping[str, tuple[Stop, ...]] = field(default_factory=dict)
     stop_files: tuple[Path, ...] = ()
     begin_s: float = 0.0
+    ordinary: tuple[Member, ...] = ()
 
     @property
     def trips(self) -> frozenset[str]:
@@ -117,9 +121,20 @@ def assemble(scenario: Scenario) -> Assembly:
     """
     network = RoadNetwork.open(scenario.network)
     everybody, warnings, file = read_vehicles(scenario, network)
+    everybody, ordinary = choose_gated(scenario, everybody) if scenario.gated else (everybody, [])
     vehicles, later, moved = by_departure(scenario, everybody, file)
     if scenario.rule_for_starts == "even":
         vehicles = evenly_round(network, vehicles)
+    if scenario.gated and any(not v.loop.closed for v in later):
+        loops = [v for v in (*vehicles, *later) if v.loop.closed]
+        unfit = find_unfit(network, loops, [v for v in later if not v.loop.closed])
+        gone = {v.id for some in unfit.values() for v in some}
+        ordinary += [v for some in unfit.values() for v in some]
+        later, everybody = [v for v in later if v.id not in gone], [v for v in everybody if v.id not in gone]
+        warnings = (*warnings, *_left_out(unfit))
+        if not everybody:
+            msg = f"{scenario.routes or scenario.network}: none of its vehicles can be gated; {warnings[-1]}"
+            raise ScenarioError(msg)
     peculiar = _peculiar(scenario, network, everybody) if scenario.gated else ()
     loops = [vehicle.loop for vehicle in vehicles]
     abstraction = None
@@ -171,7 +186,18 @@ def assemble(scenario: Scenario) -> Assembly:
         stops=stops,
         stop_files=file.stop_files if file else (),
         begin_s=begins_s(scenario, file),
+        ordinary=tuple(ordinary),
     )
+
+
+def _left_out(unfit: Mapping[str, Sequence[Member]]) -> Iterator[str]:
+    """Say who cannot be under the gate, a line for each reason."""
+    for reason, some in unfit.items():
+        count, first = len(some), some[0]
+        yield (
+            f"{count} vehicles are ordinary traffic, first {first.id}: its way from {first.loop.edges[0]} "
+            f"to {first.loop.edges[-1]} {reason}"
+        )
 
 
 def _stops(

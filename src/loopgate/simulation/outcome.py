@@ -58,6 +58,7 @@ __all__ = [
     "FRONTS",
     "LAYOUT",
     "LOOPS",
+    "ORDINARY",
     "POSITIONS",
     "SCENARIO",
     "SUMO_LOG",
@@ -82,6 +83,7 @@ SYSTEM = "system.json"
 SUMO_LOG = "sumo.log"
 POSITIONS = "positions.csv.gz"
 LAYOUT = "layout.json"
+ORDINARY = "ordinary.rou.xml"
 
 
 @dataclass(frozen=True, slots=True)

@@ -28,7 +28,7 @@ from loopgate.simulation.outcome import Folder, Tally
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.session import Session, open_session
 from loopgate.simulation.sumo_start import TRIPS, check_backend, check_outputs
-from loopgate.simulation.trips import gated_trips, read_trips
+from loopgate.simulation.trips import gated_trips, read_trips, trip_figures
 from loopgate.simulation.watch import Watch
 
 __all__ = ["simulate"]
@@ -137,8 +137,12 @@ def _run(
     added = [*outcome.mishaps(summary), *surrounded.pop("warnings", [])]
     summary["warnings"] = [*session.notes, *summary["warnings"], *added]
     summary |= surrounded
-    if scenario.traffic:
+    if scenario.traffic or assembly.ordinary:
         summary.setdefault("others", {})["collisions"] = course.collisions_of_others
+    if assembly.ordinary:
+        mine = {vehicle.id for vehicle in assembly.ordinary}
+        trips = read_trips(folder / TRIPS, interrupted=course.outcome == "interrupted").values()
+        summary["others"] |= trip_figures(trip for trip in trips if trip.vehicle in mine)
     summary["wall_s"]["total"] = round(perf_counter() - began, 3)
     folder.write_summary(summary)
     return summary

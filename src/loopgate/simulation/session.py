@@ -23,6 +23,7 @@ from loopgate.simulation import outcome
 from loopgate.simulation.assembly import Assembly
 from loopgate.simulation.departures import Departures, GatedDepartures, OpenDepartures
 from loopgate.simulation.fleet import Fleet, Rules
+from loopgate.simulation.gated import write_ordinary
 from loopgate.simulation.outcome import Folder
 from loopgate.simulation.positions import make_layout, record_positions
 from loopgate.simulation.room import Room
@@ -116,9 +117,8 @@ def open_session(
     if assembly.abstraction is not None:
         write_layout(make_layout(assembly, scenario.step_s), folder / outcome.LAYOUT)
     with ExitStack() as stack:
-        traffic = start_traffic(
-            options, backend=backend, log=log, yields=bool(scenario.traffic), words=scenario.sumo
-        )
+        others = bool(scenario.traffic or assembly.ordinary)
+        traffic = start_traffic(options, backend=backend, log=log, yields=others, words=scenario.sumo)
         stack.callback(traffic.close)
         recorder = Recorder(folder / outcome.EVENTS)
         stack.callback(recorder.close)
@@ -155,7 +155,7 @@ def _fleet(
         scenario.gate,
         orders,
         lights=lights,
-        others=bool(scenario.traffic),
+        others=bool(scenario.traffic or assembly.ordinary),
         serve_after_s=scenario.serve_after_s or inf,
         foresees=assembly.foresees,
     )
@@ -195,6 +195,12 @@ def _input_options(scenario: Scenario, assembly: Assembly, folder: Folder, said:
         ordinary = read_traffic(scenario.traffic)
         ordinary.check_names(assembly.names)
         beside, routes = tuple(dict.fromkeys((*beside, *ordinary.additional_files))), ordinary.options()
+    if assembly.ordinary:
+        file = folder / outcome.ORDINARY
+        write_ordinary(assembly.ordinary, file)
+        if scenario.traffic:
+            ordinary.check_names(vehicle.id for vehicle in assembly.ordinary)
+        routes = ["--route-files", ",".join([*routes[1:], str(file)] if scenario.traffic else [str(file)])]
     departing = tuple(departure.start for departure in assembly.departures)
     placed, later = (assembly.starts, departing) if scenario.gated else ((*assembly.starts, *departing), ())
     starts = write_sumo_input(placed, folder.path, beside=beside, begin_s=assembly.begin_s, later=later)
