@@ -11,6 +11,8 @@ from typing import Any
 
 from loopgate.disk import writing
 from loopgate.errors import ScenarioError
+from loopgate.network import RoadNetwork, read_loops
+from loopgate.network.sumo_config import is_sumo_config, read_sumo_config
 from loopgate.results.columns import FLOW_EVERY_S
 from loopgate.results.recorder import Recorder
 from loopgate.simulation import outcome
@@ -21,7 +23,7 @@ from loopgate.simulation.outcome import Folder, Tally
 from loopgate.simulation.positions import record_positions
 from loopgate.simulation.room import Room
 from loopgate.simulation.scenario import Scenario
-from loopgate.simulation.sumo_options import sumo_options
+from loopgate.simulation.sumo_options import begins_s, sumo_options
 from loopgate.simulation.sumo_start import TRIPS, output_options, plain_options, start_traffic
 from loopgate.simulation.trips import Trip, read_trips
 from loopgate.simulation.watch import Watch
@@ -61,8 +63,10 @@ def run_as_is(scenario: Scenario, folder: Folder, tick: Tick, backend: str) -> d
     with writing(folder / outcome.SCENARIO):
         scenario.write(folder / outcome.SCENARIO)
     log = folder / outcome.SUMO_LOG
+    files = _own_files(scenario)
     options = [
         *said.arguments,
+        *files,
         *plain_options(scenario, log),
         *output_options(scenario, folder.path, trips=True),
         *(record_positions(folder / outcome.POSITIONS) if scenario.positions else ()),
@@ -94,6 +98,21 @@ def run_as_is(scenario: Scenario, folder: Folder, tick: Tick, backend: str) -> d
     summary |= monitoring_figures(None, None)
     folder.write_summary(summary)
     return summary
+
+
+def _own_files(scenario: Scenario) -> list[str]:
+    """Return SUMO's options for network and routes, where no configuration is all that there is."""
+    if not scenario.routes:
+        return []
+    network = RoadNetwork.open(scenario.network)
+    file = read_loops(network, scenario.routes, stops=scenario.stop_files, once=True)
+    config = read_sumo_config(scenario.routes) if is_sumo_config(scenario.routes) else None
+    routes = config.route_files if config else (file.file,)
+    beside = (*(config.additional_files if config else ()), *scenario.stop_files)
+    begin_s = begins_s(scenario, file)
+    options = ["--net-file", str(network.file), "--route-files", ",".join(map(str, routes))]
+    options += ["--additional-files", ",".join(map(str, beside))] if beside else []
+    return [*options, *(() if is_sumo_config(scenario.network) else ("--begin", f"{begin_s:g}"))]
 
 
 def _drive(

@@ -123,18 +123,20 @@ def assemble(scenario: Scenario) -> Assembly:
     everybody, warnings, file = read_vehicles(scenario, network)
     everybody, ordinary = choose_gated(scenario, everybody) if scenario.gated else (everybody, [])
     vehicles, later, moved = by_departure(scenario, everybody, file)
+    unfit: dict[str, list[Member]] = {}
     if scenario.rule_for_starts == "even":
         vehicles = evenly_round(network, vehicles)
     if scenario.gated and any(not v.loop.closed for v in later):
-        loops = [v for v in (*vehicles, *later) if v.loop.closed]
-        unfit = find_unfit(network, loops, [v for v in later if not v.loop.closed])
+        closed = [v for v in (*vehicles, *later) if v.loop.closed]
+        unfit = find_unfit(network, closed, [v for v in later if not v.loop.closed])
         gone = {v.id for some in unfit.values() for v in some}
         ordinary += [v for some in unfit.values() for v in some]
         later, everybody = [v for v in later if v.id not in gone], [v for v in everybody if v.id not in gone]
         warnings = (*warnings, *_left_out(unfit))
-        if not everybody:
-            msg = f"{scenario.routes or scenario.network}: none of its vehicles can be gated; {warnings[-1]}"
-            raise ScenarioError(msg)
+    if not everybody:
+        why = next(_left_out(unfit), f"--gated {scenario.rule_for_gated} leaves none")
+        msg = f"{scenario.routes or scenario.network}: none of its vehicles is gated: {why}; or --gate open"
+        raise ScenarioError(msg)
     peculiar = _peculiar(scenario, network, everybody) if scenario.gated else ()
     loops = [vehicle.loop for vehicle in vehicles]
     abstraction = None

@@ -12,7 +12,7 @@ from typing import Any
 
 from loopgate.drive.gatekeeper import Gatekeeper
 from loopgate.folders import remove_abandoned, temporary_folder
-from loopgate.network import Edge
+from loopgate.network import Edge, RoadNetwork, read_loops
 from loopgate.network.coverage import measure_coverage
 from loopgate.network.sumo_config import is_sumo_config
 from loopgate.simulation import outcome
@@ -163,9 +163,17 @@ def _with_trips(
 
 
 def is_as_is(scenario: Scenario) -> bool:
-    """Return whether a configuration's own vehicles are run, and not loops: a ``.sumocfg`` under ``open``."""
-    loops = scenario.routes or scenario.traffic or scenario.loops or scenario.counts_vehicles
-    return is_sumo_config(scenario.network) and not scenario.gated and not loops
+    """Return whether vehicles are run as they are, and not on loops.
+
+    Those of a ``.sumocfg`` under ``open``, or of a route file under ``open`` that drive their routes once.
+    """
+    if scenario.gated or scenario.traffic or scenario.loops or scenario.counts_vehicles:
+        return False
+    if not scenario.routes:
+        return is_sumo_config(scenario.network)
+    network = RoadNetwork.open(scenario.network)
+    file = read_loops(network, scenario.routes, stops=scenario.stop_files, once=True)
+    return any(vehicle.once for vehicle in file.vehicles)
 
 
 def _tallies(

@@ -201,6 +201,13 @@ def by_departure(
     later = sorted(
         (v for v in vehicles if v.depart_s > begin_s or not v.loop.closed), key=lambda v: v.depart_s
     )
+    once = next((v for v in later if not v.loop.closed), None)
+    if once is not None and scenario.abstraction != "queues":
+        msg = (
+            f"{scenario.routes or scenario.network}: vehicle {once.id} drives its route once: it works on "
+            f"--abstraction queues, or --gate open; on segments all routes have to close"
+        )
+        raise ScenarioError(msg)
     if later and scenario.gated and scenario.abstraction != "queues":
         msg = (
             f"{scenario.routes or scenario.network}: {len(later)} vehicles depart later, first {later[0].id} "
