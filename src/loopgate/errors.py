@@ -8,6 +8,7 @@ The command line prints that line and exits with code 2.
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 
 __all__ = [
     "AnalysisError",
@@ -89,12 +90,17 @@ class RefusedLoopError(ScenarioError):
         Its name.
     reason
         Why, as the end of a sentence that begins with the loop.
+    refused
+        The same of all that are refused, by name.
     """
 
-    def __init__(self, loop: str, reason: str, *, abstraction: str) -> None:
+    def __init__(
+        self, loop: str, reason: str, *, abstraction: str, refused: Mapping[str, str] | None = None
+    ) -> None:
         super().__init__(f"abstraction {abstraction}: loop {loop} {reason}")
         self.loop = loop
         self.reason = reason
+        self.refused = refused or {loop: reason}
 
 
 class TooManyVehiclesError(ScenarioError):

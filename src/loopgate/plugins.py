@@ -14,7 +14,8 @@ import re
 import sys
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from importlib.metadata import entry_points
+from functools import cache
+from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from types import ModuleType
 from typing import Any, NamedTuple, TypeVar, cast
@@ -162,7 +163,7 @@ def _factory(kind: str, group: str, name: str) -> Factory:
     if name.startswith(_HERE):
         msg = f"{kind} {_short(name)}: made in another program; write it to a file, and name file.py:NAME"
         raise PluginError(msg)
-    points = {point.name: point for point in entry_points(group=group)}
+    points = _installed(group)
     if name not in points:
         msg = (
             f"{kind} {_short(name)}: there is no such {kind}; installed are {', '.join(sorted(points))}; "
@@ -174,6 +175,12 @@ def _factory(kind: str, group: str, name: str) -> Factory:
     except (ImportError, AttributeError) as error:
         msg = f"{kind} {name}: it is installed, but cannot be imported ({error})"
         raise PluginError(msg) from error
+
+
+@cache
+def _installed(group: str) -> Mapping[str, EntryPoint]:
+    """Return the entry points of a group; to look for them takes milliseconds."""
+    return {point.name: point for point in entry_points(group=group)}
 
 
 def load_from_file(kind: str, file: str, name: str) -> Factory:

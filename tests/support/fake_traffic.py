@@ -225,6 +225,10 @@ class FakeTraffic:
         """Return nobody."""
         return ()
 
+    def arrived(self) -> tuple[str, ...]:
+        """Return nobody."""
+        return ()
+
     def put_in(self, vehicle: str, how: Insertion) -> None:
         """Take it that nobody departs later."""
 

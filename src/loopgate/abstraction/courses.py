@@ -86,7 +86,8 @@ def _along(network: RoadNetwork, loop: Loop, reach_m: float) -> Iterator[Course]
         before: list[str] = []
         left_m = 0.0 if changed else reach_m + _LOOK_BACK_M
         back = number - 1
-        while (left_m > 0.0 or (before and before[-1].startswith(":"))) and back > number - len(lanes):
+        first = number - len(lanes) + 1 if loop.closed else 0
+        while (left_m > 0.0 or (before and before[-1].startswith(":"))) and back >= first:
             name, here_changed = lanes[back]
             before.append(name)
             left_m -= network.lanes[name].length_m

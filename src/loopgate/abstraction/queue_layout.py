@@ -25,13 +25,15 @@ from loopgate.abstraction.waiting import Part, waiting_parts
 from loopgate.errors import RefusedLoopError, RouteError
 from loopgate.keeping import Kept
 from loopgate.model import StateId
-from loopgate.network.loop import HOLD_MARGIN_M, LaneSpan, Loop
+from loopgate.network.loop import AWAY_M, HOLD_MARGIN_M, LaneSpan, Loop
 from loopgate.network.records import Connection
 from loopgate.network.road import RoadNetwork
 from loopgate.network.vehicle_type import DEFAULT_TYPE, VehicleType
 
-__all__ = ["QueueLayout", "QueuePlace", "lay_out_queues", "why_not"]
+__all__ = ["AWAY", "QueueLayout", "QueuePlace", "lay_out_queues", "why_not"]
 
+AWAY = "away "
+"""Names of the places of those who have arrived begin with it; the lane follows on which they did."""
 
 _ROUNDING = 1e-9
 
@@ -113,11 +115,14 @@ def _lay_out(network: RoadNetwork, users: Sequence[tuple[Loop, VehicleType]]) ->
     loops = {loop.id: loop for loop, _ in users}
     chains = {name: plan.chain(loop) for name, loop in loops.items()}
     classes: dict[str, dict[str, None]] = {}
+    refused: dict[str, str] = {}
     for loop, kind in {(loop.id, kind): (loop, kind) for loop, kind in users}.values():
         classes.setdefault(loop.id, {})[kind.vclass] = None
         reason = plan.why_not(loop, chains[loop.id], kind)
         if reason:
-            raise RefusedLoopError(loop.id, reason, abstraction="queues")
+            refused.setdefault(loop.id, reason)
+    if refused:
+        raise RefusedLoopError(*next(iter(refused.items())), abstraction="queues", refused=refused)
     pieces = [piece for chain in chains.values() for piece in chain]
     conflicts = find_conflicts(
         network,
@@ -131,7 +136,7 @@ def _lay_out(network: RoadNetwork, users: Sequence[tuple[Loop, VehicleType]]) ->
         itineraries={
             name: Itinerary(
                 name,
-                loops[name].length_m,
+                loops[name].lap_m,
                 tuple(_legs(network, loops[name], chain, conflicts, foes, tuple(classes[name]))),
             )
             for name, chain in chains.items()
@@ -145,7 +150,7 @@ def _places_on(pieces: Iterable[_Piece]) -> dict[str, Part]:
     """Return where on each lane the first place begins and the last one ends."""
     found: dict[str, Part] = {}
     for piece in pieces:
-        if piece.place is not None:
+        if piece.place is not None and not piece.away:
             lane, begin_m = f"{piece.edge}_{piece.lane}", piece.at_m - piece.length_m
             known = found.get(lane, Part(begin_m, piece.at_m))
             found[lane] = Part(min(known.begin_m, begin_m), max(known.end_m, piece.at_m))
@@ -165,7 +170,8 @@ def why_not(network: RoadNetwork, loop: Loop, kind: VehicleType = DEFAULT_TYPE) 
 class _Piece:
     """A part of a loop: a place, a passage over a stretch, a movement, or a lane too short to wait on.
 
-    `begin_m` is an arc length on the loop, `at_m` where on its edge the piece ends [m].
+    `begin_m` is an arc length on the loop, `at_m` where on its edge the piece ends [m]. Behind the end of a
+    route that is driven once all are `away`: a place that is never full.
     """
 
     begin_m: float
@@ -176,6 +182,7 @@ class _Piece:
     place: QueuePlace | None = None
     passage: Passage | None = None
     movement: Connection | None = None
+    away: bool = False
 
 
 class _Plan:
@@ -202,11 +209,24 @@ class _Plan:
     def chain(self, loop: Loop) -> list[_Piece]:
         """Cut a loop into pieces, in driving order from its beginning."""
         pieces: list[_Piece] = []
-        for movement, span in zip(_movements(self._network, loop), _roads(loop), strict=True):
+        movements, roads = _movements(self._network, loop), _roads(loop)
+        for movement, span in zip(movements, roads, strict=loop.closed):
             pieces += self._on_edge(span)
             length = sum(self._network.lanes[lane].length_m for lane in movement.via)
             pieces.append(_Piece(span.end_m, length, span.edge, span.lane, span.length_m, movement=movement))
-        return pieces
+        if loop.closed:
+            return pieces
+        pieces += self._on_edge(roads[-1])
+        first = next((k for k, piece in enumerate(pieces) if piece.place is not None), len(pieces))
+        return [*pieces[first:], self._away(roads[-1])]
+
+    def _away(self, last: LaneSpan) -> _Piece:
+        """Return where those are who have arrived on a lane; vehicles depart in their first place."""
+        place = QueuePlace(f"{AWAY}{last.lane_id}", AWAY_M, self._needed_m(last))
+        return _Piece(last.end_m, AWAY_M, last.edge, last.lane, last.length_m, place=place, away=True)
+
+    def _needed_m(self, span: LaneSpan) -> float:
+        return self._needed[span.edge if span.edge in self.stretches else span.lane_id]
 
     def _on_edge(self, span: LaneSpan) -> Iterator[_Piece]:
         stretch = self.stretches.get(span.edge)
@@ -231,8 +251,7 @@ class _Plan:
             yield self._waiting(span, span.lane, stretch.end_m, stretch.last_m, f"{span.lane_id}/2")
 
     def _waiting(self, span: LaneSpan, lane: int, begin: float, end: float, name: str) -> _Piece:
-        needed = self._needed[span.edge if span.edge in self.stretches else span.lane_id]
-        place = QueuePlace(name, end - begin, needed)
+        place = QueuePlace(name, end - begin, self._needed_m(span))
         return _Piece(
             span.begin_m + begin,
             end - begin,
@@ -274,11 +293,11 @@ def _roads(loop: Loop) -> list[LaneSpan]:
 
 
 def _movements(network: RoadNetwork, loop: Loop) -> list[Connection]:
-    """Return the movement that follows each edge of the loop."""
+    """Return the movement that follows each edge of the loop; none follows the last of an open one."""
     found: list[Connection] = []
     spans = loop.spans
     for number, span in enumerate(spans):
-        if span.internal:
+        if span.internal or (number + 1 == len(spans) and not loop.closed):
             continue
         via = []
         k = number + 1
@@ -315,7 +334,7 @@ def _ways_on(chain: Sequence[_Piece]) -> Iterator[tuple[_Piece, list[_Piece], _P
 def _ahead_m(loop: Loop, here: _Piece, piece: _Piece) -> float:
     """Return how far after the stop line of a place a piece begins [m]."""
     line_m = here.begin_m + here.length_m - HOLD_MARGIN_M
-    return round((piece.begin_m - line_m) % loop.length_m, 6)
+    return round((piece.begin_m - line_m) % loop.lap_m, 6)
 
 
 def _course(loop: Loop, here: _Piece, between: Sequence[_Piece], after: _Piece) -> Iterator[Turn | Target]:

@@ -6,7 +6,7 @@ import random
 from collections.abc import Mapping, Sequence
 
 from loopgate.abstraction.itinerary import Abstraction, Itinerary
-from loopgate.abstraction.queue_layout import QueueLayout, lay_out_queues
+from loopgate.abstraction.queue_layout import AWAY, QueueLayout, lay_out_queues
 from loopgate.abstraction.queue_starts import ABSTRACTION, choose_places, slots_m, startable
 from loopgate.errors import TooManyVehiclesError
 from loopgate.model import Robot, RobotId, StateId, System
@@ -15,6 +15,9 @@ from loopgate.network.road import RoadNetwork
 from loopgate.network.vehicle_type import DEFAULT_TYPE, VehicleType
 
 __all__ = ["make_queues", "most_at_start"]
+
+_NEVER_FULL = 2
+"""Slots that are left in the place of those who have arrived when all have."""
 
 
 def make_queues(
@@ -88,7 +91,10 @@ def make_queues(
         Robot(RobotId(name), tuple(leg.state for leg in itinerary.legs), start=position)
         for name, itinerary, position in zip(called, itineraries, positions, strict=True)
     ]
-    room = {name: place.capacity for name, place in layout.places.items()}
+    everybody = len(loops) + len(later) + _NEVER_FULL
+    room = {
+        name: everybody if name.startswith(AWAY) else place.capacity for name, place in layout.places.items()
+    }
     visited = {state for robot in robots for state in robot.path}
     capacity = {StateId(name): most for name, most in room.items() if name in visited}
     return Abstraction(

@@ -32,6 +32,9 @@ _MOST_FINDINGS = 200
 _TOLERANCE_M = 0.1
 """How far a front may be beyond the end of its leg [m]: SUMO's own tolerance for stops."""
 
+_LAST_STEPS = 1.5
+"""So many steps after its last row a vehicle has gone off the road."""
+
 _LONG_STAND_S = 3.0
 """A stand in a crossing for longer than this is counted [s]: for less, a vehicle may follow another."""
 
@@ -108,10 +111,17 @@ class _Audit:
         tables = {
             name: LoopTable(loop, self._lanes, stretches.loops[name]) for name, loop in layout.loops.items()
         }
-        grants, leaves = _times(events, (Event.GRANT, Event.LEAVE))
+        grants, leaves, ends = _times(events, (Event.GRANT, Event.LEAVE, Event.END))
         none = np.zeros(0)
         self._travellers = [
-            Traveller(number, body, tables[body.loop], grants.get(name, none), leaves.get(name, none))
+            Traveller(
+                number,
+                body,
+                tables[body.loop],
+                grants.get(name, none),
+                leaves.get(name, none),
+                float(ends[name][-1]) if name in ends else np.inf,
+            )
             for number, (name, body) in enumerate(layout.vehicles.items())
         ]
         bodies = layout.vehicles.values()
@@ -198,6 +208,8 @@ class _Audit:
         came, went = traveller.pass_over(time, arcs)
         entered.append(came)
         left.append(went)
+        if time[-1] >= traveller.end_s - _LAST_STEPS * self._layout.step_s:
+            left.append(traveller.gone(traveller.end_s))
         for rule, (at, by) in (
             ("ahead", traveller.ungranted(time, arcs, _TOLERANCE_M)),
             ("behind", traveller.left_too_early(time, arcs)),

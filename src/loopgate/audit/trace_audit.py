@@ -27,8 +27,8 @@ class Finding:
     vehicle, place
         Whom and what it is about; place may be empty.
     rule
-        ``capacity``, ``trespass``, ``path``, ``order``, ``release``, ``start``, ``collision``, ``teleport``,
-        ``progress`` or ``laps``.
+        ``capacity``, ``trespass``, ``path``, ``order``, ``release``, ``exit``, ``start``, ``collision``,
+        ``teleport``, ``progress`` or ``laps``.
     text
         One line for people.
     """
@@ -57,7 +57,9 @@ def audit_events(
     - *trespass*: the front, as SUMO reports it, enters only what was granted, in that order;
     - *path*: a vehicle is granted the states of its path, in order;
     - *order*: vehicles are granted the way out of a FIFO state in the order in which they were granted it;
-    - *release*: a vehicle leaves states in the order in which it took them, and never its last one;
+    - *release*: a vehicle leaves states in the order in which it took them, and never its last one, but when
+      it goes off the road;
+    - *exit*: one that drives once does so in the last place of its route;
     - *collision*, *teleport*: SUMO reported none;
     - *laps*: a vehicle has not been counted more laps than its grants allow;
     - *progress*: if asked for, no vehicle goes without a grant for longer than `starved_after_s`.
@@ -105,6 +107,8 @@ class _Books:
         self._entering: dict[str, list[StateId]] = {}
         self._granted: Counter[str] = Counter()
         self._last_grant: dict[str, float] = {}
+        self._open = {robot.id for robot in robots if not robot.closed}
+        self._gone: set[str] = set()
         self._findings: list[Finding] = []
 
     def check(
@@ -115,6 +119,8 @@ class _Books:
             end = float(events[TIME].iloc[-1]) if len(events) else end
             self._read(events, starved_after_s)
         for vehicle in self._path:
+            if vehicle in self._gone and vehicle not in self._holding:
+                continue
             if vehicle not in self._holding:
                 self._add(0.0, vehicle, "", "start", f"{vehicle}: the trace has no start of it")
             elif starved_after_s is not None:
@@ -191,6 +197,21 @@ class _Books:
         holding.pop(0)
         self._held[place].remove(vehicle)
 
+    def end(self, at_s: float, vehicle: str, place: StateId) -> None:
+        holding = self._holding.pop(vehicle, [])
+        self._gone.add(vehicle)
+        if holding != [place]:
+            text = f"{vehicle}: went off {place}, but held {', '.join(holding) or 'nothing'}"
+            self._add(at_s, vehicle, place, "release", text)
+        for held in holding:
+            self._held[held].remove(vehicle)
+            if vehicle in self._queue[held]:
+                self._queue[held].remove(vehicle)
+        last = len(self._path.get(vehicle, ())) - 2  # the last place on the road
+        if vehicle in self._open and self._position[vehicle] < last:
+            text = f"{vehicle}: went off the road in {place}, not at the end of its route"
+            self._add(at_s, vehicle, place, "exit", text)
+
     def collision(self, at_s: float, vehicle: str, place: StateId) -> None:
         self._add(at_s, vehicle, place, "collision", f"{vehicle}: SUMO reports a collision on {place}")
 
@@ -229,4 +250,5 @@ _RULES = {
     Event.COLLISION: _Books.collision,
     Event.TELEPORT: _Books.teleport,
     Event.OVERRUN: _Books.overrun,
+    Event.END: _Books.end,
 }

@@ -76,11 +76,20 @@ class Traveller:
         When it was granted its states, in order [s].
     leaves_s
         When, by the trace, its rear had left its states, in order [s].
+    end_s
+        When it went off the road, by the trace [s]; infinity if it did not.
     """
 
     def __init__(
-        self, number: int, body: VehicleBody, loop: LoopTable, grants_s: Floats, leaves_s: Floats
+        self,
+        number: int,
+        body: VehicleBody,
+        loop: LoopTable,
+        grants_s: Floats,
+        leaves_s: Floats,
+        end_s: float = np.inf,
     ) -> None:
+        self.end_s = end_s
         self.number = number
         self.body = body
         self._loop = loop
@@ -134,6 +143,14 @@ class Traveller:
         # A stretch may be one for longer bodies only: then this one leaves it as it comes.
         left_m = np.maximum(s.end_m + self.body.length_m, s.begin_m)
         return Passages.join(entered), self._reached(left_m, time, arcs)
+
+    def gone(self, at_s: float) -> Passages:
+        """Return the stretches that the vehicle was on when it went off the road, left at that time [s]."""
+        s, arc_m = self._loop.stretches, self._last[1] if self._last else -np.inf
+        lap = np.floor((arc_m - s.begin_m) / self._loop.lap_m)
+        on_it = (arc_m - self.body.length_m < s.end_m + lap * self._loop.lap_m) & np.isfinite(lap)
+        rows = np.flatnonzero(on_it)
+        return self._passages(rows, lap[rows].astype(np.int64), np.full(len(rows), at_s))
 
     def ungranted(self, time_s: Floats, arcs_m: Floats, tolerance_m: float) -> tuple[Ints, Floats]:
         """Return the rows at which the front is beyond what was granted before that step, and by how much."""

@@ -35,6 +35,7 @@ __all__ = ["exit_code", "run"]
       loopgate run sumo:DRT --loops 60 --vehicles 400 -o out/drt
       loopgate run sumo:DRT --loops 12 --max-shared 0.4 --abstraction segments --gate algorithm2
       loopgate run my.net.xml --routes loops.rou.xml --gate open -o out/open
+      loopgate run some.sumocfg
       loopgate run some.sumocfg --gate open
       loopgate run scenario.toml --seed 2 -o out/seed2
 
@@ -62,6 +63,10 @@ __all__ = ["exit_code", "run"]
 @click.option("--on-loops", help="Instead: so many on each of some loops: loop0=3,loop4=1.")
 @click.option("--types", help="Types with their shares: bus=1,car=4; of the route file, or SUMO's classes.")
 @click.option("--gate", help="Gate by name, name:option=value; 'open' leaves all to SUMO's right of way.")
+@click.option(
+    "--gated",
+    help="Who of vehicles that drive once is under the gate: all (default), loops, a vType, a file of names.",
+)
 @click.option("--abstraction", type=click.Choice(ABSTRACTIONS), help="How roads become states.")
 @click.option(
     "--negotiation",
@@ -146,8 +151,7 @@ def run(
     with show_progress(f"{scenario.gate} on {network}, simulated seconds", total=seconds) as report:
 
         def tick(now_s: float, course: Course) -> None:
-            del course
-            report(min(seconds, int(now_s)))
+            report(min(seconds, int(now_s - course.begin_s + scenario.warmup_s)))
 
         summary = simulate(scenario, out, tick=tick, backend=backend, overwrite=overwrite)
     if as_json:

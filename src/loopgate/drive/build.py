@@ -139,7 +139,7 @@ def _vehicles(tracks: Sequence[Track], roads: _Roads, code: Code) -> NDArray[np.
         "roads": count,
         "road": road % count,
         "road_lap": np.floor(front / lap_m).astype(np.int64) + road // count,
-        "pivot": [[e for _, e in track.edges].index(track.rerouted_on) for track in tracks],
+        "pivot": [[e for _, e in t.edges].index(t.rerouted_on) if t.rounds else NOBODY for t in tracks],
         "legs": [len(track.legs) for track in tracks],
         "entered": start,
         "granted": start,

@@ -79,6 +79,8 @@ class Engine:
         """All vehicles, by number; always the same list."""
         self.driver_of: dict[str, Driver] = {}
         """The same by name."""
+        self.arrived: tuple[str, ...] = ()
+        """Vehicles that the simulator took off the road in the last step, at the ends of their routes."""
         self._make(tracks)
         self._step(drive.NOTHING)  # so that compiling, or loading what was compiled, is no part of the run
         self._steering = Steering(traffic, recorder)
@@ -108,6 +110,8 @@ class Engine:
             for robot, track in enumerate(tracks)
         ]
         self._ids = [driver.id for driver in self.drivers]
+        self._once = any(not track.rounds for track in tracks)
+        self.arrived = ()
         self.driver_of.clear()
         self.driver_of.update(zip(self._ids, self.drivers, strict=True))
 
@@ -159,10 +163,18 @@ class Engine:
     def after_step(self) -> None:
         """Do what is due after a step of the traffic."""
         now = self._run["now_s"] = self._traffic.now_s
+        if self._once:
+            self._take_leave()
         self._turn(now)
         if self._gatekeeper and now >= self._next_look_s:
             self._next_look_s = now + _LOOK_EVERY_S
             self._look_for_strays()
+
+    def _take_leave(self) -> None:
+        """Take note of those who have arrived: they stay where they were until they are let go."""
+        self.arrived = tuple(name for name in self._traffic.arrived() if name in self.driver_of)
+        for name in self.arrived:
+            self._steering.forget(name)
 
     def _turn(self, now: float) -> None:
         """Do what is due after a step of the traffic."""
@@ -188,7 +200,14 @@ class Engine:
 
     def _read(self) -> NDArray[np.float64]:
         """Return what the odometers read, by vehicle [m]."""
+        if self.arrived:
+            return np.array([self._odometer(driver) for driver in self.drivers])
         return np.fromiter(self._traffic.odometers(self._ids), dtype=np.float64, count=len(self._ids))
+
+    def _odometer(self, driver: Driver) -> float:
+        if driver.id in self.arrived:
+            return float(driver.row["front"] - driver.row["offset"])
+        return self._traffic.odometer(driver.id)
 
     def asks_anew(self, driver: Driver) -> None:
         """Let a vehicle that has made its stop ask as of now: before, it did not wait for anybody."""
@@ -260,6 +279,8 @@ class Engine:
         run["rows"] = run["acts"] = 0  # before anything can interrupt: `settle` writes what is left
         for robot, what, leg in self.tables.acts[:acts].tolist():
             driver = self.drivers[robot]
+            if driver.id in self.arrived:
+                continue
             if what == STOP:
                 self._stop(driver, leg)
             elif what == RELEASE:
@@ -312,6 +333,8 @@ class Engine:
         v = self.vehicles
         for robot in np.flatnonzero((v["speed"] < _STANDING_MPS) & ~v["held"] & ~v["steered"]).tolist():
             driver = self.drivers[robot]
+            if driver.id in self.arrived:
+                continue
             leg = int(v["entered"][robot])
             line = self._line(driver, leg)
             lane, _ = self._traffic.lane(driver.id)

@@ -40,13 +40,14 @@ class Track:
     vehicle, loop
         Names.
     lap_m
-        Length of the loop [m].
+        Length of the loop [m]; more than anybody drives where there is but one lap.
     start_m
         Arc length of the front at the beginning [m].
     top_speed_mps
         Highest speed limit on the loop [m/s].
     rounds
-        From the edge on which SUMO renews the vehicle's route, and from the edge after it.
+        From the edge on which SUMO renews the vehicle's route, and from the edge after it; none where the
+        route is driven once.
     edges
         Arc length at which each edge begins [m], ascending, and its name.
     legs
@@ -66,7 +67,7 @@ class Track:
     lap_m: float
     start_m: float
     top_speed_mps: float
-    rounds: tuple[Round, Round]
+    rounds: tuple[Round, ...]
     edges: tuple[tuple[float, str], ...]
     legs: tuple[Leg, ...] = ()
     stop_lines: tuple[StopLine, ...] = ()
@@ -88,8 +89,8 @@ class Track:
 
     @property
     def rerouted_on(self) -> str:
-        """The edge on which SUMO renews the vehicle's route."""
-        return self.rounds[0].edge
+        """The edge on which SUMO renews the vehicle's route; empty where it is driven once."""
+        return self.rounds[0].edge if self.rounds else ""
 
     def near(self, edge: str, position_m: float, arc_m: float) -> float:
         """Return the arc length of a position on an edge, of all laps that nearest to another arc [m]."""

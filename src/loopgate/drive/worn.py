@@ -37,7 +37,7 @@ class WornStops:
     def made(self, driver: Driver) -> None:
         """Take note that a vehicle has come to rest at a stop."""
         driver.stops += 1
-        if driver.stops > _MOST:
+        if driver.stops > _MOST and driver.track.rounds:
             self._worn.add(driver.id)
 
     def renewed(self, driver: Driver) -> None:

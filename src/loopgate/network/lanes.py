@@ -1,4 +1,4 @@
-"""The lanes that a vehicle takes round a closed route."""
+"""The lanes that a vehicle takes on its route: round a closed one, or once from its beginning to its end."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from loopgate.network.loop import LaneSpan, Loop
 from loopgate.network.records import Connection, Lane
 from loopgate.network.road import RoadNetwork
 
-__all__ = ["LEAST_CHANGE_M", "make_loop", "movements_made"]
+__all__ = ["LEAST_CHANGE_M", "make_loop", "make_route", "movements_made"]
 
 LEAST_CHANGE_M = 10.0
 """The shortest edge on which a car can change lanes [m]: its length and gap, and some to spare."""
@@ -31,6 +31,9 @@ _TWO_WAY_LANES = 1000
 """A lane on which others come the opposite way counts as so many changes of lanes: see `make_loop`."""
 
 _FREE: _Cost = (0, 0.0)
+
+_HURRY = 20.0
+"""How much it counts that changes of lanes are hurried, beside the share of vehicles on a lane."""
 
 _ANY: Mapping[str, int] = {}
 
@@ -94,6 +97,76 @@ def make_loop(
     return Loop(name, tuple(edges), tuple(_spans(network, edges, ways)), frozenset(on_lanes))
 
 
+def make_route(
+    network: RoadNetwork,
+    name: str,
+    edges: Sequence[str],
+    *,
+    vclass: str = "passenger",
+    source: str = "",
+    load: Mapping[str, int] = _ANY,
+    change_m: float = LEAST_CHANGE_M,
+    lanes: tuple[int | None, int | None] = (None, None),
+) -> Loop:
+    """Make the way over these edges that is driven once: a loop that is not closed.
+
+    Lanes are chosen as in `make_loop`. Changes on edges too short for them come last of all, and of lanes
+    that are equally good those are taken that fewer vehicles use.
+
+    Parameters
+    ----------
+    network, name, edges, vclass, source
+        As for `make_loop`; the last edge need not lead anywhere.
+    load
+        How many vehicles use each lane already, by its id.
+    change_m
+        The shortest edge on which a vehicle can change lanes [m].
+    lanes
+        On which it has to depart and to arrive, by index; None for any. Kept to if there is a way.
+
+    Raises
+    ------
+    RouteError
+        If an edge is missing or closed to the class, two edges are not connected, or no lanes lead there.
+    """
+    what = f"{source}: route {name}" if source else f"route {name}"
+    for edge in edges:
+        _check_edge(network, edge, vclass, what)
+    for number, edge in enumerate(edges[:-1]):
+        _check_pair(network, edges, number, vclass, what, edge)
+    layers = _layers(network, edges, vclass, closed=False)
+    ahead: dict[int, _Cost] = {}
+    costs: list[dict[int, _Cost]] = []
+    for edge, layer in zip(reversed(edges), reversed(layers), strict=True):
+        here: dict[int, _Cost] = {}
+        ids = [lane.id for lane in network.edges[edge].lanes]
+        used = 1 + sum(load.get(one, 0) for one in ids)
+        short = network.edges[edge].length_m < change_m
+        for enter, steps in layer.items():
+            for number, (cost, step) in enumerate(steps):
+                leave = step.onward.from_lane
+                share = (load.get(ids[enter], 0) + load.get(ids[leave], 0)) / used
+                changes = cost[0] * (_TWO_WAY_LANES**2 if short else 1)
+                own = changes, _HURRY * cost[1] + share
+                steps[number] = own, step
+                rest = _FREE if not costs else ahead.get(step.onward.to_lane)
+                if not costs and lanes[1] not in (None, enter):
+                    rest = (1, 0.0)
+                if rest is not None:
+                    total = _add(own, rest)
+                    here[enter] = min(total, here.get(enter, total))
+        costs.append(here)
+        ahead = here
+    if not ahead:
+        msg = f"{what}: no lanes open to {vclass} lead all the way, though its edges are connected"
+        raise RouteError(msg)
+    costs.insert(0, dict.fromkeys(range(len(network.edges[edges[-1]].lanes)), _FREE))
+    first = min(ahead, key=lambda lane: (lanes[0] not in (None, lane), ahead[lane], lane))
+    chosen = _follow(layers, costs[::-1], first)
+    ways = _Ways(chosen, [[step] for step in chosen])
+    return Loop(name, tuple(edges), tuple(_spans(network, edges, ways)), closed=False)
+
+
 def _check_edge(network: RoadNetwork, edge: str, vclass: str, what: str) -> None:
     if edge not in network.edges:
         msg = f"{what}: edge {edge} is not in the network {network.name}; correct it or draw the route again"
@@ -137,12 +210,17 @@ _Layer = dict[int, list[tuple[_Cost, _Step]]]
 """The choices on one edge: for each lane entered, the steps and their cost."""
 
 
-def _layers(network: RoadNetwork, edges: Sequence[str], vclass: str) -> list[_Layer]:
+def _layers(network: RoadNetwork, edges: Sequence[str], vclass: str, *, closed: bool = True) -> list[_Layer]:
     layers: list[_Layer] = []
     for number, edge in enumerate(edges):
         lanes = network.edges[edge].lanes
         connections = _made(network, network.between(edge, edges[(number + 1) % len(edges)], vclass))
         layer: _Layer = {}
+        if not closed and number + 1 == len(edges):
+            layers.append(
+                {n: [(_FREE, _arrives(lane))] for n, lane in enumerate(lanes) if vclass in lane.allowed}
+            )
+            break
         for enter in range(len(lanes)):
             for connection in connections:
                 low, high = sorted((enter, connection.from_lane))
@@ -152,6 +230,11 @@ def _layers(network: RoadNetwork, edges: Sequence[str], vclass: str) -> list[_La
                     layer.setdefault(enter, []).append((cost, _Step(enter, connection)))
         layers.append(layer)
     return layers
+
+
+def _arrives(lane: Lane) -> _Step:
+    """Return how the last edge of a route is passed on a lane: to nowhere."""
+    return _Step(lane.index, Connection(lane.edge, lane.index, "", lane.index, (), "", "", -1, None))
 
 
 def _wanted(layers: Sequence[_Layer], edges: Sequence[str], on_lanes: Mapping[str, int]) -> list[_Layer]:

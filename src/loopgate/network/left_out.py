@@ -20,12 +20,20 @@ _TAKEN = {
     "routeDistribution": {"id"},
     "vTypeDistribution": {"id", "vTypes", "probabilities"},
     "vehicle": {*_OF_VEHICLES, "depart"},
+    "trip": {*_OF_VEHICLES, "depart"},
     "flow": {*_OF_VEHICLES, *FLOW_ATTRIBUTES},
     "stop": STOP_ATTRIBUTES,
 }
 """Elements, and their attributes, that are read; those of types are passed on as they are."""
 
-_FLEET = ("vehicle", "flow")
+_FLEET = ("vehicle", "flow", "trip")
+
+_ONCE = frozenset(
+    {"from", "to", "via", "fromJunction", "toJunction", "viaJunctions", "fromTaz", "toTaz", "repeat"}
+    | {"fromXY", "toXY", "viaXY", "fromLonLat", "toLonLat", "viaLonLat"}
+    | {"departLane", "departSpeed", "arrivalLane", "arrivalPos", "arrivalSpeed", "arrival"}
+)
+"""What is taken of those as well that drive their routes once."""
 
 _AS_IT_IS = {"departSpeed": 0.0}
 """Attributes with a value that describes what is done anyway."""
@@ -50,7 +58,7 @@ _MEANS = {
 }
 
 
-def left_out(files: Sequence[tuple[Path, ET.Element]], *, fleet: bool) -> tuple[str, ...]:
+def left_out(files: Sequence[tuple[Path, ET.Element]], *, fleet: bool, once: bool = False) -> tuple[str, ...]:
     """Return what of route files is not taken over, a line for each kind of thing.
 
     Parameters
@@ -59,12 +67,16 @@ def left_out(files: Sequence[tuple[Path, ET.Element]], *, fleet: bool) -> tuple[
         Files with their topmost elements.
     fleet
         Whether the file's own vehicles drive; else only what concerns routes is listed.
+    once
+        Whether they drive their routes once.
     """
     lines = []
     for source, top in files:
         found: Counter[tuple[str, str]] = Counter()
         first: dict[tuple[str, str], str] = {}
         for what, owner in _untaken(top, fleet=fleet):
+            if once and what[0] in _ONCE:
+                continue
             found[what] += 1
             first.setdefault(what, owner)
         for (name, shown), count in found.items():

@@ -1,4 +1,4 @@
-"""A closed loop of lanes, and the map between arc length and lane position."""
+"""A way of lanes, closed or driven once, and the map between arc length and lane position."""
 
 from __future__ import annotations
 
@@ -12,10 +12,13 @@ import numpy.typing as npt
 from loopgate.errors import RouteError
 from loopgate.network.records import Points
 
-__all__ = ["HOLD_MARGIN_M", "LaneSpan", "Loop", "Place"]
+__all__ = ["AWAY_M", "HOLD_MARGIN_M", "LaneSpan", "Loop", "Place"]
 
 HOLD_MARGIN_M = 0.1
 """Distance before the end of a lane at which a vehicle can be held [m]: SUMO's own tolerance for stops."""
+
+AWAY_M = 1000.0
+"""Arc length behind the end of a route that is driven once [m]: room for the state of those who are gone."""
 
 _SHORTEST_HOLD_LANE_M = 0.5
 _ROUNDING_M = 1e-6
@@ -78,7 +81,7 @@ class LaneSpan:
 
 @dataclass(frozen=True, slots=True)
 class Loop:
-    """A closed way through the network; arc length 0 is the beginning of its first edge.
+    """A way through the network, closed as a rule; arc length 0 is the beginning of its first edge.
 
     Arc length is SUMO's: the lengths of lanes and internal lanes, by which vehicles drive, not the lengths
     of the drawn shapes. Make one with `loopgate.network.make_loop`.
@@ -88,17 +91,21 @@ class Loop:
     id
         The loop's name.
     edges
-        Normal edges in driving order; the last leads to the first.
+        Normal edges in driving order; the last leads to the first, if it is closed.
     spans
         Lanes and internal lanes in driving order, without gaps.
     stops_on
         Edges on which some vehicle stops.
+    closed
+        Whether it is driven round and round. A route that is not is driven once: its vehicles go off the
+        road at its end.
     """
 
     id: str
     edges: tuple[str, ...]
     spans: tuple[LaneSpan, ...]
     stops_on: frozenset[str] = frozenset()
+    closed: bool = True
 
     _ends: tuple[float, ...] = field(init=False, repr=False, compare=False)
 
@@ -107,8 +114,13 @@ class Loop:
 
     @property
     def length_m(self) -> float:
-        """Length of one lap [m]."""
+        """Length of its lanes [m]: of one lap, if it is closed."""
         return self._ends[-1]
+
+    @property
+    def lap_m(self) -> float:
+        """By how much arc lengths grow from lap to lap [m]; more than anybody drives if there is but one."""
+        return self.length_m if self.closed else self.length_m + AWAY_M
 
     def span_at(self, arc_m: float) -> LaneSpan:
         """Return the lane at an arc length, taken modulo the loop's length; O(log spans)."""
@@ -117,7 +129,7 @@ class Loop:
     def locate(self, arc_m: float) -> Place:
         """Return where on the road an arc length is; it is taken modulo the loop's length."""
         span = self.span_at(arc_m)
-        return Place(span.edge, span.lane, min(arc_m % self.length_m - span.begin_m, span.length_m))
+        return Place(span.edge, span.lane, min(arc_m % self.lap_m - span.begin_m, span.length_m))
 
     def arc(self, edge: str, position_m: float, *, after_m: float = 0.0) -> float:
         """Return the first arc length, at or after `after_m` going round, of a position on an edge.
@@ -175,7 +187,7 @@ class Loop:
         raise self._no_hold()
 
     def _number_at(self, arc_m: float) -> int:
-        return min(bisect_right(self._ends, arc_m % self.length_m), len(self.spans) - 1)
+        return min(bisect_right(self._ends, arc_m % self.lap_m), len(self.spans) - 1)
 
     def _hold_range(self, number: int, lap_m: float) -> tuple[float, float]:
         """Return first and last place to hold on a span, counted over the loop's ends; first > last: none."""

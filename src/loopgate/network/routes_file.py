@@ -1,4 +1,4 @@
-"""Loops as SUMO route files: any route file whose routes close is read, ordinary ones are written."""
+"""SUMO route files: those whose routes close are loops; of others each vehicle drives its route once."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from loopgate.keeping import Kept
 from loopgate.network.clock import seconds
 from loopgate.network.content import content_identity
 from loopgate.network.departures import Flow, depart_s, read_flow
-from loopgate.network.lanes import make_loop
+from loopgate.network.lanes import make_loop, make_route
 from loopgate.network.left_out import left_out
 from loopgate.network.loop import Loop
 from loopgate.network.road import RoadNetwork
@@ -27,6 +27,7 @@ from loopgate.network.stops import (
     read_stops,
 )
 from loopgate.network.sumo_config import is_sumo_config, read_sumo_config
+from loopgate.network.trips import has_way, lead_trips
 from loopgate.network.vehicle_type import DEFAULT_TYPE, VehicleType, vehicle_type
 from loopgate.network.xml_file import read_xml
 from loopgate.reading import is_file, refusing, shown
@@ -41,11 +42,16 @@ __all__ = [
     "write_text",
 ]
 
+_VEHICLES = frozenset({"vehicle", "flow", "trip"})
+
 _BEYOND_M = 10.0
 """Largest distance of a position beyond its edge [m]: the lanes of an edge differ in length."""
 
 _CARRIED = ("color", "line", "personNumber", "containerNumber")
 """Attributes of vehicles that SUMO is told as they are."""
+
+_CARRIED_ONCE = ("departLane", "departSpeed", "arrivalLane", "arrivalPos", "arrivalSpeed")
+"""The same, of those who drive once."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,6 +77,8 @@ class LoopVehicle:
         Where it stops in every round, in the order of the loop.
     attributes, parameters
         What else SUMO is told of it: as the file has it, and its ``<param>`` elements by key.
+    once
+        Whether it drives its route once, and not round and round.
     """
 
     id: str
@@ -83,14 +91,21 @@ class LoopVehicle:
     stops: tuple[Stop, ...] = ()
     attributes: Mapping[str, str] = field(default_factory=dict, hash=False)
     parameters: Mapping[str, str] = field(default_factory=dict, hash=False)
+    once: bool = False
 
     def each(self, begin_s: float, end_s: float, rng: Random) -> list[LoopVehicle]:
-        """Return itself, or those of the flow, that depart in a run [s]; who did before is there at first."""
+        """Return itself, or those of the flow, that depart in a run [s]; who did before is there at first.
+
+        Of those who drive their route once nobody departs before or after that.
+        """
+        if self.once and self.flow is None:
+            return [self] if begin_s <= self.depart_s < end_s else []
         if self.flow is None:
             return [self._departing(self.id, max(begin_s, self.depart_s), 0.0)]
         return [
             self._departing(f"{self.id}.{number}", max(begin_s, at_s), at_s - self.flow.begin_s)
             for number, at_s in enumerate(self.flow.departures_s(end_s, rng))
+            if at_s >= begin_s or not self.once
         ]
 
     def _departing(self, name: str, at_s: float, later_s: float) -> LoopVehicle:
@@ -130,6 +145,11 @@ class RoutesFile:
     left_out: tuple[str, ...] = ()
     left_out_of_routes: tuple[str, ...] = ()
 
+    @property
+    def first_s(self) -> float:
+        """When the first vehicle departs [s]."""
+        return min((v.flow.begin_s if v.flow else v.depart_s for v in self.vehicles), default=0.0)
+
     def longest_vehicle(self) -> tuple[float, float]:
         """Return length and minimum gap [m], the largest of the file's vehicles; SUMO's if it has none."""
         kinds = [v.type for v in self.vehicles] or list(self.types.values()) or [DEFAULT_TYPE]
@@ -160,6 +180,7 @@ class _Route:
     source: Path
     stops: tuple[Stop, ...]
     cycle_s: float
+    again: bool
 
 
 @dataclass(slots=True)
@@ -173,6 +194,7 @@ class _Found:
     vehicles: list[LoopVehicle]
     departs: list[tuple[str, str]]
     users: dict[str, VehicleType]
+    once: bool = False
 
     def add(self, source: Path, element: ET.Element, name: str) -> None:
         if name in self.routes:
@@ -186,7 +208,8 @@ class _Found:
         what = f"{source}: route {name}"
         cycle_s = _cycle_s(element, what)
         stops = self.stops(element, what, cycle_s, since_depart=True)
-        self.routes[name] = _Route(name, edges, source, stops, cycle_s)
+        again = not self.once or (element.get("repeat", "0") != "0" and _closes(self.network, edges))
+        self.routes[name] = _Route(name, edges, source, stops, cycle_s, again)
 
     def stops(
         self, element: ET.Element, what: str, cycle_s: float, *, since_depart: bool
@@ -206,7 +229,9 @@ def _cycle_s(element: ET.Element, what: str) -> float:
         raise RouteError(msg) from error
 
 
-def read_loops(network: RoadNetwork, file: Path | str, *, stops: Sequence[Path] = ()) -> RoutesFile:
+def read_loops(
+    network: RoadNetwork, file: Path | str, *, stops: Sequence[Path] = (), once: bool = False
+) -> RoutesFile:
     """Read the closed routes of a SUMO route file (``.rou.xml``, also gzipped) or of a ``.sumocfg``.
 
     Routes stand for themselves or inside a vehicle or flow (the loop then bears its name). A route closes
@@ -220,6 +245,9 @@ def read_loops(network: RoadNetwork, file: Path | str, *, stops: Sequence[Path] 
         The file.
     stops
         Additional files with the places that its stops name, besides those of a configuration.
+    once
+        Whether vehicles may drive their routes once. If some have to, since these do not close or are trips,
+        all do but those whose route has ``repeat``; trips are led by SUMO's router.
 
     Raises
     ------
@@ -239,16 +267,17 @@ def read_loops(network: RoadNetwork, file: Path | str, *, stops: Sequence[Path] 
     with refusing(path, "route file", RouteError):
         content = content_identity(path) if network.content and is_file(path) else ""
     if not content:
-        return _read(network, path, stops)
+        return _read(network, path, stops, once=once)
     # Messages and the result name the files, so they are part of the key.
     beside = tuple((str(one), content_identity(one) if is_file(one) else "") for one in stops)
-    return _KEPT.get((network.content, str(file), content, beside), lambda: _read(network, path, stops))
+    key = (network.content, str(file), content, beside, once)
+    return _KEPT.get(key, lambda: _read(network, path, stops, once=once))
 
 
 _KEPT: Kept[RoutesFile] = Kept(8)
 
 
-def _read(network: RoadNetwork, path: Path, stops: Sequence[Path]) -> RoutesFile:
+def _read(network: RoadNetwork, path: Path, stops: Sequence[Path], *, once: bool) -> RoutesFile:
     config = read_sumo_config(path) if is_sumo_config(path) else None
     files = config.route_files if config else (path,)
     if not files:
@@ -258,7 +287,16 @@ def _read(network: RoadNetwork, path: Path, stops: Sequence[Path]) -> RoutesFile
     beside = (*config.additional_files, *stops) if config else tuple(stops)
     asked = any(next(top.iter("stop"), None) is not None for _, top in tops)
     places = read_stopping_places(beside) if asked else {}
-    found = _Found(network, places, {}, {}, [], [], {})
+    vehicles = [(source, one) for source, top in tops for one in top if one.tag in _VEHICLES]
+    once = once and _drives_once(network, tops, vehicles)
+    lost: list[str] = []
+    if once:
+        kinds = [one for _, top in tops for one in top if one.tag in {"vType", "vTypeDistribution"}]
+        lost = lead_trips(network, vehicles, kinds, beside)
+        for _, top in tops:
+            for one in [one for one in top if one.get("id", "") in lost]:
+                top.remove(one)
+    found = _Found(network, places, {}, {}, [], [], {}, once)
     for source, top in tops:
         for element in top.iter("vType"):
             kind = vehicle_type(element, str(source))
@@ -272,7 +310,7 @@ def _read(network: RoadNetwork, path: Path, stops: Sequence[Path]) -> RoutesFile
         raise RouteError(msg)
     loops = [_loop(network, route, found) for route in found.routes.values()]
     by_id = {loop.id: loop for loop in loops}
-    vehicles = tuple(
+    placed = tuple(
         _placed(vehicle, by_id[vehicle.loop], f"{path}: vehicle {vehicle.id}", *departs)
         for vehicle, departs in zip(found.vehicles, found.departs, strict=True)
     )
@@ -281,20 +319,46 @@ def _read(network: RoadNetwork, path: Path, stops: Sequence[Path]) -> RoutesFile
         for route in found.routes.values()
         if route.stops
     }
-    used = {stop.name for some in (*at_routes.values(), *(v.stops for v in vehicles)) for stop in some}
+    used = {stop.name for some in (*at_routes.values(), *(v.stops for v in placed)) for stop in some}
+    without = (f"{path}: {len(lost)} vehicles find no way and are left out, first {lost[0]}",) if lost else ()
     return RoutesFile(
         path,
         tuple(loops),
-        vehicles,
+        placed,
         found.types,
         stops=at_routes,
         stop_files=tuple(dict.fromkeys(place.file for name, place in places.items() if name in used)),
-        left_out=left_out(tops, fleet=True),
+        left_out=(*without, *left_out(tops, fleet=True, once=once)),
         left_out_of_routes=left_out(tops, fleet=False),
     )
 
 
+def _drives_once(
+    network: RoadNetwork, tops: Sequence[tuple[Path, ET.Element]], vehicles: Sequence[tuple[Path, ET.Element]]
+) -> bool:
+    """Return whether some vehicle has to drive its route once, since that does not close or is to be led."""
+    routes = {route.get("id", ""): route for _, top in tops for route in top.iter("route")}
+    for _, element in vehicles:
+        if not has_way(element):
+            return True
+        inner = element.find("route")
+        route = routes.get(element.get("route", "")) if inner is None else inner
+        if route is not None and not _closes(network, route.get("edges", "").split()):
+            return True
+    return False
+
+
+def _closes(network: RoadNetwork, edges: Sequence[str]) -> bool:
+    """Return whether a route leads back to its beginning; one that makes no sense may."""
+    if not edges or edges[-1] not in network.edges:
+        return True
+    return edges[0] == edges[-1] or any(c.to_edge == edges[0] for c in network.outgoing(edges[-1]))
+
+
 def _loop(network: RoadNetwork, route: _Route, found: _Found) -> Loop:
+    if not route.again:
+        vclass = found.users.get(route.id, DEFAULT_TYPE).vclass
+        return make_route(network, route.id, route.edges, vclass=vclass, source=str(route.source))
     stops = [stop for vehicle in found.vehicles if vehicle.loop == route.id for stop in vehicle.stops]
     return make_loop(
         network,
@@ -343,7 +407,7 @@ def _collect_routes(source: Path, top: ET.Element, found: _Found) -> None:
 
 def _collect_vehicles(source: Path, top: ET.Element, found: _Found) -> None:
     for element in top:
-        if element.tag not in {"vehicle", "flow", "trip"}:
+        if element.tag not in _VEHICLES:
             continue
         name = element.get("id", "")
         what = f"{source}: {element.tag} {name}"
@@ -363,6 +427,7 @@ def _collect_vehicles(source: Path, top: ET.Element, found: _Found) -> None:
             raise RouteError(msg)
         route = found.routes[on]
         own = found.stops(element, what, route.cycle_s, since_depart=False)
+        carried = _CARRIED if route.again else (*_CARRIED, *_CARRIED_ONCE)
         found.vehicles.append(
             LoopVehicle(
                 name,
@@ -371,8 +436,9 @@ def _collect_vehicles(source: Path, top: ET.Element, found: _Found) -> None:
                 depart_s=0.0 if element.tag == "flow" else depart_s(element, what),
                 flow=read_flow(element, what) if element.tag == "flow" else None,
                 stops=(*route.stops, *own),
-                attributes={name: element.attrib[name] for name in _CARRIED if element.get(name)},
+                attributes={name: element.attrib[name] for name in carried if element.get(name)},
                 parameters={one.get("key", ""): one.get("value", "") for one in element.findall("param")},
+                once=not route.again,
             )
         )
         found.departs.append((element.get("departEdge", ""), element.get("departPos", "")))

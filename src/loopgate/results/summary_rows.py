@@ -27,6 +27,7 @@ def summary_rows(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
         ("throughput", f"{summary['laps_per_h']:.1f} laps/h, {summary['km_per_h']:.1f} vehicle-km/h"),
         ("hold time", f"{summary['hold_s']:.0f} s in all, longest wait {summary['longest_wait_s']:.0f} s"),
         *_longest_wait(summary.get("longest_wait")),
+        *_trips(summary),
         *_stops(summary),
         *_spacing(summary),
         ("coverage", _coverage(summary)),
@@ -49,7 +50,7 @@ def summary_rows(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
     if summary["audit"] == NOT_GATED:
         rows = [row for row in rows if row[0] != "hold time"]
     if not summary["loops"]:
-        rows = [row for row in rows if row[0] not in {"coverage", "idleness"}]
+        rows = [row for row in rows if row[0] not in {"coverage", "idleness", "laps"}]
     if not summary["decisions"]:
         rows = [row for row in rows if row[0] not in {"decisions", "refusals", "decision time"}]
     return rows
@@ -63,6 +64,18 @@ def _longest_wait(wait: Mapping[str, Any] | None) -> list[tuple[str, str]]:
     return [("longest wait", f"{wait['vehicle']} for {wait['place']}: {parts}")]
 
 
+def _trips(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Return the row about vehicles that drive once, where there are any."""
+    if "trips" not in summary:
+        return []
+    mean, loss, depart = (summary[f"mean_{name}_s"] for name in ("delay", "time_loss", "depart_delay"))
+    worst = f"{summary['worst_delay_s']:.0f} s ({summary['worst_trip']})"
+    return [
+        ("trips", f"{summary['arrived']} arrived, {summary['unfinished']} unfinished"),
+        ("delay of trips", f"mean {mean:.1f} s: {loss:.1f} under way, {depart:.1f} to depart; worst {worst}"),
+    ]
+
+
 def _stops(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
     """Return the rows about stops and departures, where there are any."""
     rows, stops = [], summary.get("stops")
@@ -70,7 +83,7 @@ def _stops(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
         missed = f", {stops['missed']} missed" if stops["missed"] else ""
         rows.append(("stops", f"{stops['served']} made, {stops['stopped_s']:.0f} s in all{missed}"))
     if "departed" in summary:
-        mean_s, max_s = summary["mean_depart_delay_s"], summary["max_depart_delay_s"]
+        mean_s, max_s = summary["mean_depart_delay_s"], summary["max_depart_delay_s"]  # of trips, if any
         waiting = summary["waiting_to_depart"]
         later = f", {waiting} still wait to" if waiting else ""
         rows.append(

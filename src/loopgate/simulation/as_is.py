@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Mapping
 from contextlib import ExitStack
-from dataclasses import replace
 from math import nan
-from pathlib import Path
 from time import perf_counter
 from typing import Any
-from xml.etree import ElementTree as ET
 
 from loopgate.disk import writing
-from loopgate.errors import ResultsError, ScenarioError
+from loopgate.errors import ScenarioError
+from loopgate.network import RoadNetwork, read_loops
+from loopgate.network.sumo_config import is_sumo_config, read_sumo_config
 from loopgate.results.columns import FLOW_EVERY_S
 from loopgate.results.recorder import Recorder
 from loopgate.simulation import outcome
@@ -23,14 +23,14 @@ from loopgate.simulation.outcome import Folder, Tally
 from loopgate.simulation.positions import record_positions
 from loopgate.simulation.room import Room
 from loopgate.simulation.scenario import Scenario
-from loopgate.simulation.sumo_options import sumo_options
-from loopgate.simulation.sumo_start import output_options, plain_options, start_traffic
+from loopgate.simulation.sumo_options import begins_s, sumo_options
+from loopgate.simulation.sumo_start import TRIPS, output_options, plain_options, start_traffic
+from loopgate.simulation.trips import Trip, read_trips
 from loopgate.simulation.watch import Watch
 from loopgate.traffic.base import Traffic
 
 __all__ = ["run_as_is"]
 
-_TRIPS = "tripinfo.xml"
 _OF_LOOPS = ("spacing", "starts", "revisit_s", "weights", "districts")
 _GONE = (0.0, (nan, nan))
 
@@ -63,13 +63,12 @@ def run_as_is(scenario: Scenario, folder: Folder, tick: Tick, backend: str) -> d
     with writing(folder / outcome.SCENARIO):
         scenario.write(folder / outcome.SCENARIO)
     log = folder / outcome.SUMO_LOG
-    trips = folder / _TRIPS
+    files = _own_files(scenario)
     options = [
         *said.arguments,
+        *files,
         *plain_options(scenario, log),
-        *output_options(replace(scenario, tripinfo=False), folder.path),
-        *("--tripinfo-output", str(trips)),
-        "--tripinfo-output.write-unfinished",
+        *output_options(scenario, folder.path, trips=True),
         *(record_positions(folder / outcome.POSITIONS) if scenario.positions else ()),
     ]
     standing: dict[str, tuple[float, tuple[float, float]]] = {}
@@ -90,14 +89,30 @@ def run_as_is(scenario: Scenario, folder: Folder, tick: Tick, backend: str) -> d
     course.total_s = perf_counter() - began
     folder.write_table(flow_table(rows), outcome.FLOW)
     duration = course.end_s - course.begin_s
-    tallies = _trips(trips, standing, interrupted=course.outcome == "interrupted")
-    tallies = [replace(tally, driven_s=duration) for tally in tallies]
-    folder.write_vehicles(tallies)
+    found = read_trips(folder / TRIPS, interrupted=course.outcome == "interrupted").values()
+    tallies = [_tally(trip, standing, duration) for trip in found]
+    folder.write_vehicles([tally for tally in tallies if tally.trip and tally.trip.departed])
     folder.write_edges([], begin_s=course.begin_s, end_s=max(course.end_s, course.begin_s + 1.0))
     summary = outcome.summary(scenario, course, tallies, loops=0, folder=folder, warnings=said.notes)
+    summary["vehicles"] = sum(trip.departed for trip in found)
     summary |= monitoring_figures(None, None)
     folder.write_summary(summary)
     return summary
+
+
+def _own_files(scenario: Scenario) -> list[str]:
+    """Return SUMO's options for network and routes, where no configuration is all that there is."""
+    if not scenario.routes:
+        return []
+    network = RoadNetwork.open(scenario.network)
+    file = read_loops(network, scenario.routes, stops=scenario.stop_files, once=True)
+    config = read_sumo_config(scenario.routes) if is_sumo_config(scenario.routes) else None
+    routes = config.route_files if config else (file.file,)
+    beside = (*(config.additional_files if config else ()), *scenario.stop_files)
+    begin_s = begins_s(scenario, file)
+    options = ["--net-file", str(network.file), "--route-files", ",".join(map(str, routes))]
+    options += ["--additional-files", ",".join(map(str, beside))] if beside else []
+    return [*options, *(() if is_sumo_config(scenario.network) else ("--begin", f"{begin_s:g}"))]
 
 
 def _drive(
@@ -142,29 +157,20 @@ def _drive(
             next((v for v in deadlock.vehicles if traffic.jump(v) is not None), None)
 
 
-def _trips(
-    file: Path, standing: dict[str, tuple[float, tuple[float, float]]], *, interrupted: bool
-) -> list[Tally]:
-    try:
-        top = ET.parse(file).getroot()  # noqa: S314  SUMO has just written it
-    except (OSError, ET.ParseError) as error:
-        if interrupted:
-            return []  # before SUMO could finish it
-        # SUMO does not say so when it cannot write.
-        msg = f"{file}: SUMO could not write all of it; is the disk full? Free some space and run it again"
-        raise ResultsError(msg) from error
-    return [
-        Tally(
-            vehicle=trip.get("id", ""),
-            loop="",
-            loop_length_m=0.0,
-            laps=0,
-            distance_m=float(trip.get("routeLength", "0")),
-            hold_s=float(trip.get("stopTime", "0")),
-            longest_wait_s=0.0,
-            standing_s=standing.get(trip.get("id", ""), _GONE)[0],
-            position_m=standing.get(trip.get("id", ""), _GONE)[1],
-            stood_s=float(trip.get("waitingTime", "0")) + float(trip.get("stopTime", "0")),
-        )
-        for trip in top.iter("tripinfo")
-    ]
+def _tally(trip: Trip, standing: Mapping[str, tuple[float, tuple[float, float]]], duration_s: float) -> Tally:
+    standing_s, position_m = standing.get(trip.vehicle, _GONE)
+    return Tally(
+        vehicle=trip.vehicle,
+        loop="",
+        loop_length_m=0.0,
+        laps=0,
+        distance_m=trip.distance_m,
+        hold_s=trip.stopped_s,
+        longest_wait_s=0.0,
+        standing_s=standing_s,
+        position_m=position_m,
+        stood_s=trip.waiting_s + trip.stopped_s,
+        driven_s=duration_s,
+        depart_delay_s=trip.depart_delay_s,
+        trip=trip,
+    )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from random import Random
@@ -16,11 +16,13 @@ from loopgate.errors import ScenarioError
 from loopgate.network import Loop, RoadNetwork
 from loopgate.network.cover.wishes import read_districts, read_weights
 from loopgate.network.stops import Stop
+from loopgate.simulation.gated import choose_gated, find_unfit
 from loopgate.simulation.placing import spread
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.settings import check_types, unforeseen
 from loopgate.simulation.spacing import advised_type
 from loopgate.simulation.sumo_input import Start
+from loopgate.simulation.sumo_options import begins_s
 from loopgate.simulation.tracks import make_track
 from loopgate.simulation.vehicles import (
     Departure,
@@ -69,6 +71,10 @@ class Assembly:
         Where vehicles stop in every round, by vehicle, in the order of its loop.
     stop_files
         Additional files that hold the places of these.
+    begin_s
+        When the simulation begins [s].
+    ordinary
+        Vehicles of the route file that are not under the gate.
     """
 
     network: RoadNetwork
@@ -82,6 +88,13 @@ class Assembly:
     departures: tuple[Departure, ...] = ()
     stops: Mapping[str, tuple[Stop, ...]] = field(default_factory=dict)
     stop_files: tuple[Path, ...] = ()
+    begin_s: float = 0.0
+    ordinary: tuple[Member, ...] = ()
+
+    @property
+    def trips(self) -> frozenset[str]:
+        """Those who drive their route once."""
+        return frozenset(start.vehicle for start in self.everybody if not start.loop.closed)
 
     @property
     def everybody(self) -> tuple[Start, ...]:
@@ -108,9 +121,22 @@ def assemble(scenario: Scenario) -> Assembly:
     """
     network = RoadNetwork.open(scenario.network)
     everybody, warnings, file = read_vehicles(scenario, network)
-    vehicles, later, moved = by_departure(scenario, everybody)
+    everybody, ordinary = choose_gated(scenario, everybody) if scenario.gated else (everybody, [])
+    vehicles, later, moved = by_departure(scenario, everybody, file)
+    unfit: dict[str, list[Member]] = {}
     if scenario.rule_for_starts == "even":
         vehicles = evenly_round(network, vehicles)
+    if scenario.gated and any(not v.loop.closed for v in later):
+        closed = [v for v in (*vehicles, *later) if v.loop.closed]
+        unfit = find_unfit(network, closed, [v for v in later if not v.loop.closed])
+        gone = {v.id for some in unfit.values() for v in some}
+        ordinary += [v for some in unfit.values() for v in some]
+        later, everybody = [v for v in later if v.id not in gone], [v for v in everybody if v.id not in gone]
+        warnings = (*warnings, *_left_out(unfit))
+    if not everybody:
+        why = next(_left_out(unfit), f"--gated {scenario.rule_for_gated} leaves none")
+        msg = f"{scenario.routes or scenario.network}: none of its vehicles is gated: {why}; or --gate open"
+        raise ScenarioError(msg)
     peculiar = _peculiar(scenario, network, everybody) if scenario.gated else ()
     loops = [vehicle.loop for vehicle in vehicles]
     abstraction = None
@@ -143,7 +169,7 @@ def assemble(scenario: Scenario) -> Assembly:
         )
     stops = _stops(scenario, [*vehicles, *later], abstraction)
     parking = _parking(scenario, stops)
-    unique = tuple({vehicle.loop.id: vehicle.loop for vehicle in everybody}.values())
+    unique = tuple({vehicle.loop.id: vehicle.loop for vehicle in everybody if vehicle.loop.closed}.values())
     if scenario.rule_for_spacing == "advice":
         starts = tuple(replace(start, type=advised_type(start.type)) for start in starts)
         departures = tuple(
@@ -161,7 +187,19 @@ def assemble(scenario: Scenario) -> Assembly:
         departures=departures,
         stops=stops,
         stop_files=file.stop_files if file else (),
+        begin_s=begins_s(scenario, file),
+        ordinary=tuple(ordinary),
     )
+
+
+def _left_out(unfit: Mapping[str, Sequence[Member]]) -> Iterator[str]:
+    """Say who cannot be under the gate, a line for each reason."""
+    for reason, some in unfit.items():
+        count, first = len(some), some[0]
+        yield (
+            f"{count} vehicles are ordinary traffic, first {first.id}: its way from {first.loop.edges[0]} "
+            f"to {first.loop.edges[-1]} {reason}"
+        )
 
 
 def _stops(

@@ -40,6 +40,7 @@ def audit_run(
         Robot(
             RobotId(one.track.vehicle),
             tuple(leg.state for leg in one.track.legs),
+            closed=one.start.loop.closed,
             start=one.track.start_position,
         )
         for one in assembly.departures

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from loopgate.drive.changing import ChangingEngine
@@ -14,13 +15,34 @@ from loopgate.simulation.tracks import make_track
 from loopgate.simulation.vehicles import Departure
 from loopgate.traffic.base import Traffic
 
-__all__ = ["Departures", "GatedDepartures", "OpenDepartures"]
+__all__ = ["Arrived", "Departures", "GatedDepartures", "OpenDepartures"]
+
+_ARRIVED = "arrived"
+"""Why a vehicle is under the gate no longer."""
 
 _AGAIN_S = 1.0
 """Who was refused by the gate is looked at again after this time [s]."""
 
 _PATIENCE_S = 20.0
 """Who has waited so long for others to drive into its place keeps them out for as long, now and then [s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Arrived:
+    """What is known of a vehicle that has arrived.
+
+    Attributes
+    ----------
+    at_s
+        When it did [s].
+    distance_m, hold_s, longest_wait_s
+        How far it drove, how long it stood at gates in all, and waited for one grant at most.
+    """
+
+    at_s: float
+    distance_m: float
+    hold_s: float
+    longest_wait_s: float
 
 
 class Departures:
@@ -38,6 +60,13 @@ class Departures:
         """When vehicles wanted to depart [s]."""
         self.departed_s: dict[str, float] = {}
         """When vehicles departed [s]."""
+        self.arrived: dict[str, Arrived] = {}
+        """Those who have driven their routes to the end."""
+
+    @property
+    def over(self) -> bool:
+        """Whether nobody is still to depart."""
+        return not self._coming
 
     def look(self) -> None:
         """Do what is due after a step."""
@@ -116,9 +145,21 @@ class GatedDepartures(Departures):
         self._entering: list[Departure] = []
         self._tried_s: dict[str, float] = {}
 
+    @property
+    def over(self) -> bool:
+        """Whether nobody is still to depart or to arrive."""
+        return not (self._coming or self._due or self._entering or self._fleet.members)
+
     def look(self) -> None:
-        """Take in those that were put in, and put in others."""
+        """Let those go who have arrived, take in those that were put in, and put in others."""
         now, engine = self._traffic.now_s, self._fleet.engine
+        if engine is not None and engine.arrived:
+            for vehicle in engine.arrived:
+                driver = self._fleet.members[vehicle]
+                self.arrived[vehicle] = Arrived(
+                    now, driver.distance_m, driver.total_hold_s(now), driver.worst_wait_s(now)
+                )
+            self._fleet.drop(engine.arrived, _ARRIVED)
         if engine is None or not (self._entering or self._due or self._coming):
             return
         if self._entering:
@@ -146,7 +187,11 @@ class GatedDepartures(Departures):
         if not self._fleet.admits(*self._asked([one])):
             return
         engine.shut(place)
-        self._traffic.put_in(vehicle, one.start.insertion)
+        how = one.start.insertion
+        self._traffic.put_in(vehicle, how)
+        if how.rolling and not self._holds(one):  # SUMO puts it in no faster than it can brake for that
+            self._traffic.take_out(vehicle)
+            return
         self._due.remove(one)
         self._entering.append(one)
 
@@ -163,7 +208,11 @@ class GatedDepartures(Departures):
         """Take in those that SUMO has put in, and take the others back."""
         present = set(self._traffic.vehicles())
         entering, self._entering = self._entering, []
-        here = [one for one in entering if one.start.vehicle in present and self._holds(one)]
+        here = [
+            one
+            for one in entering
+            if one.start.vehicle in present and (one.start.insertion.rolling or self._holds(one))
+        ]
         together = bool(here) and self._fleet.take_in(*self._asked(here))
         for one in entering:
             vehicle = one.start.vehicle
@@ -175,7 +224,7 @@ class GatedDepartures(Departures):
         self._due.sort(key=lambda one: one.at_s)
 
     def _holds(self, one: Departure) -> bool:
-        """Hold a vehicle at the end of its place; return whether it is."""
+        """Hold a vehicle at the end of its place, where it is or is to be; return whether it is held."""
         if one.track is None:
             return False
         line = one.track.stop_lines[one.track.start_position]

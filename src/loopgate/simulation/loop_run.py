@@ -67,8 +67,9 @@ def drive(
     scenario: Scenario,
     tick: Tick,
     each_step: Sequence[Callable[[], None]] = (),
+    over: Callable[[], bool] = lambda: False,
 ) -> Course:
-    """Run until the time is over, a deadlock ends the run, or the user interrupts.
+    """Run until the time is over, all have arrived, a deadlock ends the run, or the user interrupts.
 
     Parameters
     ----------
@@ -80,6 +81,8 @@ def drive(
         Called every ten simulated seconds with the simulated time.
     each_step
         Called after each step.
+    over
+        Whether nobody is left who drives, which ends the run.
     """
     course, recorder = mishaps.course, mishaps.recorder
     began = perf_counter()
@@ -91,7 +94,7 @@ def drive(
         course.begin_s = start + scenario.warmup_s
         end = course.begin_s + scenario.duration_s
         next_watch = start + _WATCH_EVERY_S
-        while traffic.now_s < end:
+        while traffic.now_s < end and not over():
             engine.step()
             now = traffic.now_s
             mishaps.note()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import nan
 from pathlib import Path
@@ -20,6 +20,7 @@ from loopgate.errors import ScenarioError
 from loopgate.folders import FolderLock
 from loopgate.gates import Reason
 from loopgate.results.columns import (
+    ARRIVED,
     DEPART_DELAY,
     DISTANCE,
     EDGE,
@@ -36,6 +37,8 @@ from loopgate.results.columns import (
     STOOD,
     STOPPED,
     STOPS,
+    TIME_LOSS,
+    TRIP_TIME,
     VEHICLE,
     VEHICLE_COLUMNS,
     Event,
@@ -45,6 +48,7 @@ from loopgate.results.columns import (
 from loopgate.results.recorder import read_events
 from loopgate.simulation.loop_run import Course
 from loopgate.simulation.scenario import Scenario
+from loopgate.simulation.trips import Trip, trip_figures
 from loopgate.simulation.watch import Deadlock
 from loopgate.versions import versions
 
@@ -54,6 +58,7 @@ __all__ = [
     "FRONTS",
     "LAYOUT",
     "LOOPS",
+    "ORDINARY",
     "POSITIONS",
     "SCENARIO",
     "SUMO_LOG",
@@ -78,13 +83,14 @@ SYSTEM = "system.json"
 SUMO_LOG = "sumo.log"
 POSITIONS = "positions.csv.gz"
 LAYOUT = "layout.json"
+ORDINARY = "ordinary.rou.xml"
 
 
 @dataclass(frozen=True, slots=True)
 class Tally:
     """What one vehicle did in the measured time: laps, distance and times, as in ``vehicles.parquet``.
 
-    `driven_s` is how much of it the vehicle was there [s].
+    `driven_s` is how much of it the vehicle was there [s]; `trip` what SUMO says of one that drives once.
     """
 
     vehicle: str
@@ -101,6 +107,7 @@ class Tally:
     depart_delay_s: float = 0.0
     stops: int = 0
     stopped_s: float = 0.0
+    trip: Trip | None = None
 
 
 class Folder:
@@ -156,8 +163,8 @@ class Folder:
     def __truediv__(self, name: str) -> Path:
         return self.path / name
 
-    def write_vehicles(self, tallies: Iterable[Tally]) -> None:
-        """Write ``vehicles.parquet``."""
+    def write_vehicles(self, tallies: Sequence[Tally]) -> None:
+        """Write ``vehicles.parquet``, with three columns more where vehicles drive once."""
         rows = [
             {
                 VEHICLE: tally.vehicle,
@@ -175,11 +182,16 @@ class Folder:
                 STOPS: tally.stops,
                 STOPPED: tally.stopped_s,
                 DEPART_DELAY: tally.depart_delay_s,
+                TIME_LOSS: tally.trip.time_loss_s if tally.trip else nan,
+                TRIP_TIME: tally.trip.duration_s if tally.trip else nan,
+                ARRIVED: tally.trip is not None and tally.trip.arrived,
             }
             for tally in tallies
         ]
+        columns = [*VEHICLE_COLUMNS, STOOD, STOPS, STOPPED, DEPART_DELAY]
+        columns += [TIME_LOSS, TRIP_TIME, ARRIVED] if any(tally.trip for tally in tallies) else []
         with writing(self / VEHICLES):
-            frame = pd.DataFrame(rows, columns=[*VEHICLE_COLUMNS, STOOD, STOPS, STOPPED, DEPART_DELAY])
+            frame = pd.DataFrame(rows, columns=columns)
             frame.to_parquet(self / VEHICLES, index=False)
 
     def write_edges(
@@ -345,7 +357,8 @@ def _traffic_figures(tallies: Sequence[Tally], duration_s: float) -> dict[str, A
         "hold_s": round(sum(t.hold_s for t in tallies), 3),
         "stood_s": round(sum(t.stood_s for t in tallies), 3),
         "longest_wait_s": round(max((t.longest_wait_s for t in tallies), default=0.0), 3),
-        "vehicles_without_a_lap": sum(1 for t in tallies if t.laps == 0),
+        "vehicles_without_a_lap": sum(1 for t in tallies if t.laps == 0 and t.trip is None),
+        **trip_figures(t.trip for t in tallies if t.trip is not None),
     }
 
 

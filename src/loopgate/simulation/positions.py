@@ -58,7 +58,7 @@ def make_layout(assembly: Assembly, step_s: float) -> Layout:
         )
         if start.loop.id not in loops:
             spans = tuple(_span(s) for s in start.loop.spans)
-            loops[start.loop.id] = LoopWay(start.loop.length_m, spans, _legs(itinerary))
+            loops[start.loop.id] = LoopWay(start.loop.lap_m, spans, _legs(itinerary))
     lanes = assembly.network.lanes
     driven = sorted({lane for loop in loops.values() for span in loop.spans for lane in span.driven})
     named = {c for loop in loops.values() for leg in loop.legs for c, _ in leg.crossings}

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Mapping
+from collections.abc import Container, Mapping, Sequence
 from contextlib import ExitStack, closing
+from dataclasses import replace
 from math import isnan, nan
 from pathlib import Path
 from time import perf_counter
@@ -11,13 +12,14 @@ from typing import Any
 
 from loopgate.drive.gatekeeper import Gatekeeper
 from loopgate.folders import remove_abandoned, temporary_folder
-from loopgate.network import Edge
+from loopgate.network import Edge, RoadNetwork, read_loops
 from loopgate.network.coverage import measure_coverage
 from loopgate.network.sumo_config import is_sumo_config
 from loopgate.simulation import outcome
 from loopgate.simulation.as_is import run_as_is
 from loopgate.simulation.assembly import Assembly, assemble
 from loopgate.simulation.checking import audit_run
+from loopgate.simulation.departures import Departures
 from loopgate.simulation.flow import FlowMeter, flow_table, loop_table
 from loopgate.simulation.fronts import FrontRecorder
 from loopgate.simulation.loop_run import Course, Mishaps, Tick, drive
@@ -25,7 +27,8 @@ from loopgate.simulation.monitoring import monitoring_figures, shape_text, write
 from loopgate.simulation.outcome import Folder, Tally
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.session import Session, open_session
-from loopgate.simulation.sumo_start import check_backend, check_outputs
+from loopgate.simulation.sumo_start import TRIPS, check_backend, check_outputs
+from loopgate.simulation.trips import gated_trips, read_trips, trip_figures
 from loopgate.simulation.verdicts import Verdicts
 from loopgate.simulation.watch import Watch
 
@@ -103,7 +106,7 @@ def _run(
         flow = FlowMeter(traffic, engine, warmup_s=scenario.warmup_s)
         own = frozenset(assembly.names)
         watch = watch_class(traffic, after_s=scenario.deadlock_after_s, at_gate=engine.refused, own=own)
-        judged = session.keeper is not None and scenario.traffic
+        judged = session.keeper is not None and bool(scenario.traffic or assembly.ordinary)
         verdicts = Verdicts(assembly.network, traffic, engine.driver_of) if judged else None
         course = drive(
             engine,
@@ -113,6 +116,7 @@ def _run(
             scenario=scenario,
             tick=tick,
             each_step=[*session.each_step, flow.look, fronts.look],
+            over=lambda: bool(assembly.trips) and session.departures.over,
         )
         engine.settle()
         tallies = _tallies(assembly, session, watch, course, flow)
@@ -121,6 +125,9 @@ def _run(
         if "at_lights" in surrounded and scenario.abstraction == "segments":
             surrounded["warnings"] = [_ON_SEGMENTS]
     keeper, departed = session.keeper, session.departures.departed_s
+    if assembly.trips:
+        tallies = _with_trips(assembly, session.departures, tallies, folder, course)
+        surrounded.pop("mean_depart_delay_s", None)  # that of trips is told with their other delays
     folder.write_table(flow_table(flow.rows), outcome.FLOW)
     ways = {
         loop.id: [(span.begin_m, span.edge) for span in loop.spans if not span.internal]
@@ -133,20 +140,46 @@ def _run(
     added = [*outcome.mishaps(summary), *surrounded.pop("warnings", [])]
     summary["warnings"] = [*session.notes, *summary["warnings"], *added]
     summary |= surrounded
-    if scenario.traffic:
+    if scenario.traffic or assembly.ordinary:
         summary["collisions_by_others"] = sum(one.erred == "ordinary" for one in course.verdicts)
         others = summary.setdefault("others", {})
         others["collisions"] = course.collisions_of_others
         others["verdicts"] = [one.figures() for one in course.verdicts]
+    if assembly.ordinary:
+        mine = {vehicle.id for vehicle in assembly.ordinary}
+        trips = read_trips(folder / TRIPS, interrupted=course.outcome == "interrupted").values()
+        summary["others"] |= trip_figures(trip for trip in trips if trip.vehicle in mine)
     summary["wall_s"]["total"] = round(perf_counter() - began, 3)
     folder.write_summary(summary)
     return summary
 
 
+def _with_trips(
+    assembly: Assembly, departures: Departures, tallies: Sequence[Tally], folder: Folder, course: Course
+) -> list[Tally]:
+    """Return what each vehicle did, with what SUMO says of those that drive once."""
+    mine = [tally for tally in tallies if tally.vehicle in assembly.trips]
+    trips = gated_trips(
+        read_trips(folder / TRIPS, held=True, interrupted=course.outcome == "interrupted"),
+        {tally.vehicle: tally.depart_delay_s for tally in mine},
+        {tally.vehicle: tally.stopped_s for tally in mine},
+        departures.arrived,
+    )
+    return [replace(tally, trip=trips.get(tally.vehicle)) for tally in tallies]
+
+
 def is_as_is(scenario: Scenario) -> bool:
-    """Return whether a configuration's own vehicles are run, and not loops: a ``.sumocfg`` under ``open``."""
-    loops = scenario.routes or scenario.traffic or scenario.loops or scenario.counts_vehicles
-    return is_sumo_config(scenario.network) and not scenario.gated and not loops
+    """Return whether vehicles are run as they are, and not on loops.
+
+    Those of a ``.sumocfg`` under ``open``, or of a route file under ``open`` that drive their routes once.
+    """
+    if scenario.gated or scenario.traffic or scenario.loops or scenario.counts_vehicles:
+        return False
+    if not scenario.routes:
+        return is_sumo_config(scenario.network)
+    network = RoadNetwork.open(scenario.network)
+    file = read_loops(network, scenario.routes, stops=scenario.stop_files, once=True)
+    return any(vehicle.once for vehicle in file.vehicles)
 
 
 def _tallies(
@@ -165,14 +198,17 @@ def _tallies(
         departed_s = course.begin_s if wanted_s is None else departures.departed_s.get(vehicle, nan)
         seen_s = 0.0 if isnan(departed_s) else now - max(departed_s, course.begin_s)
         stops = session.stops.of(vehicle)
+        gone = departures.arrived.get(vehicle)
+        if gone is not None:
+            seen_s = gone.at_s - max(departed_s, course.begin_s)
         tally = Tally(
             vehicle=vehicle,
             loop=loop.id,
             loop_length_m=loop.length_m,
             laps=driver.laps if driver else 0,
-            distance_m=driver.distance_m if driver else 0.0,
-            hold_s=driver.total_hold_s(now) if driver else 0.0,
-            longest_wait_s=driver.worst_wait_s(now) if driver else 0.0,
+            distance_m=driver.distance_m if driver else gone.distance_m if gone else 0.0,
+            hold_s=driver.total_hold_s(now) if driver else gone.hold_s if gone else 0.0,
+            longest_wait_s=driver.worst_wait_s(now) if driver else gone.longest_wait_s if gone else 0.0,
             standing_s=watch.standing_s(vehicle),
             position_m=session.traffic.position(vehicle) if vehicle in on_road else (nan, nan),
             stood_s=flow.vehicle_s(vehicle),

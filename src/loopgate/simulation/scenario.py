@@ -84,6 +84,10 @@ class Scenario:
     negotiation
         A negotiation's name, with options behind a colon; empty for ``oldest`` on segments and
         ``pressure``, which counts waiting too, on queues.
+    who
+        Which vehicles of a route file that drive their routes once are under the gate: ``all``, ``loops`` for
+        none of them, a vehicle type, or a file with their names; the others are ordinary traffic. Empty for
+        ``all``.
     serve_after_s
         How long a vehicle may wait for a grant before others make room for it [s]; 0 for never. Where the
         gate promises by the chain rule that everyone goes on.
@@ -149,6 +153,7 @@ class Scenario:
     gate: Annotated[str, text()] = "certified"
     abstraction: Annotated[str, choice(ABSTRACTIONS)] = "queues"
     negotiation: Annotated[str, text()] = ""
+    who: Annotated[str, text()] = ""
     serve_after_s: Annotated[float, real(0.0, _LONG_S)] = SERVE_AFTER_S
     lights: Annotated[str, choice(("", *LIGHTS))] = ""
     spacing: Annotated[str, choice(("", *SPACINGS))] = ""
@@ -222,6 +227,11 @@ class Scenario:
         return self.lights or ("off" if self.gated else "keep")
 
     @property
+    def rule_for_gated(self) -> str:
+        """Who of those that drive once is under the gate: ``all``, ``loops``, a type or a file."""
+        return self.who or "all"
+
+    @property
     def rule_for_spacing(self) -> str:
         """What is done so that vehicles on a loop are evenly spaced: ``none``, ``hold`` or ``advice``."""
         return self.spacing or ("hold" if self.gated and self.revisit_s else "none")
@@ -252,7 +262,7 @@ class Scenario:
         """
         fields = {field.name for field in dataclasses.fields(cls)}
         short = {name.rpartition("_")[0]: name for name in fields if name.endswith(("_s", "_m"))}
-        short["step_length"] = "step_s"
+        short |= {"step_length": "step_s", "gated": "who"}
         values: dict[str, Any] = {}
         for key, value in data.items():
             name = short.get(key, key)
@@ -315,6 +325,7 @@ def _check_names(gate: str, negotiation: str) -> None:
 
 
 _OPTION = {
+    "who": "gated",
     "loop_length_m": "length",
     "revisit_s": "revisit",
     "serve_after_s": "serve_after",
@@ -346,8 +357,10 @@ def read_scenario(file: Path | str) -> Scenario:
     """
     path = Path(file)
     data = read_toml(path, "scenario", ScenarioError)
-    for key in ("network", "routes", "traffic", "weights", "districts"):
+    for key in ("network", "routes", "traffic", "weights", "districts", "who", "gated"):
         name = data.get(key)
+        if key in {"who", "gated"} and not is_file(path.parent / str(name)):
+            continue
         if isinstance(name, str) and name and not name.startswith("sumo:"):
             data[key] = str(path.parent / name)
     if isinstance(data.get("stops"), str) and data["stops"]:

@@ -23,6 +23,7 @@ from loopgate.simulation import outcome
 from loopgate.simulation.assembly import Assembly
 from loopgate.simulation.departures import Departures, GatedDepartures, OpenDepartures
 from loopgate.simulation.fleet import Fleet, Rules
+from loopgate.simulation.gated import write_ordinary
 from loopgate.simulation.outcome import Folder
 from loopgate.simulation.positions import make_layout, record_positions
 from loopgate.simulation.room import Room
@@ -109,16 +110,15 @@ def open_session(
         *("--net-file", str(assembly.network.file)),
         *_input_options(scenario, assembly, folder, said),
         *plain_options(scenario, log),
-        *output_options(scenario, folder.path),
+        *output_options(scenario, folder.path, trips=bool(assembly.trips)),
         *(record_positions(folder / outcome.POSITIONS) if scenario.positions else ()),
     ]
     room = [Room(folder / outcome.POSITIONS).check] if scenario.positions else []
     if assembly.abstraction is not None:
         write_layout(make_layout(assembly, scenario.step_s), folder / outcome.LAYOUT)
     with ExitStack() as stack:
-        traffic = start_traffic(
-            options, backend=backend, log=log, yields=bool(scenario.traffic), words=scenario.sumo
-        )
+        others = bool(scenario.traffic or assembly.ordinary)
+        traffic = start_traffic(options, backend=backend, log=log, yields=others, words=scenario.sumo)
         stack.callback(traffic.close)
         recorder = Recorder(folder / outcome.EVENTS)
         stack.callback(recorder.close)
@@ -134,8 +134,8 @@ def open_session(
         spacing = _spacing(scenario, assembly, traffic, engine)
         seen = [Window(traffic, engine, assembly.loops).look] if backend == "gui" else []
         looks = (
-            stops.look,
             departures.look,
+            stops.look,
             *(around.each_step if around else ()),
             *spacing,
             *room,
@@ -155,7 +155,7 @@ def _fleet(
         scenario.gate,
         orders,
         lights=lights,
-        others=bool(scenario.traffic),
+        others=bool(scenario.traffic or assembly.ordinary),
         serve_after_s=scenario.serve_after_s or inf,
         foresees=assembly.foresees,
     )
@@ -195,10 +195,17 @@ def _input_options(scenario: Scenario, assembly: Assembly, folder: Folder, said:
         ordinary = read_traffic(scenario.traffic)
         ordinary.check_names(assembly.names)
         beside, routes = tuple(dict.fromkeys((*beside, *ordinary.additional_files))), ordinary.options()
+    if assembly.ordinary:
+        file = folder / outcome.ORDINARY
+        write_ordinary(assembly.ordinary, file)
+        if scenario.traffic:
+            ordinary.check_names(vehicle.id for vehicle in assembly.ordinary)
+        routes = ["--route-files", ",".join([*routes[1:], str(file)] if scenario.traffic else [str(file)])]
     departing = tuple(departure.start for departure in assembly.departures)
     placed, later = (assembly.starts, departing) if scenario.gated else ((*assembly.starts, *departing), ())
-    starts = write_sumo_input(placed, folder.path, beside=beside, begin_s=said.begin_s, later=later)
-    return [*starts, *routes]
+    starts = write_sumo_input(placed, folder.path, beside=beside, begin_s=assembly.begin_s, later=later)
+    begin = ["--begin", f"{assembly.begin_s:g}"] if assembly.begin_s and not said.configured else []
+    return [*starts, *routes, *begin]
 
 
 def _keeping(scenario: Scenario, assembly: Assembly, negotiation: Negotiation | None) -> _Keeping | None:

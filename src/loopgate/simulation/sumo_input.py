@@ -55,7 +55,7 @@ class Start:
     def edge(self) -> int:
         """Number of the edge on which it stands, on its loop."""
         roads = [span for span in self.loop.spans if not span.internal]
-        at_m = self.front_m % self.loop.length_m + _ROUNDING_M
+        at_m = self.front_m % self.loop.lap_m + _ROUNDING_M
         return max(number for number, span in enumerate(roads) if not number or span.begin_m <= at_m)
 
     @property
@@ -70,9 +70,10 @@ class Start:
 
     @property
     def kind(self) -> str:
-        """Name of its type in SUMO, which is its loop's: the rerouter goes by types."""
+        """Name of its type in SUMO, which is its loop's, if it is closed: the rerouter goes by types."""
         colour = "" if self.depart_s is None else self.attributes.get("color", "")
-        return f"{self.type.id}@{self.loop.id}" + (f"@{colour}" if colour else "")
+        loop = self.loop.id if self.loop.closed else ""
+        return f"{self.type.id}@{loop}" + (f"@{colour}" if colour else "")
 
     @property
     def route(self) -> str:
@@ -83,7 +84,13 @@ class Start:
     def insertion(self) -> Insertion:
         """How SUMO is told to put it in."""
         return Insertion(
-            self.route, self.kind, self.lane_index, self.position_m, self.attributes, self.parameters
+            self.route,
+            self.kind,
+            self.lane_index,
+            self.position_m,
+            self.attributes,
+            self.parameters,
+            rolling=not self.loop.closed and self.attributes.get("departSpeed", "max") != "0",
         )
 
     def at(self, position_m: float) -> Start:
@@ -93,8 +100,10 @@ class Start:
 
     @property
     def way(self) -> tuple[str, ...]:
-        """The edges of that: to the pivot, a whole round later."""
+        """The edges of that: to the pivot, a whole round later; or to the end of a route driven once."""
         edges = self.loop.edges
+        if not self.loop.closed:
+            return edges[self.edge :]
         return edges[self.edge :] + edges * 2 + edges[: pivot(self.loop) + 1]
 
 
@@ -130,12 +139,12 @@ def write_sumo_input(
         loops[start.loop.id] = start.loop
         if start.kind not in kinds:
             kinds[start.kind] = start.loop.id
-            colour = start.kind.partition(f"@{start.loop.id}@")[2]
+            colour = start.kind.partition(f"@{start.loop.id if start.loop.closed else ''}@")[2]
             more = {"color": colour} if colour else {}
             kind = ET.SubElement(top, "vType", {**start.type.attributes, **more, "id": start.kind})
             for name, value in start.type.parameters.items():
                 ET.SubElement(kind, "param", key=name, value=value)
-    for loop in loops.values():
+    for loop in (loop for loop in loops.values() if loop.closed):
         for route, edges in round_routes(loop).items():
             ET.SubElement(top, "route", id=route, edges=" ".join(edges))
         again = rounds(loop)[0]

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from loopgate.errors import RouteError, ScenarioError
 from loopgate.network.clock import seconds
+from loopgate.network.routes_file import RoutesFile
 from loopgate.network.sumo_config import SumoConfig, is_sumo_config, read_sumo_config
 from loopgate.network.xml_file import read_xml
 from loopgate.simulation.settings import check_options, is_on
@@ -156,10 +157,14 @@ def _of_traffic(network: str, traffic: str) -> tuple[str, ...]:
     return (f"{traffic}: only its vehicles and additional files are taken, not {', '.join(said)}",)
 
 
-def begins_s(scenario: Scenario) -> float:
-    """Return when the simulation begins [s]: as a configuration says, else at 0."""
+def begins_s(scenario: Scenario, file: RoutesFile | None = None) -> float:
+    """Return when the simulation begins [s]: as a configuration says, else at 0.
+
+    Without a configuration it begins when the first departs, where vehicles of the file drive once.
+    """
     if not is_sumo_config(scenario.network):
-        return 0.0
+        once = file is not None and any(vehicle.once for vehicle in file.vehicles)
+        return float(int(file.first_s)) if file is not None and once else 0.0
     config = read_sumo_config(scenario.network)
     return _seconds(config.options.get("begin", "0"), config.file)
 

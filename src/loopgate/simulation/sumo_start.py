@@ -11,7 +11,7 @@ from loopgate.errors import ScenarioError, TrafficError
 from loopgate.simulation.scenario import Scenario
 from loopgate.traffic.sumo import SumoTraffic
 
-__all__ = ["check_backend", "check_outputs", "output_options", "plain_options", "start_traffic"]
+__all__ = ["TRIPS", "check_backend", "check_outputs", "output_options", "plain_options", "start_traffic"]
 
 
 def check_backend(backend: str) -> None:
@@ -50,14 +50,21 @@ def plain_options(scenario: Scenario, log: Path) -> list[str]:
     return options
 
 
-_OUTPUTS = {"fcd": "fcd.xml.gz", "tripinfo": "tripinfo.xml", "edgedata": "edgedata.xml"}
+TRIPS = "tripinfo.xml"
+
+_OUTPUTS = {"fcd": "fcd.xml.gz", "tripinfo": TRIPS, "edgedata": "edgedata.xml"}
 
 
-def output_options(scenario: Scenario, folder: Path) -> list[str]:
-    """Return the options that make SUMO write the outputs that a scenario asks for into the run folder."""
-    asked = [name for name in _OUTPUTS if getattr(scenario, name)]
+def output_options(scenario: Scenario, folder: Path, *, trips: bool = False) -> list[str]:
+    """Return the options that make SUMO write the outputs that a scenario asks for into the run folder.
+
+    Of vehicles that drive once SUMO's own ``tripinfo.xml`` is needed anyway.
+    """
+    asked = [name for name in _OUTPUTS if getattr(scenario, name) or (trips and name == "tripinfo")]
     options = [part for name in asked for part in (f"--{name}-output", str(folder / _OUTPUTS[name]))]
-    return [*options, "--tripinfo-output.write-unfinished"] if "tripinfo" in asked else options
+    if "tripinfo" in asked:
+        options.append("--tripinfo-output.write-unfinished")
+    return [*options, "--tripinfo-output.write-undeparted"] if trips else options
 
 
 def check_outputs(scenario: Scenario) -> None:

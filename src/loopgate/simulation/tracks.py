@@ -38,10 +38,10 @@ def make_track(
     return Track(
         vehicle=start.vehicle,
         loop=loop.id,
-        lap_m=loop.length_m,
+        lap_m=loop.lap_m,
         start_m=start.front_m,
         top_speed_mps=max(network.lanes[span.lane_id].speed_mps for span in loop.spans),
-        rounds=rounds(loop),
+        rounds=rounds(loop) if loop.closed else (),
         edges=tuple((span.begin_m, span.edge) for span in loop.spans if not span.internal),
         legs=legs,
         stop_lines=tuple(_stop_line(loop, leg) for leg in legs),

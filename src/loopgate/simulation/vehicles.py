@@ -8,10 +8,12 @@ from dataclasses import dataclass, field, replace
 from random import Random
 
 from loopgate.abstraction.itinerary import Itinerary
+from loopgate.abstraction.stretches import least_change_m
 from loopgate.drive.track import Track
 from loopgate.errors import ScenarioError
 from loopgate.network import Loop, RoadNetwork, VehicleType, read_loops
 from loopgate.network.cover.watch import even_starts_m
+from loopgate.network.lanes import make_route
 from loopgate.network.routes_file import RoutesFile
 from loopgate.network.stops import Stop
 from loopgate.network.sumo_config import is_sumo_config
@@ -31,6 +33,7 @@ __all__ = [
     "departs_in_place",
     "evenly_round",
     "read_vehicles",
+    "share_lanes",
 ]
 
 _MOST_LOOPS = 40
@@ -85,10 +88,11 @@ def read_vehicles(
         found = random_loops(scenario, network, count)
         warnings = (f"{found.shortfall}; going on with these",) if found.shortfall else ()
         return _given_loops(scenario, network, found.loops, {}, {}), warnings, None
-    file = read_loops(network, scenario.routes or scenario.network, stops=scenario.stop_files)
-    if file.vehicles and not scenario.counts_vehicles:
+    source, counts = scenario.routes or scenario.network, scenario.counts_vehicles
+    file = read_loops(network, source, stops=scenario.stop_files, once=not counts)
+    if file.vehicles and not counts:
         by_name = {loop.id: loop for loop in file.loops}
-        begin_s = begins_s(scenario)
+        begin_s = begins_s(scenario, file)
         end_s = begin_s + scenario.warmup_s + scenario.duration_s
         each = [
             one
@@ -109,7 +113,7 @@ def read_vehicles(
             )
             for v in each
         ]
-        return mine, file.left_out, file
+        return share_lanes(network, mine), (*file.left_out, *_outside(scenario, file, begin_s, end_s)), file
     kinds: dict[str, VehicleType] = {}
     for vehicle in file.vehicles:
         kinds.setdefault(vehicle.loop, vehicle.type)
@@ -119,6 +123,48 @@ def read_vehicles(
         for v in given
     ]
     return stopping, file.left_out_of_routes, file
+
+
+def _outside(scenario: Scenario, file: RoutesFile, begin_s: float, end_s: float) -> tuple[str, ...]:
+    """Say how many of those who drive once depart at no time of the run."""
+    late = [v for v in file.vehicles if v.once and not v.flow and not begin_s <= v.depart_s < end_s]
+    if not late:
+        return ()
+    what = f"{scenario.routes or scenario.network}: {len(late)} vehicles are left out, first {late[0].id}"
+    return (f"{what}: they depart before {begin_s:g} s or after {end_s:g} s, when the run is over",)
+
+
+def share_lanes(network: RoadNetwork, vehicles: Sequence[Member]) -> list[Member]:
+    """Lead those who drive once over lanes so that parallel ones share the traffic, in order of departure.
+
+    Who drives over the same lanes has the same way from then on.
+    """
+    load: Counter[str] = Counter()
+    ways: dict[tuple[object, ...], Loop] = {}
+    found = {vehicle.id: vehicle for vehicle in vehicles}
+    for vehicle in sorted(vehicles, key=lambda v: v.depart_s):
+        loop, kind, wishes = vehicle.loop, vehicle.type, vehicle.attributes
+        if loop.closed:
+            continue
+        led = make_route(
+            network,
+            loop.id,
+            loop.edges,
+            vclass=kind.vclass,
+            load=load,
+            change_m=least_change_m(kind.length_m + kind.min_gap_m),
+            lanes=(_index(wishes.get("departLane")), _index(wishes.get("arrivalLane"))),
+        )
+        roads = [span for span in led.spans if not span.internal]
+        load.update(span.lane_id for span in roads)
+        key = loop.edges, tuple((span.lane_in, span.lane) for span in roads)
+        way = ways.setdefault(key, replace(led, id=f"way{len(ways)}"))
+        found[vehicle.id] = replace(vehicle, loop=way)
+    return list(found.values())
+
+
+def _index(text: str | None) -> int | None:
+    return int(text) if text and text.isdecimal() else None
 
 
 def _given_loops(
@@ -144,22 +190,32 @@ def evenly_round(network: RoadNetwork, vehicles: Sequence[Member]) -> list[Membe
 
 
 def by_departure(
-    scenario: Scenario, vehicles: Sequence[Member]
+    scenario: Scenario, vehicles: Sequence[Member], file: RoutesFile | None
 ) -> tuple[list[Member], list[Member], tuple[str, ...]]:
     """Return those who are there from the beginning, those who depart later, in order, and warnings."""
     twice = next((name for name, times in Counter(v.id for v in vehicles).items() if times > 1), None)
     if twice is not None:
         msg = f"{scenario.routes or scenario.network}: two vehicles are called {twice}; rename one"
         raise ScenarioError(msg)
-    begin_s = begins_s(scenario)
-    later = sorted((v for v in vehicles if v.depart_s > begin_s), key=lambda v: v.depart_s)
+    begin_s = begins_s(scenario, file)
+    later = sorted(
+        (v for v in vehicles if v.depart_s > begin_s or not v.loop.closed), key=lambda v: v.depart_s
+    )
+    once = next((v for v in later if not v.loop.closed), None)
+    if once is not None and scenario.abstraction != "queues":
+        msg = (
+            f"{scenario.routes or scenario.network}: vehicle {once.id} drives its route once: it works on "
+            f"--abstraction queues, or --gate open; on segments all routes have to close"
+        )
+        raise ScenarioError(msg)
     if later and scenario.gated and scenario.abstraction != "queues":
         msg = (
             f"{scenario.routes or scenario.network}: {len(later)} vehicles depart later, first {later[0].id} "
             f"at {later[0].depart_s:g} s: on segments all start at once; it works on --abstraction queues"
         )
         return list(vehicles), [], (msg,)
-    return [v for v in vehicles if v.depart_s <= begin_s], later, ()
+    gone = {v.id for v in later}
+    return [v for v in vehicles if v.id not in gone], later, ()
 
 
 def departs_at_edge(vehicle: Member) -> Departure:
@@ -175,7 +231,8 @@ def departs_in_place(network: RoadNetwork, vehicle: Member, way: Itinerary) -> D
     roads = [span.begin_m for span in vehicle.loop.spans if not span.internal]
     wish_m = roads[vehicle.edge] if vehicle.depart_m is None else vehicle.depart_m
     lap_m = way.length_m
-    position = min(range(len(way.legs)), key=lambda k: (way.legs[k].end_m - _LEAST_M - wish_m) % lap_m)
+    places = len(way.legs) - (0 if vehicle.loop.closed else 1)
+    position = min(range(places), key=lambda k: (way.legs[k].end_m - _LEAST_M - wish_m) % lap_m)
     leg = way.legs[position]
     first_m, last_m = leg.begin_m + vehicle.type.length_m + _CLEAR_M, leg.end_m - _LEAST_M
     near_m = wish_m + round((first_m - wish_m) / lap_m) * lap_m

@@ -22,9 +22,10 @@ class Collision:
 
 @dataclass(frozen=True, slots=True)
 class Insertion:
-    """How a vehicle is put in: on which route, of which type, on which lane and where on it [m], at rest.
+    """How a vehicle is put in: on which route, of which type, on which lane and where on it [m].
 
-    Besides, attributes as SUMO has them, and parameters by key.
+    At rest, or `rolling` as fast as it may there. Besides, attributes as SUMO has them, and parameters by
+    key.
     """
 
     route: str
@@ -33,6 +34,7 @@ class Insertion:
     position_m: float
     attributes: Mapping[str, str] = field(default_factory=dict, hash=False)
     parameters: Mapping[str, str] = field(default_factory=dict, hash=False)
+    rolling: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,6 +110,10 @@ class Traffic(Protocol):
 
     def departed(self) -> Sequence[str]:
         """Return the vehicles that were put in in the last step."""
+        ...
+
+    def arrived(self) -> Sequence[str]:
+        """Return the vehicles that went off the road in the last step, at the ends of their routes."""
         ...
 
     def put_in(self, vehicle: str, how: Insertion) -> None:

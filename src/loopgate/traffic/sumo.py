@@ -129,6 +129,11 @@ class SumoTraffic:
         ids: Sequence[str] = self._simulation.getDepartedIDList()
         return ids
 
+    def arrived(self) -> Sequence[str]:
+        """Return the vehicles that went off the road in the last step, at the ends of their routes."""
+        ids: Sequence[str] = self._simulation.getArrivedIDList()
+        return ids
+
     def put_in(self, vehicle: str, how: Insertion) -> None:
         """Let a vehicle depart in the next step, if SUMO finds that safe."""
         own = how.attributes
@@ -139,7 +144,9 @@ class SumoTraffic:
                 typeID=how.kind,
                 departLane=str(how.lane_index),
                 departPos=f"{how.position_m:.3f}",
-                departSpeed="0",
+                departSpeed="max" if how.rolling else "0",
+                arrivalPos=own.get("arrivalPos", "max"),
+                arrivalSpeed=own.get("arrivalSpeed", "current"),
                 line=own.get("line", ""),
                 personNumber=int(own.get("personNumber", "0")),
             )

@@ -1,0 +1,156 @@
+"""Trips, which leave their way to SUMO: led by its own router, once, before a run."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import subprocess
+from collections.abc import Sequence
+from pathlib import Path
+from xml.etree import ElementTree as ET
+
+from loopgate.errors import RouteError
+from loopgate.folders import temporary_folder
+from loopgate.network.clock import seconds
+from loopgate.network.road import RoadNetwork
+from loopgate.reading import shown
+
+__all__ = ["has_way", "lead_trips"]
+
+_ENDS = (
+    "from",
+    "to",
+    "fromJunction",
+    "toJunction",
+    "fromTaz",
+    "toTaz",
+    "fromXY",
+    "toXY",
+    "fromLonLat",
+    "toLonLat",
+)
+_MIDDLE = ("via", "viaJunctions", "viaXY", "viaLonLat")
+
+_LONGEST_S = 600.0
+"""A network on which trips take longer than this to lead is none that SUMO's router can work with [s]."""
+
+
+def has_way(element: ET.Element) -> bool:
+    """Return whether a vehicle, trip or flow says itself which edges it drives over."""
+    return bool(element.get("route")) or element.find("route") is not None
+
+
+def lead_trips(
+    network: RoadNetwork,
+    elements: Sequence[tuple[Path, ET.Element]],
+    types: Sequence[ET.Element],
+    beside: Sequence[Path],
+    *,
+    seed: int = 1,
+) -> list[str]:
+    """Give each element that says only its ends the route that SUMO's router finds: the quickest.
+
+    One for all vehicles of a flow. SUMO itself would take the same one, where roads are empty.
+
+    Parameters
+    ----------
+    network
+        The roads.
+    elements
+        Vehicles, trips and flows, with their files.
+    types
+        The vehicle types of these files.
+    beside
+        Additional files, with districts for example.
+    seed
+        Of the router.
+
+    Returns
+    -------
+    list of str
+        Names of those for which there is no way.
+
+    Raises
+    ------
+    RouteError
+        If an edge is not in the network, or the router does not work; the text says what it said.
+    """
+    asked = [(source, element) for source, element in elements if not has_way(element)]
+    if not asked:
+        return []
+    top = ET.Element("routes")
+    top.extend(types)
+    for source, element in sorted(asked, key=lambda one: _departs_s(one[1])):
+        what = f"{source}: {element.tag} {element.get('id', '')}"
+        if not any(name in element.attrib for name in _ENDS) and element.find("stop") is None:
+            msg = f"{what}: it has neither a route nor from and to; expected one of them"
+            raise RouteError(msg)
+        for name in ("from", "to", "via"):
+            for edge in element.get(name, "").split():
+                if edge not in network.edges:
+                    msg = f"{what}: {name} is {shown(edge)}, which is no edge of {network.name}"
+                    raise RouteError(msg)
+        said = {name: element.attrib[name] for name in (*_ENDS, *_MIDDLE, "type") if name in element.attrib}
+        trip = ET.SubElement(
+            top, "trip", {"id": element.get("id", ""), "depart": f"{_departs_s(element):g}", **said}
+        )
+        trip.extend(element.findall("stop"))
+    routes = _routed(network, top, beside, seed)
+    lost = []
+    for _, element in asked:
+        name = element.get("id", "")
+        edges = routes.get(name)
+        if edges is None:
+            lost.append(name)
+        else:
+            element.insert(0, ET.Element("route", edges=edges))
+    return lost
+
+
+def _departs_s(element: ET.Element) -> float:
+    try:
+        return seconds(element.get("begin" if element.tag == "flow" else "depart", "0"))
+    except ValueError:
+        return 0.0  # said by whoever reads when it departs
+
+
+def _router() -> Path:
+    """Return SUMO's router, as its package has it."""
+    spec = importlib.util.find_spec("sumo")
+    homes = (spec.submodule_search_locations if spec else None) or ()
+    found = next((file for home in homes for file in sorted(Path(home, "bin").glob("duarouter*"))), None)
+    if found is None:
+        msg = "trips are led by SUMO's duarouter, and there is none; pip install eclipse-sumo"
+        raise RouteError(msg)
+    return found
+
+
+def _routed(network: RoadNetwork, top: ET.Element, beside: Sequence[Path], seed: int) -> dict[str, str]:
+    with temporary_folder() as folder:
+        trips, found = folder / "trips.xml", folder / "routes.xml"
+        ET.ElementTree(top).write(trips, encoding="utf-8", xml_declaration=True)
+        command = [
+            *(str(_router()), "--net-file", str(network.file), "--route-files", str(trips)),
+            *("--output-file", str(found), "--alternatives-output", os.devnull, "--seed", str(seed)),
+            *("--ignore-errors", "--no-step-log", "--no-warnings", "--xml-validation", "never"),
+            *(("--additional-files", ",".join(map(str, beside))) if beside else ()),
+        ]
+        try:
+            done = subprocess.run(  # noqa: S603  SUMO's own program
+                command, capture_output=True, text=True, timeout=_LONGEST_S, check=False
+            )
+            said = done.stderr
+        except (OSError, subprocess.TimeoutExpired) as error:
+            done, said = None, str(error)
+        if done is None or done.returncode or not found.exists():
+            why = next((line for line in said.splitlines() if line.startswith("Error")), said[:200])
+            why = why.removeprefix("Error: ") or "no reason given"
+            msg = f"SUMO's duarouter does not lead the trips: {why}"
+            raise RouteError(msg)
+        routes = ET.parse(found).getroot()  # noqa: S314  SUMO has just written it
+    return {
+        one.get("id", ""): edges
+        for one in routes
+        for route in one.iter("route")
+        if (edges := route.get("edges"))
+    }

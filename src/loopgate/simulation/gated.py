@@ -1,0 +1,106 @@
+"""Who of those that drive once is under the gate, and who is ordinary traffic."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from pathlib import Path
+from xml.etree import ElementTree as ET
+
+from loopgate.abstraction.queue_layout import lay_out_queues
+from loopgate.disk import writing
+from loopgate.errors import RefusedLoopError, ScenarioError
+from loopgate.network import RoadNetwork
+from loopgate.reading import is_file, refusing, shown
+from loopgate.simulation.scenario import Scenario
+from loopgate.simulation.vehicles import Member
+
+__all__ = ["choose_gated", "find_unfit", "write_ordinary"]
+
+_MOST_SHOWN = 5
+
+
+def choose_gated(scenario: Scenario, vehicles: Sequence[Member]) -> tuple[list[Member], list[Member]]:
+    """Return those under the gate, and ordinary ones; who drives on a loop is always under it.
+
+    Raises
+    ------
+    ScenarioError
+        If the scenario names neither a type of theirs nor a file, or that names nobody.
+    """
+    who = scenario.rule_for_gated
+    once = [v for v in vehicles if not v.loop.closed]
+    if who == "all" or not once:
+        return list(vehicles), []
+    names: Collection[str] = ()
+    if who != "loops":
+        names = {v.id for v in once if v.type.id == who} or _named(who, once)
+    mine = [v for v in vehicles if v.loop.closed or v.id in names]
+    gated = {v.id for v in mine}
+    return mine, [v for v in once if v.id not in gated]
+
+
+def _named(who: str, vehicles: Sequence[Member]) -> Collection[str]:
+    kinds = list(dict.fromkeys(v.type.id for v in vehicles))
+    if not is_file(who):
+        listed = ", ".join(kinds[:_MOST_SHOWN]) + (", ..." if len(kinds) > _MOST_SHOWN else "")
+        msg = (
+            f"gated: {shown(who)} is neither all nor loops, nor a type of the vehicles that drive once "
+            f"({listed}), nor a file with their names"
+        )
+        raise ScenarioError(msg)
+    with refusing(Path(who), "file of names", ScenarioError):
+        lines = Path(who).read_text(encoding="utf-8").splitlines()
+    known = {v.id for v in vehicles}
+    asked = dict.fromkeys(name for line in lines if (name := line.partition("#")[0].strip()))
+    unknown = [name for name in asked if name not in known]
+    if unknown or not asked:
+        what = f"{shown(unknown[0])} is no vehicle that drives once" if unknown else "it names nobody"
+        msg = f"gated: {who}: {what}; expected one name in each line"
+        raise ScenarioError(msg)
+    return asked
+
+
+def find_unfit(
+    network: RoadNetwork, staying: Sequence[Member], once: Sequence[Member]
+) -> dict[str, list[Member]]:
+    """Return, by reason, those of `once` whose ways do not work as queues beside all others.
+
+    Raises
+    ------
+    RefusedLoopError
+        If one of those `staying` does not.
+    """
+    fit, unfit = list(once), dict[str, list[Member]]()
+    while fit:
+        try:
+            lay_out_queues(network, [(v.loop, v.type) for v in (*staying, *fit)])
+        except RefusedLoopError as error:
+            refused: Mapping[str, str] = error.refused
+            if any(v.loop.closed and v.loop.id in refused for v in (*staying, *fit)):
+                raise
+            for vehicle in fit:
+                if vehicle.loop.id in refused:
+                    unfit.setdefault(refused[vehicle.loop.id], []).append(vehicle)
+            fit = [v for v in fit if v.loop.id not in refused]
+        else:
+            break
+    return unfit
+
+
+def write_ordinary(vehicles: Sequence[Member], file: Path) -> None:
+    """Write vehicles as a route file for SUMO, which drives them by its own rules."""
+    top = ET.Element("routes")
+    for kind in {v.type.id: v.type for v in vehicles}.values():
+        element = ET.SubElement(top, "vType", {"vClass": kind.vclass, **kind.attributes, "id": kind.id})
+        for name, value in kind.parameters.items():
+            ET.SubElement(element, "param", key=name, value=value)
+    for v in sorted(vehicles, key=lambda v: v.depart_s):
+        said = {"id": v.id, "type": v.type.id, "depart": f"{v.depart_s:g}", **v.attributes}
+        if v.depart_m is not None:
+            said["departPos"] = f"{v.depart_m:g}"
+        element = ET.SubElement(top, "vehicle", said)
+        ET.SubElement(element, "route", edges=" ".join(v.loop.edges))
+        for name, value in v.parameters.items():
+            ET.SubElement(element, "param", key=name, value=value)
+    with writing(file):
+        ET.ElementTree(top).write(file, encoding="utf-8", xml_declaration=True)

@@ -1,0 +1,163 @@
+"""Delays of vehicles that drive once, as SUMO's own tripinfo defines them: gated or not, alike."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree as ET
+
+from loopgate.errors import ResultsError
+
+__all__ = ["Trip", "gated_trips", "read_trips", "trip_figures"]
+
+
+@dataclass(frozen=True, slots=True)
+class Trip:
+    """What SUMO says of one vehicle.
+
+    Attributes
+    ----------
+    vehicle
+        Its name.
+    arrived
+        Whether it is at the end of its route.
+    departed
+        Whether it has departed.
+    depart_delay_s
+        From when it wanted to depart until it did, or until the end [s].
+    duration_s
+        Time under way [s].
+    time_loss_s
+        What it lost of that against driving at its ideal speed all the way [s]; stops of its own are none.
+    distance_m
+        How far it drove [m].
+    waiting_s
+        How long it stood [s], stops of its own left out.
+    stopped_s
+        How long it was at stops [s], those of a gate too.
+    """
+
+    vehicle: str
+    arrived: bool
+    departed: bool
+    depart_delay_s: float
+    duration_s: float = 0.0
+    time_loss_s: float = 0.0
+    distance_m: float = 0.0
+    waiting_s: float = 0.0
+    stopped_s: float = 0.0
+
+    @property
+    def delay_s(self) -> float:
+        """Time loss and depart delay together [s]."""
+        return self.time_loss_s + self.depart_delay_s
+
+
+def read_trips(file: Path, *, held: bool = False, interrupted: bool = False) -> dict[str, Trip]:
+    """Read ``tripinfo.xml``.
+
+    Parameters
+    ----------
+    file
+        As SUMO wrote it, with those that are under way and those that have not departed.
+    held
+        Whether vehicles were held at stops: then the time at stops is lost, as if they had waited in traffic.
+    interrupted
+        Whether the run was, so that the file may be cut off.
+
+    Raises
+    ------
+    ResultsError
+        If it cannot be read.
+    """
+    try:
+        top = ET.parse(file).getroot()  # noqa: S314  SUMO has just written it
+    except (OSError, ET.ParseError) as error:
+        if interrupted:
+            return {}  # before SUMO could finish it
+        # SUMO does not say so when it cannot write.
+        msg = f"{file}: SUMO could not write all of it; is the disk full? Free some space and run it again"
+        raise ResultsError(msg) from error
+    return {trip.vehicle: trip for element in top.iter("tripinfo") for trip in (_trip(element, held=held),)}
+
+
+def _trip(element: ET.Element, *, held: bool) -> Trip:
+    def figure(name: str) -> float:
+        return max(0.0, float(element.get(name, "0")))
+
+    stood_s = figure("stopTime") if held else 0.0
+    return Trip(
+        element.get("id", ""),
+        arrived=float(element.get("arrival", "-1")) >= 0.0 and not element.get("vaporized"),
+        departed=float(element.get("depart", "-1")) >= 0.0,
+        depart_delay_s=figure("departDelay"),
+        duration_s=figure("duration"),
+        time_loss_s=figure("timeLoss") + stood_s,
+        distance_m=figure("routeLength"),
+        waiting_s=figure("waitingTime") + stood_s,
+        stopped_s=figure("stopTime"),
+    )
+
+
+def gated_trips(
+    trips: Mapping[str, Trip],
+    delays_s: Mapping[str, float],
+    stopped_s: Mapping[str, float],
+    arrived: Iterable[str],
+) -> dict[str, Trip]:
+    """Return the trips of vehicles under a gate, which puts them in itself.
+
+    Parameters
+    ----------
+    trips
+        As SUMO has them.
+    delays_s
+        Depart delays of all that wanted to depart [s].
+    stopped_s
+        How long vehicles stood at stops of their own [s].
+    arrived
+        Those who have.
+    """
+    there = frozenset(arrived)
+    found = {}
+    for vehicle, delay_s in delays_s.items():
+        trip = trips.get(vehicle, Trip(vehicle, arrived=False, departed=False, depart_delay_s=delay_s))
+        own_s = stopped_s.get(vehicle, 0.0)
+        found[vehicle] = replace(
+            trip,
+            arrived=vehicle in there,
+            depart_delay_s=delay_s,
+            time_loss_s=max(0.0, trip.time_loss_s - own_s),
+            waiting_s=max(0.0, trip.waiting_s - own_s),
+        )
+    return found
+
+
+def trip_figures(trips: Iterable[Trip]) -> dict[str, Any]:
+    """Return what ``summary.json`` says of trips; nothing where there are none.
+
+    Who is still under way, or has not departed, counts with what it has lost so far.
+    """
+    every = list(trips)
+    if not every:
+        return {}
+    on_way = [trip for trip in every if trip.departed]
+    worst = max(every, key=lambda trip: trip.delay_s)
+    count = sum(trip.arrived for trip in every)
+    return {
+        "trips": len(every),
+        "arrived": count,
+        "unfinished": len(every) - count,
+        "mean_time_loss_s": _mean(trip.time_loss_s for trip in on_way),
+        "mean_depart_delay_s": _mean(trip.depart_delay_s for trip in every),
+        "mean_delay_s": _mean(trip.delay_s for trip in every),
+        "worst_delay_s": round(worst.delay_s, 3),
+        "worst_trip": worst.vehicle,
+    }
+
+
+def _mean(values: Iterable[float]) -> float:
+    every = list(values)
+    return round(sum(every) / len(every), 3) if every else 0.0
