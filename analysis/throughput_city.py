@@ -1,4 +1,4 @@
-"""Vehicle-km in the hour in two cities: SUMO's own rules beside the certified gate, lights on and off.
+"""Vehicle-km in the hour in two cities: SUMO's own rules with lights on and off, beside the certified gate.
 
 South-east Berlin and Braunschweig, as they come with SUMO, on random loops of 400 to 3000 m: 60 and 20
 for each seed, driven under every rule by the same vehicles from the same places.
@@ -31,7 +31,6 @@ def _city(name: str, title: str, network: str, loops: int, vehicles: tuple[int, 
         _rule("SUMO, lights on", network, "open", "keep"),
         _rule("SUMO, lights off", network, "open", "off"),
         _rule("certified, lights off", network, "certified", "off"),
-        _rule("certified, lights obeyed", network, "certified", "obey"),
     ]
 
     def make(seed: int) -> Sequence[Loop]:
