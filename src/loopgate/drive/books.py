@@ -115,11 +115,12 @@ def carry_over(old: Tables, new: Tables, robots: Mapping[int, int]) -> None:
         _row(new.run)[name] = _row(old.run)[name]
     _row(new.run)["version"] += 1
     _column(new.reasons)["refused"] = _column(old.reasons)["refused"]
-    for before, now in robots.items():
-        was, one = _column(old.vehicles)[before], _column(new.vehicles)[now]
-        for name in _CARRIED:
-            one[name] = was[name]
-        length, begin, to = (int(row) for row in (was["numbers"], was["number_at"], one["number_at"]))
+    before, now = list(robots), list(robots.values())
+    was, one = _column(old.vehicles), _column(new.vehicles)
+    for name in _CARRIED:
+        one[name][now] = was[name][before]
+    columns = was["numbers"][before], was["number_at"][before], one["number_at"][now]
+    for length, begin, to in zip(*(column.tolist() for column in columns), strict=True):
         new.lists[to : to + length] = old.lists[begin : begin + length]
     waiting = _column(old.entries)["waiting"][: _row(old.run)["waiting"]].tolist()
     still = [robots[robot] for robot in waiting if robot in robots]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cache
 from typing import Any, Final, get_type_hints
 
 import numpy as np
@@ -29,11 +30,15 @@ def table(
         Number of rows; by default that of the columns.
     """
     columns = columns or {}
-    kinds = {name: _KINDS[kind] for name, kind in get_type_hints(row).items()}
     if length is None:
         length = len(next(iter(columns.values())))
-    made = np.zeros(length, dtype=np.dtype(list(kinds.items()), align=True))
+    made = np.zeros(length, dtype=_kind(row))
     for name, values in columns.items():
         made[name] = values
     # Compiled code reads the columns of a row as attributes; uncompiled they have to be some.
     return made.view(np.recarray) if config.DISABLE_JIT else made  # type: ignore[attr-defined]  # set on import
+
+
+@cache
+def _kind(row: type) -> np.dtype[np.void]:
+    return np.dtype([(name, _KINDS[kind]) for name, kind in get_type_hints(row).items()], align=True)

@@ -104,7 +104,10 @@ class System:
         put(self, "fifo_states", fifo_states)
         put(self, "_queue_of", {s: q for q, s in enumerate(fifo_states)})
         following = tuple(
-            tuple(-1 if (q := robot.next_position(p)) is None else q for p in range(len(robot.path)))
+            (
+                *range(1, len(robot.path)),
+                -1 if (first := robot.next_position(len(robot.path) - 1)) is None else first,
+            )
             for robot in self.robots
         )
         put(self, "following", following)

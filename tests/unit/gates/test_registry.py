@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from importlib.metadata import EntryPoint, EntryPoints
+from importlib.metadata import EntryPoint
 
 import pytest
 
@@ -45,7 +45,7 @@ def test_options_are_read_by_kind(monkeypatch: pytest.MonkeyPatch) -> None:
     """Whole numbers, decimal numbers and truth values reach the gate as such."""
     point = EntryPoint("tuned", f"{__name__}:Tuned", "loopgate.gates")
     monkeypatch.setattr(EntryPoint, "load", lambda _: Tuned)
-    monkeypatch.setattr(plugins, "entry_points", lambda **_: EntryPoints([point]))
+    monkeypatch.setattr(plugins, "_installed", lambda _: {point.name: point})
     gate = make_gate("tuned:depth=3,share=0.25,fair=true", ring_of_three())
     assert isinstance(gate, Tuned)
     assert repr(gate.options) == "(3, 0.25, True)"

@@ -65,10 +65,7 @@ class SystemIndex:
         self.system = system
         states = range(len(system.states))
         self.path = [list(path) for path in system.paths]
-        self.follow = [
-            [-1 if (q := robot.next_position(p)) is None else q for p in range(len(robot.path))]
-            for robot in system.robots
-        ]
+        self.follow = [list(following) for following in system.following]
         self.room = list(system.room)
         shared_fifo = set(system.fifo_states)
         self.fifo = [s in shared_fifo for s in states]
@@ -89,6 +86,8 @@ class SystemIndex:
             for s in states
         ]
         for i, path in enumerate(self.path):
+            if self.follow[i][-1] >= 0:
+                continue  # it never ends
             for p, s in enumerate(path):
                 if self.wide[s] and not self._open_behind(i, p, enders):
                     self.wide[s] = False  # for this robot it is no home
@@ -107,7 +106,7 @@ class SystemIndex:
         self.hopeless = tuple(
             i
             for i, path in enumerate(self.path)
-            if not all(self._passable(i, p, enders) for p in self._entered_for_ever(i, path))
+            if any(enders) and not all(self._passable(i, p, enders) for p in self._entered_for_ever(i, path))
         )
         self.steps: list[list[int]] = []
         self.settling: list[list[bool]] = []
