@@ -100,10 +100,14 @@ def _slow_s(driver: Driver, signal: Signal, distance_m: float) -> float:
 
 @dataclass(slots=True)
 class _Passage:
-    """A vehicle that was let go towards a light: its way is clear, so only the light can stop it there."""
+    """A vehicle that was let go towards a light: its way is clear, so only the light can stop it there.
+
+    `leg` is that which it was granted; the driver is another one when others have joined or left.
+    """
 
     driver: Driver
     signal: Signal
+    leg: int
     line_m: float
     stands: bool = False
     committed: bool = False
@@ -200,7 +204,7 @@ class Lights:
         self._red_since.pop(driver.id, None)
         for signal in self._behind(driver, driver.granted - 1):
             self._grants += 1
-            passage = _Passage(driver, signal, driver.line_m + signal.ahead_m)
+            passage = _Passage(driver, signal, driver.granted, driver.line_m + signal.ahead_m)
             self._under_way.append(passage)
             letter = self._timetable.next(signal.light, signal.link).letter
             if signal.at_line and letter != _ARROW:
@@ -219,13 +223,17 @@ class Lights:
     def look(self) -> None:
         """Let vehicles stop for a red if they can, and count those who stand at one; call once per step.
 
-        O(vehicles between a grant and the line of a light).
+        O(vehicles) while any is between a grant and the line of a light.
         """
         if not self._under_way:
             return
+        here = {driver.id: driver for driver in self._drivers}
         still: list[_Passage] = []
         for passage in self._under_way:
-            driver, signal = passage.driver, passage.signal
+            driver, signal = here.get(passage.driver.id), passage.signal
+            if driver is None or driver.granted < passage.leg:  # it has left, or has joined anew
+                continue
+            passage.driver = driver
             showing = self._timetable.next(signal.light, signal.link)
             if driver.front_m > passage.line_m:
                 self._commit(passage, committed=False)

@@ -343,7 +343,8 @@ class SumoTraffic:
         """Let a vehicle under the gate stop for red and amber lights, or drive on whatever they show."""
         (self._heedless.discard if heeds else self._heedless.add)(vehicle)
         if vehicle not in self._braked:
-            self._vehicle.setSpeedMode(vehicle, self._mode(vehicle))
+            with suppress(self._error):  # it may just have arrived
+                self._vehicle.setSpeedMode(vehicle, self._mode(vehicle))
 
     def _mode(self, vehicle: str) -> int:
         return self._speed_mode & _ANY_LIGHT if vehicle in self._heedless else self._speed_mode

@@ -38,9 +38,10 @@ class Scene:
         self.driver.row["line_m"] = LINE_M
         self.driver.row["speed"] = speed
         self.traffic = FakeTraffic({})
+        self.drivers = [self.driver]
         self.lights = Lights(
             self.traffic,
-            [self.driver],
+            self.drivers,
             {"loop": (signals, ())},
             Timetable(self.traffic),
         )
@@ -183,3 +184,20 @@ def test_a_light_that_never_turns_is_named() -> None:
     scene = Scene(signal("t"))
     scene.shows("t", "G", 30.0, after="g")
     assert scene.lights.warnings() == []
+
+
+def test_who_joins_or_leaves_does_not_change_who_is_looked_after() -> None:
+    """A vehicle has another driver then, which is looked at; nobody asks about one that is gone."""
+    scene = Scene(signal("t"), at_m=90.0, speed=5.0)
+    scene.shows("t", "G", 1000.0)
+    scene.driver.row["granted"] = 1
+    scene.lights.granted(0)
+    other = Scene(signal("t"), at_m=101.0, speed=5.0).driver
+    other.row["granted"] = 1
+    scene.drivers[:] = [other]
+    scene.lights.look()
+    assert scene.traffic.heedless == set(), "it is over the line"
+    scene.lights.granted(0)
+    scene.drivers.clear()
+    scene.lights.look()
+    assert scene.lights.figures()["stood"] == 0
