@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import suppress
 from typing import Any
 
 from loopgate.errors import TrafficError
@@ -343,8 +342,10 @@ class SumoTraffic:
         """Let a vehicle under the gate stop for red and amber lights, or drive on whatever they show."""
         (self._heedless.discard if heeds else self._heedless.add)(vehicle)
         if vehicle not in self._braked:
-            with suppress(self._error):  # it may just have arrived
+            try:
                 self._vehicle.setSpeedMode(vehicle, self._mode(vehicle))
+            except self._error:  # it has just arrived
+                self._heedless.discard(vehicle)
 
     def _mode(self, vehicle: str) -> int:
         return self._speed_mode & _ANY_LIGHT if vehicle in self._heedless else self._speed_mode
