@@ -40,6 +40,7 @@ NOT_IMPORTED = "from dask_jobqueue"
 SHORTER = {
     r"^(loopgate run (?!.*--duration).*)$": r"\1 --duration 60",
     r"^(loopgate run (?!.*watch).* --duration) (?:3|6|36)00": r"\1 60",
+    r"^(loopgate run .* --vehicles) (?:300|400)": r"\1 60",
     r"^(loopgate montecarlo .*) --rounds 10000": r"\1 --rounds 200",
     r"^(loopgate verify --random) 100": r"\1 10",
     r"^(python analysis/road_systems.py)$": r"\1 --limit 100 --vehicles 3 -o road-systems.csv",
@@ -54,6 +55,7 @@ SHORTER = {
     ),
     r"^duration_s = 300$": "duration_s = 30",
     r"^vehicles = \[10, 40, 80\]$": "vehicles = [10, 40]",
+    r"^vehicles = \[100, 300, 500\]$": "vehicles = [100, 300]",
     r"^seed = \{.*$": "seed = [1, 2]",
 }
 """What takes minutes or hours as printed is run with a shorter time, fewer vehicles, or fewer systems."""

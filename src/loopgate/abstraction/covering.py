@@ -21,7 +21,7 @@ from loopgate.network.vehicle_type import DEFAULT_TYPE, VehicleType
 
 __all__ = ["Cover", "cover_streets"]
 
-_MENDS = 20
+_MENDS, _SHARED = 20, 2
 
 Walk = tuple[int, ...]
 
@@ -98,6 +98,19 @@ def cover_streets(
             raise RouteError(msg)
         mender = _Mender(network, design, kind, name)
         loops, bad = mender.mended(walks_of(design, plan))
+        detours: dict[str, float] = {}
+        for _ in range(_SHARED):
+            if bad or not finished or not mender.detours or mender.longest <= plan.longest:
+                break
+            # What detours cost is known now: share it among the loops, and keep what is better.
+            detours |= mender.detours
+            other = _Mender(network, design, kind, name)
+            more, finished = _best(design.dearer(detours), count, seed, progress, plan)
+            plan = more or plan
+            again, refused = other.mended(walks_of(design, plan))
+            detours |= other.detours
+            if not refused and len(other.lost) <= len(mender.lost) and other.longest < mender.longest:
+                loops, mender = again, other
         if not bad and not loops:
             msg = f"{network.name}: no covering loop works as queues: {Reason.QUEUES}; cover more streets"
             raise RouteError(msg)
@@ -107,11 +120,16 @@ def cover_streets(
 
 
 def _best(
-    design: Design, count: int, seed: int, progress: Callable[[int, int | None], None] | None
+    design: Design,
+    count: int,
+    seed: int,
+    progress: Callable[[int, int | None], None] | None,
+    begun: Plan | None = None,
 ) -> tuple[Plan | None, bool]:
-    plan = None
+    plan = begun
     try:
-        for number, better in enumerate(design.plans(count, seed=seed)):
+        better_and_better = design.plans(count, seed=seed, begun=begun)
+        for number, better in enumerate(better_and_better, ROUNDS // 2 if begun else 0):
             plan = better
             if progress:
                 progress(number, ROUNDS)
@@ -133,6 +151,10 @@ class _Mender:
     def __init__(self, network: RoadNetwork, design: Design, kind: VehicleType, name: str) -> None:
         self.lost: dict[str, Reason] = {}
         """Streets that no mended walk covers."""
+        self.detours: dict[str, float] = {}
+        """Streets that walks had to be led over, and what that cost."""
+        self.longest = 0.0
+        """Cost of the longest walk, mended."""
         self._network = network
         self._design = design
         self._name = name
@@ -160,6 +182,7 @@ class _Mender:
             ]
             refused = survey_queues(self._network, [(loop, self._kind) for loop in loops]).refused
             if not refused:
+                self.longest = max(map(self._cost, now), default=0.0)
                 return tuple(loops), set()
             bad: set[str] = set()
             for refusal in sorted(refused, key=lambda r: loops.index(r.loop), reverse=True):
@@ -217,7 +240,7 @@ class _Mender:
             return
         costs = [self._cost(walk) for walk in walks]
         # The cheapest of those that make the longest loop least longer.
-        _, _, number, begin, detour = min(
+        _, self.detours[edge], number, begin, detour = min(
             (max(costs[k] + price, *costs), price, k, begin, detour)
             for price, begin, detour in options
             for k, walk in enumerate(walks)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -92,15 +92,26 @@ class Design:
         """Return what the longest of so many loops cannot be below."""
         return max(self.circulation / count, self.worst)
 
-    def plans(self, count: int, *, seed: int) -> Iterator[Plan]:
-        """Yield ever better plans for so many loops, or for more where none may be longer than so much."""
+    def dearer(self, more: Mapping[str, float]) -> Design:
+        """Return the design where driving over some streets costs so much more, whatever came before."""
+        cost = self.ways.cost.copy(order="K")  # as the search is compiled for it
+        for rank, node in enumerate(self.ways.nodes):
+            cost[:, rank] += more.get(self.graph.edges[node], 0.0)
+        return replace(self, ways=replace(self.ways, cost=cost))
+
+    def plans(self, count: int, *, seed: int, begun: Plan | None = None) -> Iterator[Plan]:
+        """Yield ever better plans for so many loops, or for more where none may be longer than so much.
+
+        With `begun`, a plan that was found before, the search goes on with that.
+        """
         most = self.task.max_length_m
         if math.isinf(most):
-            yield from search(self.ways.cost, self.tour, count, self.bound(count), seed=seed)
+            tours = begun.tours if begun else (self.tour,)
+            yield from search(self.ways.cost, tours, count, self.bound(count), seed=seed)
             return
         count = max(count, math.ceil(self.circulation / most))
         while count <= len(self.ways.nodes):
-            for plan in search(self.ways.cost, self.tour, count, most, seed=seed):
+            for plan in search(self.ways.cost, (self.tour,), count, most, seed=seed):
                 if plan.longest <= most:
                     yield plan
             if plan.longest <= most:

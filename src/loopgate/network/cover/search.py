@@ -52,18 +52,19 @@ class Plan:
         return sum(self.lengths)
 
 
-def search(cost: Floats, tour: Ints, count: int, bound: float, *, seed: int) -> Iterator[Plan]:
+def search(cost: Floats, tours: Sequence[Ints], count: int, bound: float, *, seed: int) -> Iterator[Plan]:
     """Yield ever better plans, `ROUNDS` and one in all; the last is the best found.
 
-    First a tour through all is cut. Then, in rounds, strings of streets are moved between tours, and pairs of
-    tours are made anew: the cheapest assignment over both, patched to one tour and cut in two.
+    First a tour through all is cut; tours that are several are gone on with, in half as many rounds. Then, in
+    rounds, strings of streets are moved between tours, and pairs of tours are made anew: the cheapest
+    assignment over both, patched to one tour and cut in two.
 
     Parameters
     ----------
     cost
         Between streets, shape (n, n); on the diagonal the closed walk through one alone.
-    tour
-        Through all of them.
+    tours
+        Through all of them: one, or what an earlier search has found.
     count
         How many tours; one for each street where these are fewer.
     bound
@@ -71,12 +72,12 @@ def search(cost: Floats, tour: Ints, count: int, bound: float, *, seed: int) -> 
     seed
         The same seed makes the same tours.
     """
-    best = _begin(cost, tour, count, bound)
+    best = _plan(cost, tours) if len(tours) > 1 else _begin(cost, tours[0], count, bound)
     yield best
     rng = np.random.default_rng(seed)
     near, around = _neighbours(cost)
     idle = 0
-    for number in range(ROUNDS):
+    for number in range(ROUNDS // 2 if len(tours) > 1 else 0, ROUNDS):
         heat, before = 1.0 - number / ROUNDS, best
         best = _moved(cost, near, around, best, bound, _HEAT * heat, int(rng.integers(2**31)))
         if len(best.tours) > 1:

@@ -150,3 +150,14 @@ def test_loops_are_near_the_bound(count: int, over: float) -> None:
     plan = best(design, count)
     assert plan.longest <= (1 + over) * design.bound(count)
     assert count > 5 or plan.total <= 1.04 * design.circulation
+
+
+def test_a_detour_that_is_known_is_shared() -> None:
+    """On `bs3d` with a street that costs 400 m more the search goes on, and the longest grows by less."""
+    design = make_design(RoadNetwork.open("sumo:bs3d"), Task())
+    plan = best(design, 4)
+    dear = max(plan.tours, key=len)[0]
+    street = design.graph.edges[design.ways.nodes[dear]]
+    *_, shared = design.dearer({street: 400.0}).plans(4, seed=1, begun=plan)
+    assert sum(map(len, shared.tours)) == sum(map(len, plan.tours))
+    assert plan.longest < shared.longest < plan.longest + 300.0
