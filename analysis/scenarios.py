@@ -70,14 +70,14 @@ def long_lanes(folder: Path) -> list[str]:
 
 
 def plain(folder: Path) -> list[str]:
-    """Crossings by priority."""
+    """Make crossings by priority."""
     netgenerate(folder, *GRID)
     trips(folder)
     return []
 
 
 def detectors(folder: Path) -> list[str]:
-    """Actuated lights with detectors of three kinds on all their lanes."""
+    """Make actuated lights with detectors of three kinds on all their lanes."""
     netgenerate(folder, *GRID, "-j", "traffic_light", "--tls.default-type", "actuated")
     trips(folder)
     files = []
@@ -89,7 +89,7 @@ def detectors(folder: Path) -> list[str]:
 
 
 def flows(folder: Path) -> list[str]:
-    """A spider's web with flows, and measures of each road."""
+    """Make a spider's web with flows, and measures of each road."""
     netgenerate(folder, "--spider", "--spider.arm-number", "7", "--spider.circle-number", "4")
     trips(folder, "--flows", "20")
     write(folder, "measures.add.xml", '<edgeData id="e" freq="300" file="edges.out.xml"/>')
@@ -97,7 +97,7 @@ def flows(folder: Path) -> list[str]:
 
 
 def random_net(folder: Path) -> list[str]:
-    """A random network where who comes from the right goes first, with trips from its fringe."""
+    """Make a network where who comes from the right goes first, with trips from its fringe."""
     words = ("--rand.iterations", "60", "--bidi-probability", "1", "--rand.min-distance", "150")
     netgenerate(folder, "--rand", *words, "-j", "right_before_left")
     trips(folder, "--fringe-factor", "5")
@@ -105,7 +105,7 @@ def random_net(folder: Path) -> list[str]:
 
 
 def parking(folder: Path) -> list[str]:
-    """Parking areas, and rerouters to others where one is full; every trip parks on its way."""
+    """Make parking areas, and rerouters to others where one is full; every trip parks on its way."""
     netgenerate(folder, *GRID)
     tool(folder, "generateParkingAreas.py", "-n", NET, "-o", "parking.add.xml", "--seed", "7")
     words = ("-a", "parking.add.xml", "-n", NET, "-o", "rerouters.add.xml")
@@ -126,7 +126,7 @@ def parking(folder: Path) -> list[str]:
 
 
 def closed(folder: Path) -> list[str]:
-    """Two roads closed for five minutes, and a lane of a third."""
+    """Close two roads for five minutes, and a lane of a third."""
     netgenerate(folder, *GRID)
     trips(folder)
     tool(
@@ -149,23 +149,24 @@ def closed(folder: Path) -> list[str]:
 
 
 def calibrators(folder: Path) -> list[str]:
-    """Calibrators that put vehicles in and take them out, and signs that change the limit."""
+    """Make calibrators that put vehicles in, and signs that change the limit."""
     netgenerate(folder, *GRID)
     trips(folder)
     lanes = long_lanes(folder)
     flow = '<flow begin="0" end="600" vehsPerHour="200" speed="10" route="{0}" type="c"/>'
     text = '<vType id="c"/>'
     for number, edge in enumerate(("A2B2", "E2D2")):
-        text += f'<route id="r{number}" edges="{edge} {edge[2:]}{"C2" if number == 0 else "C2"}"/>'
-        text += f'<calibrator id="k{number}" edge="{edge}" pos="0" output="k{number}.out.xml">'
+        text += f'<route id="r{number}" edges="{edge} {edge[2:]}C2"/>'
+        text += f'<calibrator id="k{number}" edge="{edge}" pos="0" vTypes="c" output="k{number}.out.xml">'
         text += flow.format(f"r{number}") + "</calibrator>"
-    text += f'<variableSpeedSign id="s" lanes="{" ".join(lanes[:6])}"><step time="100" speed="8"/></variableSpeedSign>'
+    slower = '<step time="100" speed="8"/>'
+    text += f'<variableSpeedSign id="s" lanes="{" ".join(lanes[:6])}">{slower}</variableSpeedSign>'
     write(folder, "calibrators.add.xml", text)
     return ["calibrators.add.xml"]
 
 
 def walkers(folder: Path) -> list[str]:
-    """Sidewalks and crossings with persons on foot."""
+    """Make sidewalks and crossings with persons on foot."""
     netgenerate(folder, *GRID, "--sidewalks.guess", "--crossings.guess", "-j", "traffic_light")
     trips(folder)
     words = ("-n", NET, "-e", "600", "-p", "4", "--seed", "8", "--pedestrians", "-o", "persons.rou.xml")
@@ -174,7 +175,7 @@ def walkers(folder: Path) -> list[str]:
 
 
 def lines(folder: Path) -> list[str]:
-    """Two lines of buses with stops, made of a list of lines."""
+    """Make two lines of buses with stops, made of a list of lines."""
     netgenerate(folder, *GRID)
     trips(folder)
     ways = {"1": "A1B1 B1C1 C1D1 D1E1", "2": "C4C3 C3C2 C2C1 C1C0"}
@@ -186,7 +187,8 @@ def lines(folder: Path) -> list[str]:
         )
         served = "".join(f'<busStop id="{name}" name="{name}"/>' for name in names)
         route = f'<route edges="{way}"/>'
-        found += f'<ptLine id="{line}" name="{line}" line="{line}" type="bus" period="180">{route}{served}</ptLine>'
+        named = f'id="{line}" name="{line}" line="{line}" type="bus" period="180"'
+        found += f"<ptLine {named}>{route}{served}</ptLine>"
     write(folder, "stops.add.xml", stops)
     (folder / "lines.xml").write_text(f"<ptLines>{found}</ptLines>", encoding="utf-8")
     words = ("-n", NET, "-l", "lines.xml", "-s", "stops.add.xml", "-o", "buses.rou.xml", "-e", "600")
@@ -195,7 +197,7 @@ def lines(folder: Path) -> list[str]:
 
 
 def sublane(folder: Path) -> list[str]:
-    """Lanes that are shared side by side, half seconds, another seed, and mixed vehicles."""
+    """Let mixed vehicles share lanes side by side, in half seconds and with another seed."""
     netgenerate(folder, *GRID)
     (folder / "kinds.add.xml").write_text(
         '<additional><vTypeDistribution id="mix"><vType id="car" probability="0.7"/>'
