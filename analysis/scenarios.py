@@ -22,12 +22,13 @@ import pandas as pd
 import sumo
 
 from loopgate import RoadNetwork, Scenario, run
+from loopgate.network import generate_loops, write_loops
 
 ROOT = Path(__file__).resolve().parent.parent
 TOOLS = Path(sumo.SUMO_HOME) / "tools"
 GATES = ("open", "certified")
 GRID = ("--grid", "--grid.number", "5", "--grid.length", "150", "--default.lanenumber", "2")
-NET, TRIPS, STATISTICS = "net.net.xml", "trips.rou.xml", "statistics.xml"
+NET, TRIPS, STATISTICS, LOOPS = "net.net.xml", "trips.rou.xml", "statistics.xml", "loops.rou.xml"
 
 
 def netgenerate(folder: Path, *options: str) -> None:
@@ -125,8 +126,11 @@ def parking(folder: Path) -> list[str]:
     return ["parking.add.xml", "rerouters.add.xml"]
 
 
+CLOSED = ("B1C1", "D3D2", "C3D3")
+
+
 def closed(folder: Path) -> list[str]:
-    """Close two roads for five minutes, and a lane of a third."""
+    """Close two roads for five minutes, and a lane of a third; loops avoid all three."""
     netgenerate(folder, *GRID)
     trips(folder)
     tool(
@@ -157,7 +161,8 @@ def calibrators(folder: Path) -> list[str]:
     text = '<vType id="c"/>'
     for number, edge in enumerate(("A2B2", "E2D2")):
         text += f'<route id="r{number}" edges="{edge} {edge[2:]}C2"/>'
-        text += f'<calibrator id="k{number}" edge="{edge}" pos="0" vTypes="c" output="k{number}.out.xml">'
+        named = f'id="k{number}" edge="{edge}" pos="0" vTypes="c" period="60"'
+        text += f'<calibrator {named} output="k{number}.out.xml">'
         text += flow.format(f"r{number}") + "</calibrator>"
     slower = '<step time="100" speed="8"/>'
     text += f'<variableSpeedSign id="s" lanes="{" ".join(lanes[:6])}">{slower}</variableSpeedSign>'
@@ -169,7 +174,21 @@ def walkers(folder: Path) -> list[str]:
     """Make sidewalks and crossings with persons on foot."""
     netgenerate(folder, *GRID, "--sidewalks.guess", "--crossings.guess", "-j", "traffic_light")
     trips(folder)
-    words = ("-n", NET, "-e", "600", "-p", "4", "--seed", "8", "--pedestrians", "-o", "persons.rou.xml")
+    words = (
+        "-n",
+        NET,
+        "-e",
+        "600",
+        "-p",
+        "4",
+        "--seed",
+        "8",
+        "--pedestrians",
+        "--prefix",
+        "walks",
+        "-o",
+        "persons.rou.xml",
+    )
     tool(folder, "randomTrips.py", *words)
     return ["persons.rou.xml"]
 
@@ -188,9 +207,9 @@ def lines(folder: Path) -> list[str]:
         served = "".join(f'<busStop id="{name}" name="{name}"/>' for name in names)
         route = f'<route edges="{way}"/>'
         named = f'id="{line}" name="{line}" line="{line}" type="bus" period="180"'
-        found += f"<ptLine {named}>{route}{served}</ptLine>"
+        found += f"<ptLine {named}>{route}{served}</ptLine>\n"
     write(folder, "stops.add.xml", stops)
-    (folder / "lines.xml").write_text(f"<ptLines>{found}</ptLines>", encoding="utf-8")
+    (folder / "lines.xml").write_text(f"<ptLines>\n{found}</ptLines>\n", encoding="utf-8")
     words = ("-n", NET, "-l", "lines.xml", "-s", "stops.add.xml", "-o", "buses.rou.xml", "-e", "600")
     tool(folder, "ptlines2flows.py", *words, "--use-osm-routes", "-p", "180")
     return ["stops.add.xml", "buses.rou.xml"]
@@ -206,7 +225,7 @@ def sublane(folder: Path) -> list[str]:
         encoding="utf-8",
     )
     trips(folder, "--trip-attributes", 'type="mix"', "--additional-file", "kinds.add.xml")
-    return ["kinds.add.xml"]
+    return []  # the trips bring their types
 
 
 KINDS: dict[str, Callable[[Path], list[str]]] = {
@@ -236,6 +255,9 @@ def make(kind: str, folder: Path) -> Path:
         "summary-output": "summary.out.xml",
         **OPTIONS.get(kind, {}),
     }
+    if kind == "closed":
+        open_roads = roads(folder).without(CLOSED)
+        write_loops(generate_loops(open_roads, 10, length_m=(400.0, 3000.0)), folder / LOOPS)
     config = folder / "all.sumocfg"
     text = "".join(f'<{name} value="{value}"/>' for name, value in said.items())
     config.write_text(f"<configuration>{text}</configuration>", encoding="utf-8")
@@ -260,6 +282,9 @@ def compare(kind: str, folder: Path, *, vehicles: int = 30, loops: int = 10) -> 
         config = make(kind, folder / gate)
         where = {"network": str(config), "traffic": str(config), "gate": gate}
         given = {**where, "loops": loops, "vehicles": vehicles, "on_deadlock": "continue"}
+        given["lights"] = "obey" if gate == "certified" else "keep"
+        if (config.parent / LOOPS).exists():
+            given = {**given, "routes": str(config.parent / LOOPS), "loops": 0}
         summary = run(Scenario.from_dict(given), folder / f"{gate}_run").summary
         found = ET.parse(config.with_name(STATISTICS)).getroot().find("vehicles")  # noqa: S314
         row[f"loaded, {gate}"] = int(found.get("loaded", "0")) if found is not None else 0

@@ -23,6 +23,7 @@ from loopgate.simulation import outcome
 from loopgate.simulation.assembly import Assembly
 from loopgate.simulation.departures import Departures, GatedDepartures, OpenDepartures
 from loopgate.simulation.fleet import Fleet, Rules
+from loopgate.simulation.leading_off import refuse_what_leads_off
 from loopgate.simulation.outcome import Folder
 from loopgate.simulation.positions import make_layout, record_positions
 from loopgate.simulation.room import Room
@@ -195,6 +196,8 @@ def _input_options(scenario: Scenario, assembly: Assembly, folder: Folder, said:
         ordinary = read_traffic(scenario.traffic)
         ordinary.check_names(assembly.names)
         beside, routes = tuple(dict.fromkeys((*beside, *ordinary.additional_files))), ordinary.options()
+    if scenario.gated:
+        refuse_what_leads_off(beside, assembly.loops)
     departing = tuple(departure.start for departure in assembly.departures)
     placed, later = (assembly.starts, departing) if scenario.gated else ((*assembly.starts, *departing), ())
     starts = write_sumo_input(placed, folder.path, beside=beside, begin_s=said.begin_s, later=later)
