@@ -5,7 +5,7 @@ BIN    := $(VENV)/bin
 STAMP  := $(VENV)/installed
 
 .DEFAULT_GOAL := help
-.PHONY: help demo readme pictures docs setup test check browser animation format bench bench-replay bench-sweep networks small-networks city throughput soak unseen long-vehicles covering watched day attached ordinary circulator fuzz proofs lock clean
+.PHONY: help demo readme pictures docs setup test check browser animation format bench bench-replay bench-sweep networks small-networks city throughput soak unseen long-vehicles covering watched day attached ordinary circulator scenarios fuzz proofs lock clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-15s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -114,6 +114,9 @@ ordinary: $(STAMP) ## patrol cars among ordinary trips, SUMO beside the gate: co
 
 circulator: $(STAMP) ## three bus lines by timetable among patrol cars and trips: stops, punctuality, locks
 	$(BIN)/python analysis/circulator.py
+
+scenarios: $(STAMP) ## ten scenarios of SUMO's own generators, under its rules and under the gate: nothing dropped
+	$(BIN)/python analysis/scenarios.py
 
 lock: ## renew requirements.lock (needs uv)
 	uv pip compile pyproject.toml --extra dev --universal --generate-hashes --no-header --no-annotate --quiet -o requirements.lock

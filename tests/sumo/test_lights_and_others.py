@@ -28,10 +28,10 @@ ACTUATED = Scenario(
 )
 
 
-def _trips(file: Path, *, every_s: float, duration_s: float) -> Path:
+def _trips(file: Path, *, every_s: float, duration_s: float, seed: int = 1) -> Path:
     """Write ordinary vehicles between random roads of the grid."""
     edges = sorted(RoadNetwork.open(GRID).edges)
-    rng = Random(1)
+    rng = Random(seed)
     lines = ["<routes>"]
     for number in range(int(duration_s / every_s)):
         start, end = rng.sample(edges, 2)
@@ -81,6 +81,18 @@ def test_ordinary_traffic(tmp_path: Path) -> None:
     assert summary["others"]["vehicles"] > 300
     assert "SUMO's right of way" in summary["others"]["promise"]
     assert f"--traffic {traffic}" in summary["command"]
+
+
+def test_ordinary_traffic_finds_room_in_circles_of_places(tmp_path: Path) -> None:
+    """With so many on the grid SUMO's own rules lock up, and so did a gate that leaves no room for others."""
+    traffic = _trips(tmp_path / "others.rou.xml", every_s=6.0, duration_s=1200.0, seed=2)
+    crowd = Scenario(
+        network=str(GRID), loops=30, vehicles=260, seed=2, traffic=str(traffic), duration_s=1200.0
+    )
+    summary = simulate(crowd)
+    assert (summary["outcome"], summary["deadlocks"], summary["collisions"]) == ("done", [], 0)
+    assert summary["collisions_by_others"] == 0
+    assert summary["others"]["verdicts"] == []
 
 
 def test_a_configuration_whose_vehicles_are_the_ordinary_traffic(tmp_path: Path) -> None:

@@ -47,7 +47,7 @@ class Others:
     A vehicle is refused while an ordinary one
 
     - stands or drives before it on its own lane;
-    - is on a lane inside the junction that crosses or joins its way;
+    - is, with some part, on a lane inside the junction that crosses or joins its way;
     - comes over the junction where nothing keeps the two apart, too late to pass before it and too soon to
       let it pass (see `Movement.approaches`);
     - takes the last room of its next state, or is about to drive into it; or could not find room in a circle
@@ -137,7 +137,7 @@ class Others:
                 left_m = line_m + movement.from_m
                 if left_m >= -BEYOND_M and (left_m if number else line_m) <= _AT_LINE_M:
                     self._look_around()
-                    inside = any(lane in self._sight.on for lane in movement.across)
+                    inside = any(self._sight.upon(lane) for lane in movement.across)
                     return inside or self._is_near(driver, movement, left_m)
         return False
 
@@ -176,7 +176,7 @@ class Others:
 
     def _across(self, way: Way) -> list[str]:
         lanes = [*(lane for movement in way.movements for lane in movement.across), *way.between]
-        return [seen.vehicle for lane in dict.fromkeys(lanes) for seen in self._sight.on.get(lane, ())]
+        return [seen.vehicle for lane in dict.fromkeys(lanes) for seen in self._sight.upon(lane)]
 
     def _is_near(self, driver: Driver, movement: Movement, left_m: float) -> bool:
         """Return whether somebody would get in the way of one that is so far before a junction."""

@@ -24,6 +24,7 @@ from loopgate.simulation.assembly import Assembly
 from loopgate.simulation.departures import Departures, GatedDepartures, OpenDepartures
 from loopgate.simulation.fleet import Fleet, Rules
 from loopgate.simulation.gated import write_ordinary
+from loopgate.simulation.leading_off import refuse_what_leads_off
 from loopgate.simulation.outcome import Folder
 from loopgate.simulation.positions import make_layout, record_positions
 from loopgate.simulation.room import Room
@@ -201,6 +202,8 @@ def _input_options(scenario: Scenario, assembly: Assembly, folder: Folder, said:
         if scenario.traffic:
             ordinary.check_names(vehicle.id for vehicle in assembly.ordinary)
         routes = ["--route-files", ",".join([*routes[1:], str(file)] if scenario.traffic else [str(file)])]
+    if scenario.gated:
+        refuse_what_leads_off(beside, assembly.loops)
     departing = tuple(departure.start for departure in assembly.departures)
     placed, later = (assembly.starts, departing) if scenario.gated else ((*assembly.starts, *departing), ())
     starts = write_sumo_input(placed, folder.path, beside=beside, begin_s=assembly.begin_s, later=later)

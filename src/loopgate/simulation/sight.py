@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 from loopgate.drive.driver import Driver
+from loopgate.network import RoadNetwork
 from loopgate.simulation.ways import Place
 from loopgate.traffic.base import Dynamics, Traffic
 
@@ -39,16 +41,24 @@ class Sight:
 
     Parameters
     ----------
-    traffic
-        The running simulation.
+    network, traffic
+        The roads, and the running simulation.
     drivers
         Of all vehicles under the gate.
     """
 
-    def __init__(self, traffic: Traffic, drivers: Sequence[Driver]) -> None:
-        self._traffic, self._drivers = traffic, drivers
+    def __init__(self, network: RoadNetwork, traffic: Traffic, drivers: Sequence[Driver]) -> None:
+        self._network, self._traffic, self._drivers = network, traffic, drivers
+        self._behind: dict[str | tuple[str, str], str] = {}
+        """The lane behind one inside a junction; and behind one outside, for those who come from an edge."""
+        for movement in network.connections:
+            way = (f"{movement.from_edge}_{movement.from_lane}", *movement.via)
+            self._behind |= {lane: behind for behind, lane in pairwise(way)}
+            self._behind[movement.from_edge, f"{movement.to_edge}_{movement.to_lane}"] = way[-1]
         self.on: Mapping[str, Sequence[Seen]] = {}
-        """By lane."""
+        """By the lane on which their fronts are."""
+        self.over: Mapping[str, Sequence[Seen]] = {}
+        """By the lanes behind that, on which the rest of them is."""
         self.kinds: Mapping[str, Dynamics] = {}
         """What they can do."""
         self.count = 0
@@ -80,7 +90,35 @@ class Sight:
             on.setdefault(lane, []).append(Seen(vehicle, lane, position_m, kind.length_m))
         self._routes = {vehicle: known for vehicle, known in self._routes.items() if vehicle in kinds}
         self.kinds, self.on = kinds, on
+        over: dict[str, list[Seen]] = {}
+        for one in (seen for lane in on.values() for seen in lane):
+            for lane in self._lanes_behind(one):
+                over.setdefault(lane, []).append(one)
+        self.over = over
         return True
+
+    def _lanes_behind(self, one: Seen) -> Iterator[str]:
+        """Yield the lanes on which a vehicle is that its front has left."""
+        lane, left_m = one.lane, one.length_m - one.position_m
+        if left_m <= 0:
+            return
+        edges, at = self.route(one)
+        while left_m > 0:
+            edge = lane.rpartition("_")[0]
+            if not lane.startswith(":"):
+                at = at if edges[at] == edge else at - 1
+                behind = self._behind.get((edges[at - 1], lane)) if at > 0 else None
+            else:
+                behind = self._behind.get(lane)
+            if behind is None:
+                return
+            yield behind
+            lane = behind
+            left_m -= self._network.lanes[lane].length_m
+
+    def upon(self, lane: str) -> Sequence[Seen]:
+        """Return those of whom some part is on a lane."""
+        return (*self.on.get(lane, ()), *self.over.get(lane, ()))
 
     def inside(self, place: Place) -> list[Seen]:
         """Return those in a place, and those about to drive into it."""

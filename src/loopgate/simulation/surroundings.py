@@ -51,7 +51,7 @@ class Surroundings:
         self._ways: dict[str, tuple[Way, ...]] = {}
         timetable = Timetable(traffic)
         self._lights = Lights(traffic, engine.drivers, self._signals, timetable) if lights else None
-        sight = Sight(traffic, engine.drivers)
+        sight = Sight(network, traffic, engine.drivers)
         self._circles = Circles(network, keeper, engine.drivers, sight)
         self._others = (
             Others(

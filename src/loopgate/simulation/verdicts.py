@@ -75,7 +75,7 @@ class Verdicts:
 
     In this order, where it applies:
 
-    1. a gated vehicle where it was granted nothing erred;
+    1. a gated vehicle where it was granted nothing erred, and one that hits somebody on foot;
     2. of two on ways out of one lane, or on one lane, the one behind;
     3. who drove into the junction at red;
     4. who has to yield by the junction's request matrix, unless it was inside when the other one could still
@@ -144,16 +144,21 @@ class Verdicts:
     def _erred(self, gated: str, ordinary: str, collision: Collision) -> tuple[str, str]:
         if self._drivers[gated].row["trespassing"]:
             return gated, f"{gated} was where it had no grant for"
+        if ordinary not in self._moments[-1][1]:
+            return gated, f"{ordinary} is on foot"
         entries = [self._entries.get(gated), self._entries.get(ordinary)]
         one, other = entries
         if one is None or other is None or _from(one) == _from(other) or not self._near(one, other):
             return collision.collider, f"{collision.collider} ran into {collision.victim} from behind"
-        for vehicle, entry in zip((gated, ordinary), (one, other), strict=True):
+        return self._erred_at_junction((gated, ordinary), (one, other))
+
+    def _erred_at_junction(self, names: tuple[str, str], came: tuple[_Entry, _Entry]) -> tuple[str, str]:
+        for vehicle, entry in zip(names, came, strict=True):
             if entry.letter and entry.letter in _RED:
                 return vehicle, f"{vehicle} drove in at red"
+        one, other = came
         yields = self._yields(one.movement, other.movement), self._yields(other.movement, one.movement)
         first = 0 if one.at_s <= other.at_s else 1
-        names, came = (gated, ordinary), (one, other)
         later = 1 - first
         said = f"{names[first]} was inside {came[later].at_s - came[first].at_s:g} s before"
         if yields[0] == yields[1]:

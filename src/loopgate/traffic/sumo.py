@@ -168,7 +168,14 @@ class SumoTraffic:
 
     def odometers(self, vehicles: Sequence[str]) -> Iterator[float]:
         """Return the odometers [m] of `vehicles`, in their order."""
-        return map(self._odometer, vehicles)
+        try:
+            yield from map(self._odometer, vehicles)
+        except self._error as error:
+            msg = (
+                f"{error} SUMO has taken it out: calibrators, rerouters and the like must leave vehicles on "
+                f"loops alone; give them vTypes"
+            )
+            raise TrafficError(msg) from error
 
     def lane(self, vehicle: str) -> tuple[str, float]:
         """Return lane id and position of the front on that lane [m]."""

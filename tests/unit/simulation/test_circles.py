@@ -45,11 +45,11 @@ class Ring:
         )
         network: Any = SimpleNamespace(
             connections=[
-                SimpleNamespace(from_edge=one, from_lane=0, to_edge=other, to_lane=0)
+                SimpleNamespace(from_edge=one, from_lane=0, to_edge=other, to_lane=0, via=())
                 for one, other in LEADS_TO.items()
             ]
         )
-        self.sight = Sight(traffic, self.drivers)
+        self.sight = Sight(network, traffic, self.drivers)
         self.circles = Circles(network, keeper, self.drivers, self.sight)
         self.circles.plan({state: Place(f"{state}_0", 0.0, 24.0, ()) for state in LEADS_TO})
         self.traffic = traffic

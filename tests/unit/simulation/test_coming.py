@@ -41,7 +41,7 @@ def test_vehicles_come_to_the_junctions_on_their_routes() -> None:
         speed=speeds.__getitem__,
         route=lambda _: (loop.edges, 0),
     )
-    sight = Sight(traffic, [])
+    sight = Sight(network, traffic, [])
     coming = Coming(network, sight)
     assert sight.look()
     found = coming.arrivals()

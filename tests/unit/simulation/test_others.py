@@ -78,7 +78,7 @@ class Scene:
             {"loop": [way, way]},
             keeper,
             Timetable(self.traffic),
-            Sight(self.traffic, drivers),
+            Sight(Mock(connections=()), self.traffic, drivers),
             Mock(arrivals=lambda: {("priority", "after"): self.arrivals}),
             Mock(too_tight=lambda _: self.tight),
         )
