@@ -115,10 +115,11 @@ def carry_over(old: Tables, new: Tables, robots: Mapping[int, int]) -> None:
         _row(new.run)[name] = _row(old.run)[name]
     _row(new.run)["version"] += 1
     _column(new.reasons)["refused"] = _column(old.reasons)["refused"]
+    was_at, is_at = list(robots), list(robots.values())
+    for name in _CARRIED:
+        _column(new.vehicles)[name][is_at] = _column(old.vehicles)[name][was_at]
     for before, now in robots.items():
         was, one = _column(old.vehicles)[before], _column(new.vehicles)[now]
-        for name in _CARRIED:
-            one[name] = was[name]
         length, begin, to = (int(row) for row in (was["numbers"], was["number_at"], one["number_at"]))
         new.lists[to : to + length] = old.lists[begin : begin + length]
     waiting = _column(old.entries)["waiting"][: _row(old.run)["waiting"]].tolist()
