@@ -218,12 +218,16 @@ class _Plan:
             return pieces
         pieces += self._on_edge(roads[-1])
         first = next((k for k, piece in enumerate(pieces) if piece.place is not None), len(pieces))
-        return [*pieces[first:], self._away(roads[-1])]
+        return [*pieces[first:], self._away(roads[-1], pieces[-1])]
 
-    def _away(self, last: LaneSpan) -> _Piece:
-        """Return where those are who have arrived on a lane; vehicles depart in their first place."""
+    def _away(self, last: LaneSpan, piece: _Piece) -> _Piece:
+        """Return where those are who have arrived on a lane, from the end of the last piece of it on.
+
+        In a place nobody arrives beyond its line, where others could touch those who do.
+        """
+        at_m = piece.at_m if piece.place is not None else last.length_m
         place = QueuePlace(f"{AWAY}{last.lane_id}", AWAY_M, self._needed_m(last))
-        return _Piece(last.end_m, AWAY_M, last.edge, last.lane, last.length_m, place=place, away=True)
+        return _Piece(last.begin_m + at_m, AWAY_M, last.edge, last.lane, at_m, place=place, away=True)
 
     def _needed_m(self, span: LaneSpan) -> float:
         return self._needed[span.edge if span.edge in self.stretches else span.lane_id]

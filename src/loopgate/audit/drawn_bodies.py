@@ -101,6 +101,8 @@ def driven(loop: LoopWay, span: Span, before: Span) -> list[tuple[float, float]]
     junctions they jump from lane to lane: nothing can be drawn until they are on the second.
     """
     length_m = span.end_m - span.begin_m
+    if loop.length_m > loop.spans[-1].end_m + NEAR_M:  # driven once: its last state is off the road
+        length_m = min(length_m, max(_ROUNDING_M, loop.legs[-1].begin_m - span.begin_m))
     begin_m = _ROUNDING_M if jumps(before, span) else 0.0
     if not span.entered:
         return [(begin_m, length_m)]

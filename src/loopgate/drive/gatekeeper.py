@@ -108,6 +108,11 @@ class Gatekeeper:
         return self._step
 
     @property
+    def by_chain(self) -> bool:
+        """Whether the chain rule decides alone."""
+        return self._by_chain
+
+    @property
     def compiled(self) -> bool:
         """Whether all is decided in compiled code: by the chain rule and pressure, with no obstacles."""
         return self._by_chain and self._by_pressure and not self.obstacles

@@ -32,6 +32,9 @@ _TWO_WAY_LANES = 1000
 
 _FREE: _Cost = (0, 0.0)
 
+_WISH = 10.0
+"""How much it counts that a vehicle arrives on the lane that its file wants."""
+
 _HURRY = 20.0
 """How much it counts that changes of lanes are hurried, beside the share of vehicles on a lane."""
 
@@ -122,7 +125,7 @@ def make_route(
     change_m
         The shortest edge on which a vehicle can change lanes [m].
     lanes
-        On which it has to depart and to arrive, by index; None for any. Kept to if there is a way.
+        On which it is to depart and to arrive, by index; None for any. Nobody changes lanes for the second.
 
     Raises
     ------
@@ -151,7 +154,7 @@ def make_route(
                 steps[number] = own, step
                 rest = _FREE if not costs else ahead.get(step.onward.to_lane)
                 if not costs and lanes[1] not in (None, enter):
-                    rest = (1, 0.0)
+                    rest = (0, _WISH)
                 if rest is not None:
                     total = _add(own, rest)
                     here[enter] = min(total, here.get(enter, total))

@@ -6,6 +6,7 @@ import importlib.util
 import os
 import subprocess
 from collections.abc import Sequence
+from itertools import pairwise
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
@@ -30,6 +31,8 @@ _ENDS = (
     "toLonLat",
 )
 _MIDDLE = ("via", "viaJunctions", "viaXY", "viaLonLat")
+
+_CAR = "passenger"
 
 _LONGEST_S = 600.0
 """A network on which trips take longer than this to lead is none that SUMO's router can work with [s]."""
@@ -97,14 +100,22 @@ def lead_trips(
         trip.extend(element.findall("stop"))
     routes = _routed(network, top, beside, seed)
     lost = []
+    classes = {kind.get("id", ""): kind.get("vClass", _CAR) for kind in types}
     for _, element in asked:
-        name = element.get("id", "")
+        name, vclass = element.get("id", ""), classes.get(element.get("type", ""), _CAR)
         edges = routes.get(name)
-        if edges is None:
+        if edges is None or not _leads(network, edges.split(), element.get("to"), vclass):
             lost.append(name)
         else:
             element.insert(0, ET.Element("route", edges=edges))
     return lost
+
+
+def _leads(network: RoadNetwork, edges: Sequence[str], to: str | None, vclass: str) -> bool:
+    """Return whether a route gets there: the router writes down ends that nothing connects, too."""
+    open_to = all(edge in network.edges and network.edges[edge].allows(vclass) for edge in edges)
+    follow = open_to and all(network.between(one, other, vclass) for one, other in pairwise(edges))
+    return follow and to in {None, edges[-1]}
 
 
 def _departs_s(element: ET.Element) -> float:

@@ -11,12 +11,13 @@ from typing import Any
 
 from loopgate.disk import writing
 from loopgate.errors import ScenarioError
-from loopgate.network import RoadNetwork, read_loops
-from loopgate.network.sumo_config import is_sumo_config, read_sumo_config
+from loopgate.network import RoadNetwork
+from loopgate.network.sumo_config import is_sumo_config
 from loopgate.results.columns import FLOW_EVERY_S
 from loopgate.results.recorder import Recorder
 from loopgate.simulation import outcome
 from loopgate.simulation.flow import STANDING_MPS, Row, flow_table
+from loopgate.simulation.gated import write_ordinary
 from loopgate.simulation.loop_run import Course, Mishaps, Tick, note_deadlock
 from loopgate.simulation.monitoring import monitoring_figures
 from loopgate.simulation.outcome import Folder, Tally
@@ -26,6 +27,7 @@ from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.sumo_options import begins_s, sumo_options
 from loopgate.simulation.sumo_start import TRIPS, output_options, plain_options, start_traffic
 from loopgate.simulation.trips import Trip, read_trips
+from loopgate.simulation.vehicles import read_vehicles
 from loopgate.simulation.watch import Watch
 from loopgate.traffic.base import Traffic
 
@@ -63,7 +65,7 @@ def run_as_is(scenario: Scenario, folder: Folder, tick: Tick, backend: str) -> d
     with writing(folder / outcome.SCENARIO):
         scenario.write(folder / outcome.SCENARIO)
     log = folder / outcome.SUMO_LOG
-    files = _own_files(scenario)
+    files = _own_files(scenario, folder)
     options = [
         *said.arguments,
         *files,
@@ -100,19 +102,18 @@ def run_as_is(scenario: Scenario, folder: Folder, tick: Tick, backend: str) -> d
     return summary
 
 
-def _own_files(scenario: Scenario) -> list[str]:
+def _own_files(scenario: Scenario, folder: Folder) -> list[str]:
     """Return SUMO's options for network and routes, where no configuration is all that there is."""
     if not scenario.routes:
         return []
     network = RoadNetwork.open(scenario.network)
-    file = read_loops(network, scenario.routes, stops=scenario.stop_files, once=True)
-    config = read_sumo_config(scenario.routes) if is_sumo_config(scenario.routes) else None
-    routes = config.route_files if config else (file.file,)
-    beside = (*(config.additional_files if config else ()), *scenario.stop_files)
-    begin_s = begins_s(scenario, file)
-    options = ["--net-file", str(network.file), "--route-files", ",".join(map(str, routes))]
-    options += ["--additional-files", ",".join(map(str, beside))] if beside else []
-    return [*options, *(() if is_sumo_config(scenario.network) else ("--begin", f"{begin_s:g}"))]
+    vehicles, _, file = read_vehicles(scenario, network)
+    write_ordinary(vehicles, folder / outcome.ORDINARY)
+    options = ["--net-file", str(network.file), "--route-files", str(folder / outcome.ORDINARY)]
+    beside = ",".join(map(str, file.stop_files if file else ()))
+    options += ["--additional-files", beside] if beside else []
+    begin = [] if is_sumo_config(scenario.network) else ["--begin", f"{begins_s(scenario, file):g}"]
+    return [*options, *begin]
 
 
 def _drive(

@@ -159,11 +159,14 @@ class GatedDepartures(Departures):
                 self.arrived[vehicle] = Arrived(
                     now, driver.distance_m, driver.total_hold_s(now), driver.worst_wait_s(now)
                 )
-            self._fleet.drop(engine.arrived, _ARRIVED)
+            self._fleet.let_go(engine.arrived, _ARRIVED)
+            if not self._entering:
+                self._fleet.settle()
         if engine is None or not (self._entering or self._due or self._coming):
             return
         if self._entering:
             self._take_in()
+            self._fleet.settle()
         engine.open_up()
         while self._coming and self._coming[0].at_s <= now:
             self._due.append(self._coming.popleft())
@@ -177,7 +180,7 @@ class GatedDepartures(Departures):
     def _try(self, engine: ChangingEngine, one: Departure, place: str) -> None:
         """Put a vehicle in if there is room for it."""
         now, vehicle = self._traffic.now_s, one.start.vehicle
-        if not self._is_clear(engine, one, place):
+        if not self._is_clear(one, place):
             if (now - one.at_s) % (2 * _PATIENCE_S) >= _PATIENCE_S:
                 engine.shut(place)
             return
@@ -195,9 +198,9 @@ class GatedDepartures(Departures):
         self._due.remove(one)
         self._entering.append(one)
 
-    def _is_clear(self, engine: ChangingEngine, one: Departure, place: str) -> bool:
+    def _is_clear(self, one: Departure, place: str) -> bool:
         """Return whether all in a place stand or drive before the vehicle, and it has a slot."""
-        inside = [driver for driver in engine.drivers if driver.holds(place)]
+        inside = self._fleet.holders(place)
         begin_m = one.track.legs[one.track.start_position].begin_m if one.track else 0.0
         front_m = one.start.front_m - begin_m + one.start.type.min_gap_m
         return len(inside) < self._fleet.room[place] and all(

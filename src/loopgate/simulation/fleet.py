@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from time import perf_counter
+from typing import Any
 
 from loopgate.abstraction.itinerary import Itinerary
 from loopgate.drive.books import Books
@@ -87,6 +88,10 @@ class Fleet:
         self.keeper: Gatekeeper | None = None
         self.engine: ChangingEngine | None = None
         self.around: Surroundings | None = None
+        self._numbers: Mapping[str, int] = {}
+        """Numbers of the states, by name."""
+        self._leaving: Sequence[str] = ()
+        """Those who are to be let go with the next change."""
         self.changes = 0
         """How often vehicles joined or left."""
         self.on_leaving: Callable[[Driver], None] = lambda _: None
@@ -100,7 +105,9 @@ class Fleet:
     @property
     def books(self) -> Books:
         """Who holds what."""
-        return self.engine.books() if self.engine is not None and self.members else Books({}, {}, {})
+        books = self.engine.books() if self.engine is not None and self.members else Books({}, {}, {})
+        books.strike(self._leaving)
+        return books
 
     def drive_by(
         self, itineraries: Sequence[Itinerary], ways: Sequence[Track], room: Mapping[str, int]
@@ -123,6 +130,7 @@ class Fleet:
         rules, traffic = self._rules, self._traffic
         self.keeper = Gatekeeper(system, gate, rules.negotiation, serve_after_s=rules.serve_after_s)
         self.keeper.obstacles = self._obstacles
+        self._numbers = {state: number for number, state in enumerate(system.states)}
         self.engine = engine = ChangingEngine(
             traffic, tracks, self.keeper, self._recorder, foresees=rules.foresees
         )
@@ -151,8 +159,46 @@ class Fleet:
         return True
 
     def admits(self, tracks: Mapping[str, Track], left_m: Mapping[str, float]) -> bool:
-        """Return whether `take_in` would take them in, if they were there."""
+        """Return whether `take_in` would take them in, if they were there; places have slots for them.
+
+        Of those who drive once, the chain rule can be asked without a gate made anew: they are residents of
+        no set of places.
+        """
+        alone = len(tracks) == 1 and not any(track.rounds for track in tracks.values())
+        if alone and self.keeper is not None and self.keeper.by_chain and self.members:
+            return not any(self._closes(track) for track in tracks.values())
         return self._ready(tracks, left_m, 0) is not None
+
+    def _closes(self, track: Track) -> bool:
+        """Return whether a vehicle that begins on a track closes a circle of full places."""
+        if self.keeper is None or self.engine is None:
+            return False
+        system, tables = self.keeper.system, self.engine.tables
+        states: Any = tables.states
+        first = track.legs[track.start_position].state
+        if first not in self._numbers:
+            return False  # no member comes there
+        here = place = self._numbers[first]
+        if states["queue"][here] + 1 < self.room[first]:
+            return False
+        for _ in range(len(system.states)):
+            if states["queue"][place]:
+                wanted = self.keeper.wanted(int(tables.lists[states["line"][place]]))
+            else:
+                following = track.legs[(track.start_position + 1) % len(track.legs)].state
+                wanted = self._numbers.get(following, -1)
+            if wanted == here:
+                return True
+            if wanted < 0 or states["queue"][wanted] < states["room"][wanted]:
+                return False
+            place = wanted
+        return True
+
+    def holders(self, state: str) -> list[Driver]:
+        """Return the members that hold a state."""
+        if self.keeper is None or self.engine is None or state not in self._numbers or not self.members:
+            return []
+        return [self.engine.drivers[robot] for robot in self.keeper.holders(self._numbers[state])]
 
     def _ready(self, tracks: Mapping[str, Track], left_m: Mapping[str, float], beyond: int) -> _Ready | None:
         """Return what the vehicles are to go on with when some join, None if they must not."""
@@ -173,6 +219,11 @@ class Fleet:
 
     def drop(self, vehicles: Sequence[str], reason: str) -> None:
         """Let vehicles go that are under the gate."""
+        self.let_go(vehicles, reason)
+        self.settle()
+
+    def let_go(self, vehicles: Sequence[str], reason: str) -> None:
+        """Let vehicles go with the next change; `settle` has to follow."""
         leaving = sorted(set(vehicles) & self.members.keys())
         if not leaving or self.engine is None:
             return
@@ -184,11 +235,17 @@ class Fleet:
                 self._recorder.note(now, vehicle, Event.LEAVE, driver.leg(leg).state)
             self._recorder.note(now, vehicle, Event.END, driver.leg(driver.granted).state, reason)
             self._traffic.leave_gate(vehicle)
-        books = self.engine.books()
-        books.strike(leaving)
+        self._leaving = leaving
+
+    def settle(self) -> None:
+        """Make the change that is due since vehicles were let go, if it has not been made."""
+        if not self._leaving or self.engine is None:
+            return
+        books = self.books
         if books.in_line:
             self._change(books)
         else:
+            self._leaving = ()
             self.engine.clear()
 
     def _on(self, track: Track) -> Track:
@@ -222,8 +279,10 @@ class Fleet:
 
     def _go_on(self, tracks: Sequence[Track], books: Books, system: System, gate: Gate) -> None:
         self.changes += 1
+        self._leaving = ()
         engine = self.engine or self.begin(system, gate, ())
         engine.change(tracks, books, system=system, gate=gate, room=self.room)
+        self._numbers = {state: number for number, state in enumerate(system.states)}
 
 
 def _system(

@@ -18,6 +18,9 @@ __all__ = ["choose_gated", "find_unfit", "write_ordinary"]
 
 _MOST_SHOWN = 5
 
+_ROUNDS = "1000"
+"""So often SUMO by itself drives round a loop."""
+
 
 def choose_gated(scenario: Scenario, vehicles: Sequence[Member]) -> tuple[list[Member], list[Member]]:
     """Return those under the gate, and ordinary ones; who drives on a loop is always under it.
@@ -88,7 +91,7 @@ def find_unfit(
 
 
 def write_ordinary(vehicles: Sequence[Member], file: Path) -> None:
-    """Write vehicles as a route file for SUMO, which drives them by its own rules."""
+    """Write vehicles as a route file for SUMO, which drives them by its own rules; in order of departure."""
     top = ET.Element("routes")
     for kind in {v.type.id: v.type for v in vehicles}.values():
         element = ET.SubElement(top, "vType", {"vClass": kind.vclass, **kind.attributes, "id": kind.id})
@@ -96,10 +99,14 @@ def write_ordinary(vehicles: Sequence[Member], file: Path) -> None:
             ET.SubElement(element, "param", key=name, value=value)
     for v in sorted(vehicles, key=lambda v: v.depart_s):
         said = {"id": v.id, "type": v.type.id, "depart": f"{v.depart_s:g}", **v.attributes}
+        if v.edge:
+            said["departEdge"] = f"{v.edge}"
         if v.depart_m is not None:
-            said["departPos"] = f"{v.depart_m:g}"
+            begin_m = [span.begin_m for span in v.loop.spans if not span.internal][v.edge]
+            said["departPos"] = f"{v.depart_m - begin_m:g}"
         element = ET.SubElement(top, "vehicle", said)
-        ET.SubElement(element, "route", edges=" ".join(v.loop.edges))
+        again = {"repeat": _ROUNDS} if v.loop.closed else {}
+        ET.SubElement(element, "route", edges=" ".join(v.loop.edges), attrib=again)
         for name, value in v.parameters.items():
             ET.SubElement(element, "param", key=name, value=value)
     with writing(file):

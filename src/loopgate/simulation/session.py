@@ -111,7 +111,7 @@ def open_session(
         *("--net-file", str(assembly.network.file)),
         *_input_options(scenario, assembly, folder, said),
         *plain_options(scenario, log),
-        *output_options(scenario, folder.path, trips=bool(assembly.trips)),
+        *output_options(scenario, folder.path, trips=bool(assembly.trips or assembly.ordinary)),
         *(record_positions(folder / outcome.POSITIONS) if scenario.positions else ()),
     ]
     room = [Room(folder / outcome.POSITIONS).check] if scenario.positions else []

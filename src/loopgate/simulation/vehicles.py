@@ -226,6 +226,18 @@ def departs_at_edge(vehicle: Member) -> Departure:
     return Departure(vehicle.start(front_m, None), None, vehicle.depart_s)
 
 
+def _arrival(vehicle: Member, way: Itinerary) -> dict[str, str]:
+    """Return where a vehicle goes off the road: where its file wants it, but not beyond its last line."""
+    last = [span for span in vehicle.loop.spans if not span.internal][-1]
+    most_m = way.legs[-1].begin_m - last.begin_m
+    try:
+        wish_m = float(vehicle.attributes.get("arrivalPos", ""))
+    except ValueError:
+        wish_m = most_m  # the end; or "random" and the like, which SUMO would draw
+    wish_m += last.length_m if wish_m < 0.0 else 0.0
+    return {"arrivalPos": f"{max(0.1, min(wish_m, most_m)):.2f}"}
+
+
 def departs_in_place(network: RoadNetwork, vehicle: Member, way: Itinerary) -> Departure:
     """Return where a vehicle departs under a gate: as a whole within the place where its file wants it."""
     roads = [span.begin_m for span in vehicle.loop.spans if not span.internal]
@@ -237,5 +249,7 @@ def departs_in_place(network: RoadNetwork, vehicle: Member, way: Itinerary) -> D
     first_m, last_m = leg.begin_m + vehicle.type.length_m + _CLEAR_M, leg.end_m - _LEAST_M
     near_m = wish_m + round((first_m - wish_m) / lap_m) * lap_m
     front_m = max(first_m, min(near_m, last_m))
+    if not vehicle.loop.closed:
+        vehicle = replace(vehicle, attributes={**vehicle.attributes, **_arrival(vehicle, way)})
     start = vehicle.start(front_m, leg.lane)
     return Departure(start, make_track(network, start, way, position, keeps_lane=True), vehicle.depart_s)

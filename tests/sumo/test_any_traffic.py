@@ -1,0 +1,122 @@
+"""Trips and loops together under the gate, in real simulations: all trips arrive, nothing touches."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from random import Random
+from typing import Any
+
+import pandas as pd
+import pytest
+
+from loopgate import Scenario
+from loopgate.errors import ScenarioError
+from loopgate.network import RoadNetwork
+from loopgate.simulation.run import simulate
+
+pytestmark = pytest.mark.sumo
+
+GRID = "networks/grid5-priority.net.xml"
+TRIPS, LOOPS = 60, 4
+SQUARES = ("B1C1 C1C2 C2B2 B2B1", "C2D2 D2D3 D3C3 C3C2", "A0A1 A1B1 B1B0 B0A0", "D3E3 E3E4 E4D4 D4D3")
+
+
+def demand(folder: Path, *, loops: int = LOOPS) -> Path:
+    """Write trips from anywhere to anywhere in two minutes, and some loops among them."""
+    rng = Random(5)
+    edges = sorted(RoadNetwork.open(GRID).edges)
+    rows = ['<vType id="car" length="4.5" speedDev="0.1"/><vType id="slow" length="5" maxSpeed="9"/>']
+    rows += [
+        f'<vehicle id="round{k}" type="car" depart="0"><route edges="{SQUARES[k]}" repeat="9"/></vehicle>'
+        for k in range(loops)
+    ]
+    for k in range(TRIPS):
+        a, b = rng.sample(edges, 2)
+        kind = "slow" if k % 6 == 0 else "car"
+        rows.append(f'<trip id="t{k}" type="{kind}" depart="{rng.randrange(120)}" from="{a}" to="{b}"/>')
+    file = folder / "demand.rou.xml"
+    file.write_text(f"<routes>{''.join(rows)}</routes>", encoding="utf-8")
+    return file
+
+
+def run(folder: Path, routes: Path, **more: Any) -> dict[str, Any]:  # noqa: ANN401  a scenario's keys
+    scenario = Scenario.from_dict({"network": GRID, "routes": str(routes), "duration_s": 600.0, **more})
+    return simulate(scenario, folder, overwrite=True)
+
+
+def test_all_trips_arrive_and_loops_go_on(tmp_path: Path) -> None:
+    """Certified, by positions: nobody touches, all trips are at their ends, and the loops make laps."""
+    summary = run(tmp_path / "out", demand(tmp_path), positions=True)
+    assert summary["audit"] == "clean"
+    assert summary["clean"]
+    assert (summary["trips"], summary["arrived"], summary["unfinished"]) == (TRIPS, TRIPS, 0)
+    assert summary["promise"] == "everyone"
+    assert summary["laps"] > LOOPS
+    vehicles = pd.read_parquet(tmp_path / "out" / "vehicles.parquet").set_index("vehicle")
+    assert vehicles.loc["t1", "arrived"]
+    assert not vehicles.loc["round0", "arrived"]
+    trips = vehicles[vehicles["loop"].str.startswith("way")]
+    delays = trips["time_loss_s"] + trips["depart_delay_s"]
+    assert summary["mean_delay_s"] == pytest.approx(delays.mean(), abs=0.01)
+    assert summary["worst_delay_s"] == pytest.approx(delays.max(), abs=0.01)
+
+
+def test_it_ends_when_all_have_arrived_and_the_same_seed_gives_the_same(tmp_path: Path) -> None:
+    """Without loops nobody is left to drive after some minutes; twice alike, event by event."""
+    routes = demand(tmp_path, loops=0)
+    found = [run(tmp_path / name, routes) for name in ("a", "b")]
+    assert found[0]["arrived"] == TRIPS
+    assert found[0]["duration_s"] < 500.0
+    one, other = (pd.read_parquet(tmp_path / name / "events.parquet") for name in ("a", "b"))
+    pd.testing.assert_frame_equal(one, other)
+
+
+def test_sumo_alone_with_the_same_demand(tmp_path: Path) -> None:
+    """The same figures from the same definition, gate or no gate."""
+    routes = demand(tmp_path, loops=0)
+    open_ = run(tmp_path / "open", routes, gate="open")
+    gated = run(tmp_path / "gated", routes)
+    keys = {"trips", "arrived", "unfinished", "mean_delay_s", "mean_time_loss_s", "worst_delay_s"}
+    assert keys <= open_.keys() & gated.keys()
+    assert open_["trips"] == gated["trips"] == TRIPS
+    assert open_["mean_delay_s"] == pytest.approx(
+        open_["mean_time_loss_s"] + open_["mean_depart_delay_s"], abs=0.5
+    )
+
+
+def test_some_are_gated_and_the_others_are_ordinary(tmp_path: Path) -> None:
+    """By type or by a file of names; the others' trips are told of apart."""
+    routes = demand(tmp_path)
+    slow = run(tmp_path / "slow", routes, gated="slow")
+    assert slow["trips"] == TRIPS // 6
+    assert slow["others"]["trips"] == TRIPS - TRIPS // 6
+    names = tmp_path / "names.txt"
+    names.write_text("t1\nt2  # the second\n", encoding="utf-8")
+    assert run(tmp_path / "named", routes, gated=str(names))["trips"] == 2
+    assert "trips" not in run(tmp_path / "loops", routes, gated="loops")
+
+
+@pytest.mark.parametrize(
+    ("more", "found"),
+    [
+        ({"gated": "bus"}, "gated: 'bus' is neither all nor loops, nor a type of the vehicles"),
+        ({"abstraction": "segments"}, "drives its route once: it works on --abstraction queues"),
+    ],
+)
+def test_what_does_not_work_is_said(tmp_path: Path, more: dict[str, str], found: str) -> None:
+    """In one line."""
+    with pytest.raises(ScenarioError, match=found) as error:
+        run(tmp_path / "out", demand(tmp_path), **more)
+    assert "\n" not in str(error.value)
+
+
+def test_who_fits_in_no_place_is_ordinary_and_named(tmp_path: Path) -> None:
+    """A vehicle for which no place holds two: the run says so, and goes on with it as ordinary traffic."""
+    routes = demand(tmp_path, loops=0)
+    long = '<vType id="long" length="150"/><trip id="huge" type="long" depart="9" from="A0A1" to="A3A4"/>'
+    routes.write_text(routes.read_text(encoding="utf-8").replace("</routes>", f"{long}</routes>"), "utf-8")
+    summary = run(tmp_path / "out", routes)
+    assert any("1 vehicles are ordinary traffic, first huge" in line for line in summary["warnings"])
+    assert summary["trips"] == TRIPS
+    assert json.loads((tmp_path / "out" / "summary.json").read_text())["others"]["trips"] == 1

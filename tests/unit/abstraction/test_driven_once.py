@@ -1,0 +1,54 @@
+"""Routes that are driven once, as queues: the places on the way, and then room for everybody."""
+
+from __future__ import annotations
+
+import pytest
+
+from loopgate.abstraction.queue_layout import AWAY, lay_out_queues
+from loopgate.abstraction.queues import make_queues
+from loopgate.errors import RefusedLoopError
+from loopgate.gates import make_gate
+from loopgate.network import RoadNetwork, make_loop
+from loopgate.network.lanes import make_route
+from loopgate.network.vehicle_type import DEFAULT_TYPE, VehicleType
+
+GRID = RoadNetwork.open("networks/grid5-priority.net.xml")
+WAY = make_route(GRID, "w", ["A0A1", "A1A2", "A2A3"])
+LOOP = make_loop(GRID, "l", ["A0A1", "A1B1", "B1B0", "B0A0"])
+
+
+def test_places_and_then_away() -> None:
+    """One leg per edge and one behind the end, in which nobody is held; the last place has no crossing."""
+    way = lay_out_queues(GRID, [(WAY, DEFAULT_TYPE)]).itineraries["w"]
+    assert [leg.state for leg in way.legs] == ["A0A1_0", "A1A2_0", "A2A3_0", f"{AWAY}A2A3_0"]
+    assert [len(leg.crossings) for leg in way.legs] == [1, 1, 0, 0]
+    assert way.legs[-1].begin_m <= WAY.length_m < way.legs[-1].end_m < way.length_m
+    assert way.legs[-1].begin_m == pytest.approx(way.legs[-2].end_m + 0.1)
+
+
+def test_away_has_room_for_everybody() -> None:
+    """It is never full, whoever arrives: so it closes no circle."""
+    later = [(WAY, DEFAULT_TYPE)] * 30
+    made = make_queues(GRID, [LOOP], [DEFAULT_TYPE], later=later)
+    assert made.room[f"{AWAY}A2A3_0"] > 30
+    assert made.room["A2A3_0"] < 30
+    gate = make_gate("certified", made.system)
+    assert getattr(gate, "promise", "") == "everyone"
+
+
+def test_movements_of_both_know_each_other() -> None:
+    """The loop's turn out of A0A1 and the way straight on come from one lane: they follow each other."""
+    layout = lay_out_queues(GRID, [(WAY, DEFAULT_TYPE), (LOOP, DEFAULT_TYPE)])
+    turn = layout.itineraries["l"].legs[0].crossings[0]
+    straight = layout.itineraries["w"].legs[0].crossings[0]
+    assert turn.id != straight.id
+    assert straight.id not in turn.foes
+
+
+def test_all_ways_that_do_not_work_are_named_at_once() -> None:
+    """So that those who drive on them can be left out together."""
+    long = VehicleType("long", length_m=300.0)
+    other = make_route(GRID, "x", ["B0B1", "B1B2"])
+    with pytest.raises(RefusedLoopError) as error:
+        lay_out_queues(GRID, [(WAY, long), (other, long)])
+    assert set(error.value.refused) == {"w", "x"}

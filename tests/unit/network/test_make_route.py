@@ -1,0 +1,60 @@
+"""The lanes of routes that are driven once, on hand-made roads."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+import pytest
+from roads import roads
+
+from loopgate.errors import RouteError
+from loopgate.network.lanes import make_route
+
+WIDE = roads({"a": (100, 2), "b": (100, 2), "c": (100, 2)}, ["a_0>b_0", "a_1>b_1", "b_0>c_0", "b_1>c_1"])
+
+
+def test_a_route_ends_where_nothing_leads_on() -> None:
+    """It is not closed, has its lanes once, and room for those who are gone behind its end."""
+    way = make_route(WIDE, "w", ["a", "b", "c"])
+    assert not way.closed
+    assert [span.lane_id for span in way.spans] == ["a_0", "b_0", "c_0"]
+    assert way.length_m == pytest.approx(300.0)
+    assert way.lap_m > way.length_m + 500.0
+
+
+def test_parallel_lanes_share_the_traffic() -> None:
+    """Of two lanes that are equally good the one with fewer vehicles is taken."""
+    load = Counter({"a_0": 1, "b_0": 1, "c_0": 1})
+    assert [span.lane for span in make_route(WIDE, "w", ["a", "b", "c"], load=load).spans] == [1, 1, 1]
+
+
+def test_a_change_of_lanes_is_worse_than_a_crowd() -> None:
+    """Only lane 1 of b leads to c: nobody changes to lane 0 and back for its being empty."""
+    net = roads({"a": (100, 2), "b": (100, 2), "c": (100, 1)}, ["a_0>b_0", "a_1>b_1", "b_1>c_0"])
+    load = Counter({"a_1": 50, "b_1": 50, "c_0": 50})
+    assert [span.lane for span in make_route(net, "w", ["a", "b", "c"], load=load).spans] == [1, 1, 0]
+
+
+def test_lanes_change_where_there_is_room() -> None:
+    """The change is made on the long edge, though the short one would do for the number of changes."""
+    net = roads({"a": (9, 2), "b": (90, 2), "c": (100, 1)}, ["a_0>b_0", "b_1>c_0"])
+    way = make_route(net, "w", ["a", "b", "c"], change_m=12.0)
+    assert [(span.lane_in, span.lane) for span in way.spans] == [(0, 0), (0, 1), (0, 0)]
+
+
+def test_wishes_of_the_file() -> None:
+    """A lane to depart on, and one to arrive on; but nobody changes lanes for that."""
+    for wishes, lane in {(1, None): 1, (None, 1): 1, (1, 0): 1}.items():
+        way = make_route(WIDE, "w", ["a", "b", "c"], lanes=wishes)
+        assert [(span.lane_in, span.lane) for span in way.spans] == [(lane, lane)] * 3
+
+
+def test_one_edge_is_a_route() -> None:
+    """It departs and arrives on it."""
+    assert make_route(WIDE, "w", ["b"]).edges == ("b",)
+
+
+def test_edges_that_do_not_follow() -> None:
+    """One line that names route and edges."""
+    with pytest.raises(RouteError, match="route w: edge a does not lead to edge c"):
+        make_route(WIDE, "w", ["a", "c"])

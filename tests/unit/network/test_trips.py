@@ -1,0 +1,93 @@
+"""Trips, flows and routes that do not close, as a route file has them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from random import Random
+
+import pytest
+
+from loopgate.errors import RouteError
+from loopgate.network import RoadNetwork, read_loops
+
+GRID = "networks/grid5-priority.net.xml"
+
+
+@pytest.fixture(scope="module")
+def grid() -> RoadNetwork:
+    return RoadNetwork.open(GRID)
+
+
+def file(folder: Path, text: str) -> Path:
+    path = folder / "t.rou.xml"
+    path.write_text(f"<routes>{text}</routes>", encoding="utf-8")
+    return path
+
+
+def test_trips_are_led_by_the_quickest_way(grid: RoadNetwork, tmp_path: Path) -> None:
+    """Trips and flows between edges get routes; departures may come in any order."""
+    text = (
+        '<trip id="b" depart="20" from="A0A1" to="A2A3"/><trip id="a" depart="5" from="A0A1" to="A1A2"/>'
+        '<flow id="f" begin="0" end="60" period="20" from="B0B1" to="B1B2"/>'
+    )
+    found = read_loops(grid, file(tmp_path, text), once=True)
+    ways = {loop.id: loop.edges for loop in found.loops}
+    assert ways["b"] == ("A0A1", "A1A2", "A2A3")
+    assert ways["a"] == ("A0A1", "A1A2")
+    assert all(vehicle.once for vehicle in found.vehicles)
+    assert found.first_s == 0.0
+    flow = next(vehicle for vehicle in found.vehicles if vehicle.id == "f")
+    assert [one.depart_s for one in flow.each(10.0, 100.0, Random(1))] == [20.0, 40.0]
+
+
+def test_who_departs_outside_of_the_run_does_not(grid: RoadNetwork, tmp_path: Path) -> None:
+    """As SUMO has it: a run that begins later leaves out who departed before."""
+    found = read_loops(grid, file(tmp_path, '<trip id="a" depart="5" from="A0A1" to="A1A2"/>'), once=True)
+    for times, departs in {(0, 60): 1, (6, 60): 0, (0, 5): 0}.items():
+        assert len(found.vehicles[0].each(*times, Random(1))) == departs
+
+
+def test_routes_with_repeat_are_loops_among_them(grid: RoadNetwork, tmp_path: Path) -> None:
+    """Where some drive once all do, but those whose route SUMO would repeat."""
+    square = "A0A1 A1B1 B1B0 B0A0"
+    text = (
+        f'<vehicle id="round" depart="0"><route edges="{square}" repeat="10"/></vehicle>'
+        f'<vehicle id="once" depart="0"><route edges="{square}"/></vehicle>'
+        '<vehicle id="open" depart="0"><route edges="A0A1 A1A2"/></vehicle>'
+    )
+    found = read_loops(grid, file(tmp_path, text), once=True)
+    assert {v.id: v.once for v in found.vehicles} == {"round": False, "once": True, "open": True}
+    assert {loop.id: loop.closed for loop in found.loops} == {"round": True, "once": False, "open": False}
+
+
+def test_files_of_loops_are_read_as_ever(grid: RoadNetwork, tmp_path: Path) -> None:
+    """If all routes close they are loops, with or without repeat."""
+    text = '<vehicle id="a" depart="0"><route edges="A0A1 A1B1 B1B0 B0A0"/></vehicle>'
+    assert read_loops(grid, file(tmp_path, text), once=True).loops[0].closed
+
+
+def test_who_finds_no_way_is_told(grid: RoadNetwork, tmp_path: Path) -> None:
+    """Those are left out, with a count: SUMO's router writes down routes that are none."""
+    text = '<trip id="a" depart="0" from="A0A1" to="A1B1"/><trip id="t" depart="0" from="A0A1" to="A1A2"/>'
+    closed = grid.without(["A1A2"])
+    found = read_loops(closed, file(tmp_path, text), once=True)
+    assert [vehicle.id for vehicle in found.vehicles] == ["a"]
+    assert any("1 vehicles find no way and are left out, first t" in line for line in found.left_out)
+
+
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [
+        (
+            '<trip id="t" depart="0" from="A0A1" to="nowhere"/>',
+            "trip t: to is 'nowhere', which is no edge",
+        ),
+        ('<trip id="t" depart="0"/>', "trip t: it has neither a route nor from and to"),
+        ('<trip id="t" depart="soon" from="A0A1" to="A1A2"/>', "trip t: depart is 'soon'"),
+    ],
+)
+def test_bad_trips(grid: RoadNetwork, tmp_path: Path, text: str, found: str) -> None:
+    """One line that names file, trip and what is wrong."""
+    with pytest.raises(RouteError, match=found) as error:
+        read_loops(grid, file(tmp_path, text), once=True)
+    assert "\n" not in str(error.value)
