@@ -102,7 +102,8 @@ def _run(
         traffic, engine, recorder = session.traffic, session.engine, session.recorder
         flow = FlowMeter(traffic, engine, warmup_s=scenario.warmup_s)
         own = frozenset(assembly.names)
-        watch = watch_class(traffic, after_s=scenario.deadlock_after_s, at_gate=engine.refused, own=own)
+        mixed = own if scenario.traffic else None
+        watch = watch_class(traffic, after_s=scenario.deadlock_after_s, at_gate=engine.refused, own=mixed)
         judged = session.keeper is not None and scenario.traffic
         verdicts = Verdicts(assembly.network, traffic, engine.driver_of) if judged else None
         course = drive(
