@@ -162,7 +162,7 @@ def calibrators(folder: Path) -> list[str]:
     for number, edge in enumerate(("A2B2", "E2D2")):
         text += f'<route id="r{number}" edges="{edge} {edge[2:]}C2"/>'
         named = f'id="k{number}" edge="{edge}" pos="0" vTypes="c" period="60"'
-        text += f'<calibrator {named} output="k{number}.out.xml">'
+        text += f'<calibrator {named} output="{folder / f"k{number}.out.xml"}">'
         text += flow.format(f"r{number}") + "</calibrator>"
     slower = '<step time="100" speed="8"/>'
     text += f'<variableSpeedSign id="s" lanes="{" ".join(lanes[:6])}">{slower}</variableSpeedSign>'
@@ -269,7 +269,7 @@ def outputs(folder: Path) -> dict[str, bool]:
     named = {STATISTICS, "trips.out.xml", "summary.out.xml"}
     for file in folder.glob("*.add.xml"):
         for element in ET.parse(file).getroot().iter():  # noqa: S314
-            named |= {element.attrib[key] for key in ("file", "output") if element.get(key)}
+            named |= {Path(element.attrib[key]).name for key in ("file", "output") if element.get(key)}
     return {name: (folder / name).is_file() and (folder / name).stat().st_size > 0 for name in sorted(named)}
 
 

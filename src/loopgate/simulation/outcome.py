@@ -368,5 +368,5 @@ def _deadlock_figures(deadlock: Deadlock) -> dict[str, Any]:
         "vehicles": list(deadlock.vehicles),
         "places": list(deadlock.places),
         "held_up": deadlock.held_up,
-        "by": deadlock.by,
+        **({"by": deadlock.by} if deadlock.by else {}),
     }

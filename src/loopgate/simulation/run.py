@@ -105,8 +105,10 @@ def _run(
         traffic, engine, recorder = session.traffic, session.engine, session.recorder
         flow = FlowMeter(traffic, engine, warmup_s=scenario.warmup_s)
         own = frozenset(assembly.names)
-        watch = watch_class(traffic, after_s=scenario.deadlock_after_s, at_gate=engine.refused, own=own)
-        judged = session.keeper is not None and bool(scenario.traffic or assembly.ordinary)
+        among = bool(scenario.traffic or assembly.ordinary)
+        mixed = own if among else None
+        watch = watch_class(traffic, after_s=scenario.deadlock_after_s, at_gate=engine.refused, own=mixed)
+        judged = among and session.keeper is not None
         verdicts = Verdicts(assembly.network, traffic, engine.driver_of) if judged else None
         course = drive(
             engine,

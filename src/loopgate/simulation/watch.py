@@ -34,14 +34,14 @@ class Deadlock:
         How many vehicles can never move again because of it, those of the circle included.
     by
         ``gated`` if vehicles on loops would wait for each other without any others, ``ordinary`` if those
-        would without them, ``both`` if it takes both.
+        would without them, ``both`` if it takes both; empty where there are no others.
     """
 
     at_s: float
     vehicles: tuple[str, ...]
     places: tuple[str, ...]
     held_up: int
-    by: str = "gated"
+    by: str = ""
 
 
 ToldRefusal = Callable[[], tuple[Sequence[Sequence[str]], str]]
@@ -124,7 +124,9 @@ class Watch:
     def _by(self, waits: WaitFor, stuck: AbstractSet[str]) -> str:
         """Return whose deadlock it is: of those without whom nobody would be stuck."""
         own = self._own
-        if own is None or deadlocked({v: waits[v] for v in stuck if v in own}):
+        if own is None:
+            return ""
+        if deadlocked({v: waits[v] for v in stuck if v in own}):
             return "gated"
         return "ordinary" if deadlocked({v: waits[v] for v in stuck if v not in own}) else "both"
 
