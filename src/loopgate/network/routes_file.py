@@ -27,7 +27,7 @@ from loopgate.network.stops import (
     read_stops,
 )
 from loopgate.network.sumo_config import is_sumo_config, read_sumo_config
-from loopgate.network.trips import has_way, lead_trips
+from loopgate.network.trips import closes, drives_once, lead_trips
 from loopgate.network.vehicle_type import DEFAULT_TYPE, VehicleType, vehicle_type
 from loopgate.network.xml_file import read_xml
 from loopgate.reading import is_file, refusing, shown
@@ -208,7 +208,7 @@ class _Found:
         what = f"{source}: route {name}"
         cycle_s = _cycle_s(element, what)
         stops = self.stops(element, what, cycle_s, since_depart=True)
-        again = not self.once or (element.get("repeat", "0") != "0" and _closes(self.network, edges))
+        again = not self.once or (element.get("repeat", "0") != "0" and closes(self.network, edges))
         self.routes[name] = _Route(name, edges, source, stops, cycle_s, again)
 
     def stops(
@@ -288,7 +288,7 @@ def _read(network: RoadNetwork, path: Path, stops: Sequence[Path], *, once: bool
     asked = any(next(top.iter("stop"), None) is not None for _, top in tops)
     places = read_stopping_places(beside) if asked else {}
     vehicles = [(source, one) for source, top in tops for one in top if one.tag in _VEHICLES]
-    once = once and _drives_once(network, tops, vehicles)
+    once = once and drives_once(network, tops, vehicles)
     lost: list[str] = []
     if once:
         kinds = [one for _, top in tops for one in top if one.tag in {"vType", "vTypeDistribution"}]
@@ -331,28 +331,6 @@ def _read(network: RoadNetwork, path: Path, stops: Sequence[Path], *, once: bool
         left_out=(*without, *left_out(tops, fleet=True, once=once)),
         left_out_of_routes=left_out(tops, fleet=False),
     )
-
-
-def _drives_once(
-    network: RoadNetwork, tops: Sequence[tuple[Path, ET.Element]], vehicles: Sequence[tuple[Path, ET.Element]]
-) -> bool:
-    """Return whether some vehicle has to drive its route once, since that does not close or is to be led."""
-    routes = {route.get("id", ""): route for _, top in tops for route in top.iter("route")}
-    for _, element in vehicles:
-        if not has_way(element):
-            return True
-        inner = element.find("route")
-        route = routes.get(element.get("route", "")) if inner is None else inner
-        if route is not None and not _closes(network, route.get("edges", "").split()):
-            return True
-    return False
-
-
-def _closes(network: RoadNetwork, edges: Sequence[str]) -> bool:
-    """Return whether a route leads back to its beginning; one that makes no sense may."""
-    if not edges or edges[-1] not in network.edges:
-        return True
-    return edges[0] == edges[-1] or any(c.to_edge == edges[0] for c in network.outgoing(edges[-1]))
 
 
 def _loop(network: RoadNetwork, route: _Route, found: _Found) -> Loop:

@@ -1,4 +1,4 @@
-"""Trips, which leave their way to SUMO: led by its own router, once, before a run."""
+"""Vehicles that drive their route once; and trips, which are led by SUMO's own router before a run."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from loopgate.network.clock import seconds
 from loopgate.network.road import RoadNetwork
 from loopgate.reading import shown
 
-__all__ = ["has_way", "lead_trips"]
+__all__ = ["closes", "drives_once", "lead_trips"]
 
 _ENDS = (
     "from",
@@ -38,9 +38,31 @@ _LONGEST_S = 600.0
 """A network on which trips take longer than this to lead is none that SUMO's router can work with [s]."""
 
 
-def has_way(element: ET.Element) -> bool:
+def _has_way(element: ET.Element) -> bool:
     """Return whether a vehicle, trip or flow says itself which edges it drives over."""
     return bool(element.get("route")) or element.find("route") is not None
+
+
+def drives_once(
+    network: RoadNetwork, tops: Sequence[tuple[Path, ET.Element]], vehicles: Sequence[tuple[Path, ET.Element]]
+) -> bool:
+    """Return whether some vehicle has to drive its route once, since that does not close or is to be led."""
+    routes = {route.get("id", ""): route for _, top in tops for route in top.iter("route")}
+    for _, element in vehicles:
+        if not _has_way(element):
+            return True
+        inner = element.find("route")
+        route = routes.get(element.get("route", "")) if inner is None else inner
+        if route is not None and not closes(network, route.get("edges", "").split()):
+            return True
+    return False
+
+
+def closes(network: RoadNetwork, edges: Sequence[str]) -> bool:
+    """Return whether a route leads back to its beginning; one that makes no sense may."""
+    if not edges or edges[-1] not in network.edges:
+        return True
+    return edges[0] == edges[-1] or any(c.to_edge == edges[0] for c in network.outgoing(edges[-1]))
 
 
 def lead_trips(
@@ -78,7 +100,7 @@ def lead_trips(
     RouteError
         If an edge is not in the network, or the router does not work; the text says what it said.
     """
-    asked = [(source, element) for source, element in elements if not has_way(element)]
+    asked = [(source, element) for source, element in elements if not _has_way(element)]
     if not asked:
         return []
     top = ET.Element("routes")

@@ -63,6 +63,13 @@ LONGEST_FOR: Final = {
     cause: f"longest_{cause}_s"
     for cause in ("crossing", "occupied", "deadlock", "reserve", "service", "red", "traffic")
 }  # by cause, the longest time that one wait was for it; missing without a gate
+ARRIVED: Final = (
+    "arrived"  # of vehicles that drive once, those at the end of their route; missing without any
+)
+UNFINISHED: Final = "unfinished"  # the others of these
+MEAN_TIME_LOSS: Final = "mean_time_loss_s"  # lost on the way, mean over those who have departed
+MEAN_DELAY: Final = "mean_delay_s"  # that and the wait to depart, mean over all
+WORST_DELAY: Final = "worst_delay_s"
 OUTCOME: Final = "outcome"
 DEADLOCKS: Final = "deadlocks"  # how many
 FIRST_DEADLOCK: Final = "first_deadlock_s"  # simulated time, missing without deadlock
