@@ -76,7 +76,7 @@ city: $(STAMP) ## packaged cities under algorithm2, loops of bounded and unbound
 throughput: $(STAMP) ## vehicle-km in the hour, SUMO's own rules beside the gates, five seeds: docs/studies/throughput.md
 	$(BIN)/python analysis/throughput.py --seeds 5 --write
 	$(BIN)/python analysis/throughput_city.py --seeds 5 --write
-	$(BIN)/python analysis/throughput_lights.py --seeds 5 --duration 900 --write
+	$(BIN)/python analysis/throughput_lights.py --seeds 3 --duration 900 --write
 	$(BIN)/python analysis/alone.py --seeds 5 --write
 
 soak: $(STAMP) ## ten simulated hours per network and gate; all tests, slow ones too, with many more examples
