@@ -54,7 +54,8 @@ _SHORT_OF_SLOTS_S: Final = 30.0
 """How old a request is that finds no slot when those who could leave one get more attention [s]."""
 
 _PATIENCE_THERE_S: Final = 10.0
-"""How long these are passed over [s]: a long queue would else leave one by one, each after a minute."""
+"""How long these are passed over [s]: a long queue would else leave one by one, each after a minute. And so
+long those who are behind the middle on their loop: the streets ahead of them wait."""
 
 _GIVES_WAY_S: Final = 10.0
 """How long one that the gate has refused keeps nothing for itself [s]."""
@@ -235,7 +236,8 @@ def _late(t: Tables) -> int:
         i = e[n].ready
         if run.now_s - v[i].asked_at_s < _GIVES_WAY_S:
             continue
-        if t.states[_here(i, t)].short == run.turn or run.now_s - v[i].since_s >= _PATIENCE_S:
+        patience_s = _PATIENCE_THERE_S if v[i].spare_s < 0.0 else _PATIENCE_S
+        if t.states[_here(i, t)].short == run.turn or run.now_s - v[i].since_s >= patience_s:
             e[late].ready = i
             e[late].weight = v[i].since_s
             late += 1

@@ -124,7 +124,7 @@ class Vehicle:
         for that.
     spare_s
         For how long its request may be passed over so that it falls back to the middle between its neighbours
-        on its loop [s].
+        on its loop [s]; below 0 it is behind that already, and others soon let it pass.
     """
 
     name: int

@@ -135,9 +135,8 @@ class Holding(_Spacing):
     """Says for how long the drive may pass over the request of each vehicle that is ahead."""
 
     def look(self) -> None:
-        """Bring up to date what each may be held for."""
-        held = _LONGEST_HOLD_S * np.clip(_EAGERNESS * self._early(), 0.0, 1.0)
-        self._engine.vehicles["spare_s"] = held
+        """Bring up to date what each may be held for; below 0 who is behind."""
+        self._engine.vehicles["spare_s"] = _LONGEST_HOLD_S * np.clip(_EAGERNESS * self._early(), -1.0, 1.0)
 
 
 class SpeedAdvice(_Spacing):
@@ -164,7 +163,9 @@ class SpeedAdvice(_Spacing):
         if self._traffic.now_s < self._next_s:
             return
         self._next_s = self._traffic.now_s + _EVERY_S
-        factors = np.clip(1.0 - self._early() / 2.0, _SLOWEST, _FASTEST)
+        early = self._early()
+        self._engine.vehicles["spare_s"] = np.minimum(early, 0.0)
+        factors = np.clip(1.0 - early / 2.0, _SLOWEST, _FASTEST)
         for driver, factor in zip(self._engine.drivers, factors.tolist(), strict=True):
             if abs(factor - self._told.get(driver.id, _FASTEST)) > _LEAST_CHANGE:
                 self._told[driver.id] = factor

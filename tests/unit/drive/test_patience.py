@@ -93,6 +93,23 @@ class Red:
         return ()
 
 
+@pytest.mark.parametrize(("waited_s", "passed"), [(9.0, True), (10.0, False)])
+def test_one_behind_the_middle_of_its_loop_is_passed_over_for_ten_seconds_only(
+    waited_s: float,
+    passed: bool,  # noqa: FBT001  a case
+) -> None:
+    """A is late for the streets of its loop: C follows B before it for so long, then no more."""
+    books = three()
+    books.columns["spare_s"][A] = -0.5
+    books.asks(B, 0.0)
+    books.decide(0.0)
+    books.asks(A, 1.0)
+    assert books.decide(1.0) == [(A, False, "crossing")]
+    now = 1.0 + waited_s
+    books.asks(C, now)
+    assert books.decide(now) == [(C, passed, "free" if passed else "crossing")]
+
+
 def test_one_step_never_sends_two_across_each_others_way() -> None:
     """Both ways are clear when A and B ask; who comes second finds the first on the way."""
     books = three()
