@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from math import inf
 from pathlib import Path
 from statistics import fmean
 
@@ -57,7 +58,9 @@ def make_layout(assembly: Assembly, step_s: float) -> Layout:
             start.loop.id, kind.length_m, kind.width_m, start.front_m, position, kind.jointed
         )
         if start.loop.id not in loops:
-            spans = tuple(_span(s) for s in start.loop.spans)
+            # Nobody is on roads before the first place of a route that is driven once.
+            first_m = -inf if start.loop.closed else itinerary.legs[0].begin_m
+            spans = tuple(_span(s) for s in start.loop.spans if s.end_m > first_m)
             loops[start.loop.id] = LoopWay(start.loop.lap_m, spans, _legs(itinerary))
     lanes = assembly.network.lanes
     driven = sorted({lane for loop in loops.values() for span in loop.spans for lane in span.driven})

@@ -238,6 +238,13 @@ def _arrival(vehicle: Member, way: Itinerary) -> dict[str, str]:
     return {"arrivalPos": f"{max(0.1, min(wish_m, most_m)):.2f}"}
 
 
+def _roomiest(loop: Loop, way: Itinerary, first: int) -> int:
+    """Return the longest place on the road of the first one: there may be one before lanes are changed."""
+    end_m = loop.span_at(way.legs[first].begin_m).end_m
+    own = [k for k in range(first, len(way.legs) - 1) if way.legs[k].end_m <= end_m]
+    return max(own, key=lambda k: (way.legs[k].end_m - way.legs[k].begin_m, -k), default=first)
+
+
 def departs_in_place(network: RoadNetwork, vehicle: Member, way: Itinerary) -> Departure:
     """Return where a vehicle departs under a gate: as a whole within the place where its file wants it."""
     roads = [span.begin_m for span in vehicle.loop.spans if not span.internal]
@@ -245,6 +252,9 @@ def departs_in_place(network: RoadNetwork, vehicle: Member, way: Itinerary) -> D
     lap_m = way.length_m
     places = len(way.legs) - (0 if vehicle.loop.closed else 1)
     position = min(range(places), key=lambda k: (way.legs[k].end_m - _LEAST_M - wish_m) % lap_m)
+    if not vehicle.loop.closed and vehicle.depart_m is None:
+        position = _roomiest(vehicle.loop, way, position)
+        wish_m = max(wish_m, way.legs[position].begin_m)
     leg = way.legs[position]
     first_m, last_m = leg.begin_m + vehicle.type.length_m + _CLEAR_M, leg.end_m - _LEAST_M
     near_m = wish_m + round((first_m - wish_m) / lap_m) * lap_m
