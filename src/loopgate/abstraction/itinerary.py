@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 from loopgate.model import StateId, System
 
-__all__ = ["Abstraction", "Crossing", "Itinerary", "Leg", "Pin"]
+__all__ = ["Abstraction", "Crossing", "Guide", "Itinerary", "Leg"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,7 +39,7 @@ class Crossing:
 
 
 @dataclass(frozen=True, slots=True)
-class Pin:
+class Guide:
     """Where the simulator is told to stop a vehicle, so that it takes the lanes of its loop on the way there.
 
     A vehicle that is to stop on a lane drives to that lane and no other. The stop is dropped, before the
@@ -81,7 +81,7 @@ class Leg:
         What lies between ``end_m`` and the next leg's ``begin_m``; empty where states touch.
     lane
         Index of the lane on which the vehicle is; None: the one that its loop names there.
-    pins
+    guides
         What keeps the vehicle to the lanes of its loop between ``end_m`` and the next leg, in order.
     """
 
@@ -90,7 +90,7 @@ class Leg:
     end_m: float
     crossings: tuple[Crossing, ...] = ()
     lane: int | None = None
-    pins: tuple[Pin, ...] = ()
+    guides: tuple[Guide, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,7 +128,7 @@ class Abstraction:
         Where the front of each robot's vehicle stands at the beginning, as arc length [m] on its loop: within
         the leg of the robot's start position, the whole vehicle on one normal lane and within that leg.
     keeps_lane
-        Whether the vehicles change lanes only where a `Pin` says so.
+        Whether the vehicles change lanes only where a `Guide` says so.
     later
         The itineraries of vehicles that join later.
     room

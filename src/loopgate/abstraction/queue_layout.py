@@ -7,9 +7,9 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from loopgate.abstraction.courses import courses_of
-from loopgate.abstraction.itinerary import Crossing, Itinerary, Leg, Pin
+from loopgate.abstraction.guides import Target, Turn, find_guides
+from loopgate.abstraction.itinerary import Crossing, Guide, Itinerary, Leg
 from loopgate.abstraction.movements import Conflicts, find_conflicts, reach_m
-from loopgate.abstraction.pins import Target, Turn, find_pins
 from loopgate.abstraction.stretches import (
     CLEARANCE_M,
     LEAST_CAPACITY,
@@ -283,11 +283,11 @@ class _Plan:
                     f"comes back from lane {here.edge}_{here.lane} to itself, and vehicles can queue nowhere "
                     "between; lead it another way"
                 )
-            pins = find_pins(self._network, list(_course(loop, here, between, after)), kind.vclass)
-            if isinstance(pins, Connection):
+            guides = find_guides(self._network, list(_course(loop, here, between, after)), kind.vclass)
+            if isinstance(guides, Connection):
                 return (
-                    f"leads from lane {pins.from_edge}_{pins.from_lane} to edge {pins.to_edge}, which is too "
-                    f"short to tell SUMO on which of its lanes to go on; lead it another way"
+                    f"leads from lane {guides.from_edge}_{guides.from_lane} to edge {guides.to_edge}, which "
+                    f"is too short to tell SUMO on which of its lanes to go on; lead it another way"
                 )
         return ""
 
@@ -342,7 +342,7 @@ def _ahead_m(loop: Loop, here: _Piece, piece: _Piece) -> float:
 
 
 def _course(loop: Loop, here: _Piece, between: Sequence[_Piece], after: _Piece) -> Iterator[Turn | Target]:
-    """Yield what `find_pins` has to know of the way from one place to the next."""
+    """Yield what `find_guides` has to know of the way from one place to the next."""
     for piece in between:
         passage, ahead = piece.passage, _ahead_m(loop, here, piece)
         if piece.movement is not None:
@@ -376,19 +376,19 @@ def _legs(
                 crossings.append(Crossing(name, foes[name], speed_mps=speed, ahead_m=ahead))
         course = list(_course(loop, here, between, after))
         # A stop too many does no harm: it lies on the loop's own lane.
-        pins = max((find_pins(network, course, vclass) for vclass in classes), key=_number)
+        guides = max((find_guides(network, course, vclass) for vclass in classes), key=_number)
         yield Leg(
             StateId(here.place.name if here.place else ""),
             here.begin_m,
             here.begin_m + here.length_m - HOLD_MARGIN_M,
             tuple(crossings),
             lane=here.lane,
-            pins=() if isinstance(pins, Connection) else pins,
+            guides=() if isinstance(guides, Connection) else guides,
         )
 
 
-def _number(pins: tuple[Pin, ...] | Connection) -> int:
-    return 0 if isinstance(pins, Connection) else len(pins)
+def _number(guides: tuple[Guide, ...] | Connection) -> int:
+    return 0 if isinstance(guides, Connection) else len(guides)
 
 
 def _crossing(

@@ -212,7 +212,7 @@ class _Legs:
             begin = len(self.passes)
             for crossing in leg.crossings:
                 self._cross(crossing)
-            row = (leg.begin_m, leg.end_m, self.states[leg.state], bool(leg.pins), begin, len(self.passes))
+            row = (leg.begin_m, leg.end_m, self.states[leg.state], bool(leg.guides), begin, len(self.passes))
             self.legs.append(row)
         return first
 

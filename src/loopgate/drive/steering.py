@@ -7,7 +7,7 @@ import math
 from collections import deque
 from dataclasses import dataclass
 
-from loopgate.abstraction.itinerary import Pin
+from loopgate.abstraction.itinerary import Guide
 from loopgate.drive.driver import Driver
 from loopgate.errors import TrafficError
 from loopgate.results.columns import Event
@@ -17,7 +17,7 @@ from loopgate.traffic.base import Traffic
 __all__ = ["Steering"]
 
 _STANDING_MPS = 0.1
-_AT_PIN_M = 1.0
+_AT_GUIDE_M = 1.0
 
 _LONG_S = 60.0
 """After this long beside the lane of its loop a vehicle is put there, if there is room [s]."""
@@ -25,21 +25,21 @@ _LONG_S = 60.0
 
 @dataclass(slots=True)
 class _Way:
-    """What is left of a vehicle's way between two states: its pins, and where the first state ended [m]."""
+    """What is left of a vehicle's way between two states: its guides, and where the first state ended [m]."""
 
     driver: Driver
-    pins: deque[Pin]
+    guides: deque[Guide]
     from_m: float
     still: bool = False
     stray_since_s: float | None = None
 
 
 class Steering:
-    """Sets the stops, `Pin`, by which vehicles keep to their lanes, and drops them in time.
+    """Sets the stops, `Guide`, by which vehicles keep to their lanes, and drops them in time.
 
-    While a vehicle is steered it does not ask for its next state: it can stop at each pin, and in the state
+    While a vehicle is steered it does not ask for its next state: it can stop at each guide, and in the state
     it has been granted. A vehicle changes lanes in the stretch made for that, its rear out of the state
-    before; if nobody lets it in, it stands at the pin until somebody does. The stretch is its own by the
+    before; if nobody lets it in, it stands at the guide until somebody does. The stretch is its own by the
     exclusion of crossings, and there is a slot for it beyond, so those that stand in its way there move up.
 
     A vehicle that SUMO has taken to another lane than its loop's is led back in the same way: it can stop at
@@ -62,16 +62,16 @@ class Steering:
         """Vehicles that were on another lane than their loop's."""
 
     def begin(self, driver: Driver, granted: int) -> None:
-        """Set the first pin of the way to the leg just granted, if it has any."""
+        """Set the first guide of the way to the leg just granted, if it has any."""
         leg = granted - 1
-        pins = driver.leg(leg).pins
+        guides = driver.leg(leg).guides
         way = self._ways.get(driver.id)
         if way is not None:  # it was granted while it was led back
             way.from_m = driver.end_m(leg)
-            way.pins.extend(pins)
-        elif pins:
-            self._ways[driver.id] = _Way(driver, deque(pins), driver.end_m(leg))
-            self._set(driver, pins[0])
+            way.guides.extend(guides)
+        elif guides:
+            self._ways[driver.id] = _Way(driver, deque(guides), driver.end_m(leg))
+            self._set(driver, guides[0])
 
     @property
     def steers(self) -> bool:
@@ -90,9 +90,9 @@ class Steering:
     def renew(self, driver: Driver) -> None:
         """Set a stop again that lies on the edge where SUMO has just renewed the route, see `Engine`."""
         way = self._ways.get(driver.id)
-        if way is not None and way.pins[0].edge == driver.track.rerouted_on and not way.still:
+        if way is not None and way.guides[0].edge == driver.track.rerouted_on and not way.still:
             self._traffic.release(driver.id)
-            self._set(driver, way.pins[0])
+            self._set(driver, way.guides[0])
 
     def lead_back(self, driver: Driver, edge: str, lane: int, position_m: float) -> None:
         """Lead a vehicle back to `lane` of the edge that it is on; it can stop at a position on it [m]."""
@@ -110,7 +110,7 @@ class Steering:
         at_m = self._traffic.lane(driver.id)[1]
         front_m = driver.track.near(edge, at_m, driver.front_m)
         driver.correct(front_m)
-        way.pins.appendleft(Pin(edge, on, position_m, -math.inf, to_lane=lane))
+        way.guides.appendleft(Guide(edge, on, position_m, -math.inf, to_lane=lane))
         self._traffic.release(driver.id)
         try:
             self._traffic.hold(driver.id, edge, on, position_m)
@@ -123,23 +123,23 @@ class Steering:
         for vehicle, way in list(self._ways.items()):
             if self._reached(way):
                 self._drop(way)
-            if not way.pins:
+            if not way.guides:
                 del self._ways[vehicle]
                 done.append(way.driver)
         return done
 
     def _reached(self, way: _Way) -> bool:
-        """Return whether the first pin has done its work; else let the vehicle change lanes if it may."""
-        driver, pin = way.driver, way.pins[0]
-        past_m = driver.front_m - way.from_m - pin.from_m
-        if pin.to_lane is not None:
-            return past_m >= driver.length_m and self._changed(way, pin.edge, pin.to_lane)
+        """Return whether the first guide has done its work; else let the vehicle change lanes if it may."""
+        driver, guide = way.driver, way.guides[0]
+        past_m = driver.front_m - way.from_m - guide.from_m
+        if guide.to_lane is not None:
+            return past_m >= driver.length_m and self._changed(way, guide.edge, guide.to_lane)
         if past_m < 0:
             return False
-        if self._traffic.lane_index(driver.id) == pin.lane:
+        if self._traffic.lane_index(driver.id) == guide.lane:
             return True
-        way.pins.popleft()
-        self.lead_back(driver, pin.edge, pin.lane, pin.position_m)
+        way.guides.popleft()
+        self.lead_back(driver, guide.edge, guide.lane, guide.position_m)
         return False
 
     def _changed(self, way: _Way, edge: str, to_lane: int) -> bool:
@@ -150,7 +150,7 @@ class Steering:
         if self._traffic.lane_index(driver.id) == to_lane:
             return True
         standing = driver.speed_mps < _STANDING_MPS
-        if not way.still and standing and self._at(driver, way.pins[0]):
+        if not way.still and standing and self._at(driver, way.guides[0]):
             way.still = True
             self._traffic.release(driver.id)
             self._traffic.stand(driver.id, still=True)
@@ -159,23 +159,23 @@ class Steering:
         self._traffic.change_lane(driver.id, to_lane)
         return False
 
-    def _at(self, driver: Driver, pin: Pin) -> bool:
+    def _at(self, driver: Driver, guide: Guide) -> bool:
         # Only there is it clear of those that wait behind the stretch: further back they could block it.
-        return self._traffic.lane(driver.id)[1] > pin.position_m - _AT_PIN_M
+        return self._traffic.lane(driver.id)[1] > guide.position_m - _AT_GUIDE_M
 
     def _drop(self, way: _Way) -> None:
         vehicle = way.driver.id
-        way.pins.popleft()
+        way.guides.popleft()
         way.stray_since_s = None
         if way.still:
             way.still = False
             self._traffic.stand(vehicle, still=False)
         else:
             self._traffic.release(vehicle)
-        if way.pins:
-            self._set(way.driver, way.pins[0])
+        if way.guides:
+            self._set(way.driver, way.guides[0])
 
-    def _set(self, driver: Driver, pin: Pin) -> None:
+    def _set(self, driver: Driver, guide: Guide) -> None:
         # Where it is too late for that, the lane it gets to is looked at all the same.
         with contextlib.suppress(TrafficError):
-            self._traffic.hold(driver.id, pin.edge, pin.lane, pin.position_m)
+            self._traffic.hold(driver.id, guide.edge, guide.lane, guide.position_m)

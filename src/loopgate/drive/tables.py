@@ -188,7 +188,7 @@ class Road:
 
 
 class Leg:
-    """A leg: the stretch of its loop [m], its state, whether pins follow, and the passes behind it."""
+    """A leg: the stretch of its loop [m], its state, whether guides follow, and the passes behind it."""
 
     begin_m: float
     end_m: float

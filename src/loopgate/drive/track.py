@@ -57,7 +57,7 @@ class Track:
     start_position
         Position of the state it starts in.
     keeps_lane
-        Whether it changes lanes only where a pin says so.
+        Whether it changes lanes only where a guide says so.
     renews
         Whether its route is to be renewed by the drive, since the simulator does not do so by itself.
     """

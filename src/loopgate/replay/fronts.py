@@ -11,8 +11,8 @@ import pyarrow.parquet as pq
 from loopgate.audit.layout import Layout
 from loopgate.errors import ResultsError
 from loopgate.reading import refusing
+from loopgate.replay.lines import loop_curve
 from loopgate.replay.tracks import LARGEST_M, MOST_STEPS, PER_M, TURN, Tracks, make_tracks
-from loopgate.replay.ways import loop_curve
 from loopgate.results.columns import FRONT, FRONTS_PER_M, TIME, VEHICLE
 from loopgate.results.table_reading import NO_PARQUET, check_columns
 

@@ -16,8 +16,8 @@ import pandas as pd
 
 from loopgate.audit.layout import Layout, LoopWay
 from loopgate.gates import Reason
+from loopgate.replay.lines import DrawnLines
 from loopgate.replay.tracks import PER_M, Tracks
-from loopgate.replay.ways import Ways
 from loopgate.results.columns import EVENT, PLACE, REASON, TIME, VEHICLE, Event
 
 __all__ = ["WHY", "Circle", "Happenings", "Span", "find_happenings"]
@@ -92,7 +92,9 @@ class Happenings:
     circles: list[Circle] = field(default_factory=list)
 
 
-def find_happenings(events: pd.DataFrame, tracks: Tracks, layout: Layout | None, ways: Ways) -> Happenings:
+def find_happenings(
+    events: pd.DataFrame, tracks: Tracks, layout: Layout | None, ways: DrawnLines
+) -> Happenings:
     """Return what happened in a run.
 
     Parameters
@@ -127,7 +129,7 @@ def find_happenings(events: pd.DataFrame, tracks: Tracks, layout: Layout | None,
 class _Reader:
     """Reads events one by one and closes the spans that they end."""
 
-    def __init__(self, tracks: Tracks, layout: Layout | None, ways: Ways, found: Happenings) -> None:
+    def __init__(self, tracks: Tracks, layout: Layout | None, ways: DrawnLines, found: Happenings) -> None:
         self._tracks = tracks
         self._rows = tracks.rows_of()
         self._found = found

@@ -15,10 +15,10 @@ from loopgate.errors import ResultsError
 from loopgate.reading import read_object, read_toml, refusing
 from loopgate.replay.fronts import read_fronts
 from loopgate.replay.happenings import WHY, Happenings, Span, find_happenings
+from loopgate.replay.lines import DrawnLines, find_lines
 from loopgate.replay.pack import Pack
 from loopgate.replay.streets import Box, draw_streets, flat, open_network
 from loopgate.replay.tracks import PER_M, Tracks, read_tracks
-from loopgate.replay.ways import Ways, find_ways
 from loopgate.results.columns import Event
 from loopgate.results.recorder import read_events
 from loopgate.simulation import outcome
@@ -49,7 +49,7 @@ class Scene:
     summary: Mapping[str, Any]
     tracks: Tracks
     layout: Layout | None
-    ways: Ways
+    ways: DrawnLines
     happenings: Happenings
     streets: dict[str, Any]
 
@@ -153,7 +153,7 @@ def load_scene(folder: Path, report: Callable[[int], None] = lambda _percent: No
             known=tuple(layout.vehicles) if layout else (),
             report=lambda done: report(2 + min(68, int(68 * done / rows))),
         )
-    ways = find_ways(layout) if layout else Ways({}, {}, (), {}, ())
+    ways = find_lines(layout) if layout else DrawnLines({}, {}, (), {}, ())
     report(72)
     events = read_events(folder / outcome.EVENTS, _SHOWN)
     with refusing(folder / outcome.EVENTS, "table of events", ResultsError):

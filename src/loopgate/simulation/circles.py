@@ -8,8 +8,8 @@ from loopgate.drive.driver import Driver
 from loopgate.drive.gatekeeper import Gatekeeper
 from loopgate.model import System
 from loopgate.network import RoadNetwork
+from loopgate.simulation.crossing_ways import Place
 from loopgate.simulation.sight import Sight
-from loopgate.simulation.ways import Place
 
 __all__ = ["Circles"]
 

@@ -12,9 +12,9 @@ from loopgate.drive.motion import time_s
 from loopgate.gates import Reason
 from loopgate.simulation.circles import Circles
 from loopgate.simulation.coming import Arrival, Coming
+from loopgate.simulation.crossing_ways import Approach, Movement, Way
 from loopgate.simulation.sight import BEYOND_M, Sight
 from loopgate.simulation.timetable import Timetable
-from loopgate.simulation.ways import Approach, Movement, Way
 from loopgate.traffic.base import Traffic
 
 __all__ = ["PROMISE", "Others"]

@@ -16,7 +16,6 @@ from loopgate.network import Edge, RoadNetwork, read_loops
 from loopgate.network.coverage import measure_coverage
 from loopgate.network.sumo_config import is_sumo_config
 from loopgate.simulation import outcome
-from loopgate.simulation.as_is import run_as_is
 from loopgate.simulation.assembly import Assembly, assemble
 from loopgate.simulation.checking import audit_run
 from loopgate.simulation.departures import Departures
@@ -25,6 +24,7 @@ from loopgate.simulation.fronts import FrontRecorder
 from loopgate.simulation.loop_run import Course, Mishaps, Tick, drive
 from loopgate.simulation.monitoring import monitoring_figures, shape_text, write_streets
 from loopgate.simulation.outcome import Folder, Tally
+from loopgate.simulation.plain_run import run_plainly
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.session import Session, open_session
 from loopgate.simulation.sumo_start import TRIPS, check_backend, check_outputs
@@ -94,8 +94,8 @@ def _run(
     watch_class: type[Watch],
 ) -> dict[str, Any]:
     tick = tick or (lambda _now, _course: None)
-    if is_as_is(scenario):
-        return run_as_is(scenario, folder, tick, backend)
+    if is_plain(scenario):
+        return run_plainly(scenario, folder, tick, backend)
     began = perf_counter()
     assembly = assemble(scenario)
     with (
@@ -170,7 +170,7 @@ def _with_trips(
     return [replace(tally, trip=trips.get(tally.vehicle)) for tally in tallies]
 
 
-def is_as_is(scenario: Scenario) -> bool:
+def is_plain(scenario: Scenario) -> bool:
     """Return whether vehicles are run as they are, and not on loops.
 
     Those of a ``.sumocfg`` under ``open``, or of a route file under ``open`` that drive their routes once.

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from loopgate.drive.driver import Driver
 from loopgate.network import RoadNetwork
-from loopgate.simulation.ways import Place
+from loopgate.simulation.crossing_ways import Place
 from loopgate.traffic.base import Dynamics, Traffic
 
 __all__ = ["BEYOND_M", "Seen", "Sight"]

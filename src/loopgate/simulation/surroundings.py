@@ -12,11 +12,11 @@ from loopgate.drive.track import Track
 from loopgate.network import RoadNetwork
 from loopgate.simulation.circles import Circles
 from loopgate.simulation.coming import Coming
+from loopgate.simulation.crossing_ways import CrossingWays, Place, Way
 from loopgate.simulation.lights import Lights, Signal, signals_of
 from loopgate.simulation.others import Others
 from loopgate.simulation.sight import Sight
 from loopgate.simulation.timetable import Timetable
-from loopgate.simulation.ways import Place, Way, Ways
 from loopgate.traffic.base import Traffic
 
 __all__ = ["Surroundings"]
@@ -46,7 +46,7 @@ class Surroundings:
         others: bool,
     ) -> None:
         self._network = network
-        self._find = Ways(network) if others else None
+        self._find = CrossingWays(network) if others else None
         self._signals: dict[str, tuple[tuple[Signal, ...], ...]] = {}
         self._ways: dict[str, tuple[Way, ...]] = {}
         timetable = Timetable(traffic)

@@ -31,7 +31,7 @@ def make_track(
     position
         The position on the itinerary in which it starts.
     keeps_lane
-        Whether it changes lanes only where a pin says so.
+        Whether it changes lanes only where a guide says so.
     """
     loop = start.loop
     legs = itinerary.legs if itinerary else ()

@@ -7,7 +7,7 @@ import pytest
 from fake_traffic import FakeTraffic, FakeVehicle
 
 from builders import system
-from loopgate.abstraction.itinerary import Leg, Pin
+from loopgate.abstraction.itinerary import Guide, Leg
 from loopgate.drive.build import make_tables
 from loopgate.drive.driver import Driver
 from loopgate.drive.steering import Steering
@@ -45,7 +45,7 @@ class World:
         return self.steering.step()
 
 
-def world(pin: Pin, start_m: float = 20.0) -> World:
+def world(guide: Guide, start_m: float = 20.0) -> World:
     """One vehicle on a road of 400 m, granted the way from its first state (to 100 m) to the next."""
     traffic = FakeTraffic({"v": FakeVehicle([("e", ROAD_M)], start_m)})
     track = Track(
@@ -57,7 +57,7 @@ def world(pin: Pin, start_m: float = 20.0) -> World:
         rounds=(Round("e", "round", "first"), Round("", "onward", "second")),
         edges=((0.0, "e"),),
         legs=(
-            Leg(StateId("e/1"), 0.0, CHANGE_AT_M, pins=(pin,)),
+            Leg(StateId("e/1"), 0.0, CHANGE_AT_M, guides=(guide,)),
             Leg(StateId("e/2"), PIN_M, ROAD_M),
         ),
         stop_lines=(StopLine("e", 0, CHANGE_AT_M), StopLine("e", 0, ROAD_M)),
@@ -80,7 +80,7 @@ def test_it_changes_lanes_behind_the_place_and_is_then_free(start_m: int) -> Non
 
     Ten metres a step: of the ten starts some let the front be past 100 m and the rear not.
     """
-    one = world(Pin("e", 0, PIN_M, 0.0, to_lane=1), float(start_m))
+    one = world(Guide("e", 0, PIN_M, 0.0, to_lane=1), float(start_m))
     assert one.busy()
     assert one.vehicle.hold_m == PIN_M
     changed_at = 0.0
@@ -95,7 +95,7 @@ def test_it_changes_lanes_behind_the_place_and_is_then_free(start_m: int) -> Non
 
 def test_without_a_gap_it_stands_at_the_pin_and_changes_when_there_is_one() -> None:
     """It stands without a stop, since SUMO lets no vehicle at a stop change lanes, and goes on afterwards."""
-    one = world(Pin("e", 0, PIN_M, 0.0, to_lane=1))
+    one = world(Guide("e", 0, PIN_M, 0.0, to_lane=1))
     one.traffic.gaps = False
     for _ in range(60):
         assert not one.step()
@@ -109,7 +109,7 @@ def test_without_a_gap_it_stands_at_the_pin_and_changes_when_there_is_one() -> N
 
 def test_a_stop_that_only_leads_to_a_lane_is_dropped_on_it() -> None:
     """At 30 m behind the first state."""
-    one = world(Pin("e", 0, ROAD_M, 30.0))
+    one = world(Guide("e", 0, ROAD_M, 30.0))
     while one.busy():
         assert one.vehicle.front_m < CHANGE_AT_M + 30.0
         one.step()
@@ -119,7 +119,7 @@ def test_a_stop_that_only_leads_to_a_lane_is_dropped_on_it() -> None:
 @pytest.mark.parametrize("gaps", [True, False])
 def test_a_stray_is_led_back_to_its_lane_and_counted(gaps: bool) -> None:  # noqa: FBT001  a parameter of the test
     """It can stop on the lane where it is; where nobody lets it in for a minute it is put on its own."""
-    one = world(Pin("e", 0, ROAD_M, 30.0))
+    one = world(Guide("e", 0, ROAD_M, 30.0))
     one.vehicle.lane = 1
     one.vehicle.front_m = CHANGE_AT_M + 30.0
     one.traffic.gaps = gaps
@@ -139,7 +139,7 @@ def test_a_stop_that_cannot_be_set_does_not_end_the_run(monkeypatch: pytest.Monk
         raise TrafficError(msg)
 
     monkeypatch.setattr(FakeTraffic, "hold", refuse)
-    one = world(Pin("e", 0, ROAD_M, 30.0))
+    one = world(Guide("e", 0, ROAD_M, 30.0))
     one.vehicle.lane = 1
     one.vehicle.front_m = CHANGE_AT_M + 30.0
     while one.busy():

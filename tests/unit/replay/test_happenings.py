@@ -8,8 +8,8 @@ from loopgate.audit.layout import Layout, Leg, LoopWay, VehicleBody
 from loopgate.audit.layout import Span as LaneSpan
 from loopgate.gates import Reason
 from loopgate.replay.happenings import WHY, Happenings, find_happenings
+from loopgate.replay.lines import DrawnLines, find_lines
 from loopgate.replay.tracks import Tracks
-from loopgate.replay.ways import Ways, find_ways
 from loopgate.results.columns import EVENT_COLUMNS
 
 STEPS = 21
@@ -63,7 +63,7 @@ def events(*rows: tuple[float, str, str, str, str]) -> pd.DataFrame:
 def read(
     layout: Layout | None, *rows: tuple[float, str, str, str, str], speed_mps: float = 5.0
 ) -> Happenings:
-    ways = find_ways(layout) if layout else Ways({}, {}, (), {}, ())
+    ways = find_lines(layout) if layout else DrawnLines({}, {}, (), {}, ())
     return find_happenings(events(*rows), tracks(speed_mps), layout, ways)
 
 
@@ -139,7 +139,7 @@ def test_without_a_layout_there_are_laps_and_mishaps() -> None:
 
 def test_foes_and_lines_of_links(layout: Layout) -> None:
     """The way behind A excludes that behind B and the other way round; lines lie where the lanes are."""
-    ways = find_ways(layout)
+    ways = find_lines(layout)
     assert ways.foes == ((1,), (0,))
     assert ways.places["A"].tolist() == [[0, 0], [40, 0]]
     assert ways.links[1].line.tolist()[0] == [10, 0]

@@ -6,8 +6,8 @@ from unittest.mock import Mock
 
 from builders import system
 from loopgate.simulation.circles import Circles
+from loopgate.simulation.crossing_ways import Place
 from loopgate.simulation.sight import Sight
-from loopgate.simulation.ways import Place
 from loopgate.traffic.base import Dynamics
 
 LEADS_TO = {"a": "b", "b": "c", "c": "a", "d": "a"}

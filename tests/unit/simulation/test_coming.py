@@ -11,9 +11,9 @@ import pytest
 from loopgate.network import RoadNetwork, generate_loops
 from loopgate.network.vehicle_type import DEFAULT_TYPE
 from loopgate.simulation.coming import Coming
+from loopgate.simulation.crossing_ways import CrossingWays
 from loopgate.simulation.plan import Plan
 from loopgate.simulation.sight import Sight
-from loopgate.simulation.ways import Ways
 from loopgate.traffic.base import Dynamics
 
 CAR = Dynamics(5.0, 2.6, 4.5, 1.0)
@@ -68,7 +68,7 @@ def test_ways_that_touch_without_right_of_way_count() -> None:
     here, there = "142575687#1", "142575655#4"
     loop = generate_loops(network, 1, length_m=(400.0, 4000.0), via=(here, there))[0]
     plan = Plan(network, ((loop, DEFAULT_TYPE),))
-    ways = Ways(network).of(plan.tracks[0])
+    ways = CrossingWays(network).of(plan.tracks[0])
     way = next(way for way in ways if way.lane == f"{here}_1")
     (movement,) = way.movements
     approaches = {(a.from_edge, a.to_edge) for a in movement.approaches}

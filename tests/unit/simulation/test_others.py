@@ -16,10 +16,10 @@ from loopgate.gates import Reason
 from loopgate.model import StateId
 from loopgate.results.recorder import Recorder
 from loopgate.simulation.coming import Arrival
+from loopgate.simulation.crossing_ways import Approach, Movement, Place, Way
 from loopgate.simulation.others import Others
 from loopgate.simulation.sight import Sight
 from loopgate.simulation.timetable import Timetable
-from loopgate.simulation.ways import Approach, Movement, Place, Way
 from loopgate.traffic.base import Dynamics, Light, Program
 
 STREET = [("before", 100.0), ("junction", 20.0), ("after", 50.0), ("foe", 20.0), ("priority", 100.0)]

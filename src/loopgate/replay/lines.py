@@ -10,7 +10,7 @@ import numpy.typing as npt
 from loopgate.audit.layout import Layout, LoopWay
 from loopgate.network.curve import cut_curve, gap
 
-__all__ = ["Link", "Ways", "find_ways", "loop_curve"]
+__all__ = ["DrawnLines", "Link", "find_lines", "loop_curve"]
 
 Line = npt.NDArray[np.float64]
 
@@ -24,7 +24,7 @@ class Link:
 
 
 @dataclass(frozen=True, slots=True)
-class Ways:
+class DrawnLines:
     """What of a layout is drawn.
 
     Attributes
@@ -48,7 +48,7 @@ class Ways:
     foes: tuple[tuple[int, ...], ...]
 
 
-def find_ways(layout: Layout) -> Ways:
+def find_lines(layout: Layout) -> DrawnLines:
     """Return loops, places and links of a run.
 
     A line follows the lanes on which vehicles leave their spans. O(legs times conflicts).
@@ -82,7 +82,7 @@ def find_ways(layout: Layout) -> Ways:
     foes = tuple(
         tuple(sorted({number for foe in foes for number in passing.get(foe, ())})) for foes in excluded
     )
-    return Ways(loops, places, tuple(drawn), after, foes)
+    return DrawnLines(loops, places, tuple(drawn), after, foes)
 
 
 def loop_curve(layout: Layout, loop: LoopWay) -> tuple[Line, Line]:

@@ -6,12 +6,12 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from loopgate.abstraction.itinerary import Pin
+from loopgate.abstraction.itinerary import Guide
 from loopgate.network.loop import HOLD_MARGIN_M
 from loopgate.network.records import Connection
 from loopgate.network.road import RoadNetwork
 
-__all__ = ["Target", "Turn", "find_pins"]
+__all__ = ["Target", "Turn", "find_guides"]
 
 _SHORTEST_M = 0.5
 """The shortest lane on which SUMO can be told to stop [m]."""
@@ -47,14 +47,14 @@ class Target:
     ahead_m: float
     to_lane: int | None = None
 
-    def pin(self) -> Pin:
+    def guide(self) -> Guide:
         """Return the stop that leads there."""
-        return Pin(self.edge, self.lane, self.end_m - HOLD_MARGIN_M, self.ahead_m, self.to_lane)
+        return Guide(self.edge, self.lane, self.end_m - HOLD_MARGIN_M, self.ahead_m, self.to_lane)
 
 
-def find_pins(
+def find_guides(
     network: RoadNetwork, course: Sequence[Turn | Target], vclass: str
-) -> tuple[Pin, ...] | Connection:
+) -> tuple[Guide, ...] | Connection:
     """Find the stops that keep a vehicle to its lanes from one place to the next.
 
     Without them SUMO chooses among the lanes to which a movement leads by what it sees of the route. A
@@ -72,10 +72,10 @@ def find_pins(
 
     Returns
     -------
-    tuple of Pin, or Connection
+    tuple of Guide, or Connection
         The stops; or the movement to whose lane none can be set, since it is too short.
     """
-    pins: list[Pin] = []
+    guides: list[Guide] = []
     turns: list[Turn] = []
     for item in course:
         if isinstance(item, Turn):
@@ -90,11 +90,11 @@ def find_pins(
                 length_m = network.edges[c.to_edge].length_m
                 if length_m < _SHORTEST_M:
                     return c
-                pins.append(Target(c.to_edge, c.to_lane, length_m, turn.ahead_m).pin())
+                guides.append(Target(c.to_edge, c.to_lane, length_m, turn.ahead_m).guide())
         if leads or item.to_lane is not None:
-            pins.append(item.pin())
+            guides.append(item.guide())
         turns = []
-    return tuple(pins)
+    return tuple(guides)
 
 
 def _ways(network: RoadNetwork, movement: Connection, vclass: str) -> int:

@@ -31,13 +31,13 @@ from loopgate.simulation.vehicles import read_vehicles
 from loopgate.simulation.watch import Watch
 from loopgate.traffic.base import Traffic
 
-__all__ = ["run_as_is"]
+__all__ = ["run_plainly"]
 
 _OF_LOOPS = ("spacing", "starts", "revisit_s", "weights", "districts")
 _GONE = (0.0, (nan, nan))
 
 
-def run_as_is(scenario: Scenario, folder: Folder, tick: Tick, backend: str) -> dict[str, Any]:
+def run_plainly(scenario: Scenario, folder: Folder, tick: Tick, backend: str) -> dict[str, Any]:
     """Run the configuration's own vehicles under SUMO's own rules; return what ``summary.json`` holds.
 
     The run ends with the configuration's own end, when its last vehicle has arrived, after the scenario's

@@ -13,7 +13,7 @@ from loopgate.drive.track import Track
 from loopgate.network import RoadNetwork
 from loopgate.network.records import Connection
 
-__all__ = ["Approach", "Movement", "Place", "Way", "Ways"]
+__all__ = ["Approach", "CrossingWays", "Movement", "Place", "Way"]
 
 _ABREAST_M = 2.3
 """Nearer than this vehicles beside each other touch, a bend taken into account [m]."""
@@ -107,7 +107,7 @@ class Way:
     next: Place
 
 
-class Ways:
+class CrossingWays:
     """Finds the ways of vehicles in a network; all its movements count, also those that no loop makes.
 
     Parameters
