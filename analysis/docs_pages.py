@@ -132,7 +132,8 @@ def _constants(module: ModuleType) -> Iterator[tuple[str, str]]:
         if not isinstance(node, ast.AnnAssign) or not isinstance(node.target, ast.Name):
             continue
         value = getattr(module, node.target.id)
-        said = lines[(node.end_lineno or node.lineno) - 1].partition("  # ")[2].replace("|", "\\|")
+        written = lines[node.lineno - 1 : node.end_lineno]
+        said = " ".join(line.partition("  # ")[2] for line in written).strip().replace("|", "\\|")
         for text in value.values() if isinstance(value, dict) else [value]:
             if isinstance(text, str) and text not in seen:
                 seen.add(text)

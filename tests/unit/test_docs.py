@@ -40,6 +40,12 @@ def test_every_column_has_a_row(names: Sequence[str]) -> None:
     assert set(names) <= explained(docs_pages.column_names())
 
 
+def test_every_row_says_what_its_column_means() -> None:
+    """The comment beside the constant, on whichever line it is."""
+    rows = re.findall(r"^\| `([^`]+)` \|(.*)\|$", docs_pages.column_names(), re.MULTILINE)
+    assert [name for name, meaning in rows if not meaning.strip()] == []
+
+
 def test_every_scenario_key_is_explained() -> None:
     """A key that is added needs a docstring: the reference is made of it."""
     said = dict(re.findall(r"^\| `(\w+)` \|[^|]*\| (.*) \|$", docs_pages.scenario_keys(), re.MULTILINE))

@@ -10,10 +10,10 @@ from enum import StrEnum
 
 # events.parquet: one row per event
 TIME: Final = "time_s"  # simulated time [s]
-VEHICLE: Final = "vehicle"
+VEHICLE: Final = "vehicle"  # its name
 EVENT: Final = "event"  # one of Event
 PLACE: Final = "place"  # state the event is about (segment, place), or edge where there are no states
-REASON: Final = "reason"
+REASON: Final = "reason"  # why, where there is a reason
 STAGE: Final = "stage"  # which stage of a staged gate decided a grant or a refusal
 EVENT_COLUMNS: Final = (TIME, VEHICLE, EVENT, PLACE, REASON, STAGE)
 
@@ -60,11 +60,11 @@ class Event(StrEnum):
 
 
 # vehicles.parquet: one row per vehicle (VEHICLE, and)
-LOOP: Final = "loop"
-LOOP_LENGTH: Final = "loop_length_m"
+LOOP: Final = "loop"  # name of its loop
+LOOP_LENGTH: Final = "loop_length_m"  # length of one lap [m]
 LAPS: Final = "laps"  # completed laps
-DISTANCE: Final = "distance_m"
-MEAN_SPEED: Final = "mean_speed_mps"
+DISTANCE: Final = "distance_m"  # distance driven [m]
+MEAN_SPEED: Final = "mean_speed_mps"  # distance over the time since it departed [m/s]
 HOLD: Final = "hold_s"  # total time standing at gates
 STOOD: Final = (
     "stood_s"  # time slower than 0.1 m/s, under any gate; of an edge also in the junction behind it
@@ -78,7 +78,7 @@ ARRIVED: Final = "arrived"  # whether it is at the end of its route; of the same
 LONGEST_WAIT: Final = "longest_wait_s"  # longest time from asking to being granted
 STANDING: Final = "standing_s"  # time since it last moved, at the end of the run
 X: Final = "x_m"  # where its front is at the end of the run, network coordinates; NaN if it has arrived
-Y: Final = "y_m"
+Y: Final = "y_m"  # the same
 VEHICLE_COLUMNS: Final = (
     VEHICLE,
     LOOP,
@@ -94,16 +94,16 @@ VEHICLE_COLUMNS: Final = (
 )
 
 # edges.parquet: one row per edge on some loop
-EDGE: Final = "edge"
-EDGE_LENGTH: Final = "length_m"
-VISITS: Final = "visits"
+EDGE: Final = "edge"  # name of the road edge
+EDGE_LENGTH: Final = "length_m"  # its length [m]
+VISITS: Final = "visits"  # how often a vehicle entered it
 MEAN_REVISIT: Final = "mean_revisit_s"  # mean time between two visits
-MAX_REVISIT: Final = "max_revisit_s"
+MAX_REVISIT: Final = "max_revisit_s"  # longest time between two visits
 WEIGHTED_REVISIT: Final = "weighted_revisit_s"  # mean time between two visits, weighted by its length
 IDLENESS: Final = "idleness_s"  # time-weighted mean time since the last visit
 WORST_IDLENESS: Final = "worst_idleness_s"  # longest time since the last visit
 EDGE_HOLD: Final = "hold_s"  # vehicles' hold time on the edge
-JUNCTION: Final = "junction"  # where the edge ends; STOOD: how long vehicles stood on it
+JUNCTION: Final = "junction"  # where the edge ends
 SHAPE: Final = "shape"  # "x,y x,y ..." [m], network coordinates
 HEADWAY_CV: Final = "headway_cv"  # standard deviation over mean of the times between two visits
 BUNCHED: Final = "bunched"  # share of these below a quarter of their mean, 0 to 1
@@ -141,7 +141,7 @@ STREET_COLUMNS: Final = (EDGE, STREET, EDGE_LENGTH, *WATCH_COLUMNS[1:], SHAPE)
 FLOW_EVERY_S: Final = 10.0
 
 # flow.parquet: one row every ten seconds, all vehicles together (TIME, its end, and)
-ON_ROAD: Final = "vehicles"
+ON_ROAD: Final = "vehicles"  # vehicles on the road
 STILL: Final = "standing"  # mean number of vehicles slower than 0.1 m/s
 FLOW_COLUMNS: Final = (TIME, ON_ROAD, STILL, DISTANCE, LAPS)
 
