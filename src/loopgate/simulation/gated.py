@@ -6,7 +6,7 @@ from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
-from loopgate.abstraction.queue_layout import lay_out_queues
+from loopgate.abstraction.queue_layout import lay_out_queues, why_not
 from loopgate.disk import writing
 from loopgate.errors import RefusedLoopError, ScenarioError
 from loopgate.network import RoadNetwork
@@ -73,7 +73,14 @@ def find_unfit(
     RefusedLoopError
         If one of those `staying` does not.
     """
-    fit, unfit = list(once), dict[str, list[Member]]()
+    unfit: dict[str, list[Member]] = {}
+    alone = {(v.loop, v.type): "" for v in once}
+    for loop, kind in alone:  # first, since it is quick: who is too long makes the rest slow
+        alone[loop, kind] = why_not(network, loop, kind)
+    for v in once:
+        if alone[v.loop, v.type]:
+            unfit.setdefault(alone[v.loop, v.type], []).append(v)
+    fit = [v for v in once if not alone[v.loop, v.type]]
     while fit:
         try:
             lay_out_queues(network, [(v.loop, v.type) for v in (*staying, *fit)])
