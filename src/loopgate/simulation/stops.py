@@ -162,6 +162,8 @@ class Stops:
 
     def look(self) -> None:
         """Take note of the stops that began and ended in the last step."""
+        if not self._stops:
+            return
         traffic, now = self._traffic, self._traffic.now_s
         for vehicle in traffic.stops_begun():
             way = self._ways.get(vehicle)
