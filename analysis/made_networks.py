@@ -145,6 +145,13 @@ def _convert(
     return _tool("netconvert", [*given, *options.split()], file)
 
 
+def short_last_road(file: Path) -> Path:
+    """Write a road that leads to either of two lanes of one that is too short to wait on."""
+    nodes = [_node(name, (x, 0.0)) for name, x in (("a", 0.0), ("b", 200.0), ("c", 206.0), ("d", 400.0))]
+    edges = [_edge("a", "b", 1), _edge("b", "c", 2), _edge("c", "d", 1)]
+    return _convert(nodes, edges, file, "")
+
+
 def _tool(name: str, options: Sequence[str], file: Path) -> Path:
     tool = Path(sumo.SUMO_HOME) / "bin" / name
     environment = {**os.environ, "SUMO_HOME": sumo.SUMO_HOME}

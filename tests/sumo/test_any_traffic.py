@@ -9,6 +9,7 @@ from typing import Any
 
 import pandas as pd
 import pytest
+from made_networks import short_last_road
 
 from loopgate import Scenario
 from loopgate.errors import ScenarioError
@@ -120,3 +121,14 @@ def test_who_fits_in_no_place_is_ordinary_and_named(tmp_path: Path) -> None:
     assert any("1 vehicles are ordinary traffic, first huge" in line for line in summary["warnings"])
     assert summary["trips"] == TRIPS
     assert json.loads((tmp_path / "out" / "summary.json").read_text())["others"]["trips"] == 1
+
+
+def test_nobody_is_kept_on_a_last_road_that_is_too_short_to_wait_on(tmp_path: Path) -> None:
+    """A stop leads vehicles to the right one of its lanes; at its end it would be in the way of arriving."""
+    network = short_last_road(tmp_path / "short.net.xml")
+    assert RoadNetwork.open(network).edges["b-c"].length_m < 7.5
+    routes = tmp_path / "short.rou.xml"
+    trips = "".join(f'<trip id="t{k}" depart="{5 * k}" from="a-b" to="b-c"/>' for k in range(6))
+    routes.write_text(f"<routes>{trips}</routes>", encoding="utf-8")
+    summary = run(tmp_path / "out", routes, network=str(network), duration_s=200.0)
+    assert (summary["arrived"], summary["unfinished"], summary["clean"]) == (6, 0, True)

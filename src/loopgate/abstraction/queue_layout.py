@@ -349,7 +349,9 @@ def _course(loop: Loop, here: _Piece, between: Sequence[_Piece], after: _Piece) 
             yield Turn(piece.movement, ahead + piece.length_m)
         elif passage is not None and passage.changes:
             yield Target(piece.edge, piece.lane, piece.at_m, ahead, passage.to_lane)
-    yield Target(after.edge, after.lane, after.at_m, _ahead_m(loop, here, after))
+    # Who arrives is never past its last lane: what leads to that has done its work where the lane begins.
+    on_lane_m = after.at_m if after.away else 0.0
+    yield Target(after.edge, after.lane, after.at_m, _ahead_m(loop, here, after) - on_lane_m)
 
 
 def _legs(
