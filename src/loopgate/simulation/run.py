@@ -142,7 +142,7 @@ def _run(
     added = [*outcome.mishaps(summary), *surrounded.pop("warnings", [])]
     summary["warnings"] = [*session.notes, *summary["warnings"], *added]
     summary |= surrounded
-    if scenario.traffic or assembly.ordinary:
+    if among:
         summary["collisions_by_others"] = sum(one.erred == "ordinary" for one in course.verdicts)
         others = summary.setdefault("others", {})
         others["collisions"] = course.collisions_of_others
