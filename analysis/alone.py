@@ -51,11 +51,12 @@ CASES = (
 def alone_km(scenario: Scenario) -> float:
     """Return how far the vehicles drive in all [km/h], each in a simulation of its own, after the warm-up."""
     assembly = assemble(scenario)
-    km = sum(_one_km(scenario, assembly.network.file, start) for start in assembly.starts)
+    km = sum(one_km(scenario, assembly.network.file, start) for start in assembly.starts)
     return km * 3600 / scenario.duration_s
 
 
-def _one_km(scenario: Scenario, network: Path, start: Start) -> float:
+def one_km(scenario: Scenario, network: Path, start: Start) -> float:
+    """Return how far one drives alone in the scenario's duration [km]."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         options = ["--net-file", str(network), *write_sumo_input([start], folder)]

@@ -1,9 +1,10 @@
 """All vehicles of a demand under the gate, or none: delays as tripinfo defines them, who arrived, and when.
 
 ``python analysis/any_traffic.py NET ROUTES --begin 25200 --hours 1 --seeds 3`` runs a demand from files, with
-the lights off, until all have arrived, and SUMO beside it, with the lights off and kept. ``--grid`` draws
-trips in the five-by-five grid instead, for an hour at 0.5 to 3 times what the gate lets through, and then
-none. Runs that are done are kept in ``out/any_traffic`` and not repeated.
+the lights off, until all have arrived, and SUMO beside it: with the lights off, as they are, made to follow
+the traffic, and switched by max-pressure. ``--grid`` draws trips in the five-by-five grid instead, for an
+hour at 0.5 to 3 times what the gate lets through, and then none. ``--shares 100 80 50 20`` puts only so many
+in a hundred under the gate, lights obeyed. Runs that are done are kept in ``out/any_traffic``.
 """
 
 from __future__ import annotations
@@ -13,13 +14,17 @@ import json
 import subprocess
 import sys
 from collections.abc import Iterator
+from contextlib import nullcontext
 from pathlib import Path
+from random import Random
 from typing import Any
 from xml.etree import ElementTree as ET
 
 import pandas as pd
 import sumo
+import sumolib
 from rich.console import Console
+from signals import CONTROLLERS, controlled
 
 from loopgate import Scenario
 from loopgate.cli.frame_table import frame_table
@@ -32,12 +37,22 @@ ROOT = Path(__file__).resolve().parent.parent
 GRID = ROOT / "networks" / "grid5-priority.net.xml"
 CAPACITY_PER_S = 1.7
 """Trips that arrive in a second under the gate where three times as many are asked for, about."""
+EVERYONE = 100
 TIMES = (0.5, 1.0, 1.5, 2.0, 3.0)
+ALONE = {"gate": "open", "on_deadlock": "continue"}
 RULES: dict[str, dict[str, Any]] = {
     "gate": {"gate": "certified", "lights": "off", "positions": True},
-    "SUMO, lights off": {"gate": "open", "lights": "off", "on_deadlock": "continue"},
-    "SUMO, lights kept": {"gate": "open", "lights": "keep", "on_deadlock": "continue"},
+    "gate, lights obeyed": {"gate": "certified", "lights": "obey", "positions": True},
+    "SUMO, lights off": {**ALONE, "lights": "off"},
+    "SUMO, its lights": {**ALONE, "lights": "keep"},
+    "SUMO, actuated": {**ALONE, "lights": "keep"},
+    "SUMO, delay based": {**ALONE, "lights": "keep"},
+    **{f"SUMO, {name}": {**ALONE, "lights": "keep"} for name in CONTROLLERS},
 }
+UNLIT = ("gate", "SUMO, lights off")
+SWITCHING = {"SUMO, actuated": "actuated", "SUMO, delay based": "delay_based"}
+"""The rules that give the lights of a network another type, as SUMO calls it."""
+
 SHOWN = {
     "mean_delay_s": "mean delay [s]",
     "mean_time_loss_s": "time loss [s]",
@@ -51,14 +66,38 @@ SHOWN = {
 }
 
 
-def config(net: Path, routes: Path, begin_s: float, end_s: float, file: Path) -> Path:
+def config(
+    net: Path, routes: Path, begin_s: float, end_s: float, file: Path, more: Path | None = None
+) -> Path:
     """Write a SUMO configuration of a network and routes."""
+    added = f'<additional-files value="{more.resolve()}"/>' if more else ""
     file.write_text(
         f'<configuration><input><net-file value="{net.resolve()}"/>'
-        f'<route-files value="{routes.resolve()}"/></input>'
+        f'<route-files value="{routes.resolve()}"/>{added}</input>'
         f'<time><begin value="{begin_s:g}"/><end value="{end_s:g}"/></time></configuration>\n',
         encoding="utf-8",
     )
+    return file
+
+
+def other_lights(net: Path, kind: str, file: Path) -> Path:
+    """Write the lights of a network anew with the same phases, but of another type."""
+    made = ET.Element("additional")
+    for light in sumolib.xml.parse(str(net), "tlLogic"):
+        words = {"id": light.id, "type": kind, "programID": kind, "offset": "0"}
+        logic = ET.SubElement(made, "tlLogic", words)
+        for phase in light.phase:
+            length = {"minDur": "5", "maxDur": "50"} if "y" not in phase.state else {}
+            ET.SubElement(logic, "phase", {"duration": phase.duration, "state": phase.state, **length})
+    ET.ElementTree(made).write(file)
+    return file
+
+
+def some_of(routes: Path, share: int, seed: int, file: Path) -> Path:
+    """Write the names of so many in a hundred of the vehicles, drawn by the seed."""
+    top = read_xml(routes, root="routes", what="route file", error=RouteError)
+    names = [str(one.get("id")) for one in top if one.tag in ("trip", "vehicle")]
+    file.write_text("\n".join(Random(seed).sample(names, len(names) * share // 100)) + "\n", encoding="utf-8")
     return file
 
 
@@ -100,15 +139,27 @@ def planned(given: argparse.Namespace, folder: Path) -> Iterator[tuple[str, str,
             end_s = begin_s + given.most_hours * 3600.0
             file = config(net, routes, begin_s, end_s, folder / f"{name.replace(' ', '_')}-{seed}.sumocfg")
             for rule in given.rules:
-                scenario = Scenario.from_dict({"network": str(file), "seed": seed, **RULES[rule]})
-                yield name, rule, seed, scenario
+                if given.grid and rule not in UNLIT:
+                    continue
+                used = file
+                if kind := SWITCHING.get(rule):
+                    more = other_lights(net, kind, folder / f"{name}-{kind}.add.xml")
+                    used = config(net, routes, begin_s, end_s, folder / f"{name}-{kind}-{seed}.sumocfg", more)
+                yield name, rule, seed, Scenario(network=str(used), seed=seed, **RULES[rule])
+            for share in given.shares:
+                rule = {**RULES["gate, lights obeyed"], "on_deadlock": "continue"}
+                if share < EVERYONE:
+                    rule["who"] = str(some_of(routes, share, seed, folder / f"{name}-{share}-{seed}.txt"))
+                yield name, f"{share} in 100 under the gate", seed, Scenario(network=str(file), seed=seed, **rule)
 
 
-def result(scenario: Scenario, key: str, folder: Path) -> dict[str, Any]:
+def result(scenario: Scenario, rule: str, key: str, folder: Path) -> dict[str, Any]:
     """Run a scenario, or return what it gave before."""
     kept = folder / f"{key}.json"
     if not kept.exists():
-        summary = simulate(scenario, folder / key, overwrite=True)
+        name = rule.removeprefix("SUMO, ")
+        with controlled(name) if name in CONTROLLERS else nullcontext():
+            summary = simulate(scenario, folder / key, overwrite=True)
         kept.write_text(json.dumps(summary), encoding="utf-8")
     found: dict[str, Any] = json.loads(kept.read_text(encoding="utf-8"))
     return found
@@ -125,6 +176,7 @@ def main() -> int:
     parser.add_argument("--most-hours", type=float, default=6.0)
     parser.add_argument("--seeds", type=int, default=5)
     parser.add_argument("--rules", nargs="*", default=list(RULES), choices=list(RULES))
+    parser.add_argument("--shares", nargs="*", type=int, default=[], help="percentages under the gate")
     parser.add_argument("--out", type=Path, default=ROOT / "out" / "any_traffic")
     given = parser.parse_args()
     if not given.grid and given.routes is None:
@@ -135,7 +187,7 @@ def main() -> int:
     with show_progress("runs", total=len(runs)) as report:
         for number, (name, rule, seed, scenario) in enumerate(runs, 1):
             key = f"{name}-{rule}-{seed}".replace(" ", "_").replace(",", "")
-            found = result(scenario, key, given.out)
+            found = result(scenario, rule, key, given.out)
             found |= {"deadlocks": len(found["deadlocks"])}
             found["audit"] = 0 if isinstance(found["audit"], str) else len(found["audit"])
             rows.append({"demand": name, "rule": rule, "seed": seed, **{n: found[n] for n in SHOWN}})
@@ -145,7 +197,7 @@ def main() -> int:
     columns = {"demand": "demand", "rule": "rule", **SHOWN}
     Console(width=170).print(frame_table(means, columns, title="Means over seeds"))
     table.to_csv(given.out / "runs.csv", index=False)
-    gate = table[table["rule"] == "gate"]
+    gate = table[table["rule"].isin(("gate", "gate, lights obeyed"))]
     return int(bool(gate[["unfinished", "collisions", "deadlocks", "audit"]].to_numpy().sum()))
 
 

@@ -1,0 +1,293 @@
+"""The five-by-five grid close to its limit: the gate, SUMO's rules and lights, and what no rule can exceed.
+
+    python analysis/limit.py --seeds 5 --step 0.5 --write
+
+drives the loops of ``throughput.py`` under four rules and five kinds of lights, the best of which is the
+rival, and under the gate, at steps of one second or of half a one. The limit is a linear programme over the
+flow on each loop: no vehicle drives faster than all by itself, each movement over a junction takes the
+headway at which a queue is discharged, and of those that cross each other one takes its turn at a time.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import runpy
+import subprocess
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations, product
+from pathlib import Path
+
+import networkx as nx
+import numpy as np
+import pandas as pd
+from alone import one_km
+from scipy.optimize import linprog
+from scipy.sparse import lil_array
+from signals import CONTROLLERS, controlled
+from throughput import GRID, LOOPS
+from throughput_study import (
+    ROOT,
+    RULE,
+    WARMUP_S,
+    Rule,
+    Study,
+    details,
+    kilometres,
+    markdown,
+    parser,
+    ratios,
+    safety,
+    simulate,
+    waits,
+    write_section,
+)
+
+from loopgate import Scenario
+from loopgate.abstraction.itinerary import Itinerary
+from loopgate.cli.progress import show_progress
+from loopgate.results import row_columns as c
+from loopgate.simulation.assembly import assemble
+from loopgate.simulation.run import simulate as simulate_one
+
+HEADWAY_S, SPACE_M = 1.3, 7.5
+"""Two follow each other over a junction at this time and the time for this length at the speed there."""
+
+LIGHTS = {
+    "fixed time": ("--tls.cycle.time=40",),
+    "delay based": ("--tls.default-type=delay_based",),
+}
+"""A cycle of 40 s lets more through than 60 and 90 do, and both more than SUMO's NEMA."""
+
+OURS = "certified, pressure"
+_BUILD = runpy.run_path(str(ROOT / "networks" / "build.py"))
+LIT = str(ROOT / "networks" / "grid5-actuated.net.xml")
+ALONE_S = 1200.0
+"""For how long the speed of each alone is measured."""
+
+
+@dataclass(frozen=True, slots=True)
+class Use:
+    """How often the vehicles of each loop make a movement in a lap, how long it takes, whom it crosses."""
+
+    headway_s: float
+    begin: str
+    end: str
+    foes: frozenset[str]
+    passes: Mapping[str, int]
+
+
+def uses(itineraries: Mapping[str, Itinerary]) -> dict[str, Use]:
+    """Return all movements over junctions that the loops make, by name."""
+    passes: dict[str, dict[str, int]] = {}
+    kinds: dict[str, tuple[float, str, str, frozenset[str]]] = {}
+    for loop, itinerary in itineraries.items():
+        for leg, after in zip(itinerary.legs, (*itinerary.legs[1:], itinerary.legs[0]), strict=True):
+            for way in leg.crossings:
+                kinds[way.id] = (HEADWAY_S + SPACE_M / way.speed_mps, leg.state, after.state, way.foes)
+                by_loop = passes.setdefault(way.id, {})
+                by_loop[loop] = by_loop.get(loop, 0) + 1
+    return {way: Use(*kind, passes[way]) for way, kind in kinds.items()}
+
+
+def exclusive(found: Mapping[str, Use]) -> Iterator[Sequence[str]]:
+    """Yield sets of movements of which one takes its turn at a time.
+
+    Those from one place, those into one, and those that all cross each other or leave the same place.
+    """
+    for key in ("begin", "end"):
+        by_place: dict[str, list[str]] = {}
+        for way, use in found.items():
+            by_place.setdefault(getattr(use, key), []).append(way)
+        yield from by_place.values()
+    meet = nx.Graph()
+    meet.add_nodes_from(found)
+    for one, other in combinations(found, 2):
+        if other in found[one].foes or found[one].begin == found[other].begin:
+            meet.add_edge(one, other)
+    yield from nx.find_cliques(meet)
+
+
+def alone_mps(scenario: Scenario) -> dict[str, float]:
+    """Return the mean speed on each loop of a vehicle of mean temper that is all by itself, lights off."""
+    assembly = assemble(scenario)
+    found = {}
+    for start in assembly.starts:
+        if start.loop.id not in found:
+            kind = replace(start.type, attributes={**start.type.attributes, "speedDev": "0"})
+            km = one_km(scenario, assembly.network.file, replace(start, type=kind))
+            found[start.loop.id] = km * 1000 / scenario.duration_s
+    return found
+
+
+def limit_km(alone: Mapping[str, float], itineraries: Sequence[Itinerary]) -> float:
+    """Return the most vehicle-km in an hour that vehicles on these itineraries can make, one each.
+
+    `alone` is the speed on each loop that none exceeds in the mean [m/s].
+    """
+    by_loop = {itinerary.loop: itinerary for itinerary in itineraries}
+    names = list(by_loop)
+    column = {loop: k for k, loop in enumerate(names)}
+    vehicles = np.array([sum(one.loop == loop for one in itineraries) for loop in names])
+    found = uses(by_loop)
+    turns = list(exclusive(found))
+    taken = lil_array((len(turns), len(names)))
+    for row, ways in enumerate(turns):
+        for way in ways:
+            for loop, number in found[way].passes.items():
+                taken[row, column[loop]] += number * found[way].headway_s
+    metres = np.array([by_loop[loop].length_m for loop in names])
+    most = [(0.0, n * alone[loop] / m) for loop, n, m in zip(names, vehicles, metres, strict=True)]
+    solved = linprog(-metres, A_ub=taken.tocsr(), b_ub=np.ones(len(turns)), bounds=most, method="highs")
+    return float(-solved.fun * 3.6)
+
+
+def lit(name: str, folder: Path) -> str:
+    """Build the streets of the grid with other lights; return the file."""
+    file = folder / f"grid5-{name.replace(' ', '-').replace(',', '')}.net.xml"
+    if not file.exists():
+        words = [
+            *_BUILD["GRID"],
+            "--default-junction-type=traffic_light",
+            *LIGHTS[name],
+            f"--output-file={file}",
+        ]
+        subprocess.run([str(_BUILD["TOOLS"] / "netgenerate"), *words], check=True, capture_output=True)
+    return str(file)
+
+
+def study(step_s: float, folder: Path) -> Study:
+    """Return the study of the grid at a step: SUMO's rules, other lights, and the gate."""
+    lights = [
+        Rule(f"SUMO, {name}", {"network": lit(name, folder), "gate": "open"}, yardstick=True)
+        for name in LIGHTS
+    ]
+    some = [rule for rule in GRID.rules if rule.yardstick or rule.name == OURS]
+    lights += [Rule(f"SUMO, {name}", {}, yardstick=True) for name in CONTROLLERS]
+    rules = [
+        replace(rule, scenario={**rule.scenario, "step_s": step_s})
+        for rule in (*some[:-1], *lights, some[-1])
+    ]
+    name, title = f"limit-{step_s:g}", f"Five-by-five grid at steps of {step_s:g} s"
+    return Study(name, title, tuple(rules), (60, 140, 180, 240, 300, 400), GRID.loops)
+
+
+def limits(runs: pd.DataFrame, folder: Path, step_s: float) -> pd.DataFrame:
+    """Return the limit by number of vehicles, and the shares of it that are reached."""
+    network = str(GRID.rules[0].scenario["network"])
+    ours, rivals = runs[runs[RULE] == OURS], runs[runs[RULE] != OURS]
+    rows: dict[str, dict[str, str]] = {}
+    speeds: dict[int, dict[str, float]] = {}
+    for count, group in ours.groupby(c.VEHICLES):
+        most = []
+        for seed in group[c.SEED]:
+            routes = str(folder / f"loops{seed}.rou.xml")
+            scenario = Scenario(
+                network=network, routes=routes, vehicles=int(str(count)), seed=int(seed), step_s=step_s
+            )
+            if seed not in speeds:
+                every = replace(scenario, vehicles=LOOPS, duration_s=ALONE_S, gate="open")
+                speeds[seed] = alone_mps(every)
+            most.append(limit_km(speeds[seed], assemble(scenario).abstraction.itineraries))
+        limit = float(np.mean(most))
+        best = rivals[rivals[c.VEHICLES] == count].groupby(RULE)[c.KM_PER_H].mean()
+        column = rows.setdefault(str(count), {})
+        column["limit [km]"] = f"{limit:.0f}"
+        column["certified"] = f"{100 * group[c.KM_PER_H].mean() / limit:.0f} %"
+        if len(best):
+            column["best rival"] = (
+                f"{100 * best.max() / limit:.0f} % ({str(best.idxmax()).removeprefix('SUMO, ')})"
+            )
+    return pd.DataFrame(rows).rename_axis("of the limit").reset_index()
+
+
+def section(runs: pd.DataFrame, made: Study, folder: Path, step_s: float) -> str:
+    """Return the study's part of the page."""
+    seeds, hours = runs[c.SEED].nunique(), runs[c.DURATION].max() / 3600
+    return "\n\n".join(
+        (
+            f"## {made.title}",
+            f"{len(runs)} runs of {hours:g} h, {seeds} seed{'s' * (seeds > 1)}. Vehicle-km in the hour:",
+            markdown(kilometres(runs, made)),
+            "Times the best of the others at that number, seed by seed:",
+            markdown(ratios(runs, made)),
+            "The limit, and how much of it is reached:",
+            markdown(limits(runs, folder, step_s)),
+            "Longest wait:",
+            markdown(waits(runs, made)),
+            safety(runs),
+        )
+    )
+
+
+def _by_sumo(made: Study) -> Study:
+    return replace(made, rules=tuple(rule for rule in made.rules if "network" in rule.scenario))
+
+
+def under_controllers(made: Study, given: argparse.Namespace, step_s: float) -> pd.DataFrame:
+    """Return rows like those of the study for the lights that are switched from outside of SUMO."""
+    rows = []
+    cases = list(product(CONTROLLERS, made.vehicles, range(1, given.seeds + 1)))
+    with show_progress("controllers", total=len(cases)) as report:
+        for number, (name, vehicles, seed) in enumerate(cases, 1):
+            report(number)
+            if given.vehicles and vehicles not in given.vehicles:
+                continue
+            if given.rules and not any(word in name for word in given.rules):
+                continue
+            scenario = Scenario(
+                network=LIT,
+                routes=str(given.out / made.name / f"loops{seed}.rou.xml"),
+                vehicles=vehicles,
+                seed=seed,
+                gate="open",
+                step_s=step_s,
+                duration_s=given.duration,
+                warmup_s=WARMUP_S,
+                on_deadlock="continue",
+            )
+            kept = given.out / made.name / f"{name.replace(' ', '-')}-{vehicles}-{seed}.json"
+            if not kept.exists():
+                with controlled(name):
+                    kept.write_text(json.dumps(simulate_one(scenario)), encoding="utf-8")
+            found = json.loads(kept.read_text(encoding="utf-8"))
+            rows.append(
+                {
+                    RULE: f"SUMO, {name}",
+                    c.SEED: seed,
+                    c.VEHICLES: vehicles,
+                    c.STATUS: c.STATUS_OK,
+                    c.KM_PER_H: found["km_per_h"],
+                    c.LAPS: found["laps"],
+                    c.LAPLESS: found["vehicles_without_a_lap"],
+                    c.DEADLOCKS: len(found["deadlocks"]),
+                    c.COLLISIONS: found["collisions"],
+                    c.TELEPORTS: found["teleports"],
+                    c.AUDIT: c.NOT_GATED,
+                    c.DURATION: given.duration,
+                }
+            )
+    return pd.DataFrame(rows)
+
+
+def main() -> None:
+    """Run what is missing, print the tables, and renew the page if asked to."""
+    words = parser(__doc__)
+    words.add_argument("--step", type=float, default=1.0, help="of the simulation [s]")
+    given: argparse.Namespace = words.parse_args()
+    given.out.mkdir(parents=True, exist_ok=True)
+    made = study(given.step, given.out)
+    runs = pd.concat(
+        [simulate(_by_sumo(made), given), under_controllers(made, given, given.step)], ignore_index=True
+    )
+    text = section(runs, made, given.out / made.name, given.step)
+    print(text)
+    every = f"{text}\n\nAll figures:\n\n{markdown(details(runs, made))}\n"
+    (given.out / f"{made.name}.md").write_text(every, encoding="utf-8")
+    if given.write:
+        write_section(text, made.name)
+
+
+if __name__ == "__main__":
+    main()
