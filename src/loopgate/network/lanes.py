@@ -140,15 +140,15 @@ def make_route(
     layers = _layers(network, edges, vclass, closed=False)
     ahead: dict[int, _Cost] = {}
     costs: list[dict[int, _Cost]] = []
+    most = max(load.values(), default=1)
     for edge, layer in zip(reversed(edges), reversed(layers), strict=True):
         here: dict[int, _Cost] = {}
         ids = [lane.id for lane in network.edges[edge].lanes]
-        used = 1 + sum(load.get(one, 0) for one in ids)
         short = network.edges[edge].length_m < change_m
         for enter, steps in layer.items():
             for number, (cost, step) in enumerate(steps):
                 leave = step.onward.from_lane
-                share = (load.get(ids[enter], 0) + load.get(ids[leave], 0)) / used
+                share = ((load.get(ids[enter], 0) + load.get(ids[leave], 0)) / most) ** 4
                 changes = cost[0] * (_TWO_WAY_LANES**2 if short else 1)
                 own = changes, _HURRY * cost[1] + share
                 steps[number] = own, step
