@@ -32,6 +32,7 @@ from loopgate.cli.progress import show_progress
 from loopgate.errors import RouteError
 from loopgate.network.xml_file import read_xml
 from loopgate.simulation.run import simulate
+from loopgate.simulation.sumo_start import TRIPS
 
 ROOT = Path(__file__).resolve().parent.parent
 GRID = ROOT / "networks" / "grid5-priority.net.xml"
@@ -53,6 +54,7 @@ UNLIT = ("gate", "SUMO, lights off")
 SWITCHING = {"SUMO, actuated": "actuated", "SUMO, delay based": "delay_based"}
 """The rules that give the lights of a network another type, as SUMO calls it."""
 
+FLOW, HOUR_S = "flow", 3600.0
 SHOWN = {
     "mean_delay_s": "mean delay [s]",
     "mean_time_loss_s": "time loss [s]",
@@ -60,6 +62,7 @@ SHOWN = {
     "worst_delay_s": "worst [s]",
     "unfinished": "unfinished",
     "duration_s": "drained after [s]",
+    FLOW: "arrived in the first hour",
     "collisions": "collisions",
     "deadlocks": "locked",
     "audit": "audit findings",
@@ -136,7 +139,9 @@ def planned(given: argparse.Namespace, folder: Path) -> Iterator[tuple[str, str,
             some = only_between(given.routes, begin_s, begin_s + hour_s, file)
             demands = {given.net.name.partition(".")[0]: (given.net, some)}
         for name, (net, routes) in demands.items():
-            end_s = begin_s + given.most_hours * 3600.0
+            most_s = given.most_hours * 3600.0
+            each: dict[str, Any] = {"seed": seed, "duration_s": most_s}
+            end_s = begin_s + most_s
             file = config(net, routes, begin_s, end_s, folder / f"{name.replace(' ', '_')}-{seed}.sumocfg")
             for rule in given.rules:
                 if given.grid and rule not in UNLIT:
@@ -145,12 +150,22 @@ def planned(given: argparse.Namespace, folder: Path) -> Iterator[tuple[str, str,
                 if kind := SWITCHING.get(rule):
                     more = other_lights(net, kind, folder / f"{name}-{kind}.add.xml")
                     used = config(net, routes, begin_s, end_s, folder / f"{name}-{kind}-{seed}.sumocfg", more)
-                yield name, rule, seed, Scenario(network=str(used), seed=seed, **RULES[rule])
+                yield (
+                    name,
+                    rule,
+                    seed,
+                    Scenario(network=str(used), **each, **RULES[rule]),
+                )
             for share in given.shares:
                 rule = {**RULES["gate, lights obeyed"], "on_deadlock": "continue"}
                 if share < EVERYONE:
                     rule["who"] = str(some_of(routes, share, seed, folder / f"{name}-{share}-{seed}.txt"))
-                yield name, f"{share} in 100 under the gate", seed, Scenario(network=str(file), seed=seed, **rule)
+                yield (
+                    name,
+                    f"{share} in 100 under the gate",
+                    seed,
+                    Scenario(network=str(file), seed=seed, duration_s=most_s, **rule),
+                )
 
 
 def result(scenario: Scenario, rule: str, key: str, folder: Path) -> dict[str, Any]:
@@ -160,6 +175,9 @@ def result(scenario: Scenario, rule: str, key: str, folder: Path) -> dict[str, A
         name = rule.removeprefix("SUMO, ")
         with controlled(name) if name in CONTROLLERS else nullcontext():
             summary = simulate(scenario, folder / key, overwrite=True)
+        arrivals = [float(trip.arrival) for trip in sumolib.xml.parse(str(folder / key / TRIPS), "tripinfo")]
+        begin_s = min(float(trip.depart) for trip in sumolib.xml.parse(str(folder / key / TRIPS), "tripinfo"))
+        summary[FLOW] = sum(0 <= at_s <= begin_s + HOUR_S for at_s in arrivals)
         kept.write_text(json.dumps(summary), encoding="utf-8")
     found: dict[str, Any] = json.loads(kept.read_text(encoding="utf-8"))
     return found

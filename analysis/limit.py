@@ -24,7 +24,6 @@ import numpy as np
 import pandas as pd
 from alone import one_km
 from scipy.optimize import linprog
-from scipy.sparse import lil_array
 from signals import CONTROLLERS, controlled
 from throughput import GRID, LOOPS
 from throughput_study import (
@@ -101,7 +100,7 @@ def exclusive(found: Mapping[str, Use]) -> Iterator[Sequence[str]]:
         for way, use in found.items():
             by_place.setdefault(getattr(use, key), []).append(way)
         yield from by_place.values()
-    meet = nx.Graph()
+    meet: nx.Graph[str] = nx.Graph()
     meet.add_nodes_from(found)
     for one, other in combinations(found, 2):
         if other in found[one].foes or found[one].begin == found[other].begin:
@@ -132,15 +131,15 @@ def limit_km(alone: Mapping[str, float], itineraries: Sequence[Itinerary]) -> fl
     vehicles = np.array([sum(one.loop == loop for one in itineraries) for loop in names])
     found = uses(by_loop)
     turns = list(exclusive(found))
-    taken = lil_array((len(turns), len(names)))
+    taken = np.zeros((len(turns), len(names)))
     for row, ways in enumerate(turns):
         for way in ways:
             for loop, number in found[way].passes.items():
                 taken[row, column[loop]] += number * found[way].headway_s
     metres = np.array([by_loop[loop].length_m for loop in names])
     most = [(0.0, n * alone[loop] / m) for loop, n, m in zip(names, vehicles, metres, strict=True)]
-    solved = linprog(-metres, A_ub=taken.tocsr(), b_ub=np.ones(len(turns)), bounds=most, method="highs")
-    return float(-solved.fun * 3.6)
+    solved = linprog(-metres, A_ub=taken, b_ub=np.ones(len(turns)), bounds=most, method="highs")
+    return 3.6 * float(metres @ solved.x)
 
 
 def lit(name: str, folder: Path) -> str:
@@ -189,7 +188,8 @@ def limits(runs: pd.DataFrame, folder: Path, step_s: float) -> pd.DataFrame:
             if seed not in speeds:
                 every = replace(scenario, vehicles=LOOPS, duration_s=ALONE_S, gate="open")
                 speeds[seed] = alone_mps(every)
-            most.append(limit_km(speeds[seed], assemble(scenario).abstraction.itineraries))
+            lain = assemble(scenario).abstraction
+            most += [limit_km(speeds[seed], lain.itineraries)] if lain else []
         limit = float(np.mean(most))
         best = rivals[rivals[c.VEHICLES] == count].groupby(RULE)[c.KM_PER_H].mean()
         column = rows.setdefault(str(count), {})

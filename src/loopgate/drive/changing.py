@@ -97,6 +97,11 @@ class ChangingEngine(Engine):
         self._run["version"] += int(shut.any())
         shut[:] = False
 
+    def wait_outside(self, numbers: Mapping[str, int]) -> None:
+        """Take note of how many wait to depart into each state: they count as queues there."""
+        outside = cast("Any", self.tables.states)["outside"]
+        outside[:] = [numbers.get(name, 0) for name in self._keeper.system.states]
+
     def clear(self) -> None:
         """Go on without any vehicle: all have left."""
         before, gone = self.tables, list(self.driver_of)

@@ -100,6 +100,7 @@ class Gatekeeper:
             for table in (tables.run, tables.vehicles, tables.states, tables.entries, tables.reasons)
         )
         self._held_by, self._rooms = self._states["held_by"], self._states["room"]
+        self._outside = self._states["outside"]
         self._run["serve_after_s"] = self._serve_after_s
         negotiation = self.negotiation
         if isinstance(negotiation, Pressure):
@@ -124,6 +125,10 @@ class Gatekeeper:
     def room(self, state: int) -> int:
         """Return how many more vehicles fit into `state`."""
         return int(self._rooms[state] - self._held_by[state])
+
+    def outside(self, state: int) -> int:
+        """Return how many vehicles wait to depart into `state`."""
+        return int(self._outside[state])
 
     def fullness(self, robot: int) -> tuple[float, float]:
         """Return how full the state of the last grant to `robot` is, and the one behind it, as shares."""

@@ -479,7 +479,8 @@ def decide(t: Tables) -> None:
             e[staying].staying = i
             staying += 1
             continue
-        queues = t.states[_here(i, t)].held_by - t.states[_wanted(i, t)].held_by
+        here = t.states[_here(i, t)]
+        queues = here.held_by + here.outside - t.states[_wanted(i, t)].held_by
         e[going].ready = i
         e[going].weight = -(queues + (run.now_s - t.vehicles[i].since_s) / run.wait_s)
         going += 1

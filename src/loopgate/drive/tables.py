@@ -238,6 +238,8 @@ class State:
         The vehicle its last slot is kept for, or `NOBODY`, now and before.
     short
         The turn in which its head was last found to lack a slot.
+    outside
+        How many wait to depart into it.
     served, mover
         The vehicle that is served for whose sake it was looked at, and the one that alone may enter it, or
         `NOBODY`.
@@ -257,6 +259,7 @@ class State:
     slot_before: int
     short: int
     served: int
+    outside: int
     mover: int
 
 

@@ -40,6 +40,10 @@ class View(Protocol):
         """Return how many more vehicles fit into `state`."""
         ...
 
+    def outside(self, state: int) -> int:
+        """Return how many vehicles wait to depart into `state`."""
+        ...
+
 
 @runtime_checkable
 class Negotiation(Protocol):

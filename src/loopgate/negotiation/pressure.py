@@ -72,8 +72,8 @@ class Pressure:
         return sorted(going, key=lambda request: (-self._pressure(request, view, now_s), request.robot))
 
     def _pressure(self, request: Request, view: View, now_s: float) -> float:
-        queues = view.held(request.here) - view.held(request.wanted)
-        return queues + (now_s - request.since_s) / self._wait_s
+        behind = view.held(request.here) + view.outside(request.here)
+        return behind - view.held(request.wanted) + (now_s - request.since_s) / self._wait_s
 
     def _waits(self, request: Request, view: View, now_s: float) -> bool:
         ahead = view.held(request.wanted)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections import deque
-from collections.abc import Sequence
+from collections import Counter, deque
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -184,6 +184,7 @@ class GatedDepartures(Departures):
             self._due.append(self._coming.popleft())
         places: set[str] = set()
         on_road = sum(not driver.track.rounds for driver in self._fleet.members.values())
+        engine.wait_outside(Counter(place for one in self._due for place in _queues_at(one)))
         for one in list(self._due):
             if not one.start.loop.closed and on_road + len(self._entering) >= self._most:
                 continue
@@ -257,6 +258,15 @@ class GatedDepartures(Departures):
         tracks = {one.track.vehicle: one.track for one in some if one.track is not None}
         left_m = {v: track.legs[track.start_position].end_m - track.front_m for v, track in tracks.items()}
         return tracks, left_m
+
+
+def _queues_at(one: Departure) -> Iterator[str]:
+    """Yield the places up to the next junction from where it is to depart."""
+    track = one.track
+    for leg in track.legs[track.start_position :] if track else ():
+        yield leg.state
+        if leg.crossings:
+            return
 
 
 def _place(one: Departure) -> str:

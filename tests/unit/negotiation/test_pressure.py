@@ -13,8 +13,9 @@ from loopgate.negotiation.registry import make_negotiation
 class Road:
     """States that hold ten each."""
 
-    def __init__(self, *held: int) -> None:
+    def __init__(self, *held: int, outside: int = 0) -> None:
         self._held = held
+        self._outside = outside
 
     def held(self, state: int) -> int:
         """As given."""
@@ -23,6 +24,10 @@ class Road:
     def room(self, state: int) -> int:
         """Ten less those."""
         return 10 - self._held[state]
+
+    def outside(self, state: int) -> int:
+        """So many wait to depart into the first, nobody into another."""
+        return 0 if state else self._outside
 
 
 def order(road: Road, *requests: Request, now_s: float = 0.0) -> list[int]:
@@ -35,6 +40,13 @@ def test_the_longest_queue_behind_the_emptiest_place_goes_first() -> None:
     road = Road(3, 5, 1)
     assert order(road, Request(0, 0, 2, 0.0), Request(1, 1, 2, 0.0)) == [1, 0]
     assert order(road, Request(0, 0, 2, 0.0), Request(1, 1, 2, 25.0), now_s=25.0) == [0, 1]
+
+
+def test_who_waits_to_depart_is_part_of_the_queue() -> None:
+    """3 and 4 outside, less 1, before 5 - 1."""
+    asked = (Request(0, 0, 2, 0.0), Request(1, 1, 2, 0.0))
+    assert order(Road(3, 5, 1, outside=4), *asked) == [0, 1]
+    assert order(Road(3, 5, 1, outside=1), *asked) == [1, 0]
 
 
 def test_nobody_drives_into_a_crowded_place_that_is_fuller_than_its_own() -> None:
