@@ -17,6 +17,7 @@ from loopgate.simulation.lights import Lights, Signal, signals_of
 from loopgate.simulation.others import Others
 from loopgate.simulation.sight import Sight
 from loopgate.simulation.timetable import Timetable
+from loopgate.simulation.yielding import Yielding
 from loopgate.traffic.base import Traffic
 
 __all__ = ["Surroundings"]
@@ -55,13 +56,11 @@ class Surroundings:
         self._circles = Circles(network, keeper, engine.drivers, sight)
         self._others = (
             Others(
-                traffic,
                 engine.drivers,
                 self._ways,
                 keeper,
-                timetable,
                 sight,
-                Coming(network, sight),
+                Yielding(traffic, engine.drivers, self._ways, timetable, sight, Coming(network, sight)),
                 self._circles,
             )
             if others

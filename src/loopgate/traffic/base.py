@@ -192,8 +192,11 @@ class Traffic(Protocol):
         """Put the vehicle on the lane beside it if nobody is there; return whether it is."""
         ...
 
-    def stand(self, vehicle: str, *, still: bool) -> None:
-        """Keep a vehicle standing without a stop, or let it drive again: one at a stop changes no lanes."""
+    def keep_to(self, vehicle: str, speed_mps: float | None) -> None:
+        """Let a vehicle drive no faster than that, or as it likes again.
+
+        With 0 it stands without a stop: one at a stop changes no lanes.
+        """
         ...
 
     def hold(self, vehicle: str, edge: str, lane_index: int, position_m: float) -> bool:

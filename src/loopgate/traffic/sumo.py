@@ -267,9 +267,9 @@ class SumoTraffic:
             return False
         return True
 
-    def stand(self, vehicle: str, *, still: bool) -> None:
-        """Set its speed to zero, or free it."""
-        self._vehicle.setSpeed(vehicle, 0.0 if still else -1.0)
+    def keep_to(self, vehicle: str, speed_mps: float | None) -> None:
+        """Set its speed, or free it."""
+        self._vehicle.setSpeed(vehicle, -1.0 if speed_mps is None else speed_mps)
 
     def hold(self, vehicle: str, edge: str, lane_index: int, position_m: float) -> bool:
         """Set a stop on this pass that only `release` ends.
