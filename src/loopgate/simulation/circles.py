@@ -8,8 +8,8 @@ from loopgate.drive.driver import Driver
 from loopgate.drive.gatekeeper import Gatekeeper
 from loopgate.model import System
 from loopgate.network import RoadNetwork
-from loopgate.simulation.crossing_ways import Place
-from loopgate.simulation.sight import Sight
+from loopgate.simulation.crossing_ways import Place, Way
+from loopgate.simulation.sight import Seen, Sight
 
 __all__ = ["Circles"]
 
@@ -35,15 +35,22 @@ class Circles:
         The roads.
     keeper, drivers
         Know what the gated vehicles hold, and where they are.
+    ways
+        What lies before them, by loop, then position.
     sight
         Where the ordinary vehicles are.
     """
 
     def __init__(
-        self, network: RoadNetwork, keeper: Gatekeeper, drivers: Sequence[Driver], sight: Sight
+        self,
+        network: RoadNetwork,
+        keeper: Gatekeeper,
+        drivers: Sequence[Driver],
+        ways: Mapping[str, Sequence[Way]],
+        sight: Sight,
     ) -> None:
-        self._keeper, self._drivers, self._sight = keeper, drivers, sight
-        self._leads_to = {
+        self._keeper, self._drivers, self._ways, self._sight = keeper, drivers, ways, sight
+        self._leads_to: Mapping[tuple[str | None, str], str] = {
             (f"{c.from_edge}_{c.from_lane}", c.to_edge): f"{c.to_edge}_{c.to_lane}"
             for c in network.connections
         }
@@ -100,7 +107,8 @@ class Circles:
     def _following(self, state: str, head: Driver | None, leg: int) -> tuple[str, float] | None:
         """Return where the first in a state wants to go, and its length [m]; None if it comes to no place.
 
-        The first is the gated vehicle that is, in a leg of its way, or an ordinary one before that.
+        The first is the gated vehicle that is, in a leg of its way, or an ordinary one before that: in the
+        state, or between the junctions of the crossing behind it.
         """
         place = self._places[state]
         here = (seen for seen in self._sight.inside(place) if seen.lane == place.lane)
@@ -108,13 +116,22 @@ class Circles:
         if head is not None:
             left_m = head.end_m(leg) - head.front_m
             if other is None or left_m <= place.end_m - other.position_m:
-                return str(head.leg(leg + 1).state), head.length_m
-        if other is None:
-            return None
+                ways = self._ways[head.track.loop]
+                between = (self._sight.on.get(lane, ()) for lane in ways[leg % len(ways)].between)
+                other = next((seen for lane in between for seen in lane), None)
+                if other is None:
+                    return str(head.leg(leg + 1).state), head.length_m
+        return None if other is None else self._sought(other)
+
+    def _sought(self, other: Seen) -> tuple[str, float] | None:
+        """Return the next state on the route of an ordinary vehicle, and its length [m]; None for none."""
         edges, at = self._sight.route(other)
-        lane = self._leads_to.get((other.lane, edges[at + 1])) if at + 1 < len(edges) else None
-        following = self._first_on.get(lane) if lane is not None else None
-        return None if following is None else (following, other.length_m)
+        lane: str | None = other.lane
+        for edge in edges[at + 1 : at + 1 + _AHEAD]:
+            lane = self._leads_to.get((lane, edge)) if lane is not None else None
+            if lane is not None and lane in self._first_on:
+                return self._first_on[lane], other.length_m
+        return None
 
     def _coming(self, circle: Sequence[str]) -> int:
         """Return how many ordinary vehicles are about to come into a circle, and are not in it yet."""

@@ -53,7 +53,7 @@ class Surroundings:
         timetable = Timetable(traffic)
         self._lights = Lights(traffic, engine.drivers, self._signals, timetable) if lights else None
         sight = Sight(network, traffic, engine.drivers)
-        self._circles = Circles(network, keeper, engine.drivers, sight)
+        self._circles = Circles(network, keeper, engine.drivers, self._ways, sight)
         self._others = (
             Others(
                 engine.drivers,

@@ -46,11 +46,12 @@ class Ring:
         network: Any = SimpleNamespace(
             connections=[
                 SimpleNamespace(from_edge=one, from_lane=0, to_edge=other, to_lane=0, via=())
-                for one, other in LEADS_TO.items()
+                for one, other in (*LEADS_TO.items(), ("behind-c", "a"))
             ]
         )
         self.sight = Sight(network, traffic, self.drivers)
-        self.circles = Circles(network, keeper, self.drivers, self.sight)
+        ways: Any = {state: [SimpleNamespace(between=(f"behind-{state}_0",))] for state in LEADS_TO}
+        self.circles = Circles(network, keeper, self.drivers, ways, self.sight)
         self.circles.plan({state: Place(f"{state}_0", 0.0, 24.0, ()) for state in LEADS_TO})
         self.traffic = traffic
 
@@ -63,6 +64,7 @@ class Ring:
             robot=len(self.drivers),
             granted=0,
             row={"mover": False},
+            track=SimpleNamespace(loop=state),
             length_m=5.0,
             front_m=24.0 - 7.5 * place,
             leg=lambda number: SimpleNamespace(state=way[number]),
@@ -114,6 +116,16 @@ def test_one_that_is_first_and_leaves_opens_the_circle() -> None:
     ring.put("o", "c", 24.0)
     assert not ring.tight(must_move=True)
     ring.put("o", "c", 24.0, "a b")
+    assert ring.tight(must_move=True)
+
+
+def test_one_that_stands_behind_a_place_goes_before_its_first() -> None:
+    """That of c leaves the circle, but an ordinary vehicle stands in its way and is to go on round."""
+    ring = Ring(a=2, b=3, c=2)
+    ring.drivers[ring.lines["c"][0]].leg = lambda _: SimpleNamespace(state="d")
+    assert not ring.tight(must_move=True)
+    ring.put("o", "behind-c", 3.0, "a b")
+    ring.put("p", "c", 9.0, "elsewhere")
     assert ring.tight(must_move=True)
 
 
