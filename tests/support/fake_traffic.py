@@ -235,6 +235,17 @@ class FakeTraffic:
     def take_out(self, vehicle: str) -> None:
         """Do nothing."""
 
+    def stays_s(self, vehicle: str) -> float:  # noqa: ARG002  the protocol's
+        """No vehicle stops."""
+        return 0.0
+
+    def stay(self, vehicle: str, for_s: float) -> None:
+        """No vehicle stops."""
+
+    def awaits(self, vehicle: str) -> bool:  # noqa: ARG002  the protocol's
+        """No vehicle stops."""
+        return False
+
     def stops_begun(self) -> tuple[str, ...]:
         """Return nobody."""
         return ()

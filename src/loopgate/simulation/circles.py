@@ -66,10 +66,15 @@ class Circles:
         backwards = sorted(places.items(), key=lambda item: item[1].begin_m, reverse=True)
         self._first_on = {place.lane: state for state, place in backwards}
 
-    def too_tight(self, robot: int) -> bool:
-        """Return whether the move of a robot would leave too little room for ordinary vehicles."""
+    def too_tight(self, robot: int, *, back: bool = False) -> bool:
+        """Return whether the move of a robot would leave too little room for ordinary vehicles.
+
+        It is the move into its next state, or `back` into its own, from beside the road.
+        """
         driver = self._drivers[robot]
-        here, target = (str(driver.leg(driver.granted + k).state) for k in (0, 1))
+        leg = driver.granted if back else driver.granted + 1
+        here = "" if back else str(driver.leg(driver.granted).state)
+        target = str(driver.leg(leg).state)
         circle: list[str] = []
         state, length_m, holes, crowded = target, driver.length_m, 0.0, False
         while state != here and state not in circle:
@@ -87,7 +92,7 @@ class Circles:
                 head = self._drivers[line[0]]
                 following = self._following(state, head, head.granted)
             else:
-                following = self._following(state, driver if state == target else None, driver.granted + 1)
+                following = self._following(state, driver if state == target else None, leg)
             if following is None:
                 return crowded
             state, length_m = following

@@ -8,6 +8,7 @@ from typing import Any
 from loopgate.drive.driver import Driver
 from loopgate.drive.gatekeeper import Gatekeeper
 from loopgate.gates import Reason
+from loopgate.model import StateId
 from loopgate.simulation.circles import Circles
 from loopgate.simulation.crossing_ways import Way
 from loopgate.simulation.sight import BEYOND_M, Sight
@@ -21,6 +22,9 @@ PROMISE = (
     "between the two there is no more than SUMO's right of way."
 )
 """What holds with ordinary traffic about."""
+
+_CLEAR_M = 40.0
+"""So far behind who drives onto its lane from beside it no ordinary vehicle may be [m]."""
 
 
 class Others:
@@ -77,6 +81,20 @@ class Others:
         left_m = driver.line_m - driver.front_m
         near = any(self._yielding.comes(driver, one, left_m + one.from_m) for one in way.movements)
         return Reason.TRAFFIC if near or self._circles.too_tight(robot) else None
+
+    def has_room(self, driver: Driver) -> bool:
+        """Return whether one that comes back from beside the road has room in its place and in its circle."""
+        self._yielding.look_around()
+        if not self._sight.on:
+            return True
+        ways, state = self._ways[driver.track.loop], str(driver.leg(driver.granted).state)
+        holders = self._keeper.holders(self._keeper.system.states.index(StateId(state)))
+        place = ways[(driver.granted - 1) % len(ways)].next
+        here_m = place.begin_m + driver.inside_m(state)
+        if any(-_CLEAR_M < s.position_m - here_m < s.length_m for s in self._sight.on.get(place.lane, ())):
+            return False
+        free = self._sight.fit(place, holders, driver.length_m)
+        return free >= 1 and not self._circles.too_tight(driver.robot, back=True)
 
     def look(self) -> None:
         """Keep those with grants out of junctions where somebody is in their way."""

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable
 from typing import Any
 
 from loopgate.abstraction.itinerary import Itinerary
+from loopgate.drive.driver import Driver
 from loopgate.drive.engine import Engine
 from loopgate.drive.gatekeeper import Gatekeeper
 from loopgate.drive.track import Track
@@ -90,6 +91,10 @@ class Surroundings:
                 for position, leg in enumerate(track.legs):
                     places.setdefault(str(leg.state), self._find.place(track, position))
             self._circles.plan(places)
+
+    def has_room(self, driver: Driver) -> bool:
+        """Return whether a vehicle that is to come back into its place has room among ordinary ones."""
+        return self._others is None or self._others.has_room(driver)
 
     @property
     def each_step(self) -> list[Callable[[], None]]:

@@ -243,6 +243,18 @@ class Traffic(Protocol):
         """Return how many stops lie before the vehicle, or are being made, without the one that holds it."""
         ...
 
+    def stays_s(self, vehicle: str) -> float:
+        """Return for how long a vehicle will stand at the stop that it makes [s]; 0 if it makes none."""
+        ...
+
+    def stay(self, vehicle: str, for_s: float) -> None:
+        """Let a vehicle stand at the stop that it makes for so long from now on [s]."""
+        ...
+
+    def awaits(self, vehicle: str) -> bool:
+        """Return whether a vehicle at a stop waits for somebody to come aboard."""
+        ...
+
     def stops_begun(self) -> Sequence[str]:
         """Return the vehicles that came to rest in the last step at a stop that does not hold them."""
         ...

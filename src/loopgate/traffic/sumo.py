@@ -427,6 +427,19 @@ class SumoTraffic:
         held = vehicle in self._holds and self._stop_number(vehicle) is not None
         return len(self._vehicle.getStops(vehicle, 0)) - held
 
+    def stays_s(self, vehicle: str) -> float:
+        """Return for how long it will stand at its stop [s]; SUMO counts down."""
+        stops = self._vehicle.getStops(vehicle, 1)
+        return float(stops[0].duration) if stops and self._vehicle.isStopped(vehicle) else 0.0
+
+    def stay(self, vehicle: str, for_s: float) -> None:
+        """Set what is left of its stop."""
+        self._vehicle.setStopParameter(vehicle, 0, "duration", f"{for_s:g}")
+
+    def awaits(self, vehicle: str) -> bool:
+        """Return whether its stop is triggered, and nobody has come yet."""
+        return bool(self._vehicle.isStoppedTriggered(vehicle))
+
     def stops_begun(self) -> Sequence[str]:
         """Return the vehicles that came to rest in the last step at a stop that does not hold them."""
         ids = self._simulation.getStopStartingVehiclesIDList()
