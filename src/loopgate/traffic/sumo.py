@@ -87,6 +87,7 @@ class SumoTraffic:
         """Where vehicles are held: lane, and position on it [m]."""
         self._waits = RoadWaits(api, self._holds)
         self._braked: set[str] = set()
+        self._slowed: set[str] = set()
         self._lets_change: dict[tuple[str, str], bool] = {}
         self._modes: dict[str, tuple[int, int]] = {}
         """Of those under the gate: the modes for speed and for changing lanes that they had before."""
@@ -217,8 +218,11 @@ class SumoTraffic:
         if vehicle not in self._vehicle.getIDList():
             self._holds.pop(vehicle, None)
             self._braked.discard(vehicle)
+            self._slowed.discard(vehicle)
             return
         self.release(vehicle)
+        if vehicle in self._slowed:
+            self.keep_to(vehicle, None)
         if modes is not None:
             self._vehicle.setSpeedMode(vehicle, modes[0])
             self._vehicle.setLaneChangeMode(vehicle, modes[1])
@@ -269,6 +273,7 @@ class SumoTraffic:
 
     def keep_to(self, vehicle: str, speed_mps: float | None) -> None:
         """Set its speed, or free it."""
+        (self._slowed.discard if speed_mps is None else self._slowed.add)(vehicle)
         self._vehicle.setSpeed(vehicle, -1.0 if speed_mps is None else speed_mps)
 
     def hold(self, vehicle: str, edge: str, lane_index: int, position_m: float) -> bool:
