@@ -13,6 +13,8 @@ from loopgate.simulation.sight import Seen, Sight
 
 __all__ = ["Circles"]
 
+_STANDING_MPS = 0.1
+
 _SHARE = 5
 """One slot in so many of a place is for ordinary vehicles, one at least where there are three."""
 
@@ -51,8 +53,9 @@ class Circles:
     ) -> None:
         self._keeper, self._drivers, self._ways, self._sight = keeper, drivers, ways, sight
         self._leads_to: Mapping[tuple[str | None, str], str] = {
-            (f"{c.from_edge}_{c.from_lane}", c.to_edge): f"{c.to_edge}_{c.to_lane}"
+            (lane, c.to_edge): f"{c.to_edge}_{c.to_lane}"
             for c in network.connections
+            for lane in (f"{c.from_edge}_{c.from_lane}", *c.via)
         }
         self._places: Mapping[str, Place] = {}
         self._first_on: dict[str, str] = {}
@@ -113,7 +116,7 @@ class Circles:
         """Return where the first in a state wants to go, and its length [m]; None if it comes to no place.
 
         The first is the gated vehicle that is, in a leg of its way, or an ordinary one before that: in the
-        state, or between the junctions of the crossing behind it.
+        state, or standing on the crossing behind it.
         """
         place = self._places[state]
         here = (seen for seen in self._sight.inside(place) if seen.lane == place.lane)
@@ -122,11 +125,16 @@ class Circles:
             left_m = head.end_m(leg) - head.front_m
             if other is None or left_m <= place.end_m - other.position_m:
                 ways = self._ways[head.track.loop]
-                between = (self._sight.on.get(lane, ()) for lane in ways[leg % len(ways)].between)
-                other = next((seen for lane in between for seen in lane), None)
+                other = self._in_the_way(ways[leg % len(ways)])
                 if other is None:
                     return str(head.leg(leg + 1).state), head.length_m
         return None if other is None else self._sought(other)
+
+    def _in_the_way(self, way: Way) -> Seen | None:
+        """Return an ordinary vehicle that stands on a crossing, in the way of who is before it."""
+        across = (lane for movement in way.movements for lane in movement.across)
+        there = (seen for lane in (*way.between, *across) for seen in self._sight.on.get(lane, ()))
+        return next((seen for seen in there if self._sight.speed(seen) < _STANDING_MPS), None)
 
     def _sought(self, other: Seen) -> tuple[str, float] | None:
         """Return the next state on the route of an ordinary vehicle, and its length [m]; None for none."""
