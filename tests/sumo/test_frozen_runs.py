@@ -120,7 +120,7 @@ ACTS = (
     "forget_stops",
     "change_lane",
     "put_on_lane",
-    "stand",
+    "keep_to",
     "put_under_gate",
 )
 FIGURES = (

@@ -142,6 +142,37 @@ def test_a_long_stop_is_no_wait_and_no_deadlock(tmp_path: Path) -> None:
     assert vehicles(tmp_path).loc["v", "stopped_s"] == pytest.approx(180.0, abs=1.0)
 
 
+def test_who_parks_lets_others_by_and_comes_back_into_a_busy_street(tmp_path: Path) -> None:
+    """Ten minutes beside a street that 24 others drive on, and for a minute in each round of some of them."""
+    places = (
+        '<additional><parkingArea id="yard" lane="C2C1_0" startPos="20" endPos="60" roadsideCapacity="3"/>'
+        '<parkingArea id="kerb" lane="B1B2_0" startPos="10" endPos="70" roadsideCapacity="6"/></additional>'
+    )
+    text = (
+        '<route id="ring" edges="B2C2 C2C1 C1B1 B1B2"/>'
+        '<route id="long" edges="B2C2 C2C1 C1B1 B1B2"><stop parkingArea="yard" duration="600"/></route>'
+        '<route id="short" edges="B2C2 C2C1 C1B1 B1B2"><stop parkingArea="kerb" duration="60"/></route>'
+        '<flow id="r" route="ring" begin="0" period="5" number="14"/>'
+        '<flow id="s" route="short" begin="2" period="9" number="8"/>'
+        '<vehicle id="l" route="long" depart="0"/><vehicle id="m" route="long" depart="20"/>'
+    )
+    summary = run(tmp_path, text, places, positions=True, duration_s=1800.0)
+    frame = vehicles(tmp_path)
+    rounds = frame["laps"].groupby(frame.index.str[0]).min()
+    assert (summary["audit"], summary["collisions"], summary["deadlocks"]) == ("clean", 0, [])
+    assert (summary["stops"]["missed"], summary["waiting_to_depart"]) == (0, 0)
+    assert summary["stops"]["served"] == len(made(tmp_path))
+    assert rounds["r"] > 15
+    assert rounds["s"] > 8
+    assert frame.loc[["l", "m"], "stops"].tolist() == [2, 2]
+    assert summary["stops"]["longest_late_back_s"] < 120.0
+    assert not any("parks" in warning for warning in summary["warnings"])
+    events = pd.read_parquet(tmp_path / "run" / "events.parquet")
+    counts = events["event"].value_counts()
+    assert counts["park"] - counts["return"] in range(10)
+    assert counts["return"] > 60
+
+
 def test_until_grows_by_the_cycle(tmp_path: Path) -> None:
     """As in SUMO: counted from the departure, 200 s later in each round."""
     text = (

@@ -171,9 +171,9 @@ class FakeTraffic:
         if self.gaps and not self.fleet[vehicle].resting:
             self.fleet[vehicle].lane = lane_index
 
-    def stand(self, vehicle: str, *, still: bool) -> None:
-        """Take note."""
-        self.fleet[vehicle].still = still
+    def keep_to(self, vehicle: str, speed_mps: float | None) -> None:
+        """Take note of who stands."""
+        self.fleet[vehicle].still = speed_mps == 0.0
 
     def hold(self, vehicle: str, edge: str, lane_index: int, position_m: float) -> bool:
         """Bind the hold to the next time the vehicle gets there, as SUMO does."""
@@ -234,6 +234,17 @@ class FakeTraffic:
 
     def take_out(self, vehicle: str) -> None:
         """Do nothing."""
+
+    def stays_s(self, vehicle: str) -> float:  # noqa: ARG002  the protocol's
+        """No vehicle stops."""
+        return 0.0
+
+    def stay(self, vehicle: str, for_s: float) -> None:
+        """No vehicle stops."""
+
+    def awaits(self, vehicle: str) -> bool:  # noqa: ARG002  the protocol's
+        """No vehicle stops."""
+        return False
 
     def stops_begun(self) -> tuple[str, ...]:
         """Return nobody."""

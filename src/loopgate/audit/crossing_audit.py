@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -22,7 +22,7 @@ from loopgate.audit.stretches import lay_stretches
 from loopgate.audit.trace_audit import Finding
 from loopgate.audit.travel import LoopTable, Traveller
 from loopgate.audit.unsaid import unsaid
-from loopgate.results.columns import EVENT, TIME, VEHICLE, Event
+from loopgate.results.columns import EVENT, PLACE, TIME, VEHICLE, Event
 
 __all__ = ["PositionAudit", "audit_positions"]
 
@@ -37,6 +37,19 @@ _LAST_STEPS = 1.5
 
 _LONG_STAND_S = 3.0
 """A stand in a crossing for longer than this is counted [s]: for less, a vehicle may follow another."""
+
+
+class _Parked(NamedTuple):
+    """A vehicle that parked beside the road, in a place: from when until when [s]."""
+
+    vehicle: str
+    place: str
+    begin_s: float
+    end_s: float
+
+    def at(self, time_s: float) -> bool:
+        """Return whether it parked then."""
+        return self.begin_s <= time_s <= self.end_s
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,7 +124,8 @@ class _Audit:
         tables = {
             name: LoopTable(loop, self._lanes, stretches.loops[name]) for name, loop in layout.loops.items()
         }
-        grants, leaves, ends = _times(events, (Event.GRANT, Event.LEAVE, Event.END))
+        parked: list[pd.DataFrame] = []
+        grants, leaves, ends = _times(_watched(events, parked), (Event.GRANT, Event.LEAVE, Event.END))
         none = np.zeros(0)
         self._travellers = [
             Traveller(
@@ -133,6 +147,7 @@ class _Audit:
             for k, span in enumerate(loop.spans)
             if jumps(loop.spans[k - 1], span)
         }
+        self._beside = _parked(parked)
         self._touching: set[tuple[int, int]] = set()
         self._astray: dict[int, str] = {}
         self._rows = 0
@@ -241,6 +256,9 @@ class _Audit:
         name = self._names[clash.vehicle]
         if group.kind == "place":
             place = group.names[0]
+            beside = [one for one in self._beside if one.place == place and one.at(clash.time_s)]
+            if clash.by - len(beside) <= group.room:
+                return  # those who park there hold nothing
             text = f"{place}: holds {group.room}, but {name} is number {clash.by:.0f} on it"
             self._add(clash.time_s, name, place, "room", text)
             return
@@ -266,15 +284,17 @@ class _Audit:
             if lies_above(self._layout, *lanes) or self._cannot_touch(positions, a, b):
                 continue
             time = float(positions.time_s[a])
+            names = self._names[int(vehicle[a])], self._names[int(vehicle[b])]
             pair = (int(vehicle[a]), int(vehicle[b]))
             pair = (min(pair), max(pair))
             if time == last:
                 now.add(pair)
+            if any(one.vehicle in names and one.at(time) for one in self._beside):
+                continue
             since = before.get(pair)
             before[pair] = time
             if since is not None and (np.isinf(since) or time - since <= self._layout.step_s + 1e-6):
                 continue  # told when it began
-            names = self._names[int(vehicle[a])], self._names[int(vehicle[b])]
             text = f"{names[0]} on {lanes[0]} and {names[1]} on {lanes[1]}: their bodies overlap"
             self._add(time, names[0], lanes[0], "bodies", text)
         self._touching = now
@@ -311,6 +331,27 @@ def _times(
             for name, group in rows.groupby(VEHICLE, sort=False)[TIME]:
                 times.setdefault(str(name), []).append(group.to_numpy(dtype=np.float64))
     return [{name: np.concatenate(parts) for name, parts in times.items()} for times in found]
+
+
+def _watched(pieces: Iterable[pd.DataFrame], kept: list[pd.DataFrame]) -> Iterator[pd.DataFrame]:
+    """Yield pieces; what tells of those who park is kept."""
+    for events in pieces:
+        kept.append(events[events[EVENT].isin([Event.PARK.value, Event.RETURN.value, Event.END.value])])
+        yield events
+
+
+def _parked(pieces: Iterable[pd.DataFrame]) -> list[_Parked]:
+    """Return when vehicles were parked beside the road."""
+    found: list[_Parked] = []
+    begun: dict[str, _Parked] = {}
+    for events in pieces:
+        columns = [events[name].astype(str).to_list() for name in (VEHICLE, EVENT, PLACE)]
+        for vehicle, event, place, at_s in zip(*columns, events[TIME].to_list(), strict=True):
+            if event == Event.PARK:
+                begun[vehicle] = _Parked(vehicle, place, at_s, np.inf)
+            elif vehicle in begun:
+                found.append(begun.pop(vehicle)._replace(end_s=at_s))
+    return [*found, *begun.values()]
 
 
 def _choose(positions: Positions, mask: npt.NDArray[np.bool_]) -> Positions:

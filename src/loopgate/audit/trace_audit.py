@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import pandas as pd
 
 from loopgate.model import Robot, StateId, System
-from loopgate.results.columns import EVENT, PLACE, TIME, VEHICLE, Event
+from loopgate.results.columns import EVENT, PLACE, REASON, TIME, VEHICLE, Event
 
 __all__ = ["Finding", "audit_events"]
 
@@ -58,7 +58,7 @@ def audit_events(
     - *path*: a vehicle is granted the states of its path, in order;
     - *order*: vehicles are granted the way out of a FIFO state in the order in which they were granted it;
     - *release*: a vehicle leaves states in the order in which it took them, and never its last one, but when
-      it goes off the road;
+      it goes off the road, or parks beside it; then it comes back into that one;
     - *exit*: one that drives once does so in the last place of its route;
     - *collision*, *teleport*: SUMO reported none;
     - *laps*: a vehicle has not been counted more laps than its grants allow;
@@ -132,17 +132,21 @@ class _Books:
         return self._findings
 
     def _read(self, events: pd.DataFrame, starved_after_s: float | None) -> None:
-        watched = events[events[EVENT].isin([e.value for e in _RULES])]
-        for at_s, vehicle, event, place in zip(
+        watched = events[events[EVENT].isin([e.value for e in (*_RULES, Event.RETURN)])]
+        for at_s, vehicle, event, place, reason in zip(
             watched[TIME].to_list(),
             watched[VEHICLE].astype(str).to_list(),
             watched[EVENT].astype(str).to_list(),
             watched[PLACE].astype(str).to_list(),
+            watched[REASON].astype(str).to_list(),
             strict=True,
         ):
             if starved_after_s is not None and event == Event.GRANT:
                 self._progress(at_s, vehicle, starved_after_s)
-            _RULES[Event(event)](self, at_s, vehicle, StateId(place))
+            if event == Event.RETURN:
+                self.back(at_s, vehicle, StateId(place), reason)
+            else:
+                _RULES[Event(event)](self, at_s, vehicle, StateId(place))
 
     def start(self, at_s: float, vehicle: str, place: StateId) -> None:
         if vehicle not in self._path:
@@ -197,6 +201,25 @@ class _Books:
         holding.pop(0)
         self._held[place].remove(vehicle)
 
+    def park(self, at_s: float, vehicle: str, place: StateId) -> None:
+        if self._holding.get(vehicle, []) != [place]:
+            held = ", ".join(self._holding.get(vehicle, [])) or "nothing"
+            self._add(at_s, vehicle, place, "release", f"{vehicle}: parks in {place}, but held {held}")
+        for books in (self._held, self._queue):
+            if vehicle in books[place]:
+                books[place].remove(vehicle)
+
+    def back(self, at_s: float, vehicle: str, place: StateId, ahead: str) -> None:
+        if self._holding.get(vehicle, []) != [place] or vehicle in self._held[place]:
+            text = f"{vehicle}: comes back into {place}, where it did not park"
+            self._add(at_s, vehicle, place, "release", text)
+            return
+        self._take(at_s, vehicle, place)
+        queue = self._queue[place]
+        if vehicle in queue:
+            queue.remove(vehicle)
+            queue.insert(queue.index(ahead) + 1 if ahead in queue else 0, vehicle)
+
     def end(self, at_s: float, vehicle: str, place: StateId) -> None:
         holding = self._holding.pop(vehicle, [])
         self._gone.add(vehicle)
@@ -204,7 +227,8 @@ class _Books:
             text = f"{vehicle}: went off {place}, but held {', '.join(holding) or 'nothing'}"
             self._add(at_s, vehicle, place, "release", text)
         for held in holding:
-            self._held[held].remove(vehicle)
+            if vehicle in self._held[held]:
+                self._held[held].remove(vehicle)
             if vehicle in self._queue[held]:
                 self._queue[held].remove(vehicle)
         last = len(self._path.get(vehicle, ())) - 2  # the last place on the road
@@ -251,4 +275,5 @@ _RULES = {
     Event.TELEPORT: _Books.teleport,
     Event.OVERRUN: _Books.overrun,
     Event.END: _Books.end,
+    Event.PARK: _Books.park,
 }

@@ -7,7 +7,7 @@ others hold, ask for and have done goes from the old ones into the new.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Final
 
 from loopgate.drive.build import movements_of
@@ -39,16 +39,19 @@ class Books:
         By state, those whose last granted leg is in it, head first.
     passing
         By movement, those that are under way on it.
+    aside
+        Those that park and hold nothing.
     """
 
     holders: dict[str, list[str]]
     lines: dict[str, list[str]]
     passing: dict[str, list[str]]
+    aside: list[str] = field(default_factory=list)
 
     @property
-    def in_line(self) -> list[str]:
+    def everybody(self) -> list[str]:
         """All vehicles, those of one state head first: in this order robots begin as the books say."""
-        return [vehicle for line in self.lines.values() for vehicle in line]
+        return [*(vehicle for line in self.lines.values() for vehicle in line), *self.aside]
 
     def strike(self, vehicles: Iterable[str]) -> None:
         """Take vehicles out: they hold nothing any longer."""
@@ -56,6 +59,7 @@ class Books:
         for lists in (self.holders, self.lines, self.passing):
             for name, line in lists.items():
                 lists[name] = [vehicle for vehicle in line if vehicle not in gone]
+        self.aside = [vehicle for vehicle in self.aside if vehicle not in gone]
 
     def enter(self, vehicle: str, state: str, left_m: float, left: Callable[[str], float]) -> None:
         """Let a vehicle in, as far from the end of a state as it is [m]; `left` tells that of others."""
@@ -74,13 +78,16 @@ def read_books(tables: Tables, drivers: Sequence[Driver], system: System) -> Boo
     def of(row: Any, begin: str, length: str) -> list[str]:  # noqa: ANN401  a row
         return [names[robot] for robot in tables.lists[row[begin] :][: row[length]].tolist()]
 
+    lines = {str(s): of(row, "line", "queue") for s, row in zip(system.states, states, strict=True)}
+    standing = {vehicle for line in lines.values() for vehicle in line}
     return Books(
         {s: of(row, "holders", "held_by") for s, row in zip(system.states, states, strict=True)},
-        {s: of(row, "line", "queue") for s, row in zip(system.states, states, strict=True)},
+        lines,
         {
             m: of(row, "passing", "under_way")
             for m, row in zip(movements_of(driver.track for driver in drivers), moves, strict=True)
         },
+        [name for name in names if name not in standing],
     )
 
 

@@ -3,24 +3,35 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, cast
+from typing import Any, Final, cast
 
 import numpy as np
 
 from loopgate.drive import step as drive
 from loopgate.drive.books import Books, carry_over, read_books, write_books
+from loopgate.drive.driver import Driver
 from loopgate.drive.engine import Engine
 from loopgate.drive.gatekeeper import Gatekeeper
+from loopgate.drive.tables import NOBODY
 from loopgate.drive.track import Track
 from loopgate.errors import TrafficError
 from loopgate.gates import Gate
 from loopgate.model import StateId, System
+from loopgate.results.columns import Event
 
 __all__ = ["ChangingEngine"]
 
 
+_LISTS: Final = (("holders", "held_by"), ("line", "queue"))
+"""Where the lists of a state begin and how long they are: those that hold it, and those in line."""
+
+
 class ChangingEngine(Engine):
-    """An engine whose vehicles join and leave."""
+    """An engine whose vehicles join and leave, and step aside where they park."""
+
+    def _make(self, tracks: Sequence[Track]) -> None:
+        super()._make(tracks)
+        self.beside = {vehicle for vehicle in self.beside if vehicle in self.driver_of}
 
     def books(self) -> Books:
         """Return who holds what."""
@@ -47,7 +58,7 @@ class ChangingEngine(Engine):
         Parameters
         ----------
         tracks, system
-            One track per robot of the system, in its order: that of `Books.in_line`.
+            One track per robot of the system, in its order: that of `Books.everybody`.
         books
             Who holds what from now on.
         gate
@@ -113,21 +124,129 @@ class ChangingEngine(Engine):
 
     def _let_heads_ask(self, books: Books) -> None:
         """Let those ask who are first in their states now, and nobody who is not."""
-        v, waiting = self.vehicles, self._run["waiting"][0]
         later = {vehicle for line in books.lines.values() for vehicle in line[1:]}
-        for vehicle in later:
-            row = self.driver_of[vehicle].row
-            row["asking"] |= row["pending"]
-            row["pending"] = False
-        queue = cast("Any", self.tables.entries)["waiting"]
-        still = [robot for robot in queue[:waiting].tolist() if v["pending"][robot]]
-        queue[: len(still)] = still
-        self._run["waiting"] = len(still)
+        self._let_wait([self.driver_of[vehicle] for vehicle in later])
         self._run["now_s"] = self._traffic.now_s
-        first = [d.robot for d in self.drivers if d.id not in later and not d.row["steered"]]
+        off = later | self.beside
+        first = [d.robot for d in self.drivers if d.id not in off and not d.row["steered"]]
         self._step(drive.CONSIDER, robots=np.array(first, dtype=np.int64))
         self._keeper.answer()
         self._carry_out(self._traffic.now_s)
+
+    def _let_wait(self, drivers: Sequence[Driver]) -> None:
+        """Let vehicles ask when it is their turn: somebody is before them."""
+        for driver in drivers:
+            driver.row["asking"] |= driver.row["pending"]
+        self._withdraw(drivers)
+
+    @property
+    def sets_aside(self) -> bool:
+        """Whether vehicles can step aside: under the chain rule, which asks only who is in which place."""
+        return self._keeper.by_chain
+
+    def step_aside(self, driver: Driver) -> bool:
+        """Let a vehicle that parks give up its slot; return whether it does.
+
+        It does where it holds one state as a whole; until `come_back` it is in none.
+        """
+        row = driver.row
+        if not self.sets_aside or not row["tail"] == row["crossed"] == row["granted"]:
+            return False
+        state = self._state_of(driver)
+        row["asking"] = False
+        self._withdraw([driver])
+        for begin, length in _LISTS:
+            self._write(
+                state, begin, length, [r for r in self._read_list(state, begin, length) if r != driver.robot]
+            )
+        self.beside.add(driver.id)
+        self._recorder.note(self._traffic.now_s, driver.id, Event.PARK, driver.leg(driver.granted).state)
+        self._let_first_ask(state)
+        return True
+
+    def has_slot_for(self, driver: Driver) -> bool:
+        """Return whether one that has stepped aside may have a slot again: the chain rule's answer."""
+        states, state = cast("Any", self.tables.states), self._state_of(driver)
+        here = states[state]
+        free = here["room"] - here["held_by"]
+        if free <= 0 or here["shut"] or here["mover"] != NOBODY or (free == 1 and here["slot"] != NOBODY):
+            return False
+        if here["queue"] + 1 < here["room"]:
+            return True
+        first, place = self._with(driver, state)[0], state
+        for _ in range(len(states)):
+            place = self._keeper.wanted(first)
+            if place == state or states["queue"][place] < states["room"][place]:
+                return bool(place != state)
+            first = int(self.tables.lists[states["line"][place]])
+        return True
+
+    def come_back(self, driver: Driver) -> None:
+        """Let one that has stepped aside have a slot again; it is on the road only with `is_back`."""
+        state = self._state_of(driver)
+        holders = self._read_list(state, *_LISTS[0])
+        self._write(state, *_LISTS[0], [*holders, driver.robot])
+        self.take_turn(driver)
+
+    def take_turn(self, driver: Driver) -> None:
+        """Let one that is coming back be where it is in the line of its place: others may have passed."""
+        state = self._state_of(driver)
+        line, before = self._with(driver, state), self._read_list(state, *_LISTS[1])
+        if line == before:
+            return
+        self._write(state, *_LISTS[1], line)
+        self._let_wait([self.drivers[robot] for robot in line[1:] if robot != driver.robot])
+        self._let_first_ask(state)
+
+    def is_back(self, driver: Driver) -> None:
+        """Take note that one that has come back is on the road."""
+        self.take_turn(driver)
+        self.beside.discard(driver.id)
+        state = self._state_of(driver)
+        line = [self.drivers[robot].id for robot in self._read_list(state, *_LISTS[1])]
+        before = [vehicle for vehicle in line[: line.index(driver.id)] if vehicle not in self.beside]
+        ahead = before[-1] if before else ""
+        place = driver.leg(driver.granted).state
+        self._recorder.note(self._traffic.now_s, driver.id, Event.RETURN, place, ahead)
+        driver.row["asking"] = True
+        self._let_first_ask(state)
+
+    def holding(self, state: StateId) -> list[Driver]:
+        """Return the vehicles that hold a state."""
+        number = self._keeper.system.states.index(state)
+        return [self.drivers[robot] for robot in self._keeper.holders(number)]
+
+    def _state_of(self, driver: Driver) -> int:
+        """Return the number of the state of a vehicle's last grant."""
+        return self._keeper.system.states.index(driver.leg(driver.granted).state)
+
+    def _with(self, driver: Driver, state: int) -> list[int]:
+        """Return the line of a state with a vehicle where it is in it."""
+        line = [robot for robot in self._read_list(state, *_LISTS[1]) if robot != driver.robot]
+        left_m = driver.end_m(driver.granted) - driver.front_m
+        others = (self.drivers[robot] for robot in line)
+        at = sum(other.end_m(other.granted) - other.front_m <= left_m for other in others)
+        return [*line[:at], driver.robot, *line[at:]]
+
+    def _read_list(self, state: int, begin: str, length: str) -> list[int]:
+        row = cast("Any", self.tables.states)[state]
+        robots: list[int] = self.tables.lists[row[begin] : row[begin] + row[length]].tolist()
+        return robots
+
+    def _write(self, state: int, begin: str, length: str, robots: Sequence[int]) -> None:
+        row = cast("Any", self.tables.states)[state]
+        self.tables.lists[row[begin] : row[begin] + len(robots)] = robots
+        row[length] = len(robots)
+        self._run["version"] += 1
+
+    def _let_first_ask(self, state: int) -> None:
+        """Let the first in a state ask in time, and those behind it hold back."""
+        line = [self.drivers[robot] for robot in self._read_list(state, *_LISTS[1])]
+        for driver in line:
+            if not driver.row["held"] and driver.id not in self.beside:
+                driver.row["asking"] = True
+        if line and not line[0].row["steered"] and line[0].id not in self.beside:
+            self._step(drive.CONSIDER, robots=np.array([line[0].robot], dtype=np.int64))
 
     @property
     def settled(self) -> bool:

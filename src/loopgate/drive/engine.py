@@ -75,6 +75,8 @@ class Engine:
         """Called with each vehicle as soon as it has been taken over."""
         self.on_renewal: Callable[[Driver], None] = lambda _: None
         """Called with each vehicle whose route has just been renewed."""
+        self.beside: set[str] = set()
+        """Vehicles that park beside the road, and hold nothing or are about to come back."""
         self.drivers: list[Driver] = []
         """All vehicles, by number; always the same list."""
         self.driver_of: dict[str, Driver] = {}
@@ -215,12 +217,17 @@ class Engine:
         run["version"] += 1
         if self._gatekeeper is None or not row["pending"]:
             return
-        row["pending"] = False
-        queue = cast("Any", self.tables.entries)["waiting"]
-        still = [robot for robot in queue[: run["waiting"][0]].tolist() if robot != driver.robot]
-        queue[: len(still)] = still
-        run["waiting"] = len(still)
+        self._withdraw([driver])
         self._step(drive.CONSIDER, robots=np.array([driver.robot], dtype=np.int64))
+
+    def _withdraw(self, drivers: Sequence[Driver]) -> None:
+        """Forget the requests of some vehicles, if they have any."""
+        for driver in drivers:
+            driver.row["pending"] = False
+        pending, queue = self.vehicles["pending"], cast("Any", self.tables.entries)["waiting"]
+        still = [robot for robot in queue[: self._run["waiting"][0]].tolist() if pending[robot]]
+        queue[: len(still)] = still
+        self._run["waiting"] = len(still)
 
     def measure_from_now(self) -> None:
         """Let all figures begin now: the warm-up is over."""

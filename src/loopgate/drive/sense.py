@@ -20,6 +20,7 @@ __all__ = [
     "braking_m",
     "must_ask",
     "note",
+    "safe_mps",
     "sense",
 ]
 
@@ -54,6 +55,16 @@ def braking_m(speed: float, decel: float, step_s: float) -> float:
     loss = decel * step_s
     steps = int(speed / loss)
     return step_s * (steps * speed - loss * steps * (steps + 1) / 2)
+
+
+def safe_mps(room_m: float, decel: float, step_s: float) -> float:
+    """Return the highest speed of the next step from which a vehicle can still stop in some metres [m/s].
+
+    It drives a step at that speed, and then `braking_m`.
+    """
+    loss = decel * step_s
+    steps = math.floor((math.sqrt(1.0 + 8.0 * room_m / (step_s * loss)) - 1.0) / 2.0)
+    return (room_m / step_s + loss * steps * (steps + 1) / 2.0) / (steps + 1)
 
 
 @kernel

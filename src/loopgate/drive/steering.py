@@ -153,7 +153,7 @@ class Steering:
         if not way.still and standing and self._at(driver, way.guides[0]):
             way.still = True
             self._traffic.release(driver.id)
-            self._traffic.stand(driver.id, still=True)
+            self._traffic.keep_to(driver.id, 0.0)
         if since_s is not None and self._traffic.now_s - since_s >= _LONG_S:
             return self._traffic.put_on_lane(driver.id, to_lane)
         self._traffic.change_lane(driver.id, to_lane)
@@ -169,7 +169,7 @@ class Steering:
         way.stray_since_s = None
         if way.still:
             way.still = False
-            self._traffic.stand(vehicle, still=False)
+            self._traffic.keep_to(vehicle, None)
         else:
             self._traffic.release(vehicle)
         if way.guides:

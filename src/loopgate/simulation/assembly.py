@@ -168,7 +168,6 @@ def assemble(scenario: Scenario) -> Assembly:
             for vehicle, way in zip(later, abstraction.later, strict=True)
         )
     stops = _stops(scenario, [*vehicles, *later], abstraction)
-    parking = _parking(scenario, stops)
     unique = tuple({vehicle.loop.id: vehicle.loop for vehicle in everybody if vehicle.loop.closed}.values())
     if scenario.rule_for_spacing == "advice":
         starts = tuple(replace(start, type=advised_type(start.type)) for start in starts)
@@ -181,7 +180,7 @@ def assemble(scenario: Scenario) -> Assembly:
         starts,
         tracks,
         abstraction,
-        warnings=(*warnings, *moved, *parking, *peculiar, *_alone(scenario, [v.loop for v in everybody])),
+        warnings=(*warnings, *moved, *peculiar, *_alone(scenario, [v.loop for v in everybody])),
         foresees=not peculiar,
         wishes=_wishes(scenario, network, sorted({vehicle.type.vclass for vehicle in everybody})),
         departures=departures,
@@ -219,15 +218,6 @@ def _stops(
         if vehicle.stops
         for way in (ways[vehicle.loop.id],)
     }
-
-
-def _parking(scenario: Scenario, stops: Mapping[str, Sequence[Stop]]) -> tuple[str, ...]:
-    """Say what it means under a gate that vehicles park on their way."""
-    names = dict.fromkeys(stop.name for some in stops.values() for stop in some if stop.parks)
-    if not scenario.gated or not names:
-        return ()
-    text = f"stops: while a vehicle parks, as at {next(iter(names))}, nobody else gets into its place"
-    return (text,)
 
 
 def _alone(scenario: Scenario, loops: Sequence[Loop]) -> tuple[str, ...]:

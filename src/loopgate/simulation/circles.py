@@ -8,10 +8,12 @@ from loopgate.drive.driver import Driver
 from loopgate.drive.gatekeeper import Gatekeeper
 from loopgate.model import System
 from loopgate.network import RoadNetwork
-from loopgate.simulation.crossing_ways import Place
-from loopgate.simulation.sight import Sight
+from loopgate.simulation.crossing_ways import Place, Way
+from loopgate.simulation.sight import Seen, Sight
 
 __all__ = ["Circles"]
+
+_STANDING_MPS = 0.1
 
 _SHARE = 5
 """One slot in so many of a place is for ordinary vehicles, one at least where there are three."""
@@ -35,17 +37,25 @@ class Circles:
         The roads.
     keeper, drivers
         Know what the gated vehicles hold, and where they are.
+    ways
+        What lies before them, by loop, then position.
     sight
         Where the ordinary vehicles are.
     """
 
     def __init__(
-        self, network: RoadNetwork, keeper: Gatekeeper, drivers: Sequence[Driver], sight: Sight
+        self,
+        network: RoadNetwork,
+        keeper: Gatekeeper,
+        drivers: Sequence[Driver],
+        ways: Mapping[str, Sequence[Way]],
+        sight: Sight,
     ) -> None:
-        self._keeper, self._drivers, self._sight = keeper, drivers, sight
-        self._leads_to = {
-            (f"{c.from_edge}_{c.from_lane}", c.to_edge): f"{c.to_edge}_{c.to_lane}"
+        self._keeper, self._drivers, self._ways, self._sight = keeper, drivers, ways, sight
+        self._leads_to: Mapping[tuple[str | None, str], str] = {
+            (lane, c.to_edge): f"{c.to_edge}_{c.to_lane}"
             for c in network.connections
+            for lane in (f"{c.from_edge}_{c.from_lane}", *c.via)
         }
         self._places: Mapping[str, Place] = {}
         self._first_on: dict[str, str] = {}
@@ -59,10 +69,15 @@ class Circles:
         backwards = sorted(places.items(), key=lambda item: item[1].begin_m, reverse=True)
         self._first_on = {place.lane: state for state, place in backwards}
 
-    def too_tight(self, robot: int) -> bool:
-        """Return whether the move of a robot would leave too little room for ordinary vehicles."""
+    def too_tight(self, robot: int, *, back: bool = False) -> bool:
+        """Return whether the move of a robot would leave too little room for ordinary vehicles.
+
+        It is the move into its next state, or `back` into its own, from beside the road.
+        """
         driver = self._drivers[robot]
-        here, target = (str(driver.leg(driver.granted + k).state) for k in (0, 1))
+        leg = driver.granted if back else driver.granted + 1
+        here = "" if back else str(driver.leg(driver.granted).state)
+        target = str(driver.leg(leg).state)
         circle: list[str] = []
         state, length_m, holes, crowded = target, driver.length_m, 0.0, False
         while state != here and state not in circle:
@@ -80,7 +95,7 @@ class Circles:
                 head = self._drivers[line[0]]
                 following = self._following(state, head, head.granted)
             else:
-                following = self._following(state, driver if state == target else None, driver.granted + 1)
+                following = self._following(state, driver if state == target else None, leg)
             if following is None:
                 return crowded
             state, length_m = following
@@ -100,7 +115,8 @@ class Circles:
     def _following(self, state: str, head: Driver | None, leg: int) -> tuple[str, float] | None:
         """Return where the first in a state wants to go, and its length [m]; None if it comes to no place.
 
-        The first is the gated vehicle that is, in a leg of its way, or an ordinary one before that.
+        The first is the gated vehicle that is, in a leg of its way, or an ordinary one before that: in the
+        state, or standing on the crossing behind it.
         """
         place = self._places[state]
         here = (seen for seen in self._sight.inside(place) if seen.lane == place.lane)
@@ -108,13 +124,27 @@ class Circles:
         if head is not None:
             left_m = head.end_m(leg) - head.front_m
             if other is None or left_m <= place.end_m - other.position_m:
-                return str(head.leg(leg + 1).state), head.length_m
-        if other is None:
-            return None
+                ways = self._ways[head.track.loop]
+                other = self._in_the_way(ways[leg % len(ways)])
+                if other is None:
+                    return str(head.leg(leg + 1).state), head.length_m
+        return None if other is None else self._sought(other)
+
+    def _in_the_way(self, way: Way) -> Seen | None:
+        """Return an ordinary vehicle that stands on a crossing, in the way of who is before it."""
+        across = (lane for movement in way.movements for lane in movement.across)
+        there = (seen for lane in (*way.between, *across) for seen in self._sight.on.get(lane, ()))
+        return next((seen for seen in there if self._sight.speed(seen) < _STANDING_MPS), None)
+
+    def _sought(self, other: Seen) -> tuple[str, float] | None:
+        """Return the next state on the route of an ordinary vehicle, and its length [m]; None for none."""
         edges, at = self._sight.route(other)
-        lane = self._leads_to.get((other.lane, edges[at + 1])) if at + 1 < len(edges) else None
-        following = self._first_on.get(lane) if lane is not None else None
-        return None if following is None else (following, other.length_m)
+        lane: str | None = other.lane
+        for edge in edges[at + 1 : at + 1 + _AHEAD]:
+            lane = self._leads_to.get((lane, edge)) if lane is not None else None
+            if lane is not None and lane in self._first_on:
+                return self._first_on[lane], other.length_m
+        return None
 
     def _coming(self, circle: Sequence[str]) -> int:
         """Return how many ordinary vehicles are about to come into a circle, and are not in it yet."""

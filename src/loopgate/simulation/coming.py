@@ -8,7 +8,7 @@ from typing import NamedTuple
 from loopgate.drive.motion import time_s
 from loopgate.network import RoadNetwork
 from loopgate.network.records import Lane
-from loopgate.simulation.sight import Sight
+from loopgate.simulation.sight import Seen, Sight
 
 __all__ = ["Arrival", "Coming"]
 
@@ -17,18 +17,26 @@ _HORIZON_S = 20.0
 
 _STANDING_MPS = 0.1
 
+_AT_LINE_M = 10.0
+"""So far before a junction a vehicle may stand that is the first at its line [m]."""
+
 
 class Arrival(NamedTuple):
-    """When a vehicle gets to a junction, from now on [s]: gaining speed as it can, or as fast as now."""
+    """When a vehicle gets to a junction, from now on [s]: gaining speed as it can, or as fast as now.
+
+    One that stands at its line may set out, or never: then `stands` is its name.
+    """
 
     first_s: float
     last_s: float
+    stands: str = ""
 
 
 class Coming:
     """The junctions that ordinary vehicles come to within some time, by their routes.
 
-    Vehicles that stand are left out: they may wait for anything. O(vehicles) in a step in which it is asked.
+    Of vehicles that stand, those that are not at the line of a junction are left out: they may wait for
+    anything. O(vehicles) in a step in which it is asked.
 
     Parameters
     ----------
@@ -48,10 +56,12 @@ class Coming:
         found: dict[tuple[str, str], list[Arrival]] = {}
         for one in (seen for lane in self._sight.on.values() for seen in lane):
             speed = self._sight.speed(one)
+            left_m = self._network.lanes[one.lane].length_m - one.position_m
             if speed <= _STANDING_MPS:
+                if left_m <= _AT_LINE_M and not one.lane.startswith(":"):
+                    self._note_standing(one, left_m, found)
                 continue
             edges, at = self._sight.route(one)
-            left_m = self._network.lanes[one.lane].length_m - one.position_m
             if one.lane.startswith(":"):
                 at += 1
                 left_m += self._edge_m(edges[at]) if at < len(edges) else math.inf
@@ -66,6 +76,14 @@ class Coming:
                 left_m += self._through_m.get(pair, 0.0) + self._edge_m(edges[at + 1])
                 at += 1
         return found
+
+    def _note_standing(self, one: Seen, left_m: float, found: dict[tuple[str, str], list[Arrival]]) -> None:
+        edges, at = self._sight.route(one)
+        if at + 1 < len(edges):
+            top = self._network.lanes[one.lane].speed_mps
+            first_s = time_s(left_m, 0.0, self._sight.kinds[one.vehicle].accel_mps2, top)
+            arrival = Arrival(first_s, math.inf, one.vehicle)
+            found.setdefault((edges[at], edges[at + 1]), []).append(arrival)
 
     def _edge_m(self, edge: str) -> float:
         return max((lane.length_m for lane in self._lanes(edge)), default=math.inf)

@@ -48,6 +48,8 @@ class Movement:
         Where it begins, behind the end of the state that lies before the crossing [m].
     across
         Lanes inside the junction on which nobody may be when a vehicle sets out.
+    unseen
+        Those of them on which SUMO does not see who is in its way: it would drive on.
     approaches
         Ways over the junction of which nobody may be about to come: those with the right of way, since SUMO's
         drivers set out before them, or wait for them inside the junction, so near that they are hit; those
@@ -60,6 +62,7 @@ class Movement:
 
     from_m: float
     across: tuple[str, ...]
+    unseen: tuple[str, ...]
     approaches: tuple[Approach, ...]
     length_m: float
     speed_mps: float
@@ -157,10 +160,11 @@ class CrossingWays:
             from_m += self._network.edges[movement.from_edge].lanes[movement.from_lane].length_m
             lanes = [self._network.lanes[lane] for lane in movement.via]
             length_m = sum(lane.length_m for lane in lanes)
-            foes, comers = self._foes(movement)
+            foes, unseen, comers = self._foes(movement)
             yield Movement(
                 from_m=from_m,
                 across=tuple(lane for lane in foes if lane not in own),
+                unseen=tuple(lane for lane in unseen if lane not in own),
                 approaches=comers,
                 length_m=length_m,
                 speed_mps=min((lane.speed_mps for lane in lanes), default=math.inf),
@@ -168,9 +172,10 @@ class CrossingWays:
             )
             from_m += length_m
 
-    def _foes(self, movement: Connection) -> tuple[tuple[str, ...], tuple[Approach, ...]]:
-        """Return the lanes of conflicting movements, and the ways over the junction to look out for."""
+    def _foes(self, movement: Connection) -> tuple[tuple[str, ...], tuple[str, ...], tuple[Approach, ...]]:
+        """Return the lanes of conflicting movements, those unseen, and the ways to look out for."""
         lanes: dict[str, None] = {}
+        unseen: dict[str, None] = {}
         comers: dict[Approach, None] = {}
         for other in self._at[movement.junction]:
             touches = self._touches(movement, other)
@@ -178,7 +183,9 @@ class CrossingWays:
                 lanes.update(dict.fromkeys(other.via))
             if touches or self._yields(movement, other):
                 comers[Approach(other.from_edge, other.to_edge, other.signal)] = None
-        return tuple(lanes), tuple(comers)
+            if touches:
+                unseen.update(dict.fromkeys(other.via))
+        return tuple(lanes), tuple(unseen), tuple(comers)
 
     def _yields(self, movement: Connection, other: Connection) -> bool:
         rows = self._network.junctions[movement.junction].yields_to

@@ -179,7 +179,6 @@ class GatedDepartures(Departures):
         if self._entering:
             self._take_in()
             self._fleet.settle()
-        engine.open_up()
         while self._coming and self._coming[0].at_s <= now:
             self._due.append(self._coming.popleft())
         places: set[str] = set()

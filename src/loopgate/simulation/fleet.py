@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -242,7 +243,7 @@ class Fleet:
         if not self._leaving or self.engine is None:
             return
         books = self.books
-        if books.in_line:
+        if books.everybody:
             self._change(books)
         else:
             self._leaving = ()
@@ -265,14 +266,16 @@ class Fleet:
             If the gate cannot keep its promise with those who join.
         """
         members = self.members
-        vehicles = books.in_line
+        vehicles = books.everybody
         tracks = [joining[v] if v in joining else self._on(members[v].track) for v in vehicles]
         positions = [
             track.start_position if track.vehicle in joining else members[track.vehicle].granted
             for track in tracks
         ]
         room = self.room
-        system = _system(tracks, positions, {state: len(line) for state, line in books.lines.items()}, room)
+        standing = Counter({state: len(line) for state, line in books.lines.items()})
+        standing.update(str(members[vehicle].leg(members[vehicle].granted).state) for vehicle in books.aside)
+        system = _system(tracks, positions, standing, room)
         gate = make_gate(self._rules.gate, system, perf_counter)
         _refuse_crowd(gate, system, room)
         return tracks, books, system, gate

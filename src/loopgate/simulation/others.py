@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 from loopgate.drive.driver import Driver
 from loopgate.drive.gatekeeper import Gatekeeper
-from loopgate.drive.motion import time_s
 from loopgate.gates import Reason
+from loopgate.model import StateId
 from loopgate.simulation.circles import Circles
-from loopgate.simulation.coming import Arrival, Coming
-from loopgate.simulation.crossing_ways import Approach, Movement, Way
+from loopgate.simulation.crossing_ways import Way
 from loopgate.simulation.sight import BEYOND_M, Sight
-from loopgate.simulation.timetable import Timetable
-from loopgate.traffic.base import Traffic
+from loopgate.simulation.yielding import Yielding
 
 __all__ = ["PROMISE", "Others"]
 
@@ -26,19 +23,8 @@ PROMISE = (
 )
 """What holds with ordinary traffic about."""
 
-_STANDING_MPS = 0.1
-
-_AT_LINE_M = 5.0
-"""So far before its line a vehicle may stand that is about to set out [m]."""
-
-_MOST_KEPT_S = 60.0
-"""After this time it is SUMO's right of way alone that says when it sets out [s]."""
-
-_PASSED_S = 2.0
-"""Time in which an ordinary vehicle with the right of way is over the junction once it is there [s]."""
-
-_APART_S = 1.0
-"""Time to spare between a gated vehicle leaving and one with the right of way getting there [s]."""
+_CLEAR_M = 40.0
+"""So far behind who drives onto its lane from beside it no ordinary vehicle may be [m]."""
 
 
 class Others:
@@ -53,53 +39,39 @@ class Others:
     - takes the last room of its next state, or is about to drive into it; or could not find room in a circle
       of places that it would come into (`Circles`).
 
-    It is looked at where the ordinary vehicles are when a request comes to be decided, in each step anew; a
-    step without requests costs nothing. What comes later is SUMO's to sort out: with ordinary traffic about,
-    gated vehicles keep its right of way too. Where that has stopped one before the junction, it does not set
-    out while somebody is in its way: SUMO may let both go in one step.
+    It is looked at where the ordinary vehicles are when a request comes to be decided, in each step anew.
+    Who comes later is given way to before the junction (`Yielding`), and by SUMO's own right of way, which
+    gated vehicles keep too with ordinary traffic about.
 
     Parameters
     ----------
-    traffic
-        The running simulation.
     drivers
         Of all robots: their grants, and where they are.
     ways
         By loop, then position.
     keeper
         Knows what the gated vehicles hold.
-    timetable
-        What the lights show.
-    sight, coming, circles
-        Where ordinary vehicles are, who gets to which junction when, and whom there is room for.
+    sight, yielding, circles
+        Where ordinary vehicles are, who of them comes, and whom there is room for.
     """
 
     def __init__(
         self,
-        traffic: Traffic,
         drivers: Sequence[Driver],
         ways: Mapping[str, Sequence[Way]],
         keeper: Gatekeeper,
-        timetable: Timetable,
         sight: Sight,
-        coming: Coming,
+        yielding: Yielding,
         circles: Circles,
     ) -> None:
-        self._traffic = traffic
         self._drivers = drivers
         self._ways = ways
         self._keeper = keeper
-        self._timetable = timetable
-        self._sight, self._coming, self._circles = sight, coming, circles
-        self._since_s: dict[str, float] = {}
-        """Since when vehicles with grants stand before a junction with somebody in their way [s]."""
-        self._still: set[str] = set()
-        """Those of them that are kept there; by name, since numbers change when vehicles join and leave."""
-        self._arrivals: dict[tuple[str, str], list[Arrival]] | None = None
+        self._sight, self._yielding, self._circles = sight, yielding, circles
 
     def in_the_way(self, robot: int) -> Reason | None:
         """Return TRAFFIC while an ordinary vehicle is in the way of `robot`."""
-        self._look_around()
+        self._yielding.look_around()
         if not self._sight.on:
             return None
         way = self._way(robot)
@@ -107,46 +79,33 @@ class Others:
             return Reason.TRAFFIC
         driver = self._drivers[robot]
         left_m = driver.line_m - driver.front_m
-        near = any(self._is_near(driver, movement, left_m) for movement in way.movements[:1])
+        near = any(self._yielding.comes(driver, one, left_m + one.from_m) for one in way.movements)
         return Reason.TRAFFIC if near or self._circles.too_tight(robot) else None
 
-    def look(self) -> None:
-        """Keep those at their lines that stand there with their grants while somebody is in their way."""
-        now, since_s, self._since_s = self._traffic.now_s, self._since_s, {}
-        still = set()
-        for driver in self._drivers:
-            if (
-                driver.speed_mps < _STANDING_MPS
-                and not driver.row["steered"]
-                and self._may_not_set_out(driver)
-            ):
-                self._since_s[driver.id] = since_s.get(driver.id, now)
-                if now - self._since_s[driver.id] < _MOST_KEPT_S:
-                    still.add(driver.id)
-        here = {driver.id for driver in self._drivers}
-        for vehicle in sorted((self._still ^ still) & here):
-            self._traffic.stand(vehicle, still=vehicle in still)
-        self._still = still
+    def has_room(self, driver: Driver) -> bool:
+        """Return whether one that comes back from beside the road has room in its place and in its circle."""
+        self._yielding.look_around()
+        if not self._sight.on:
+            return True
+        ways, state = self._ways[driver.track.loop], str(driver.leg(driver.granted).state)
+        holders = self._keeper.holders(self._keeper.system.states.index(StateId(state)))
+        place = ways[(driver.granted - 1) % len(ways)].next
+        here_m = place.begin_m + driver.inside_m(state)
+        if any(-_CLEAR_M < s.position_m - here_m < s.length_m for s in self._sight.on.get(place.lane, ())):
+            return False
+        free = self._sight.fit(place, holders, driver.length_m)
+        return free >= 1 and not self._circles.too_tight(driver.robot, back=True)
 
-    def _may_not_set_out(self, driver: Driver) -> bool:
-        """Return whether a vehicle stands before a junction that it may cross, with somebody in its way."""
-        ways = self._ways[driver.track.loop]
-        for leg in range(int(driver.row["crossed"]), driver.granted):
-            line_m = driver.end_m(leg) - driver.front_m
-            for number, movement in enumerate(ways[leg % len(ways)].movements):
-                left_m = line_m + movement.from_m
-                if left_m >= -BEYOND_M and (left_m if number else line_m) <= _AT_LINE_M:
-                    self._look_around()
-                    inside = any(self._sight.upon(lane) for lane in movement.across)
-                    return inside or self._is_near(driver, movement, left_m)
-        return False
+    def look(self) -> None:
+        """Keep those with grants out of junctions where somebody is in their way."""
+        self._yielding.look()
 
     def granted(self, robot: int) -> None:
         """Do nothing: SUMO's right of way sees to the rest."""
 
     def blockers(self, robot: int) -> Sequence[Sequence[str]]:
         """Return who is in the way of `robot` now."""
-        self._look_around()
+        self._yielding.look_around()
         way = self._way(robot)
         sets = [[other] for other in (*self._before(robot, way), *self._across(way))]
         if self._too_full(robot, way):
@@ -178,34 +137,6 @@ class Others:
         lanes = [*(lane for movement in way.movements for lane in movement.across), *way.between]
         return [seen.vehicle for lane in dict.fromkeys(lanes) for seen in self._sight.upon(lane)]
 
-    def _is_near(self, driver: Driver, movement: Movement, left_m: float) -> bool:
-        """Return whether somebody would get in the way of one that is so far before a junction."""
-        if not movement.approaches:
-            return False
-        speed, accel = driver.speed_mps, driver.accel_mps2
-        top = min(driver.top_mps, movement.speed_mps)
-        there_s = time_s(left_m, speed, accel, top)
-        over_s = time_s(left_m + movement.wait_m, speed, accel, top) + _APART_S
-        gained = math.sqrt(speed * speed + 2 * accel * max(0.0, left_m))
-        going = 0.0 if movement.wait_m else min(top, gained)  # who may have to wait sets out from there
-        over_s += time_s(movement.length_m - movement.wait_m + driver.length_m, going, accel, top)
-        return any(
-            arrival.last_s > there_s - _PASSED_S and arrival.first_s < over_s
-            for approach in movement.approaches
-            for arrival in self._comes(approach)
-        )
-
-    def _comes(self, approach: Approach) -> Sequence[Arrival]:
-        if approach.signal is not None and not self._timetable.is_open(*approach.signal):
-            return ()
-        if self._arrivals is None:
-            self._arrivals = self._coming.arrivals()
-        return self._arrivals.get((approach.from_edge, approach.to_edge), ())
-
     def _too_full(self, robot: int, way: Way) -> bool:
         holders = self._keeper.holders(self._keeper.wanted(robot))
         return self._sight.fit(way.next, holders, self._drivers[robot].length_m) < 1
-
-    def _look_around(self) -> None:
-        if self._sight.look():
-            self._arrivals = None

@@ -26,6 +26,7 @@ from loopgate.simulation.fleet import Fleet, Rules
 from loopgate.simulation.gated import write_ordinary
 from loopgate.simulation.leading_off import refuse_what_leads_off
 from loopgate.simulation.outcome import Folder
+from loopgate.simulation.parking import Parking
 from loopgate.simulation.positions import make_layout, record_positions
 from loopgate.simulation.room import Room
 from loopgate.simulation.scenario import Scenario
@@ -129,12 +130,14 @@ def open_session(
             engine = fleet.begin(*keeping[:2], assembly.tracks)
         else:
             engine = ChangingEngine(traffic, assembly.tracks, None, recorder, foresees=assembly.foresees)
-        stops = Stops(traffic, engine, recorder, assembly.stops)
-        departures = _departures(assembly, traffic, engine, fleet)
         around = fleet.around if fleet else None
+        parking = Parking(traffic, engine, around.has_room) if around else None
+        stops = Stops(traffic, engine, recorder, assembly.stops, parking)
+        departures = _departures(assembly, traffic, engine, fleet)
         spacing = _spacing(scenario, assembly, traffic, engine)
         seen = [Window(traffic, engine, assembly.loops).look] if backend == "gui" else []
         looks = (
+            *((engine.open_up,) if fleet else ()),
             departures.look,
             stops.look,
             *(around.each_step if around else ()),
@@ -143,7 +146,8 @@ def open_session(
             *seen,
         )
         keeper = fleet.keeper if fleet else None
-        yield Session(traffic, engine, recorder, keeper, around, stops, departures, looks, said.notes)
+        notes = (*said.notes, *(parking.notes(assembly.stops) if parking else ()))
+        yield Session(traffic, engine, recorder, keeper, around, stops, departures, looks, notes)
 
 
 def _fleet(

@@ -17,6 +17,7 @@ from loopgate.errors import TrafficError
 from loopgate.network.stops import Stop
 from loopgate.results.columns import Event
 from loopgate.results.recorder import Recorder
+from loopgate.simulation.parking import Parking
 from loopgate.traffic.base import Traffic
 
 __all__ = ["Made", "Stops"]
@@ -91,12 +92,20 @@ class Stops:
         The run's.
     stops
         By vehicle, in the order of its loop.
+    parking
+        Looks after those that park; None without a gate.
     """
 
     def __init__(
-        self, traffic: Traffic, engine: Engine, recorder: Recorder, stops: Mapping[str, Sequence[Stop]]
+        self,
+        traffic: Traffic,
+        engine: Engine,
+        recorder: Recorder,
+        stops: Mapping[str, Sequence[Stop]],
+        parking: Parking | None = None,
     ) -> None:
         self._traffic, self._engine, self._recorder = traffic, engine, recorder
+        self._parking = parking
         self._stops = {vehicle: some for vehicle, some in stops.items() if some}
         self._ways: dict[str, _Way] = {}
         self._untold: set[str] = set()
@@ -154,11 +163,11 @@ class Stops:
         (self._untold.add if way.told < len(way.ahead) else self._untold.discard)(driver.id)
         self._show(way)
 
-    @staticmethod
-    def _show(way: _Way) -> None:
-        """Tell the drive of the next stop."""
+    def _show(self, way: _Way) -> None:
+        """Tell the drive of the next stop, and whether the slot is kept where the lane is left."""
         row, coming = way.driver.row, way.ahead[0]
-        row["stop_m"], row["parks"] = coming.at_m, way.stops[coming.number].parks
+        gives_up = self._parking is not None and self._parking.gives_up
+        row["stop_m"], row["parks"] = coming.at_m, way.stops[coming.number].parks and not gives_up
 
     def look(self) -> None:
         """Take note of the stops that began and ended in the last step."""
@@ -171,6 +180,8 @@ class Stops:
                 way.since_s = now
                 name = way.stops[way.ahead[0].number].name
                 self._recorder.note(now, vehicle, Event.STOP, name)
+                if self._parking is not None and way.stops[way.ahead[0].number].parks:
+                    way.driver.row["parks"] = not self._parking.begin(way.driver)
         for vehicle in traffic.stops_ended():
             way = self._ways.get(vehicle)
             if way is not None:
@@ -179,6 +190,8 @@ class Stops:
         for vehicle in sorted(self._untold):
             self._tell(self._ways[vehicle])
         self._note_missed()
+        if self._parking is not None:
+            self._parking.look()
 
     def _served(self, way: _Way, now: float) -> None:
         done = way.ahead.popleft()
@@ -220,5 +233,6 @@ class Stops:
                 "missed": sum(way.missed for way in ways),
                 "stopped_s": round(sum(way.stood_s for way in ways), 3),
                 "under_way": sum(way.since_s is not None for way in ways),
+                **(self._parking.figures() if self._parking is not None else {}),
             }
         }

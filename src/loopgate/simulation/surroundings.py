@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable
 from typing import Any
 
 from loopgate.abstraction.itinerary import Itinerary
+from loopgate.drive.driver import Driver
 from loopgate.drive.engine import Engine
 from loopgate.drive.gatekeeper import Gatekeeper
 from loopgate.drive.track import Track
@@ -17,6 +18,7 @@ from loopgate.simulation.lights import Lights, Signal, signals_of
 from loopgate.simulation.others import Others
 from loopgate.simulation.sight import Sight
 from loopgate.simulation.timetable import Timetable
+from loopgate.simulation.yielding import Yielding
 from loopgate.traffic.base import Traffic
 
 __all__ = ["Surroundings"]
@@ -52,16 +54,14 @@ class Surroundings:
         timetable = Timetable(traffic)
         self._lights = Lights(traffic, engine.drivers, self._signals, timetable) if lights else None
         sight = Sight(network, traffic, engine.drivers)
-        self._circles = Circles(network, keeper, engine.drivers, sight)
+        self._circles = Circles(network, keeper, engine.drivers, self._ways, sight)
         self._others = (
             Others(
-                traffic,
                 engine.drivers,
                 self._ways,
                 keeper,
-                timetable,
                 sight,
-                Coming(network, sight),
+                Yielding(traffic, engine.drivers, self._ways, timetable, sight, Coming(network, sight)),
                 self._circles,
             )
             if others
@@ -91,6 +91,10 @@ class Surroundings:
                 for position, leg in enumerate(track.legs):
                     places.setdefault(str(leg.state), self._find.place(track, position))
             self._circles.plan(places)
+
+    def has_room(self, driver: Driver) -> bool:
+        """Return whether a vehicle that is to come back into its place has room among ordinary ones."""
+        return self._others is None or self._others.has_room(driver)
 
     @property
     def each_step(self) -> list[Callable[[], None]]:

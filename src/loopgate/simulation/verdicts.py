@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
@@ -63,11 +64,15 @@ class _Moment(NamedTuple):
 
 
 class _Entry(NamedTuple):
-    """When a vehicle drove into a junction, on which movement, and what its light showed; empty for none."""
+    """When a vehicle drove into a junction, on which movement, and what its light showed; empty for none.
+
+    And when it was past where SUMO lets it wait inside for others, if it has been.
+    """
 
     at_s: float
     movement: Connection
     letter: str
+    past_s: float = math.inf
 
 
 class Verdicts:
@@ -78,8 +83,8 @@ class Verdicts:
     1. a gated vehicle where it was granted nothing erred, and one that hits somebody on foot;
     2. of two on ways out of one lane, or on one lane, the one behind;
     3. who drove into the junction at red;
-    4. who has to yield by the junction's request matrix, unless it was inside when the other one could still
-       have stopped before the junction: then that one;
+    4. who has to yield by the junction's request matrix, unless it was inside, and past where it may wait for
+       others there, when the other one could still have stopped before the junction: then that one;
     5. where neither or both have to, the one that came later.
 
     Parameters
@@ -108,10 +113,12 @@ class Verdicts:
             if was is None or was.lane == moment.lane:
                 continue
             edges = _edge(was.lane), _edge(moment.lane)
-            edges = _edge(was.lane), _edge(moment.lane)
             movement = self._inside.get(moment.lane) or self._between.get(edges)
             if movement is not None and was.lane not in movement.via:
                 self._entries[vehicle] = _Entry(now, movement, self._letter(movement))
+            entry = self._entries.get(vehicle)
+            if entry is not None and math.isinf(entry.past_s) and moment.lane not in entry.movement.via[:-1]:
+                self._entries[vehicle] = entry._replace(past_s=now)
         self._moments.append((now, here))
         while now - self._moments[0][0] > _REMEMBERED_S:
             self._moments.popleft()
@@ -164,9 +171,13 @@ class Verdicts:
         if yields[0] == yields[1]:
             return names[later], f"{said}, and neither had the right of way"
         must = 0 if yields[0] else 1
-        if must == first and self._could_stop(names[later], came[later], came[first].at_s):
-            return names[later], f"{said} {names[later]}, which could have stopped then"
-        if must == first:
+        past_s, other_s = came[must].past_s, came[1 - must].at_s
+        if past_s <= other_s and self._could_stop(names[1 - must], came[1 - must], past_s):
+            said = f"{names[must]} was on its way across {other_s - past_s:g} s before {names[1 - must]}"
+            return names[1 - must], f"{said}, which could have stopped then"
+        if math.isinf(past_s):
+            said = f"it waited inside, in the way of {names[1 - must]}"
+        elif must == first:
             said = f"{names[later]} could not stop any more"
         return names[must], f"{names[must]} had to yield; {said}"
 

@@ -192,8 +192,11 @@ class Traffic(Protocol):
         """Put the vehicle on the lane beside it if nobody is there; return whether it is."""
         ...
 
-    def stand(self, vehicle: str, *, still: bool) -> None:
-        """Keep a vehicle standing without a stop, or let it drive again: one at a stop changes no lanes."""
+    def keep_to(self, vehicle: str, speed_mps: float | None) -> None:
+        """Let a vehicle drive no faster than that, or as it likes again.
+
+        With 0 it stands without a stop: one at a stop changes no lanes.
+        """
         ...
 
     def hold(self, vehicle: str, edge: str, lane_index: int, position_m: float) -> bool:
@@ -238,6 +241,18 @@ class Traffic(Protocol):
 
     def stops_ahead(self, vehicle: str) -> int:
         """Return how many stops lie before the vehicle, or are being made, without the one that holds it."""
+        ...
+
+    def stays_s(self, vehicle: str) -> float:
+        """Return for how long a vehicle will stand at the stop that it makes [s]; 0 if it makes none."""
+        ...
+
+    def stay(self, vehicle: str, for_s: float) -> None:
+        """Let a vehicle stand at the stop that it makes for so long from now on [s]."""
+        ...
+
+    def awaits(self, vehicle: str) -> bool:
+        """Return whether a vehicle at a stop waits for somebody to come aboard."""
         ...
 
     def stops_begun(self) -> Sequence[str]:

@@ -87,6 +87,7 @@ class SumoTraffic:
         """Where vehicles are held: lane, and position on it [m]."""
         self._waits = RoadWaits(api, self._holds)
         self._braked: set[str] = set()
+        self._slowed: set[str] = set()
         self._lets_change: dict[tuple[str, str], bool] = {}
         self._modes: dict[str, tuple[int, int]] = {}
         """Of those under the gate: the modes for speed and for changing lanes that they had before."""
@@ -217,8 +218,11 @@ class SumoTraffic:
         if vehicle not in self._vehicle.getIDList():
             self._holds.pop(vehicle, None)
             self._braked.discard(vehicle)
+            self._slowed.discard(vehicle)
             return
         self.release(vehicle)
+        if vehicle in self._slowed:
+            self.keep_to(vehicle, None)
         if modes is not None:
             self._vehicle.setSpeedMode(vehicle, modes[0])
             self._vehicle.setLaneChangeMode(vehicle, modes[1])
@@ -267,9 +271,10 @@ class SumoTraffic:
             return False
         return True
 
-    def stand(self, vehicle: str, *, still: bool) -> None:
-        """Set its speed to zero, or free it."""
-        self._vehicle.setSpeed(vehicle, 0.0 if still else -1.0)
+    def keep_to(self, vehicle: str, speed_mps: float | None) -> None:
+        """Set its speed, or free it."""
+        (self._slowed.discard if speed_mps is None else self._slowed.add)(vehicle)
+        self._vehicle.setSpeed(vehicle, -1.0 if speed_mps is None else speed_mps)
 
     def hold(self, vehicle: str, edge: str, lane_index: int, position_m: float) -> bool:
         """Set a stop on this pass that only `release` ends.
@@ -426,6 +431,19 @@ class SumoTraffic:
         """Return how many stops lie before the vehicle, or are being made, without the one that holds it."""
         held = vehicle in self._holds and self._stop_number(vehicle) is not None
         return len(self._vehicle.getStops(vehicle, 0)) - held
+
+    def stays_s(self, vehicle: str) -> float:
+        """Return for how long it will stand at its stop [s]; SUMO counts down."""
+        stops = self._vehicle.getStops(vehicle, 1)
+        return float(stops[0].duration) if stops and self._vehicle.isStopped(vehicle) else 0.0
+
+    def stay(self, vehicle: str, for_s: float) -> None:
+        """Set what is left of its stop."""
+        self._vehicle.setStopParameter(vehicle, 0, "duration", f"{for_s:g}")
+
+    def awaits(self, vehicle: str) -> bool:
+        """Return whether its stop is triggered, and nobody has come yet."""
+        return bool(self._vehicle.isStoppedTriggered(vehicle))
 
     def stops_begun(self) -> Sequence[str]:
         """Return the vehicles that came to rest in the last step at a stop that does not hold them."""

@@ -20,7 +20,7 @@ ROOM = {**{f"pv{number}": 1 for number in range(9)}, "s": 1}
 def change(engine: ChangingEngine, books: Books, *, joining: tuple[str, ...] = ()) -> None:
     """Go on with those who are in the books; those who join stand where their tracks begin."""
     tracks = []
-    for vehicle in books.in_line:
+    for vehicle in books.everybody:
         track = engine.driver_of[vehicle].track if vehicle not in joining else TRACKS[vehicle]
         tracks.append(track)
     robots = [
@@ -116,6 +116,6 @@ def test_who_is_nearer_to_the_end_comes_first_in_line() -> None:
     assert books.holders == {"s": ["a", "b", "x", "c"]}
     assert books.lines == {"s": ["b", "x", "c"]}
     books.enter("y", "t", 1.0, left.__getitem__)
-    assert books.in_line == ["b", "x", "c", "y"]
+    assert books.everybody == ["b", "x", "c", "y"]
     books.strike(["b", "c"])
-    assert (books.holders["s"], books.in_line, books.passing) == (["a", "x"], ["x", "y"], {"m": []})
+    assert (books.holders["s"], books.everybody, books.passing) == (["a", "x"], ["x", "y"], {"m": []})

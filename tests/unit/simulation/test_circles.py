@@ -4,6 +4,8 @@ from types import SimpleNamespace
 from typing import Any
 from unittest.mock import Mock
 
+import pytest
+
 from builders import system
 from loopgate.simulation.circles import Circles
 from loopgate.simulation.crossing_ways import Place
@@ -35,6 +37,7 @@ class Ring:
             vehicles=lambda: list(self.on),
             lane=lambda v: self.on[v],
             parks=lambda _: False,
+            speed=lambda _: 0.0,
             dynamics=lambda _: Dynamics(5.0, 2.6, 4.5, 1.0),
             route=lambda v: (self.routes[v], 0),
         )
@@ -46,11 +49,16 @@ class Ring:
         network: Any = SimpleNamespace(
             connections=[
                 SimpleNamespace(from_edge=one, from_lane=0, to_edge=other, to_lane=0, via=())
-                for one, other in LEADS_TO.items()
+                for one, other in (*LEADS_TO.items(), ("behind-c", "a"), ("foe", "a"))
             ]
         )
         self.sight = Sight(network, traffic, self.drivers)
-        self.circles = Circles(network, keeper, self.drivers, self.sight)
+        across = SimpleNamespace(across=("foe_0",))
+        ways: Any = {
+            state: [SimpleNamespace(between=(f"behind-{state}_0",), movements=(across,))]
+            for state in LEADS_TO
+        }
+        self.circles = Circles(network, keeper, self.drivers, ways, self.sight)
         self.circles.plan({state: Place(f"{state}_0", 0.0, 24.0, ()) for state in LEADS_TO})
         self.traffic = traffic
 
@@ -63,6 +71,7 @@ class Ring:
             robot=len(self.drivers),
             granted=0,
             row={"mover": False},
+            track=SimpleNamespace(loop=state),
             length_m=5.0,
             front_m=24.0 - 7.5 * place,
             leg=lambda number: SimpleNamespace(state=way[number]),
@@ -114,6 +123,17 @@ def test_one_that_is_first_and_leaves_opens_the_circle() -> None:
     ring.put("o", "c", 24.0)
     assert not ring.tight(must_move=True)
     ring.put("o", "c", 24.0, "a b")
+    assert ring.tight(must_move=True)
+
+
+@pytest.mark.parametrize("where", ["behind-c", "foe"])
+def test_one_that_stands_on_a_crossing_goes_before_the_first_of_the_place(where: str) -> None:
+    """That of c leaves the circle, but an ordinary vehicle stands in its way and is to go on round."""
+    ring = Ring(a=2, b=3, c=2)
+    ring.drivers[ring.lines["c"][0]].leg = lambda _: SimpleNamespace(state="d")
+    assert not ring.tight(must_move=True)
+    ring.put("o", where, 3.0, "a b")
+    ring.put("p", "c", 9.0, "elsewhere")
     assert ring.tight(must_move=True)
 
 

@@ -67,13 +67,28 @@ def test_who_has_to_yield_errs(gated: str, collider: str) -> None:
 
 @pytest.mark.parametrize(("left_m", "erred"), [(40.0, "ordinary"), (12.0, "gated")])
 def test_who_could_have_stopped_errs(left_m: float, erred: str) -> None:
-    """The gated vehicle has to yield, and is inside when the other one is 40 m away, or 12."""
+    """The gated vehicle has to yield, and is on its way across when the other one is 40 m away, or 12."""
     junction = Junction()
-    junction.step(g=("south_0", 99.0, 5.0), o=("west_0", 90.0 - left_m, 10.0))
-    junction.step(g=(":j_1_0", 3.0, 5.0), o=("west_0", 100.0 - left_m, 10.0))
+    junction.step(g=("south_0", 99.0, 5.0), o=("west_0", 80.0 - left_m, 10.0))
+    junction.step(g=(":j_1_0", 3.0, 5.0), o=("west_0", 90.0 - left_m, 10.0))
+    junction.step(g=(":j_2_0", 3.0, 5.0), o=("west_0", 100.0 - left_m, 10.0))
     junction.step(o=(":j_0_0", 1.0, 10.0))
     assert junction.erred()[0] == erred
     assert "g" in junction.erred()[1]
+
+
+@pytest.mark.parametrize("waits", ["g", "o"])
+def test_who_waits_inside_in_the_way_errs(waits: str) -> None:
+    """However long before: the other one has the right of way, and SUMO does not let it stop for that."""
+    goes = "o" if waits == "g" else "g"
+    junction = Junction()
+    junction.step(**{waits: ("south_0", 99.0, 5.0), goes: ("west_0", 20.0, 10.0)})
+    for second in range(7):
+        junction.step(**{waits: (":j_1_0", 3.0, 0.0), goes: ("west_0", 30.0 + 10.0 * second, 10.0)})
+    junction.step(**{goes: (":j_0_0", 1.0, 10.0)})
+    erred = "gated" if waits == "g" else "ordinary"
+    said = f"{waits} had to yield; it waited inside, in the way of {goes}"
+    assert junction.erred(goes, waits) == (erred, said)
 
 
 def test_who_drives_in_at_red_errs() -> None:

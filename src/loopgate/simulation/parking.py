@@ -1,0 +1,130 @@
+"""Vehicles that park beside the road: they give up their slots, and come back when the gate can take them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+from loopgate.drive.changing import ChangingEngine
+from loopgate.drive.driver import Driver
+from loopgate.drive.sense import braking_m
+from loopgate.network.stops import Stop
+from loopgate.traffic.base import Traffic
+
+__all__ = ["Parking"]
+
+_SOON_STEPS = 3
+"""SUMO puts a vehicle back on the road a step before its stop ends: before that it can be told to stay."""
+
+_GO_STEPS = 2
+"""With so many left it is on the road in the next step, if there is a gap."""
+
+_LONGER_STEPS = 5
+"""For so many steps more it is told to stay."""
+
+_GAP_M, _REACTION_S = 2.5, 1.0
+"""What drivers keep free when they stand [m], and in which time they react [s]: SUMO's defaults."""
+
+_PATIENCE_S = 20.0
+"""Who has waited so long for its way back keeps others out of its place for as long, now and then [s]."""
+
+
+class Parking:
+    """Lets vehicles that park give up their slots, and keeps them parked until they have one again.
+
+    One is let back when its stop is over, its place has a slot that the gate lets it have, and room among
+    ordinary vehicles; it then stands in the line of its place, as far from the end as it is. When it drives
+    off is for SUMO to say, which lets it into a gap. What it holds is what it held: on other gates than the
+    certified one under the chain rule vehicles keep their slots.
+
+    Parameters
+    ----------
+    traffic, engine
+        The run's.
+    has_room
+        Whether there is room for a vehicle in its place, ordinary vehicles considered.
+    """
+
+    def __init__(
+        self, traffic: Traffic, engine: ChangingEngine, has_room: Callable[[Driver], bool] = lambda _: True
+    ) -> None:
+        self._traffic, self._engine, self._has_room = traffic, engine, has_room
+        self._coming: set[str] = set()
+        """Those that have a slot again and are not on the road yet."""
+        self._since_s: dict[str, float] = {}
+        """Since when those wait whose stops are over [s]."""
+        self._late_s = 0.0
+        self._latest_s = 0.0
+
+    @property
+    def gives_up(self) -> bool:
+        """Whether who parks gives up its slot."""
+        return self._engine.sets_aside
+
+    def notes(self, stops: Mapping[str, Sequence[Stop]]) -> tuple[str, ...]:
+        """Say what it means that vehicles park on their way."""
+        names = [stop.name for some in stops.values() for stop in some if stop.parks]
+        if self.gives_up or not names:
+            return ()
+        return (f"stops: while a vehicle parks, as at {names[0]}, nobody else gets into its place",)
+
+    def begin(self, driver: Driver) -> bool:
+        """Let a vehicle that has just parked give up its slot; return whether it does."""
+        return self._engine.step_aside(driver)
+
+    def figures(self) -> dict[str, float]:
+        """Return for how long vehicles stood parked beyond their stops, in all and at most [s]."""
+        return {"late_back_s": round(self._late_s, 3), "longest_late_back_s": round(self._latest_s, 3)}
+
+    def look(self) -> None:
+        """Let those back who can be, and keep the others parked."""
+        engine = self._engine
+        if not engine.beside:
+            return
+        now, step_s = self._traffic.now_s, self._traffic.step_s
+        for driver in [driver for driver in engine.drivers if driver.id in engine.beside]:
+            vehicle = driver.id
+            if vehicle in self._coming and self._traffic.lane(vehicle)[0]:
+                engine.is_back(driver)
+                self._coming.discard(vehicle)
+                self._since_s.pop(vehicle, None)
+                continue
+            if self._traffic.stays_s(vehicle) > _SOON_STEPS * step_s:
+                continue
+            if vehicle not in self._coming and self._traffic.awaits(vehicle):
+                self._traffic.stay(vehicle, _LONGER_STEPS * step_s)
+                continue
+            self._traffic.stay(vehicle, (_GO_STEPS if self._may_go(driver) else _LONGER_STEPS) * step_s)
+            since_s = self._since_s.setdefault(vehicle, now)
+            self._late_s += step_s if now > since_s else 0.0
+            self._latest_s = max(self._latest_s, now - since_s)
+            if (now - since_s) % (2 * _PATIENCE_S) >= _PATIENCE_S:
+                engine.shut(driver.leg(driver.granted).state)
+
+    def _may_go(self, driver: Driver) -> bool:
+        """Return whether a vehicle may drive onto the road in the next step; see to its slot."""
+        engine = self._engine
+        room = self._has_room(driver)
+        if driver.id in self._coming:
+            engine.take_turn(driver)
+        elif room and engine.has_slot_for(driver):
+            engine.come_back(driver)
+            self._coming.add(driver.id)
+        return room and driver.id in self._coming and self._is_clear(driver)
+
+    def _is_clear(self, driver: Driver) -> bool:
+        """Return whether whoever comes from behind can brake for it: SUMO lets it in before others at speed.
+
+        They drive on for a step, and then have a second to react.
+        """
+        step_s = self._traffic.step_s
+        place = driver.leg(driver.granted).state
+        rear_m = driver.inside_m(place) - driver.length_m
+        for other in self._engine.holding(place):
+            gap_m = rear_m - other.inside_m(place)
+            if other.id in self._engine.beside or gap_m < -driver.length_m:
+                continue
+            fast = min(other.top_mps, other.speed_mps + other.accel_mps2 * step_s)
+            decel = float(other.row["decel"])
+            if gap_m < _GAP_M + fast * (step_s + _REACTION_S) + braking_m(fast, decel, step_s):
+                return False
+        return True

@@ -1,0 +1,169 @@
+"""Gated vehicles give way to ordinary ones before junctions, never inside them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+from loopgate.drive.driver import Driver
+from loopgate.drive.motion import time_s
+from loopgate.drive.sense import MARGIN_M, braking_m, safe_mps
+from loopgate.simulation.coming import Arrival, Coming
+from loopgate.simulation.crossing_ways import Approach, Movement, Way
+from loopgate.simulation.sight import BEYOND_M, Sight
+from loopgate.simulation.timetable import Timetable
+from loopgate.traffic.base import Traffic
+
+__all__ = ["Yielding"]
+
+_STANDING_MPS = 0.1
+
+_AT_LINE_M = 5.0
+"""So far before its line a vehicle may stand that is about to set out [m]."""
+
+_SHORT_OF_M = 0.5
+"""So far before a junction a vehicle comes to rest that is kept out of it [m]."""
+
+_MOST_KEPT_S = 60.0
+"""After this time it is SUMO's right of way alone that says when it goes on [s]."""
+
+_SETS_OUT_S = 5.0
+"""Who stands at its line for longer while it may set out waits for something else [s]."""
+
+_PASSED_S = 2.0
+"""Time in which an ordinary vehicle with the right of way is over the junction once it is there [s]."""
+
+_APART_S = 1.0
+"""Time to spare between a gated vehicle leaving and one with the right of way getting there [s]."""
+
+
+class Yielding:
+    """Tells whether somebody comes, and keeps vehicles that have their grants out of junctions meanwhile.
+
+    SUMO lets who turns across others wait for them inside the junction, where they drive by so near that
+    bodies touch; and of ways that touch though they are no foes it knows nothing. So a vehicle is slowed
+    down before a junction as long as it can still stop there, and does not set out from one, while somebody
+    is in its way or comes. What comes later is SUMO's to sort out, as it is after a minute.
+
+    Parameters
+    ----------
+    traffic
+        The running simulation.
+    drivers
+        Of all robots: their grants, and where they are.
+    ways
+        By loop, then position.
+    timetable
+        What the lights show.
+    sight, coming
+        Where ordinary vehicles are, and who gets to which junction when.
+    """
+
+    def __init__(
+        self,
+        traffic: Traffic,
+        drivers: Sequence[Driver],
+        ways: Mapping[str, Sequence[Way]],
+        timetable: Timetable,
+        sight: Sight,
+        coming: Coming,
+    ) -> None:
+        self._traffic, self._drivers, self._ways = traffic, drivers, ways
+        self._timetable, self._sight, self._coming = timetable, sight, coming
+        self._arrivals: dict[tuple[str, str], list[Arrival]] | None = None
+        self._since_s: dict[str, float] = {}
+        """Since when vehicles with grants are before a junction with somebody in their way [s]."""
+        self._kept: dict[str, float] = {}
+        """How fast those of them may drive that are kept [m/s]; by name, as numbers change."""
+        self._may_set_out: dict[str, tuple[float, float]] = {}
+        """Since when ordinary vehicles stand at their lines though they may drive, and were seen so last."""
+
+    def look_around(self) -> None:
+        """See who comes now."""
+        if self._sight.look():
+            self._arrivals = None
+
+    def look(self) -> None:
+        """Keep those out of the next junction who can stop before it and must not drive into it."""
+        now, since_s, self._since_s = self._traffic.now_s, self._since_s, {}
+        kept: dict[str, float] = {}
+        for driver in self._drivers:
+            if driver.row["crossed"] < driver.row["granted"] and not driver.row["steered"]:
+                speed = self._speed(driver, before=driver.id in since_s)
+                if speed is None:
+                    continue
+                self._since_s[driver.id] = since_s.get(driver.id, now)
+                if now - self._since_s[driver.id] < _MOST_KEPT_S:
+                    kept[driver.id] = speed
+        here = {driver.id for driver in self._drivers}
+        for vehicle in sorted((self._kept.keys() | kept) & here):
+            if self._kept.get(vehicle) != kept.get(vehicle):
+                self._traffic.keep_to(vehicle, kept.get(vehicle))
+        self._kept = kept
+
+    def _speed(self, driver: Driver, *, before: bool) -> float | None:
+        """Return how fast a vehicle may drive that is to be kept out of a junction [m/s]; else None."""
+        ways = self._ways[driver.track.loop]
+        for leg in range(int(driver.row["crossed"]), driver.granted):
+            line_m = driver.end_m(leg) - driver.front_m
+            for number, movement in enumerate(ways[leg % len(ways)].movements):
+                left_m = line_m + movement.from_m
+                if left_m < -BEYOND_M:
+                    continue
+                if driver.speed_mps < _STANDING_MPS:
+                    at_line = (left_m if number else line_m) <= _AT_LINE_M
+                    return 0.0 if at_line and self._is_closed(driver, movement, left_m) else None
+                return self._slowed(driver, movement, left_m, before=before)
+        return None
+
+    def _slowed(self, driver: Driver, movement: Movement, left_m: float, *, before: bool) -> float | None:
+        """Return how fast a vehicle may drive that is under way to a junction [m/s]; None for at will."""
+        speed, decel, step_s = driver.speed_mps, float(driver.row["decel"]), self._traffic.step_s
+        room_m = max(0.0, left_m - _SHORT_OF_M)
+        fast = min(driver.top_mps, speed + driver.accel_mps2 * step_s)
+        late = room_m < fast * step_s + braking_m(fast, decel, step_s) + MARGIN_M
+        if not (late or before) or left_m < braking_m(speed, decel, step_s):
+            return None
+        return safe_mps(room_m, decel, step_s) if self._is_closed(driver, movement, left_m) else None
+
+    def _is_closed(self, driver: Driver, movement: Movement, left_m: float) -> bool:
+        """Return whether somebody is in the way of a vehicle that is so far before a junction, or comes."""
+        self.look_around()
+        waits = movement.wait_m > 0.0 or driver.speed_mps < _STANDING_MPS
+        inside = movement.across if waits else movement.unseen
+        return any(self._sight.upon(lane) for lane in inside) or self.comes(driver, movement, left_m)
+
+    def comes(self, driver: Driver, movement: Movement, left_m: float) -> bool:
+        """Return whether somebody would get in the way of one that is so far before a junction."""
+        if not movement.approaches:
+            return False
+        speed, accel = driver.speed_mps, driver.accel_mps2
+        top = min(driver.top_mps, movement.speed_mps)
+        there_s = time_s(left_m, speed, accel, top)
+        over_s = time_s(left_m + movement.wait_m, speed, accel, top) + _APART_S
+        gained = math.sqrt(speed * speed + 2 * accel * max(0.0, left_m))
+        going = 0.0 if movement.wait_m else min(top, gained)  # who may have to wait sets out from there
+        over_s += time_s(movement.length_m - movement.wait_m + driver.length_m, going, accel, top)
+        return any(
+            arrival.last_s > there_s - _PASSED_S
+            and arrival.first_s < over_s
+            and (not arrival.stands or self._sets_out(arrival.stands))
+            for approach in movement.approaches
+            for arrival in self._arriving(approach)
+        )
+
+    def _arriving(self, approach: Approach) -> Sequence[Arrival]:
+        if approach.signal is not None and not self._timetable.is_open(*approach.signal):
+            return ()
+        if self._arrivals is None:
+            self._arrivals = self._coming.arrivals()
+        return self._arrivals.get((approach.from_edge, approach.to_edge), ())
+
+    def _sets_out(self, vehicle: str) -> bool:
+        """Return whether one that stands at its line, and may drive, is about to set out."""
+        now = self._traffic.now_s
+        since_s, seen_s = self._may_set_out.get(vehicle, (now, now))
+        if now - seen_s > _SETS_OUT_S:
+            since_s = now
+        self._may_set_out[vehicle] = since_s, now
+        return now - since_s < _SETS_OUT_S
