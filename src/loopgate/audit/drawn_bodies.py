@@ -41,6 +41,8 @@ class Way:
     first_m: float
     last_m: float
     """Where on it vehicles are, that change to the lane beside it or come from there."""
+    rear_m: float
+    """No rear is before this: there the first place of those who drive once begins."""
     loops: dict[str, float] = field(default_factory=dict)
     sizes: dict[tuple[float, bool], float] = field(default_factory=dict)
     """Widths of the vehicles by length and whether they are jointed."""
@@ -70,6 +72,7 @@ def find_ways(layout: Layout, numbers: dict[str, int]) -> list[Way]:
     longest = max((body.length_m for body in layout.vehicles.values()), default=0.0)
     found: dict[tuple[tuple[int, float], ...], Way] = {}
     for name, loop in layout.loops.items():
+        departs_m = loop.legs[0].begin_m if _once(loop) else -np.inf
         lanes = [
             (lane, span.begin_m, span.end_m - span.begin_m) for span in loop.spans for lane in span.driven
         ]
@@ -83,11 +86,17 @@ def find_ways(layout: Layout, numbers: dict[str, int]) -> list[Way]:
                 window.setdefault(
                     other, ahead_m
                 )  # a lane may lie behind and ahead, where vehicles turn round
-            key = ((numbers[lane], used[k][0]), (numbers[lane], used[k][1]), *sorted(window.items()))
+            rear_m = 0.0 if used[k][0] > 0.0 else -np.inf
+            if departs_m > begin_m - longest:
+                rear_m = max(rear_m, departs_m - begin_m)
+            on_it = ((numbers[lane], metres) for metres in (*used[k], rear_m))
+            key = (*on_it, *sorted(window.items()))
             way = found.get(key)
             if way is None:
                 points, arcs = _path(layout, lanes, k, longest)
-                way = found[key] = Way(numbers[lane], window, lengths, points, arcs, length_m, *used[k])
+                way = found[key] = Way(
+                    numbers[lane], window, lengths, points, arcs, length_m, *used[k], rear_m
+                )
             way.loops.setdefault(name, begin_m)
             for size, width in sizes[name].items():
                 way.sizes[size] = max(width, way.sizes.get(size, 0.0))
@@ -101,7 +110,7 @@ def driven(loop: LoopWay, span: Span, before: Span) -> list[tuple[float, float]]
     junctions they jump from lane to lane: nothing can be drawn until they are on the second.
     """
     length_m = span.end_m - span.begin_m
-    if loop.length_m > loop.spans[-1].end_m + NEAR_M:  # driven once: its last state is off the road
+    if _once(loop):  # its last state is off the road
         length_m = min(length_m, max(_ROUNDING_M, loop.legs[-1].begin_m - span.begin_m))
     begin_m = _ROUNDING_M if jumps(before, span) else 0.0
     if not span.entered:
@@ -113,6 +122,11 @@ def driven(loop: LoopWay, span: Span, before: Span) -> list[tuple[float, float]]
     first = [at + size for at, size in inside[:1] if several or at < NEAR_M]
     last = [at for at, _ in inside[-1:] if several or at >= NEAR_M]
     return [(begin_m, min(last, default=length_m)), (max(first, default=_ROUNDING_M), length_m)]
+
+
+def _once(loop: LoopWay) -> bool:
+    """Return whether a loop is a route that is driven once: its last state is behind its end."""
+    return loop.length_m > loop.spans[-1].end_m + NEAR_M
 
 
 def jumps(before: Span, span: Span) -> bool:
@@ -168,7 +182,7 @@ def draw_bodies(layout: Layout, ways: Sequence[Way]) -> tuple[list[Body], Any]:
         for (length_m, jointed), width_m in way.sizes.items():
             at = np.linspace(0.0, way.length_m, max(2, int(np.ceil(way.length_m / _EVERY_M)) + 1))
             at = at[(at >= min(way.first_m, way.length_m)) & (at <= way.last_m)]
-            at = at[at >= length_m] if way.first_m > 0.0 else at
+            at = at[at >= way.rear_m + length_m]
             described = _described(layout, number, way, at, length_m)
             joints = [metres for metres, _ in reversed(way.behind)] if jointed else [-np.inf]
             ahead_m = at

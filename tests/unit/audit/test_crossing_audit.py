@@ -396,3 +396,20 @@ def test_a_vehicle_changes_lanes_between_its_places() -> None:
     places = (Leg("E_0", 30.0, 60.0), Leg("E_1", 80.0, 108.0))
     way = LoopWay(300.0, (span, Span(110.0, 310.0, ("F_0",))), places)
     assert driven(way, span, way.spans[1]) == [(1e-6, 70.0), (50.0, 100.0)]
+
+
+@pytest.mark.parametrize(("begins_m", "touch"), [(20.0, False), (0.0, True)])
+def test_nobody_is_drawn_before_the_place_where_who_drives_once_departs(
+    begins_m: float, *, touch: bool
+) -> None:
+    """Its road crosses the way of others 6 m behind its beginning; the first place can begin beyond that."""
+    plan = layout()
+    legs = (Leg("E_0", begins_m, 49.9), Leg("away E_0", 50.0, 1049.9))
+    plan = dataclasses.replace(
+        plan,
+        loops={**plan.loops, "once": LoopWay(1050.0, (Span(0.0, 50.0, ("E_0",)),), legs)},
+        vehicles={**plan.vehicles, "v4": VehicleBody("once", 5.0, 1.8, 30.0, 0)},
+        shapes={**plan.shapes, "E_0": ((0.0, -6.0), (0.0, 44.0))},
+    )
+    lanes = {frozenset((found.one.lane, found.other.lane)) for found in find_meetings(plan)}
+    assert (frozenset(("E_0", ":J_0_0")) in lanes) == touch
