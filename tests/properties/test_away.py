@@ -20,7 +20,7 @@ AWAY = StateId("away")
 
 
 def drawn(rng: random.Random) -> tuple[System, list[int]]:
-    """Return a system of places that hold two, and the robots on finite routes; drawn until it has a start."""
+    """Return a system of places that hold two, and the robots on finite routes; with a start."""
     while True:
         found = drawn_once(rng)
         if found is not None:
