@@ -358,3 +358,32 @@ def test_sumo_takes_the_shapes(net: str, routes: str, abstraction: str, tmp_path
     told = subprocess.run(command, check=True, capture_output=True, text=True, timeout=60)
     assert "Error" not in told.stderr
     assert "Warning" not in told.stderr
+
+
+@pytest.fixture
+def trips(tmp_path: Path) -> Path:
+    """Two trips on the grid, one of which is too long for any place, and a loop."""
+    file = tmp_path / "trips.rou.xml"
+    file.write_text(
+        '<routes><vType id="car"/><vType id="train" length="95"/>'
+        '<vehicle id="round" type="car" depart="0"><route edges="B1C1 C1C2 C2B2 B2B1" repeat="9"/></vehicle>'
+        '<trip id="a" type="car" depart="5" from="A0A1" to="E4D4"/>'
+        '<trip id="b" type="train" depart="6" from="A0A1" to="E4D4"/></routes>',
+        encoding="utf-8",
+    )
+    return file
+
+
+def test_inspect_lists_trips_as_run_takes_them(trips: Path) -> None:
+    """Who is gated, and who is not and why; what is for loops only is refused."""
+    grid = f"{NETWORKS}/networks/grid5-priority.net.xml"
+    done = loopgate("inspect", grid, "--routes", trips)
+    assert done.returncode == 0
+    assert "2 vehicles under the gate, 1 drive once" in done.stdout
+    assert "1 vehicles are ordinary traffic, first b" in done.stdout
+    data = json.loads(loopgate("inspect", grid, "--routes", trips, "--json").stdout)
+    assert [v["id"] for v in data["vehicles"]] == ["round", "a"]
+    assert data["ordinary"] == ["b"]
+    refused = loopgate("inspect", grid, "--routes", trips, "-o", trips.with_name("system.json"))
+    assert refused.returncode == 2
+    assert "--out is for loops only" in refused.stderr

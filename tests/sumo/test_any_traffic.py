@@ -132,3 +132,21 @@ def test_nobody_is_kept_on_a_last_road_that_is_too_short_to_wait_on(tmp_path: Pa
     routes.write_text(f"<routes>{trips}</routes>", encoding="utf-8")
     summary = run(tmp_path / "out", routes, network=str(network), duration_s=200.0)
     assert (summary["arrived"], summary["unfinished"], summary["clean"]) == (6, 0, True)
+
+
+def test_stops_on_the_way_are_made_once(tmp_path: Path) -> None:
+    """On a trip, on each vehicle of a flow, and at the side of the road; nobody comes there again."""
+    file = tmp_path / "stops.rou.xml"
+    file.write_text(
+        '<routes><vType id="car"/><trip id="a" type="car" depart="0" from="A0A1" to="E4D4">'
+        '<stop lane="A1B1_0" endPos="60" duration="20"/></trip>'
+        '<flow id="f" type="car" begin="0" end="60" period="20" from="E4E3" to="A0B0">'
+        '<stop edge="E3E2" endPos="50" duration="10"/></flow>'
+        '<vehicle id="r" type="car" depart="5"><route edges="B1C1 C1C2 C2C3"/>'
+        '<stop lane="C1C2_0" startPos="20" endPos="60" duration="30" parking="true"/></vehicle></routes>',
+        encoding="utf-8",
+    )
+    summary = run(tmp_path / "out", file, positions=True, duration_s=400.0)
+    assert summary["arrived"] == summary["trips"] == 5
+    assert summary["stops"] == {"served": 5, "missed": 0, "stopped_s": 80.0, "under_way": 0}
+    assert summary["audit"] == "clean"

@@ -110,6 +110,9 @@ def lay_stretches(
     short for both, the place behind it stays if it fits; else the stretch takes the whole edge, and so does
     one on a narrow edge. Where even that is too short to change lanes it is for the caller to say so.
 
+    An edge that has a part long enough for a place is not narrow, however near others come to the rest:
+    whoever is under way before that part or behind it is so on the movement that leads there.
+
     Parameters
     ----------
     network
@@ -124,7 +127,7 @@ def lay_stretches(
     Returns
     -------
     tuple
-        Stretches by edge, and which lanes are narrow.
+        Stretches by edge, and which lanes of narrow edges are near each other.
     """
     needed: dict[str, float] = {}
     changing: dict[str, None] = {}
@@ -138,9 +141,11 @@ def lay_stretches(
             lanes.update((network.edges[span.edge].lanes[k].id, None) for k in range(low, high + 1))
             if low != high:
                 changing[span.edge] = None
-    narrow = narrow_lanes(network, lanes, reach_m=reach_m)
-    whole = {network.lanes[lane].edge for lane, _ in narrow}
-    free = {edge: _free(network, edge, lanes, parts) for edge in changing}
+    near = narrow_lanes(network, lanes, reach_m=reach_m)
+    beside = dict.fromkeys(network.lanes[lane].edge for lane, _ in sorted(near))
+    free = {edge: _free(network, edge, lanes, parts) for edge in (*changing, *beside)}
+    whole = {e for e in beside if free[e].end_m - free[e].begin_m < _place_m(needed[e])}
+    narrow = frozenset(pair for pair in near if all(network.lanes[lane].edge in whole for lane in pair))
     stretches = {
         edge: _whole(edge, network.edges[edge].length_m)
         if edge in whole
@@ -161,8 +166,13 @@ def _whole(edge: str, length_m: float) -> Stretch:
     return Stretch(edge, 0.0, length_m, 0.0, length_m)
 
 
+def _place_m(needed_m: float) -> float:
+    """Return how long the shortest place is."""
+    return LEAST_CAPACITY * needed_m + CLEARANCE_M + HOLD_MARGIN_M
+
+
 def _in_the_middle(edge: str, length_m: float, needed_m: float, free: Part) -> Stretch:
-    place_m = LEAST_CAPACITY * needed_m + CLEARANCE_M + HOLD_MARGIN_M
+    place_m = _place_m(needed_m)
     least_m = least_change_m(needed_m)
     free_m = free.end_m - free.begin_m
     if free_m >= place_m + least_m + place_m:

@@ -74,7 +74,8 @@ def inspect(  # noqa: PLR0913  one per option
     """Show what the loops of a route file come to in NETWORK.
 
     On queues: places with their capacity, crossings with their conflicts, how many vehicles can live on the
-    loops, and the loops that cannot work and why. On segments: states and zones.
+    loops, and the loops that cannot work and why. On segments: states and zones. Of vehicles that drive their
+    route once: their ways, and who of them is ordinary traffic and why.
 
     NETWORK is a .net.xml or .net.xml.gz file, sumo:NAME for a network of the SUMO package, or a .sumocfg
     with both. Ends with exit code 2 if some loop cannot work or the vehicles cannot all start; what can be
@@ -97,7 +98,10 @@ def inspect(  # noqa: PLR0913  one per option
     wanted = Wanted(vehicle_length_m, seed, picture, additional, out, every, as_json)
     roads = RoadNetwork.open(network)
     places = [Path(name.strip()) for name in (stops or "").split(",") if name.strip()]
-    file = read_loops(roads, routes or network, stops=places)
+    file = read_loops(roads, routes or network, stops=places, once=abstraction == "queues")
+    if any(vehicle.once for vehicle in file.vehicles):
+        _look_at_trips(network, routes, stops, wanted)
+        return
     if abstraction == "queues":
         from loopgate.cli.inspect_queues import look_at_queues
 
@@ -114,3 +118,21 @@ def inspect(  # noqa: PLR0913  one per option
         )
     if problem is not None:
         raise problem
+
+
+def _look_at_trips(network: str, routes: Path | None, stops: str | None, wanted: Wanted) -> None:
+    from loopgate.cli.inspect_trips import look_at_trips
+    from loopgate.simulation.scenario import Scenario
+
+    loops_only = {
+        "--picture": wanted.picture,
+        "--additional": wanted.additional,
+        "--out": wanted.out,
+        "--vehicle-length": wanted.vehicle_length_m,
+    }
+    for option, given in loops_only.items():
+        if given is not None:
+            msg = f"{routes or network}: its vehicles drive their routes once; {option} is for loops only"
+            raise ScenarioError(msg)
+    scenario = Scenario(network=network, routes=str(routes or ""), stops=stops or "", seed=wanted.seed)
+    look_at_trips(scenario, every=wanted.every, as_json=wanted.as_json)

@@ -10,10 +10,8 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Final
 
-from loopgate.drive.build import movements_of
 from loopgate.drive.driver import Driver
 from loopgate.drive.tables import Tables, Vehicle
-from loopgate.model import System
 
 __all__ = ["Books", "carry_over", "read_books", "write_books"]
 
@@ -69,43 +67,40 @@ class Books:
             line.insert(behind[0] if behind else len(line), vehicle)
 
 
-def read_books(tables: Tables, drivers: Sequence[Driver], system: System) -> Books:
-    """Return what the tables say."""
+def read_books(
+    tables: Tables, drivers: Sequence[Driver], states: Sequence[str], movements: Sequence[str]
+) -> Books:
+    """Return what the tables say of these states and movements."""
     names = [driver.id for driver in drivers]
-    states: Any = tables.states
-    moves: Any = tables.moves
 
     def of(row: Any, begin: str, length: str) -> list[str]:  # noqa: ANN401  a row
         return [names[robot] for robot in tables.lists[row[begin] :][: row[length]].tolist()]
 
-    lines = {str(s): of(row, "line", "queue") for s, row in zip(system.states, states, strict=True)}
+    lines = {s: of(row, "line", "queue") for s, row in zip(states, tables.states, strict=True)}
     standing = {vehicle for line in lines.values() for vehicle in line}
     return Books(
-        {s: of(row, "holders", "held_by") for s, row in zip(system.states, states, strict=True)},
+        {s: of(row, "holders", "held_by") for s, row in zip(states, tables.states, strict=True)},
         lines,
-        {
-            m: of(row, "passing", "under_way")
-            for m, row in zip(movements_of(driver.track for driver in drivers), moves, strict=True)
-        },
+        {m: of(row, "passing", "under_way") for m, row in zip(movements, tables.moves, strict=True)},
         [name for name in names if name not in standing],
     )
 
 
-def write_books(books: Books, tables: Tables, drivers: Sequence[Driver], system: System) -> None:
-    """Let the tables say it; they are for these drivers and this system."""
+def write_books(
+    books: Books, tables: Tables, drivers: Sequence[Driver], states: Sequence[str], movements: Sequence[str]
+) -> None:
+    """Let the tables say it; they are for these drivers, states and movements."""
     robots = {driver.id: driver.robot for driver in drivers}
-    states: Any = tables.states
-    moves: Any = tables.moves
 
     def to(row: Any, begin: str, length: str, line: Sequence[str]) -> None:  # noqa: ANN401  a row
         row[length] = len(line)
         tables.lists[row[begin] : row[begin] + len(line)] = [robots[vehicle] for vehicle in line]
 
-    for state, row in zip(system.states, states, strict=True):
+    for state, row in zip(states, tables.states, strict=True):
         to(row, "holders", "held_by", books.holders.get(state, ()))
         to(row, "line", "queue", books.lines.get(state, ()))
-    for movement, row in zip(movements_of(driver.track for driver in drivers), moves, strict=True):
-        to(row, "passing", "under_way", books.passing.get(movement, ()))
+    for movement, move in zip(movements, tables.moves, strict=True):
+        to(move, "passing", "under_way", books.passing.get(movement, ()))
 
 
 def carry_over(old: Tables, new: Tables, robots: Mapping[int, int]) -> None:
@@ -126,9 +121,11 @@ def carry_over(old: Tables, new: Tables, robots: Mapping[int, int]) -> None:
     was, one = _column(old.vehicles), _column(new.vehicles)
     for name in _CARRIED:
         one[name][now] = was[name][before]
-    columns = was["numbers"][before], was["number_at"][before], one["number_at"][now]
-    for length, begin, to in zip(*(column.tolist() for column in columns), strict=True):
-        new.lists[to : to + length] = old.lists[begin : begin + length]
+    names = ("crossed", "granted", "numbers", "number_at")
+    columns = *(was[name][before] for name in names), one["numbers"][now], one["number_at"][now]
+    for crossed, granted, most, begin, room, to in zip(*(c.tolist() for c in columns), strict=True):
+        for leg in range(crossed, granted + 1):
+            new.lists[to + leg % room] = old.lists[begin + leg % most]
     waiting = _column(old.entries)["waiting"][: _row(old.run)["waiting"]].tolist()
     still = [robots[robot] for robot in waiting if robot in robots]
     _column(new.entries)["waiting"][: len(still)] = still

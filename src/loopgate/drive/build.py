@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, cast
 
 import numpy as np
@@ -33,10 +33,16 @@ from loopgate.drive.track import Track
 from loopgate.model import System
 from loopgate.results.columns import Event
 
-__all__ = ["make_tables", "movements_of"]
+__all__ = ["Ground", "make_tables", "movements_of", "roads_of"]
 
 _LAPS = 16
 """A vehicle's grants are numbered for so many laps: it is under way on fewer at once."""
+
+_NUMBERS = 64
+"""On fewer crossings at once is a vehicle that comes and goes: each is longer than a place of two."""
+
+_FIRST = 64
+"""Room for so many of them at first."""
 
 _OFTEN = 64
 """So often a vehicle may hold its private state, lap after lap."""
@@ -56,6 +62,11 @@ def movements_of(tracks: Iterable[Track]) -> list[str]:
     return sorted({crossing.id for way in ways.values() for leg in way for crossing in leg.crossings})
 
 
+def roads_of(tracks: Iterable[Track]) -> list[str]:
+    """Return the edges on some track by number: those of each loop one after the other."""
+    return [name for edges in dict.fromkeys(track.edges for track in tracks) for _, name in edges]
+
+
 def make_tables(tracks: Sequence[Track], system: System | None, code: Code, *, step_s: float) -> Tables:
     """Return the tables at the start: everybody stands in the first state, nobody asks.
 
@@ -71,7 +82,7 @@ def make_tables(tracks: Sequence[Track], system: System | None, code: Code, *, s
         Length of a simulation step [s].
     """
     lists = _Lists()
-    legs = _Legs(system, tracks)
+    legs = _Legs(system.states if system else (), tracks)
     roads = _Roads(code)
     first = [legs.add(track.legs) for track in tracks]
     numbers = [_LAPS * len(track.legs) for track in tracks]
@@ -79,11 +90,25 @@ def make_tables(tracks: Sequence[Track], system: System | None, code: Code, *, s
     vehicles["leg_at"] = first
     vehicles["numbers"] = numbers
     vehicles["number_at"] = lists.add(numbers)
-    states = _states(system, lists, code)
+    states = _states_of(system, lists, code)
     moves = _moves(legs, states, lists)
     held = lists.made()
     if system is not None:
         _take_places(system, states, held)
+    return _with_room(
+        max(1, len(tracks)), _tables(legs, roads, states, moves, code, step_s), vehicles=vehicles, lists=held
+    )
+
+
+def _tables(
+    legs: _Legs,
+    roads: _Roads,
+    states: NDArray[np.void],
+    moves: NDArray[np.void],
+    code: Code,
+    step_s: float,
+) -> Tables:
+    """Return the tables of no vehicle."""
     run = table(Run, length=1)
     run["step_s"] = step_s
     run["decided_s"] = -math.inf
@@ -91,11 +116,10 @@ def make_tables(tracks: Sequence[Track], system: System | None, code: Code, *, s
     for name, word in _WORDS.items():
         if name in Run.__annotations__:
             run[name] = code(word)
-    count = max(1, len(tracks))
     reasons = [code(reason.value) if reason else 0 for reason in REASONS]
     return Tables(
         run=cast("Any", run),  # row by row they are what `Tables` says
-        vehicles=cast("Any", vehicles),
+        vehicles=cast("Any", table(Vehicle, length=0)),
         roads=cast("Any", roads.table()),
         legs=cast("Any", _filled(Leg, legs.legs)),
         passes=cast("Any", _filled(Pass, legs.passes)),
@@ -103,12 +127,99 @@ def make_tables(tracks: Sequence[Track], system: System | None, code: Code, *, s
         states=cast("Any", states),
         moves=cast("Any", moves),
         reasons=cast("Any", table(Why, {"word": reasons})),
-        entries=cast("Any", table(Entry, length=count)),
+        entries=cast("Any", table(Entry, length=0)),
+        rows=np.zeros((0, 5), dtype=np.int32),
+        acts=np.zeros((0, 3), dtype=np.int64),
+        calls=np.zeros((0, 2), dtype=np.int64),
+        lists=np.zeros(0, dtype=np.int64),
+    )
+
+
+def _with_room(count: int, tables: Tables, *, vehicles: NDArray[np.void], lists: NDArray[np.int64]) -> Tables:
+    """Return the tables with lists for so many vehicles."""
+    entries = table(Entry, length=count)
+    entries[: len(tables.entries)] = tables.entries
+    return tables._replace(
+        vehicles=cast("Any", vehicles),
+        entries=cast("Any", entries),
         rows=np.zeros((FULL * count, 5), dtype=np.int32),
         acts=np.zeros((FULL * count, 3), dtype=np.int64),
         calls=np.zeros((count, 2), dtype=np.int64),
-        lists=held,
+        lists=lists,
     )
+
+
+class Ground:
+    """Tables for ways that are known, on which vehicles come and go one by one: only their rows are made.
+
+    The vehicles are the first rows of a table with room for more; where one leaves, the last takes its row.
+
+    Parameters
+    ----------
+    ways
+        One track at least of each way.
+    room
+        How many vehicles the states on them hold, by name; all are left in order.
+    code
+        Gives words their numbers.
+    step_s
+        Length of a simulation step [s].
+    """
+
+    def __init__(self, ways: Sequence[Track], room: Mapping[str, int], code: Code, *, step_s: float) -> None:
+        self._code = code
+        self.states = tuple(dict.fromkeys(leg.state for track in ways for leg in track.legs))
+        """Names of the states by number."""
+        lists = _Lists()
+        legs, self._roads = _Legs(self.states, ways), _Roads(code)
+        self._legs = {id(track.legs): (track.legs, legs.add(track.legs)) for track in ways}
+        self._edges = {track.edges: self._roads.add(track.edges) for track in ways}
+        rooms = [room[state] for state in self.states]
+        states = _states(self.states, rooms, [True] * len(rooms), [n + 1 for n in rooms], lists, code)
+        tables = _tables(legs, self._roads, states, _moves(legs, states, lists), code, step_s)
+        self._numbers_at = lists.end
+        self._count = 0
+        self._every = table(Vehicle, length=0)
+        self._tables = tables._replace(lists=lists.made())
+        self._grow(_FIRST)
+
+    @property
+    def tables(self) -> Tables:
+        """The tables of those who are there."""
+        return self._tables._replace(vehicles=cast("Any", self._every[: self._count]))
+
+    def knows(self, track: Track) -> bool:
+        """Return whether a vehicle can come on a track."""
+        return id(track.legs) in self._legs and track.edges in self._edges
+
+    def take(self, track: Track) -> int:
+        """Make a row for a vehicle that stands where its track begins; return its number."""
+        if self._count == len(self._every):
+            self._grow(2 * self._count)
+        robot = self._count
+        self._every[robot : robot + 1] = _vehicles([track], self._roads, self._code)
+        row = self._every[robot]
+        row["leg_at"] = self._legs[id(track.legs)][1]
+        row["numbers"], row["number_at"] = _NUMBERS, self._numbers_at + robot * _NUMBERS
+        self._count += 1
+        return robot
+
+    def give_back(self, robot: int) -> None:
+        """Let the last vehicle have a row; that of `robot` is needed no longer."""
+        self._count -= 1
+        last, lists = self._count, self._tables.lists
+        to, at = (self._numbers_at + k * _NUMBERS for k in (robot, last))
+        lists[to : to + _NUMBERS] = lists[at : at + _NUMBERS]
+        self._every[robot] = self._every[last]
+        self._every[robot]["number_at"] = to
+
+    def _grow(self, most: int) -> None:
+        vehicles = table(Vehicle, length=most)
+        vehicles[: len(self._every)] = self._every
+        self._every = vehicles
+        lists = np.zeros(self._numbers_at + most * _NUMBERS, dtype=np.int64)
+        lists[: len(self._tables.lists)] = self._tables.lists
+        self._tables = _with_room(most, self._tables, vehicles=vehicles, lists=lists)
 
 
 def _vehicles(tracks: Sequence[Track], roads: _Roads, code: Code) -> NDArray[np.void]:
@@ -154,18 +265,18 @@ class _Lists:
     """Lists one after the other."""
 
     def __init__(self) -> None:
-        self._end = 0
+        self.end = 0
 
     def add(self, lengths: Sequence[int]) -> NDArray[np.int64]:
         """Make room for lists; return where they begin."""
-        ends = self._end + np.cumsum(np.array(lengths, dtype=np.int64))
+        ends = self.end + np.cumsum(np.array(lengths, dtype=np.int64))
         begins = ends - np.array(lengths, dtype=np.int64)
-        self._end = int(ends[-1]) if len(ends) else self._end
+        self.end = int(ends[-1]) if len(ends) else self.end
         return begins
 
     def made(self) -> NDArray[np.int64]:
         """Return them, all zero."""
-        return np.zeros(self._end, dtype=np.int64)
+        return np.zeros(self.end, dtype=np.int64)
 
 
 class _Roads:
@@ -191,12 +302,12 @@ class _Roads:
 class _Legs:
     """Legs, once for all vehicles of a loop, their crossings and the foes of these, one after the other."""
 
-    def __init__(self, system: System | None, tracks: Sequence[Track]) -> None:
+    def __init__(self, states: Sequence[str], tracks: Sequence[Track]) -> None:
         ways = {id(track.legs): track.legs for track in tracks}
         self.ways = tuple(ways.values())
         self.moves = {name: number for number, name in enumerate(movements_of(tracks))}
         """Movements by name."""
-        self.states = {name: number for number, name in enumerate(system.states)} if system else {}
+        self.states = {name: number for number, name in enumerate(states)}
         """States by name."""
         self.legs: list[tuple[float | int, ...]] = []
         self.passes: list[tuple[float | int, ...]] = []
@@ -223,7 +334,7 @@ class _Legs:
         self.passes.append((self.moves[crossing.id], crossing.speed_mps, begin, len(self.foes)))
 
 
-def _states(system: System | None, lists: _Lists, code: Code) -> NDArray[np.void]:
+def _states_of(system: System | None, lists: _Lists, code: Code) -> NDArray[np.void]:
     """All fit into a private state: its vehicle, as often as it holds it.
 
     In any other there may be one more than it holds: a vehicle that joined in it (`loopgate.drive.books`).
@@ -234,10 +345,21 @@ def _states(system: System | None, lists: _Lists, code: Code) -> NDArray[np.void
     fifo = set(system.fifo_states)
     room = [everybody if private else room for private, room in zip(system.private, system.room, strict=True)]
     most = [min(n, _OFTEN) if private else n + 1 for private, n in zip(system.private, room, strict=True)]
+    return _states(system.states, room, [state in fifo for state in range(len(room))], most, lists, code)
+
+
+def _states(
+    names: Sequence[str],
+    room: Sequence[int],
+    fifo: Sequence[bool],
+    most: Sequence[int],
+    lists: _Lists,
+    code: Code,
+) -> NDArray[np.void]:
     columns = {
         "room": room,
-        "word": [code(name) for name in system.states],
-        "fifo": [state in fifo for state in range(len(room))],
+        "word": [code(name) for name in names],
+        "fifo": fifo,
         "most": most,
         "holders": lists.add(most),
         "line": lists.add(most),

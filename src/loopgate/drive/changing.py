@@ -1,4 +1,8 @@
-"""An engine whose vehicles join and leave: for those who are there tables are made anew."""
+"""An engine whose vehicles join and leave.
+
+Tables are made anew for those who are there; but where all ways are known and the chain rule decides alone,
+vehicles that drive once take their rows in tables made for all ways, and give them back.
+"""
 
 from __future__ import annotations
 
@@ -9,6 +13,7 @@ import numpy as np
 
 from loopgate.drive import step as drive
 from loopgate.drive.books import Books, carry_over, read_books, write_books
+from loopgate.drive.build import Ground
 from loopgate.drive.driver import Driver
 from loopgate.drive.engine import Engine
 from loopgate.drive.gatekeeper import Gatekeeper
@@ -33,9 +38,18 @@ class ChangingEngine(Engine):
         super()._make(tracks)
         self.beside = {vehicle for vehicle in self.beside if vehicle in self.driver_of}
 
+    _ground: Ground | None = None
+    """Tables in which they do so one by one, where all their ways are known and the chain rule decides."""
+
+    _ways: Sequence[Track] = ()
+
+    def drive_by(self, ways: Sequence[Track]) -> None:
+        """Take note of all ways on which vehicles will come, one track at least of each."""
+        self._ways = ways
+
     def books(self) -> Books:
         """Return who holds what."""
-        return read_books(self.tables, self.drivers, self._keeper.system)
+        return read_books(self.tables, self.drivers, self._keeper.states, self.movements)
 
     @property
     def _keeper(self) -> Gatekeeper:
@@ -67,25 +81,98 @@ class ChangingEngine(Engine):
             How many vehicles the states hold, by name: fewer than in the system where more stand in one.
         """
         before, numbers = self.tables, {driver.id: driver.robot for driver in self.drivers}
-        self._keeper.change(system, gate)
-        self._make(tracks)
+        self._keeper.change(system, gate, joined=bool(self._ways))
+        if self._ways and self._keeper.by_chain:
+            self._make_ground(tracks, room)
+        else:
+            self._ground = None
+            self._make(tracks)
         for vehicle in numbers.keys() - self.driver_of.keys():
             self._steering.forget(vehicle)
             self._worn.drop(vehicle)
         robots = {numbers[d.id]: d.robot for d in self.drivers if d.id in numbers}
         carry_over(before, self.tables, robots)
-        write_books(books, self.tables, self.drivers, system)
-        states = cast("Any", self.tables.states)
-        states["room"] = [
-            most if private else room[name]
-            for most, private, name in zip(states["room"], system.private, system.states, strict=True)
-        ]
+        write_books(books, self.tables, self.drivers, self._keeper.states, self.movements)
+        if self._ground is None:
+            states = cast("Any", self.tables.states)
+            states["room"] = [
+                most if private else room[name]
+                for most, private, name in zip(states["room"], system.private, system.states, strict=True)
+            ]
         for driver in self.drivers:
             if driver.id not in numbers:
                 self._take_in(driver)
                 driver.row["held"] = True
                 driver.row["line_m"] = driver.row["held_m"] = driver.end_m(driver.granted)
         self._let_heads_ask(books)
+
+    def _make_ground(self, tracks: Sequence[Track], room: Mapping[str, int]) -> None:
+        """Make tables for all ways that there are, so that from now on vehicles can come and go in them."""
+        every = (*self._ways, *tracks)
+        self._ground = ground = Ground(every, room, self._recorder.code, step_s=self._traffic.step_s)
+        for track in tracks:
+            ground.take(track)
+        self._name(every)
+        self._use(ground.tables, ground.states)
+        self._number(tracks)
+
+    @property
+    def changes_in_place(self) -> bool:
+        """Whether vehicles can come and go without tables made anew."""
+        return self._ground is not None and self._keeper.by_chain
+
+    def seats(self, track: Track) -> bool:
+        """Return whether a vehicle can be taken in on a track without tables made anew."""
+        return self.changes_in_place and self._ground is not None and self._ground.knows(track)
+
+    def seat(self, track: Track) -> None:
+        """Take in a vehicle that is held at the end of its state, behind all others there; see `seats`."""
+        if self._ground is None:
+            return
+        robot = self._ground.take(track)
+        grown = len(self.tables.entries)
+        self._use(self._ground.tables, self._ground.states)
+        self._once |= not track.rounds
+        driver = Driver(robot, track, self.tables)
+        self.drivers.append(driver)
+        self._ids.append(driver.id)
+        self.driver_of[driver.id] = driver
+        if len(self.tables.entries) > grown:
+            for one in self.drivers:
+                one.goes_on(one.robot, one.track, self.tables)
+        self._run["now_s"] = self._traffic.now_s
+        self._take_in(driver)
+        self._step(drive.JOIN, robot)
+        self._settle()
+
+    def unseat(self, vehicles: Sequence[str]) -> bool:
+        """Let vehicles go; return whether that can be done without tables made anew."""
+        if self._ground is None or not self.changes_in_place:
+            return False
+        for vehicle in vehicles:
+            driver = self.driver_of.pop(vehicle)
+            robot, last = driver.robot, self.drivers[-1]
+            self._step(drive.LEAVE, robot)
+            if last is not driver:
+                self._step(drive.RENAME, last.robot, robot)
+                self.drivers[robot], self._ids[robot] = last, last.id
+            self.drivers.pop()
+            self._ids.pop()
+            self._ground.give_back(robot)
+            self.beside.discard(vehicle)
+            self._use(self._ground.tables, self._ground.states)
+            if last is not driver:
+                last.goes_on(robot, last.track, self.tables)
+            self._steering.forget(vehicle)
+            self._worn.drop(vehicle)
+        self.arrived = ()
+        self._settle()
+        return True
+
+    def _settle(self) -> None:
+        """Answer those who ask since somebody has come or gone."""
+        self._keeper.answer()
+        self._carry_out(self._traffic.now_s)
 
     def join(self, tracks: Sequence[Track]) -> None:
         """Go on with more vehicles, where there is no gate."""
@@ -98,9 +185,9 @@ class ChangingEngine(Engine):
 
     def shut(self, state: str) -> None:
         """Let nobody into a state, until `open_up` or the next change."""
-        names = self._keeper.system.states
-        if state in names:  # else nobody comes there
-            cast("Any", self.tables.states)["shut"][names.index(StateId(state))] = True
+        number = self._keeper.number(state)
+        if number is not None:  # else nobody comes there
+            cast("Any", self.tables.states)["shut"][number] = True
 
     def open_up(self) -> None:
         """Let vehicles into all states again."""
@@ -111,11 +198,12 @@ class ChangingEngine(Engine):
     def wait_outside(self, numbers: Mapping[str, int]) -> None:
         """Take note of how many wait to depart into each state: they count as queues there."""
         outside = cast("Any", self.tables.states)["outside"]
-        outside[:] = [numbers.get(name, 0) for name in self._keeper.system.states]
+        outside[:] = [numbers.get(name, 0) for name in self._keeper.states]
 
     def clear(self) -> None:
         """Go on without any vehicle: all have left."""
         before, gone = self.tables, list(self.driver_of)
+        self._ground = None
         self._make(())
         carry_over(before, self.tables, {})
         for vehicle in gone:
@@ -130,8 +218,7 @@ class ChangingEngine(Engine):
         off = later | self.beside
         first = [d.robot for d in self.drivers if d.id not in off and not d.row["steered"]]
         self._step(drive.CONSIDER, robots=np.array(first, dtype=np.int64))
-        self._keeper.answer()
-        self._carry_out(self._traffic.now_s)
+        self._settle()
 
     def _let_wait(self, drivers: Sequence[Driver]) -> None:
         """Let vehicles ask when it is their turn: somebody is before them."""
@@ -213,12 +300,19 @@ class ChangingEngine(Engine):
 
     def holding(self, state: StateId) -> list[Driver]:
         """Return the vehicles that hold a state."""
-        number = self._keeper.system.states.index(state)
+        number = self._number_of(state)
         return [self.drivers[robot] for robot in self._keeper.holders(number)]
 
     def _state_of(self, driver: Driver) -> int:
         """Return the number of the state of a vehicle's last grant."""
-        return self._keeper.system.states.index(driver.leg(driver.granted).state)
+        return self._number_of(driver.leg(driver.granted).state)
+
+    def _number_of(self, state: StateId) -> int:
+        number = self._keeper.number(state)
+        if number is None:
+            msg = f"nobody comes to {state}"
+            raise KeyError(msg)
+        return number
 
     def _with(self, driver: Driver, state: int) -> list[int]:
         """Return the line of a state with a vehicle where it is in it."""

@@ -148,6 +148,11 @@ class Driver:
         return int(self.row["laps"]) - self._laps_before
 
     @property
+    def stood_s(self) -> float:
+        """For how long it has stood, wherever that was, as far as somebody counts that [s]."""
+        return float(self.row["stood_s"])
+
+    @property
     def distance_m(self) -> float:
         """What it has driven since the warm-up [m]."""
         return self.front_m - self._measured_from_m

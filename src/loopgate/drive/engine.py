@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from loopgate.drive import step as drive
-from loopgate.drive.build import make_tables
+from loopgate.drive.build import make_tables, movements_of, roads_of
 from loopgate.drive.driver import Driver
 from loopgate.drive.gatekeeper import Gatekeeper
 from loopgate.drive.steering import Steering
 from loopgate.drive.step import Step
-from loopgate.drive.tables import BRAKE, RELEASE, STEER, STOP
+from loopgate.drive.tables import BRAKE, RELEASE, STEER, STOP, Tables
 from loopgate.drive.track import StopLine, Track
 from loopgate.drive.worn import WornStops
 from loopgate.errors import TrafficError
@@ -83,6 +83,7 @@ class Engine:
         """The same by name."""
         self.arrived: tuple[str, ...] = ()
         """Vehicles that the simulator took off the road in the last step, at the ends of their routes."""
+        self._ids: list[str] = []
         self._make(tracks)
         self._step(drive.NOTHING)  # so that compiling, or loading what was compiled, is no part of the run
         self._steering = Steering(traffic, recorder)
@@ -94,15 +95,31 @@ class Engine:
 
     def _make(self, tracks: Sequence[Track]) -> None:
         """Make tables for these vehicles, in which those that are new stand where their tracks begin."""
+        system = self._gatekeeper.system if self._gatekeeper else None
+        self._name(tracks)
+        self._use(make_tables(tracks, system, self._recorder.code, step_s=self._traffic.step_s))
+        self._number(tracks)
+
+    def _name(self, tracks: Sequence[Track]) -> None:
+        """Take note of what is on these tracks by number."""
+        self.movements: Sequence[str] = movements_of(tracks)
+        """Names of the movements by number."""
+        self.roads: Sequence[str] = roads_of(tracks)
+        """Names of the edges by number, one for each time that a loop leads over it; another list if anew."""
+
+    def _use(self, tables: Tables, states: Sequence[str] | None = None) -> None:
+        """Work on these tables from now on."""
         self.changes += 1
-        keeper, code = self._gatekeeper, self._recorder.code
-        system = keeper.system if keeper else None
-        self.tables = make_tables(tracks, system, code, step_s=self._traffic.step_s)
-        self._run = cast("Any", self.tables.run)
+        keeper = self._gatekeeper
+        self.tables = tables
+        self._run = cast("Any", tables.run)
         self._run["foresees"] = self.foresees and not self._traffic.gives_way
-        self.vehicles = cast("NDArray[np.void]", self.tables.vehicles)
+        self.vehicles = cast("NDArray[np.void]", tables.vehicles)
         """The table of vehicles, by column."""
-        self._step = keeper.take_over(self.tables, code) if keeper else Step(self.tables)
+        self._step = keeper.take_over(tables, self._recorder.code, states) if keeper else Step(tables)
+
+    def _number(self, tracks: Sequence[Track]) -> None:
+        """Let the vehicles have the rows of these tracks, and those that are new their drivers."""
         known = self.driver_of
         for robot, track in enumerate(tracks):
             if track.vehicle in known:
@@ -201,15 +218,15 @@ class Engine:
         self._carry_out(now)
 
     def _read(self) -> NDArray[np.float64]:
-        """Return what the odometers read, by vehicle [m]."""
-        if self.arrived:
-            return np.array([self._odometer(driver) for driver in self.drivers])
-        return np.fromiter(self._traffic.odometers(self._ids), dtype=np.float64, count=len(self._ids))
-
-    def _odometer(self, driver: Driver) -> float:
-        if driver.id in self.arrived:
-            return float(driver.row["front"] - driver.row["offset"])
-        return self._traffic.odometer(driver.id)
+        """Return what the odometers read, by vehicle [m]; who has arrived stays where it was."""
+        if not self.arrived:
+            return np.fromiter(self._traffic.odometers(self._ids), dtype=np.float64, count=len(self._ids))
+        gone = set(self.arrived)
+        here = [name not in gone for name in self._ids]
+        read = self.vehicles["front"] - self.vehicles["offset"]
+        there = [name for name in self._ids if name not in gone]
+        read[here] = np.fromiter(self._traffic.odometers(there), dtype=np.float64, count=len(there))
+        return cast("NDArray[np.float64]", read)
 
     def asks_anew(self, driver: Driver) -> None:
         """Let a vehicle that has made its stop ask as of now: before, it did not wait for anybody."""

@@ -11,7 +11,7 @@ from typing import Any, cast
 import numpy as np
 
 from loopgate.drive import step as drive
-from loopgate.drive.blocking import blockers
+from loopgate.drive.blocking import blockers, in_circle
 from loopgate.drive.histogram import Histogram
 from loopgate.drive.obstacles import Obstacle
 from loopgate.drive.requests import REASK_S
@@ -74,14 +74,21 @@ class Gatekeeper:
         self._granted = False
         """Whether anything has been granted since the requests were collected."""
         self._decision_us = 0.0
+        self.states: Sequence[str] = ()
+        """Names of the states by number."""
+        self._numbers: dict[str, int] = {}
         self.change(system, gate)
 
-    def change(self, system: System, gate: Gate) -> None:
-        """Go on with other robots, which stand as the system says; their tables are to be taken over next."""
+    def change(self, system: System, gate: Gate, *, joined: bool = False) -> None:
+        """Go on with other robots, which stand as the system says; their tables are to be taken over next.
+
+        In these a robot may be `joined` by others; else nobody else ever comes to a place of its own.
+        """
         self.system = system
         self.gate = gate
         self._following = gate if isinstance(gate, FollowingGate) else None
-        self._by_chain = isinstance(gate, CertifiedGate) and gate.by_chain_alone and len(system.robots) > 1
+        self._by_chain = isinstance(gate, CertifiedGate) and gate.by_chain_alone
+        self._by_chain = self._by_chain and (joined or len(system.robots) > 1)
         everyone = self._by_chain and isinstance(gate, CertifiedGate) and gate.promise == "everyone"
         self._serve_after_s = self._patience_s if everyone else math.inf
         self._configuration = system.initial
@@ -90,8 +97,16 @@ class Gatekeeper:
         if isinstance(self.negotiation, InformedNegotiation):
             self.negotiation.prepare(system)
 
-    def take_over(self, tables: Tables, code: Callable[[str], int]) -> Step:
-        """Take over the tables, in which words have the numbers that `code` gives; return the way in."""
+    def take_over(
+        self, tables: Tables, code: Callable[[str], int], states: Sequence[str] | None = None
+    ) -> Step:
+        """Take over the tables, in which words have the numbers that `code` gives; return the way in.
+
+        The states in them are the system's, or others, by number: then the chain rule decides alone.
+        """
+        if states is None or states is not self.states:
+            self.states = self.system.states if states is None else states
+            self._numbers = {str(name): number for number, name in enumerate(self.states)}
         self._step = Step(tables)
         self._code = code
         self._tables = tables
@@ -107,6 +122,10 @@ class Gatekeeper:
             for column, figure in zip(("crowded", "patience_s", "wait_s"), negotiation.figures, strict=True):
                 self._run[column] = figure
         return self._step
+
+    def number(self, state: str) -> int | None:
+        """Return the number of a state; None if nobody comes there."""
+        return self._numbers.get(state)
 
     @property
     def by_chain(self) -> bool:
@@ -132,15 +151,18 @@ class Gatekeeper:
 
     def fullness(self, robot: int) -> tuple[float, float]:
         """Return how full the state of the last grant to `robot` is, and the one behind it, as shares."""
-        path, granted = self.system.paths[robot], int(self._vehicles[robot]["granted"])
-        states = path[granted % len(path)], self.wanted(robot)
+        states = self._state(robot, 0), self.wanted(robot)
         here, ahead = (float(self._held_by[state] / self._rooms[state]) for state in states)
         return here, ahead
 
     def wanted(self, robot: int) -> int:
         """Return the state behind the last that was granted to `robot`."""
-        path = self.system.paths[robot]
-        return path[(int(self._vehicles[robot]["granted"]) + 1) % len(path)]
+        return self._state(robot, 1)
+
+    def _state(self, robot: int, ahead: int) -> int:
+        """Return a state of the way of `robot`, so many legs ahead of the last that was granted."""
+        one, legs = self._vehicles[robot], cast("Any", self._tables.legs)
+        return int(legs[one["leg_at"] + (one["granted"] + ahead) % one["legs"]]["state"])
 
     def holders(self, state: int) -> list[int]:
         """Return the robots that hold `state`, in the order in which they took it."""
@@ -257,10 +279,8 @@ class Gatekeeper:
         return False
 
     def _request(self, robot: int) -> Request:
-        one = self._vehicles[robot]
-        path, granted = self.system.paths[robot], int(one["granted"])
-        here, wanted = path[granted % len(path)], path[(granted + 1) % len(path)]
-        return Request(robot, here, wanted, float(one["since_s"]))
+        since_s = float(self._vehicles[robot]["since_s"])
+        return Request(robot, self._state(robot, 0), self._state(robot, 1), since_s)
 
     def _decide_by_chain(self, robots: list[int]) -> None:
         self.count_decisions(
@@ -306,15 +326,18 @@ class Gatekeeper:
         if reason in (CROSSING, OCCUPIED, SERVICE):
             return blockers(robot, self._tables)
         if reason != RESERVE:
-            if self._by_chain:  # the gate has not followed
-                decision = self.gate.decide(self.configuration(), robot)
-            elif self._following is not None:
+            if self._by_chain:
+                circle = in_circle(robot, self._tables)
+                if circle:
+                    return [circle]
+                return [[other for other in range(len(self._vehicles)) if other != robot]]
+            if self._following is not None:
                 decision = self._following.decide_here(robot)  # by now others may be in its way, or none
             else:
                 decision = self._decisions[robot]
             if decision.blockers:
                 return [list(decision.blockers)]
-        return [[other for other in range(len(self.system.robots)) if other != robot]]
+        return [[other for other in range(len(self._vehicles)) if other != robot]]
 
     def outside_blockers(self, robot: int) -> list[list[str]]:
         """Return as `blockers` does, by name, who keeps `robot` from a grant as the obstacles say."""

@@ -37,8 +37,11 @@ __all__ = [
     "decide_by_chain",
     "due",
     "first_before",
+    "joins",
+    "leaves",
     "left",
     "refuse",
+    "rename",
     "room",
     "settle",
     "still_free",
@@ -152,6 +155,84 @@ def asks(i: int, t: Tables) -> None:
     t.entries[run.waiting].waiting = i
     run.waiting += 1
     run.fresh += 1
+
+
+@kernel
+def _strike(i: int, t: Tables) -> None:
+    """Take the request of a vehicle out, if there is one."""
+    kept = 0
+    for n in range(t.run[0].waiting):
+        if t.entries[n].waiting != i:
+            t.entries[kept].waiting = t.entries[n].waiting
+            kept += 1
+    t.run[0].waiting = kept
+
+
+@part
+def joins(i: int, t: Tables) -> None:
+    """Let a vehicle that has just got its row hold the state it stands in, behind all others there."""
+    place = t.states[_here(i, t)]
+    place.queue = _append(place.line, place.queue, place.most, i, t)
+    place.held_by = _append(place.holders, place.held_by, place.most, i, t)
+    t.run[0].version += 1
+
+
+@part
+def leaves(i: int, t: Tables) -> None:
+    """Let a vehicle whose row is about to be given back hold nothing, and keep nothing for it."""
+    one = t.vehicles[i]
+    for leg in range(one.tail, one.granted + 1):
+        left(i, state_of(i, leg, t), t)
+    for leg in range(one.crossed, one.granted):
+        cleared(i, leg, t)
+    place = t.states[_here(i, t)]
+    place.queue = _remove(t.lists, place.line, place.queue, i)
+    _strike(i, t)
+    _keep_for_another(i, NOBODY, t)
+
+
+@part
+def rename(i: int, to: int, t: Tables) -> None:
+    """Let a vehicle have another number, which nobody has; its row is the same yet."""
+    one = t.vehicles[i]
+    for leg in range(one.tail, one.granted + 1):
+        place = t.states[state_of(i, leg, t)]
+        _write(place.holders, place.held_by, i, to, t)
+        _write(place.line, place.queue, i, to, t)
+    for leg in range(one.crossed, one.granted):
+        j = leg_of(i, leg, t)
+        for k in range(t.legs[j].pass_at, t.legs[j].pass_end):
+            move = t.moves[t.passes[k].movement]
+            _write(move.passing, move.under_way, i, to, t)
+    for n in range(t.run[0].waiting):
+        if t.entries[n].waiting == i:
+            t.entries[n].waiting = to
+    _keep_for_another(i, to, t)
+
+
+@kernel
+def _write(at: int, length: int, one: int, to: int, t: Tables) -> None:
+    for k in range(at, at + length):
+        if t.lists[k] == one:
+            t.lists[k] = to
+
+
+@kernel
+def _keep_for_another(i: int, to: int, t: Tables) -> None:
+    """Let what is kept for a vehicle be kept for another one, or nobody."""
+    for s in range(len(t.states)):
+        place = t.states[s]
+        if place.slot == i:
+            place.slot = to
+        if place.slot_before == i:
+            place.slot_before = to
+        if place.served == i:
+            place.served = to
+        if place.mover == i:
+            place.mover = to
+    for m in range(len(t.moves)):
+        if t.moves[m].way == i:
+            t.moves[m].way = to
 
 
 @kernel
@@ -340,12 +421,7 @@ def grant(i: int, reason: int, stage: int, t: Tables) -> None:
     one.going = True
     one.reason = reason
     one.stage = stage
-    kept = 0
-    for n in range(run.waiting):
-        if t.entries[n].waiting != i:
-            t.entries[kept].waiting = t.entries[n].waiting
-            kept += 1
-    run.waiting = kept
+    _strike(i, t)
     t.entries[run.answers].answered = i
     run.answers += 1
 

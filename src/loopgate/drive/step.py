@@ -34,9 +34,12 @@ __all__ = [
     "CONSIDER",
     "DECIDE",
     "FULL",
+    "JOIN",
+    "LEAVE",
     "LOOK",
     "NOTHING",
     "REFUSE",
+    "RENAME",
     "SETTLE",
     "STILL_FREE",
     "TELL",
@@ -59,6 +62,9 @@ SETTLE: Final = 8
 TELL: Final = 9
 DECIDE: Final = 10
 NOTHING: Final = 11
+JOIN: Final = 12
+LEAVE: Final = 13
+RENAME: Final = 14
 
 
 @kernel
@@ -220,6 +226,26 @@ def _go(i: int, t: Tables) -> None:
 
 
 @part
+def _join(i: int, t: Tables) -> None:
+    """Take in a vehicle that is held at the end of the state it stands in."""
+    one = t.vehicles[i]
+    one.held = True
+    one.line_m = one.held_m = end_m(i, one.granted, t)
+    requests.joins(i, t)
+    if requests.first_before(i, t) == NOBODY:
+        _consider(i, t)
+
+
+@part
+def _leave(i: int, t: Tables) -> None:
+    """Let a vehicle go, and whoever is first behind it then ask."""
+    place = t.states[state_of(i, t.vehicles[i].granted, t)]
+    requests.leaves(i, t)
+    if place.queue > 0:
+        _consider(int(t.lists[place.line]), t)
+
+
+@part
 def _begin(t: Tables) -> None:
     for i in range(len(t.vehicles)):
         _aim(i, t)
@@ -308,6 +334,12 @@ def _step(
         requests.settle(i, leg, reason, stage, t)
     elif what == TELL:
         return 1 if _tell(t) else 0
+    elif what == JOIN:
+        _join(i, t)
+    elif what == LEAVE:
+        _leave(i, t)
+    elif what == RENAME:
+        requests.rename(i, leg, t)
     return 0
 
 
@@ -352,10 +384,11 @@ class Step:
             traffic. ``CONSIDER``: some are steered no longer. ``ANSWER``: all requests are answered, by
             pressure and the chain rule, and vehicles told. ``TURN``: `LOOK` and `ANSWER`. ``COLLECT``,
             ``STILL_FREE``, ``REFUSE``, ``SETTLE``, ``DECIDE``, ``TELL``: parts of `ANSWER`, for other rules
-            in between; see `loopgate.drive.requests`. ``NOTHING``: as it says.
+            in between; see `loopgate.drive.requests`. ``JOIN``, ``LEAVE``: a vehicle has got its row, or is
+            about to give it back. ``RENAME``: a vehicle is to have another row. ``NOTHING``: as it says.
         robot, leg, reason, stage
             The vehicle that it is about, and what about it. For ``SETTLE`` the leg says
-            whether the vehicle is admitted.
+            whether the vehicle is admitted, for ``RENAME`` its number from now on.
         odometer
             What the simulator says, by vehicle [m].
         robots

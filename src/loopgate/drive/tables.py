@@ -107,9 +107,9 @@ class Vehicle:
     trespassing, held, steered, asking
         Whether the front was past its line, whether it is to stop there, whether it is steered (see
         `Steering`), whether it has to be told when it must ask.
-    halted_s, hold_s, longest_s
-        When it came to rest, not a number if it has not; time at rest so far, longest time from asking to a
-        grant [s].
+    halted_s, hold_s, stood_s, longest_s
+        When it came to rest, not a number if it has not; time at rest so far, time at which it stood at all,
+        longest time from asking to a grant [s].
     pending, since_s, reason, stage, looked_at, asked_at_s, decided, going
         Whether it has a request, since when [s]; why that was refused last, and the word for the gate's stage
         by number; the version of the books when it was last looked at; when the gate was last asked [s], and
@@ -162,6 +162,7 @@ class Vehicle:
     asking: bool
     halted_s: float
     hold_s: float
+    stood_s: float
     longest_s: float
     pending: bool
     since_s: float

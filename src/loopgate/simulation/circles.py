@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 
 from loopgate.drive.driver import Driver
 from loopgate.drive.gatekeeper import Gatekeeper
-from loopgate.model import System
 from loopgate.network import RoadNetwork
 from loopgate.simulation.crossing_ways import Place, Way
 from loopgate.simulation.sight import Seen, Sight
@@ -60,8 +59,6 @@ class Circles:
         self._places: Mapping[str, Place] = {}
         self._first_on: dict[str, str] = {}
         """The first state on a lane."""
-        self._numbers: dict[str, int] = {}
-        self._system: System | None = None
 
     def plan(self, places: Mapping[str, Place]) -> None:
         """Take over where the states are, by name."""
@@ -107,10 +104,7 @@ class Circles:
 
     def _number(self, state: str) -> int | None:
         """Return the number of a state; None if no gated vehicle visits it."""
-        if self._system is not self._keeper.system:
-            self._system = self._keeper.system
-            self._numbers = {str(name): number for number, name in enumerate(self._system.states)}
-        return self._numbers.get(state)
+        return self._keeper.number(state)
 
     def _following(self, state: str, head: Driver | None, leg: int) -> tuple[str, float] | None:
         """Return where the first in a state wants to go, and its length [m]; None if it comes to no place.

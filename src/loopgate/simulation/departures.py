@@ -43,13 +43,14 @@ class Arrived:
     ----------
     at_s
         When it did [s].
-    distance_m, hold_s, longest_wait_s
-        How far it drove, how long it stood at gates in all, and waited for one grant at most.
+    distance_m, hold_s, stood_s, longest_wait_s
+        How far it drove, how long it stood at gates and in all, and waited for one grant at most.
     """
 
     at_s: float
     distance_m: float
     hold_s: float
+    stood_s: float
     longest_wait_s: float
 
 
@@ -169,7 +170,11 @@ class GatedDepartures(Departures):
             for vehicle in engine.arrived:
                 driver = self._fleet.members[vehicle]
                 self.arrived[vehicle] = Arrived(
-                    now, driver.distance_m, driver.total_hold_s(now), driver.worst_wait_s(now)
+                    now,
+                    driver.distance_m,
+                    driver.total_hold_s(now),
+                    driver.stood_s,
+                    driver.worst_wait_s(now),
                 )
             self._fleet.let_go(engine.arrived, _ARRIVED)
             if not self._entering:
@@ -231,7 +236,7 @@ class GatedDepartures(Departures):
             for one in entering
             if one.start.vehicle in present and (one.start.insertion.rolling or self._holds(one))
         ]
-        together = bool(here) and self._fleet.take_in(*self._asked(here))
+        together = bool(here) and not self._fleet.in_place and self._fleet.take_in(*self._asked(here))
         for one in entering:
             vehicle = one.start.vehicle
             if one in here and (together or self._fleet.take_in(*self._asked([one]))):

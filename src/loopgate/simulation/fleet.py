@@ -18,6 +18,7 @@ from loopgate.drive.obstacles import Obstacle
 from loopgate.drive.track import Track
 from loopgate.errors import GateError
 from loopgate.gates import Gate, make_gate
+from loopgate.gates.certified import CertifiedGate
 from loopgate.gates.certified.crowding import SPARE, find_crowd
 from loopgate.model import Robot, RobotId, StateId, System
 from loopgate.negotiation.base import Negotiation
@@ -89,12 +90,12 @@ class Fleet:
         self.keeper: Gatekeeper | None = None
         self.engine: ChangingEngine | None = None
         self.around: Surroundings | None = None
-        self._numbers: Mapping[str, int] = {}
-        """Numbers of the states, by name."""
         self._leaving: Sequence[str] = ()
         """Those who are to be let go with the next change."""
         self.changes = 0
         """How often vehicles joined or left."""
+        self.stays = False
+        """Whether what vehicles drive by stays as it is from the beginning on."""
         self.on_leaving: Callable[[Driver], None] = lambda _: None
         """Called with each vehicle that leaves, while it can still be asked."""
 
@@ -131,13 +132,14 @@ class Fleet:
         rules, traffic = self._rules, self._traffic
         self.keeper = Gatekeeper(system, gate, rules.negotiation, serve_after_s=rules.serve_after_s)
         self.keeper.obstacles = self._obstacles
-        self._numbers = {state: number for number, state in enumerate(system.states)}
         self.engine = engine = ChangingEngine(
             traffic, tracks, self.keeper, self._recorder, foresees=rules.foresees
         )
         self.around = Surroundings(
             self._network, traffic, engine, self.keeper, lights=rules.lights, others=rules.others
         )
+        if self.stays:
+            engine.drive_by(self._ways)
         self.around.plan(self._itineraries, self._ways)
         return engine
 
@@ -153,6 +155,10 @@ class Fleet:
         beyond
             By how many vehicles a state may hold more than it has slots for.
         """
+        if len(tracks) == 1 and not beyond and self.in_place:
+            track = next(iter(tracks.values()))
+            if not track.rounds and self.engine is not None and self.engine.seats(track):
+                return self._seat(self.engine, track)
         ready = self._ready(tracks, left_m, beyond)
         if ready is None:
             return False
@@ -166,7 +172,7 @@ class Fleet:
         no set of places.
         """
         alone = len(tracks) == 1 and not any(track.rounds for track in tracks.values())
-        if alone and self.keeper is not None and self.keeper.by_chain and self.members:
+        if alone and self.keeper is not None and self.keeper.by_chain and (self.members or self.in_place):
             return not any(self._closes(track) for track in tracks.values())
         return self._ready(tracks, left_m, 0) is not None
 
@@ -174,32 +180,53 @@ class Fleet:
         """Return whether a vehicle that begins on a track closes a circle of full places."""
         if self.keeper is None or self.engine is None:
             return False
-        system, tables = self.keeper.system, self.engine.tables
+        tables = self.engine.tables
         states: Any = tables.states
         first = track.legs[track.start_position].state
-        if first not in self._numbers:
+        number = self.keeper.number(first)
+        if number is None:
             return False  # no member comes there
-        here = place = self._numbers[first]
+        here: int = number
+        place = here
         if states["queue"][here] + 1 < self.room[first]:
             return False
-        for _ in range(len(system.states)):
+        for _ in range(len(states)):
             if states["queue"][place]:
-                wanted = self.keeper.wanted(int(tables.lists[states["line"][place]]))
+                wanted: int | None = self.keeper.wanted(int(tables.lists[states["line"][place]]))
             else:
                 following = track.legs[(track.start_position + 1) % len(track.legs)].state
-                wanted = self._numbers.get(following, -1)
+                wanted = self.keeper.number(following)
             if wanted == here:
                 return True
-            if wanted < 0 or states["queue"][wanted] < states["room"][wanted]:
+            if wanted is None or states["queue"][wanted] < states["room"][wanted]:
                 return False
             place = wanted
         return True
 
     def holders(self, state: str) -> list[Driver]:
         """Return the members that hold a state."""
-        if self.keeper is None or self.engine is None or state not in self._numbers or not self.members:
+        number = self.keeper.number(state) if self.keeper is not None else None
+        if self.keeper is None or self.engine is None or number is None or not self.members:
             return []
-        return [self.engine.drivers[robot] for robot in self.keeper.holders(self._numbers[state])]
+        return [self.engine.drivers[robot] for robot in self.keeper.holders(number)]
+
+    @property
+    def in_place(self) -> bool:
+        """Whether those who drive once join and leave one by one, and nothing is made anew for them.
+
+        They are residents of no set of places, so the gate promises with them what it did without.
+        """
+        return self.engine is not None and self.engine.changes_in_place
+
+    def _seat(self, engine: ChangingEngine, track: Track) -> bool:
+        """Take in a vehicle that drives once if its place and the chain rule allow it."""
+        self.settle()
+        state = track.legs[track.start_position].state
+        if len(self.holders(state)) >= self.room[state] or self._closes(track):
+            return False
+        self.changes += 1
+        engine.seat(track)
+        return True
 
     def _ready(self, tracks: Mapping[str, Track], left_m: Mapping[str, float], beyond: int) -> _Ready | None:
         """Return what the vehicles are to go on with when some join, None if they must not."""
@@ -242,6 +269,11 @@ class Fleet:
         """Make the change that is due since vehicles were let go, if it has not been made."""
         if not self._leaving or self.engine is None:
             return
+        once = not any(self.members[vehicle].track.rounds for vehicle in self._leaving)
+        if once and self.engine.unseat(self._leaving):
+            self.changes += 1
+            self._leaving = ()
+            return
         books = self.books
         if books.everybody:
             self._change(books)
@@ -277,6 +309,8 @@ class Fleet:
         standing.update(str(members[vehicle].leg(members[vehicle].granted).state) for vehicle in books.aside)
         system = _system(tracks, positions, standing, room)
         gate = make_gate(self._rules.gate, system, perf_counter)
+        if self.stays and isinstance(gate, CertifiedGate):
+            gate.expect_others()
         _refuse_crowd(gate, system, room)
         return tracks, books, system, gate
 
@@ -285,7 +319,6 @@ class Fleet:
         self._leaving = ()
         engine = self.engine or self.begin(system, gate, ())
         engine.change(tracks, books, system=system, gate=gate, room=self.room)
-        self._numbers = {state: number for number, state in enumerate(system.states)}
 
 
 def _system(

@@ -51,40 +51,26 @@ class FlowMeter:
         self._distance_m = 0.0
         self.rows: list[Row] = []
         """For `flow_table`."""
-        self._vehicles: dict[str, float] = {}
         self._edges: dict[str, float] = {}
-        self._begin_tables()
+        self._begin_roads()
 
-    def _begin_tables(self) -> None:
-        """Begin with the vehicles and roads as the engine numbers them now."""
-        engine = self._engine
-        self._changes = engine.changes
-        self._names = [driver.id for driver in engine.drivers]
-        self._roads = {
-            int(driver.row["road_at"]) + number: edge
-            for driver in engine.drivers
-            for number, (_, edge) in enumerate(driver.track.edges)
-        }
-        self._vehicles_s = np.zeros(len(engine.vehicles))
-        self._roads_s = np.zeros(len(engine.tables.roads))
-        self._counting = False
+    def _begin_roads(self) -> None:
+        """Begin with the roads as the engine numbers them now."""
+        self._roads = self._engine.roads
+        self._roads_s = np.zeros(len(self._roads))
 
     def _settle(self) -> None:
         """Add up what was counted by number since the last time."""
-        if not self._counting:
-            return
-        for name, stood_s in zip(self._names, self._vehicles_s.tolist(), strict=True):
-            self._vehicles[name] = self._vehicles.get(name, 0.0) + stood_s
-        for number, edge in self._roads.items():
+        for number in np.flatnonzero(self._roads_s).tolist():
+            edge = self._roads[number]
             self._edges[edge] = self._edges.get(edge, 0.0) + float(self._roads_s[number])
-        self._vehicles_s[:] = self._roads_s[:] = 0.0
-        self._counting = False
+        self._roads_s[:] = 0.0
 
     def look(self) -> None:
         """Take note of the step that was made."""
-        if self._changes != self._engine.changes:
+        if self._roads is not self._engine.roads:
             self._settle()
-            self._begin_tables()
+            self._begin_roads()
         v, now, step_s = self._engine.vehicles, self._traffic.now_s, self._traffic.step_s
         if self._begin_s is None:
             self._begin_s = now - step_s + self._warmup_s
@@ -94,8 +80,7 @@ class FlowMeter:
         self._standing += standing.size
         self._distance_m += float(v["speed"].sum()) * step_s
         if now > self._begin_s:
-            self._counting = True
-            self._vehicles_s[standing] += step_s
+            v["stood_s"][standing] += step_s
             # The table names the edge that comes next.
             at = v["road_at"][standing] + (v["road"][standing] - 1) % v["roads"][standing]
             np.add.at(self._roads_s, at, step_s)
@@ -107,11 +92,6 @@ class FlowMeter:
                 (now, on_road, self._standing / self._steps, self._distance_m, laps - self._laps)
             )
             self._laps, self._steps, self._standing, self._distance_m = laps, 0, 0, 0.0
-
-    def vehicle_s(self, vehicle: str) -> float:
-        """Return for how long a vehicle stood [s]."""
-        self._settle()
-        return self._vehicles.get(vehicle, 0.0)
 
     def edges_s(self) -> dict[str, float]:
         """Return for how long vehicles stood on each edge [s]; those on which nobody stood may be missing."""

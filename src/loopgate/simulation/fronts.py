@@ -43,21 +43,27 @@ class FrontRecorder:
         self._file = TableFile(file, _SCHEMA)
         self._traffic = traffic
         self._engine = engine
-        self._table: NDArray[np.void] | None = None
-        self._names = pa.array([], type=pa.string())
+        self._changes = -1
+        self._numbers: dict[str, int] = {}
+        """Numbers of the vehicles of this batch."""
+        self._here = np.zeros(0, dtype=np.int32)
+        self._rows = 0
         self._times: list[float] = []
+        self._vehicles: list[NDArray[np.int32]] = []
         self._fronts: list[NDArray[np.float64]] = []
 
     def look(self) -> None:
         """Take note of the step that was made."""
-        if self._table is not self._engine.vehicles:  # made anew when vehicles join or leave
-            self._flush()
-            self._table = self._engine.vehicles
-            self._names = pa.array([driver.id for driver in self._engine.drivers], type=pa.string())
-        fronts = self._table["front"].copy()
+        if self._changes != self._engine.changes:  # vehicles have joined or left
+            self._changes = self._engine.changes
+            numbers = self._numbers
+            names = (driver.id for driver in self._engine.drivers)
+            self._here = np.array([numbers.setdefault(name, len(numbers)) for name in names], dtype=np.int32)
         self._times.append(self._traffic.now_s)
-        self._fronts.append(fronts)
-        if len(self._times) * len(fronts) >= _BATCH:
+        self._vehicles.append(self._here)
+        self._fronts.append(self._engine.vehicles["front"].copy())
+        self._rows += len(self._here)
+        if self._rows >= _BATCH:
             self._flush()
 
     def close(self) -> None:
@@ -70,14 +76,19 @@ class FrontRecorder:
     def _flush(self) -> None:
         if not self._times:
             return
-        fronts = np.rint(np.array(self._fronts).T * FRONTS_PER_M).astype(np.int32)
-        vehicles, steps = fronts.shape
-        numbers = np.repeat(np.arange(vehicles, dtype=np.int32), steps)
+        times = np.repeat(self._times, [len(some) for some in self._vehicles])
+        vehicles = np.concatenate(self._vehicles)
+        order = np.argsort(vehicles, kind="stable")
+        fronts = np.rint(np.concatenate(self._fronts) * FRONTS_PER_M).astype(np.int32)
+        names = pa.array(list(self._numbers), type=pa.string())
         columns = [
-            pa.array(np.tile(np.array(self._times), vehicles)),
-            pa.DictionaryArray.from_arrays(pa.array(numbers), self._names),
-            pa.array(fronts.ravel()),
+            pa.array(times[order]),
+            pa.DictionaryArray.from_arrays(pa.array(vehicles[order]), names),
+            pa.array(fronts[order]),
         ]
         self._times.clear()
+        self._vehicles.clear()
         self._fronts.clear()
+        self._numbers.clear()
+        self._changes, self._rows = -1, 0
         self._file.write(pa.Table.from_arrays(columns, schema=_SCHEMA))

@@ -26,6 +26,10 @@ _PATIENCE_S = 180.0
 """After this long a vehicle with green before it no longer waits for the lights further on its crossing, nor
 for a green that lasts until it is there [s]: lights that are never green together would keep it for ever."""
 
+_FAR_M = 50.0
+"""What a light shows that is farther than this from where vehicles are held is of no account to who sets out
+there [m]: it is too early to tell, and an actuated one waits for somebody to come near."""
+
 _STANDING_MPS = 0.1
 
 _RED = frozenset("ru")
@@ -88,7 +92,8 @@ def _signals(network: RoadNetwork, movements: Mapping[str, Connection], leg: Leg
         if movement is not None and movement.signal is not None:
             light, link = movement.signal
             speed_mps = min((network.lanes[lane].speed_mps for lane in movement.via), default=math.inf)
-            found.append(Signal(movement.id, light, link, crossing.ahead_m, speed_mps, at_line=not number))
+            at_line = not number and crossing.ahead_m <= _FAR_M
+            found.append(Signal(movement.id, light, link, crossing.ahead_m, speed_mps, at_line))
     return tuple(found)
 
 
@@ -119,7 +124,8 @@ class Lights:
 
     A request is granted if the light at its line is open in the next step and even a slow driver is over the
     line before it is red, as far as the light's program tells; where a crossing leads over several lights,
-    each of the others has to be green when the vehicle gets to it. Who was granted that is *committed*, as
+    each of the others has to be green when the vehicle gets to it; but a light far ahead, as where nobody may
+    wait on much of a road, only stops it there. Who was granted that is *committed*, as
     SUMO's own drivers are who are too near to brake: it drives on at amber. It stops for a red all the same
     if it still can; it then keeps what it was granted while it stands there: the gate knew it there when it
     admitted others, so taking it back could undo what was promised to them. How often vehicles stand so, and
@@ -183,6 +189,8 @@ class Lights:
         speed = driver.speed_mps
         to_end_m = driver.line_m - driver.front_m
         for signal in signals:
+            if signal.ahead_m > _FAR_M:
+                continue
             distance_m = to_end_m + signal.ahead_m
             slow_s = _slow_s(driver, signal, distance_m)
             if signal.at_line:

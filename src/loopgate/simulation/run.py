@@ -121,7 +121,7 @@ def _run(
             over=lambda: bool(assembly.trips) and session.departures.over,
         )
         engine.settle()
-        tallies = _tallies(assembly, session, watch, course, flow)
+        tallies = _tallies(assembly, session, watch, course)
         surrounded = session.around.report() if session.around else {}
         surrounded |= session.stops.report() | session.departures.report(course.end_s)
         if "at_lights" in surrounded and scenario.abstraction == "segments":
@@ -184,9 +184,7 @@ def is_plain(scenario: Scenario) -> bool:
     return any(vehicle.once for vehicle in file.vehicles)
 
 
-def _tallies(
-    assembly: Assembly, session: Session, watch: Watch, course: Course, flow: FlowMeter
-) -> list[Tally]:
+def _tallies(assembly: Assembly, session: Session, watch: Watch, course: Course) -> list[Tally]:
     """Return what each vehicle did; one that has not departed did nothing."""
     now, drivers, departures = course.end_s, session.engine.driver_of, session.departures
     on_road = set(session.traffic.vehicles())
@@ -213,7 +211,7 @@ def _tallies(
             longest_wait_s=driver.worst_wait_s(now) if driver else gone.longest_wait_s if gone else 0.0,
             standing_s=watch.standing_s(vehicle),
             position_m=session.traffic.position(vehicle) if vehicle in on_road else (nan, nan),
-            stood_s=flow.vehicle_s(vehicle),
+            stood_s=driver.stood_s if driver else gone.stood_s if gone else 0.0,
             driven_s=max(0.0, seen_s),
             depart_delay_s=departures.delay_s(vehicle, now),
             stops=stops.served,

@@ -61,11 +61,16 @@ class Sight:
         """By the lanes behind that, on which the rest of them is."""
         self.kinds: Mapping[str, Dynamics] = {}
         """What they can do."""
-        self.count = 0
-        """How many have been seen so far."""
+        self._names: set[str] = set()
+        """Those seen so far; not who was about to come under the gate."""
         self._seen_s = -math.inf
         self._routes: dict[str, tuple[_Route, float]] = {}
         """Routes, and until when they are taken to be so [s]."""
+
+    @property
+    def count(self) -> int:
+        """How many have been seen so far."""
+        return len(self._names)
 
     def look(self) -> bool:
         """See where they are now; return whether that is news."""
@@ -74,6 +79,7 @@ class Sight:
             return False
         self._seen_s = traffic.now_s
         gated = {driver.id for driver in self._drivers}
+        self._names -= gated
         on: dict[str, list[Seen]] = {}
         kinds: dict[str, Dynamics] = {}
         for vehicle in traffic.vehicles():
@@ -82,7 +88,7 @@ class Sight:
             kind = self.kinds.get(vehicle)
             if kind is None:
                 kind = traffic.dynamics(vehicle)
-                self.count += 1
+                self._names.add(vehicle)
             kinds[vehicle] = kind
             if traffic.parks(vehicle):
                 continue

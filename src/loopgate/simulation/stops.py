@@ -125,7 +125,14 @@ class Stops:
         way = self._ways[driver.id] = _Way(driver, stops, since)
         brakes_m = braking_m(driver.speed_mps, float(driver.row["decel"]), self._traffic.step_s)
         first_m = driver.front_m + brakes_m
-        found = ((first_m + (stop.arc_m - first_m) % lap_m, number) for number, stop in enumerate(stops))
+        behind = [] if track.rounds else [n for n, stop in enumerate(stops) if stop.arc_m < first_m]
+        for number in behind:
+            self._missed(way, number)
+        found = (
+            (first_m + (stop.arc_m - first_m) % lap_m, number)
+            for number, stop in enumerate(stops)
+            if number not in behind
+        )
         way.ahead.extend(_Ahead(at_m, number, 0) for at_m, number in sorted(found))
         self._tell(way)
 
@@ -146,6 +153,10 @@ class Stops:
     def _tell(self, way: _Way) -> None:
         """Tell SUMO of the next stops of which it can be told, and the drive of the first."""
         driver = way.driver
+        if not way.ahead:  # it drives once, and has made them all
+            driver.row["stop_m"], driver.row["parks"] = np.inf, False
+            self._untold.discard(driver.id)
+            return
         while way.told < len(way.ahead):
             coming = way.ahead[way.told]
             if driver.front_m < coming.at_m - way.since_m[coming.number] + _PAST_M:
@@ -154,10 +165,12 @@ class Stops:
             try:
                 self._traffic.set_stop(driver.id, stop)
             except TrafficError:
-                way.missed += 1
-                self._recorder.note(self._traffic.now_s, driver.id, Event.MISSED, stop.name)
                 del way.ahead[way.told]
-                way.ahead.append(_Ahead(coming.at_m + driver.track.lap_m, coming.number, coming.round + 1))
+                self._missed(way, coming.number)
+                self._put_off(way, coming)
+                if not way.ahead:
+                    self._tell(way)
+                    return
                 break
             way.told += 1
         (self._untold.add if way.told < len(way.ahead) else self._untold.discard)(driver.id)
@@ -187,7 +200,7 @@ class Stops:
             if way is not None:
                 for _ in range(way.told - traffic.stops_ahead(vehicle)):
                     self._served(way, now)
-        for vehicle in sorted(self._untold):
+        for vehicle in sorted(self._untold & self._engine.driver_of.keys()):
             self._tell(self._ways[vehicle])
         self._note_missed()
         if self._parking is not None:
@@ -202,7 +215,7 @@ class Stops:
             way.since_s = None
         driver = way.driver
         self._recorder.note(now, driver.id, Event.SERVED, way.stops[done.number].name)
-        way.ahead.append(_Ahead(done.at_m + driver.track.lap_m, done.number, done.round + 1))
+        self._put_off(way, done)
         self._tell(way)
         self._engine.asks_anew(driver)
 
@@ -211,11 +224,24 @@ class Stops:
         for robot in np.flatnonzero(v["front"] > v["stop_m"] + _MISSED_M).tolist():
             way = self._ways[self._engine.drivers[robot].id]
             gone = way.ahead.popleft()
-            way.missed += 1
-            self._recorder.note(self._traffic.now_s, way.driver.id, Event.MISSED, way.stops[gone.number].name)
-            # SUMO has put it off to the next time that the vehicle comes there.
-            way.ahead.append(_Ahead(gone.at_m + way.driver.track.lap_m, gone.number, gone.round + 1))
-            self._show(way)
+            self._missed(way, gone.number)
+            if way.driver.track.rounds:
+                # SUMO has put it off to the next time that the vehicle comes there.
+                self._put_off(way, gone)
+                self._show(way)
+            else:
+                way.told -= 1
+                self._tell(way)
+
+    @staticmethod
+    def _put_off(way: _Way, done: _Ahead) -> None:
+        """Let a stop be made in the next round, if there is one."""
+        if way.driver.track.rounds:
+            way.ahead.append(_Ahead(done.at_m + way.driver.track.lap_m, done.number, done.round + 1))
+
+    def _missed(self, way: _Way, number: int) -> None:
+        way.missed += 1
+        self._recorder.note(self._traffic.now_s, way.driver.id, Event.MISSED, way.stops[number].name)
 
     def of(self, vehicle: str) -> Made:
         """Return what a vehicle has made of its stops."""

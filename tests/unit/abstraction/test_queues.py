@@ -210,16 +210,19 @@ def test_where_two_chains_of_lanes_lead_to_one_place_each_choice_has_its_stop() 
     assert "too short to tell SUMO" in why_not(tight, make_loop(tight, "l", ["a", "s", "c"]))
 
 
-def test_a_street_too_narrow_for_two_is_crossed_one_way_at_a_time() -> None:
-    """Two edges on one line, opposed: no places on them, and each excludes the other until it is past."""
+def lead_back(past_m: float) -> RoadNetwork:
+    """Four roads of 80 m, of which y leads back on the line of x, from `past_m` on aside."""
     network = apart(
         roads(
             {"x": (80.0, 1), "y": (80.0, 1), "a": (80.0, 1), "b": (80.0, 1)},
             ["x_0>a_0", "a_0>y_0", "y_0>b_0", "b_0>x_0"],
         )
     )
-    back = replace(network.lanes["y_0"], shape=tuple(reversed(network.lanes["x_0"].shape)))
-    narrow = RoadNetwork(
+    (first_x, y), (last_x, _) = network.lanes["x_0"].shape
+    bend_x = min(first_x + past_m, last_x)
+    shape = ((last_x, y), (bend_x, y), (bend_x, y + bend_x - first_x + 1e-3))
+    back = replace(network.lanes["y_0"], shape=shape)
+    return RoadNetwork(
         name="narrow",
         file=network.file,
         edges={**network.edges, "y": replace(network.edges["y"], lanes=(back,))},
@@ -227,6 +230,26 @@ def test_a_street_too_narrow_for_two_is_crossed_one_way_at_a_time() -> None:
         junctions={},
         connections=network.connections,
     )
+
+
+def test_where_roads_lie_on_one_another_for_a_part_there_are_places_on_the_rest() -> None:
+    """On the last 30 m of x and the first of y: nobody waits there, and one way at a time is taken."""
+    narrow = lead_back(50.0)
+    layout = lay_out_queues(narrow, [(make_loop(narrow, "l", ["x", "a", "y", "b"]), DEFAULT_TYPE)])
+    assert layout.places["x_0"].capacity == layout.places["y_0"].capacity == 6
+    legs = {str(leg.state): leg for leg in layout.itineraries["l"].legs}
+    assert legs["x_0"].end_m == pytest.approx(49.0, abs=1.5)
+    out, back = legs["x_0"].crossings[0], legs["a_0"].crossings[0]
+    assert out.foes == {back.id}
+    assert back.foes == {out.id}
+    begin_m, end_m = out.overlaps[back.id]
+    assert begin_m <= 1.0
+    assert end_m >= 26.0  # the rear of one whose front is where x ends
+
+
+def test_a_street_too_narrow_for_two_is_crossed_one_way_at_a_time() -> None:
+    """Two edges on one line, opposed: no places on them, and each excludes the other until it is past."""
+    narrow = lead_back(0.0)
     legs = make_queues(narrow, [make_loop(narrow, "l", ["x", "a", "y", "b"])]).itineraries[0].legs
     assert [leg.state for leg in legs] == ["a_0", "b_0"]
     there = legs[0].crossings[1]

@@ -42,7 +42,7 @@ class Ring:
             route=lambda v: (self.routes[v], 0),
         )
         keeper = Mock(
-            system=ROADS,
+            number=lambda state: ROADS.states.index(state) if state in ROADS.states else None,
             slots=lambda _: 3,
             line=lambda number: self.lines.get(ROADS.states[number], []),
         )

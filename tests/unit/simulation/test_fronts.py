@@ -20,7 +20,8 @@ class Driven(SimpleNamespace):
 
     def __init__(self, *names: str) -> None:
         vehicles = np.zeros(len(names), dtype=[("front", float), ("speed", float)])
-        super().__init__(now_s=0.0, vehicles=vehicles, drivers=[SimpleNamespace(id=name) for name in names])
+        drivers = [SimpleNamespace(id=name) for name in names]
+        super().__init__(now_s=0.0, vehicles=vehicles, drivers=drivers, changes=1)
 
     def drive(self, step_s: float, *far_m: float) -> None:
         self.now_s += step_s
@@ -55,7 +56,7 @@ def test_vehicles_that_come_later(tmp_path: Path) -> None:
     driven.drive(1.0, 1.0, 2.0)
     made.look()
     late = Driven("b", "c", "d")
-    driven.vehicles, driven.drivers = late.vehicles, late.drivers
+    driven.vehicles, driven.drivers, driven.changes = late.vehicles, late.drivers, 2
     driven.drive(1.0, 3.0, 4.0, 5.0)
     made.look()
     made.close()

@@ -134,6 +134,14 @@ def test_all_lights_on_one_crossing_have_to_be_green_on_arrival() -> None:
     assert scene.lights.in_the_way(0) is None
 
 
+def test_a_light_far_ahead_is_of_no_account() -> None:
+    """Where nobody may wait on most of a road, who sets out stops for it there, and not 60 m before."""
+    for light in (signal("t", ahead_m=60.0), signal("t", ahead_m=40.0)):
+        scene = Scene(light)
+        scene.shows("t", "r", 1000.0)
+        assert scene.lights.in_the_way(0) is (None if light.ahead_m > 50.0 else Reason.RED)
+
+
 def test_lights_that_are_never_green_together_do_not_keep_a_vehicle_for_ever() -> None:
     """After three minutes only the first light counts, so that its turning green is enough."""
     scene = Scene(signal("t"), signal("u", ahead_m=40.0))

@@ -25,7 +25,7 @@ _SMALL = 200_000
 """Up to so many combinations of positions, robots without homes are kept going round one and all."""
 
 
-def choose_keeper(system: System, promise: str, budget: Budget) -> Keeper:
+def choose_keeper(system: System, promise: str, budget: Budget, *, joined: bool = False) -> Keeper:
     """Return the keeper of a promise, with a witness of the start; see `CertifiedGate` for the order.
 
     Parameters
@@ -36,6 +36,8 @@ def choose_keeper(system: System, promise: str, budget: Budget) -> Keeper:
         ``everyone``, ``somebody`` or ``auto``.
     budget
         Of each exact search; where `Exploration` is chosen it is raised to what that needs.
+    joined
+        Whether others will join: then the chain rule is preferred where it keeps the promise alone.
 
     Raises
     ------
@@ -53,7 +55,7 @@ def choose_keeper(system: System, promise: str, budget: Budget) -> Keeper:
         raise UnsafeStartError(msg)
     nodes = budget.nodes
     failed: GateError = UnsafeStartError("gate certified: no keeper")
-    for keeper in _keepers(layout, promise, budget):
+    for keeper in _keepers(layout, promise, budget, joined=joined):
         budget.nodes = max(nodes, _SMALL) if isinstance(keeper, Exploration) else nodes
         stand = Occupancy.of(_layout_of(keeper, layout), system.initial)
         try:
@@ -70,12 +72,12 @@ def choose_keeper(system: System, promise: str, budget: Budget) -> Keeper:
     raise failed from None
 
 
-def _keepers(layout: SystemIndex, promise: str, budget: Budget) -> Iterator[Keeper]:
+def _keepers(layout: SystemIndex, promise: str, budget: Budget, *, joined: bool) -> Iterator[Keeper]:
     """Yield those that may keep the promise, the strongest first."""
     system = layout.system
     flow = ChainRule(system, budget)
     if promise != "somebody":
-        if not layout.homeless:
+        if not layout.homeless and not (joined and flow.by_chain_alone):
             yield Homes(layout, budget)
             return
         if flow.by_chain_alone:

@@ -9,7 +9,7 @@ from typing import Any
 from loopgate.errors import GateError
 from loopgate.gates.base import Decision, Reason
 from loopgate.gates.certified.budget import Budget, BudgetError
-from loopgate.gates.certified.certify import certify
+from loopgate.gates.certified.certify import Keeper, certify
 from loopgate.gates.certified.chain_rule import ChainRule
 from loopgate.gates.certified.choosing import choose_keeper
 from loopgate.gates.certified.exploration import Exploration
@@ -86,12 +86,25 @@ class CertifiedGate:
         self.check_options(promise=promise, budget=budget, patience=patience, budget_ms=budget_ms)
         self._system = system
         self._budget = Budget(budget, budget_ms / 1000)
-        self._keeper = choose_keeper(system, promise, self._budget)
-        self._layout = self._keeper.layout if isinstance(self._keeper, ChainRule) else SystemIndex(system)
-        steers = not isinstance(self._keeper, ChainRule)
-        self._patience = Patience(len(system.robots), patience if steers else 0)
-        self._configuration: Configuration | None = system.initial
+        self._steers = patience
+        self._take_on(choose_keeper(system, promise, self._budget))
+
+    def _take_on(self, keeper: Keeper) -> None:
+        self._keeper = keeper
+        self._layout = keeper.layout if isinstance(keeper, ChainRule) else SystemIndex(self._system)
+        steers = not isinstance(keeper, ChainRule)
+        self._patience = Patience(len(self._system.robots), self._steers if steers else 0)
+        self._configuration: Configuration | None = self._system.initial
         self._stand = Occupancy.of(self._layout, self._configuration)
+
+    def expect_others(self) -> None:
+        """Decide by the chain rule alone, if it keeps the same promise, since others will join.
+
+        It needs no witness, so nothing has to be worked out anew with each of them. To be called before any
+        move is told.
+        """
+        if self.promise == "everyone" and not self.by_chain_alone:
+            self._take_on(choose_keeper(self._system, "auto", self._budget, joined=True))
 
     @staticmethod
     def check_options(

@@ -1,0 +1,71 @@
+"""`loopgate inspect` of vehicles that drive their routes once: who is gated, by what ways, and who is not."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import click
+
+from loopgate.abstraction.queue_layout import AWAY
+from loopgate.cli.tables import console, counted, print_table
+from loopgate.simulation.assembly import Assembly, assemble
+from loopgate.simulation.scenario import Scenario
+
+__all__ = ["look_at_trips"]
+
+
+def look_at_trips(scenario: Scenario, *, every: bool, as_json: bool) -> None:
+    """Show what `loopgate run` makes of the vehicles of a scenario.
+
+    Raises
+    ------
+    LoopgateError
+        If they cannot be run.
+    """
+    assembly = assemble(scenario)
+    data = _data(assembly)
+    if as_json:
+        click.echo(json.dumps(data))
+        return
+    to = console()
+    roads = assembly.network.name
+    title = f"{roads}: {counted(len(data['vehicles']), 'vehicle')} under the gate, {data['once']} drive once"
+    columns = ("vehicle", "departs [s]", "from", "to", "length [m]", "places")
+    rows = [
+        [v["id"], f"{v['depart_s']:g}", v["from"], v["to"], f"{v['length_m']:.0f}", str(v["places"])]
+        for v in data["vehicles"]
+    ]
+    left = ("vehicle", "from", "to")
+    print_table(to, title, columns, rows, left=left, **({"most": None} if every else {}))
+    places, ways = counted(data["places"], "place"), counted(data["ways"], "way")
+    to.print(f"{places} with {counted(data['slots'], 'slot')} on {ways}", markup=False)
+    for line in data["warnings"]:
+        to.print(f"warning: {line}", markup=False, style="yellow")
+
+
+def _data(assembly: Assembly) -> dict[str, Any]:
+    abstraction = assembly.abstraction
+    ways = (*abstraction.itineraries, *abstraction.later) if abstraction else ()
+    legs = {way.loop: len(way.legs) for way in ways}
+    room = {str(s): most for s, most in (abstraction.room if abstraction else {}).items()}
+    slots = [most for state, most in room.items() if not state.startswith(AWAY)]
+    return {
+        "vehicles": [
+            {
+                "id": start.vehicle,
+                "depart_s": start.depart_s or 0.0,
+                "from": start.loop.edges[0],
+                "to": start.loop.edges[-1],
+                "length_m": round(start.loop.length_m, 2),
+                "places": legs[start.loop.id] - (not start.loop.closed),
+            }
+            for start in assembly.everybody
+        ],
+        "once": len(assembly.trips),
+        "ways": len(legs),
+        "places": len(slots),
+        "slots": sum(slots),
+        "ordinary": [vehicle.id for vehicle in assembly.ordinary],
+        "warnings": list(assembly.warnings),
+    }
