@@ -159,10 +159,10 @@ class _Mender:
         self._design = design
         self._name = name
         self._kind = kind
-        needed_m = kind.length_m + kind.min_gap_m
+        needs = ((kind.length_m + kind.min_gap_m, 1),)
         graph = design.graph
         self._is_place = [
-            QueuePlace(edge, network.edges[edge].length_m, needed_m).capacity >= LEAST_CAPACITY
+            QueuePlace(edge, network.edges[edge].length_m, needs).capacity >= LEAST_CAPACITY
             for edge in graph.edges
         ]
         self._roads = _digraph(graph, design)

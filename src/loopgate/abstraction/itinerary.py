@@ -83,6 +83,8 @@ class Leg:
         Index of the lane on which the vehicle is; None: the one that its loop names there.
     guides
         What keeps the vehicle to the lanes of its loop between ``end_m`` and the next leg, in order.
+    slot_m
+        What the longest vehicle there needs with its gap [m]; 0 where nobody queues.
     """
 
     state: StateId
@@ -91,6 +93,7 @@ class Leg:
     crossings: tuple[Crossing, ...] = ()
     lane: int | None = None
     guides: tuple[Guide, ...] = ()
+    slot_m: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -37,6 +38,9 @@ AWAY = "away "
 
 _ROUNDING = 1e-9
 
+_MANY = 1_000_000
+"""As many vehicles as anybody may have."""
+
 
 @dataclass(frozen=True, slots=True)
 class QueuePlace:
@@ -48,18 +52,32 @@ class QueuePlace:
         The lane's id; with ``/1`` for the part before a stretch, ``/2`` for the part behind it.
     length_m
         Its length [m].
-    needed_m
-        Length of the longest vehicle that visits it, with its gap [m].
+    needs
+        Lengths of the vehicles that visit it, with their gaps [m], and how many there are of each at most,
+        longest first.
     """
 
     name: str
     length_m: float
-    needed_m: float
+    needs: tuple[tuple[float, int], ...]
+
+    @property
+    def needed_m(self) -> float:
+        """Length of the longest vehicle that visits it, with its gap [m]."""
+        return self.needs[0][0]
 
     @property
     def capacity(self) -> int:
-        """How many vehicles it holds."""
-        return math.floor((self.length_m - HOLD_MARGIN_M - CLEARANCE_M) / self.needed_m + _ROUNDING)
+        """How many vehicles it holds, whichever they are: the longest first."""
+        left_m = self.length_m - HOLD_MARGIN_M - CLEARANCE_M
+        held = 0
+        for need_m, count in self.needs:
+            fitting = math.floor(left_m / need_m + _ROUNDING)
+            if fitting < count:
+                return held + fitting
+            held += count
+            left_m -= count * need_m
+        return held + math.floor(left_m / self.needs[-1][0] + _ROUNDING)
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,7 +102,9 @@ class QueueLayout:
     stretches: Mapping[str, Stretch]
 
 
-def lay_out_queues(network: RoadNetwork, users: Sequence[tuple[Loop, VehicleType]]) -> QueueLayout:
+def lay_out_queues(
+    network: RoadNetwork, users: Sequence[tuple[Loop, VehicleType]], *, counted: bool = False
+) -> QueueLayout:
     """Cut loops into places (lanes) and crossings (movements, with what lies between that nobody waits on).
 
     Parameters
@@ -92,26 +112,32 @@ def lay_out_queues(network: RoadNetwork, users: Sequence[tuple[Loop, VehicleType
     network
         The roads.
     users
-        For each vehicle its loop and its type; capacities are those for the longest visitor of a lane.
+        For each vehicle its loop and its type; there may be any number of vehicles like it.
+    counted
+        Whether these are all vehicles that there ever are. Then a place holds as many as fit whichever they
+        are, else as many as the longest visitor of its lane leaves room for.
 
     Raises
     ------
     RefusedLoopError
         If a loop cannot work as queues; the text says why.
     """
-    kinds = tuple(dict.fromkeys(users))  # how many vehicles there are of a kind makes no difference
+    counts = Counter(users)
+    if not counted or len({kind.length_m + kind.min_gap_m for _, kind in users}) == 1:
+        counts = Counter(dict.fromkeys(counts, _MANY))  # how many there are of a kind makes no difference
     if not network.content:
-        return _lay_out(network, kinds)
-    return _KEPT.get((network.content, kinds), lambda: _lay_out(network, kinds))
+        return _lay_out(network, counts)
+    return _KEPT.get((network.content, tuple(counts.items())), lambda: _lay_out(network, counts))
 
 
 _KEPT: Kept[QueueLayout] = Kept(8)
 
 
-def _lay_out(network: RoadNetwork, users: Sequence[tuple[Loop, VehicleType]]) -> QueueLayout:
+def _lay_out(network: RoadNetwork, counts: Mapping[tuple[Loop, VehicleType], int]) -> QueueLayout:
+    users = tuple(counts)
     courses = courses_of(network, users)
     touches = find_touches(network, courses)
-    plan = _Plan(network, users, waiting_parts(network, touches, tails_over(network, courses)))
+    plan = _Plan(network, counts, waiting_parts(network, touches, tails_over(network, courses)))
     loops = {loop.id: loop for loop, _ in users}
     chains = {name: plan.chain(loop) for name, loop in loops.items()}
     classes: dict[str, dict[str, None]] = {}
@@ -162,7 +188,7 @@ def why_not(network: RoadNetwork, loop: Loop, kind: VehicleType = DEFAULT_TYPE) 
 
     It is looked at by itself: where its ways and those of other loops touch there can be less room.
     """
-    plan = _Plan(network, [(loop, kind)])
+    plan = _Plan(network, {(loop, kind): _MANY})
     return plan.why_not(loop, plan.chain(loop), kind)
 
 
@@ -191,20 +217,21 @@ class _Plan:
     def __init__(
         self,
         network: RoadNetwork,
-        users: Sequence[tuple[Loop, VehicleType]],
+        counts: Mapping[tuple[Loop, VehicleType], int],
         parts: Mapping[str, Part] | None = None,
     ) -> None:
-        self._network = network
+        self._network, users = network, tuple(counts)
         self._parts = parts or {}
         wide_m = reach_m(kind.width_m for _, kind in users)
         self.stretches, self.narrow = lay_stretches(network, users, self._parts, reach_m=wide_m)
-        self._needed: dict[str, float] = {}
-        for loop, kind in users:
+        needs: dict[str, Counter[float]] = {}
+        for (loop, kind), count in counts.items():
             for span in loop.spans:
                 if not span.internal:
                     # A stretch cuts all lanes of its edge at the same places, so the edge's longest counts.
                     on = span.edge if span.edge in self.stretches else span.lane_id
-                    self._needed[on] = max(self._needed.get(on, 0.0), kind.length_m + kind.min_gap_m)
+                    needs.setdefault(on, Counter())[kind.length_m + kind.min_gap_m] += count
+        self._needed = {on: tuple(sorted(some.items(), reverse=True)) for on, some in needs.items()}
 
     def chain(self, loop: Loop) -> list[_Piece]:
         """Cut a loop into pieces, in driving order from its beginning."""
@@ -226,10 +253,10 @@ class _Plan:
         In a place nobody arrives beyond its line, where others could touch those who do.
         """
         at_m = piece.at_m if piece.place is not None else last.length_m
-        place = QueuePlace(f"{AWAY}{last.lane_id}", AWAY_M, self._needed_m(last))
+        place = QueuePlace(f"{AWAY}{last.lane_id}", AWAY_M, self._needs(last))
         return _Piece(last.begin_m + at_m, AWAY_M, last.edge, last.lane, at_m, place=place, away=True)
 
-    def _needed_m(self, span: LaneSpan) -> float:
+    def _needs(self, span: LaneSpan) -> tuple[tuple[float, int], ...]:
         return self._needed[span.edge if span.edge in self.stretches else span.lane_id]
 
     def _on_edge(self, span: LaneSpan) -> Iterator[_Piece]:
@@ -255,7 +282,7 @@ class _Plan:
             yield self._waiting(span, span.lane, stretch.end_m, stretch.last_m, f"{span.lane_id}/2")
 
     def _waiting(self, span: LaneSpan, lane: int, begin: float, end: float, name: str) -> _Piece:
-        place = QueuePlace(name, end - begin, self._needed_m(span))
+        place = QueuePlace(name, end - begin, self._needs(span))
         return _Piece(
             span.begin_m + begin,
             end - begin,
@@ -386,6 +413,7 @@ def _legs(
             tuple(crossings),
             lane=here.lane,
             guides=() if isinstance(guides, Connection) else guides,
+            slot_m=here.place.needed_m if here.place else 0.0,
         )
 
 

@@ -33,7 +33,7 @@ def make_queues(
     """Abstract loops to vehicles that queue on lanes, and place the vehicles.
 
     A lane that holds at least two vehicles is a place: a FIFO state whose capacity is
-    ``floor(usable length / (vehicle length + gap))`` for its longest visitor. All between two places is
+    ``floor(usable length / (vehicle length + gap))``, its longest visitors first. All between two places is
     crossing: the movements over junctions, stretches for changing lanes, narrow streets, and lanes too short
     to wait on. A vehicle on a crossing never waits: it takes the whole crossing and a slot of the next place
     at once.
@@ -65,7 +65,7 @@ def make_queues(
     """
     kinds = list(types) or [DEFAULT_TYPE] * len(loops)
     called = list(names) if names is not None else [f"v{k + 1}" for k in range(len(loops))]
-    layout = lay_out_queues(network, [*zip(loops, kinds, strict=True), *later])
+    layout = lay_out_queues(network, [*zip(loops, kinds, strict=True), *later], counted=True)
     itineraries = [layout.itineraries[loop.id] for loop in loops]
     given = starts_m or {}
     wishes = {
@@ -125,7 +125,7 @@ def _told_exactly(
         return error
     while low < high:
         count = (low + high + 1) // 2
-        layout = lay_out_queues(network, list(zip(loops[:count], kinds[:count], strict=True)))
+        layout = lay_out_queues(network, list(zip(loops[:count], kinds[:count], strict=True)), counted=True)
         ways = [layout.itineraries[loop.id] for loop in loops[:count]]
         try:
             choose_places(ways, most_at_start(layout), names=names, wishes={}, rng=random.Random(0))

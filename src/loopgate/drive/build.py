@@ -323,7 +323,8 @@ class _Legs:
             begin = len(self.passes)
             for crossing in leg.crossings:
                 self._cross(crossing)
-            row = (leg.begin_m, leg.end_m, self.states[leg.state], bool(leg.guides), begin, len(self.passes))
+            room = leg.begin_m, leg.end_m, leg.slot_m
+            row = (*room, self.states[leg.state], bool(leg.guides), begin, len(self.passes))
             self.legs.append(row)
         return first
 

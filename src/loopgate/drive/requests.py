@@ -10,7 +10,7 @@ from __future__ import annotations
 from typing import Final
 
 from loopgate.drive import service
-from loopgate.drive.gaps import begin_m, end_m, in_the_way, leg_of, state_of
+from loopgate.drive.gaps import begin_m, in_the_way, leg_of, state_of
 from loopgate.drive.tables import (
     CROSSING,
     DEADLOCK,
@@ -339,7 +339,7 @@ def _fits_behind(state: int, t: Tables) -> bool:
         if service.stops_here(i, t):
             leg = t.vehicles[i].granted
             begins_m = begin_m(i, leg, t)
-            slot_m = (end_m(i, leg, t) - begins_m) / place.room
+            slot_m = t.legs[leg_of(i, leg, t)].slot_m
             space_m = t.vehicles[i].stop_m - begins_m
             if t.vehicles[i].parks or (place.queue - n + 1) * slot_m > space_m:
                 return False

@@ -189,10 +189,14 @@ class Road:
 
 
 class Leg:
-    """A leg: the stretch of its loop [m], its state, whether guides follow, and the passes behind it."""
+    """A leg: the stretch of its loop, what the longest vehicle needs there, and what is behind it.
+
+    That is its state, whether guides follow, and the passes.
+    """
 
     begin_m: float
     end_m: float
+    slot_m: float
     state: int
     pinned: bool
     pass_at: int

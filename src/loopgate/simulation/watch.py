@@ -117,9 +117,10 @@ class Watch:
         if self._known.issuperset(circle):  # newcomers behind a circle that has been named
             self._known |= stuck
             return None
+        by = self._by(waits, stuck - self._known)
         self._known |= stuck
         wanted = tuple(places[v] for v in circle)
-        return Deadlock(now, tuple(circle), wanted, len(stuck), self._by(waits, stuck))
+        return Deadlock(now, tuple(circle), wanted, len(stuck), by)
 
     def _by(self, waits: WaitFor, stuck: AbstractSet[str]) -> str:
         """Return whose deadlock it is: of those without whom nobody would be stuck."""

@@ -62,6 +62,15 @@ def test_the_longest_visitor_of_a_lane_says_how_many_it_holds() -> None:
     assert {name: place.capacity for name, place in places.items()} == {"a_0": 5, "c_0": 2}
 
 
+def test_a_place_holds_as_many_as_fit_whichever_they_are() -> None:
+    """Where all vehicles are known: a bus of 15 m and cars of 7.5 m, 78.9 m and 38.9 m of room."""
+    loop = make_loop(RING, "ring", ["a", "b", "c"])
+    bus = VehicleType(id="bus", length_m=12.0, min_gap_m=3.0)
+    for buses, most in ((1, {"a_0": 9, "c_0": 4}), (2, {"a_0": 8, "c_0": 3}), (9, {"a_0": 5, "c_0": 2})):
+        later = [(loop, bus)] * buses + [(loop, DEFAULT_TYPE)] * 4
+        assert dict(make_queues(RING, [loop], later=later).room) == most
+
+
 def test_more_vehicles_than_can_start_are_refused_with_the_number_that_can() -> None:
     """One slot stays free on each place: 9 and 4 of 10 and 5."""
     loop = make_loop(RING, "ring", ["a", "b", "c"])

@@ -127,3 +127,18 @@ def test_whose_deadlock_it_is(waits: dict[str, list[str]], own: str, by: str) ->
         traffic.now_s += 10.0
         found = watch.check()
     assert found.by == by
+
+
+def test_a_later_deadlock_is_not_put_down_to_an_earlier_one() -> None:
+    """Two ordinary vehicles stand for good when two gated ones close a circle of their own."""
+    traffic = Standing({"a": ["b"], "b": ["a"], "c": [], "d": ["c"]})
+    watch = Watch(cast("Traffic", traffic), after_s=60.0, own="cd")
+    found = []
+    for _ in range(30):
+        traffic.now_s += 10.0
+        if traffic.now_s == 150.0:
+            traffic.waits["c"] = ["d"]
+        deadlock = watch.check()
+        if deadlock is not None:
+            found.append((deadlock.vehicles, deadlock.by))
+    assert found == [(("a", "b"), "ordinary"), (("c", "d"), "gated")]
