@@ -21,6 +21,7 @@ from xml.etree import ElementTree as ET
 import pandas as pd
 
 from loopgate import Loop, RoadNetwork, Scenario, run
+from loopgate.errors import LoopgateError
 from loopgate.network import generate_loops
 from loopgate.network.cover.watch import laps_s
 from loopgate.network.vehicle_type import DEFAULT_TYPE, type_of_class
@@ -59,7 +60,7 @@ def make_lines(roads: RoadNetwork, patrol: tuple[Loop, ...], seed: int) -> list[
         try:
             plan = Plan(roads, tuple(users))
             lines = [_line(roads, plan, other) for other in found]
-        except ValueError:
+        except (ValueError, LoopgateError):
             found.pop()
             continue
         if len(found) == LINES:
@@ -185,6 +186,7 @@ def main() -> int:
                     **punctual(output),
                     "missed": summary["stops"]["missed"],
                     "locks": len(summary["deadlocks"]),
+                    "locks_by": " ".join(lock.get("by", "") for lock in summary["deadlocks"]),
                     **{name: summary.get(name) for name in FIGURES},
                     "longest_wait_s": summary.get("longest_wait_s"),
                     "audit": str(summary.get("audit")),
