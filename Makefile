@@ -76,6 +76,8 @@ city: $(STAMP) ## packaged cities under algorithm2, loops of bounded and unbound
 throughput: $(STAMP) ## vehicle-km in the hour, SUMO's own rules beside the gates, five seeds: docs/studies/throughput.md
 	$(BIN)/python analysis/throughput.py --seeds 5 --write
 	$(BIN)/python analysis/throughput_city.py --seeds 5 --write
+	$(BIN)/python analysis/limit.py --seeds 5 --step 1 --write
+	$(BIN)/python analysis/limit.py --seeds 5 --step 0.5 --write
 	$(BIN)/python analysis/throughput_lights.py --seeds 3 --duration 900 --write
 	$(BIN)/python analysis/alone.py --seeds 5 --write
 
