@@ -12,6 +12,7 @@ import pytest
 from made_networks import short_last_road
 
 from loopgate import Scenario
+from loopgate.analysis.rows import read_run_row
 from loopgate.errors import ScenarioError
 from loopgate.network import RoadNetwork
 from loopgate.simulation.run import simulate
@@ -69,6 +70,8 @@ def test_it_ends_when_all_have_arrived_and_the_same_seed_gives_the_same(tmp_path
     found = [run(tmp_path / name, routes) for name in ("a", "b")]
     assert found[0]["arrived"] == TRIPS
     assert found[0]["duration_s"] < 500.0
+    row = read_run_row(tmp_path / "a").row
+    assert row["km_per_h"] == pytest.approx(found[0]["km_per_h"])
     one, other = (pd.read_parquet(tmp_path / name / "events.parquet") for name in ("a", "b"))
     pd.testing.assert_frame_equal(one, other)
 

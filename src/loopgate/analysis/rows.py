@@ -153,7 +153,8 @@ def run_row(
     watch = _part(summary, "watch")
     row |= {name: watch.get(name) for name in _OF_WATCH}
     row |= _time(scenario, summary) | _refusals(summary.get(c.REFUSALS))
-    if (hours := row[c.DURATION] / 3600) > 0 and row[c.MEASURED] < row[c.DURATION]:
+    all_there = bool(row[c.ARRIVED]) and not row[c.UNFINISHED]  # the run was over, it was not cut off
+    if (hours := row[c.DURATION] / 3600) > 0 and row[c.MEASURED] < row[c.DURATION] and not all_there:
         row[c.LAPS_PER_H], row[c.KM_PER_H] = row[c.LAPS] / hours, row[c.DISTANCE_KM] / hours
     decision, wall, versions = (_part(summary, key) for key in ("decision_us", "wall_s", "versions"))
     row |= {

@@ -124,7 +124,7 @@ def carry_over(old: Tables, new: Tables, robots: Mapping[int, int]) -> None:
     names = ("crossed", "granted", "numbers", "number_at")
     columns = *(was[name][before] for name in names), one["numbers"][now], one["number_at"][now]
     for crossed, granted, most, begin, room, to in zip(*(c.tolist() for c in columns), strict=True):
-        for leg in range(crossed, granted + 1) if most else ():  # without a gate none are numbered
+        for leg in range(crossed, granted + 1 if room else crossed):  # none without a gate
             new.lists[to + leg % room] = old.lists[begin + leg % most]
     waiting = _column(old.entries)["waiting"][: _row(old.run)["waiting"]].tolist()
     still = [robots[robot] for robot in waiting if robot in robots]

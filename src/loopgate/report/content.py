@@ -47,12 +47,24 @@ _MOST_POINTS = 2000
 _MOST_FLOWS = 24
 _RANKED = 10
 _SINGLE = [*_BY, c.SEED, c.KM_PER_H, c.LAPS_PER_H, c.MEAN_SPEED, c.STOOD, c.MEAN_REVISIT, c.IDLENESS]
-_SINGLE += [c.WORST_IDLENESS, a.DENSITY, a.FLOW, a.SPEED]
+_SINGLE += [
+    c.ARRIVED,
+    c.UNFINISHED,
+    c.MEAN_DELAY,
+    c.WORST_DELAY,
+    c.WORST_IDLENESS,
+    a.DENSITY,
+    a.FLOW,
+    a.SPEED,
+]
 
 _MEANS = (
     ("throughput", "Throughput", "throughput [vehicle-km/h]", c.KM_PER_H, ""),
     ("laps-per-hour", "Laps", "laps [1/h]", c.LAPS_PER_H, ""),
     ("speed", "Mean speed", "mean speed [m/s]", c.MEAN_SPEED, "Over all vehicles and the whole time."),
+    ("delay", "Delay of trips", "mean delay [s]", c.MEAN_DELAY, "Time loss and wait to depart."),
+    ("worst-delay", "Worst delay", "worst delay of a trip [s]", c.WORST_DELAY, "Of any trip in a run."),
+    ("unfinished", "Trips not finished", "trips not at their ends", c.UNFINISHED, "When the run ended."),
     ("standing", "Time standing", "vehicle-seconds standing", c.STOOD, "Slower than 0.1 m/s, whatever for."),
     (
         "revisits",
