@@ -88,12 +88,16 @@ class Parking:
                 self._coming.discard(vehicle)
                 self._since_s.pop(vehicle, None)
                 continue
-            if self._traffic.stays_s(vehicle) > _SOON_STEPS * step_s:
+            left_s = self._traffic.stays_s(vehicle)
+            if left_s > _SOON_STEPS * step_s:
                 continue
             if vehicle not in self._coming and self._traffic.awaits(vehicle):
                 self._traffic.stay(vehicle, _LONGER_STEPS * step_s)
                 continue
-            self._traffic.stay(vehicle, (_GO_STEPS if self._may_go(driver) else _LONGER_STEPS) * step_s)
+            goes = self._may_go(driver)
+            if goes and left_s > _GO_STEPS * step_s:
+                continue  # not before its time
+            self._traffic.stay(vehicle, (_GO_STEPS if goes else _LONGER_STEPS) * step_s)
             since_s = self._since_s.setdefault(vehicle, now)
             self._late_s += step_s if now > since_s else 0.0
             self._latest_s = max(self._latest_s, now - since_s)
