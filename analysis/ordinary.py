@@ -45,11 +45,12 @@ def main() -> int:
     parser.add_argument("--seeds", type=int, default=5)
     parser.add_argument("--hours", type=float, default=2.0)
     parser.add_argument("--vehicles", type=int, default=150)
+    parser.add_argument("--periods", type=float, nargs="+", default=list(PERIODS_S), help="of trips [s]")
     parser.add_argument("--gates", nargs="+", default=list(GATES))
     parser.add_argument("--out", type=Path, default=ROOT / "out" / "ordinary")
     given = parser.parse_args()
     given.out.mkdir(parents=True, exist_ok=True)
-    points = [(p, s, g) for g in given.gates for p in PERIODS_S for s in range(1, given.seeds + 1)]
+    points = [(p, s, g) for g in given.gates for p in given.periods for s in range(1, given.seeds + 1)]
     rows = []
     with show_progress("ordinary traffic", total=len(points)) as report:
         for number, (period_s, seed, gate) in enumerate(points, 1):
