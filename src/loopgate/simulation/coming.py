@@ -17,14 +17,14 @@ _HORIZON_S = 20.0
 
 _STANDING_MPS = 0.1
 
-_AT_LINE_M = 10.0
-"""So far before a junction a vehicle may stand that is the first at its line [m]."""
+_AT_LINE_M = 30.0
+"""So far before a junction a vehicle may stand that is the first at its line [m], or in the queue behind."""
 
 
 class Arrival(NamedTuple):
     """When a vehicle gets to a junction, from now on [s]: gaining speed as it can, or as fast as now.
 
-    One that stands at its line may set out, or never: then `stands` is its name.
+    One that stands at its line, or near it, may set out, or never: then `stands` is its name.
     """
 
     first_s: float
@@ -35,7 +35,7 @@ class Arrival(NamedTuple):
 class Coming:
     """The junctions that ordinary vehicles come to within some time, by their routes.
 
-    Of vehicles that stand, those that are not at the line of a junction are left out: they may wait for
+    Of vehicles that stand, those that are not near the line of a junction are left out: they may wait for
     anything. O(vehicles) in a step in which it is asked.
 
     Parameters
