@@ -28,7 +28,7 @@ _MOST_KEPT_S = 60.0
 """After this time it is SUMO's right of way alone that says when it goes on [s]."""
 
 _SETS_OUT_S = 10.0
-"""Who stands at its line, or in the queue there, for longer while it may set out waits for something else [s]."""
+"""Who stands in the queue at a line for longer than this and may set out waits for something else [s]."""
 
 _PASSED_S = 2.0
 """Time in which an ordinary vehicle with the right of way is over the junction once it is there [s]."""
