@@ -20,15 +20,19 @@ CAR = Dynamics(5.0, 2.6, 4.5, 1.0)
 
 
 def test_vehicles_come_to_the_junctions_on_their_routes() -> None:
-    """One at 10 m/s, one that stands, one inside a junction; by their routes, not by where lanes lead."""
+    """One at 10 m/s, one inside a junction, one that stands in a queue; by their routes, not by lanes.
+
+    One that stands farther back than a queue that sets out in time is left out.
+    """
     network = RoadNetwork.open("networks/grid5-priority.net.xml")
     loop = generate_loops(network, 1, length_m=(800.0, 2000.0))[0]
     first, second, third, fourth = loop.edges[:4]
     inside = next(span.lane_id for span in loop.spans if span.internal)
     length_m = network.edges[first].lanes[0].length_m
-    speeds = {"moves": 10.0, "stands": 0.0, "inside": 10.0}
+    speeds = {"moves": 10.0, "queues": 0.0, "stands": 0.0, "inside": 10.0}
     lanes = {
         "moves": (f"{first}_0", length_m - 20.0),
+        "queues": (f"{first}_0", length_m - 27.0),
         "stands": (f"{first}_0", length_m - 40.0),
         "inside": (inside, network.lanes[inside].length_m),
     }
@@ -45,7 +49,8 @@ def test_vehicles_come_to_the_junctions_on_their_routes() -> None:
     coming = Coming(network, sight)
     assert sight.look()
     found = coming.arrivals()
-    (one,) = found[first, second]
+    one, queued = found[first, second]
+    assert (queued.stands, queued.last_s) == ("queues", math.inf)
     assert one.last_s == pytest.approx(2.0)
     assert 1.5 < one.first_s < 2.0
     behind_s = {arrival.last_s for arrival in found[second, third]}
