@@ -186,7 +186,7 @@ def main() -> int:
                     **punctual(output),
                     "missed": summary["stops"]["missed"],
                     "locks": len(summary["deadlocks"]),
-                    "locks_closed_by": " ".join(lock.get("closed_by", "") for lock in summary["deadlocks"]),
+                    "locks_by": " ".join(lock.get("by", "") for lock in summary["deadlocks"]),
                     **{name: summary.get(name) for name in FIGURES},
                     "longest_wait_s": summary.get("longest_wait_s"),
                     "audit": str(summary.get("audit")),

@@ -74,7 +74,7 @@ def main() -> int:
     table = pd.DataFrame(rows)
     print(table.groupby([PERIOD, "gate"], sort=False).agg(list).T.to_string())
     gated = table[table["gate"] != "open"]
-    ours = gated["collisions"] - gated["by others"] + gated["locks closed by gated ones"]
+    ours = gated["collisions"] - gated["by others"]
     return int(bool((gated["broken"] + ours).sum()))
 
 
@@ -89,11 +89,7 @@ def row(scenario: Scenario, folder: Path) -> dict[str, Any]:
         "seed": scenario.seed,
         "collisions": found["collisions"],
         "by others": found.get("collisions_by_others", 0),
-        "locks": len(found["deadlocks"]),
-        "first lock [s]": min((lock["at_s"] for lock in found["deadlocks"]), default=None),
-        "locks closed by gated ones": sum(
-            lock.get("closed_by", "").startswith("v") for lock in found["deadlocks"]
-        ),
+        "locks": " ".join(f"{lock['at_s']:.0f}:{lock.get('by', '')}" for lock in found["deadlocks"]),
         "broken": found["trespasses"] + found["overruns"],
         "km": round(found["distance_km"]),
         "longest wait [s]": found["longest_wait_s"],

@@ -368,9 +368,5 @@ def _deadlock_figures(deadlock: Deadlock) -> dict[str, Any]:
         "vehicles": list(deadlock.vehicles),
         "places": list(deadlock.places),
         "held_up": deadlock.held_up,
-        **(
-            {"by": deadlock.by, "closed_by": deadlock.closed_by, "closed_at_s": deadlock.closed_at_s}
-            if deadlock.by
-            else {}
-        ),
+        **({"by": deadlock.by} if deadlock.by else {}),
     }

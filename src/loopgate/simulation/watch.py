@@ -35,11 +35,6 @@ class Deadlock:
     by
         ``gated`` if vehicles on loops would wait for each other without any others, ``ordinary`` if those
         would without them, ``both`` if it takes both; empty where there are no others.
-    closed_by
-        Where there are others, the one of the circle that came last onto the lane where it stands; before,
-        the circle was open.
-    closed_at_s
-        When it was first seen there [s], by the clock of the checks.
     """
 
     at_s: float
@@ -47,8 +42,6 @@ class Deadlock:
     places: tuple[str, ...]
     held_up: int
     by: str = ""
-    closed_by: str = ""
-    closed_at_s: float = 0.0
 
 
 ToldRefusal = Callable[[], tuple[Sequence[Sequence[str]], str]]
@@ -91,7 +84,6 @@ class Watch:
         self._last: dict[str, tuple[float, float]] = {}
         self._refused_at: dict[str, float] = {}
         self._known: set[str] = set()
-        self._lanes: dict[str, tuple[str, float]] = {}
 
     def check(self) -> Deadlock | None:
         """Return a deadlock that was not known before, or None. Call every few seconds."""
@@ -107,8 +99,6 @@ class Watch:
                 last[vehicle] = before
                 still.append(vehicle)
         self._last = last
-        if self._own is not None:
-            self._see_lanes(vehicles, now)
         standing = sorted(v for v in still if self._waits_long(v, now) and now - last[v][1] >= self._after_s)
         self._known.intersection_update(standing)
         if len(standing) < 2 or self._known.issuperset(standing):  # noqa: PLR2004  a circle has two at least
@@ -130,19 +120,7 @@ class Watch:
         by = self._by(waits, stuck - self._known)
         self._known |= stuck
         wanted = tuple(places[v] for v in circle)
-        if self._own is None:
-            return Deadlock(now, tuple(circle), wanted, len(stuck))
-        own, lanes = self._own, self._lanes
-        newest = max(circle, key=lambda vehicle: (lanes[vehicle][1], vehicle in own, vehicle))
-        return Deadlock(now, tuple(circle), wanted, len(stuck), by, newest, lanes[newest][1])
-
-    def _see_lanes(self, vehicles: Sequence[str], now: float) -> None:
-        """Take note of since when vehicles are on their lanes."""
-        seen: dict[str, tuple[str, float]] = {}
-        for vehicle in vehicles:
-            lane, before = self._traffic.lane(vehicle)[0], self._lanes.get(vehicle)
-            seen[vehicle] = before if before is not None and before[0] == lane else (lane, now)
-        self._lanes = seen
+        return Deadlock(now, tuple(circle), wanted, len(stuck), by)
 
     def _by(self, waits: WaitFor, stuck: AbstractSet[str]) -> str:
         """Return whose deadlock it is: of those without whom nobody would be stuck."""

@@ -27,7 +27,7 @@ _SHORT_OF_M = 0.5
 _MOST_KEPT_S = 60.0
 """After this time it is SUMO's right of way alone that says when it goes on [s]."""
 
-_SETS_OUT_S = 10.0
+_SETS_OUT_S = 5.0
 """Who stands in the queue at a line for longer than this and may set out waits for something else [s]."""
 
 _PASSED_S = 2.0

@@ -84,11 +84,11 @@ def test_one_that_has_a_red_light_is_not_coming() -> None:
 
 
 def test_one_that_stands_at_its_line_is_waited_for_as_long_as_it_may_be_about_to_set_out() -> None:
-    """Who stands there for ten seconds though it may drive waits for something else; after a red anew."""
+    """Who stands there for five seconds though it may drive waits for something else; after a red anew."""
     scene = Scene()
     scene.put("o", "priority", 95.0)
     scene.arrivals = [Arrival(2.0, math.inf, "o")]
-    said = [scene.says() for _ in range(12)]
-    assert said == [Reason.TRAFFIC] * 10 + [None] * 2
+    said = [scene.says() for _ in range(7)]
+    assert said == [Reason.TRAFFIC] * 5 + [None] * 2
     scene.traffic.now_s += 30.0
     assert scene.says() is Reason.TRAFFIC
