@@ -29,6 +29,9 @@ class Crossing:
         For a foe, between which metres after the ``end_m`` of the leg before it a vehicle on this crossing
         can touch a vehicle on the foe: the front is in the way from the first on, the rear is out of the way
         beyond the second. A foe without an entry is in the way all along.
+    wait_m
+        How far after that ``end_m`` SUMO may last let a vehicle wait inside the junction for one with the
+        right of way; minus infinity where it never does.
     """
 
     id: str
@@ -36,6 +39,7 @@ class Crossing:
     overlaps: Mapping[str, tuple[float, float]] = field(default_factory=dict, hash=False)
     speed_mps: float = math.inf
     ahead_m: float = 0.0
+    wait_m: float = -math.inf
 
 
 @dataclass(frozen=True, slots=True)

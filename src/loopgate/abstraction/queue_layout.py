@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from loopgate.abstraction.courses import courses_of
 from loopgate.abstraction.guides import Target, Turn, find_guides
 from loopgate.abstraction.itinerary import Crossing, Guide, Itinerary, Leg
-from loopgate.abstraction.movements import Conflicts, find_conflicts, reach_m
+from loopgate.abstraction.movements import Conflicts, Overlap, find_conflicts, reach_m
 from loopgate.abstraction.stretches import (
     CLEARANCE_M,
     LEAST_CAPACITY,
@@ -397,7 +397,14 @@ def _legs(
                 name = piece.movement.id
                 speed = conflicts.speeds_mps[name]
                 crossings.append(
-                    _crossing(name, conflicts.foes[name], conflicts.overlaps[name], speed, ahead)
+                    Crossing(
+                        name,
+                        conflicts.foes[name],
+                        _moved(conflicts.overlaps[name], ahead),
+                        speed,
+                        ahead,
+                        _wait_m(network, piece.movement, ahead),
+                    )
                 )
             elif piece.passage is not None:
                 name = piece.passage.id
@@ -421,8 +428,11 @@ def _number(guides: tuple[Guide, ...] | Connection) -> int:
     return 0 if isinstance(guides, Connection) else len(guides)
 
 
-def _crossing(
-    name: str, foes: frozenset[str], overlaps: Mapping[str, tuple[float, float]], speed: float, ahead_m: float
-) -> Crossing:
-    moved = {foe: (ahead_m + begin, ahead_m + end) for foe, (begin, end) in sorted(overlaps.items())}
-    return Crossing(name, foes, moved, speed, ahead_m)
+def _moved(overlaps: Mapping[str, Overlap], ahead_m: float) -> Mapping[str, Overlap]:
+    return {foe: (ahead_m + begin, ahead_m + end) for foe, (begin, end) in sorted(overlaps.items())}
+
+
+def _wait_m(network: RoadNetwork, movement: Connection, ahead_m: float) -> float:
+    """Return where the last waiting point of a movement is: before the last of its lanes inside."""
+    before = movement.via[:-1]
+    return ahead_m + sum(network.lanes[lane].length_m for lane in before) if before else -math.inf

@@ -332,7 +332,8 @@ class _Legs:
         begin = len(self.foes)
         for foe in sorted(crossing.foes & self.moves.keys()):  # nobody drives on the others
             self.foes.append((self.moves[foe], *crossing.overlaps.get(foe, (np.nan, np.nan))))
-        self.passes.append((self.moves[crossing.id], crossing.speed_mps, begin, len(self.foes)))
+        row = self.moves[crossing.id], crossing.speed_mps, crossing.wait_m, begin, len(self.foes)
+        self.passes.append(row)
 
 
 def _states_of(system: System | None, lists: _Lists, code: Code) -> NDArray[np.void]:

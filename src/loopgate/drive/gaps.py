@@ -3,9 +3,11 @@
 A vehicle is no longer in the way of another once its rear is past the stretch that the two movements share.
 If its front is on that stretch already, it is enough that its rear will be past it before the other's front
 can reach it: nothing holds it there, since it has a slot to drive into and SUMO lets no vehicle go first that
-finds another in its way. Before that, SUMO may let each wait for the other. Nor is anything foreseen of one
-that may itself have to wait on the junction, for a third that was granted before it and is still in its way,
-or that has left the same lane in another direction: SUMO keeps a vehicle behind those, too.
+finds another in its way. Before that, SUMO may let each wait for the other; and at a waiting point inside the
+junction, which may lie on that stretch, whoever has the right of way goes first. Nor is anything foreseen of
+one that has to change lanes on its way, since it slows down for that; or that may itself have to wait on the
+junction, for a third that was granted before it and is still in its way, or that has left the same lane in
+another direction: SUMO keeps a vehicle behind those, too.
 The vehicle that it follows into its place is taken to stand.
 """
 
@@ -98,14 +100,17 @@ def _passes_before(other: int, leg: int, theirs: int, shared: int, i: int, reach
     left_m = t.foes[shared].to_m + ahead.length_m + _BEYOND_M - inside_m
     if left_m < 0:
         return True
-    if not t.run[0].foresees or inside_m < max(_BEYOND_M, t.foes[shared].from_m):
+    if ahead.steered or not t.run[0].foresees or inside_m < max(_BEYOND_M, t.foes[shared].from_m):
         return False  # not on the shared stretch yet: the two could stop across each other's way
     slow = min(ahead.top, _SLOW * t.passes[theirs].speed_mps)
     passed_s = time_s(left_m, ahead.speed, ahead.accel, slow) + _APART_S
     reached_s = time_s(reach_m, one.speed, one.accel, one.top)
     if passed_s > reached_s or _may_be_held(other, leg, t):
         return False
-    return braking_time_s(left_m, _room_m(other, leg, t), slow, ahead.decel) + _APART_S <= reached_s
+    room_m = _room_m(other, leg, t)
+    if inside_m < t.passes[theirs].wait_m:
+        room_m = min(room_m, t.passes[theirs].wait_m - inside_m)
+    return braking_time_s(left_m, room_m, slow, ahead.decel) + _APART_S <= reached_s
 
 
 @part

@@ -204,10 +204,11 @@ class Leg:
 
 
 class Pass:
-    """A crossing behind a leg: its movement, the lowest limit on it [m/s], and its foes."""
+    """A crossing behind a leg: its movement, the lowest limit on it [m/s], `Crossing.wait_m`, and its foes."""
 
     movement: int
     speed_mps: float
+    wait_m: float
     foe_at: int
     foe_end: int
 

@@ -37,13 +37,20 @@ def test_without_room_it_never_gets_there() -> None:
     assert braking_time_s(10.0, math.inf, 10.0, 4.5) == 0.0
 
 
-def crossing(grants: tuple[int, int], fronts_m: tuple[float, float], *, foresees: bool = True) -> Tables:
+def crossing(
+    grants: tuple[int, int],
+    fronts_m: tuple[float, float],
+    *,
+    foresees: bool = True,
+    wait_m: float = -math.inf,
+    steered: bool = False,
+) -> Tables:
     """Let two vehicles of 5 m, granted in this order, be on ``mine`` and ``theirs``, which share some metres.
 
     Their first legs end at 50 m, the second begin at 70 m.
     """
     mine = Crossing("mine", frozenset({"theirs"}), {"theirs": (2.0, 9.0)}, 13.9)
-    theirs = Crossing("theirs", frozenset({"mine"}), {"mine": (3.0, 10.0)}, 13.9)
+    theirs = Crossing("theirs", frozenset({"mine"}), {"mine": (3.0, 10.0)}, 13.9, wait_m=wait_m)
     robots = system({"a": "pa qa", "b": "pb qb"})
     legs = [
         (Leg(StateId(f"p{name}"), 0.0, 50.0, (across,)), Leg(StateId(f"q{name}"), 70.0, 100.0))
@@ -54,6 +61,7 @@ def crossing(grants: tuple[int, int], fronts_m: tuple[float, float], *, foresees
     columns = {"length_m": 5.0, "accel": 2.6, "decel": 4.5, "top": 13.9, "line_m": 50.0, "speed": [0.0, 10.0]}
     for column, value in (columns | {"front": fronts_m}).items():
         books.columns[column] = value
+    books.columns["steered"][1] = steered
     for robot, number in enumerate(grants):
         if number:
             books.do(SETTLE, robot, 1)
@@ -76,3 +84,18 @@ def test_where_vehicles_give_way_to_others_nothing_is_foreseen() -> None:
     for front_m, foresees, free in ((60.0, True, True), (60.0, False, False), (65.6, False, True)):
         tables = crossing((0, 1), (20.0, front_m), foresees=foresees)
         assert in_the_way(0, 0, 0, 1, tables) != free
+
+
+@pytest.mark.parametrize(("wait_m", "free"), [(8.0, True), (12.0, False), (30.0, True)])
+def test_nothing_is_foreseen_of_one_that_may_wait_inside_before_it_is_past(
+    wait_m: float,
+    free: bool,  # noqa: FBT001  a case
+) -> None:
+    """It is 10 m behind its line and past after 15.5 m; a waiting point far beyond that slows it for nobody."""
+    assert in_the_way(0, 0, 0, 1, crossing((0, 1), (20.0, 60.0), wait_m=wait_m)) != free
+
+
+def test_nothing_is_foreseen_of_one_that_changes_lanes_on_its_way() -> None:
+    """It slows down for that, however fast it is now."""
+    for steered in (False, True):
+        assert in_the_way(0, 0, 0, 1, crossing((0, 1), (20.0, 60.0), steered=steered)) == steered
