@@ -204,7 +204,7 @@ class Leg:
 
 
 class Pass:
-    """A crossing behind a leg: its movement, the lowest limit on it [m/s], `Crossing.wait_m`, and its foes."""
+    """A crossing behind a leg: its movement, lowest limit [m/s], `Crossing.wait_m`, and its foes."""
 
     movement: int
     speed_mps: float

@@ -91,7 +91,7 @@ def test_nothing_is_foreseen_of_one_that_may_wait_inside_before_it_is_past(
     wait_m: float,
     free: bool,  # noqa: FBT001  a case
 ) -> None:
-    """It is 10 m behind its line and past after 15.5 m; a waiting point far beyond that slows it for nobody."""
+    """It is past 15.5 m behind its line, now 10 m; a waiting point far beyond slows it for nobody."""
     assert in_the_way(0, 0, 0, 1, crossing((0, 1), (20.0, 60.0), wait_m=wait_m)) != free
 
 
