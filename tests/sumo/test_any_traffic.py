@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 from random import Random
 from typing import Any
@@ -155,3 +156,32 @@ def test_stops_on_the_way_are_made_once(tmp_path: Path) -> None:
     assert (stops["served"], stops["missed"], stops["under_way"]) == (5, 0, 0)
     assert stops["stopped_s"] == 80.0 + stops["late_back_s"]
     assert summary["audit"] == "clean"
+
+
+@pytest.mark.parametrize("how", ["options", "type", "vehicle"])
+def test_gated_vehicles_are_not_led_another_way_and_that_is_said(tmp_path: Path, how: str) -> None:
+    """SUMO's rerouting device would lead them into places that nobody granted; the others keep theirs."""
+    routes = demand(tmp_path, loops=0)
+    text = routes.read_text(encoding="utf-8")
+    param = '<param key="has.rerouting.device" value="true"/>'
+    kinds = {"car": f'speedDev="0.1">{param}</vType>', "slow": f'maxSpeed="9">{param}</vType>'}
+    if how == "type":
+        text = text.replace('speedDev="0.1"/>', kinds["car"]).replace('maxSpeed="9"/>', kinds["slow"])
+    elif how == "vehicle":
+        text = re.sub("(<trip [^>]*)/>", rf"\1>{param}</trip>", text)
+    routes.write_text(text, encoding="utf-8")
+    words = "--device.rerouting.period 5 --device.rerouting.adaptation-steps 3"
+    sumo = words + (" --device.rerouting.probability 1" if how == "options" else "")
+    summary = run(tmp_path / "out", routes, sumo=sumo, gated="car")
+    assert any("gated vehicles go without rerouting devices" in line for line in summary["warnings"])
+    assert (summary["trespasses"], summary["unfinished"]) == (0, 0)
+    log = (tmp_path / "out" / "tripinfo.xml").read_text(encoding="utf-8")
+    rerouted = re.findall(r'rerouteNo="(\d+)" devices="([^"]*)" vType="([^"]*)"', log)
+    assert {"routing_" in devices for _, devices, kind in rerouted if kind.startswith("car")} == {False}
+    assert {"routing_" in devices for _, devices, kind in rerouted if kind.startswith("slow")} == {True}
+
+
+def test_a_device_given_by_name_is_refused(tmp_path: Path) -> None:
+    """SUMO's list of names is above all parameters."""
+    with pytest.raises(ScenarioError, match=r"device.rerouting.explicit t1 does not go with a gate"):
+        run(tmp_path / "out", demand(tmp_path), sumo="--device.rerouting.explicit t1,t2")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from random import Random
@@ -16,6 +16,7 @@ from loopgate.errors import ScenarioError
 from loopgate.network import Loop, RoadNetwork
 from loopgate.network.cover.wishes import read_districts, read_weights
 from loopgate.network.stops import Stop
+from loopgate.simulation.devices import leading_devices, without_devices
 from loopgate.simulation.gated import choose_gated, find_unfit
 from loopgate.simulation.placing import spread
 from loopgate.simulation.scenario import Scenario
@@ -169,10 +170,12 @@ def assemble(scenario: Scenario) -> Assembly:
         )
     stops = _stops(scenario, [*vehicles, *later], abstraction)
     unique = tuple({vehicle.loop.id: vehicle.loop for vehicle in everybody if vehicle.loop.closed}.values())
-    if scenario.rule_for_spacing == "advice":
-        starts = tuple(replace(start, type=advised_type(start.type)) for start in starts)
+    devices, bereft = leading_devices(scenario, everybody) if scenario.gated else ((), ())
+    advised = scenario.rule_for_spacing == "advice"
+    if devices or advised:
+        starts = tuple(_driven(start, devices, advised=advised) for start in starts)
         departures = tuple(
-            replace(one, start=replace(one.start, type=advised_type(one.start.type))) for one in departures
+            replace(one, start=_driven(one.start, devices, advised=advised)) for one in departures
         )
     return Assembly(
         network,
@@ -180,7 +183,7 @@ def assemble(scenario: Scenario) -> Assembly:
         starts,
         tracks,
         abstraction,
-        warnings=(*warnings, *moved, *peculiar, *_alone(scenario, [v.loop for v in everybody])),
+        warnings=(*warnings, *moved, *peculiar, *bereft, *_alone(scenario, [v.loop for v in everybody])),
         foresees=not peculiar,
         wishes=_wishes(scenario, network, sorted({vehicle.type.vclass for vehicle in everybody})),
         departures=departures,
@@ -189,6 +192,12 @@ def assemble(scenario: Scenario) -> Assembly:
         begin_s=begins_s(scenario, file),
         ordinary=tuple(ordinary),
     )
+
+
+def _driven(start: Start, devices: Collection[str], *, advised: bool) -> Start:
+    """Return a vehicle as it is driven under a gate: without these devices, by advice or not."""
+    bare = without_devices(start, devices)
+    return replace(bare, type=advised_type(bare.type)) if advised else bare
 
 
 def _left_out(unfit: Mapping[str, Sequence[Member]]) -> Iterator[str]:

@@ -21,6 +21,7 @@ from loopgate.results.columns import Event
 from loopgate.results.feed import EventFeed, Happening
 from loopgate.results.recorder import read_events
 from loopgate.simulation.attached_fleet import GONE, AttachedFleet
+from loopgate.simulation.devices import LEADING
 from loopgate.simulation.fleet import Rules
 from loopgate.simulation.newcomers import Newcomer
 from loopgate.simulation.outcome import EVENTS
@@ -89,6 +90,10 @@ class Attached:
         if reason:
             msg = f"vehicle {vehicle}: vType {kind.id}: {reason}"
             raise ScenarioError(msg)
+        for device, would in LEADING.items():
+            if self._sumo.has(vehicle, device):
+                msg = f"vehicle {vehicle}: it has a {device} device, which would {would}; start it without"
+                raise ScenarioError(msg)
         return Newcomer(vehicle, self._loop(vehicle, kind), kind, self._traffic.now_s)
 
     def _loop(self, vehicle: str, kind: VehicleType) -> Loop:

@@ -64,6 +64,8 @@ _UNDER_NO_GATE = {
     "lanechange.duration": "a vehicle is between lanes for a while, which no place describes; leave it out",
     "max-num-vehicles": "SUMO could keep vehicles of the gate out; leave it out",
     "load-state": "the gate knows nothing of the vehicles in it; leave it out",
+    "device.bluelight.probability": "others change lanes to make room for such a vehicle; leave it out",
+    "device.bluelight.explicit": "others change lanes to make room for such a vehicle; leave it out",
     "default.speeddev": "give it as speedDev of a vType, so that the gate knows of it",
 }
 """Options of SUMO that no gate can work with: why, and the way out."""

@@ -68,6 +68,10 @@ class RunningSumo:
         """Return how often the vehicle's driver acts [s]."""
         return float(self._api.vehicle.getActionStepLength(vehicle))
 
+    def has(self, vehicle: str, device: str) -> bool:
+        """Return whether a vehicle has one of SUMO's devices, by its name there."""
+        return str(self._api.vehicle.getParameter(vehicle, f"has.{device}.device")) == "true"
+
     def kind(self, vehicle: str) -> VehicleType:
         """Return the type of a vehicle: what the files say of it, and what it is now.
 

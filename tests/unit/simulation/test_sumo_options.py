@@ -49,6 +49,7 @@ def test_all_else_is_passed_on(tmp_path: Path) -> None:
         ("max-num-vehicles=5", "keep vehicles of the gate out"),
         ("default.speeddev=0.5", "speedDev"),
         ("random=true", "--seed"),
+        ("device.bluelight.probability=0.1", "make room"),
     ],
 )
 def test_what_no_gate_can_work_with_is_refused(tmp_path: Path, option: str, reason: str) -> None:
