@@ -113,14 +113,13 @@ def find_touches(network: RoadNetwork, courses: Courses) -> Touches:
     laid = [_lay(network, course, bodies) for course, bodies in courses.items()]
     counts = [len(rows.at_m) for rows in laid]
     body = _Rows(*(np.concatenate(columns) for columns in zip(*laid, strict=True))) if laid else None
+    none, zero = np.zeros(0, dtype=np.int64), np.zeros(0)
     if body is None:
-        none, zero = np.zeros(0, dtype=np.int64), np.zeros(0)
         return Touches(names, none, none, *[zero] * 6)
     course = np.repeat(np.arange(len(names)), counts)
     ways = _Ways(network, names)
-    a, b = _near(body, ways.edge[course], ways.lane[course])
-    keep = _overlap(body, a, b)
-    a, b = a[keep], b[keep]
+    met = [(none, none), *_overlapping(body, ways.edge[course], ways.lane[course])]
+    a, b = (np.concatenate(rows) for rows in zip(*met, strict=True))
     keep = ~ways.follow(course[a], course[b], body, a, b)
     a, b = a[keep], b[keep]
     at, length = body.at_m, body.length_m
@@ -229,11 +228,10 @@ def _fronts(length_m: float) -> Floats:
     return np.asarray(finely[~middle])
 
 
-def _near(body: _Rows, edge: Ints, lane: Ints) -> tuple[Ints, Ints]:
-    """Return the pairs of bodies on different edges that are near each other."""
+def _overlapping(body: _Rows, edge: Ints, lane: Ints) -> Iterator[tuple[Ints, Ints]]:
+    """Yield the pairs of bodies on different edges that overlap, some bodies after the other."""
     reach = 2.0 * float(np.hypot(body.half_m, body.wide_m).max(initial=0.0))
     tree = cKDTree(np.column_stack((body.x, body.y)))
-    ones, others = [], []
     step = max(1, int(_MOST_PAIRS / (8.0 * reach)))
     for begin in range(0, len(body.x), step):
         rows = slice(begin, min(begin + step, len(body.x)))
@@ -246,9 +244,9 @@ def _near(body: _Rows, edge: Ints, lane: Ints) -> tuple[Ints, Ints]:
             & ((edge[one] < 0) | (edge[one] != edge[other]))
             & (np.abs(body.z[one] - body.z[other]) < _ABOVE_M)
         )
-        ones.append(one[keep])
-        others.append(other[keep])
-    return np.concatenate(ones), np.concatenate(others)
+        one, other = one[keep], other[keep]
+        keep = _overlap(body, one, other)
+        yield one[keep], other[keep]
 
 
 def _overlap(body: _Rows, a: Ints, b: Ints) -> Flags:
