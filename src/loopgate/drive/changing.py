@@ -198,7 +198,11 @@ class ChangingEngine(Engine):
     def wait_outside(self, numbers: Mapping[str, int]) -> None:
         """Take note of how many wait to depart into each state: they count as queues there."""
         outside = cast("Any", self.tables.states)["outside"]
-        outside[:] = [numbers.get(name, 0) for name in self._keeper.states]
+        outside[:] = 0
+        for state, waiting in numbers.items():
+            number = self._keeper.number(state)
+            if number is not None:  # else nobody asks to get there
+                outside[number] = waiting
 
     def clear(self) -> None:
         """Go on without any vehicle: all have left."""
