@@ -104,7 +104,7 @@ def _run(
     ):
         traffic, engine, recorder = session.traffic, session.engine, session.recorder
         flow = FlowMeter(traffic, engine, warmup_s=scenario.warmup_s)
-        own, trips = frozenset(assembly.names), assembly.trips
+        own, once = frozenset(assembly.names), assembly.trips
         among = bool(scenario.traffic or assembly.ordinary)
         mixed = own if among else None
         watch = watch_class(traffic, after_s=scenario.deadlock_after_s, at_gate=engine.refused, own=mixed)
@@ -118,7 +118,7 @@ def _run(
             scenario=scenario,
             tick=tick,
             each_step=[*session.each_step, flow.look, fronts.look],
-            over=lambda: bool(trips) and session.departures.over,
+            over=lambda: bool(once) and session.departures.over,
         )
         engine.settle()
         tallies = _tallies(assembly, session, watch, course)
