@@ -2,8 +2,8 @@
 
 ``python analysis/any_traffic.py NET ROUTES --begin 25200 --hours 1 --seeds 3`` runs a demand from files, with
 the lights off, until all have arrived, and SUMO beside it: with the lights off, as they are, made to follow
-the traffic, and switched by max-pressure. ``--grid`` draws trips in the five-by-five grid instead, for an
-hour at 0.5 to 3 times what the gate lets through, and then none. ``--shares 100 80 50 20`` puts only so many
+the traffic, and switched by max-pressure. ``--drawn grid drt`` draws trips in the five-by-five grid and in a
+district of Berlin instead, for an hour at 0.5 to 3 times what the gate lets through, and then none. ``--shares 100 80 50 20`` puts only so many
 in a hundred under the gate, lights obeyed. Runs that are done are kept in ``out/any_traffic``.
 """
 
@@ -30,14 +30,14 @@ from loopgate import Scenario
 from loopgate.cli.frame_table import frame_table
 from loopgate.cli.progress import show_progress
 from loopgate.errors import RouteError
+from loopgate.network import RoadNetwork
 from loopgate.network.xml_file import read_xml
 from loopgate.simulation.run import simulate
 from loopgate.simulation.sumo_start import TRIPS
 
 ROOT = Path(__file__).resolve().parent.parent
-GRID = ROOT / "networks" / "grid5-priority.net.xml"
-CAPACITY_PER_S = 1.7
-"""Trips that arrive in a second under the gate where three times as many are asked for, about."""
+DRAWN = {"grid": (str(ROOT / "networks" / "grid5-priority.net.xml"), 1.7), "drt": ("sumo:DRT", 1.7)}
+"""Networks, and how many trips arrive in a second under the gate where too many are asked for, about."""
 EVERYONE = 100
 TIMES = (0.5, 1.0, 1.5, 2.0, 3.0)
 ALONE = {"gate": "open", "on_deadlock": "continue"}
@@ -113,12 +113,11 @@ def only_between(routes: Path, begin_s: float, end_s: float, file: Path) -> Path
     return file
 
 
-def drawn_trips(times: float, seed: int, file: Path) -> Path:
-    """Let SUMO draw trips in the grid for an hour, most from edge to edge of it."""
+def drawn_trips(net: Path, per_s: float, seed: int, file: Path) -> Path:
+    """Let SUMO draw trips in a network for an hour, most from edge to edge of it."""
     script = Path(sumo.SUMO_HOME) / "tools" / "randomTrips.py"
-    period = 1.0 / (times * CAPACITY_PER_S)
-    words = ["-n", str(GRID), "-e", "3600", "-p", f"{period:g}", "--seed", str(seed), "-o", str(file)]
-    words += ["--min-distance", "300", "--fringe-factor", "5"]
+    words = ["-n", str(net), "-e", "3600", "-p", f"{1.0 / per_s:g}", "--seed", str(seed), "-o", str(file)]
+    words += ["--min-distance", "300", "--fringe-factor", "5", "--validate"]
     command = [sys.executable, str(script), *words]
     subprocess.run(command, check=True, capture_output=True, env={"SUMO_HOME": sumo.SUMO_HOME})
     return file
@@ -127,11 +126,13 @@ def drawn_trips(times: float, seed: int, file: Path) -> Path:
 def planned(given: argparse.Namespace, folder: Path) -> Iterator[tuple[str, str, int, Scenario]]:
     """Yield demand, rule, seed and scenario of each run."""
     for seed in range(1, given.seeds + 1):
-        if given.grid:
-            demands = {
-                f"grid, {k:g} times": (GRID, drawn_trips(k, seed, folder / f"{k:g}-{seed}.rou.xml"))
-                for k in TIMES
-            }
+        if given.drawn:
+            demands = {}
+            for where, (name, most) in ((one, DRAWN[one]) for one in given.drawn):
+                net = RoadNetwork.open(name).file
+                for k in given.times:
+                    file = folder / f"{where}-{k:g}-{seed}.rou.xml"
+                    demands[f"{where}, {k:g} times"] = net, drawn_trips(net, k * most, seed, file)
             begin_s, hour_s = 0.0, 3600.0
         else:
             begin_s, hour_s = given.begin, 3600.0 * given.hours
@@ -144,7 +145,7 @@ def planned(given: argparse.Namespace, folder: Path) -> Iterator[tuple[str, str,
             end_s = begin_s + most_s
             file = config(net, routes, begin_s, end_s, folder / f"{name.replace(' ', '_')}-{seed}.sumocfg")
             for rule in given.rules:
-                if given.grid and rule not in UNLIT:
+                if given.drawn and rule not in UNLIT:
                     continue
                 used = file
                 if kind := SWITCHING.get(rule):
@@ -188,7 +189,8 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("net", type=Path, nargs="?")
     parser.add_argument("routes", type=Path, nargs="?")
-    parser.add_argument("--grid", action="store_true")
+    parser.add_argument("--drawn", nargs="*", default=[], choices=list(DRAWN))
+    parser.add_argument("--times", nargs="*", type=float, default=list(TIMES), help="of what is let through")
     parser.add_argument("--begin", type=float, default=0.0)
     parser.add_argument("--hours", type=float, default=1.0)
     parser.add_argument("--most-hours", type=float, default=6.0)
@@ -197,8 +199,8 @@ def main() -> int:
     parser.add_argument("--shares", nargs="*", type=int, default=[], help="percentages under the gate")
     parser.add_argument("--out", type=Path, default=ROOT / "out" / "any_traffic")
     given = parser.parse_args()
-    if not given.grid and given.routes is None:
-        parser.error("give a network and its routes, or --grid")
+    if not given.drawn and given.routes is None:
+        parser.error("give a network and its routes, or --drawn")
     given.out.mkdir(parents=True, exist_ok=True)
     rows = []
     runs = list(planned(given, given.out))
