@@ -3,8 +3,9 @@
 ``python analysis/any_traffic.py NET ROUTES --begin 25200 --hours 1 --seeds 3`` runs a demand from files, with
 the lights off, until all have arrived, and SUMO beside it: with the lights off, as they are, made to follow
 the traffic, and switched by max-pressure. ``--drawn grid drt`` draws trips in the five-by-five grid and in a
-district of Berlin instead, for an hour at 0.5 to 3 times what the gate lets through, and then none. ``--shares 100 80 50 20`` puts only so many
-in a hundred under the gate, lights obeyed. Runs that are done are kept in ``out/any_traffic``.
+district of Berlin instead, for an hour at 0.5 to 3 times what the gate lets through, and then none.
+``--shares 100 80 50 20`` puts only so many in a hundred under the gate, lights obeyed. Runs that are done are
+kept in ``out/any_traffic``.
 """
 
 from __future__ import annotations
@@ -123,22 +124,25 @@ def drawn_trips(net: Path, per_s: float, seed: int, file: Path) -> Path:
     return file
 
 
+def _demands(given: argparse.Namespace, seed: int, folder: Path) -> Iterator[tuple[str, tuple[Path, Path]]]:
+    """Yield demands by name: network and route file."""
+    for where in given.drawn:
+        name, most = DRAWN[where]
+        net = RoadNetwork.open(name).file
+        for k in given.times:
+            file = folder / f"{where}-{k:g}-{seed}.rou.xml"
+            yield f"{where}, {k:g} times", (net, drawn_trips(net, k * most, seed, file))
+    if given.net:
+        file = folder / f"{given.routes.name.partition('.')[0]}.rou.xml"
+        some = only_between(given.routes, given.begin, given.begin + 3600.0 * given.hours, file)
+        yield given.net.name.partition(".")[0], (given.net, some)
+
+
 def planned(given: argparse.Namespace, folder: Path) -> Iterator[tuple[str, str, int, Scenario]]:
     """Yield demand, rule, seed and scenario of each run."""
     for seed in range(1, given.seeds + 1):
-        if given.drawn:
-            demands = {}
-            for where, (name, most) in ((one, DRAWN[one]) for one in given.drawn):
-                net = RoadNetwork.open(name).file
-                for k in given.times:
-                    file = folder / f"{where}-{k:g}-{seed}.rou.xml"
-                    demands[f"{where}, {k:g} times"] = net, drawn_trips(net, k * most, seed, file)
-            begin_s, hour_s = 0.0, 3600.0
-        else:
-            begin_s, hour_s = given.begin, 3600.0 * given.hours
-            file = folder / f"{given.routes.name.partition('.')[0]}.rou.xml"
-            some = only_between(given.routes, begin_s, begin_s + hour_s, file)
-            demands = {given.net.name.partition(".")[0]: (given.net, some)}
+        demands = dict(_demands(given, seed, folder))
+        begin_s = 0.0 if given.drawn else given.begin
         for name, (net, routes) in demands.items():
             most_s = given.most_hours * 3600.0
             each: dict[str, Any] = {"seed": seed, "duration_s": most_s}
