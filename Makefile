@@ -5,7 +5,7 @@ BIN    := $(VENV)/bin
 STAMP  := $(VENV)/installed
 
 .DEFAULT_GOAL := help
-.PHONY: help demo readme pictures docs setup test check browser animation format bench bench-replay bench-sweep networks small-networks city throughput soak unseen long-vehicles covering watched day attached ordinary circulator scenarios fuzz proofs lock clean
+.PHONY: help demo readme pictures docs setup test check browser animation format bench bench-replay bench-sweep networks small-networks city throughput soak unseen long-vehicles covering watched day attached ordinary circulator any-traffic scenarios fuzz proofs lock clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-15s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -116,6 +116,9 @@ ordinary: $(STAMP) ## patrol cars among ordinary trips, SUMO beside the gate: co
 
 circulator: $(STAMP) ## three bus lines by timetable among patrol cars and trips: stops, punctuality, locks
 	$(BIN)/python analysis/circulator.py
+
+any-traffic: $(STAMP) ## trips in a grid and a district, from light to far beyond what they can take: drained by when, SUMO beside
+	$(BIN)/python analysis/any_traffic.py --drawn grid drt
 
 scenarios: $(STAMP) ## ten scenarios of SUMO's own generators, under its rules and under the gate: nothing dropped
 	$(BIN)/python analysis/scenarios.py
