@@ -58,6 +58,8 @@ class Movement:
         Its length, and the lowest speed limit on it.
     wait_m
         How much of that lies before the place inside the junction where it may have to wait; 0 for none.
+    waits_in_way
+        Whether it would touch those there whom it waits for.
     """
 
     from_m: float
@@ -67,6 +69,7 @@ class Movement:
     length_m: float
     speed_mps: float
     wait_m: float
+    waits_in_way: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -169,6 +172,10 @@ class CrossingWays:
                 length_m=length_m,
                 speed_mps=min((lane.speed_mps for lane in lanes), default=math.inf),
                 wait_m=sum(lane.length_m for lane in lanes[:-1]),
+                waits_in_way=any(
+                    self._yields(movement, other) and self._waits_in_way(movement, other)
+                    for other in self._at[movement.junction]
+                ),
             )
             from_m += length_m
 
@@ -201,11 +208,15 @@ class CrossingWays:
             return False
         if not self._network.are_foes(movement, other):
             return self._line(other.via).distance(self._line(movement.via)) < _ABREAST_M
-        if len(other.via) == 1 or self._yields(movement, other):
+        return not self._yields(movement, other) and self._waits_in_way(other, movement)
+
+    def _waits_in_way(self, movement: Connection, other: Connection) -> bool:
+        """Return whether one that waits inside the junction would touch those on another way."""
+        if len(movement.via) == 1 or not other.via:
             return False
-        first = self._line(other.via[:1])
+        first = self._line(movement.via[:1])
         waiting = substring(first, max(0.0, first.length - _CAR_M), first.length)
-        return float(waiting.distance(self._line(movement.via))) < _ABREAST_M
+        return float(waiting.distance(self._line(other.via))) < _ABREAST_M
 
     def _line(self, lanes: tuple[str, ...]) -> LineString:
         if lanes not in self._lines:
