@@ -111,16 +111,13 @@ class Watch:
             for vehicle in standing
         }
         stuck = deadlocked(waits)
-        if not stuck - self._known:
-            return None
-        circle = circular_wait(waits, stuck, among=stuck - self._known)
-        if self._known.issuperset(circle):  # newcomers behind a circle that has been named
-            self._known |= stuck
-            return None
-        by = self._by(waits, stuck - self._known)
+        new = deadlocked({v: waits[v] for v in stuck - self._known})
         self._known |= stuck
+        if not new:  # nobody else, or newcomers who could go on if those did that have been named
+            return None
+        circle = circular_wait(waits, new)
         wanted = tuple(places[v] for v in circle)
-        return Deadlock(now, tuple(circle), wanted, len(stuck), by)
+        return Deadlock(now, tuple(circle), wanted, len(stuck), self._by(waits, new))
 
     def _by(self, waits: WaitFor, stuck: AbstractSet[str]) -> str:
         """Return whose deadlock it is: of those without whom nobody would be stuck."""

@@ -108,6 +108,22 @@ def test_newcomers_behind_a_named_circle_are_not_named_again() -> None:
     assert watch.held_up == {"a", "b", "c"}
 
 
+def test_a_circle_that_a_named_one_holds_up_is_not_named() -> None:
+    """Two ordinary vehicles stand for good; one of them waits for a gated one too, which waits for them."""
+    traffic = Standing({"a": ["b"], "b": ["a"], "c": []})
+    watch = Watch(cast("Traffic", traffic), after_s=60.0, own="c")
+    found = []
+    for _ in range(30):
+        traffic.now_s += 10.0
+        if traffic.now_s == 150.0:
+            traffic.waits |= {"a": ["c", "b"], "c": ["b"]}
+        deadlock = watch.check()
+        if deadlock is not None:
+            found.append((deadlock.vehicles, deadlock.by))
+    assert found == [(("a", "b"), "ordinary")]
+    assert watch.held_up == {"a", "b", "c"}
+
+
 @pytest.mark.parametrize(
     ("waits", "own", "by"),
     [
