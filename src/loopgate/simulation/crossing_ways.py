@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Container, Iterator, Sequence
 from dataclasses import dataclass
 
 from shapely import LineString
@@ -53,7 +53,9 @@ class Movement:
     approaches
         Ways over the junction of which nobody may be about to come: those with the right of way, since SUMO's
         drivers set out before them, or wait for them inside the junction, so near that they are hit; those
-        that touch its own without right of way between them; and those that wait for it inside, in its way.
+        that touch its own without right of way between them; those that wait for it inside, in its way; and
+        those before which nobody can wait without standing across the same crossing, where each of the two
+        would wait for the other's rear.
     length_m, speed_mps
         Its length, and the lowest speed limit on it.
     wait_m
@@ -127,6 +129,8 @@ class CrossingWays:
         self._movements = {movement.id: movement for movement in network.connections}
         self._at: dict[str, list[Connection]] = {}
         self._into: dict[str, list[str]] = {}
+        self._behind = {movement.to_edge: movement.junction for movement in network.connections}
+        """The junction behind which a road begins."""
         self._lines: dict[tuple[str, ...], LineString] = {}
         for movement in network.connections:
             self._at.setdefault(movement.junction, []).append(movement)
@@ -158,12 +162,13 @@ class CrossingWays:
     def _crossed(self, crossing: Sequence[Connection], line_m: float) -> Iterator[Movement]:
         """Yield the movements of a crossing; the vehicle is held at `line_m` on the lane before the first."""
         own = {lane for movement in crossing for lane in movement.via}
+        junctions = {movement.junction for movement in crossing}
         from_m = -line_m
         for movement in crossing:
             from_m += self._network.edges[movement.from_edge].lanes[movement.from_lane].length_m
             lanes = [self._network.lanes[lane] for lane in movement.via]
             length_m = sum(lane.length_m for lane in lanes)
-            foes, unseen, comers = self._foes(movement)
+            foes, unseen, comers = self._foes(movement, junctions)
             yield Movement(
                 from_m=from_m,
                 across=tuple(lane for lane in foes if lane not in own),
@@ -179,20 +184,32 @@ class CrossingWays:
             )
             from_m += length_m
 
-    def _foes(self, movement: Connection) -> tuple[tuple[str, ...], tuple[str, ...], tuple[Approach, ...]]:
-        """Return the lanes of conflicting movements, those unseen, and the ways to look out for."""
+    def _foes(
+        self, movement: Connection, junctions: Container[str]
+    ) -> tuple[tuple[str, ...], tuple[str, ...], tuple[Approach, ...]]:
+        """Return the lanes of conflicting movements, those unseen, and the ways to look out for.
+
+        The movement is one of a crossing over `junctions`.
+        """
         lanes: dict[str, None] = {}
         unseen: dict[str, None] = {}
         comers: dict[Approach, None] = {}
         for other in self._at[movement.junction]:
             touches = self._touches(movement, other)
-            if touches or self._network.are_foes(movement, other):
+            conflict = touches or self._network.are_foes(movement, other)
+            if conflict:
                 lanes.update(dict.fromkeys(other.via))
-            if touches or self._yields(movement, other):
+            within = other.from_edge != movement.from_edge and self._stands_across(other, junctions)
+            if touches or self._yields(movement, other) or (conflict and within):
                 comers[Approach(other.from_edge, other.to_edge, other.signal)] = None
             if touches:
                 unseen.update(dict.fromkeys(other.via))
         return tuple(lanes), tuple(unseen), tuple(comers)
+
+    def _stands_across(self, other: Connection, junctions: Container[str]) -> bool:
+        """Return whether a car that waits before a movement stands in one of `junctions` with its rear."""
+        lane = self._network.edges[other.from_edge].lanes[other.from_lane]
+        return lane.length_m < _CAR_M and self._behind.get(other.from_edge) in junctions
 
     def _yields(self, movement: Connection, other: Connection) -> bool:
         rows = self._network.junctions[movement.junction].yields_to

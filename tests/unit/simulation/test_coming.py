@@ -93,3 +93,14 @@ def test_who_turns_left_waits_inside_in_the_way() -> None:
     assert turn.waits_in_way
     assert all(m.wait_m > 0.0 for m in passed if m.waits_in_way)
     assert not all(m.waits_in_way for m in passed)
+
+
+def test_who_would_wait_for_it_across_its_way_counts() -> None:
+    """Who turns round on a road of 4 m waits there for who comes, whose way on its rear bars meanwhile."""
+    network = RoadNetwork.open("sumo:DRT")
+    loop = generate_loops(network, 1, length_m=(400.0, 4000.0), via=("8025704#1", "118262353#0"))[0]
+    ways = CrossingWays(network).of(Plan(network, ((loop, DEFAULT_TYPE),)).tracks[0])
+    (way,) = (way for way in ways if way.lane == "8025704#0_1")
+    comers = [{(a.from_edge, a.to_edge) for a in movement.approaches} for movement in way.movements]
+    assert any(("46424277", "-46424277") in approaches for approaches in comers)
+    assert any(("70130339#2", "46424277") in approaches for approaches in comers)
