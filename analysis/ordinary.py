@@ -89,11 +89,17 @@ def row(scenario: Scenario, folder: Path) -> dict[str, Any]:
         "seed": scenario.seed,
         "collisions": found["collisions"],
         "by others": found.get("collisions_by_others", 0),
-        "locks": " ".join(f"{lock['at_s']:.0f}:{lock.get('by', '')}" for lock in found["deadlocks"]),
+        "locks": " ".join(_told(lock) for lock in found["deadlocks"]),
         "broken": found["trespasses"] + found["overruns"],
         "km": round(found["distance_km"]),
         "longest wait [s]": found["longest_wait_s"],
     }
+
+
+def _told(lock: dict[str, Any]) -> str:
+    """Return when a lock was seen, whose it is, and who came last into it."""
+    came = f", last {lock['last']['vehicle']} at {lock['last']['at_s']:.0f}" if "last" in lock else ""
+    return f"{lock['at_s']:.0f}:{lock.get('by', '')}{came}"
 
 
 if __name__ == "__main__":

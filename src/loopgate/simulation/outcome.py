@@ -369,4 +369,5 @@ def _deadlock_figures(deadlock: Deadlock) -> dict[str, Any]:
         "places": list(deadlock.places),
         "held_up": deadlock.held_up,
         **({"by": deadlock.by} if deadlock.by else {}),
+        **({"last": dict(zip(("vehicle", "at_s"), deadlock.last, strict=True))} if deadlock.last else {}),
     }

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 from loopgate.drive.driver import Driver
 from loopgate.network import RoadNetwork
 from loopgate.network.records import Connection
+from loopgate.simulation.trails import Trails
 from loopgate.traffic.base import Collision, Traffic
 
 __all__ = ["Verdict", "Verdicts"]
@@ -96,6 +97,8 @@ class Verdicts:
     """
 
     def __init__(self, network: RoadNetwork, traffic: Traffic, drivers: Mapping[str, Driver]) -> None:
+        self.trails = Trails(drivers)
+        """Over which lanes they came."""
         self._network, self._traffic, self._drivers = network, traffic, drivers
         self._moments: deque[tuple[float, dict[str, _Moment]]] = deque()
         self._entries: dict[str, _Entry] = {}
@@ -119,6 +122,7 @@ class Verdicts:
             entry = self._entries.get(vehicle)
             if entry is not None and math.isinf(entry.past_s) and moment.lane not in entry.movement.via[:-1]:
                 self._entries[vehicle] = entry._replace(past_s=now)
+        self.trails.look(now, ((vehicle, moment.lane) for vehicle, moment in here.items()))
         self._moments.append((now, here))
         while now - self._moments[0][0] > _REMEMBERED_S:
             self._moments.popleft()

@@ -6,6 +6,7 @@ from collections.abc import Callable, Container, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
 
+from loopgate.simulation.trails import Trails
 from loopgate.simulation.waits import WaitFor, circular_wait, deadlocked
 from loopgate.traffic.base import Traffic
 
@@ -35,6 +36,9 @@ class Deadlock:
     by
         ``gated`` if vehicles on loops would wait for each other without any others, ``ordinary`` if those
         would without them, ``both`` if it takes both; empty where there are no others.
+    last
+        Who of those that stand there came last onto the lanes of the circle, and when [s]: an ordinary
+        vehicle when it drove onto them, a gated one when it was let go to; None where nobody took note.
     """
 
     at_s: float
@@ -42,6 +46,7 @@ class Deadlock:
     places: tuple[str, ...]
     held_up: int
     by: str = ""
+    last: tuple[str, float] | None = None
 
 
 ToldRefusal = Callable[[], tuple[Sequence[Sequence[str]], str]]
@@ -67,6 +72,8 @@ class Watch:
         place; None for a vehicle that is not refused by a gate.
     own
         All vehicles on loops; None if there are no others.
+    trails
+        Over which lanes vehicles came, if that is noted.
     """
 
     def __init__(
@@ -76,8 +83,9 @@ class Watch:
         after_s: float,
         at_gate: Callable[[str], ToldRefusal | None] | None = None,
         own: Container[str] | None = None,
+        trails: Trails | None = None,
     ) -> None:
-        self._own = own
+        self._own, self._trails = own, trails
         self._traffic = traffic
         self._after_s = after_s
         self._at_gate = at_gate
@@ -117,7 +125,9 @@ class Watch:
             return None
         circle = circular_wait(waits, new)
         wanted = tuple(places[v] for v in circle)
-        return Deadlock(now, tuple(circle), wanted, len(stuck), self._by(waits, new))
+        lanes = {self._traffic.lane(vehicle)[0] for vehicle in circle}
+        came = self._trails.last(stuck, lanes) if self._trails is not None else None
+        return Deadlock(now, tuple(circle), wanted, len(stuck), self._by(waits, new), came)
 
     def _by(self, waits: WaitFor, stuck: AbstractSet[str]) -> str:
         """Return whose deadlock it is: of those without whom nobody would be stuck."""

@@ -35,7 +35,7 @@ class Junction:
             speed=lambda v: self.at[v][2],
             light=lambda _: Light(shown, 10.0),
         )
-        driver: Any = SimpleNamespace(row={"trespassing": trespassing})
+        driver: Any = SimpleNamespace(row={"trespassing": trespassing}, granted=0)
         self.verdicts = Verdicts(network, self.traffic, {"g": driver})
 
     def step(self, **at: tuple[str, float, float]) -> None:
