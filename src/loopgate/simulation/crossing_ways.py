@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Container, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 
-from shapely import LineString
+from shapely import LineString, Point, get_coordinates
 from shapely.ops import substring
 
 from loopgate.drive.track import Track
@@ -62,6 +62,9 @@ class Movement:
         How much of that lies before the place inside the junction where it may have to wait; 0 for none.
     waits_in_way
         Whether it would touch those there whom it waits for.
+    past_m
+        From where on a rear, on a lane that its vehicle's front has left, is past its way [m]; it never is
+        on a lane that is not named.
     """
 
     from_m: float
@@ -72,6 +75,7 @@ class Movement:
     speed_mps: float
     wait_m: float
     waits_in_way: bool = False
+    past_m: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,6 +133,8 @@ class CrossingWays:
         self._movements = {movement.id: movement for movement in network.connections}
         self._at: dict[str, list[Connection]] = {}
         self._into: dict[str, list[str]] = {}
+        self._ends = {lane: _end(movement) for movement in network.connections for lane in movement.via}
+        """The lane onto which one inside a junction leads."""
         self._behind = {movement.to_edge: movement.junction for movement in network.connections}
         """The junction behind which a road begins."""
         self._lines: dict[tuple[str, ...], LineString] = {}
@@ -175,6 +181,7 @@ class CrossingWays:
                 unseen=tuple(lane for lane in unseen if lane not in own),
                 approaches=comers,
                 length_m=length_m,
+                past_m=self._past(movement, foes),
                 speed_mps=min((lane.speed_mps for lane in lanes), default=math.inf),
                 wait_m=sum(lane.length_m for lane in lanes[:-1]),
                 waits_in_way=any(
@@ -205,6 +212,19 @@ class CrossingWays:
             if touches:
                 unseen.update(dict.fromkeys(other.via))
         return tuple(lanes), tuple(unseen), tuple(comers)
+
+    def _past(self, movement: Connection, foes: Iterable[str]) -> dict[str, float]:
+        """Return from where on a rear on some lanes leaves room for the movement, but for those it joins."""
+        if not movement.via:
+            return {}
+        near = self._line(movement.via).buffer(_ABREAST_M)
+        past: dict[str, float] = {}
+        for lane in foes:
+            if self._ends[lane] != _end(movement):
+                line = self._line((lane,))
+                there = get_coordinates(line.intersection(near))
+                past[lane] = max((line.project(Point(at)) for at in there), default=0.0)
+        return past
 
     def _stands_across(self, other: Connection, junctions: Container[str]) -> bool:
         """Return whether a car that waits before a movement stands in one of `junctions` with its rear."""

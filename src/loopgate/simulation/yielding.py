@@ -153,8 +153,8 @@ class Yielding:
         """Return whether somebody is in the way of a vehicle that is so far before a junction, or comes."""
         self.look_around()
         waits = movement.wait_m > 0.0 or driver.speed_mps < _STANDING_MPS
-        inside = movement.across if waits else movement.unseen
-        closed = any(self._sight.upon(lane) for lane in inside) or self.comes(driver, movement, left_m)
+        inside = self._sight.across(movement, movement.across if waits else movement.unseen)
+        closed = bool(inside) or self.comes(driver, movement, left_m)
         self._clear.pop(driver.id, None)
         if movement.waits_in_way and not closed:
             self._clear[driver.id] = movement
