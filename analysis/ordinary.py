@@ -74,7 +74,7 @@ def main() -> int:
     table = pd.DataFrame(rows)
     print(table.groupby([PERIOD, "gate"], sort=False).agg(list).T.to_string())
     gated = table[table["gate"] != "open"]
-    ours = gated["collisions"] - gated["by others"]
+    ours = gated["collisions"] - gated["by others"] + gated["locks of the gate"]
     return int(bool((gated["broken"] + ours).sum()))
 
 
@@ -90,6 +90,7 @@ def row(scenario: Scenario, folder: Path) -> dict[str, Any]:
         "collisions": found["collisions"],
         "by others": found.get("collisions_by_others", 0),
         "locks": " ".join(_told(lock) for lock in found["deadlocks"]),
+        "locks of the gate": sum(_is_gates(lock) for lock in found["deadlocks"]),
         "broken": found["trespasses"] + found["overruns"],
         "km": round(found["distance_km"]),
         "longest wait [s]": found["longest_wait_s"],
@@ -98,8 +99,15 @@ def row(scenario: Scenario, folder: Path) -> dict[str, Any]:
 
 def _told(lock: dict[str, Any]) -> str:
     """Return when a lock was seen, whose it is, and who came last into it."""
-    came = f", last {lock['last']['vehicle']} at {lock['last']['at_s']:.0f}" if "last" in lock else ""
+    last = lock.get("last")
+    came = f", last {last['vehicle']} at {last['at_s']:.0f}" if last else ""
     return f"{lock['at_s']:.0f}:{lock.get('by', '')}{came}"
+
+
+def _is_gates(lock: dict[str, Any]) -> bool:
+    """Return whether gated vehicles locked up alone, or one was let in last where there was no room."""
+    by = lock.get("by")
+    return by == "gated" or (by == "both" and lock.get("last", {}).get("gated", False))
 
 
 if __name__ == "__main__":

@@ -38,7 +38,8 @@ class Deadlock:
         would without them, ``both`` if it takes both; empty where there are no others.
     last
         Who of those that stand there came last onto the lanes of the circle, and when [s]: an ordinary
-        vehicle when it drove onto them, a gated one when it was let go to; None where nobody took note.
+        vehicle when it drove onto them, a gated one when it was let go to; and whether it is gated. None
+        where nobody took note.
     """
 
     at_s: float
@@ -46,7 +47,7 @@ class Deadlock:
     places: tuple[str, ...]
     held_up: int
     by: str = ""
-    last: tuple[str, float] | None = None
+    last: tuple[str, float, bool] | None = None
 
 
 ToldRefusal = Callable[[], tuple[Sequence[Sequence[str]], str]]
@@ -126,7 +127,10 @@ class Watch:
         circle = circular_wait(waits, new)
         wanted = tuple(places[v] for v in circle)
         lanes = {self._traffic.lane(vehicle)[0] for vehicle in circle}
-        came = self._trails.last(stuck, lanes) if self._trails is not None else None
+        came = None
+        if self._trails is not None and self._own is not None:
+            vehicle, at_s = self._trails.last(stuck, lanes)
+            came = vehicle, at_s, vehicle in self._own
         return Deadlock(now, tuple(circle), wanted, len(stuck), self._by(waits, new), came)
 
     def _by(self, waits: WaitFor, stuck: AbstractSet[str]) -> str:
