@@ -44,7 +44,7 @@ class Yielding:
     bodies touch; and of ways that touch though they are no foes it knows nothing. So a vehicle is slowed
     down before a junction as long as it can still stop there, and does not set out from one, while somebody
     is in its way or comes. What comes later is SUMO's to sort out, as it is after a minute; but who drove in
-    when nobody came does not wait inside, in the way of one that departs just then.
+    when nobody came does not wait inside, in the way of one that departs just then and can still stop.
 
     Parameters
     ----------
@@ -117,8 +117,14 @@ class Yielding:
         for movement, left_m, _ in self._ahead(driver):
             if movement is clear and left_m > -movement.wait_m:
                 self._clear[driver.id] = movement
-                if left_m < 0.0:
+                if left_m < 0.0 and not self._is_late(movement):
                     first.add(driver.id)
+
+    def _is_late(self, movement: Movement) -> bool:
+        """Return whether somebody comes who cannot stop any more."""
+        self.look_around()
+        comers = (one for approach in movement.approaches for one in self._arriving(approach))
+        return any(arrival.near for arrival in comers)
 
     def _ahead(self, driver: Driver) -> Iterator[tuple[Movement, float, float]]:
         """Yield its next movements, how far it is before each, and before where it may stand [m]."""

@@ -82,6 +82,10 @@ def test_who_drove_in_when_nobody_came_does_not_wait_inside() -> None:
     assert not firsts
     way.look(COMES, front_m=102.0, speed_mps=4.0)
     assert firsts == {"v"}
+    way.look([Arrival(1.0, 1.0, near=True)], front_m=103.0, speed_mps=4.0)
+    assert not firsts
+    way.look(COMES, front_m=104.0, speed_mps=4.0)
+    assert firsts == {"v"}
     way.look(COMES, front_m=108.5, speed_mps=4.0)
     assert not firsts
     assert way.look(COMES, front_m=98.0, speed_mps=0.0) == [0.0]
