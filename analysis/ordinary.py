@@ -89,22 +89,22 @@ def row(scenario: Scenario, folder: Path) -> dict[str, Any]:
         "seed": scenario.seed,
         "collisions": found["collisions"],
         "by others": found.get("collisions_by_others", 0),
-        "locks": " ".join(_told(lock) for lock in found["deadlocks"]),
-        "locks of the gate": sum(_is_gates(lock) for lock in found["deadlocks"]),
+        "locks": " ".join(told(lock) for lock in found["deadlocks"]),
+        "locks of the gate": sum(is_gates(lock) for lock in found["deadlocks"]),
         "broken": found["trespasses"] + found["overruns"],
         "km": round(found["distance_km"]),
         "longest wait [s]": found["longest_wait_s"],
     }
 
 
-def _told(lock: dict[str, Any]) -> str:
+def told(lock: dict[str, Any]) -> str:
     """Return when a lock was seen, whose it is, and who came last into it."""
     last = lock.get("last")
     came = f", last {last['vehicle']} at {last['at_s']:.0f}" if last else ""
     return f"{lock['at_s']:.0f}:{lock.get('by', '')}{came}"
 
 
-def _is_gates(lock: dict[str, Any]) -> bool:
+def is_gates(lock: dict[str, Any]) -> bool:
     """Return whether gated vehicles locked up alone, or one was let in last where there was no room."""
     by = lock.get("by")
     return by == "gated" or (by == "both" and lock.get("last", {}).get("gated", False))
