@@ -105,7 +105,7 @@ def told(lock: dict[str, Any]) -> str:
 
 
 def is_gates(lock: dict[str, Any]) -> bool:
-    """Return whether gated vehicles locked up alone, or one was let in last where there was no room."""
+    """Return whether gated vehicles locked up alone, or one of them was let in last."""
     by = lock.get("by")
     return by == "gated" or (by == "both" and lock.get("last", {}).get("gated", False))
 
