@@ -19,6 +19,7 @@ from typing import NamedTuple
 from xml.etree import ElementTree as ET
 
 import pandas as pd
+from ordinary import is_gates, told
 
 from loopgate import Loop, RoadNetwork, Scenario, run
 from loopgate.errors import LoopgateError
@@ -185,8 +186,8 @@ def main() -> int:
                     "seed": seed,
                     **punctual(output),
                     "missed": summary["stops"]["missed"],
-                    "locks": len(summary["deadlocks"]),
-                    "locks_by": " ".join(lock.get("by", "") for lock in summary["deadlocks"]),
+                    "locks": " ".join(told(lock) for lock in summary["deadlocks"]),
+                    "gates_locks": sum(is_gates(lock) for lock in summary["deadlocks"]),
                     **{name: summary.get(name) for name in FIGURES},
                     "longest_wait_s": summary.get("longest_wait_s"),
                     "audit": str(summary.get("audit")),
@@ -194,7 +195,9 @@ def main() -> int:
                 result.write_text(json.dumps(found), encoding="utf-8")
             rows.append(json.loads(result.read_text(encoding="utf-8")))
             print(pd.DataFrame(rows[-1:]).to_string(index=False, header=len(rows) == 1), flush=True)
-            clean &= gate == "open" or not any(rows[-1][name] for name in ("trespasses", "overruns", "locks"))
+            broken = [rows[-1][name] for name in ("trespasses", "overruns", "missed", "gates_locks")]
+            ours = rows[-1]["collisions"] - (rows[-1]["collisions_by_others"] or 0)
+            clean &= gate == "open" or not any((*broken, ours))
     return 0 if clean else 1
 
 

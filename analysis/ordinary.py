@@ -74,7 +74,7 @@ def main() -> int:
     table = pd.DataFrame(rows)
     print(table.groupby([PERIOD, "gate"], sort=False).agg(list).T.to_string())
     gated = table[table["gate"] != "open"]
-    ours = gated["collisions"] - gated["by others"]
+    ours = gated["collisions"] - gated["by others"] + gated["locks of the gate"]
     return int(bool((gated["broken"] + ours).sum()))
 
 
@@ -89,11 +89,25 @@ def row(scenario: Scenario, folder: Path) -> dict[str, Any]:
         "seed": scenario.seed,
         "collisions": found["collisions"],
         "by others": found.get("collisions_by_others", 0),
-        "locks": " ".join(f"{lock['at_s']:.0f}:{lock.get('by', '')}" for lock in found["deadlocks"]),
+        "locks": " ".join(told(lock) for lock in found["deadlocks"]),
+        "locks of the gate": sum(is_gates(lock) for lock in found["deadlocks"]),
         "broken": found["trespasses"] + found["overruns"],
         "km": round(found["distance_km"]),
         "longest wait [s]": found["longest_wait_s"],
     }
+
+
+def told(lock: dict[str, Any]) -> str:
+    """Return when a lock was seen, whose it is, and who came last into it."""
+    last = lock.get("last")
+    came = f", last {last['vehicle']} at {last['at_s']:.0f}" if last else ""
+    return f"{lock['at_s']:.0f}:{lock.get('by', '')}{came}"
+
+
+def is_gates(lock: dict[str, Any]) -> bool:
+    """Return whether gated vehicles locked up alone, or one of them was let in last."""
+    by = lock.get("by")
+    return by == "gated" or (by == "both" and lock.get("last", {}).get("gated", False))
 
 
 if __name__ == "__main__":

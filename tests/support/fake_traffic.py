@@ -71,6 +71,7 @@ class FakeTraffic:
         self.crashes: tuple[Collision, ...] = ()
         self.lights: dict[str, Light] = {}
         self.heedless: set[str] = set()
+        self.firsts: set[str] = set()
         self.programs: dict[str, Program] = {}
         self._halted: list[str] = []
 
@@ -284,6 +285,10 @@ class FakeTraffic:
     def heed_lights(self, vehicle: str, *, heeds: bool) -> None:
         """Take note of who drives on whatever lights show."""
         (self.heedless.discard if heeds else self.heedless.add)(vehicle)
+
+    def give_way(self, vehicle: str, *, gives: bool) -> None:
+        """Take note of who gives way to nobody who only comes."""
+        (self.firsts.discard if gives else self.firsts.add)(vehicle)
 
     def light(self, light: str) -> Light:
         """Return what a test has put there."""

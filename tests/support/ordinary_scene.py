@@ -95,6 +95,12 @@ class Scene:
         way = self.ways["loop"][0]
         self.ways["loop"][0] = replace(way, movements=(replace(way.movements[0], unseen=("foe_0",)),))
 
+    def make_waiting(self) -> None:
+        """Let the vehicle have to wait 8 m inside the junction, in others' way."""
+        way = self.ways["loop"][0]
+        movement = replace(way.movements[0], wait_m=8.0, waits_in_way=True)
+        self.ways["loop"][0] = replace(way, movements=(movement,))
+
     def says(self) -> Reason | None:
         """Ask in a new step."""
         self.traffic.now_s += 1.0

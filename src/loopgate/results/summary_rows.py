@@ -146,7 +146,8 @@ def _deadlocks(summary: Mapping[str, Any]) -> str:
     first = found[0]
     whose = _WHOSE.get(first.get("by", ""), "")
     size = len(first["vehicles"])
-    return f"{len(found)}; the first at {first['at_s']:.0f} s, {size} vehicles in a circle{whose}"
+    came = f", {first['last']['vehicle']} the last to come" if "last" in first else ""
+    return f"{len(found)}; the first at {first['at_s']:.0f} s, {size} vehicles in a circle{whose}{came}"
 
 
 def _coverage(summary: Mapping[str, Any]) -> str:

@@ -17,6 +17,9 @@ _HORIZON_S = 20.0
 
 _STANDING_MPS = 0.1
 
+_REACTS_S = 1.0
+"""SUMO's drivers brake so late [s]."""
+
 _AT_LINE_M = 30.0
 """So far before a junction a vehicle may stand that is the first at its line [m], or in the queue behind."""
 
@@ -24,12 +27,14 @@ _AT_LINE_M = 30.0
 class Arrival(NamedTuple):
     """When a vehicle gets to a junction, from now on [s]: gaining speed as it can, or as fast as now.
 
-    One that stands at its line, or near it, may set out, or never: then `stands` is its name.
+    One that stands at its line, or near it, may set out, or never: then `stands` is its name. One that is
+    `near` cannot stop before the junction any more.
     """
 
     first_s: float
     last_s: float
     stands: str = ""
+    near: bool = False
 
 
 class Coming:
@@ -65,14 +70,15 @@ class Coming:
             if one.lane.startswith(":"):
                 at += 1
                 left_m += self._edge_m(edges[at]) if at < len(edges) else math.inf
-            accel = self._sight.kinds[one.vehicle].accel_mps2
+            kind = self._sight.kinds[one.vehicle]
+            accel, stops_m = kind.accel_mps2, _REACTS_S * speed + speed**2 / (2 * kind.decel_mps2)
             while at + 1 < len(edges):
                 top = max((lane.speed_mps for lane in self._lanes(edges[at])), default=speed)
                 first_s = time_s(left_m, speed, accel, max(speed, top))
                 if first_s > _HORIZON_S:
                     break
                 pair = edges[at], edges[at + 1]
-                found.setdefault(pair, []).append(Arrival(first_s, left_m / speed))
+                found.setdefault(pair, []).append(Arrival(first_s, left_m / speed, near=left_m < stops_m))
                 left_m += self._through_m.get(pair, 0.0) + self._edge_m(edges[at + 1])
                 at += 1
         return found

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 
-from shapely import LineString
+from shapely import LineString, Point, get_coordinates
 from shapely.ops import substring
 
 from loopgate.drive.track import Track
@@ -53,11 +53,18 @@ class Movement:
     approaches
         Ways over the junction of which nobody may be about to come: those with the right of way, since SUMO's
         drivers set out before them, or wait for them inside the junction, so near that they are hit; those
-        that touch its own without right of way between them; and those that wait for it inside, in its way.
+        that touch its own without right of way between them; those that wait for it inside, in its way; and
+        those before which nobody can wait without standing across the same crossing, where each of the two
+        would wait for the other's rear.
     length_m, speed_mps
         Its length, and the lowest speed limit on it.
     wait_m
         How much of that lies before the place inside the junction where it may have to wait; 0 for none.
+    waits_in_way
+        Whether it would touch those there whom it waits for.
+    past_m
+        From where on a rear, on a lane that its vehicle's front has left, is past its way [m]; it never is
+        on a lane that is not named.
     """
 
     from_m: float
@@ -67,6 +74,8 @@ class Movement:
     length_m: float
     speed_mps: float
     wait_m: float
+    waits_in_way: bool = False
+    past_m: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,6 +133,10 @@ class CrossingWays:
         self._movements = {movement.id: movement for movement in network.connections}
         self._at: dict[str, list[Connection]] = {}
         self._into: dict[str, list[str]] = {}
+        self._ends = {lane: _end(movement) for movement in network.connections for lane in movement.via}
+        """The lane onto which one inside a junction leads."""
+        self._behind = {movement.to_edge: movement.junction for movement in network.connections}
+        """The junction behind which a road begins."""
         self._lines: dict[tuple[str, ...], LineString] = {}
         for movement in network.connections:
             self._at.setdefault(movement.junction, []).append(movement)
@@ -155,37 +168,68 @@ class CrossingWays:
     def _crossed(self, crossing: Sequence[Connection], line_m: float) -> Iterator[Movement]:
         """Yield the movements of a crossing; the vehicle is held at `line_m` on the lane before the first."""
         own = {lane for movement in crossing for lane in movement.via}
+        junctions = {movement.junction for movement in crossing}
         from_m = -line_m
         for movement in crossing:
             from_m += self._network.edges[movement.from_edge].lanes[movement.from_lane].length_m
             lanes = [self._network.lanes[lane] for lane in movement.via]
             length_m = sum(lane.length_m for lane in lanes)
-            foes, unseen, comers = self._foes(movement)
+            foes, unseen, comers = self._foes(movement, junctions)
             yield Movement(
                 from_m=from_m,
                 across=tuple(lane for lane in foes if lane not in own),
                 unseen=tuple(lane for lane in unseen if lane not in own),
                 approaches=comers,
                 length_m=length_m,
+                past_m=self._past(movement, foes),
                 speed_mps=min((lane.speed_mps for lane in lanes), default=math.inf),
                 wait_m=sum(lane.length_m for lane in lanes[:-1]),
+                waits_in_way=any(
+                    self._yields(movement, other) and self._waits_in_way(movement, other)
+                    for other in self._at[movement.junction]
+                ),
             )
             from_m += length_m
 
-    def _foes(self, movement: Connection) -> tuple[tuple[str, ...], tuple[str, ...], tuple[Approach, ...]]:
-        """Return the lanes of conflicting movements, those unseen, and the ways to look out for."""
+    def _foes(
+        self, movement: Connection, junctions: Container[str]
+    ) -> tuple[tuple[str, ...], tuple[str, ...], tuple[Approach, ...]]:
+        """Return the lanes of conflicting movements, those unseen, and the ways to look out for.
+
+        The movement is one of a crossing over `junctions`.
+        """
         lanes: dict[str, None] = {}
         unseen: dict[str, None] = {}
         comers: dict[Approach, None] = {}
         for other in self._at[movement.junction]:
             touches = self._touches(movement, other)
-            if touches or self._network.are_foes(movement, other):
+            conflict = touches or self._network.are_foes(movement, other)
+            if conflict:
                 lanes.update(dict.fromkeys(other.via))
-            if touches or self._yields(movement, other):
+            within = other.from_edge != movement.from_edge and self._stands_across(other, junctions)
+            if touches or self._yields(movement, other) or (conflict and within):
                 comers[Approach(other.from_edge, other.to_edge, other.signal)] = None
             if touches:
                 unseen.update(dict.fromkeys(other.via))
         return tuple(lanes), tuple(unseen), tuple(comers)
+
+    def _past(self, movement: Connection, foes: Iterable[str]) -> dict[str, float]:
+        """Return from where on a rear on some lanes leaves room for the movement, but for those it joins."""
+        if not movement.via:
+            return {}
+        near = self._line(movement.via).buffer(_ABREAST_M)
+        past: dict[str, float] = {}
+        for lane in foes:
+            if self._ends[lane] != _end(movement):
+                line = self._line((lane,))
+                there = get_coordinates(line.intersection(near))
+                past[lane] = max((line.project(Point(at)) for at in there), default=0.0)
+        return past
+
+    def _stands_across(self, other: Connection, junctions: Container[str]) -> bool:
+        """Return whether a car that waits before a movement stands in one of `junctions` with its rear."""
+        lane = self._network.edges[other.from_edge].lanes[other.from_lane]
+        return lane.length_m < _CAR_M and self._behind.get(other.from_edge) in junctions
 
     def _yields(self, movement: Connection, other: Connection) -> bool:
         rows = self._network.junctions[movement.junction].yields_to
@@ -201,11 +245,15 @@ class CrossingWays:
             return False
         if not self._network.are_foes(movement, other):
             return self._line(other.via).distance(self._line(movement.via)) < _ABREAST_M
-        if len(other.via) == 1 or self._yields(movement, other):
+        return not self._yields(movement, other) and self._waits_in_way(other, movement)
+
+    def _waits_in_way(self, movement: Connection, other: Connection) -> bool:
+        """Return whether one that waits inside the junction would touch those on another way."""
+        if len(movement.via) == 1 or not other.via:
             return False
-        first = self._line(other.via[:1])
+        first = self._line(movement.via[:1])
         waiting = substring(first, max(0.0, first.length - _CAR_M), first.length)
-        return float(waiting.distance(self._line(movement.via))) < _ABREAST_M
+        return float(waiting.distance(self._line(other.via))) < _ABREAST_M
 
     def _line(self, lanes: tuple[str, ...]) -> LineString:
         if lanes not in self._lines:

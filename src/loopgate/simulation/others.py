@@ -134,8 +134,9 @@ class Others:
         return [s.vehicle for s in seen if here_m < s.position_m <= way.line_m + BEYOND_M]
 
     def _across(self, way: Way) -> list[str]:
-        lanes = [*(lane for movement in way.movements for lane in movement.across), *way.between]
-        return [seen.vehicle for lane in dict.fromkeys(lanes) for seen in self._sight.upon(lane)]
+        there = [seen for movement in way.movements for seen in self._sight.across(movement)]
+        there += (seen for lane in way.between for seen in self._sight.upon(lane))
+        return list(dict.fromkeys(seen.vehicle for seen in there))
 
     def _too_full(self, robot: int, way: Way) -> bool:
         holders = self._keeper.holders(self._keeper.wanted(robot))

@@ -362,6 +362,9 @@ def _traffic_figures(tallies: Sequence[Tally], duration_s: float) -> dict[str, A
     }
 
 
+_LAST = "vehicle", "at_s", "gated"
+
+
 def _deadlock_figures(deadlock: Deadlock) -> dict[str, Any]:
     return {
         "at_s": deadlock.at_s,
@@ -369,4 +372,5 @@ def _deadlock_figures(deadlock: Deadlock) -> dict[str, Any]:
         "places": list(deadlock.places),
         "held_up": deadlock.held_up,
         **({"by": deadlock.by} if deadlock.by else {}),
+        **({"last": dict(zip(_LAST, deadlock.last, strict=True))} if deadlock.last else {}),
     }

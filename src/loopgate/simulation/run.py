@@ -107,9 +107,15 @@ def _run(
         own, once = frozenset(assembly.names), assembly.trips
         among = bool(scenario.traffic or assembly.ordinary)
         mixed = own if among else None
-        watch = watch_class(traffic, after_s=scenario.deadlock_after_s, at_gate=engine.refused, own=mixed)
         judged = among and session.keeper is not None
         verdicts = Verdicts(assembly.network, traffic, engine.driver_of) if judged else None
+        watch = watch_class(
+            traffic,
+            after_s=scenario.deadlock_after_s,
+            at_gate=engine.refused,
+            own=mixed,
+            trails=verdicts.trails if verdicts else None,
+        )
         course = drive(
             engine,
             traffic,

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
 from loopgate.drive.driver import Driver
 from loopgate.network import RoadNetwork
-from loopgate.simulation.crossing_ways import Place
+from loopgate.simulation.crossing_ways import Movement, Place
 from loopgate.traffic.base import Dynamics, Traffic
 
 __all__ = ["BEYOND_M", "Seen", "Sight"]
@@ -36,6 +36,13 @@ class Seen(NamedTuple):
     length_m: float
 
 
+class _Rear(NamedTuple):
+    """A vehicle whose front has left a lane, and where on that its rear is [m]; below 0 before it."""
+
+    seen: Seen
+    rear_m: float
+
+
 class Sight:
     """The vehicles on the road, not beside it, under no gate. O(vehicles) in a step in which it is asked.
 
@@ -57,7 +64,7 @@ class Sight:
             self._behind[movement.from_edge, f"{movement.to_edge}_{movement.to_lane}"] = way[-1]
         self.on: Mapping[str, Sequence[Seen]] = {}
         """By the lane on which their fronts are."""
-        self.over: Mapping[str, Sequence[Seen]] = {}
+        self._over: Mapping[str, Sequence[_Rear]] = {}
         """By the lanes behind that, on which the rest of them is."""
         self.kinds: Mapping[str, Dynamics] = {}
         """What they can do."""
@@ -96,15 +103,15 @@ class Sight:
             on.setdefault(lane, []).append(Seen(vehicle, lane, position_m, kind.length_m))
         self._routes = {vehicle: known for vehicle, known in self._routes.items() if vehicle in kinds}
         self.kinds, self.on = kinds, on
-        over: dict[str, list[Seen]] = {}
+        over: dict[str, list[_Rear]] = {}
         for one in (seen for lane in on.values() for seen in lane):
-            for lane in self._lanes_behind(one):
-                over.setdefault(lane, []).append(one)
-        self.over = over
+            for lane, rear_m in self._lanes_behind(one):
+                over.setdefault(lane, []).append(_Rear(one, rear_m))
+        self._over = over
         return True
 
-    def _lanes_behind(self, one: Seen) -> Iterator[str]:
-        """Yield the lanes on which a vehicle is that its front has left."""
+    def _lanes_behind(self, one: Seen) -> Iterator[tuple[str, float]]:
+        """Yield the lanes on which a vehicle is that its front has left, and where its rear is [m]."""
         lane, left_m = one.lane, one.length_m - one.position_m
         if left_m <= 0:
             return
@@ -118,13 +125,20 @@ class Sight:
                 behind = self._behind.get(lane)
             if behind is None:
                 return
-            yield behind
             lane = behind
-            left_m -= self._network.lanes[lane].length_m
+            rear_m = self._network.lanes[lane].length_m - left_m
+            yield lane, rear_m
+            left_m = -rear_m
 
-    def upon(self, lane: str) -> Sequence[Seen]:
-        """Return those of whom some part is on a lane."""
-        return (*self.on.get(lane, ()), *self.over.get(lane, ()))
+    def upon(self, lane: str, past_m: float = math.inf) -> Sequence[Seen]:
+        """Return those whose fronts are on a lane, or have left it with some part still before `past_m`."""
+        rears = (one.seen for one in self._over.get(lane, ()) if one.rear_m < past_m)
+        return (*self.on.get(lane, ()), *rears)
+
+    def across(self, movement: Movement, lanes: Iterable[str] | None = None) -> list[Seen]:
+        """Return those inside the junction who are in the way of a movement; on `lanes` if given."""
+        among = movement.across if lanes is None else lanes
+        return [seen for lane in among for seen in self.upon(lane, movement.past_m.get(lane, math.inf))]
 
     def inside(self, place: Place) -> list[Seen]:
         """Return those in a place, and those about to drive into it."""

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 from loopgate.drive.driver import Driver
 from loopgate.network import RoadNetwork
 from loopgate.network.records import Connection
+from loopgate.simulation.trails import Trails
 from loopgate.traffic.base import Collision, Traffic
 
 __all__ = ["Verdict", "Verdicts"]
@@ -84,7 +85,8 @@ class Verdicts:
     2. of two on ways out of one lane, or on one lane, the one behind;
     3. who drove into the junction at red;
     4. who has to yield by the junction's request matrix, unless it was inside, and past where it may wait for
-       others there, when the other one could still have stopped before the junction: then that one;
+       others there, when the other one could still have stopped before the junction, or could itself not stop
+       any more before the junction when the other one departed: then that one;
     5. where neither or both have to, the one that came later.
 
     Parameters
@@ -96,6 +98,8 @@ class Verdicts:
     """
 
     def __init__(self, network: RoadNetwork, traffic: Traffic, drivers: Mapping[str, Driver]) -> None:
+        self.trails = Trails(drivers)
+        """Over which lanes they came."""
         self._network, self._traffic, self._drivers = network, traffic, drivers
         self._moments: deque[tuple[float, dict[str, _Moment]]] = deque()
         self._entries: dict[str, _Entry] = {}
@@ -119,6 +123,7 @@ class Verdicts:
             entry = self._entries.get(vehicle)
             if entry is not None and math.isinf(entry.past_s) and moment.lane not in entry.movement.via[:-1]:
                 self._entries[vehicle] = entry._replace(past_s=now)
+        self.trails.look(now, ((vehicle, moment.lane) for vehicle, moment in here.items()))
         self._moments.append((now, here))
         while now - self._moments[0][0] > _REMEMBERED_S:
             self._moments.popleft()
@@ -171,6 +176,9 @@ class Verdicts:
         if yields[0] == yields[1]:
             return names[later], f"{said}, and neither had the right of way"
         must = 0 if yields[0] else 1
+        departed_s = self._departed_s(names[1 - must])
+        if departed_s is not None and not self._could_stop(names[must], came[must], departed_s):
+            return names[1 - must], f"{names[1 - must]} departed when {names[must]} could not stop any more"
         past_s, other_s = came[must].past_s, came[1 - must].at_s
         if past_s <= other_s and self._could_stop(names[1 - must], came[1 - must], past_s):
             said = f"{names[must]} was on its way across {other_s - past_s:g} s before {names[1 - must]}"
@@ -192,11 +200,18 @@ class Verdicts:
 
     def _could_stop(self, vehicle: str, entry: _Entry, at_s: float) -> bool:
         """Return whether a vehicle could still have stopped before the junction that it drove into later."""
+        if entry.at_s <= at_s:
+            return False
         then = next((here for now, here in self._moments if now >= at_s), {}).get(vehicle)
         if then is None or _edge(then.lane) != entry.movement.from_edge:
             return True  # farther away
         left_m = self._network.lanes[then.lane].length_m - then.position_m
         return then.speed_mps**2 / (2 * _DECEL_MPS2) + then.speed_mps * self._traffic.step_s < left_m
+
+    def _departed_s(self, vehicle: str) -> float | None:
+        """Return when a vehicle came onto the road, if that is remembered [s]."""
+        there = [(now, vehicle in here) for now, here in self._moments]
+        return None if there[0][1] else next((now for now, is_there in there if is_there), None)
 
     def _before(self, vehicle: str) -> tuple[str, float, float]:
         now = self._traffic.now_s

@@ -26,9 +26,7 @@ def deadlocked(waits: WaitFor) -> set[str]:
         stuck -= freed
 
 
-def circular_wait(
-    waits: WaitFor, stuck: AbstractSet[str], *, among: AbstractSet[str] | None = None
-) -> list[str]:
+def circular_wait(waits: WaitFor, stuck: AbstractSet[str]) -> list[str]:
     """Return one circle of `stuck` vehicles, each waiting for the next and the last for the first.
 
     Parameters
@@ -37,15 +35,13 @@ def circular_wait(
         The wait-for graph.
     stuck
         What `deadlocked` returned for it; not empty.
-    among
-        Where to begin looking: the smallest of these vehicles; by default of all.
 
     Notes
     -----
     The circle begins at its smallest vehicle id, and ties go to the smallest id, so that the answer never
     depends on hashing.
     """
-    here = min(among or stuck)
+    here = min(stuck)
     seen: dict[str, int] = {}
     while here not in seen:
         seen[here] = len(seen)

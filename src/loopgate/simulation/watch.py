@@ -6,6 +6,7 @@ from collections.abc import Callable, Container, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
 
+from loopgate.simulation.trails import Trails
 from loopgate.simulation.waits import WaitFor, circular_wait, deadlocked
 from loopgate.traffic.base import Traffic
 
@@ -35,6 +36,10 @@ class Deadlock:
     by
         ``gated`` if vehicles on loops would wait for each other without any others, ``ordinary`` if those
         would without them, ``both`` if it takes both; empty where there are no others.
+    last
+        Who of those that stand there came last onto the lanes of the circle, and when [s]: an ordinary
+        vehicle when it drove onto them, a gated one when it was let go to; and whether it is gated. None
+        where nobody took note.
     """
 
     at_s: float
@@ -42,6 +47,7 @@ class Deadlock:
     places: tuple[str, ...]
     held_up: int
     by: str = ""
+    last: tuple[str, float, bool] | None = None
 
 
 ToldRefusal = Callable[[], tuple[Sequence[Sequence[str]], str]]
@@ -67,6 +73,8 @@ class Watch:
         place; None for a vehicle that is not refused by a gate.
     own
         All vehicles on loops; None if there are no others.
+    trails
+        Over which lanes vehicles came, if that is noted.
     """
 
     def __init__(
@@ -76,8 +84,9 @@ class Watch:
         after_s: float,
         at_gate: Callable[[str], ToldRefusal | None] | None = None,
         own: Container[str] | None = None,
+        trails: Trails | None = None,
     ) -> None:
-        self._own = own
+        self._own, self._trails = own, trails
         self._traffic = traffic
         self._after_s = after_s
         self._at_gate = at_gate
@@ -111,16 +120,18 @@ class Watch:
             for vehicle in standing
         }
         stuck = deadlocked(waits)
-        if not stuck - self._known:
-            return None
-        circle = circular_wait(waits, stuck, among=stuck - self._known)
-        if self._known.issuperset(circle):  # newcomers behind a circle that has been named
-            self._known |= stuck
-            return None
-        by = self._by(waits, stuck - self._known)
+        new = deadlocked({v: waits[v] for v in stuck - self._known})
         self._known |= stuck
+        if not new:  # nobody else, or newcomers who could go on if those did that have been named
+            return None
+        circle = circular_wait(waits, new)
         wanted = tuple(places[v] for v in circle)
-        return Deadlock(now, tuple(circle), wanted, len(stuck), by)
+        lanes = {self._traffic.lane(vehicle)[0] for vehicle in circle}
+        came = None
+        if self._trails is not None and self._own is not None:
+            vehicle, at_s = self._trails.last(stuck, lanes)
+            came = vehicle, at_s, vehicle in self._own
+        return Deadlock(now, tuple(circle), wanted, len(stuck), self._by(waits, new), came)
 
     def _by(self, waits: WaitFor, stuck: AbstractSet[str]) -> str:
         """Return whose deadlock it is: of those without whom nobody would be stuck."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 from loopgate.drive.driver import Driver
 from loopgate.drive.motion import time_s
@@ -43,7 +43,8 @@ class Yielding:
     SUMO lets who turns across others wait for them inside the junction, where they drive by so near that
     bodies touch; and of ways that touch though they are no foes it knows nothing. So a vehicle is slowed
     down before a junction as long as it can still stop there, and does not set out from one, while somebody
-    is in its way or comes. What comes later is SUMO's to sort out, as it is after a minute.
+    is in its way or comes. What comes later is SUMO's to sort out, as it is after a minute; but who drove in
+    when nobody came does not wait inside, in the way of one that departs just then and can still stop.
 
     Parameters
     ----------
@@ -75,6 +76,10 @@ class Yielding:
         """Since when vehicles with grants are before a junction with somebody in their way [s]."""
         self._kept: dict[str, float] = {}
         """How fast those of them may drive that are kept [m/s]; by name, as numbers change."""
+        self._clear: dict[str, Movement] = {}
+        """For whom nobody came when it was looked last, and on which movement, until they are past it."""
+        self._first: set[str] = set()
+        """Those of them inside the junction, where they would be in the way if they waited."""
         self._may_set_out: dict[str, tuple[float, float]] = {}
         """Since when ordinary vehicles stand at their lines though they may drive, and were seen so last."""
 
@@ -87,8 +92,11 @@ class Yielding:
         """Keep those out of the next junction who can stop before it and must not drive into it."""
         now, since_s, self._since_s = self._traffic.now_s, self._since_s, {}
         kept: dict[str, float] = {}
+        first: set[str] = set()
+        clear, self._clear = self._clear, {}
         for driver in self._drivers:
             if driver.row["crossed"] < driver.row["granted"] and not driver.row["steered"]:
+                self._go_on(driver, clear.get(driver.id), first)
                 speed = self._speed(driver, before=driver.id in since_s)
                 if speed is None:
                     continue
@@ -100,20 +108,41 @@ class Yielding:
             if self._kept.get(vehicle) != kept.get(vehicle):
                 self._traffic.keep_to(vehicle, kept.get(vehicle))
         self._kept = kept
+        for vehicle in sorted((self._first ^ first) & here):
+            self._traffic.give_way(vehicle, gives=vehicle not in first)
+        self._first = first
 
-    def _speed(self, driver: Driver, *, before: bool) -> float | None:
-        """Return how fast a vehicle may drive that is to be kept out of a junction [m/s]; else None."""
+    def _go_on(self, driver: Driver, clear: Movement | None, first: set[str]) -> None:
+        """Take note of one that drives onto a clear movement, as long as it could have to wait there."""
+        for movement, left_m, _ in self._ahead(driver):
+            if movement is clear and left_m > -movement.wait_m:
+                self._clear[driver.id] = movement
+                if left_m < 0.0 and not self._is_late(movement):
+                    first.add(driver.id)
+
+    def _is_late(self, movement: Movement) -> bool:
+        """Return whether somebody comes who cannot stop any more."""
+        self.look_around()
+        comers = (one for approach in movement.approaches for one in self._arriving(approach))
+        return any(arrival.near for arrival in comers)
+
+    def _ahead(self, driver: Driver) -> Iterator[tuple[Movement, float, float]]:
+        """Yield its next movements, how far it is before each, and before where it may stand [m]."""
         ways = self._ways[driver.track.loop]
         for leg in range(int(driver.row["crossed"]), driver.granted):
             line_m = driver.end_m(leg) - driver.front_m
             for number, movement in enumerate(ways[leg % len(ways)].movements):
                 left_m = line_m + movement.from_m
-                if left_m < -BEYOND_M:
-                    continue
-                if driver.speed_mps < _STANDING_MPS:
-                    at_line = (left_m if number else line_m) <= _AT_LINE_M
-                    return 0.0 if at_line and self._is_closed(driver, movement, left_m) else None
-                return self._slowed(driver, movement, left_m, before=before)
+                yield movement, left_m, left_m if number else line_m
+
+    def _speed(self, driver: Driver, *, before: bool) -> float | None:
+        """Return how fast a vehicle may drive that is to be kept out of a junction [m/s]; else None."""
+        for movement, left_m, line_m in self._ahead(driver):
+            if left_m < -BEYOND_M:
+                continue
+            if driver.speed_mps < _STANDING_MPS:
+                return 0.0 if line_m <= _AT_LINE_M and self._is_closed(driver, movement, left_m) else None
+            return self._slowed(driver, movement, left_m, before=before)
         return None
 
     def _slowed(self, driver: Driver, movement: Movement, left_m: float, *, before: bool) -> float | None:
@@ -130,8 +159,12 @@ class Yielding:
         """Return whether somebody is in the way of a vehicle that is so far before a junction, or comes."""
         self.look_around()
         waits = movement.wait_m > 0.0 or driver.speed_mps < _STANDING_MPS
-        inside = movement.across if waits else movement.unseen
-        return any(self._sight.upon(lane) for lane in inside) or self.comes(driver, movement, left_m)
+        inside = self._sight.across(movement, movement.across if waits else movement.unseen)
+        closed = bool(inside) or self.comes(driver, movement, left_m)
+        self._clear.pop(driver.id, None)
+        if movement.waits_in_way and not closed:
+            self._clear[driver.id] = movement
+        return closed
 
     def comes(self, driver: Driver, movement: Movement, left_m: float) -> bool:
         """Return whether somebody would get in the way of one that is so far before a junction."""

@@ -297,6 +297,10 @@ class Traffic(Protocol):
         """Let a vehicle under the gate stop for red and amber lights, or drive on whatever they show."""
         ...
 
+    def give_way(self, vehicle: str, *, gives: bool) -> None:
+        """Let a vehicle under the gate keep the simulator's right of way, or for nobody who only comes."""
+        ...
+
     def light(self, light: str) -> Light:
         """Return what a traffic light shows."""
         ...

@@ -76,6 +76,8 @@ class SumoTraffic:
         self._yields = yields
         self._speed_mode = YIELDING_SPEED_MODE if yields else GATED_SPEED_MODE
         self._heedless: set[str] = set()
+        self._first: set[str] = set()
+        """Those who keep no right of way."""
         self._error = error
         self._running = True
         self._vehicle = api.vehicle
@@ -215,6 +217,7 @@ class SumoTraffic:
         """Let go of it, with the modes that it had before."""
         modes = self._modes.pop(vehicle, None)
         self._heedless.discard(vehicle)
+        self._first.discard(vehicle)
         if vehicle not in self._vehicle.getIDList():
             self._holds.pop(vehicle, None)
             self._braked.discard(vehicle)
@@ -354,14 +357,24 @@ class SumoTraffic:
     def heed_lights(self, vehicle: str, *, heeds: bool) -> None:
         """Let a vehicle under the gate stop for red and amber lights, or drive on whatever they show."""
         (self._heedless.discard if heeds else self._heedless.add)(vehicle)
+        self._set_mode(vehicle)
+
+    def give_way(self, vehicle: str, *, gives: bool) -> None:
+        """Let a vehicle under the gate keep SUMO's right of way, or only that of who is inside already."""
+        (self._first.discard if gives else self._first.add)(vehicle)
+        self._set_mode(vehicle)
+
+    def _set_mode(self, vehicle: str) -> None:
         if vehicle not in self._braked:
             try:
                 self._vehicle.setSpeedMode(vehicle, self._mode(vehicle))
             except self._error:  # it has just arrived
                 self._heedless.discard(vehicle)
+                self._first.discard(vehicle)
 
     def _mode(self, vehicle: str) -> int:
-        return self._speed_mode & _ANY_LIGHT if vehicle in self._heedless else self._speed_mode
+        mode = GATED_SPEED_MODE if vehicle in self._first else self._speed_mode
+        return mode & _ANY_LIGHT if vehicle in self._heedless else mode
 
     def brake(self, vehicle: str) -> None:
         """Let the vehicle brake as hard as it can, and stand until it is released."""

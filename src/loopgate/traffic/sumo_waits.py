@@ -30,6 +30,8 @@ class RoadWaits:
     - the leader beyond the junction, where it leaves no room to clear the junction;
     - else, unless a light shows red, the vehicles that stand inside the junction across its way;
     - else the vehicles that have the right of way;
+    - where one has stood for long, also those whose rears are on the ways that cross its own, their fronts
+      beyond the junction: SUMO tells of them only where they are the leader;
     - where nothing of this explains it, a guess: inside a junction the vehicles on the ways that cross its
       own (SUMO can let two wait for each other there, for ever or for a minute or two), before one the
       leader beyond, for which SUMO keeps it clear.
@@ -66,7 +68,18 @@ class RoadWaits:
         foes = get.getJunctionFoes(vehicle, to_end + 1.0)
         across = [foe[_FOE] for foe in foes if self._blocks(foe)]
         across = across or [foe[_FOE] for foe in foes if foe[_EGO_YIELDS] and not self._stays(foe[_FOE])]
+        if guess:
+            across += self._rears(lane if inside else links[0][_VIA])
         return tuple(dict.fromkeys(across)) or (self._guess(vehicle, lane) if guess else ())
+
+    def _rears(self, lane: str) -> list[str]:
+        """Return vehicles past the junction whose rears are on ways that conflict with an internal lane."""
+        if not lane.startswith(":"):
+            return []
+        beyond = {link[0] for foe in self._lane.getInternalFoes(lane) for link in self._lane.getLinks(foe)}
+        last = [vehicles[0] for out in sorted(beyond) if (vehicles := self._lane.getLastStepVehicleIDs(out))]
+        get = self._vehicle
+        return [v for v in last if get.getLanePosition(v) < get.getLength(v)]
 
     def _leader(self, vehicle: str, within_m: float) -> Sequence[str]:
         """Return the vehicle ahead if its rear is that near, beyond the minimum gap."""

@@ -2,7 +2,12 @@
 
 from unittest.mock import Mock
 
+import pytest
+
 from loopgate.network import RoadNetwork, generate_loops
+from loopgate.network.vehicle_type import DEFAULT_TYPE
+from loopgate.simulation.crossing_ways import CrossingWays
+from loopgate.simulation.plan import Plan
 from loopgate.simulation.sight import Sight
 from loopgate.traffic.base import Dynamics
 
@@ -31,3 +36,27 @@ def test_a_long_vehicle_is_on_the_lanes_behind_its_front() -> None:
     traffic.now_s = 1.0
     assert sight.look()
     assert [len(sight.upon(lane)) for lane in way] == [0] * (len(way) - 1) + [1]
+
+
+@pytest.mark.parametrize("rear_m", [10.0, 11.0])
+def test_a_rear_past_the_way_leaves_room(rear_m: float) -> None:
+    """On a turn of 14 m, of which a left turner from the other side touches the first 10.6 m."""
+    network = RoadNetwork.open("sumo:DRT")
+    loop = generate_loops(network, 1, length_m=(400.0, 4000.0), via=("142575674#2", "142575688#0"))[0]
+    ways = CrossingWays(network).of(Plan(network, ((loop, DEFAULT_TYPE),)).tracks[0])
+    (turn,) = (m for way in ways for m in way.movements if ":1560224186_13_0" in m.across)
+    (there,) = (c for c in network.connections if ":1560224186_13_0" in c.via)
+    front_m = 1.0
+    left_m = network.lanes[":1560224186_13_0"].length_m - rear_m
+    traffic = Mock(
+        now_s=0.0,
+        vehicles=lambda: ["o"],
+        lane=lambda _: (f"{there.to_edge}_{there.to_lane}", front_m),
+        parks=lambda _: False,
+        dynamics=lambda _: Dynamics(front_m + left_m, 2.6, 4.5, 1.0),
+        route=lambda _: ((there.from_edge, there.to_edge), 1),
+    )
+    sight = Sight(network, traffic, [])
+    sight.look()
+    assert [seen.vehicle for seen in sight.across(turn)] == (["o"] if rear_m < 10.5 else [])
+    assert len(sight.upon(":1560224186_13_0")) == 1

@@ -35,7 +35,7 @@ class Junction:
             speed=lambda v: self.at[v][2],
             light=lambda _: Light(shown, 10.0),
         )
-        driver: Any = SimpleNamespace(row={"trespassing": trespassing})
+        driver: Any = SimpleNamespace(row={"trespassing": trespassing}, granted=0)
         self.verdicts = Verdicts(network, self.traffic, {"g": driver})
 
     def step(self, **at: tuple[str, float, float]) -> None:
@@ -75,6 +75,26 @@ def test_who_could_have_stopped_errs(left_m: float, erred: str) -> None:
     junction.step(o=(":j_0_0", 1.0, 10.0))
     assert junction.erred()[0] == erred
     assert "g" in junction.erred()[1]
+
+
+@pytest.mark.parametrize(("left_m", "erred"), [(8.0, "ordinary"), (30.0, "gated")])
+def test_who_departs_when_the_other_cannot_stop_any_more_errs(left_m: float, erred: str) -> None:
+    """The gated vehicle has to yield, and is 8 m or 30 m before the junction when somebody departs there."""
+    junction = Junction()
+    junction.step(g=("south_0", 90.0 - left_m, 10.0))
+    junction.step(g=("south_0", 100.0 - left_m, 10.0), o=("west_0", 70.0, 13.0))
+    junction.step(g=(":j_1_0", 1.0, 5.0), o=("west_0", 83.0, 13.0))
+    junction.step(g=(":j_1_0", 6.0, 5.0), o=(":j_0_0", 1.0, 13.0))
+    assert junction.erred()[0] == erred
+
+
+def test_who_is_inside_in_the_same_second_cannot_stop() -> None:
+    """However far it had been from the junction a second before."""
+    junction = Junction()
+    junction.step(g=("south_0", 99.0, 5.0), o=("west_0", 80.0, 13.0))
+    junction.step(g=(":j_1_0", 3.0, 5.0), o=("west_0", 93.0, 13.0))
+    junction.step(g=(":j_2_0", 3.0, 5.0), o=(":j_0_0", 6.0, 13.0))
+    assert junction.erred()[0] == "gated"
 
 
 @pytest.mark.parametrize("waits", ["g", "o"])

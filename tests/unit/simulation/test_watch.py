@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import cast
+from types import SimpleNamespace
+from typing import Any, cast
 
 import pytest
 
+from loopgate.simulation.trails import Trails
 from loopgate.simulation.watch import ToldRefusal, Watch
 from loopgate.traffic.base import Traffic
 
@@ -108,6 +110,22 @@ def test_newcomers_behind_a_named_circle_are_not_named_again() -> None:
     assert watch.held_up == {"a", "b", "c"}
 
 
+def test_a_circle_that_a_named_one_holds_up_is_not_named() -> None:
+    """Two ordinary vehicles stand for good; one of them waits for a gated one too, which waits for them."""
+    traffic = Standing({"a": ["b"], "b": ["a"], "c": []})
+    watch = Watch(cast("Traffic", traffic), after_s=60.0, own="c")
+    found = []
+    for _ in range(30):
+        traffic.now_s += 10.0
+        if traffic.now_s == 150.0:
+            traffic.waits |= {"a": ["c", "b"], "c": ["b"]}
+        deadlock = watch.check()
+        if deadlock is not None:
+            found.append((deadlock.vehicles, deadlock.by))
+    assert found == [(("a", "b"), "ordinary")]
+    assert watch.held_up == {"a", "b", "c"}
+
+
 @pytest.mark.parametrize(
     ("waits", "own", "by"),
     [
@@ -127,6 +145,23 @@ def test_whose_deadlock_it_is(waits: dict[str, list[str]], own: str, by: str) ->
         traffic.now_s += 10.0
         found = watch.check()
     assert found.by == by
+
+
+def test_who_came_last_into_the_circle_is_told() -> None:
+    """And whether it is gated; the places of who is not in the circle do not count."""
+    traffic = Standing({"a": ["b"], "b": ["a"], "c": ["a"]})
+    drivers: dict[str, Any] = {"b": SimpleNamespace(granted=0)}
+    trails = Trails(drivers)
+    trails.look(1.0, [("a", "lane of a"), ("b", "far")])
+    drivers["b"].granted = 1
+    trails.look(2.0, [("a", "lane of a"), ("b", "far"), ("c", "far")])
+    trails.look(3.0, [("a", "lane of a"), ("b", "lane of b"), ("c", "lane of c")])
+    watch = Watch(cast("Traffic", traffic), after_s=60.0, own="b", trails=trails)
+    found = None
+    while found is None:
+        traffic.now_s += 10.0
+        found = watch.check()
+    assert found.last == ("b", 2.0, True)
 
 
 def test_a_later_deadlock_is_not_put_down_to_an_earlier_one() -> None:

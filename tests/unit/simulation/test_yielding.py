@@ -70,3 +70,26 @@ def test_whom_sumo_does_not_see_is_given_way_to_under_way() -> None:
     (told,) = way.look([], front_m=84.0, speed_mps=10.0)
     assert told is not None
     assert told < 10.0
+
+
+def test_who_drove_in_when_nobody_came_does_not_wait_inside() -> None:
+    """Where it would be in the way of one that departs just then; not who drove in by SUMO's right of way."""
+    way = Way()
+    way.make_waiting()
+    firsts = way.traffic.firsts
+    assert way.look([], front_m=98.0, speed_mps=0.0) == []
+    assert way.look(COMES, front_m=99.5, speed_mps=6.0) == []
+    assert not firsts
+    way.look(COMES, front_m=102.0, speed_mps=4.0)
+    assert firsts == {"v"}
+    way.look([Arrival(1.0, 1.0, near=True)], front_m=103.0, speed_mps=4.0)
+    assert not firsts
+    way.look(COMES, front_m=104.0, speed_mps=4.0)
+    assert firsts == {"v"}
+    way.look(COMES, front_m=108.5, speed_mps=4.0)
+    assert not firsts
+    assert way.look(COMES, front_m=98.0, speed_mps=0.0) == [0.0]
+    way.traffic.now_s += 60.0
+    assert way.look(COMES, front_m=98.0, speed_mps=0.0) == [None]
+    way.look([], front_m=102.0, speed_mps=4.0)
+    assert not firsts
