@@ -26,7 +26,7 @@ or tours large; after `_IDLE` rounds without a gain it is over."""
 _POWER, _SHARE, _SHARE_AT_BOUND = 12.0, 0.3, 3.0
 """A tour of length x is worth ``x**_POWER + share * x``, in units of the longest."""
 
-_HEAT, _PAIR_HEAT = 0.05, 0.003
+_HEAT, _PAIR_HEAT = 0.3, 0.003
 _NEAR, _AROUND = 25, 60
 _STRING = 10, 80
 _LONGEST_FIRST, _NEAREST = 0.4, 0.35
