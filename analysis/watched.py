@@ -17,6 +17,7 @@ import random
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from fnmatch import fnmatch
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -112,20 +113,24 @@ def cells(networks: list[str]) -> list[Cell]:
     ]
 
 
-def make_loops(cell: Cell, roads: RoadNetwork, seed: int) -> tuple[Loop, ...]:
-    """Return the loops of a seed."""
-    count = COUNTS.get(cell.network, 18)
-    if cell.loops == "random":
+@lru_cache(maxsize=2)
+def make_loops(network: str, kind: str, count: int, seed: int) -> tuple[Loop, ...]:
+    """Return so many random, covering or (short in time) revisit loops; kept, since cells share them."""
+    roads = RoadNetwork.open(network)
+    if kind == "random":
         admits = lambda loop: not why_not(roads, loop)  # noqa: E731  a word for what follows
         return tuple(generate_loops(roads, count, seed=seed, admits=admits))
-    count = {"one": 1, "partition": cell.vehicles, "revisit": 5, "margin": 5}.get(cell.loops, count)
-    task = replace(Task(), by_time=cell.loops in ("revisit", "margin"))
+    task = replace(Task(), by_time=kind == "revisit")
     return tuple(cover_streets(roads, task, count, seed=seed).loops)
 
 
 def write_loops(cell: Cell, roads: RoadNetwork, seed: int, file: Path) -> None:
     """Write the loops of a seed, with the vehicles that a promise takes."""
-    loops = make_loops(cell, roads, seed)
+    count = {"one": 1, "partition": cell.vehicles, "revisit": 5, "margin": 5}.get(
+        cell.loops, COUNTS.get(cell.network, 18)
+    )
+    kind = {"one": "covering", "partition": "covering", "margin": "revisit"}.get(cell.loops, cell.loops)
+    loops = make_loops(cell.network, kind, count, seed)
     vehicles: list[LoopVehicle] = []
     if not cell.vehicles:
         laps = [lap * (MARGIN if cell.loops == "margin" else 1.0) for lap in laps_s(roads, loops)]

@@ -18,7 +18,7 @@ Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 
 ROUNDS, _IDLE = 16, 4
-_MOVES, _MOVES_OF_EACH = 400_000, 1_000
+_MOVES, _MOVES_OF_EACH = 300_000, 1_000
 _PAIRS, _PAIR_CELLS = 150, 5_000_000
 """In each round so many streets are moved, and so many pairs of tours made anew, fewer where streets are few
 or tours large; after `_IDLE` rounds without a gain it is over."""
@@ -31,7 +31,9 @@ _NEAR, _AROUND = 25, 60
 _STRING = 10, 80
 _LONGEST_FIRST, _NEAREST = 0.4, 0.35
 _NOISE = (0.0, 0.02, 0.02, 0.1, 0.1, 0.3, 0.3)
-_AT_BOUND = 1e-9
+_AT_BOUND = 0.04
+"""A longest tour that is no more than this over the bound is short enough: then the total counts."""
+
 _FEWEST = 3
 """With fewer tours none is given up."""
 
@@ -70,7 +72,7 @@ def search(cost: Floats, tours: Sequence[Ints], count: int, bound: float, *, see
     count
         How many tours; one for each street where these are fewer.
     bound
-        No longest tour is shorter: where it is reached, the total is made small.
+        No longest tour is shorter: where it is nearly reached, the total is made small.
     seed
         The same seed makes the same tours.
     """
