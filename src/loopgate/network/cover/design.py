@@ -94,7 +94,7 @@ class Design:
 
     def bound(self, count: int) -> float:
         """Return what the longest of so many loops cannot be below."""
-        return max(self.circulation / count, self.apart[0], *self.apart[count : count + 1])
+        return max(self.circulation / count, float(self.apart[0]), *map(float, self.apart[count : count + 1]))
 
     def dearer(self, more: Mapping[str, float]) -> Design:
         """Return the design where driving over some streets costs so much more, whatever came before."""
