@@ -6,7 +6,8 @@
 
 One hour after half an hour. Loops are made once per seed, and each rule drives the same vehicles on them,
 evenly started. Beside what was measured stands what the same vehicles would reach at the same speeds if those
-of each loop came evenly. Runs that are done are kept, so the study may be ended at any time; see ``--help``.
+of each loop came evenly. All tables are run with one seed before the next; runs that are done are kept, so
+the study may be ended at any time; see ``--help``.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ import random
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from fnmatch import fnmatch
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -41,7 +43,8 @@ WARMUP_S, DURATION_S = 1800.0, 3600.0
 REVISIT_S = 600.0
 MARGIN = 1.5
 GRID = str(ROOT / "networks" / "grid5-priority.net.xml")
-COUNTS = {"sumo:DRT": 18, "sumo:bs3d": 5, GRID: 12}
+BS3D = "sumo:bs3d"
+COUNTS = {"sumo:DRT": 18, BS3D: 5, GRID: 12}
 """How many loops cover a network by design; 300 vehicles find room on them."""
 
 MANY = 300
@@ -84,46 +87,50 @@ class Cell:
                         "gate": "open",
                     },
                 )
+        elif self.network == BS3D:  # its lights wait for a player of a game
+            yield (
+                "SUMO, lights off",
+                {"gate": "open", "lights": "off"},
+            )
         else:
             yield "SUMO, lights on", {"gate": "open", "lights": "keep"}
-            yield "SUMO, lights off", {"gate": "open", "lights": "off"}
         for spacing in ("none", "hold", "advice"):
             yield f"loopgate, {spacing}", {"spacing": spacing, "lights": lights}
 
 
 def cells(networks: list[str]) -> list[Cell]:
-    """Return all tables, the most telling first."""
-    berlin = [("covering", 40), ("covering", 80), ("revisit", 0), ("margin", 0), ("covering", 20)]
-    berlin += [("covering", MANY), ("random", 40)]
-    later = [("one", 40), ("partition", 40), ("random", 20), ("random", 80), ("random", MANY)]
-    later += [(loops, vehicles) for vehicles in (20, 80) for loops in ("one", "partition")]
-    small = [(network, vehicles) for network in (GRID, "sumo:bs3d") for vehicles in (20, 40, 80)]
+    """Return all tables, in the order of the page."""
+    counts = 20, 40, 80, MANY
+    small = [(network, vehicles) for network in (GRID, BS3D) for vehicles in (20, 40, 80)]
     return [
-        *(Cell("sumo:DRT", *what) for what in berlin),
-        Cell("sumo:DRT", "covering", 40, traffic=True),
+        *(Cell("sumo:DRT", "covering", vehicles) for vehicles in counts),
+        *(Cell("sumo:DRT", loops, 0) for loops in ("revisit", "margin")),
+        *(Cell("sumo:DRT", "random", vehicles) for vehicles in counts),
+        *(Cell("sumo:DRT", "covering", vehicles, traffic=True) for vehicles in counts),
         *(Cell(network, "covering", vehicles) for network, vehicles in small),
+        *(Cell("sumo:DRT", loops, 40) for loops in ("one", "partition")),
         *(Cell(name, "covering", vehicles) for name in networks for vehicles in (40, 80)),
-        *(Cell("sumo:DRT", *what) for what in later),
-        *(Cell("sumo:DRT", "covering", vehicles, traffic=True) for vehicles in (20, 80, MANY)),
-        *(Cell(network, "random", vehicles) for network, vehicles in small),
-        *(Cell(network, "covering", vehicles, traffic=True) for network, vehicles in small),
     ]
 
 
-def make_loops(cell: Cell, roads: RoadNetwork, seed: int) -> tuple[Loop, ...]:
-    """Return the loops of a seed."""
-    count = COUNTS.get(cell.network, 18)
-    if cell.loops == "random":
+@lru_cache(maxsize=2)
+def make_loops(network: str, kind: str, count: int, seed: int) -> tuple[Loop, ...]:
+    """Return so many random, covering or (short in time) revisit loops; kept, since cells share them."""
+    roads = RoadNetwork.open(network)
+    if kind == "random":
         admits = lambda loop: not why_not(roads, loop)  # noqa: E731  a word for what follows
         return tuple(generate_loops(roads, count, seed=seed, admits=admits))
-    count = {"one": 1, "partition": cell.vehicles, "revisit": 5, "margin": 5}.get(cell.loops, count)
-    task = replace(Task(), by_time=cell.loops in ("revisit", "margin"))
+    task = replace(Task(), by_time=kind == "revisit")
     return tuple(cover_streets(roads, task, count, seed=seed).loops)
 
 
 def write_loops(cell: Cell, roads: RoadNetwork, seed: int, file: Path) -> None:
     """Write the loops of a seed, with the vehicles that a promise takes."""
-    loops = make_loops(cell, roads, seed)
+    count = {"one": 1, "partition": cell.vehicles, "revisit": 5, "margin": 5}.get(
+        cell.loops, COUNTS.get(cell.network, 18)
+    )
+    kind = {"one": "covering", "partition": "covering", "margin": "revisit"}.get(cell.loops, cell.loops)
+    loops = make_loops(cell.network, kind, count, seed)
     vehicles: list[LoopVehicle] = []
     if not cell.vehicles:
         laps = [lap * (MARGIN if cell.loops == "margin" else 1.0) for lap in laps_s(roads, loops)]
@@ -147,13 +154,13 @@ def write_trips(routes: Path, roads: RoadNetwork, seed: int, file: Path) -> None
     write_text("\n".join(["<routes>", *trips, "</routes>", ""]), file)
 
 
-def simulate(cell: Cell, given: argparse.Namespace) -> pd.DataFrame:
-    """Run what is missing of a table; return its rows with a column for the rule."""
+def simulate(cell: Cell, given: argparse.Namespace, seeds: int) -> pd.DataFrame:
+    """Run what is missing of a table with so many seeds; return its rows with a column for the rule."""
     folder = given.out / cell.name
     folder.mkdir(parents=True, exist_ok=True)
     roads = RoadNetwork.open(cell.network)
     include, names = [], []
-    for seed in range(1, given.seeds + 1):
+    for seed in range(1, seeds + 1):
         routes, trips = folder / f"loops{seed}.rou.xml", folder / f"trips{seed}.rou.xml"
         if given.done and not (routes.exists() and (trips.exists() or not cell.traffic)):
             break
@@ -258,23 +265,26 @@ def main() -> None:
     words.add_argument("--out", type=Path, default=ROOT / "out" / "watched", help="results folder")
     words.add_argument("--write", action="store_true", help=f"renew the tables in docs/studies/{PAGE.name}")
     given = words.parse_args()
-    parts = []
-    for cell in cells(given.networks):
-        if not any(fnmatch(cell.name, pattern) for pattern in given.only):
-            continue
-        if given.done and not (given.out / cell.name).exists():
-            continue
-        try:
-            runs = simulate(cell, given)
-        except LoopgateError as error:
-            print(f"{cell.name}: {error}", flush=True)
-            continue
-        if runs.empty:
-            continue
-        parts.append(f"{title(cell, runs)}, {runs[c.SEED].nunique()} seeds\n\n{markdown(table(cell, runs))}")
-        print(f"\n{parts[-1]}", flush=True)
+    chosen = [
+        cell
+        for cell in cells(given.networks)
+        if any(fnmatch(cell.name, pattern) for pattern in given.only)
+        and (not given.done or (given.out / cell.name).exists())
+    ]
+    tables: dict[str, str] = {}
+    for seeds in range(given.seeds if given.done else 1, given.seeds + 1):
+        for cell in chosen:
+            try:
+                runs = simulate(cell, given, seeds)
+            except LoopgateError as error:
+                print(f"{cell.name}: {error}", flush=True)
+                continue
+            if not runs.empty:
+                said = f"{title(cell, runs)}, {runs[c.SEED].nunique()} seeds"
+                tables[cell.name] = f"{said}\n\n{markdown(table(cell, runs))}"
+                print(f"\n{tables[cell.name]}", flush=True)
     if given.write:
-        write_section("\n\n".join(parts), "watched", PAGE)
+        write_section("\n\n".join(tables.values()), "watched", PAGE)
 
 
 if __name__ == "__main__":

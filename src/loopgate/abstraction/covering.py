@@ -10,7 +10,7 @@ import networkx as nx
 
 from loopgate.abstraction.queue_layout import QueuePlace
 from loopgate.abstraction.stretches import LEAST_CAPACITY, least_change_m
-from loopgate.abstraction.surveying import survey_queues
+from loopgate.abstraction.surveying import refused_queues
 from loopgate.errors import RouteError
 from loopgate.network import Loop, RoadNetwork, make_loop
 from loopgate.network.cover.design import Design, Task, make_design, walks_of
@@ -180,7 +180,7 @@ class _Mender:
                 )
                 for number, walk in enumerate(now)
             ]
-            refused = survey_queues(self._network, [(loop, self._kind) for loop in loops]).refused
+            refused = refused_queues(self._network, [(loop, self._kind) for loop in loops])
             if not refused:
                 self.longest = max(map(self._cost, now), default=0.0)
                 return tuple(loops), set()

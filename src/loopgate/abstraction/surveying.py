@@ -24,7 +24,7 @@ from loopgate.network.loop import LaneSpan, Loop
 from loopgate.network.road import RoadNetwork
 from loopgate.network.vehicle_type import VehicleType
 
-__all__ = ["survey_queues"]
+__all__ = ["refused_queues", "survey_queues"]
 
 
 def survey_queues(network: RoadNetwork, users: Sequence[tuple[Loop, VehicleType]]) -> QueueSurvey:
@@ -40,11 +40,7 @@ def survey_queues(network: RoadNetwork, users: Sequence[tuple[Loop, VehicleType]
     users
         For each vehicle its loop and its type.
     """
-    every = {loop.id: loop for loop, _ in users}
-    reasons: dict[str, str] = {}
-    for loop, kind in users:
-        if loop.id not in reasons and (reason := _reason(network, loop, kind)):
-            reasons[loop.id] = reason
+    reasons = _alone(network, users)
     while True:
         fit = [(loop, kind) for loop, kind in users if loop.id not in reasons]
         try:
@@ -53,12 +49,46 @@ def survey_queues(network: RoadNetwork, users: Sequence[tuple[Loop, VehicleType]
             reasons[error.loop] = error.reason
         else:
             break
-    refused = tuple(
-        RefusedLoop(loop, reasons[name], _edge_in(loop, reasons[name]))
-        for name, loop in every.items()
-        if name in reasons
+    return _survey(
+        network, tuple({loop.id: loop for loop, _ in fit}.values()), layout, _refused(users, reasons)
     )
-    return _survey(network, tuple({loop.id: loop for loop, _ in fit}.values()), layout, refused)
+
+
+def refused_queues(
+    network: RoadNetwork, users: Sequence[tuple[Loop, VehicleType]]
+) -> tuple[RefusedLoop, ...]:
+    """Return the loops that cannot work; all of them together are looked at if each works by itself.
+
+    Parameters
+    ----------
+    network, users
+        As for `survey_queues`, which takes several times as long and finds all.
+    """
+    reasons = _alone(network, users)
+    if not reasons:
+        try:
+            lay_out_queues(network, users)
+        except RefusedLoopError as error:
+            reasons = dict(error.refused)
+    return _refused(users, reasons)
+
+
+def _alone(network: RoadNetwork, users: Sequence[tuple[Loop, VehicleType]]) -> dict[str, str]:
+    """Return by loop what is wrong with it by itself."""
+    reasons: dict[str, str] = {}
+    for loop, kind in users:
+        if loop.id not in reasons and (reason := _reason(network, loop, kind)):
+            reasons[loop.id] = reason
+    return reasons
+
+
+def _refused(
+    users: Sequence[tuple[Loop, VehicleType]], reasons: Mapping[str, str]
+) -> tuple[RefusedLoop, ...]:
+    every = {loop.id: loop for loop, _ in users if loop.id in reasons}
+    return tuple(
+        RefusedLoop(loop, reasons[name], _edge_in(loop, reasons[name])) for name, loop in every.items()
+    )
 
 
 def _reason(network: RoadNetwork, loop: Loop, kind: VehicleType) -> str:

@@ -22,6 +22,9 @@ from loopgate.network.road import RoadNetwork
 
 __all__ = ["Design", "Task", "both_ways", "make_design", "walks_of"]
 
+_STARTS, _COUNTED = 20, 100
+"""Bounds on the longest are sought from so many streets, for so many loops at most."""
+
 
 @dataclass(frozen=True, slots=True)
 class Task:
@@ -69,8 +72,9 @@ class Design:
         Between the streets required.
     circulation
         Cost of the cheapest circulation over them [m, or s by time]: no loops are shorter in all.
-    worst
-        Cost of the longest of their shortest closed walks: some loop is as long.
+    apart
+        First the cost of the longest of their shortest closed walks: some loop is as long. Then, for so many
+        loops: there is one street more, no two of which have a shorter closed walk.
     tour
         One tour through all of them.
     required
@@ -83,14 +87,14 @@ class Design:
     graph: LaneGraph
     ways: Ways
     circulation: float
-    worst: float
+    apart: npt.NDArray[np.float64]
     tour: npt.NDArray[np.int64]
     required: tuple[str, ...]
     left_out: dict[str, Reason]
 
     def bound(self, count: int) -> float:
         """Return what the longest of so many loops cannot be below."""
-        return max(self.circulation / count, self.worst)
+        return max(self.circulation / count, float(self.apart[0]), *map(float, self.apart[count : count + 1]))
 
     def dearer(self, more: Mapping[str, float]) -> Design:
         """Return the design where driving over some streets costs so much more, whatever came before."""
@@ -183,12 +187,13 @@ def make_design(network: RoadNetwork, task: Task, *, without: dict[str, Reason] 
     choices = [[node for edge in street for node in nodes[edge]] for street in streets]
     found = circulate(graph, cost, choices)
     ways = shortest_ways(graph, cost, found.nodes)
+    sure = [k for k, choice in enumerate(choices) if len(choice) == 1]  # of others another may be as good
     return Design(
         task,
         graph,
         ways,
         found.bound,
-        float(ways.cost.diagonal().max()),
+        _apart(ways.cost[np.ix_(sure, sure)]),
         _one_tour(ways, found),
         tuple(required),
         left_out,
@@ -224,6 +229,26 @@ def _nothing(network: RoadNetwork, task: Task, left_out: dict[str, Reason]) -> R
         + (f" ({why})" if why else ": no edge can be reached from itself")
         + way_out
     )
+
+
+def _apart(cost: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """Return what closed walks are at least as long as, for each number of them from none.
+
+    Farthest-first traversal (Gonzalez, "Clustering to minimize the maximum intercluster distance", Theor.
+    Comput. Sci. 38, 1985), from each of the farthest streets; O(starts n counts).
+    """
+    alone = cost.diagonal()
+    apart = np.zeros(max(min(len(cost), _COUNTED), 1))
+    apart[0] = alone.max(initial=0.0)
+    for first in np.argsort(-alone, kind="stable")[:_STARTS].tolist():
+        latest, nearest, least = first, np.full(len(cost), np.inf), np.inf
+        for count in range(1, len(apart)):
+            nearest = np.minimum(nearest, cost[latest] + cost[:, latest])
+            nearest[latest] = -np.inf
+            latest = int(nearest.argmax())
+            least = min(least, float(nearest[latest]))
+            apart[count] = max(apart[count], least)
+    return apart
 
 
 def _too_long(

@@ -26,12 +26,16 @@ or tours large; after `_IDLE` rounds without a gain it is over."""
 _POWER, _SHARE, _SHARE_AT_BOUND = 12.0, 0.3, 3.0
 """A tour of length x is worth ``x**_POWER + share * x``, in units of the longest."""
 
-_HEAT, _PAIR_HEAT = 0.05, 0.003
+_HEAT, _PAIR_HEAT = 0.3, 0.003
 _NEAR, _AROUND = 25, 60
 _STRING = 10, 80
 _LONGEST_FIRST, _NEAREST = 0.4, 0.35
 _NOISE = (0.0, 0.02, 0.02, 0.1, 0.1, 0.3, 0.3)
-_AT_BOUND = 1e-9
+_AT_BOUND = 0.04
+"""A longest tour that is no more than this over the bound is short enough: then the total counts."""
+
+_FEWEST = 3
+"""With fewer tours none is given up."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +72,7 @@ def search(cost: Floats, tours: Sequence[Ints], count: int, bound: float, *, see
     count
         How many tours; one for each street where these are fewer.
     bound
-        No longest tour is shorter: where it is reached, the total is made small.
+        No longest tour is shorter: where it is nearly reached, the total is made small.
     seed
         The same seed makes the same tours.
     """
@@ -78,12 +82,14 @@ def search(cost: Floats, tours: Sequence[Ints], count: int, bound: float, *, see
     near, around = _neighbours(cost)
     idle = 0
     for number in range(ROUNDS // 2 if len(tours) > 1 else 0, ROUNDS):
-        heat, before = 1.0 - number / ROUNDS, best
-        best = _moved(cost, near, around, best, bound, _HEAT * heat, int(rng.integers(2**31)))
+        heat = 1.0 - number / ROUNDS
+        now = _given_up(cost, best, bound) if number % 2 else best
+        now = _moved(cost, near, around, now, bound, _HEAT * heat, int(rng.integers(2**31)))
         if len(best.tours) > 1:
-            best = _paired(cost, best, bound, _PAIR_HEAT * heat, rng)
+            now = _paired(cost, now, bound, _PAIR_HEAT * heat, rng)
+        idle = 0 if _better(now, best, bound) else idle + 1
+        best = best if idle else now
         yield best
-        idle = 0 if _better(best, before, bound) else idle + 1
         if idle == _IDLE:
             return
 
@@ -151,12 +157,36 @@ def _moved(cost: Floats, near: Ints, around: Ints, plan: Plan, bound: float, hea
     return _plan(cost, tours)
 
 
+def _given_up(cost: Floats, plan: Plan, bound: float) -> Plan:
+    """Return a plan in which the shortest tour is given up to the others, and the longest is cut in two.
+
+    Strings move between neighbours only, so a tour that is short because little lies about it would stay so.
+    """
+    longest = plan.tours[int(np.argmax(plan.lengths))]
+    if len(plan.tours) < _FEWEST or len(longest) == 1 or plan.longest <= bound * (1.0 + _AT_BOUND):
+        return plan
+    order = np.argsort(plan.lengths).tolist()
+    tours = [plan.tours[k] for k in order[1:-1]]
+    lengths = np.array([plan.lengths[k] for k in order[1:-1]])
+    for street in plan.tours[order[0]].tolist():
+        extra = [
+            cost[tour, street] + cost[street, np.roll(tour, -1)] - cost[tour, np.roll(tour, -1)]
+            for tour in tours
+        ]
+        least = np.array([more.min() for more in extra])
+        on = int(np.argmin(_worth(lengths + least, plan.longest) - _worth(lengths, plan.longest)))
+        tours[on] = np.insert(tours[on], int(extra[on].argmin()) + 1, street)
+        lengths[on] += least[on]
+    return _plan(cost, [*tours, *cut_in_two(cost, longest, _POWER, plan.longest)])
+
+
+def _worth(lengths: Floats, scale: float) -> Floats:
+    return (lengths / scale) ** _POWER + _SHARE * lengths / scale
+
+
 def _paired(cost: Floats, plan: Plan, bound: float, heat: float, rng: np.random.Generator) -> Plan:
     tours, lengths, best = list(plan.tours), list(plan.lengths), plan
     scale = plan.longest
-
-    def worth(values: Sequence[float]) -> float:
-        return math.fsum((value / scale) ** _POWER + _SHARE * value / scale for value in values)
 
     size = 2 * len(cost) / len(tours)
     for _ in range(int(min(_PAIRS, len(cost), max(_PAIR_CELLS / size**2, 2)))):
@@ -166,7 +196,10 @@ def _paired(cost: Floats, plan: Plan, bound: float, heat: float, rng: np.random.
         made = _remade(
             cost, np.concatenate((tours[one], tours[other])), scale, float(rng.choice(_NOISE)), rng
         )
-        change = worth([_length(cost, t) for t in made]) - worth([lengths[one], lengths[other]])
+        after = np.array([_length(cost, t) for t in made])
+        change = float(
+            _worth(after, scale).sum() - _worth(np.array([lengths[one], lengths[other]]), scale).sum()
+        )
         if change < 0.0 or rng.random() < math.exp(-change / heat):
             for number, tour in zip((one, other), made, strict=True):
                 tours[number], lengths[number] = tour, _length(cost, tour)

@@ -36,6 +36,18 @@ def test_one_loop_drives_the_shared_edge_twice() -> None:
     assert sorted(loop) == ["a", "b", "s", "s"]
 
 
+def test_streets_of_which_no_two_fit_on_a_short_loop_make_the_longest_longer() -> None:
+    """Three rings through one street, one loop fewer: it drives two of them, 400 m and 300 m, at least."""
+    rings = roads(
+        {"s": (100, 1), "a": (200, 1), "b": (200, 1), "c": (300, 1)},
+        [f"{one}_0>{other}_0" for ring in "abc" for one, other in (("s", ring), (ring, "s"))],
+    )
+    design = make_design(rings, Task())
+    assert design.bound(2) == pytest.approx(600, abs=0.1)
+    assert design.bound(3) == pytest.approx(400, abs=0.1)
+    assert best(design, 2).longest == pytest.approx(600, abs=0.1)
+
+
 def test_two_loops_are_one_ring_each() -> None:
     """The longer ring is the bound: half of 700 m is less than its 400 m."""
     design = make_design(_TWO_RINGS, Task())
