@@ -28,6 +28,8 @@ PAGE = ROOT / "docs" / "studies" / "throughput.md"
 RULE = "rule"
 SUMO = "SUMO"
 WARMUP_S = 300.0
+_MOST_TIMES = 10
+"""More than so many times a rule that has locked up is not told."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,7 +153,7 @@ def ratios(runs: pd.DataFrame, study: Study) -> pd.DataFrame:
         if count not in best:
             return ""
         values = (group.set_index(c.SEED)[c.KM_PER_H] / best[count]).dropna()
-        return with_half(values, 2)
+        return f"> {_MOST_TIMES}" if values.mean() > _MOST_TIMES else with_half(values, 2)
 
     return _wide(done[~done[RULE].isin(own)], study, ratio)
 
