@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import math
+from collections.abc import Callable, Iterator, Sequence
 from types import SimpleNamespace
 from typing import Any, cast
 
 import pytest
 
 from loopgate.simulation.trails import Trails
-from loopgate.simulation.watch import ToldRefusal, Watch
+from loopgate.simulation.watch import Deadlock, ToldRefusal, Watch
 from loopgate.traffic.base import Traffic
+
+LONG_S = 300.0
 
 
 class Standing:
@@ -46,32 +49,39 @@ class Gates:
         return None if others is None else lambda: ([others], f"state {vehicle} wants")
 
 
-def watched(traffic: Standing, gates: Gates | None, until_s: float) -> list[tuple[float, tuple[str, ...]]]:
-    """Check every ten seconds; return time and circle of what was found."""
-    watch = Watch(cast("Traffic", traffic), after_s=60.0, at_gate=gates)
-    found = []
-    while traffic.now_s < until_s:
+def named(
+    watch: Watch, traffic: Standing, *, at_s: float = math.inf, change: Callable[[], object] = list
+) -> Iterator[Deadlock]:
+    """Check every ten seconds, with a change of the traffic before one check; yield what is found."""
+    while traffic.now_s < LONG_S:
         traffic.now_s += 10.0
+        if traffic.now_s == at_s:
+            change()
         deadlock = watch.check()
         if deadlock is not None:
-            found.append((deadlock.at_s, deadlock.vehicles))
-    return found
+            yield deadlock
+
+
+def watched(traffic: Standing, gates: Gates | None = None) -> list[tuple[float, tuple[str, ...]]]:
+    """Return time and circle of what is found."""
+    watch = Watch(cast("Traffic", traffic), after_s=60.0, at_gate=gates)
+    return [(deadlock.at_s, deadlock.vehicles) for deadlock in named(watch, traffic)]
 
 
 def test_a_circle_on_the_road_is_named_once() -> None:
     """Three wait for each other, a fourth behind them; they stand from the first check at 10 s on."""
     traffic = Standing({"a": ["b"], "b": ["c"], "c": ["a"], "d": ["a"]})
-    assert watched(traffic, None, 300.0) == [(70.0, ("a", "b", "c"))]
+    assert watched(traffic) == [(70.0, ("a", "b", "c"))]
 
 
 def test_a_queue_is_no_deadlock() -> None:
     """The head waits for nobody."""
-    assert watched(Standing({"a": ["b"], "b": ["c"], "c": []}), None, 300.0) == []
+    assert watched(Standing({"a": ["b"], "b": ["c"], "c": []})) == []
 
 
 def test_a_circle_may_lead_through_gates_and_road() -> None:
     """A is refused because of b, and b stands behind a on the road."""
-    assert watched(Standing({"a": [], "b": ["a"]}), Gates({"a": ["b"]}), 300.0) == [(70.0, ("a", "b"))]
+    assert watched(Standing({"a": [], "b": ["a"]}), Gates({"a": ["b"]})) == [(70.0, ("a", "b"))]
 
 
 @pytest.mark.parametrize("let_go_s", [70.0, 100.0])
@@ -83,30 +93,16 @@ def test_who_was_let_go_just_now_is_not_stuck(let_go_s: float) -> None:
     traffic = Standing({"a": [], "b": ["a"]})
     gates = Gates({"a": ["b"], "b": ["somebody who drives"]})
     watch = Watch(cast("Traffic", traffic), after_s=60.0, at_gate=gates)
-    found = []
-    for _ in range(20):
-        traffic.now_s += 10.0
-        if traffic.now_s == let_go_s:
-            del gates.refused["b"]
-        deadlock = watch.check()
-        if deadlock is not None:
-            found.append(deadlock.at_s)
-    assert found == [let_go_s + 50.0]
+    found = named(watch, traffic, at_s=let_go_s, change=lambda: gates.refused.pop("b"))
+    assert [deadlock.at_s for deadlock in found] == [let_go_s + 50.0]
 
 
 def test_newcomers_behind_a_named_circle_are_not_named_again() -> None:
     """A vehicle that joins the queue later is held up by the same circle."""
     traffic = Standing({"a": ["b"], "b": ["a"], "c": []})
     watch = Watch(cast("Traffic", traffic), after_s=60.0)
-    found = []
-    for _ in range(30):
-        traffic.now_s += 10.0
-        if traffic.now_s == 150.0:
-            traffic.waits["c"] = ["a"]
-        deadlock = watch.check()
-        if deadlock is not None:
-            found.append(deadlock.vehicles)
-    assert found == [("a", "b")]
+    found = named(watch, traffic, at_s=150.0, change=lambda: traffic.waits.update(c=["a"]))
+    assert [deadlock.vehicles for deadlock in found] == [("a", "b")]
     assert watch.held_up == {"a", "b", "c"}
 
 
@@ -114,15 +110,10 @@ def test_a_circle_that_a_named_one_holds_up_is_not_named() -> None:
     """Two ordinary vehicles stand for good; one of them waits for a gated one too, which waits for them."""
     traffic = Standing({"a": ["b"], "b": ["a"], "c": []})
     watch = Watch(cast("Traffic", traffic), after_s=60.0, own="c")
-    found = []
-    for _ in range(30):
-        traffic.now_s += 10.0
-        if traffic.now_s == 150.0:
-            traffic.waits |= {"a": ["c", "b"], "c": ["b"]}
-        deadlock = watch.check()
-        if deadlock is not None:
-            found.append((deadlock.vehicles, deadlock.by))
-    assert found == [(("a", "b"), "ordinary")]
+    found = named(
+        watch, traffic, at_s=150.0, change=lambda: traffic.waits.update({"a": ["c", "b"], "c": ["b"]})
+    )
+    assert [(deadlock.vehicles, deadlock.by) for deadlock in found] == [(("a", "b"), "ordinary")]
     assert watch.held_up == {"a", "b", "c"}
 
 
@@ -140,11 +131,7 @@ def test_whose_deadlock_it_is(waits: dict[str, list[str]], own: str, by: str) ->
     """Of those who would be stuck without the others, or of both."""
     traffic = Standing(waits)
     watch = Watch(cast("Traffic", traffic), after_s=60.0, own=own)
-    found = None
-    while found is None:
-        traffic.now_s += 10.0
-        found = watch.check()
-    assert found.by == by
+    assert next(named(watch, traffic)).by == by
 
 
 def test_who_came_last_into_the_circle_is_told() -> None:
@@ -157,23 +144,15 @@ def test_who_came_last_into_the_circle_is_told() -> None:
     trails.look(2.0, [("a", "lane of a"), ("b", "far"), ("c", "far")])
     trails.look(3.0, [("a", "lane of a"), ("b", "lane of b"), ("c", "lane of c")])
     watch = Watch(cast("Traffic", traffic), after_s=60.0, own="b", trails=trails)
-    found = None
-    while found is None:
-        traffic.now_s += 10.0
-        found = watch.check()
-    assert found.last == ("b", 2.0, True)
+    assert next(named(watch, traffic)).last == ("b", 2.0, True)
 
 
 def test_a_later_deadlock_is_not_put_down_to_an_earlier_one() -> None:
     """Two ordinary vehicles stand for good when two gated ones close a circle of their own."""
     traffic = Standing({"a": ["b"], "b": ["a"], "c": [], "d": ["c"]})
     watch = Watch(cast("Traffic", traffic), after_s=60.0, own="cd")
-    found = []
-    for _ in range(30):
-        traffic.now_s += 10.0
-        if traffic.now_s == 150.0:
-            traffic.waits["c"] = ["d"]
-        deadlock = watch.check()
-        if deadlock is not None:
-            found.append((deadlock.vehicles, deadlock.by))
-    assert found == [(("a", "b"), "ordinary"), (("c", "d"), "gated")]
+    found = named(watch, traffic, at_s=150.0, change=lambda: traffic.waits.update(c=["d"]))
+    assert [(deadlock.vehicles, deadlock.by) for deadlock in found] == [
+        (("a", "b"), "ordinary"),
+        (("c", "d"), "gated"),
+    ]
