@@ -14,7 +14,8 @@ from __future__ import annotations
 
 import argparse
 import random
-from collections.abc import Iterator, Mapping
+import re
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from fnmatch import fnmatch
 from functools import lru_cache
@@ -253,6 +254,14 @@ def title(cell: Cell, runs: pd.DataFrame) -> str:
     return f"**{network}, {vehicles}{kinds[cell.loops]}{among}**"
 
 
+def renewed(page: str, tables: Iterable[str]) -> str:
+    """Return the tables of a page with these in place of those that have their titles, or after them."""
+    section = page.partition("<!-- watched: begin -->\n")[2].partition("\n<!-- watched: end -->")[0]
+    parts = {part.partition("**, ")[0]: part for part in re.split(r"\n\n(?=\*\*)", section) if part}
+    parts |= {part.partition("**, ")[0]: part for part in tables}
+    return "\n\n".join(parts.values())
+
+
 def main() -> None:
     """Run what is missing, print the tables, and renew the page if asked to."""
     words = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -263,7 +272,7 @@ def main() -> None:
     words.add_argument("--done", action="store_true", help="run nothing; show what has been run")
     words.add_argument("--jobs", type=int, default=1, help="processes")
     words.add_argument("--out", type=Path, default=ROOT / "out" / "watched", help="results folder")
-    words.add_argument("--write", action="store_true", help=f"renew the tables in docs/studies/{PAGE.name}")
+    words.add_argument("--write", action="store_true", help=f"renew these tables in docs/studies/{PAGE.name}")
     given = words.parse_args()
     chosen = [
         cell
@@ -284,7 +293,7 @@ def main() -> None:
                 tables[cell.name] = f"{said}\n\n{markdown(table(cell, runs))}"
                 print(f"\n{tables[cell.name]}", flush=True)
     if given.write:
-        write_section("\n\n".join(tables.values()), "watched", PAGE)
+        write_section(renewed(PAGE.read_text(encoding="utf-8"), tables.values()), "watched", PAGE)
 
 
 if __name__ == "__main__":

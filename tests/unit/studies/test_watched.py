@@ -39,3 +39,12 @@ def test_rules_of_a_table_differ() -> None:
     assert len({rule["network"] for name, rule in grid.items() if name.startswith("SUMO")}) == 4
     among = dict(watched.Cell("sumo:DRT", "covering", 40, traffic=True).rules())
     assert among["loopgate, hold"] == {"spacing": "hold", "lights": "obey"}
+
+
+def test_only_tables_that_were_made_are_renewed() -> None:
+    """The first is, for more seeds; the second stays; a third comes after them."""
+    tables = "**a**, 1 seeds\n\nold\n\n**b**, 2 seeds\n\nkept"
+    page = f"Text.\n<!-- watched: begin -->\n{tables}\n<!-- watched: end -->\n"
+    assert watched.renewed(page, ["**c**, 1 seeds\n\nnew", "**a**, 5 seeds\n\nbetter"]) == (
+        "**a**, 5 seeds\n\nbetter\n\n**b**, 2 seeds\n\nkept\n\n**c**, 1 seeds\n\nnew"
+    )
