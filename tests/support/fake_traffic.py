@@ -110,11 +110,11 @@ class FakeTraffic:
         return map(self.odometer, vehicles)
 
     def lane(self, vehicle: str) -> tuple[str, float]:
-        """Return edge and position; an edge has one lane here."""
+        """Return the lane last changed to on its edge, and the position."""
         at = self.fleet[vehicle].front_m % self.fleet[vehicle].lap_m
         for name, length in self.fleet[vehicle].edges:
             if at < length:
-                return f"{name}_0", at
+                return f"{name}_{self.fleet[vehicle].lane}", at
             at -= length
         raise AssertionError(vehicle)
 

@@ -136,7 +136,10 @@ class Steering:
             return past_m >= driver.length_m and self._changed(way, guide.edge, guide.to_lane)
         if past_m < 0:
             return False
-        if self._traffic.lane_index(driver.id) == guide.lane:
+        edge, _, on = self._traffic.lane(driver.id)[0].rpartition("_")
+        if edge != guide.edge:  # not yet, with its front right where that begins, or past it in a single step
+            return past_m > guide.position_m
+        if int(on) == guide.lane:
             return True
         way.guides.popleft()
         self.lead_back(driver, guide.edge, guide.lane, guide.position_m)

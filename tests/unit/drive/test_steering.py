@@ -145,3 +145,21 @@ def test_a_stop_that_cannot_be_set_does_not_end_the_run(monkeypatch: pytest.Monk
     while one.busy():
         one.step()
     assert (one.vehicle.lane, one.steering.strays, one.vehicle.still) == (0, 1, False)
+
+
+def test_who_is_right_at_the_beginning_of_its_lane_has_not_strayed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """SUMO still has it on the lane inside the junction, at its very end: where it is stays as it was."""
+    one = world(Guide("e", 1, ROAD_M, 30.0))
+    one.vehicle.lane = 1
+    lane = FakeTraffic.lane
+
+    def inside(traffic: FakeTraffic, vehicle: str) -> tuple[str, float]:
+        there = traffic.fleet[vehicle].front_m <= CHANGE_AT_M + 40.0
+        return (":j_0_0", 8.4) if there else lane(traffic, vehicle)
+
+    monkeypatch.setattr(FakeTraffic, "lane", inside)
+    monkeypatch.setattr(FakeTraffic, "lane_index", lambda *of: int(inside(*of)[0][-1]))
+    while one.busy():
+        one.step()
+        assert one.driver.front_m == pytest.approx(one.vehicle.front_m)
+    assert one.steering.strays == 0
