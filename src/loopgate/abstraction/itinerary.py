@@ -30,8 +30,8 @@ class Crossing:
         can touch a vehicle on the foe: the front is in the way from the first on, the rear is out of the way
         beyond the second. A foe without an entry is in the way all along.
     wait_m
-        How far after that ``end_m`` SUMO may last let a vehicle wait inside the junction for one with the
-        right of way; minus infinity where it never does.
+        How far after that ``end_m`` SUMO may last let a vehicle wait for one with the right of way: inside
+        the junction, or where that begins; minus infinity where it never does.
     """
 
     id: str

@@ -433,6 +433,5 @@ def _moved(overlaps: Mapping[str, Overlap], ahead_m: float) -> Mapping[str, Over
 
 
 def _wait_m(network: RoadNetwork, movement: Connection, ahead_m: float) -> float:
-    """Return where the last waiting point of a movement is: before the last of its lanes inside."""
-    before = movement.via[:-1]
-    return ahead_m + sum(network.lanes[lane].length_m for lane in before) if before else -math.inf
+    """Return where the last waiting point of a movement is: before the last of its lanes inside, or all."""
+    return ahead_m + sum(network.lanes[lane].length_m for lane in movement.via[:-1])

@@ -3,11 +3,11 @@
 A vehicle is no longer in the way of another once its rear is past the stretch that the two movements share.
 If its front is on that stretch already, it is enough that its rear will be past it before the other's front
 can reach it: nothing holds it there, since it has a slot to drive into and SUMO lets no vehicle go first that
-finds another in its way. Before that, SUMO may let each wait for the other; and at a waiting point inside the
-junction, which may lie on that stretch, whoever has the right of way goes first. Nor is anything foreseen of
-one that has to change lanes on its way, since it slows down for that; or that may itself have to wait on the
-junction, for a third that was granted before it and is still in its way, or that has left the same lane in
-another direction: SUMO keeps a vehicle behind those, too.
+finds another in its way. Before that, SUMO may let each wait for the other; and where the junction begins, or
+at a waiting point inside, which may lie on that stretch, whoever has the right of way goes first. Nor is
+anything foreseen of one that has to change lanes on its way, since it slows down for that; or that may itself
+have to wait on the junction, for a third that was granted before it and is still in its way, or that has left
+the same lane in another direction: SUMO keeps a vehicle behind those, too.
 The vehicle that it follows into its place is taken to stand.
 """
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import pytest
 
 from loopgate.abstraction.queue_layout import AWAY, lay_out_queues
@@ -48,14 +46,14 @@ def test_movements_of_both_know_each_other() -> None:
 
 
 def test_a_left_turn_has_its_waiting_point_where_the_last_lane_inside_begins() -> None:
-    """SUMO lets it stand there for the oncoming ones; who drives straight on waits nowhere inside."""
+    """SUMO lets it stand there for the oncoming ones; who drives straight on waits before the junction."""
     left = make_route(GRID, "left", ["B2B1", "B1C1"])
     ways = lay_out_queues(GRID, [(left, DEFAULT_TYPE), (WAY, DEFAULT_TYPE)]).itineraries
     turn, straight = ways["left"].legs[0].crossings[0], ways["w"].legs[0].crossings[0]
     inside = next(c for c in GRID.connections if c.id == turn.id).via
     assert len(inside) == 2
     assert turn.wait_m == pytest.approx(turn.ahead_m + GRID.lanes[inside[0]].length_m)
-    assert straight.wait_m == -math.inf
+    assert straight.wait_m == straight.ahead_m
 
 
 def test_all_ways_that_do_not_work_are_named_at_once() -> None:
