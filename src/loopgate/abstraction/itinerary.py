@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 from loopgate.model import StateId, System
 
@@ -32,6 +33,8 @@ class Crossing:
     wait_m
         How far after that ``end_m`` SUMO may last let a vehicle wait for one with the right of way: inside
         the junction, or where that begins; minus infinity where it never does.
+    limits
+        The speed limits on the way there and on it: from where on [m], as above, and how much [m/s].
     """
 
     id: str
@@ -40,6 +43,16 @@ class Crossing:
     speed_mps: float = math.inf
     ahead_m: float = 0.0
     wait_m: float = -math.inf
+    limits: tuple[tuple[float, float], ...] = ()
+
+    def soonest(self, to_m: float) -> tuple[float, float]:
+        """Return the least time from the ``end_m`` of the leg before [s], and the lowest limit [m/s]."""
+        time_s, least_mps = 0.0, self.speed_mps
+        for (begin_m, limit_mps), (end_m, _) in pairwise((*self.limits, (math.inf, 0.0))):
+            if begin_m < to_m:
+                time_s += (min(end_m, to_m) - begin_m) / limit_mps
+                least_mps = min(least_mps, limit_mps)
+        return time_s, least_mps
 
 
 @dataclass(frozen=True, slots=True)

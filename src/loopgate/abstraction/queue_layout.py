@@ -391,8 +391,10 @@ def _legs(
 ) -> Iterator[Leg]:
     for here, between, after in _ways_on(chain):
         crossings: list[Crossing] = []
+        limits: list[tuple[float, float]] = []
         for piece in between:
             ahead = _ahead_m(loop, here, piece)
+            limits += _limits(network, piece, ahead)
             if piece.movement is not None:
                 name = piece.movement.id
                 speed = conflicts.speeds_mps[name]
@@ -404,6 +406,7 @@ def _legs(
                         speed,
                         ahead,
                         _wait_m(network, piece.movement, ahead),
+                        tuple(limits),
                     )
                 )
             elif piece.passage is not None:
@@ -435,3 +438,13 @@ def _moved(overlaps: Mapping[str, Overlap], ahead_m: float) -> Mapping[str, Over
 def _wait_m(network: RoadNetwork, movement: Connection, ahead_m: float) -> float:
     """Return where the last waiting point of a movement is: before the last of its lanes inside, or all."""
     return ahead_m + sum(network.lanes[lane].length_m for lane in movement.via[:-1])
+
+
+def _limits(network: RoadNetwork, piece: _Piece, ahead_m: float) -> Iterator[tuple[float, float]]:
+    """Yield from where on there is which speed limit on a piece."""
+    if piece.movement is None:
+        yield ahead_m, network.edges[piece.edge].lanes[piece.lane].speed_mps
+        return
+    for lane in piece.movement.via:
+        yield ahead_m, network.lanes[lane].speed_mps
+        ahead_m += network.lanes[lane].length_m

@@ -237,6 +237,7 @@ def _vehicles(tracks: Sequence[Track], roads: _Roads, code: Code) -> NDArray[np.
         "loop": [code(track.loop) for track in tracks],
         "lap_m": lap_m,
         "top": 1.0,
+        "haste": 1.0,
         "accel": 1.0,
         "decel": 1.0,
         "front": front,
@@ -329,10 +330,14 @@ class _Legs:
         return first
 
     def _cross(self, crossing: itinerary.Crossing) -> None:
-        begin = len(self.foes)
+        first = len(self.foes)
         for foe in sorted(crossing.foes & self.moves.keys()):  # nobody drives on the others
-            self.foes.append((self.moves[foe], *crossing.overlaps.get(foe, (np.nan, np.nan))))
-        row = self.moves[crossing.id], crossing.speed_mps, crossing.wait_m, begin, len(self.foes)
+            begin_m, end_m = crossing.overlaps.get(foe, (np.nan, np.nan))
+            soonest_s, least_mps = crossing.soonest(begin_m)
+            until_s, _ = crossing.soonest(end_m)
+            mean_mps = end_m / until_s if until_s > 0.0 else least_mps
+            self.foes.append((self.moves[foe], begin_m, end_m, soonest_s, least_mps, mean_mps))
+        row = self.moves[crossing.id], crossing.speed_mps, crossing.wait_m, first, len(self.foes)
         self.passes.append(row)
 
 

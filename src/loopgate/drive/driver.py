@@ -49,7 +49,8 @@ class Driver:
         row["length_m"] = dynamics.length_m
         row["accel"] = dynamics.accel_mps2
         row["decel"] = dynamics.decel_mps2
-        row["top"] = self.track.top_speed_mps * max(1.0, dynamics.speed_factor)
+        row["haste"] = max(1.0, dynamics.speed_factor)
+        row["top"] = self.track.top_speed_mps * row["haste"]
 
     @property
     def front_m(self) -> float:

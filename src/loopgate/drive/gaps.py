@@ -9,6 +9,10 @@ anything foreseen of one that has to change lanes on its way, since it slows dow
 have to wait on the junction, for a third that was granted before it and is still in its way, or that has left
 the same lane in another direction: SUMO keeps a vehicle behind those, too.
 The vehicle that it follows into its place is taken to stand.
+
+Nor is it in the way of one that will be past that stretch, rear and all, before it can be there: where it has
+far to go, or slow roads to take since the last place to wait at. Who goes first like that is taken to set out
+weakly and to be slow, and must not have to wait for anybody; who comes is as fast as limits and driver allow.
 """
 
 from __future__ import annotations
@@ -20,7 +24,24 @@ from loopgate.drive.motion import braking_time_s, time_s
 from loopgate.drive.tables import Tables
 from loopgate.kernel_cache import kernel, part
 
-__all__ = ["begin_m", "end_m", "in_the_way", "leg_of", "state_of"]
+__all__ = [
+    "BEFORE",
+    "IN_THE_WAY",
+    "LATER",
+    "PAST",
+    "begin_m",
+    "both",
+    "end_m",
+    "leg_of",
+    "relation",
+    "state_of",
+]
+
+# What a vehicle under way is to one that wants to set out.
+PAST: Final = 0
+BEFORE: Final = 1
+LATER: Final = 2
+IN_THE_WAY: Final = 3
 
 _BEYOND_M: Final = 0.5
 """Room between the rear of the first and the stretch that both use [m]."""
@@ -31,6 +52,12 @@ _APART_S: Final = 0.5
 _SLOW: Final = 0.7
 """Share of the speed limit on its crossing that the first is taken to reach: its driver may be slow, and the
 vehicle before it slower still. At 0.85 SUMO counts a collision now and then in a dense city."""
+
+_AHEAD_S: Final = 2.0
+"""Time between the rear of one that goes first leaving that stretch and the other reaching it [s]."""
+
+_WEAK: Final = 0.5
+"""Share of its acceleration that one that goes first is taken to use: SUMO's drivers dawdle."""
 
 _GAP_M: Final = 2.5
 """Room that the first keeps to the vehicle before it [m], which may be standing."""
@@ -74,43 +101,83 @@ def _shared(k: int, foe: int, t: Tables) -> int:
 
 
 @kernel
-def in_the_way(i: int, k: int, f: int, other: int, t: Tables) -> bool:
-    """Return whether `other`, under way on foe `f` of pass `k`, keeps vehicle `i` from setting out on it."""
+def relation(i: int, k: int, f: int, other: int, t: Tables) -> int:
+    """Return what `other`, under way on foe `f` of pass `k`, is to vehicle `i` that wants to set out on it.
+
+    `PAST`: no longer in its way. `BEFORE`, `LATER`: it uses what both share before `i`, or after it.
+    `IN_THE_WAY`: none of these is sure.
+    """
     one, ahead = t.vehicles[i], t.vehicles[other]
     if math.isnan(t.foes[f].to_m):
-        return True
+        return IN_THE_WAY
     foe = t.foes[f].movement
     reach_m = one.line_m - one.front + t.foes[f].from_m
-    clear = False
+    found = -1
     for leg in range(ahead.crossed, ahead.granted):
         j = leg_of(other, leg, t)
         for theirs in range(t.legs[j].pass_at, t.legs[j].pass_end):
             if t.passes[theirs].movement == foe:
                 shared = _shared(theirs, t.passes[k].movement, t)
-                clear = shared >= 0 and _passes_before(other, leg, theirs, shared, i, reach_m, t)
-                if not clear:
-                    return True
-    return not clear
+                if shared < 0:
+                    return IN_THE_WAY
+                each = _relation(other, leg, theirs, shared, i, reach_m, t)
+                if each == IN_THE_WAY and _comes_later(other, leg, shared, i, k, f, t):
+                    each = LATER
+                found = both(found, each)
+    return found if found >= 0 else IN_THE_WAY
+
+
+@kernel
+def both(one: int, other: int) -> int:
+    """Return what two are together: nobody goes before some where it may have to wait for others."""
+    least, most = min(one, other), max(one, other)
+    return most if least <= PAST or least == most else IN_THE_WAY
 
 
 @part
-def _passes_before(other: int, leg: int, theirs: int, shared: int, i: int, reach_m: float, t: Tables) -> bool:
+def _relation(other: int, leg: int, theirs: int, shared: int, i: int, reach_m: float, t: Tables) -> int:
     one, ahead = t.vehicles[i], t.vehicles[other]
     inside_m = ahead.front - end_m(other, leg, t)
     left_m = t.foes[shared].to_m + ahead.length_m + _BEYOND_M - inside_m
     if left_m < 0:
-        return True
+        return PAST
     if ahead.steered or not t.run[0].foresees or inside_m < max(_BEYOND_M, t.foes[shared].from_m):
-        return False  # not on the shared stretch yet: the two could stop across each other's way
+        return IN_THE_WAY  # not on the shared stretch yet: the two could stop across each other's way
     slow = min(ahead.top, _SLOW * t.passes[theirs].speed_mps)
     passed_s = time_s(left_m, ahead.speed, ahead.accel, slow) + _APART_S
     reached_s = time_s(reach_m, one.speed, one.accel, one.top)
     if passed_s > reached_s or _may_be_held(other, leg, t):
-        return False
+        return IN_THE_WAY
     room_m = _room_m(other, leg, t)
     if inside_m < t.passes[theirs].wait_m:
         room_m = min(room_m, t.passes[theirs].wait_m - inside_m)
-    return braking_time_s(left_m, room_m, slow, ahead.decel) + _APART_S <= reached_s
+    leaves_s = braking_time_s(left_m, room_m, slow, ahead.decel) + _APART_S
+    return BEFORE if leaves_s <= reached_s else IN_THE_WAY
+
+
+@part
+def _comes_later(other: int, leg: int, shared: int, i: int, k: int, f: int, t: Tables) -> bool:
+    """Return whether `i`, let go now, is past the stretch shared with the foe before `other` comes."""
+    one, ahead, here = t.vehicles[i], t.vehicles[other], leg_of(i, t.vehicles[i].granted, t)
+    if t.legs[here].pinned or one.steered or not t.run[0].foresees:
+        return False
+    inside_m = ahead.front - end_m(other, leg, t)
+    to_go_m = t.foes[shared].from_m - inside_m
+    if to_go_m <= _BEYOND_M:
+        return False
+    spent_s = max(0.0, inside_m) / t.foes[shared].least_mps
+    comes_s = max(
+        (t.foes[shared].soonest_s - spent_s) / ahead.haste,
+        time_s(to_go_m, ahead.speed, ahead.accel, ahead.top),
+    )
+    to_m = max(0.0, t.foes[f].to_m + one.line_m - one.front)
+    slow = min(one.top, _SLOW * t.foes[f].mean_mps)
+    past_s = max(
+        time_s(to_m, one.speed, _WEAK * one.accel, slow),
+        braking_time_s(to_m, _room_m(i, one.granted, t) - one.length_m - _BEYOND_M, slow, one.decel),
+    )
+    rear_s = (one.length_m + _BEYOND_M) / min(one.top, _SLOW * t.passes[k].speed_mps)
+    return past_s + rear_s + _AHEAD_S <= comes_s
 
 
 @part
@@ -123,7 +190,7 @@ def _number(i: int, leg: int, t: Tables) -> int:
 def _may_be_held(ahead: int, leg: int, t: Tables) -> bool:
     """Return whether SUMO may let a vehicle wait on the junction for one that was granted before it."""
     number = _number(ahead, leg, t)
-    j = leg_of(ahead, leg, t)
+    j, on_m = leg_of(ahead, leg, t), t.vehicles[ahead].front - end_m(ahead, leg, t)
     for k in range(t.legs[j].pass_at, t.legs[j].pass_end):
         for f in range(t.passes[k].foe_at, t.passes[k].foe_end):
             move = t.moves[t.foes[f].movement]
@@ -132,7 +199,8 @@ def _may_be_held(ahead: int, leg: int, t: Tables) -> bool:
                 if first == ahead:
                     continue
                 for its in range(t.vehicles[first].crossed, t.vehicles[first].granted):
-                    if _number(first, its, t) < number and _is_before(first, its, f, k, t):
+                    before = _number(first, its, t) < number or on_m < t.foes[f].from_m
+                    if before and _is_before(first, its, f, k, t):
                         return True
     return t.legs[j].pass_at < t.legs[j].pass_end and _follows_aside(ahead, number, t.legs[j].pass_at, t)
 

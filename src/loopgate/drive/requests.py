@@ -10,7 +10,7 @@ from __future__ import annotations
 from typing import Final
 
 from loopgate.drive import service
-from loopgate.drive.gaps import begin_m, in_the_way, leg_of, state_of
+from loopgate.drive.gaps import IN_THE_WAY, PAST, begin_m, both, leg_of, relation, state_of
 from loopgate.drive.tables import (
     CROSSING,
     DEADLOCK,
@@ -370,7 +370,7 @@ def _in_the_way(i: int, t: Tables) -> int:
     why = _no_place(i, t)
     if why != NOTHING:
         return why
-    j = leg_of(i, t.vehicles[i].granted, t)
+    j, order = leg_of(i, t.vehicles[i].granted, t), PAST
     for k in range(t.legs[j].pass_at, t.legs[j].pass_end):
         way = t.moves[t.passes[k].movement].way
         if way not in (NOBODY, i):
@@ -379,7 +379,12 @@ def _in_the_way(i: int, t: Tables) -> int:
             foe = t.moves[t.foes[f].movement]
             for n in range(foe.passing, foe.passing + foe.under_way):
                 other = int(t.lists[n])
-                if other != i and (service.stops_here(other, t) or in_the_way(i, k, f, other, t)):
+                if other == i:
+                    continue
+                if service.stops_here(other, t):
+                    return CROSSING
+                order = both(order, relation(i, k, f, other, t))
+                if order == IN_THE_WAY:
                     return CROSSING
     return NOTHING
 

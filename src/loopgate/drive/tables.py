@@ -86,8 +86,9 @@ class Vehicle:
     ----------
     name, loop, lap_m
         Its name and that of its loop, by number; length of a lap [m].
-    length_m, top, accel, decel
-        Length [m], top speed [m/s], acceleration and deceleration [m/s2].
+    length_m, top, haste, accel, decel
+        Length [m], top speed [m/s], at how many times the limits it may drive, if that is more than one;
+        acceleration and deceleration [m/s2].
     offset, front, speed
         What to add to the odometer, and the resulting front [m] and speed [m/s].
     note_m, rear_m, line_m, held_m
@@ -132,6 +133,7 @@ class Vehicle:
     lap_m: float
     length_m: float
     top: float
+    haste: float
     accel: float
     decel: float
     offset: float
@@ -216,12 +218,17 @@ class Pass:
 class Foe:
     """A foe of a pass: its movement, and the stretch that both use, as `Crossing.overlaps` has it [m].
 
-    Not a number where there is none: the foe is in the way all along.
+    Not a number where there is none: the foe is in the way all along. Then the least time at the limits from
+    the end of the leg to that stretch [s], the lowest limit on the way there, and the mean speed as far as
+    its end [m/s].
     """
 
     movement: int
     from_m: float
     to_m: float
+    soonest_s: float
+    least_mps: float
+    mean_mps: float
 
 
 class State:

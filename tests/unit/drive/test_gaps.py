@@ -8,7 +8,7 @@ from books import Books
 
 from builders import system
 from loopgate.abstraction.itinerary import Crossing, Leg
-from loopgate.drive.gaps import _may_be_held, in_the_way
+from loopgate.drive.gaps import BEFORE, IN_THE_WAY, LATER, PAST, _may_be_held, both, relation
 from loopgate.drive.motion import braking_time_s
 from loopgate.drive.step import SETTLE
 from loopgate.drive.tables import Tables
@@ -43,14 +43,18 @@ def crossing(
     *,
     foresees: bool = True,
     wait_m: float = -math.inf,
-    steered: bool = False,
+    steered: tuple[bool, bool] = (False, False),
+    from_m: float = 3.0,
+    limits: tuple[tuple[float, float], ...] = (),
 ) -> Tables:
     """Let two vehicles of 5 m, granted in this order, be on ``mine`` and ``theirs``, which share some metres.
 
     Their first legs end at 50 m, the second begin at 70 m.
     """
     mine = Crossing("mine", frozenset({"theirs"}), {"theirs": (2.0, 9.0)}, 13.9)
-    theirs = Crossing("theirs", frozenset({"mine"}), {"mine": (3.0, 10.0)}, 13.9, wait_m=wait_m)
+    theirs = Crossing(
+        "theirs", frozenset({"mine"}), {"mine": (from_m, from_m + 7.0)}, 13.9, 0.0, wait_m, limits
+    )
     robots = system({"a": "pa qa", "b": "pb qb"})
     legs = [
         (Leg(StateId(f"p{name}"), 0.0, 50.0, (across,)), Leg(StateId(f"q{name}"), 70.0, 100.0))
@@ -61,7 +65,7 @@ def crossing(
     columns = {"length_m": 5.0, "accel": 2.6, "decel": 4.5, "top": 13.9, "line_m": 50.0, "speed": [0.0, 10.0]}
     for column, value in (columns | {"front": fronts_m}).items():
         books.columns[column] = value
-    books.columns["steered"][1] = steered
+    books.columns["steered"] = steered
     for robot, number in enumerate(grants):
         if number:
             books.do(SETTLE, robot, 1)
@@ -83,7 +87,7 @@ def test_where_vehicles_give_way_to_others_nothing_is_foreseen() -> None:
     """The second is on the shared stretch and fast, the first 30 m away. Past it, it is out of the way."""
     for front_m, foresees, free in ((60.0, True, True), (60.0, False, False), (65.6, False, True)):
         tables = crossing((0, 1), (20.0, front_m), foresees=foresees)
-        assert in_the_way(0, 0, 0, 1, tables) != free
+        assert (relation(0, 0, 0, 1, tables) == IN_THE_WAY) != free
 
 
 @pytest.mark.parametrize(("wait_m", "free"), [(8.0, True), (12.0, False), (30.0, True)])
@@ -92,10 +96,46 @@ def test_nothing_is_foreseen_of_one_that_may_wait_inside_before_it_is_past(
     free: bool,  # noqa: FBT001  a case
 ) -> None:
     """It is past 15.5 m behind its line, now 10 m; a waiting point far beyond slows it for nobody."""
-    assert in_the_way(0, 0, 0, 1, crossing((0, 1), (20.0, 60.0), wait_m=wait_m)) != free
+    found = relation(0, 0, 0, 1, crossing((0, 1), (20.0, 60.0), wait_m=wait_m))
+    assert found == (BEFORE if free else IN_THE_WAY)
 
 
 def test_nothing_is_foreseen_of_one_that_changes_lanes_on_its_way() -> None:
     """It slows down for that, however fast it is now."""
     for steered in (False, True):
-        assert in_the_way(0, 0, 0, 1, crossing((0, 1), (20.0, 60.0), steered=steered)) == steered
+        found = relation(0, 0, 0, 1, crossing((0, 1), (20.0, 60.0), steered=(False, steered)))
+        assert found == (IN_THE_WAY if steered else BEFORE)
+
+
+@pytest.mark.parametrize(("front_m", "found"), [(-35.0, LATER), (-25.0, IN_THE_WAY)])
+def test_one_that_is_far_away_may_come_later(front_m: float, found: int) -> None:
+    """Setting out weakly, the first is past 9 m, rear and all, in 4.3 s; the other drives up to 13.9 m/s."""
+    assert relation(0, 0, 0, 1, crossing((0, 1), (49.9, front_m))) == found
+
+
+@pytest.mark.parametrize(("front_m", "found"), [(50.0, LATER), (68.0, IN_THE_WAY)])
+def test_one_that_has_to_drive_slowly_comes_later(front_m: float, found: int) -> None:
+    """At 2.8 m/s it takes ten seconds for the 30 m to the stretch that both use, and four from 18 m on."""
+    tables = crossing((0, 1), (49.9, front_m), from_m=30.0, limits=((0.0, 2.8),))
+    assert relation(0, 0, 0, 1, tables) == found
+
+
+def test_nobody_goes_first_where_it_changes_lanes_or_others_are_given_way_to() -> None:
+    """It may be slower than thought then."""
+    tables = crossing((0, 1), (49.9, 50.0), from_m=30.0, limits=((0.0, 2.8),), foresees=False)
+    assert relation(0, 0, 0, 1, tables) == IN_THE_WAY
+    tables = crossing((0, 1), (49.9, 50.0), from_m=30.0, limits=((0.0, 2.8),), steered=(True, False))
+    assert relation(0, 0, 0, 1, tables) == IN_THE_WAY
+
+
+def test_one_may_have_to_wait_for_one_that_was_let_go_first() -> None:
+    """That has the later grant, and is on the stretch that both use; the other is not there yet."""
+    for front_m, held in ((51.0, True), (52.0, False)):
+        assert _may_be_held(0, 0, crossing((2, 3), (front_m, 60.0))) == held
+
+
+def test_who_goes_before_some_waits_for_nobody() -> None:
+    """Else it might be late for them."""
+    assert both(PAST, LATER) == both(LATER, LATER) == LATER
+    assert both(-1, BEFORE) == both(PAST, BEFORE) == BEFORE
+    assert both(BEFORE, LATER) == both(PAST, IN_THE_WAY) == IN_THE_WAY
