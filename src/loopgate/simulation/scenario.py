@@ -29,7 +29,7 @@ ON_DEADLOCK = ("stop", "continue", "teleport")
 LONGEST_GATED_STEP_S = 1.0
 """SUMO's drivers keep apart by tau, a second, and only if they look as often."""
 
-SERVE_AFTER_S = 120.0
+SERVE_AFTER_S = 60.0
 """By default others make room for a vehicle that has waited for a grant for so long."""
 
 _MANY = 1_000_000
