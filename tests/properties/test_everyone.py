@@ -8,7 +8,7 @@ from collections import Counter
 import pytest
 from everyone import WRONG, draw, narrow_system, wide_system
 from road_oracle import Reach
-from service_bound import longest_service
+from service_bound import longest_service, moves_until, slow_line
 
 from loopgate.errors import SystemModelError
 from loopgate.gates.certified.budget import Budget
@@ -86,6 +86,14 @@ def test_nothing_can_be_chosen_where_one_slot_is_free(loops: int, moves: int) ->
     """On a line of loops there is one safe move in every configuration, and service takes ever longer."""
     _, most, longest = longest_service(loops)
     assert (most, longest) == (1, moves)
+
+
+@pytest.mark.parametrize("loops", range(1, 11))
+def test_service_takes_twice_as_long_with_each_loop(loops: int) -> None:
+    """The start is live, there is one safe move each time, and the free slot walks as worked out."""
+    roads = slow_line(loops)
+    assert not roads.crowded()
+    assert moves_until(roads, loops) == 4 * 2**loops - 3 * loops - 4
 
 
 def test_one_free_slot_leaves_one_safe_move_on_any_roads() -> None:
