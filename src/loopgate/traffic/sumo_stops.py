@@ -1,0 +1,209 @@
+"""Stops in SUMO: those by which vehicles are held, and those of their own."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from loopgate.errors import TrafficError
+from loopgate.network.stops import Stop
+
+__all__ = ["SumoStops"]
+
+_FOR_EVER_S = 1e7
+
+_SAME_STOP_M = 0.05
+"""How far a stop may be from where it was asked for [m]: SUMO keeps positions as they are given."""
+
+_FLAGS = {"lane": 0, "busStop": 8, "containerStop": 16, "chargingStation": 32, "parkingArea": 64}
+_PARKS, _TRIGGERS = 1, {"person": 2, "container": 4}
+"""SUMO's flags of stops."""
+
+_NONE_S = -(2.0**30)
+"""SUMO's number for no time."""
+
+_LEFT, _RIGHT = 1, -1  # SUMO's numbers for directions
+
+
+class SumoStops:
+    """The calls of `Traffic` that are about stops.
+
+    Parameters
+    ----------
+    api, error
+        As of `loopgate.traffic.sumo.SumoTraffic`.
+    """
+
+    def __init__(
+        self,
+        api: Any,  # noqa: ANN401  neither API has types
+        error: type[Exception] | tuple[type[Exception], ...],
+    ) -> None:
+        self._api = api
+        self._error = error
+        self._vehicle = api.vehicle
+        self._simulation = api.simulation
+        self._holds: dict[str, tuple[str, float]] = {}
+        """Where vehicles are held: lane, and position on it [m]."""
+        self._lets_change: dict[tuple[str, str], bool] = {}
+
+    def hold(self, vehicle: str, edge: str, lane_index: int, position_m: float) -> bool:
+        """Set a stop on this pass that only `release` ends.
+
+        Raises
+        ------
+        TrafficError
+            If SUMO refuses it: the vehicle is too close to brake, or the lane is not on its way.
+        """
+        get, lane = self._vehicle, f"{edge}_{lane_index}"
+        here = get.getLaneID(vehicle)
+        on_edge = here.rpartition("_")[0] == edge
+        if on_edge and here != lane:
+            return False
+        stop = {"pos": position_m, "laneIndex": lane_index, "duration": _FOR_EVER_S}
+        try:
+            if on_edge and self._may_insert(vehicle, edge):
+                get.insertStop(vehicle, 0, edge, **stop)
+            else:
+                get.setStop(vehicle, edge, **stop)
+        except self._error as error:
+            msg = f"vehicle {vehicle}: SUMO cannot hold it on {lane} at {position_m:.1f} m: {error}"
+            raise TrafficError(msg) from error
+        self._holds[vehicle] = lane, position_m
+        if self._stop_number(vehicle) is None:
+            del self._holds[vehicle]
+            msg = f"vehicle {vehicle}: SUMO has not taken the stop on {lane} at {position_m:.1f} m"
+            raise TrafficError(msg)
+        return True
+
+    def _may_insert(self, vehicle: str, edge: str) -> bool:
+        """Return whether `insertStop` acts on this pass.
+
+        `setStop` always does, but what it makes SUMO 1.28 never frees, 0.9 kB each time. `insertStop` looks
+        for the way from where a vehicle could still choose another one: the next edge, if it is inside a
+        junction or on an edge on which somebody must not change lanes. On a route that holds the round twice
+        the stop then lies a lap later. Before other stops it would be out of turn.
+        """
+        get = self._vehicle
+        if get.getStops(vehicle, 1):
+            return False
+        key = edge, get.getVehicleClass(vehicle)
+        free = self._lets_change.get(key)
+        if free is None:
+            free = self._lets_change[key] = self._may_change_anywhere(*key)
+        return free
+
+    def _may_change_anywhere(self, edge: str, vclass: str) -> bool:
+        may = self._api.lane.getChangePermissions
+        lanes = [f"{edge}_{index}" for index in range(self._api.edge.getLaneNumber(edge))]
+        return all(vclass in may(lane, way) for lane in lanes for way in (_LEFT, _RIGHT))
+
+    def _stop_number(self, vehicle: str) -> int | None:
+        """Return which of the vehicle's stops is the one that holds it; None if there is none."""
+        lane, position_m = self._holds[vehicle]
+        for number, stop in enumerate(self._vehicle.getStops(vehicle, 0)):
+            if (
+                stop.lane == lane
+                and abs(stop.endPos - position_m) < _SAME_STOP_M
+                and stop.duration >= _FOR_EVER_S / 2
+            ):
+                return number
+        return None
+
+    def drop_hold(self, vehicle: str) -> None:
+        """Drop the stop by which the vehicle is held, if it is, reached or not, and no other stop."""
+        if vehicle in self._holds:
+            number = self._stop_number(vehicle)
+            del self._holds[vehicle]
+            if number is not None:
+                self._vehicle.replaceStop(vehicle, number, "")
+
+    def forget_stops(self, vehicle: str, edge: str, route: str, alone: str) -> bool:
+        """Lead the vehicle off its stops' edges and back: SUMO keeps only stops on the present route."""
+        if self._vehicle.getRoadID(vehicle) != edge or self._vehicle.getStops(vehicle, 1):
+            return False  # a stop ahead, which is not ours, would be forgotten too
+        self._vehicle.setRouteID(vehicle, alone)
+        self._vehicle.setRouteID(vehicle, route)
+        return True
+
+    def halted(self) -> Sequence[str]:
+        """Return the held vehicles that came to rest in the last step, at no other stop than that."""
+        ids = self._simulation.getStopStartingVehiclesIDList()
+        return [vehicle for vehicle in ids if vehicle in self._holds and self._stop_number(vehicle) == 0]
+
+    def stops_before(self, vehicle: str, edge: str, position_m: float) -> bool:
+        """Return whether its next stop is there, and not the one by which it is held."""
+        stops = self._vehicle.getStops(vehicle, 1)
+        if not stops or (vehicle in self._holds and self._stop_number(vehicle) == 0):
+            return False
+        stop = stops[0]
+        return bool(stop.lane.rpartition("_")[0] == edge and stop.endPos <= position_m + _SAME_STOP_M)
+
+    def set_stop(self, vehicle: str, stop: Stop) -> None:
+        """Let the vehicle stop where it comes to that place next."""
+        flags = (
+            _FLAGS[stop.kind] | (_PARKS if stop.parks else 0) | sum(_TRIGGERS[one] for one in stop.triggers)
+        )
+        times = {"duration": stop.duration_s, "until": _NONE_S if stop.until_s is None else stop.until_s}
+        where: dict[str, float] = {}
+        if stop.kind == "lane":
+            index = int(stop.lane.rpartition("_")[2])
+            where = {"pos": stop.end_m, "laneIndex": index, "startPos": stop.start_m}
+        get = self._vehicle
+        try:
+            get.setStop(vehicle, stop.edge if where else stop.name, flags=flags, **where, **times)
+            for name, value in stop.told:
+                get.setStopParameter(vehicle, self._number_of(vehicle, stop), name, value)
+        except self._error as error:
+            msg = f"vehicle {vehicle}: SUMO does not take the stop at {stop.name}: {error}"
+            raise TrafficError(msg) from error
+
+    def _number_of(self, vehicle: str, stop: Stop) -> int:
+        """Return which of the vehicle's stops is the last one at a place."""
+        stops = self._vehicle.getStops(vehicle, 0)
+        for number in range(len(stops) - 1, -1, -1):
+            there = stops[number].lane == stop.lane and (
+                abs(stops[number].endPos - stop.end_m) < _SAME_STOP_M
+                if stop.kind == "lane"
+                else stops[number].stoppingPlaceID == stop.name
+            )
+            if there:
+                return number
+        msg = f"vehicle {vehicle}: SUMO knows of no stop at {stop.name}"
+        raise TrafficError(msg)
+
+    def drop_stop(self, vehicle: str, stop: Stop) -> None:
+        """Undo `set_stop`."""
+        self._vehicle.replaceStop(vehicle, self._number_of(vehicle, stop), "")
+
+    def stops_ahead(self, vehicle: str) -> int:
+        """Return how many stops lie before the vehicle, or are being made, without the one that holds it."""
+        held = vehicle in self._holds and self._stop_number(vehicle) is not None
+        return len(self._vehicle.getStops(vehicle, 0)) - held
+
+    def stays_s(self, vehicle: str) -> float:
+        """Return for how long it will stand at its stop [s]; SUMO counts down."""
+        stops = self._vehicle.getStops(vehicle, 1)
+        return float(stops[0].duration) if stops and self._vehicle.isStopped(vehicle) else 0.0
+
+    def stay(self, vehicle: str, for_s: float) -> None:
+        """Set what is left of its stop."""
+        self._vehicle.setStopParameter(vehicle, 0, "duration", f"{for_s:g}")
+
+    def awaits(self, vehicle: str) -> bool:
+        """Return whether its stop is triggered, and nobody has come yet."""
+        return bool(self._vehicle.isStoppedTriggered(vehicle))
+
+    def stops_begun(self) -> Sequence[str]:
+        """Return the vehicles that came to rest in the last step at a stop that does not hold them."""
+        ids = self._simulation.getStopStartingVehiclesIDList()
+        return [v for v in ids if self._is_at_own_stop(v)]
+
+    def _is_at_own_stop(self, vehicle: str) -> bool:
+        held = vehicle in self._holds and self._stop_number(vehicle) == 0
+        return not held and bool(self._vehicle.isStopped(vehicle))  # one that was held has been released
+
+    def stops_ended(self) -> Sequence[str]:
+        """Return the vehicles that left a stop in the last step, of whatever kind."""
+        ids: Sequence[str] = self._simulation.getStopEndingVehiclesIDList()
+        return ids
