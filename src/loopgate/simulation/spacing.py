@@ -27,9 +27,9 @@ _SLOWEST, _FASTEST = 0.8, 1.1
 
 _LEAST_CHANGE = 0.005
 
-_LONGEST_HOLD_S = 6.0
-_EAGERNESS = 8.0
-"""An eighth of the even spacing ahead is enough for the longest hold; gentler holding evens out little."""
+_HOLD_S = 48.0
+"""For how long one is held who is ahead by the even spacing [s]. Where one driver is slow the others stay as
+far ahead as the delays of a lap take: to hold for longer keeps them nearer to even, but costs kilometres."""
 
 
 def advised_type(kind: VehicleType) -> VehicleType:
@@ -136,7 +136,7 @@ class Holding(_Spacing):
 
     def look(self) -> None:
         """Bring up to date what each may be held for; below 0 who is behind."""
-        self._engine.vehicles["spare_s"] = _LONGEST_HOLD_S * np.clip(_EAGERNESS * self._early(), -1.0, 1.0)
+        self._engine.vehicles["spare_s"] = _HOLD_S * self._early()
 
 
 class SpeedAdvice(_Spacing):
