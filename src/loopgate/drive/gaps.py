@@ -12,7 +12,8 @@ The vehicle that it follows into its place is taken to stand.
 
 Nor is it in the way of one that will be past that stretch, rear and all, before it can be there: where it has
 far to go, or slow roads to take since the last place to wait at. Who goes first like that is taken to set out
-weakly and to be slow, and must not have to wait for anybody; who comes is as fast as limits and driver allow.
+weakly and to be slow, and must not have to wait for anybody, nor for a light; who comes is as fast as limits
+and driver allow.
 """
 
 from __future__ import annotations
@@ -159,7 +160,10 @@ def _relation(other: int, leg: int, theirs: int, shared: int, i: int, reach_m: f
 def _comes_later(other: int, leg: int, shared: int, i: int, k: int, f: int, t: Tables) -> bool:
     """Return whether `i`, let go now, is past the stretch shared with the foe before `other` comes."""
     one, ahead, here = t.vehicles[i], t.vehicles[other], leg_of(i, t.vehicles[i].granted, t)
-    if t.legs[here].pinned or one.steered or not t.run[0].foresees:
+    run = t.run[0]
+    if t.legs[here].pinned or one.steered or not (run.foresees and run.at_once):
+        return False
+    if _follows_aside(i, run.grants + 1, t.legs[here].pass_at, t):
         return False
     inside_m = ahead.front - end_m(other, leg, t)
     to_go_m = t.foes[shared].from_m - inside_m

@@ -117,6 +117,7 @@ class Gatekeeper:
         self._held_by, self._rooms = self._states["held_by"], self._states["room"]
         self._outside = self._states["outside"]
         self._run["serve_after_s"] = self._serve_after_s
+        self._run["at_once"] = not self.obstacles
         negotiation = self.negotiation
         if isinstance(negotiation, Pressure):
             for column, figure in zip(("crowded", "patience_s", "wait_s"), negotiation.figures, strict=True):
@@ -229,6 +230,7 @@ class Gatekeeper:
         """Decide once; return whether anybody has an answer."""
         now_s = float(self._run["now_s"][0])
         self._granted = False
+        self._run["at_once"] = not self.obstacles
         if self.obstacles and self._run["serving"][0]:
             self._look_outside()
         robots = self._entries["ready"][: self._step(drive.COLLECT)].tolist()

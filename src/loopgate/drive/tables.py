@@ -337,6 +337,8 @@ class Run:
         Simulated time, and length of a step [s].
     foresees
         Whether one on a shared stretch is out of the way if it will have left it in time.
+    at_once
+        Whether nothing outside of the system, such as a light, can stop one that has been let go.
     crowded, patience_s, wait_s
         Of `Pressure`, where that is compiled.
     serve_after_s
@@ -358,6 +360,7 @@ class Run:
     now_s: float
     step_s: float
     foresees: bool
+    at_once: bool
     crowded: float
     patience_s: float
     wait_s: float

@@ -42,6 +42,7 @@ def crossing(
     fronts_m: tuple[float, float],
     *,
     foresees: bool = True,
+    at_once: bool = True,
     wait_m: float = -math.inf,
     steered: tuple[bool, bool] = (False, False),
     from_m: float = 3.0,
@@ -62,6 +63,7 @@ def crossing(
     ]
     books = Books(robots, legs, make_gate("collision", robots), OldestFirst(Random(1)))
     books.run["foresees"] = foresees
+    books.run["at_once"] = at_once
     columns = {"length_m": 5.0, "accel": 2.6, "decel": 4.5, "top": 13.9, "line_m": 50.0, "speed": [0.0, 10.0]}
     for column, value in (columns | {"front": fronts_m}).items():
         books.columns[column] = value
@@ -120,9 +122,11 @@ def test_one_that_has_to_drive_slowly_comes_later(front_m: float, found: int) ->
     assert relation(0, 0, 0, 1, tables) == found
 
 
-def test_nobody_goes_first_where_it_changes_lanes_or_others_are_given_way_to() -> None:
-    """It may be slower than thought then."""
+def test_nobody_goes_first_where_something_may_stop_or_slow_it() -> None:
+    """Ordinary traffic, a light, a change of lanes."""
     tables = crossing((0, 1), (49.9, 50.0), from_m=30.0, limits=((0.0, 2.8),), foresees=False)
+    assert relation(0, 0, 0, 1, tables) == IN_THE_WAY
+    tables = crossing((0, 1), (49.9, 50.0), from_m=30.0, limits=((0.0, 2.8),), at_once=False)
     assert relation(0, 0, 0, 1, tables) == IN_THE_WAY
     tables = crossing((0, 1), (49.9, 50.0), from_m=30.0, limits=((0.0, 2.8),), steered=(True, False))
     assert relation(0, 0, 0, 1, tables) == IN_THE_WAY
