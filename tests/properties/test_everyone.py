@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import random
 from collections import Counter
+from random import Random
 
 import pytest
 from everyone import WRONG, draw, narrow_system, wide_system
@@ -51,6 +52,24 @@ def test_a_slot_free_everywhere_is_a_witness_where_places_hold_one() -> None:
     assert {key: found[key] for key in WRONG} == dict.fromkeys(WRONG, 0)
     assert found["safe"] > 1000
     assert found["needless"] <= found["safe"] // 100
+
+
+def test_moving_heads_of_full_places_ends_with_free_slots_or_a_circle() -> None:
+    """From wherever a start with a slot free everywhere has led to, places that hold one among them."""
+    ends: Counter[bool] = Counter()
+    for seed in range(600):
+        roads, rng = draw(seed, narrow=True), Random(seed)
+        here = roads.start
+        for _ in range(40):
+            here = rng.choice(roads.moves(here) or [(0, here)])[1]
+        full = [move for move in roads.moves(here) if len(here[move[0]]) == roads.slots[move[0]]]
+        while full:
+            _, here = rng.choice(full)
+            full = [move for move in roads.moves(here) if len(here[move[0]]) == roads.slots[move[0]]]
+        free = all(len(line) < room for line, room in zip(here, roads.slots, strict=True))
+        assert free != roads.circle(here)
+        ends[free] += 1
+    assert min(ends[False], ends[True]) > 20
 
 
 @pytest.mark.parametrize("seed", range(40))
