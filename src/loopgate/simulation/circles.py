@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from loopgate.abstraction.queue_layout import AWAY
 from loopgate.drive.driver import Driver
 from loopgate.drive.gatekeeper import Gatekeeper
 from loopgate.network import RoadNetwork
@@ -75,6 +76,8 @@ class Circles:
         leg = driver.granted if back else driver.granted + 1
         here = "" if back else str(driver.leg(driver.granted).state)
         target = str(driver.leg(leg).state)
+        if target.startswith(AWAY):
+            return False  # who arrives leaves room
         circle: list[str] = []
         state, length_m, holes, crowded = target, driver.length_m, 0.0, False
         while state != here and state not in circle:

@@ -152,3 +152,15 @@ def test_a_share_of_a_place_stays_free() -> None:
     assert ring.tight()
     assert not ring.tight(must_move=True)
     assert not Ring(a=1, b=0, c=0).tight()
+
+
+def test_who_arrives_is_never_in_anybodys_way() -> None:
+    """Behind its last line is room for all there are, and no ordinary vehicle on its lane takes any of it."""
+    ring = Ring()
+    last = ring.drivers[0]
+    last.leg = lambda number: SimpleNamespace(state="away d_0" if number else "d")
+    keeper: Any = ring.circles._keeper
+    keeper.number, keeper.slots, keeper.line = (lambda _: 0), (lambda _: 2000), (lambda _: [])
+    ring.circles.plan({"d": Place("d_0", 0.0, 24.0, ()), "away d_0": Place("d_0", -976.0, 24.0, ())})
+    ring.put("o", "d", 10.0)
+    assert not ring.tight()
