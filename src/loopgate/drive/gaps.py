@@ -31,11 +31,11 @@ __all__ = [
     "LATER",
     "PAST",
     "begin_m",
-    "both",
     "end_m",
     "leg_of",
     "relation",
     "state_of",
+    "together",
 ]
 
 # What a vehicle under way is to one that wants to set out.
@@ -124,12 +124,12 @@ def relation(i: int, k: int, f: int, other: int, t: Tables) -> int:
                 each = _relation(other, leg, theirs, shared, i, reach_m, t)
                 if each == IN_THE_WAY and _comes_later(other, leg, shared, i, k, f, t):
                     each = LATER
-                found = both(found, each)
+                found = together(found, each)
     return found if found >= 0 else IN_THE_WAY
 
 
 @kernel
-def both(one: int, other: int) -> int:
+def together(one: int, other: int) -> int:
     """Return what two are together: nobody goes before some where it may have to wait for others."""
     least, most = min(one, other), max(one, other)
     return most if least <= PAST or least == most else IN_THE_WAY

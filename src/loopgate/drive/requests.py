@@ -10,7 +10,7 @@ from __future__ import annotations
 from typing import Final
 
 from loopgate.drive import service
-from loopgate.drive.gaps import IN_THE_WAY, PAST, begin_m, both, leg_of, relation, state_of
+from loopgate.drive.gaps import IN_THE_WAY, PAST, begin_m, leg_of, relation, state_of, together
 from loopgate.drive.tables import (
     CROSSING,
     DEADLOCK,
@@ -383,7 +383,7 @@ def _in_the_way(i: int, t: Tables) -> int:
                     continue
                 if service.stops_here(other, t):
                     return CROSSING
-                order = both(order, relation(i, k, f, other, t))
+                order = together(order, relation(i, k, f, other, t))
                 if order == IN_THE_WAY:
                     return CROSSING
     return NOTHING

@@ -8,7 +8,7 @@ from books import Books
 
 from builders import system
 from loopgate.abstraction.itinerary import Crossing, Leg
-from loopgate.drive.gaps import BEFORE, IN_THE_WAY, LATER, PAST, _may_be_held, both, relation
+from loopgate.drive.gaps import BEFORE, IN_THE_WAY, LATER, PAST, _may_be_held, relation, together
 from loopgate.drive.motion import braking_time_s
 from loopgate.drive.step import SETTLE
 from loopgate.drive.tables import Tables
@@ -140,6 +140,6 @@ def test_one_may_have_to_wait_for_one_that_was_let_go_first() -> None:
 
 def test_who_goes_before_some_waits_for_nobody() -> None:
     """Else it might be late for them."""
-    assert both(PAST, LATER) == both(LATER, LATER) == LATER
-    assert both(-1, BEFORE) == both(PAST, BEFORE) == BEFORE
-    assert both(BEFORE, LATER) == both(PAST, IN_THE_WAY) == IN_THE_WAY
+    assert together(PAST, LATER) == together(LATER, LATER) == LATER
+    assert together(-1, BEFORE) == together(PAST, BEFORE) == BEFORE
+    assert together(BEFORE, LATER) == together(PAST, IN_THE_WAY) == IN_THE_WAY
