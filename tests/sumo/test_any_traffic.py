@@ -159,8 +159,8 @@ def test_stops_on_the_way_are_made_once(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("how", ["options", "type", "vehicle"])
-def test_gated_vehicles_are_not_led_another_way_and_that_is_said(tmp_path: Path, how: str) -> None:
-    """SUMO's rerouting device would lead them into places that nobody granted; the others keep theirs."""
+def test_who_has_the_rerouting_device_is_led_another_way_between_places(tmp_path: Path, how: str) -> None:
+    """By the gate: SUMO's device would lead them into places that nobody granted; the others keep theirs."""
     routes = demand(tmp_path, loops=0)
     text = routes.read_text(encoding="utf-8")
     param = '<param key="has.rerouting.device" value="true"/>'
@@ -172,13 +172,40 @@ def test_gated_vehicles_are_not_led_another_way_and_that_is_said(tmp_path: Path,
     routes.write_text(text, encoding="utf-8")
     words = "--device.rerouting.period 5 --device.rerouting.adaptation-steps 3"
     sumo = words + (" --device.rerouting.probability 1" if how == "options" else "")
-    summary = run(tmp_path / "out", routes, sumo=sumo, gated="car")
-    assert any("gated vehicles go without rerouting devices" in line for line in summary["warnings"])
-    assert (summary["trespasses"], summary["unfinished"]) == (0, 0)
+    summary = run(tmp_path / "out", routes, sumo=sumo, gated="car", positions=True)
+    assert not any("rerouting" in line for line in summary["warnings"])
+    assert (summary["trespasses"], summary["unfinished"], summary["audit"]) == (0, 0, "clean")
+    assert summary["rerouting"]["vehicles"] == summary["trips"]
+    assert summary["rerouting"]["times"] >= summary["rerouting"]["rerouted"] > 0
+    events = pd.read_parquet(tmp_path / "out" / "events.parquet")
+    turns = events[events["event"] == "reroute"]
+    assert len(turns) == summary["rerouting"]["times"]
     log = (tmp_path / "out" / "tripinfo.xml").read_text(encoding="utf-8")
     rerouted = re.findall(r'rerouteNo="(\d+)" devices="([^"]*)" vType="([^"]*)"', log)
     assert {"routing_" in devices for _, devices, kind in rerouted if kind.startswith("car")} == {False}
     assert {"routing_" in devices for _, devices, kind in rerouted if kind.startswith("slow")} == {True}
+
+
+def test_loops_are_not_led_another_way_and_that_is_said(tmp_path: Path) -> None:
+    """They are the watch; so are stops and edges in between, which trips would miss."""
+    summary = run(tmp_path / "out", demand(tmp_path), sumo="--device.rerouting.probability 1")
+    assert any("gated vehicles go without rerouting devices" in line for line in summary["warnings"])
+    assert summary["rerouting"]["vehicles"] == TRIPS
+    text = demand(tmp_path, loops=0).read_text(encoding="utf-8")
+    through = tmp_path / "through.rou.xml"
+    through.write_text(text.replace("<trip ", '<trip via="C2C3" '), encoding="utf-8")
+    summary = run(tmp_path / "via", through, sumo="--device.rerouting.probability 1")
+    assert "rerouting" not in summary
+    assert any("gated vehicles go without rerouting devices" in line for line in summary["warnings"])
+
+
+def test_no_other_way_is_taken_that_does_not_pay(tmp_path: Path) -> None:
+    """SUMO's threshold: an hour less at least. And what is no number is said to be none."""
+    words = "--device.rerouting.probability 1 --device.rerouting.threshold.constant"
+    summary = run(tmp_path / "out", demand(tmp_path, loops=0), sumo=f"{words} 1:00:00")
+    assert summary["rerouting"] == {"vehicles": TRIPS, "rerouted": 0, "times": 0}
+    with pytest.raises(ScenarioError, match=r"device.rerouting.threshold.constant is 'often'; expected"):
+        run(tmp_path / "out", demand(tmp_path, loops=0), sumo=f"{words} often")
 
 
 def test_a_device_given_by_name_is_refused(tmp_path: Path) -> None:

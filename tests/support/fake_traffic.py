@@ -118,6 +118,10 @@ class FakeTraffic:
             at -= length
         raise AssertionError(vehicle)
 
+    def mean_speed(self, edge: str) -> float:  # noqa: ARG002  the protocol's
+        """Nobody is there."""
+        return -1.0
+
     def speed(self, vehicle: str) -> float:
         """Return its speed."""
         return self.fleet[vehicle].speed_mps
@@ -262,6 +266,10 @@ class FakeTraffic:
     def teleports(self) -> Sequence[str]:
         """Nobody."""
         return ()
+
+    def pauses(self, vehicle: str) -> bool:  # noqa: ARG002  the protocol's
+        """Nobody does."""
+        return False
 
     def waits_for(self, vehicle: str, *, guess: bool) -> Sequence[str]:
         """Return what a test has put there."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any, cast
 
 import numpy as np
@@ -33,16 +33,23 @@ from loopgate.drive.track import Track
 from loopgate.model import System
 from loopgate.results.columns import Event
 
-__all__ = ["Ground", "make_tables", "movements_of", "roads_of"]
+__all__ = [
+    "Code",
+    "Legs",
+    "Lists",
+    "Roads",
+    "make_tables",
+    "movements_of",
+    "moves_of",
+    "roads_of",
+    "states_of",
+    "tables_of",
+    "vehicle_rows",
+    "with_room",
+]
 
 _LAPS = 16
 """A vehicle's grants are numbered for so many laps: it is under way on fewer at once."""
-
-_NUMBERS = 64
-"""On fewer crossings at once is a vehicle that comes and goes: each is longer than a place of two."""
-
-_FIRST = 64
-"""Room for so many of them at first."""
 
 _OFTEN = 64
 """So often a vehicle may hold its private state, lap after lap."""
@@ -81,28 +88,31 @@ def make_tables(tracks: Sequence[Track], system: System | None, code: Code, *, s
     step_s
         Length of a simulation step [s].
     """
-    lists = _Lists()
-    legs = _Legs(system.states if system else (), tracks)
-    roads = _Roads(code)
+    lists = Lists()
+    legs = Legs(system.states if system else (), tracks)
+    roads = Roads(code)
     first = [legs.add(track.legs) for track in tracks]
     numbers = [_LAPS * len(track.legs) for track in tracks]
-    vehicles = _vehicles(tracks, roads, code)
+    vehicles = vehicle_rows(tracks, roads, code)
     vehicles["leg_at"] = first
     vehicles["numbers"] = numbers
     vehicles["number_at"] = lists.add(numbers)
     states = _states_of(system, lists, code)
-    moves = _moves(legs, states, lists)
+    moves = moves_of(legs, states, lists)
     held = lists.made()
     if system is not None:
         _take_places(system, states, held)
-    return _with_room(
-        max(1, len(tracks)), _tables(legs, roads, states, moves, code, step_s), vehicles=vehicles, lists=held
+    return with_room(
+        max(1, len(tracks)),
+        tables_of(legs, roads, states, moves, code, step_s),
+        vehicles=vehicles,
+        lists=held,
     )
 
 
-def _tables(
-    legs: _Legs,
-    roads: _Roads,
+def tables_of(
+    legs: Legs,
+    roads: Roads,
     states: NDArray[np.void],
     moves: NDArray[np.void],
     code: Code,
@@ -135,7 +145,7 @@ def _tables(
     )
 
 
-def _with_room(count: int, tables: Tables, *, vehicles: NDArray[np.void], lists: NDArray[np.int64]) -> Tables:
+def with_room(count: int, tables: Tables, *, vehicles: NDArray[np.void], lists: NDArray[np.int64]) -> Tables:
     """Return the tables with lists for so many vehicles."""
     entries = table(Entry, length=count)
     entries[: len(tables.entries)] = tables.entries
@@ -149,80 +159,8 @@ def _with_room(count: int, tables: Tables, *, vehicles: NDArray[np.void], lists:
     )
 
 
-class Ground:
-    """Tables for ways that are known, on which vehicles come and go one by one: only their rows are made.
-
-    The vehicles are the first rows of a table with room for more; where one leaves, the last takes its row.
-
-    Parameters
-    ----------
-    ways
-        One track at least of each way.
-    room
-        How many vehicles the states on them hold, by name; all are left in order.
-    code
-        Gives words their numbers.
-    step_s
-        Length of a simulation step [s].
-    """
-
-    def __init__(self, ways: Sequence[Track], room: Mapping[str, int], code: Code, *, step_s: float) -> None:
-        self._code = code
-        self.states = tuple(dict.fromkeys(leg.state for track in ways for leg in track.legs))
-        """Names of the states by number."""
-        lists = _Lists()
-        legs, self._roads = _Legs(self.states, ways), _Roads(code)
-        self._legs = {id(track.legs): (track.legs, legs.add(track.legs)) for track in ways}
-        self._edges = {track.edges: self._roads.add(track.edges) for track in ways}
-        rooms = [room[state] for state in self.states]
-        states = _states(self.states, rooms, [True] * len(rooms), [n + 1 for n in rooms], lists, code)
-        tables = _tables(legs, self._roads, states, _moves(legs, states, lists), code, step_s)
-        self._numbers_at = lists.end
-        self._count = 0
-        self._every = table(Vehicle, length=0)
-        self._tables = tables._replace(lists=lists.made())
-        self._grow(_FIRST)
-
-    @property
-    def tables(self) -> Tables:
-        """The tables of those who are there."""
-        return self._tables._replace(vehicles=cast("Any", self._every[: self._count]))
-
-    def knows(self, track: Track) -> bool:
-        """Return whether a vehicle can come on a track."""
-        return id(track.legs) in self._legs and track.edges in self._edges
-
-    def take(self, track: Track) -> int:
-        """Make a row for a vehicle that stands where its track begins; return its number."""
-        if self._count == len(self._every):
-            self._grow(2 * self._count)
-        robot = self._count
-        self._every[robot : robot + 1] = _vehicles([track], self._roads, self._code)
-        row = self._every[robot]
-        row["leg_at"] = self._legs[id(track.legs)][1]
-        row["numbers"], row["number_at"] = _NUMBERS, self._numbers_at + robot * _NUMBERS
-        self._count += 1
-        return robot
-
-    def give_back(self, robot: int) -> None:
-        """Let the last vehicle have a row; that of `robot` is needed no longer."""
-        self._count -= 1
-        last, lists = self._count, self._tables.lists
-        to, at = (self._numbers_at + k * _NUMBERS for k in (robot, last))
-        lists[to : to + _NUMBERS] = lists[at : at + _NUMBERS]
-        self._every[robot] = self._every[last]
-        self._every[robot]["number_at"] = to
-
-    def _grow(self, most: int) -> None:
-        vehicles = table(Vehicle, length=most)
-        vehicles[: len(self._every)] = self._every
-        self._every = vehicles
-        lists = np.zeros(self._numbers_at + most * _NUMBERS, dtype=np.int64)
-        lists[: len(self._tables.lists)] = self._tables.lists
-        self._tables = _with_room(most, self._tables, vehicles=vehicles, lists=lists)
-
-
-def _vehicles(tracks: Sequence[Track], roads: _Roads, code: Code) -> NDArray[np.void]:
+def vehicle_rows(tracks: Sequence[Track], roads: Roads, code: Code) -> NDArray[np.void]:
+    """Return a row for each vehicle, which stands where its track begins; its legs are not in it yet."""
     front = np.array([track.front_m for track in tracks], dtype=np.float64)
     lap_m = np.array([track.lap_m for track in tracks], dtype=np.float64)
     count = np.array([len(track.edges) for track in tracks], dtype=np.int64)
@@ -262,7 +200,7 @@ def _vehicles(tracks: Sequence[Track], roads: _Roads, code: Code) -> NDArray[np.
     return table(Vehicle, columns, length=len(tracks))
 
 
-class _Lists:
+class Lists:
     """Lists one after the other."""
 
     def __init__(self) -> None:
@@ -280,7 +218,7 @@ class _Lists:
         return np.zeros(self.end, dtype=np.int64)
 
 
-class _Roads:
+class Roads:
     """Edges, once for all vehicles of a loop."""
 
     def __init__(self, code: Code) -> None:
@@ -300,7 +238,7 @@ class _Roads:
         return _filled(Road, self._rows)
 
 
-class _Legs:
+class Legs:
     """Legs, once for all vehicles of a loop, their crossings and the foes of these, one after the other."""
 
     def __init__(self, states: Sequence[str], tracks: Sequence[Track]) -> None:
@@ -341,7 +279,7 @@ class _Legs:
         self.passes.append(row)
 
 
-def _states_of(system: System | None, lists: _Lists, code: Code) -> NDArray[np.void]:
+def _states_of(system: System | None, lists: Lists, code: Code) -> NDArray[np.void]:
     """All fit into a private state: its vehicle, as often as it holds it.
 
     In any other there may be one more than it holds: a vehicle that joined in it (`loopgate.drive.books`).
@@ -352,17 +290,18 @@ def _states_of(system: System | None, lists: _Lists, code: Code) -> NDArray[np.v
     fifo = set(system.fifo_states)
     room = [everybody if private else room for private, room in zip(system.private, system.room, strict=True)]
     most = [min(n, _OFTEN) if private else n + 1 for private, n in zip(system.private, room, strict=True)]
-    return _states(system.states, room, [state in fifo for state in range(len(room))], most, lists, code)
+    return states_of(system.states, room, [state in fifo for state in range(len(room))], most, lists, code)
 
 
-def _states(
+def states_of(
     names: Sequence[str],
     room: Sequence[int],
     fifo: Sequence[bool],
     most: Sequence[int],
-    lists: _Lists,
+    lists: Lists,
     code: Code,
 ) -> NDArray[np.void]:
+    """Return the states, which nobody holds: names, room, whether in order, and room in their lists."""
     columns = {
         "room": room,
         "word": [code(name) for name in names],
@@ -378,7 +317,7 @@ def _states(
     return table(State, columns, length=len(room))
 
 
-def _moves(legs: _Legs, states: NDArray[np.void], lists: _Lists) -> NDArray[np.void]:
+def moves_of(legs: Legs, states: NDArray[np.void], lists: Lists) -> NDArray[np.void]:
     """Each vehicle on a movement has a slot in the state behind its leg, which may cross it several times."""
     times: list[Counter[int]] = [Counter() for _ in legs.moves]
     lanes: dict[int, int] = {}

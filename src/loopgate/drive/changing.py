@@ -6,6 +6,7 @@ vehicles that drive once take their rows in tables made for all ways, and give t
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Mapping, Sequence
 from typing import Any, Final, cast
 
@@ -13,10 +14,10 @@ import numpy as np
 
 from loopgate.drive import step as drive
 from loopgate.drive.books import Books, carry_over, read_books, write_books
-from loopgate.drive.build import Ground
 from loopgate.drive.driver import Driver
 from loopgate.drive.engine import Engine
 from loopgate.drive.gatekeeper import Gatekeeper
+from loopgate.drive.ground import Ground
 from loopgate.drive.tables import NOBODY
 from loopgate.drive.track import Track
 from loopgate.errors import TrafficError
@@ -264,12 +265,62 @@ class ChangingEngine(Engine):
             return False
         if here["queue"] + 1 < here["room"]:
             return True
-        first, place = self._with(driver, state)[0], state
+        return not self._leads_round(self._keeper.wanted(self._with(driver, state)[0]), state)
+
+    def _leads_round(self, wanted: int, state: int) -> bool:
+        """Return whether full places lead from one round to another, each by what its first wants."""
+        states, place = cast("Any", self.tables.states), wanted
         for _ in range(len(states)):
-            place = self._keeper.wanted(first)
             if place == state or states["queue"][place] < states["room"][place]:
-                return bool(place != state)
-            first = int(self.tables.lists[states["line"][place]])
+                return place == state
+            place = self._keeper.wanted(int(self.tables.lists[states["line"][place]]))
+        return False
+
+    def turn_off(self, driver: Driver, track: Track, position: int) -> bool:
+        """Lead a vehicle on by another way from its place on; return whether it can be done now.
+
+        It can where it holds that place and nothing else, and does not wait to move out of others' way; and
+        where no circle of full places closes by it.
+
+        Parameters
+        ----------
+        driver
+            The vehicle.
+        track
+            One of those in `drive_by`.
+        position
+            Of its place on that.
+
+        Raises
+        ------
+        TrafficError
+            If the simulator does not take the way.
+        """
+        row = driver.row
+        settled = row["tail"] == row["crossed"] == row["granted"] == row["entered"]
+        if self._ground is None or not settled or driver.id in self.beside:
+            return False
+        if row["steered"] or row["going"] or row["mover"]:
+            return False
+        state, states = self._state_of(driver), cast("Any", self.tables.states)
+        line = self._read_list(state, *_LISTS[1])
+        if states["queue"][state] >= states["room"][state] and line[0] == driver.robot:
+            wanted = self._number_of(track.legs[(position + 1) % len(track.legs)].state)
+            if self._leads_round(wanted, state):
+                return False
+        here = bisect_left([begin_m for begin_m, _ in track.edges], track.legs[position].end_m) - 1
+        self._traffic.lead(driver.id, [name for _, name in track.edges[here:]])
+        if row["pending"]:
+            row["longest_s"] = driver.worst_wait_s(self._traffic.now_s)
+        self._withdraw([driver])
+        self._ground.turn_off(driver, track, position)
+        self._recorder.note(
+            self._traffic.now_s, driver.id, Event.REROUTE, driver.leg(position).state, track.loop
+        )
+        self.changes += 1
+        self._run["version"] += 1
+        self._let_first_ask(state)
+        self._settle()
         return True
 
     def come_back(self, driver: Driver) -> None:

@@ -32,6 +32,8 @@ class Driver:
         self.id = track.vehicle
         self.stops = 0
         """Stops made since the simulator last forgot them."""
+        self.moved_m = 0.0
+        """By how much arc lengths on its way now are more than on its ways so far in one line [m]."""
         self._measured_from_m = track.front_m
         self._laps_before = 0
         self.goes_on(robot, track, tables)
@@ -129,6 +131,12 @@ class Driver:
         """Take note that the front is elsewhere on the loop than the odometer said [m]."""
         self.row["offset"] += front_m - self.row["front"]
         self.row["front"] = front_m
+
+    def turns_off(self, track: Track, by_m: float) -> None:
+        """Go on by another way, on which arc lengths are so much more [m]."""
+        self.track = track
+        self.moved_m += by_m
+        self._measured_from_m += by_m
 
     def skipped(self, distance_m: float) -> None:
         """Take note that it was moved ahead: that part of the lap is not driven [m]."""

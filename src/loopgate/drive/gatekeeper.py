@@ -24,6 +24,7 @@ from loopgate.drive.tables import (
     RESERVE,
     SERVICE,
     SPACING,
+    STOPPING,
     Tables,
     number_of,
 )
@@ -342,8 +343,11 @@ class Gatekeeper:
         return [[other for other in range(len(self._vehicles)) if other != robot]]
 
     def outside_blockers(self, robot: int) -> list[list[str]]:
-        """Return as `blockers` does, by name, who keeps `robot` from a grant as the obstacles say."""
+        """Return as `blockers` does, by name, who keeps `robot` from a grant as the obstacles say.
+
+        Whatever it was refused for last: that may have passed since, and an obstacle not.
+        """
         one = self._vehicles[robot]
-        if not one["pending"] or int(one["reason"]) not in _OUTSIDE:
+        if not one["pending"] or int(one["reason"]) == STOPPING:
             return []
         return [list(some) for obstacle in self.obstacles for some in obstacle.blockers(robot)]

@@ -27,7 +27,7 @@ from loopgate.network.stops import (
     read_stops,
 )
 from loopgate.network.sumo_config import is_sumo_config, read_sumo_config
-from loopgate.network.trips import closes, drives_once, lead_trips
+from loopgate.network.trips import MIDDLE, closes, drives_once, lead_trips
 from loopgate.network.vehicle_type import DEFAULT_TYPE, VehicleType, vehicle_type
 from loopgate.network.xml_file import read_xml
 from loopgate.reading import is_file, refusing, shown
@@ -50,7 +50,7 @@ _BEYOND_M = 10.0
 _CARRIED = ("color", "line", "personNumber", "containerNumber")
 """Attributes of vehicles that SUMO is told as they are."""
 
-_CARRIED_ONCE = ("departLane", "departSpeed", "arrivalLane", "arrivalPos", "arrivalSpeed")
+_CARRIED_ONCE = ("departLane", "departSpeed", "arrivalLane", "arrivalPos", "arrivalSpeed", *MIDDLE)
 """The same, of those who drive once."""
 
 

@@ -16,7 +16,7 @@ from loopgate.network.clock import seconds
 from loopgate.network.road import RoadNetwork
 from loopgate.reading import shown
 
-__all__ = ["closes", "drives_once", "lead_trips"]
+__all__ = ["MIDDLE", "closes", "drives_once", "lead_trips", "ways_between"]
 
 _ENDS = (
     "from",
@@ -30,9 +30,16 @@ _ENDS = (
     "fromLonLat",
     "toLonLat",
 )
-_MIDDLE = ("via", "viaJunctions", "viaXY", "viaLonLat")
+MIDDLE = ("via", "viaJunctions", "viaXY", "viaLonLat")
+"""Attributes that say where a trip leads in between."""
 
 _CAR = "passenger"
+
+_DISTURBED = 2.0
+"""Other ways are the quickest where edges take up to so many times as long as they do, by chance."""
+
+_ATTEMPTS = 4
+"""So often other ways are looked for: most that are worth it are found by then."""
 
 _LONGEST_S = 600.0
 """A network on which trips take longer than this to lead is none that SUMO's router can work with [s]."""
@@ -115,7 +122,7 @@ def lead_trips(
                 if edge not in network.edges:
                     msg = f"{what}: {name} is {shown(edge)}, which is no edge of {network.name}"
                     raise RouteError(msg)
-        said = {name: element.attrib[name] for name in (*_ENDS, *_MIDDLE, "type") if name in element.attrib}
+        said = {name: element.attrib[name] for name in (*_ENDS, *MIDDLE, "type") if name in element.attrib}
         trip = ET.SubElement(
             top, "trip", {"id": element.get("id", ""), "depart": f"{_departs_s(element):g}", **said}
         )
@@ -131,6 +138,48 @@ def lead_trips(
         else:
             element.insert(0, ET.Element("route", edges=edges))
     return lost
+
+
+def ways_between(
+    network: RoadNetwork, asked: Sequence[tuple[str, str, str]]
+) -> dict[tuple[str, str, str], list[tuple[str, ...]]]:
+    """Return ways between edges that may be quicker than the quickest where roads are not empty.
+
+    Parameters
+    ----------
+    network
+        The roads.
+    asked
+        First and last edge, and vehicle class.
+
+    Returns
+    -------
+    dict
+        For each of them edges in driving order; of some there may be one way only, or none.
+
+    Raises
+    ------
+    RouteError
+        If SUMO's router does not work.
+    """
+    if not asked:
+        return {}
+    top = ET.Element("routes")
+    for vclass in sorted({vclass for _, _, vclass in asked}):
+        ET.SubElement(top, "vType", id=vclass, vClass=vclass)
+    for number, (first, last, vclass) in enumerate(asked):
+        ET.SubElement(
+            top, "trip", {"id": f"{number}", "depart": "0", "from": first, "to": last, "type": vclass}
+        )
+    found: dict[tuple[str, str, str], list[tuple[str, ...]]] = {one: [] for one in asked}
+    for seed in range(1, _ATTEMPTS + 1):
+        routes = _routed(network, top, (), seed, disturbed=_DISTURBED)
+        for number, (first, last, vclass) in enumerate(asked):
+            edges = tuple(routes.get(f"{number}", "").split())
+            ways = found[first, last, vclass]
+            if edges and edges not in ways and _leads(network, edges, last, vclass):
+                ways.append(edges)
+    return found
 
 
 def _leads(network: RoadNetwork, edges: Sequence[str], to: str | None, vclass: str) -> bool:
@@ -158,13 +207,16 @@ def _router() -> Path:
     return found
 
 
-def _routed(network: RoadNetwork, top: ET.Element, beside: Sequence[Path], seed: int) -> dict[str, str]:
+def _routed(
+    network: RoadNetwork, top: ET.Element, beside: Sequence[Path], seed: int, *, disturbed: float = 1.0
+) -> dict[str, str]:
     with temporary_folder() as folder:
         trips, found = folder / "trips.xml", folder / "routes.xml"
         ET.ElementTree(top).write(trips, encoding="utf-8", xml_declaration=True)
         command = [
             *(str(_router()), "--net-file", str(network.file), "--route-files", str(trips)),
             *("--output-file", str(found), "--alternatives-output", os.devnull, "--seed", str(seed)),
+            *("--weights.random-factor", f"{disturbed:g}"),
             *("--ignore-errors", "--no-step-log", "--no-warnings", "--xml-validation", "never"),
             *(("--additional-files", ",".join(map(str, beside))) if beside else ()),
         ]

@@ -59,6 +59,8 @@ class Event(StrEnum):
     """The vehicle that parked is on the road again in `place`, behind the vehicle in `reason`, if any."""
     MISSED = "missed"
     """The vehicle could not stop at its stop `place`, and comes to it again a round later."""
+    REROUTE = "reroute"
+    """The vehicle goes on from `place` by another way to its end, that of the name in `reason`."""
     STRAY = "stray"
     """The vehicle is on lane `place`, which is not its loop's: it is led back."""
 

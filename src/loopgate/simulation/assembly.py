@@ -16,7 +16,7 @@ from loopgate.errors import ScenarioError
 from loopgate.network import Loop, RoadNetwork
 from loopgate.network.cover.wishes import read_districts, read_weights
 from loopgate.network.stops import Stop
-from loopgate.simulation.devices import leading_devices, without_devices
+from loopgate.simulation.devices import Anew, leading_devices, led_anew, without_devices
 from loopgate.simulation.gated import choose_gated, find_unfit
 from loopgate.simulation.placing import spread
 from loopgate.simulation.scenario import Scenario
@@ -32,6 +32,7 @@ from loopgate.simulation.vehicles import (
     departs_at_edge,
     departs_in_place,
     evenly_round,
+    find_other_ways,
     read_vehicles,
 )
 
@@ -76,6 +77,9 @@ class Assembly:
         When the simulation begins [s].
     ordinary
         Vehicles of the route file that are not under the gate.
+    anew, other_ways
+        Who of those that drive once is led another way where that is quicker, by name; and one of no name on
+        each further way that there is for that.
     """
 
     network: RoadNetwork
@@ -91,6 +95,8 @@ class Assembly:
     stop_files: tuple[Path, ...] = ()
     begin_s: float = 0.0
     ordinary: tuple[Member, ...] = ()
+    anew: Mapping[str, Anew] = field(default_factory=dict)
+    other_ways: tuple[Departure, ...] = ()
 
     @property
     def trips(self) -> frozenset[str]:
@@ -125,11 +131,14 @@ def assemble(scenario: Scenario) -> Assembly:
     everybody, ordinary = choose_gated(scenario, everybody) if scenario.gated else (everybody, [])
     vehicles, later, moved = by_departure(scenario, everybody, file)
     unfit: dict[str, list[Member]] = {}
+    others: list[Member] = []
+    anew = led_anew(scenario, later) if scenario.gated else {}
     if scenario.rule_for_starts == "even":
         vehicles = evenly_round(network, vehicles)
     if scenario.gated and any(not v.loop.closed for v in later):
+        others = find_other_ways(network, [v for v in later if v.id in anew])
         closed = [v for v in (*vehicles, *later) if v.loop.closed]
-        unfit = find_unfit(network, closed, [v for v in later if not v.loop.closed])
+        unfit, others = _unfit(network, closed, [v for v in later if not v.loop.closed], others)
         gone = {v.id for some in unfit.values() for v in some}
         ordinary += [v for some in unfit.values() for v in some]
         later, everybody = [v for v in later if v.id not in gone], [v for v in everybody if v.id not in gone]
@@ -143,7 +152,7 @@ def assemble(scenario: Scenario) -> Assembly:
     abstraction = None
     if scenario.gated or scenario.abstraction != "segments" or len({loop.id for loop in loops}) == len(loops):
         # The first who comes shows the states; nobody stands in them yet.
-        abstraction = _abstraction(scenario, network, vehicles or later[:1], later)
+        abstraction = _abstraction(scenario, network, vehicles or later[:1], [*later, *others])
     if abstraction is None:
         kinds = [vehicle.type for vehicle in vehicles]
         wishes = [vehicle.depart_m for vehicle in vehicles]
@@ -166,11 +175,12 @@ def assemble(scenario: Scenario) -> Assembly:
         )
         departures = tuple(
             departs_in_place(network, vehicle, way)
-            for vehicle, way in zip(later, abstraction.later, strict=True)
+            for vehicle, way in zip([*later, *others], abstraction.later, strict=True)
         )
+    departures, other_ways = departures[: len(later)], departures[len(later) :]
     stops = _stops(scenario, [*vehicles, *later], abstraction)
     unique = tuple({vehicle.loop.id: vehicle.loop for vehicle in everybody if vehicle.loop.closed}.values())
-    devices, bereft = leading_devices(scenario, everybody) if scenario.gated else ((), ())
+    devices, bereft = leading_devices(scenario, everybody, anew.keys()) if scenario.gated else ((), ())
     advised = scenario.rule_for_spacing == "advice"
     if devices or advised:
         starts = tuple(_driven(start, devices, advised=advised) for start in starts)
@@ -191,7 +201,19 @@ def assemble(scenario: Scenario) -> Assembly:
         stop_files=file.stop_files if file else (),
         begin_s=begins_s(scenario, file),
         ordinary=tuple(ordinary),
+        anew=anew,
+        other_ways=other_ways,
     )
+
+
+def _unfit(
+    network: RoadNetwork, closed: Sequence[Member], once: Sequence[Member], others: Sequence[Member]
+) -> tuple[dict[str, list[Member]], list[Member]]:
+    """Return who of those that drive once cannot be gated, by reason, and the other ways that work."""
+    found = find_unfit(network, closed, [*once, *others])
+    no_way = {(v.loop.id, v.type) for some in found.values() for v in some}
+    unfit = {why: those for why, some in found.items() if (those := [v for v in some if v.id])}
+    return unfit, [v for v in others if (v.loop.id, v.type) not in no_way]
 
 
 def _driven(start: Start, devices: Collection[str], *, advised: bool) -> Start:

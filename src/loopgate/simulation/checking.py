@@ -6,7 +6,7 @@ from collections.abc import Container, Sequence
 from typing import Any
 
 from loopgate.audit import audit_events, audit_positions, read_layout
-from loopgate.model import Robot, RobotId
+from loopgate.model import Robot, RobotId, StateId
 from loopgate.results.recorder import read_event_pieces
 from loopgate.simulation import outcome
 from loopgate.simulation.assembly import Assembly
@@ -36,10 +36,12 @@ def audit_run(
         return [], {}
     trace = folder / outcome.EVENTS
     laps = {tally.vehicle: tally.laps for tally in tallies}
+    layout = read_layout(folder / outcome.LAYOUT)
+    ways = {vehicle: layout.loops[body.loop].legs for vehicle, body in layout.vehicles.items()}
     joined = [
         Robot(
             RobotId(one.track.vehicle),
-            tuple(leg.state for leg in one.track.legs),
+            tuple(StateId(leg.state) for leg in ways[one.track.vehicle]),
             closed=one.start.loop.closed,
             start=one.track.start_position,
         )
@@ -51,7 +53,6 @@ def audit_run(
     findings = [finding.text for finding in found]
     figures: dict[str, Any] = {"audited": list(_ALWAYS)}
     if scenario.positions:
-        layout = read_layout(folder / outcome.LAYOUT)
         seen = audit_positions(folder / outcome.POSITIONS, layout, read_event_pieces(trace))
         findings += [finding.text for finding in seen.findings]
         figures = {"audited": [*_ALWAYS, "crossings", "bodies"], "positions": seen.figures}

@@ -47,6 +47,7 @@ class FrontRecorder:
         self._numbers: dict[str, int] = {}
         """Numbers of the vehicles of this batch."""
         self._here = np.zeros(0, dtype=np.int32)
+        self._moved_m = np.zeros(0)
         self._rows = 0
         self._times: list[float] = []
         self._vehicles: list[NDArray[np.int32]] = []
@@ -57,11 +58,13 @@ class FrontRecorder:
         if self._changes != self._engine.changes:  # vehicles have joined or left
             self._changes = self._engine.changes
             numbers = self._numbers
-            names = (driver.id for driver in self._engine.drivers)
-            self._here = np.array([numbers.setdefault(name, len(numbers)) for name in names], dtype=np.int32)
+            drivers = self._engine.drivers
+            here = [numbers.setdefault(driver.id, len(numbers)) for driver in drivers]
+            self._here = np.array(here, dtype=np.int32)
+            self._moved_m = np.array([driver.moved_m for driver in drivers])
         self._times.append(self._traffic.now_s)
         self._vehicles.append(self._here)
-        self._fronts.append(self._engine.vehicles["front"].copy())
+        self._fronts.append(self._engine.vehicles["front"] - self._moved_m)
         self._rows += len(self._here)
         if self._rows >= _BATCH:
             self._flush()

@@ -10,6 +10,7 @@ from loopgate.abstraction.queue_layout import lay_out_queues, why_not
 from loopgate.disk import writing
 from loopgate.errors import RefusedLoopError, ScenarioError
 from loopgate.network import RoadNetwork
+from loopgate.network.trips import MIDDLE
 from loopgate.reading import is_file, refusing, shown
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.vehicles import Member
@@ -105,7 +106,8 @@ def write_ordinary(vehicles: Sequence[Member], file: Path) -> None:
         for name, value in kind.parameters.items():
             ET.SubElement(element, "param", key=name, value=value)
     for v in sorted(vehicles, key=lambda v: v.depart_s):
-        said = {"id": v.id, "type": v.type.id, "depart": f"{v.depart_s:g}", **v.attributes}
+        own = {name: value for name, value in v.attributes.items() if name not in MIDDLE}
+        said = {"id": v.id, "type": v.type.id, "depart": f"{v.depart_s:g}", **own}
         if v.edge:
             said["departEdge"] = f"{v.edge}"
         if v.depart_m is not None:

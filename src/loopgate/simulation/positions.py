@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Sequence
 from math import inf
 from pathlib import Path
 from statistics import fmean
@@ -11,8 +12,9 @@ from loopgate.abstraction.itinerary import Abstraction, Crossing, Itinerary
 from loopgate.audit.layout import Layout, Leg, LoopWay, Span, VehicleBody
 from loopgate.audit.position_table import ATTRIBUTES
 from loopgate.model import StateId
-from loopgate.network import LaneSpan
+from loopgate.network import LaneSpan, Loop
 from loopgate.simulation.assembly import Assembly
+from loopgate.simulation.vehicles import Departure
 
 __all__ = ["make_layout", "record_positions"]
 
@@ -49,7 +51,7 @@ def make_layout(assembly: Assembly, step_s: float) -> Layout:
     system = abstraction.system
     loops: dict[str, LoopWay] = {}
     vehicles: dict[str, VehicleBody] = {}
-    ways = [*abstraction.itineraries[: len(assembly.starts)], *abstraction.later]
+    ways = [*abstraction.itineraries[: len(assembly.starts)], *abstraction.later[: len(assembly.departures)]]
     positions = [robot.start for robot in system.robots[: len(assembly.starts)]]
     positions += [one.track.start_position if one.track else 0 for one in assembly.departures]
     for start, itinerary, position in zip(assembly.everybody, ways, positions, strict=True):
@@ -58,16 +60,17 @@ def make_layout(assembly: Assembly, step_s: float) -> Layout:
             start.loop.id, kind.length_m, kind.width_m, start.front_m, position, kind.jointed
         )
         if start.loop.id not in loops:
-            # Nobody is on roads before the first place of a route that is driven once.
-            first_m = -inf if start.loop.closed else itinerary.legs[0].begin_m
-            spans = tuple(_span(s) for s in start.loop.spans if s.end_m > first_m)
-            loops[start.loop.id] = LoopWay(start.loop.lap_m, spans, _legs(itinerary))
+            loops[start.loop.id] = _way(start.loop, itinerary)
+    for one, itinerary in zip(
+        assembly.other_ways, abstraction.later[len(assembly.departures) :], strict=True
+    ):
+        loops[one.start.loop.id] = _way(one.start.loop, itinerary)
     lanes = assembly.network.lanes
     driven = sorted({lane for loop in loops.values() for span in loop.spans for lane in span.driven})
     named = {c for loop in loops.values() for leg in loop.legs for c, _ in leg.crossings}
     return Layout(
         step_s=step_s,
-        room=_room(abstraction),
+        room=_room(abstraction, assembly.other_ways),
         loops=loops,
         vehicles=vehicles,
         movements={c.id: c.via for c in assembly.network.connections if c.id in named},
@@ -77,7 +80,14 @@ def make_layout(assembly: Assembly, step_s: float) -> Layout:
     )
 
 
-def _room(abstraction: Abstraction) -> dict[str, int]:
+def _way(loop: Loop, itinerary: Itinerary) -> LoopWay:
+    # Nobody is on roads before the first place of a route that is driven once.
+    first_m = -inf if loop.closed else itinerary.legs[0].begin_m
+    spans = tuple(_span(s) for s in loop.spans if s.end_m > first_m)
+    return LoopWay(loop.lap_m, spans, _legs(itinerary))
+
+
+def _room(abstraction: Abstraction, others: Sequence[Departure]) -> dict[str, int]:
     """Return the room of the states that several vehicles visit, some of them perhaps later."""
     system = abstraction.system
     if not abstraction.later:
@@ -85,6 +95,7 @@ def _room(abstraction: Abstraction) -> dict[str, int]:
         return {name: room for name, room, private in states if not private}
     paths = [{leg.state for leg in way.legs} for way in (*abstraction.itineraries, *abstraction.later)]
     visitors = Counter(state for path in paths for state in path)
+    visitors.update(leg.state for one in others for leg in (one.track.legs if one.track else ()))
     return {name: room for name, room in abstraction.room.items() if visitors[StateId(name)] > 1}
 
 

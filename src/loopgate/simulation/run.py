@@ -10,6 +10,7 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any
 
+from loopgate.audit import read_layout, write_layout
 from loopgate.drive.gatekeeper import Gatekeeper
 from loopgate.folders import remove_abandoned, temporary_folder
 from loopgate.network import Edge, RoadNetwork, read_loops
@@ -31,6 +32,7 @@ from loopgate.simulation.sumo_start import TRIPS, check_backend, check_outputs
 from loopgate.simulation.trips import gated_trips, read_trips, trip_figures
 from loopgate.simulation.verdicts import Verdicts
 from loopgate.simulation.watch import Watch
+from loopgate.simulation.ways_driven import as_driven
 
 __all__ = ["simulate"]
 
@@ -130,6 +132,10 @@ def _run(
         tallies = _tallies(assembly, session, watch, course)
         surrounded = session.around.report() if session.around else {}
         surrounded |= session.stops.report() | session.departures.report(course.end_s)
+        if session.rerouting is not None:
+            surrounded |= session.rerouting.report()
+            layout = read_layout(folder / outcome.LAYOUT)
+            write_layout(as_driven(layout, session.rerouting.turns), folder / outcome.LAYOUT)
         if "at_lights" in surrounded and scenario.abstraction == "segments":
             surrounded["warnings"] = [_ON_SEGMENTS]
     keeper, departed = session.keeper, session.departures.departed_s

@@ -28,6 +28,7 @@ from loopgate.simulation.leading_off import refuse_what_leads_off
 from loopgate.simulation.outcome import Folder
 from loopgate.simulation.parking import Parking
 from loopgate.simulation.positions import make_layout, record_positions
+from loopgate.simulation.rerouting import Rerouting
 from loopgate.simulation.room import Room
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.spacing import Holding, SpeedAdvice
@@ -54,8 +55,9 @@ class Session:
         The simulation, the drive, and what takes the events.
     keeper, around
         What answers requests, and what is about; None where no gate rules.
-    stops, departures
-        Those that vehicles make on the way, and the departures of those who come later.
+    stops, departures, rerouting
+        Those that vehicles make on the way, the departures of those who come later, and who of these is led
+        another way.
     each_step
         What is to be called after each step.
     notes
@@ -69,6 +71,7 @@ class Session:
     around: Surroundings | None
     stops: Stops
     departures: Departures
+    rerouting: Rerouting | None
     each_step: tuple[Callable[[], None], ...]
     notes: tuple[str, ...]
 
@@ -134,11 +137,13 @@ def open_session(
         parking = Parking(traffic, engine, around.has_room) if around else None
         stops = Stops(traffic, engine, recorder, assembly.stops, parking)
         departures = _departures(assembly, traffic, engine, fleet)
+        rerouting = Rerouting(assembly, traffic, engine) if fleet and assembly.anew else None
         spacing = _spacing(scenario, assembly, traffic, engine)
         seen = [Window(traffic, engine, assembly.loops).look] if backend == "gui" else []
         looks = (
             *((engine.open_up,) if fleet else ()),
             departures.look,
+            *((rerouting.look,) if rerouting else ()),
             stops.look,
             *(around.each_step if around else ()),
             *spacing,
@@ -147,7 +152,7 @@ def open_session(
         )
         keeper = fleet.keeper if fleet else None
         notes = (*said.notes, *(parking.notes(assembly.stops) if parking else ()))
-        yield Session(traffic, engine, recorder, keeper, around, stops, departures, looks, notes)
+        yield Session(traffic, engine, recorder, keeper, around, stops, departures, rerouting, looks, notes)
 
 
 def _fleet(
@@ -168,7 +173,7 @@ def _fleet(
     fleet.stays = True
     abstraction = assembly.abstraction
     itineraries = (*abstraction.itineraries, *abstraction.later) if abstraction else ()
-    later = (departure.track for departure in assembly.departures)
+    later = (departure.track for departure in (*assembly.departures, *assembly.other_ways))
     tracks = (*assembly.tracks, *(track for track in later if track is not None))
     room = {str(state): most for state, most in zip(system.states, system.room, strict=True)}
     fleet.drive_by(itineraries, tracks, (dict(abstraction.room) if abstraction else {}) or room)

@@ -4,19 +4,21 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from random import Random
 
 from loopgate.abstraction.itinerary import Itinerary
 from loopgate.abstraction.stretches import least_change_m
 from loopgate.drive.track import Track
-from loopgate.errors import ScenarioError
+from loopgate.errors import RouteError, ScenarioError
 from loopgate.network import Loop, RoadNetwork, VehicleType, read_loops
 from loopgate.network.cover.watch import even_starts_m
 from loopgate.network.lanes import make_route
 from loopgate.network.routes_file import RoutesFile
 from loopgate.network.stops import Stop
 from loopgate.network.sumo_config import is_sumo_config
+from loopgate.network.trips import ways_between
 from loopgate.network.vehicle_type import DEFAULT_TYPE
 from loopgate.simulation.allotment import allot_loops, mixed_types
 from loopgate.simulation.random_loops import random_loops
@@ -32,6 +34,7 @@ __all__ = [
     "departs_at_edge",
     "departs_in_place",
     "evenly_round",
+    "find_other_ways",
     "read_vehicles",
     "share_lanes",
 ]
@@ -161,6 +164,28 @@ def share_lanes(network: RoadNetwork, vehicles: Sequence[Member]) -> list[Member
         way = ways.setdefault(key, replace(led, id=f"way{len(ways)}"))
         found[vehicle.id] = replace(vehicle, loop=way)
     return list(found.values())
+
+
+def find_other_ways(network: RoadNetwork, vehicles: Sequence[Member]) -> list[Member]:
+    """Return one of no name on each further way between the ends of vehicles that may be led another way.
+
+    It begins on the lane on which they do.
+    """
+    asked = {v.id: (v.loop.edges[0], v.loop.edges[-1], v.type.vclass) for v in vehicles}
+    ways = ways_between(network, list(dict.fromkeys(asked.values())))
+    known = {(v.loop.edges, v.loop.spans[0].lane, v.type) for v in vehicles}
+    found: list[Member] = []
+    for v in vehicles:
+        lane, change_m = v.loop.spans[0].lane, least_change_m(v.type.length_m + v.type.min_gap_m)
+        for edges in ways[asked[v.id]]:
+            if (edges, lane, v.type) in known:
+                continue
+            known.add((edges, lane, v.type))
+            with suppress(RouteError):  # no lanes lead there
+                name, lanes = f"other way{len(found)}", (lane, None)
+                way = make_route(network, name, edges, vclass=v.type.vclass, change_m=change_m, lanes=lanes)
+                found.append(Member("", way, v.type))
+    return found
 
 
 def _index(text: str | None) -> int | None:

@@ -15,6 +15,10 @@ __all__ = ["Deadlock", "ToldRefusal", "Watch"]
 _MOVED_M = 0.5
 """Creeping less than this between two checks counts as standing [m]."""
 
+_STANDSTILL_S = 600.0
+"""Where everybody has stood for so long, for whatever reason but one light that is always red, nobody will
+ever move again: lights turn green before that, stops end, and gates look again each step [s]."""
+
 _GUESS_AFTER_S = 60.0
 """Where SUMO gives no reason why a vehicle stands, one is guessed only after this much longer [s]."""
 
@@ -60,7 +64,8 @@ class Watch:
     A vehicle that has stood for at least `after_s` is asked whom it waits for: at a gate the gate's
     refusal says it, on the road the leader or the foes at the junction do. Those that wait, directly or
     not, only for each other are in deadlock. A vehicle for whose standing no reason is found counts as
-    able to go on, and so does one at a red light, and one that its gate has let go a short while ago.
+    able to go on, and so does one at a red light, and one that its gate has let go a short while ago; but
+    where nobody at all has moved for ten minutes, who stands without a reason waits for anybody to move.
 
     Parameters
     ----------
@@ -93,6 +98,10 @@ class Watch:
         self._last: dict[str, tuple[float, float]] = {}
         self._refused_at: dict[str, float] = {}
         self._known: set[str] = set()
+        self._still_since_s = 0.0
+        """Since when nobody has moved [s]."""
+        self._red: set[str] | None = None
+        """Who has been at a red light, or at a stop, at each check since then; None where somebody moved."""
 
     def check(self) -> Deadlock | None:
         """Return a deadlock that was not known before, or None. Call every few seconds."""
@@ -108,6 +117,7 @@ class Watch:
                 last[vehicle] = before
                 still.append(vehicle)
         self._last = last
+        standstill = self._stands_still(still, len(vehicles), now)
         standing = sorted(v for v in still if self._waits_long(v, now) and now - last[v][1] >= self._after_s)
         self._known.intersection_update(standing)
         if len(standing) < 2 or self._known.issuperset(standing):  # noqa: PLR2004  a circle has two at least
@@ -119,6 +129,8 @@ class Watch:
             )
             for vehicle in standing
         }
+        if standstill and set(still) == set(standing):
+            waits = {v: sets or [[w for w in standing if w != v]] for v, sets in waits.items()}
         stuck = deadlocked(waits)
         new = deadlocked({v: waits[v] for v in stuck - self._known})
         self._known |= stuck
@@ -132,6 +144,15 @@ class Watch:
             vehicle, at_s = self._trails.last(stuck, lanes)
             came = vehicle, at_s, vehicle in self._own
         return Deadlock(now, tuple(circle), wanted, len(stuck), self._by(waits, new), came)
+
+    def _stands_still(self, still: Sequence[str], count: int, now: float) -> bool:
+        """Return whether nobody has moved for long, or is at a stop or a light that is always red."""
+        if len(still) < count:
+            self._red, self._still_since_s = None, now
+            return False
+        red = {vehicle for vehicle in still if self._traffic.pauses(vehicle)}
+        self._red = red if self._red is None else self._red & red
+        return not self._red and now - self._still_since_s >= _STANDSTILL_S
 
     def _by(self, waits: WaitFor, stuck: AbstractSet[str]) -> str:
         """Return whose deadlock it is: of those without whom nobody would be stuck."""

@@ -172,6 +172,10 @@ class Traffic(Protocol):
         """Return the edges of the vehicle's route, and the number of the one it is on or has just left."""
         ...
 
+    def mean_speed(self, edge: str) -> float:
+        """Return the mean speed of those on an edge [m/s]; where nobody is, the speed allowed."""
+        ...
+
     def add_route(self, name: str, edges: Sequence[str]) -> None:
         """Make a route for `renew` and `forget_stops`."""
         ...
@@ -276,6 +280,10 @@ class Traffic(Protocol):
 
         Where the simulator gives no reason, `guess` at the likely one.
         """
+        ...
+
+    def pauses(self, vehicle: str) -> bool:
+        """Return whether the vehicle is at a light that is red for it, or at a stop of its own."""
         ...
 
     def dynamics(self, vehicle: str) -> Dynamics:

@@ -221,6 +221,10 @@ class SumoTraffic(SumoStops, SumoLights):
         """Return its route, and where on it the vehicle is."""
         return self._vehicle.getRoute(vehicle), int(self._vehicle.getRouteIndex(vehicle))
 
+    def mean_speed(self, edge: str) -> float:
+        """Return the mean speed on an edge [m/s]."""
+        return float(self._api.edge.getLastStepMeanSpeed(edge))
+
     def add_route(self, name: str, edges: Sequence[str]) -> None:
         """Make a route by name."""
         self._api.route.add(name, list(edges))
@@ -305,6 +309,10 @@ class SumoTraffic(SumoStops, SumoLights):
         if not self._simulation.getStartingTeleportNumber():
             return ()
         return tuple(self._simulation.getStartingTeleportIDList())
+
+    def pauses(self, vehicle: str) -> bool:
+        """Return whether the vehicle is at a red light, or at a stop of its own."""
+        return self._is_at_own_stop(vehicle) or self._waits.faces_red(vehicle)
 
     def waits_for(self, vehicle: str, *, guess: bool) -> Sequence[str]:
         """Return the vehicles each of which keeps a standing vehicle from going on; see `RoadWaits`.

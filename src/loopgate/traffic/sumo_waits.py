@@ -72,6 +72,12 @@ class RoadWaits:
             across += self._rears(lane if inside else links[0][_VIA])
         return tuple(dict.fromkeys(across)) or (self._guess(vehicle, lane) if guess else ())
 
+    def faces_red(self, vehicle: str) -> bool:
+        """Return whether a vehicle is near the end of its lane, and a light there is red for it."""
+        lane, links = self._vehicle.getLaneID(vehicle), self._vehicle.getNextLinks(vehicle)
+        to_end = self._lane.getLength(lane) - self._vehicle.getLanePosition(vehicle) if lane else 0.0
+        return bool(links) and to_end <= _AT_JUNCTION_M and links[0][_STATE] in "ru"
+
     def _rears(self, lane: str) -> list[str]:
         """Return vehicles past the junction whose rears are on ways that conflict with an internal lane."""
         if not lane.startswith(":"):

@@ -20,7 +20,7 @@ class Driven(SimpleNamespace):
 
     def __init__(self, *names: str) -> None:
         vehicles = np.zeros(len(names), dtype=[("front", float), ("speed", float)])
-        drivers = [SimpleNamespace(id=name) for name in names]
+        drivers = [SimpleNamespace(id=name, moved_m=0.0) for name in names]
         super().__init__(now_s=0.0, vehicles=vehicles, drivers=drivers, changes=1)
 
     def drive(self, step_s: float, *far_m: float) -> None:

@@ -23,6 +23,7 @@ class Standing:
         self.waits = waits
         self.now_s = 0.0
         self.at_m = dict.fromkeys(waits, 0.0)
+        self.pausing: set[str] = set()
 
     def vehicles(self) -> Sequence[str]:
         return list(self.waits)
@@ -32,6 +33,9 @@ class Standing:
 
     def lane(self, vehicle: str) -> tuple[str, float]:
         return f"lane of {vehicle}", 0.0
+
+    def pauses(self, vehicle: str) -> bool:
+        return vehicle in self.pausing
 
     def waits_for(self, vehicle: str, *, guess: bool = False) -> Sequence[str]:
         del guess
@@ -50,10 +54,15 @@ class Gates:
 
 
 def named(
-    watch: Watch, traffic: Standing, *, at_s: float = math.inf, change: Callable[[], object] = list
+    watch: Watch,
+    traffic: Standing,
+    *,
+    at_s: float = math.inf,
+    change: Callable[[], object] = list,
+    until_s: float = LONG_S,
 ) -> Iterator[Deadlock]:
     """Check every ten seconds, with a change of the traffic before one check; yield what is found."""
-    while traffic.now_s < LONG_S:
+    while traffic.now_s < until_s:
         traffic.now_s += 10.0
         if traffic.now_s == at_s:
             change()
@@ -72,6 +81,28 @@ def test_a_circle_on_the_road_is_named_once() -> None:
     """Three wait for each other, a fourth behind them; they stand from the first check at 10 s on."""
     traffic = Standing({"a": ["b"], "b": ["c"], "c": ["a"], "d": ["a"]})
     assert watched(traffic) == [(70.0, ("a", "b", "c"))]
+
+
+def test_a_standstill_of_all_is_a_deadlock_without_a_reason_too() -> None:
+    """The head stands for no reason that anybody sees, and after ten minutes nobody has moved."""
+    traffic = Standing({"a": ["b"], "b": ["c"], "c": []})
+    watch = Watch(cast("Traffic", traffic), after_s=60.0)
+    found = [(d.at_s, d.vehicles, d.held_up) for d in named(watch, traffic, until_s=2000.0)]
+    assert found == [(610.0, ("a", "b", "c"), 3)]
+
+
+def test_who_pauses_keeps_a_standstill_from_being_one() -> None:
+    """At a stop of its own, or a light that never turns green; but not a light that does."""
+    traffic = Standing({"a": ["b"], "b": []})
+    traffic.pausing = {"b"}
+    watch = Watch(cast("Traffic", traffic), after_s=60.0)
+    assert not list(named(watch, traffic, until_s=2000.0))
+    lit = Standing({"a": ["b"], "b": []})
+    lit.pausing = {"b"}
+    watch = Watch(cast("Traffic", lit), after_s=60.0)
+    assert [d.at_s for d in named(watch, lit, at_s=500.0, change=lit.pausing.clear, until_s=2000.0)] == [
+        610.0
+    ]
 
 
 def test_a_queue_is_no_deadlock() -> None:

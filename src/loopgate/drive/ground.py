@@ -1,0 +1,132 @@
+"""Tables on which vehicles come and go one by one, and go on by another way."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any, cast
+
+import numpy as np
+
+from loopgate.drive.build import (
+    Code,
+    Legs,
+    Lists,
+    Roads,
+    moves_of,
+    states_of,
+    tables_of,
+    vehicle_rows,
+    with_room,
+)
+from loopgate.drive.driver import Driver
+from loopgate.drive.rows import table
+from loopgate.drive.tables import Tables, Vehicle
+from loopgate.drive.track import Track
+
+__all__ = ["Ground"]
+
+_NUMBERS = 64
+"""On fewer crossings at once is a vehicle that comes and goes: each is longer than a place of two."""
+
+_FIRST = 64
+"""Room for so many of them at first."""
+
+_OF_THE_WAY = ("loop", "lap_m", "next_lap_m", "road_at", "roads", "road", "road_lap", "legs")
+"""Columns that say where on which way a vehicle is."""
+
+
+class Ground:
+    """Tables for ways that are known, on which vehicles come and go one by one: only their rows are made.
+
+    The vehicles are the first rows of a table with room for more; where one leaves, the last takes its row.
+
+    Parameters
+    ----------
+    ways
+        One track at least of each way.
+    room
+        How many vehicles the states on them hold, by name; all are left in order.
+    code
+        Gives words their numbers.
+    step_s
+        Length of a simulation step [s].
+    """
+
+    def __init__(self, ways: Sequence[Track], room: Mapping[str, int], code: Code, *, step_s: float) -> None:
+        self._code = code
+        self.states = tuple(dict.fromkeys(leg.state for track in ways for leg in track.legs))
+        """Names of the states by number."""
+        lists = Lists()
+        legs, self._roads = Legs(self.states, ways), Roads(code)
+        self._legs = {id(track.legs): (track.legs, legs.add(track.legs)) for track in ways}
+        self._edges = {track.edges: self._roads.add(track.edges) for track in ways}
+        rooms = [room[state] for state in self.states]
+        states = states_of(self.states, rooms, [True] * len(rooms), [n + 1 for n in rooms], lists, code)
+        tables = tables_of(legs, self._roads, states, moves_of(legs, states, lists), code, step_s)
+        self._numbers_at = lists.end
+        self._count = 0
+        self._every = table(Vehicle, length=0)
+        self._tables = tables._replace(lists=lists.made())
+        self._grow(_FIRST)
+
+    @property
+    def tables(self) -> Tables:
+        """The tables of those who are there."""
+        return self._tables._replace(vehicles=cast("Any", self._every[: self._count]))
+
+    def knows(self, track: Track) -> bool:
+        """Return whether a vehicle can come on a track."""
+        return id(track.legs) in self._legs and track.edges in self._edges
+
+    def take(self, track: Track) -> int:
+        """Make a row for a vehicle that stands where its track begins; return its number."""
+        if self._count == len(self._every):
+            self._grow(2 * self._count)
+        robot = self._count
+        self._every[robot : robot + 1] = vehicle_rows([track], self._roads, self._code)
+        row = self._every[robot]
+        row["leg_at"] = self._legs[id(track.legs)][1]
+        row["numbers"], row["number_at"] = _NUMBERS, self._numbers_at + robot * _NUMBERS
+        self._count += 1
+        return robot
+
+    def turn_off(self, driver: Driver, track: Track, position: int) -> None:
+        """Let a vehicle that holds one place and nothing else go on by another way from there on.
+
+        The place is the leg `position` of that, which ends where the vehicle's own does.
+        """
+        row, before = driver.row, driver.granted
+        by_m = track.legs[position].end_m - driver.end_m(before)
+        track = replace(track, vehicle=driver.id, start_m=driver.front_m + by_m, start_position=position)
+        fresh = vehicle_rows([track], self._roads, self._code)[0]
+        for name in _OF_THE_WAY:
+            row[name] = fresh[name]
+        row["leg_at"] = self._legs[id(track.legs)][1]
+        row["top"] = track.top_speed_mps * row["haste"]
+        for name in ("entered", "granted", "tail", "crossed"):
+            row[name] = position
+        for name in ("offset", "front", "rear_m", "line_m", "held_m", "stop_m"):
+            row[name] += by_m
+        row["note_m"] = -np.inf
+        lists = self._tables.lists
+        at = int(row["number_at"])
+        lists[at + position % _NUMBERS] = lists[at + before % _NUMBERS]
+        driver.turns_off(track, by_m)
+
+    def give_back(self, robot: int) -> None:
+        """Let the last vehicle have a row; that of `robot` is needed no longer."""
+        self._count -= 1
+        last, lists = self._count, self._tables.lists
+        to, at = (self._numbers_at + k * _NUMBERS for k in (robot, last))
+        lists[to : to + _NUMBERS] = lists[at : at + _NUMBERS]
+        self._every[robot] = self._every[last]
+        self._every[robot]["number_at"] = to
+
+    def _grow(self, most: int) -> None:
+        vehicles = table(Vehicle, length=most)
+        vehicles[: len(self._every)] = self._every
+        self._every = vehicles
+        lists = np.zeros(self._numbers_at + most * _NUMBERS, dtype=np.int64)
+        lists[: len(self._tables.lists)] = self._tables.lists
+        self._tables = with_room(most, self._tables, vehicles=vehicles, lists=lists)

@@ -1,0 +1,169 @@
+"""Leads vehicles that drive once on by other ways, between places, where those are quicker by now."""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from collections import defaultdict, deque
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from loopgate.drive.changing import ChangingEngine
+from loopgate.drive.driver import Driver
+from loopgate.drive.track import Track
+from loopgate.simulation.assembly import Assembly
+from loopgate.traffic.base import Traffic
+
+__all__ = ["Rerouting", "Turn"]
+
+_SAMPLE_EVERY_S = 10.0
+_SAMPLES = 18
+"""Travel times are of the mean speeds of three minutes, as by SUMO's own rerouting device."""
+
+_LEAST_MPS = 0.1
+_MOST_TURNS = 20
+"""So often a vehicle is led another way at most: each way ends, so everyone arrives."""
+
+_SAME_M = 0.1
+
+
+@dataclass(frozen=True, slots=True)
+class Turn:
+    """A vehicle went on by another way: from which leg of the one it was on, which way, from which of its."""
+
+    leg: int
+    way: str
+    position: int
+
+
+@dataclass(frozen=True, slots=True)
+class _Onward:
+    """A way on from a place: a track, the position on it, and the edges behind, by number."""
+
+    track: Track
+    position: int
+    edges: npt.NDArray[np.int64]
+
+
+class Rerouting:
+    """Where a vehicle is due it looks for the quickest of the ways to its end that are known from its place.
+
+    Known are the ways of all vehicles of its type, and those that were looked for before the run. The time an
+    edge takes is its length over the mean speed there in the last three minutes.
+
+    Parameters
+    ----------
+    assembly, traffic, engine
+        The run's.
+    """
+
+    def __init__(self, assembly: Assembly, traffic: Traffic, engine: ChangingEngine) -> None:
+        self._traffic, self._engine, self._anew = traffic, engine, assembly.anew
+        self._kinds = {one.start.vehicle: one.start.type.id for one in assembly.departures}
+        self._onward: defaultdict[tuple[str, str], dict[int, _Onward]] = defaultdict(dict)
+        """By type and place the ways on from there, one for each sequence of places."""
+        self._edges: dict[str, int] = {}
+        for one in (*assembly.departures, *assembly.other_ways):
+            if one.track is not None and not one.start.loop.closed:
+                self._take(one.start.type.id, one.track)
+        lanes = [assembly.network.edges[edge].lanes for edge in self._edges]
+        self._length_m = np.array([some[0].length_m for some in lanes])
+        self._allowed_mps = np.array([max(lane.speed_mps for lane in some) for some in lanes])
+        self._seen: deque[npt.NDArray[np.float64]] = deque(maxlen=_SAMPLES)
+        self._times_s = self._length_m / self._allowed_mps
+        self._next_sample_s = 0.0
+        self._due_s: dict[str, float] = {}
+        self._waiting = set(self._anew)
+        """Those who have not departed."""
+        self._changes = -1
+        self.turns: defaultdict[str, list[Turn]] = defaultdict(list)
+        """What vehicles did, by name."""
+
+    def _take(self, kind: str, track: Track) -> None:
+        begins = [begin_m for begin_m, _ in track.edges]
+        numbers = np.array(
+            [self._edges.setdefault(name, len(self._edges)) for _, name in track.edges], dtype=np.int64
+        )
+        states = tuple(leg.state for leg in track.legs)
+        for position, leg in enumerate(track.legs[:-1]):
+            known = self._onward[kind, leg.state]
+            key = hash(states[position:])
+            if key not in known:
+                known[key] = _Onward(track, position, numbers[bisect_left(begins, leg.end_m) :])
+
+    def look(self) -> None:
+        """Take note of speeds, and lead those on who are due; call after each step."""
+        now = self._traffic.now_s
+        if now >= self._next_sample_s:
+            self._next_sample_s = now + _SAMPLE_EVERY_S
+            self._sample()
+        if self._changes != self._engine.changes:
+            self._changes = self._engine.changes
+            there = self._engine.driver_of
+            departed = [vehicle for vehicle in self._waiting if vehicle in there]
+            self._waiting.difference_update(departed)
+            self._due_s = {v: at_s for v, at_s in self._due_s.items() if v in there}
+            self._due_s |= dict.fromkeys(sorted(departed), now)
+        for vehicle in [vehicle for vehicle, at_s in self._due_s.items() if at_s <= now]:
+            driver = self._engine.driver_of.get(vehicle)
+            if driver is None or vehicle in self._engine.arrived:
+                del self._due_s[vehicle]
+            elif self._settled(driver):
+                self._lead(driver)
+                self._due_s[vehicle] = now + self._anew[vehicle].every_s
+
+    def _sample(self) -> None:
+        speeds = np.array([self._traffic.mean_speed(edge) for edge in self._edges])
+        self._seen.append(np.where(speeds < 0.0, self._allowed_mps, speeds))
+        self._times_s = self._length_m / np.maximum(np.mean(self._seen, axis=0), _LEAST_MPS)
+
+    @staticmethod
+    def _settled(driver: Driver) -> bool:
+        """Return whether a vehicle is in one place, and holds nothing else."""
+        row = driver.row
+        return bool(row["tail"] == row["crossed"] == row["granted"] == row["entered"])
+
+    def _lead(self, driver: Driver) -> None:
+        """Lead a vehicle on by the quickest way from its place, if that is not its own."""
+        vehicle, leg = driver.id, driver.granted
+        if len(self.turns[vehicle]) >= _MOST_TURNS or driver.stops_here or leg >= len(driver.track.legs) - 1:
+            return
+        ways = list(self._ways(driver, leg))
+        times_s = [float(self._times_s[way.edges].sum()) for way in ways]
+        best, said = min(range(len(ways)), key=lambda k: times_s[k], default=None), self._anew[vehicle]
+        if best is None or times_s[best] * said.factor + said.least_s >= self._own(driver, leg):
+            return
+        way = ways[best]
+        if self._engine.turn_off(driver, way.track, way.position):
+            self.turns[vehicle].append(Turn(leg, way.track.loop, way.position))
+
+    def _own(self, driver: Driver, leg: int) -> float:
+        """Return how long its own way takes from here on [s]."""
+        track = driver.track
+        here = bisect_left([begin_m for begin_m, _ in track.edges], track.legs[leg].end_m)
+        numbers = [self._edges[name] for _, name in track.edges[here:]]
+        return float(self._times_s[numbers].sum())
+
+    def _ways(self, driver: Driver, leg: int) -> Iterator[_Onward]:
+        """Yield the other ways to its end from the place it is in."""
+        track = driver.track
+        state, end, line = track.legs[leg].state, track.legs[-1].state, track.stop_lines[leg]
+        for way in self._onward.get((self._kinds[driver.id], state), {}).values():
+            legs, there = way.track.legs, way.track.stop_lines[way.position]
+            same = (there.edge, there.lane_index) == (line.edge, line.lane_index)
+            if (
+                legs[-1].state == end
+                and way.track.loop != track.loop
+                and same
+                and abs(there.position_m - line.position_m) < _SAME_M
+                and self._engine.seats(way.track)
+            ):
+                yield way
+
+    def report(self) -> dict[str, Any]:
+        """Return what ``summary.json`` says of it."""
+        led = [len(turns) for turns in self.turns.values() if turns]
+        return {"rerouting": {"vehicles": len(self._anew), "rerouted": len(led), "times": sum(led)}}

@@ -1,0 +1,66 @@
+"""The ways of vehicles that were led another way, each as one: what a vehicle really drove by."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+from loopgate.audit.layout import Layout, Leg, LoopWay, Span
+from loopgate.simulation.rerouting import Turn
+
+__all__ = ["as_driven", "continued"]
+
+_ROUNDING_M = 1e-6
+
+
+def continued(way: LoopWay, leg: int, other: LoopWay, position: int) -> LoopWay:
+    """Return a way as far as the end of a leg, and another from the end of that position on.
+
+    Both ends are the same place. Arc lengths go on from those of the first.
+    """
+    end_m = way.legs[leg].end_m
+    by_m = end_m - other.legs[position].end_m
+    before = [span for span in way.spans if span.begin_m < end_m]
+    behind = [_moved(span, by_m) for span in other.spans if span.begin_m + by_m >= end_m - _ROUNDING_M]
+    here = replace(_leg_moved(other.legs[position], by_m), begin_m=way.legs[leg].begin_m)
+    legs = (*way.legs[:leg], here, *(_leg_moved(one, by_m) for one in other.legs[position + 1 :]))
+    return LoopWay(other.length_m + by_m, (*before, *behind), legs)
+
+
+def as_driven(layout: Layout, turns: Mapping[str, Sequence[Turn]]) -> Layout:
+    """Return a layout in which each vehicle has one way, the one it drove, under a name of its own.
+
+    Parameters
+    ----------
+    layout
+        As it was before the run; all ways are in it.
+    turns
+        What vehicles did, by name.
+    """
+    loops, vehicles = dict(layout.loops), dict(layout.vehicles)
+    for vehicle, some in turns.items():
+        name = vehicles[vehicle].loop
+        way, ahead = layout.loops[name], 0
+        for turn in some:
+            leg = turn.leg + ahead
+            way = continued(way, leg, layout.loops[turn.way], turn.position)
+            ahead = leg - turn.position
+            name = f"{name} > {turn.way}@{leg}"
+        loops[name] = way
+        vehicles[vehicle] = replace(vehicles[vehicle], loop=name)
+    driven = {body.loop for body in vehicles.values()}
+    return replace(
+        layout, loops={name: way for name, way in loops.items() if name in driven}, vehicles=vehicles
+    )
+
+
+def _moved(span: Span, by_m: float) -> Span:
+    return replace(span, begin_m=span.begin_m + by_m, end_m=span.end_m + by_m)
+
+
+def _leg_moved(leg: Leg, by_m: float) -> Leg:
+    crossings = tuple(
+        (name, {foe: (at[0] + by_m, at[1] + by_m) if at else None for foe, at in foes.items()})
+        for name, foes in leg.crossings
+    )
+    return Leg(leg.state, leg.begin_m + by_m, leg.end_m + by_m, crossings)
