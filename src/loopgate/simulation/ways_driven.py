@@ -21,7 +21,8 @@ def continued(way: LoopWay, leg: int, other: LoopWay, position: int) -> LoopWay:
     end_m = way.legs[leg].end_m
     by_m = end_m - other.legs[position].end_m
     before = [span for span in way.spans if span.begin_m < end_m]
-    behind = [_moved(span, by_m) for span in other.spans if span.begin_m + by_m >= end_m - _ROUNDING_M]
+    behind = [_moved(span, by_m) for span in other.spans if span.end_m + by_m >= end_m - _ROUNDING_M]
+    behind[0] = _entered_as(before.pop(), behind[0])
     here = replace(_leg_moved(other.legs[position], by_m), begin_m=way.legs[leg].begin_m)
     legs = (*way.legs[:leg], here, *(_leg_moved(one, by_m) for one in other.legs[position + 1 :]))
     return LoopWay(other.length_m + by_m, (*before, *behind), legs)
@@ -56,6 +57,15 @@ def as_driven(layout: Layout, turns: Mapping[str, Sequence[Turn]]) -> Layout:
 
 def _moved(span: Span, by_m: float) -> Span:
     return replace(span, begin_m=span.begin_m + by_m, end_m=span.end_m + by_m)
+
+
+def _entered_as(one: Span, other: Span) -> Span:
+    """Return the road where a vehicle turns to another way: it comes as on one and leaves as on the other.
+
+    Between the two it may have to change lanes.
+    """
+    came, lanes = one.driven[0], tuple(dict.fromkeys((*other.lanes, *one.lanes)))
+    return Span(one.begin_m, other.end_m, lanes, came if came != lanes[0] else "")
 
 
 def _leg_moved(leg: Leg, by_m: float) -> Leg:

@@ -48,3 +48,18 @@ def test_who_was_not_led_another_way_keeps_its_own() -> None:
     loops = {"first": way("a", "b"), "second": way("c", "d")}
     layout = Layout(1.0, {}, loops, {"v": VehicleBody("first", 5.0, 1.8, 10.0, 0)}, {}, {})
     assert as_driven(layout, {}).loops == {"first": loops["first"]}
+
+
+def test_on_the_road_where_it_turns_it_comes_on_one_lane_and_leaves_on_another() -> None:
+    """As where the other way changes lanes behind the place."""
+    first = way("a", "b", "c")
+    second = LoopWay(
+        200.0, (Span(0.0, 100.0, ("b_1", "b_0"), "b_0"), *way("b", "d").spans[1:]), way("b", "d").legs
+    )
+    layout = Layout(
+        1.0, {}, {"first": first, "second": second}, {"v": VehicleBody("first", 5.0, 1.8, 10.0, 0)}, {}, {}
+    )
+    led = as_driven(layout, {"v": [Turn(1, "second", 0)]})
+    spans = led.loops[led.vehicles["v"].loop].spans
+    assert spans[1] == Span(100.0, 200.0, ("b_1", "b_0"), "b_0")
+    assert [span.lanes[0] for span in spans] == ["a_0", "b_1", "d_0"]
