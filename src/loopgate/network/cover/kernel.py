@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
-__all__ = ["rebuild"]
+__all__ = ["POWER", "nearest", "rebuild", "worth"]
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -25,10 +25,35 @@ order of removal; and so often a place to put one in is overlooked."""
 
 _LEAST_GAIN = 1e-6
 
+POWER = 12
+"""A tour of length x is worth ``x**POWER + share * x``, in units of a scale."""
+
 
 @njit(cache=True, error_model="numpy")
-def _worth(length: float, scale: float, power: float, share: float) -> float:
-    return float((length / scale) ** power + share * length / scale)
+def worth(length: float, scale: float, share: float) -> float:
+    """Return what a tour is worth; the less the better."""
+    x = length / scale
+    return float(x**POWER + share * x)
+
+
+@njit(cache=True, error_model="numpy")
+def nearest(rows: Floats, count: int) -> Ints:
+    """Return where each row has its least values, the least first, and equal ones in their order."""
+    size = len(rows)
+    found = np.empty((size, count), np.int64)
+    for row in range(size):
+        values, least = rows[row], found[row]
+        held = 0
+        for place in range(rows.shape[1]):
+            if held == count and values[place] >= values[least[count - 1]]:
+                continue
+            at = min(held, count - 1)
+            while at > 0 and values[least[at - 1]] > values[place]:
+                least[at] = least[at - 1]
+                at -= 1
+            least[at] = place
+            held = min(held + 1, count)
+    return found
 
 
 @njit(cache=True, error_model="numpy")
@@ -117,24 +142,25 @@ def _put_in(
     cost: Floats,
     near: Ints,
     state: tuple[Ints, Ints, Ints, Floats],
-    figures: tuple[float, float, float],
+    scale: float,
+    share: float,
     street: int,
 ) -> bool:
     """Put a street in where it costs least; return whether there was a place."""
     links, on, sizes, lengths = state
-    scale, power, share = figures
     least, where, more = np.inf, -1, 0.0
     for side in range(2):
         for beside in near[side, street]:
             tour = on[beside]
-            if tour < 0 or np.random.random() < _BLINK:
+            if tour < 0:
                 continue
             before = beside if side == 0 else links[0, beside]
             behind = links[1, before]
             extra = cost[before, street] + cost[street, behind] - cost[before, behind]
-            length = lengths[tour]
-            price = _worth(length + extra, scale, power, share) - _worth(length, scale, power, share)
-            if price < least:
+            if extra > 0.0 and share * extra >= least * scale:
+                continue  # what tours are worth grows by no less
+            price = worth(lengths[tour] + extra, scale, share) - worth(lengths[tour], scale, share)
+            if price < least and np.random.random() >= _BLINK:
                 least, where, more = price, before, extra
     if where < 0:
         return False
@@ -153,7 +179,8 @@ def rebuild(
     near: Ints,
     around: Ints,
     state: tuple[Ints, Ints, Ints, Floats],
-    figures: tuple[float, float, float],
+    scale: float,
+    share: float,
     bound: float,
     heat: float,
     tries: int,
@@ -173,8 +200,8 @@ def rebuild(
     state
         Links (before and behind each street, shape (2, n)), the tour it is on, and the number of streets on
         and the length of each tour. Overwritten.
-    figures
-        Scale, power and share: a tour of length x is worth ``(x / scale)**power + share * x / scale``.
+    scale, share
+        Of what tours are worth.
     bound
         Where the longest is no longer than this, the least total is best.
     heat
@@ -184,7 +211,6 @@ def rebuild(
     """
     np.random.seed(seed)
     links, on, sizes, lengths = state
-    scale, power, share = figures
     best = links.copy(), on.copy(), sizes.copy(), lengths.copy()
     best_longest, best_total = max(lengths.max(), bound), lengths.sum()
     out = np.empty(_MOST_STRINGS * longest_string, np.int64)
@@ -195,13 +221,12 @@ def rebuild(
         count, cut = _ruin(cost, around, state, longest_string, out, strings)
         inside = links[:, out[:count]].copy()
         placed, done = _order(cost, out, count), 0
-        while done < count and _put_in(cost, near, state, figures, placed[done]):
+        while done < count and _put_in(cost, near, state, scale, share, placed[done]):
             done += 1
         change = 0.0
         for tour in range(len(lengths)):
             if lengths[tour] != kept_lengths[tour]:
-                change += _worth(lengths[tour], scale, power, share)
-                change -= _worth(kept_lengths[tour], scale, power, share)
+                change += worth(lengths[tour], scale, share) - worth(kept_lengths[tour], scale, share)
         limit = -heat * (1.0 - number / tries) ** 2 * np.log(1.0 - np.random.random())
         if done < count or change > limit:
             for k in range(done - 1, -1, -1):

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from loopgate.network.cover.kernel import rebuild
+from loopgate.network.cover.kernel import POWER, nearest, rebuild, worth
 from loopgate.network.cover.tours import assigned, cut_in_two, split
 
 __all__ = ["Plan", "search"]
@@ -23,8 +23,8 @@ _PAIRS, _PAIR_CELLS = 150, 5_000_000
 """In each round so many streets are moved, and so many pairs of tours made anew, fewer where streets are few
 or tours large; after `_IDLE` rounds without a gain it is over."""
 
-_POWER, _SHARE, _SHARE_AT_BOUND = 12.0, 0.3, 3.0
-"""A tour of length x is worth ``x**_POWER + share * x``, in units of the longest."""
+_SHARE, _SHARE_AT_BOUND = 0.3, 3.0
+"""Share of the total in what tours are worth, in units of the longest."""
 
 _HEAT, _PAIR_HEAT = 0.3, 0.003
 _NEAR, _AROUND = 25, 60
@@ -106,7 +106,7 @@ def _begin(cost: Floats, tour: Ints, count: int, bound: float) -> Plan:
     tours = split(cost, tour, count, bound)
     while len(tours) < min(count, len(cost)):
         tours.sort(key=lambda t: (len(t) > 1, _length(cost, t)))
-        tours += cut_in_two(cost, tours.pop(), 2.0, bound)
+        tours += cut_in_two(cost, tours.pop(), 2, bound)
     return _plan(cost, tours)
 
 
@@ -114,12 +114,11 @@ def _neighbours(cost: Floats) -> tuple[Ints, Ints]:
     """Return what `rebuild` calls `near` and `around`."""
     far = cost.copy()
     np.fill_diagonal(far, np.inf)
-    near = np.stack(
-        [np.argsort(d, axis=1, kind="stable")[:, : min(_NEAR, len(cost) - 1)] for d in (far.T, far)]
-    )
-    either = np.minimum(cost, cost.T)
+    back = np.ascontiguousarray(far.T)
+    either = np.minimum(far, back)
     np.fill_diagonal(either, -1.0)
-    return near, np.argsort(either, axis=1, kind="stable")[:, :_AROUND]
+    near = np.stack([nearest(d, min(_NEAR, len(cost) - 1)) for d in (back, far)])
+    return near, nearest(either, min(_AROUND, len(cost)))
 
 
 def _better(one: Plan, other: Plan, bound: float) -> bool:
@@ -135,13 +134,13 @@ def _moved(cost: Floats, near: Ints, around: Ints, plan: Plan, bound: float, hea
     sizes = np.array([len(tour) for tour in plan.tours])
     string = min(max(len(cost) // len(plan.tours) // 2, _STRING[0]), _STRING[1])
     least = bound * (1.0 + _AT_BOUND)
-    figures = plan.longest, _POWER, _SHARE if plan.longest > least else _SHARE_AT_BOUND
     links, on, *_ = rebuild(
         cost,
         near,
         around,
         (links, on, sizes, np.array(plan.lengths)),
-        figures,
+        plan.longest,
+        _SHARE if plan.longest > least else _SHARE_AT_BOUND,
         least,
         heat,
         min(_MOVES, _MOVES_OF_EACH * len(cost)) // string,
@@ -174,14 +173,14 @@ def _given_up(cost: Floats, plan: Plan, bound: float) -> Plan:
             for tour in tours
         ]
         least = np.array([more.min() for more in extra])
-        on = int(np.argmin(_worth(lengths + least, plan.longest) - _worth(lengths, plan.longest)))
+        on = int(np.argmin(_worths(lengths + least, plan.longest) - _worths(lengths, plan.longest)))
         tours[on] = np.insert(tours[on], int(extra[on].argmin()) + 1, street)
         lengths[on] += least[on]
-    return _plan(cost, [*tours, *cut_in_two(cost, longest, _POWER, plan.longest)])
+    return _plan(cost, [*tours, *cut_in_two(cost, longest, POWER, plan.longest)])
 
 
-def _worth(lengths: Floats, scale: float) -> Floats:
-    return (lengths / scale) ** _POWER + _SHARE * lengths / scale
+def _worths(lengths: Floats, scale: float) -> Floats:
+    return np.array([worth(length, scale, _SHARE) for length in lengths])
 
 
 def _paired(cost: Floats, plan: Plan, bound: float, heat: float, rng: np.random.Generator) -> Plan:
@@ -198,7 +197,7 @@ def _paired(cost: Floats, plan: Plan, bound: float, heat: float, rng: np.random.
         )
         after = np.array([_length(cost, t) for t in made])
         change = float(
-            _worth(after, scale).sum() - _worth(np.array([lengths[one], lengths[other]]), scale).sum()
+            _worths(after, scale).sum() - _worths(np.array([lengths[one], lengths[other]]), scale).sum()
         )
         if change < 0.0 or rng.random() < math.exp(-change / heat):
             for number, tour in zip((one, other), made, strict=True):
@@ -220,7 +219,7 @@ def _remade(cost: Floats, both: Ints, scale: float, noise: float, rng: np.random
     between = cost[np.ix_(both, both)]
     tour = assigned(between * (1.0 + noise * rng.random(between.shape)))
     found = []
-    for piece in cut_in_two(between, tour, _POWER, scale):
+    for piece in cut_in_two(between, tour, POWER, scale):
         again = piece[assigned(between[np.ix_(piece, piece)])]
         found.append(both[min(piece, again, key=lambda t: _length(between, t))])
     return found

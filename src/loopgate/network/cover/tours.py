@@ -7,6 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
+from numba import njit
 from scipy.optimize import linear_sum_assignment
 
 __all__ = ["assigned", "cut_in_two", "joined", "split"]
@@ -37,21 +38,15 @@ def joined(cost: Floats, tours: Sequence[Ints]) -> Ints:
 
 
 def _patched(cost: Floats, following: Ints) -> Ints:
-    following = following.copy()
+    following = np.asarray(following, dtype=np.int64).copy()
     label = _cycles(following)
     sizes = np.bincount(label)
-    ids = np.arange(len(following))
-    own = cost[ids, following]
     for _ in range(len(sizes) - 1):
         alive = np.flatnonzero(sizes)
         smallest = alive[sizes[alive].argmin()]
         inside = label == smallest
-        a, b = ids[inside], ids[~inside]
-        extra = cost[np.ix_(a, following[b])] + cost[np.ix_(b, following[a])].T - own[a][:, None] - own[b]
-        i, j = divmod(int(extra.argmin()), len(b))
-        x, y = a[i], b[j]
+        x, y = _cheapest_exchange(cost, following, np.flatnonzero(inside), np.flatnonzero(~inside))
         following[x], following[y] = following[y], following[x]
-        own[x], own[y] = cost[x, following[x]], cost[y, following[y]]
         sizes[label[y]] += sizes[smallest]
         sizes[smallest] = 0
         label[inside] = label[y]
@@ -63,48 +58,66 @@ def _patched(cost: Floats, following: Ints) -> Ints:
     return order
 
 
+@njit(cache=True, error_model="numpy")
+def _cheapest_exchange(cost: Floats, following: Ints, some: Ints, others: Ints) -> tuple[int, int]:
+    """Return one of some and one of others such that exchanging their followers costs least."""
+    least, found = np.inf, (some[0], others[0])
+    for x in some:
+        after_x = following[x]
+        for y in others:
+            after_y = following[y]
+            extra = cost[x, after_y] - cost[x, after_x] - cost[y, after_y]
+            if extra < least and extra + cost[y, after_x] < least:
+                least, found = extra + cost[y, after_x], (x, y)
+    return found
+
+
+@njit(cache=True, error_model="numpy")
 def _cycles(following: Ints) -> Ints:
+    """Return for each the number of the cycle that it is on."""
     label = np.full(len(following), -1)
     count = 0
-    steps = following.tolist()
-    for begin in range(len(steps)):
+    for begin in range(len(following)):
         at = begin
-        if label[at] < 0:
-            while label[at] < 0:
-                label[at] = count
-                at = steps[at]
-            count += 1
+        while label[at] < 0:
+            label[at] = count
+            at = following[at]
+        count = max(count, label[begin] + 1)
     return label
 
 
-def cut_in_two(cost: Floats, tour: Ints, power: float, scale: float) -> tuple[Ints, Ints]:
+def cut_in_two(cost: Floats, tour: Ints, power: int, scale: float) -> tuple[Ints, Ints]:
     """Return the two tours into which exchanging two followers cuts a tour of two or more best.
 
     Best is the least sum of lengths over `scale`, raised to `power`: both short, the longer above all.
     """
-    size = len(tour)
-    between = cost[np.ix_(tour, tour)]
-    places = np.arange(size)
-    onward = between[places, (places + 1) % size]
-    along = np.concatenate(([0.0], np.cumsum(onward)))
-    begin, end = places[:, None], places[None, :]
-    piece = along[end] - along[begin] + between.T  # from begin to end, and back
-    around = between[(places - 1) % size][:, (places + 1) % size]
-    rest = (
-        along[size]
-        - onward[(places - 1) % size][:, None]
-        - (along[end] - along[begin])
-        - onward[None, :]
-        + around
-    )
-    fits = (end >= begin) & (end - begin < size - 1)
-    worth = np.where(fits, _raised(piece / scale, power) + _raised(rest / scale, power), np.inf)
-    i, j = divmod(int(worth.argmin()), size)
-    return tour[i : j + 1], np.concatenate((tour[j + 1 :], tour[:i]))
+    begin, end = _best_cut(cost[np.ix_(tour, tour)], power, scale)
+    return tour[begin : end + 1], np.concatenate((tour[end + 1 :], tour[:begin]))
 
 
-def _raised(values: Floats, power: float) -> Floats:
-    return np.maximum(values, 0.0) ** power
+@njit(cache=True, error_model="numpy")
+def _best_cut(between: Floats, power: int, scale: float) -> tuple[int, int]:
+    """Return first and last of the piece to cut out of the tour in whose order the costs are."""
+    size = len(between)
+    along = np.zeros(size + 1)
+    for place in range(size):
+        along[place + 1] = along[place] + between[place, (place + 1) % size]
+    least, found = np.inf, (0, 0)
+    for begin in range(size):
+        before = (begin - 1) % size
+        onto = between[before, begin]
+        for end in range(begin, min(size, begin + size - 1)):
+            inside = along[end] - along[begin]
+            behind = (end + 1) % size
+            piece = inside + between[end, begin]
+            rest = along[size] - onto - inside - between[end, behind] + between[before, behind]
+            longer = max(piece, rest) / scale
+            if longer**power >= least:
+                continue
+            total = longer**power + (max(min(piece, rest), 0.0) / scale) ** power
+            if total < least:
+                least, found = total, (begin, end)
+    return found
 
 
 def split(cost: Floats, tour: Ints, count: int, least: float) -> list[Ints]:
