@@ -8,8 +8,7 @@ from itertools import pairwise
 
 import networkx as nx
 
-from loopgate.abstraction.queue_layout import QueuePlace
-from loopgate.abstraction.stretches import LEAST_CAPACITY, least_change_m
+from loopgate.abstraction.stretches import least_change_m, least_place_m
 from loopgate.abstraction.surveying import refused_queues
 from loopgate.errors import RouteError
 from loopgate.network import Loop, RoadNetwork, make_loop
@@ -89,7 +88,8 @@ def cover_streets(
         If no street can be covered, or no loop may be as short as asked for.
     """
     kept_off: dict[str, Reason] = {}
-    task = replace(task, change_m=least_change_m(kind.length_m + kind.min_gap_m))
+    needed_m = kind.length_m + kind.min_gap_m
+    task = replace(task, change_m=least_change_m(needed_m), place_m=least_place_m(needed_m))
     while True:
         design = make_design(network, task, without=kept_off)
         plan, finished = _best(design, count, seed, progress)
@@ -159,12 +159,8 @@ class _Mender:
         self._design = design
         self._name = name
         self._kind = kind
-        needs = ((kind.length_m + kind.min_gap_m, 1),)
         graph = design.graph
-        self._is_place = [
-            QueuePlace(edge, network.edges[edge].length_m, needs).capacity >= LEAST_CAPACITY
-            for edge in graph.edges
-        ]
+        self._is_place = [network.edges[edge].length_m >= design.task.place_m for edge in graph.edges]
         self._roads = _digraph(graph, design)
 
     def mended(self, walks: Sequence[Walk]) -> tuple[tuple[Loop, ...], set[str]]:

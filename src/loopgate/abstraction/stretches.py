@@ -20,6 +20,7 @@ __all__ = [
     "find_foes",
     "lay_stretches",
     "least_change_m",
+    "least_place_m",
     "narrow_lanes",
 ]
 
@@ -97,6 +98,11 @@ def least_change_m(needed_m: float) -> float:
     return needed_m + _SPARE_M
 
 
+def least_place_m(needed_m: float) -> float:
+    """Return how long the shortest place is [m]."""
+    return LEAST_CAPACITY * needed_m + CLEARANCE_M + HOLD_MARGIN_M
+
+
 def lay_stretches(
     network: RoadNetwork,
     users: Sequence[tuple[Loop, VehicleType]],
@@ -144,7 +150,7 @@ def lay_stretches(
     near = narrow_lanes(network, lanes, reach_m=reach_m)
     beside = dict.fromkeys(network.lanes[lane].edge for lane, _ in sorted(near))
     free = {edge: _free(network, edge, lanes, parts) for edge in (*changing, *beside)}
-    whole = {e for e in beside if free[e].end_m - free[e].begin_m < _place_m(needed[e])}
+    whole = {e for e in beside if free[e].end_m - free[e].begin_m < least_place_m(needed[e])}
     narrow = frozenset(pair for pair in near if all(network.lanes[lane].edge in whole for lane in pair))
     stretches = {
         edge: _whole(edge, network.edges[edge].length_m)
@@ -166,13 +172,8 @@ def _whole(edge: str, length_m: float) -> Stretch:
     return Stretch(edge, 0.0, length_m, 0.0, length_m)
 
 
-def _place_m(needed_m: float) -> float:
-    """Return how long the shortest place is."""
-    return LEAST_CAPACITY * needed_m + CLEARANCE_M + HOLD_MARGIN_M
-
-
 def _in_the_middle(edge: str, length_m: float, needed_m: float, free: Part) -> Stretch:
-    place_m = _place_m(needed_m)
+    place_m = least_place_m(needed_m)
     least_m = least_change_m(needed_m)
     free_m = free.end_m - free.begin_m
     if free_m >= place_m + least_m + place_m:

@@ -34,14 +34,29 @@ def test_a_ring_is_led_over_from_one_place_to_another() -> None:
     assert "a s t a" not in round_twice
 
 
+def test_what_no_loop_can_do_does_not_keep_it_from_the_rest() -> None:
+    """From t ways lead to c, and over u back to a alone: s and t lie between a and c, and u is left out."""
+    ring = ["a_0>c_0", "c_0>a_0", "a_0>s_0", "s_0>t_0", "t_0>c_0", "t_0>u_0", "u_0>a_0"]
+    cover = cover_streets(roads({**_LENGTHS, "u": (5, 1)}, ring), Task(), 1)
+    assert set(cover.covered) == {"a", "c", "s", "t"}
+    assert cover.left_out == {"u": Reason.QUEUES}
+
+
 def test_loops_with_a_single_place_are_joined() -> None:
-    """Two loops were asked for, a s t and b s t, with one place each: one loop drives both."""
+    """Two loops were asked for, a c and a s t, and on the second is one place: one loop drives both."""
+    cover = cover_streets(roads(_LENGTHS, _RING), Task(), 2)
+    assert [sorted(loop.edges) for loop in cover.loops] == [["a", "c"]]
+    assert set(cover.left_out) == {"s", "t"}
+
+
+def test_loops_that_need_a_second_place_have_it() -> None:
+    """Round a s t and round b s t is one place each, so each of two loops leads over both."""
     network = roads(
         {"a": (100, 1), "b": (100, 1), "s": (5, 1), "t": (5, 1)},
         ["a_0>s_0", "b_0>s_0", "s_0>t_0", "t_0>a_0", "t_0>b_0"],
     )
     cover = cover_streets(network, Task(), 2)
-    assert [sorted(loop.edges) for loop in cover.loops] == [["a", "b", "s", "s", "t", "t"]]
+    assert [sorted(loop.edges) for loop in cover.loops] == [["a", "b", "s", "s", "t", "t"]] * 2
 
 
 def test_a_loop_that_comes_back_to_a_lane_is_refused_alone() -> None:

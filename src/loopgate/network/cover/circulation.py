@@ -21,7 +21,7 @@ from scipy.sparse.csgraph import connected_components
 
 from loopgate.network.cover.lane_graph import LaneGraph
 
-__all__ = ["Circulation", "circulate"]
+__all__ = ["Circulation", "circulate", "least_circulation"]
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -39,15 +39,12 @@ class Circulation:
 
     Attributes
     ----------
-    bound
-        Cost of the cheapest circulation: no set of closed walks is cheaper.
     nodes
         For each choice of nodes one that is visited.
     walks
         Closed walks, as nodes in driving order, that visit all of them; one if it hangs together.
     """
 
-    bound: float
     nodes: tuple[int, ...]
     walks: tuple[tuple[int, ...], ...]
 
@@ -64,6 +61,34 @@ def circulate(graph: LaneGraph, cost: Floats, choices: Sequence[Sequence[int]]) 
     choices
         Nodes of which one has to be visited; for a street with several nodes all of them.
     """
+    balance, visits = _demands(graph, choices)
+    times = np.rint(_solved(cost, balance, visits, ()).x).astype(np.int64)
+    cuts: list[Ints] = []
+    for _ in range(_ROUNDS):
+        parts = _parts(graph, times)
+        if len(parts) == 1:
+            break
+        cuts += [(np.isin(graph.tail, part) & ~np.isin(graph.head, part)).astype(np.int64) for part in parts]
+        cut = _solved(cost, balance, visits, cuts)
+        if cut.x is None:
+            break  # not within so many branches
+        times = np.rint(cut.x).astype(np.int64)
+    seen = np.bincount(graph.head[times > 0], minlength=len(graph.edges)) > 0
+    return Circulation(
+        tuple(next(node for node in choice if seen[node]) for choice in choices),
+        tuple(_walk(graph, times, part) for part in _parts(graph, times)),
+    )
+
+
+def least_circulation(graph: LaneGraph, cost: Floats, choices: Sequence[Sequence[int]]) -> float:
+    """Return the cost of the cheapest circulation alone; as `circulate`."""
+    return float(_solved(cost, *_demands(graph, choices), (), whole=False).fun)
+
+
+def _demands(
+    graph: LaneGraph, choices: Sequence[Sequence[int]]
+) -> tuple[csr_array[np.float64], csr_array[np.float64]]:
+    """Return by arc what comes into and leaves each node, and which choices it visits."""
     nodes, arcs = len(graph.edges), len(graph.tail)
     every = np.arange(arcs)
     balance = csr_array(
@@ -76,25 +101,7 @@ def circulate(graph: LaneGraph, cost: Floats, choices: Sequence[Sequence[int]]) 
     into = csr_array((np.ones(arcs), (graph.head, every)), shape=(nodes, arcs))
     member = np.concatenate([np.full(len(choice), k) for k, choice in enumerate(choices)])
     chosen = csr_array((np.ones(len(member)), (member, np.concatenate(choices))), shape=(len(choices), nodes))
-    visits = chosen @ into
-    relaxed = _solved(cost, balance, visits, (), whole=False)
-    times = np.rint(_solved(cost, balance, visits, ()).x).astype(np.int64)
-    cuts: list[Ints] = []
-    for _ in range(_ROUNDS):
-        parts = _parts(graph, times)
-        if len(parts) == 1:
-            break
-        cuts += [(np.isin(graph.tail, part) & ~np.isin(graph.head, part)).astype(np.int64) for part in parts]
-        cut = _solved(cost, balance, visits, cuts)
-        if cut.x is None:
-            break  # not within so many branches
-        times = np.rint(cut.x).astype(np.int64)
-    seen = np.bincount(graph.head[times > 0], minlength=nodes) > 0
-    return Circulation(
-        float(relaxed.fun),
-        tuple(next(node for node in choice if seen[node]) for choice in choices),
-        tuple(_walk(graph, times, part) for part in _parts(graph, times)),
-    )
+    return balance, chosen @ into
 
 
 def _solved(

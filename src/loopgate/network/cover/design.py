@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from loopgate.errors import RouteError
-from loopgate.network.cover.circulation import Circulation, circulate
+from loopgate.network.cover.circulation import Circulation, circulate, least_circulation
 from loopgate.network.cover.distances import Ways, shortest_ways
 from loopgate.network.cover.lane_graph import LaneGraph, lane_graph
 from loopgate.network.cover.reasons import Reason, why_not_covered
@@ -46,6 +46,9 @@ class Task:
         Edge that every loop has to pass.
     change_m
         Length of the shortest edge on which a vehicle can change lanes [m].
+    place_m
+        Length of the shortest edge on which vehicles can wait [m]. No loop comes back to one over shorter
+        ones alone, unless streets could not be covered otherwise; 0 if that does not matter.
     """
 
     edges: tuple[str, ...] | None = None
@@ -56,6 +59,7 @@ class Task:
     by_time: bool = False
     start: str | None = None
     change_m: float = LEAST_CHANGE_M
+    place_m: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,7 +138,7 @@ def walks_of(design: Design, plan: Plan) -> list[tuple[int, ...]]:
 
 def _led_over(design: Design, walk: tuple[int, ...], hubs: Sequence[int]) -> tuple[int, ...]:
     """Return the walk with the shortest detour from one of its nodes over a hub, and back to that."""
-    cost = design.graph.seconds if design.task.by_time else design.graph.length_m
+    cost = _cost(design.graph, design.task)
     there = shortest_ways(design.graph, cost, sorted({*walk, *hubs}))
     rank = {int(node): k for k, node in enumerate(there.nodes)}
     _, at, hub = min(
@@ -169,14 +173,13 @@ def make_design(network: RoadNetwork, task: Task, *, without: dict[str, Reason] 
         if task.edges is None
         else [network.edge(edge).id for edge in dict.fromkeys(task.edges)]
     )
-    graph = _part(network, task, wanted, kept_off)
-    nodes: dict[str, list[int]] = {}
-    for node, edge in enumerate(graph.edges):
-        nodes.setdefault(edge, []).append(node)
+    plain = _part(network, task, wanted, kept_off)
+    graph = plain.without_rings([network.edges[edge].length_m >= task.place_m for edge in plain.edges])
+    nodes = _by_edge(graph)
     left_out = why_not_covered(network, nodes, wanted, vclass=task.vclass, u_turns=task.u_turns)
     left_out |= {edge: reason for edge, reason in kept_off.items() if edge in left_out}
     required = [edge for edge in wanted if edge in nodes]
-    cost = graph.seconds if task.by_time else graph.length_m
+    cost = _cost(graph, task)
     if math.isfinite(task.max_length_m):
         too_long = _too_long(graph, cost, nodes, required, task.max_length_m)
         left_out |= dict.fromkeys(too_long, Reason.TOO_LONG)
@@ -184,7 +187,7 @@ def make_design(network: RoadNetwork, task: Task, *, without: dict[str, Reason] 
     if not required:
         raise _nothing(network, task, left_out)
     streets = both_ways(network, required) if task.either_way else [[edge] for edge in required]
-    choices = [[node for edge in street for node in nodes[edge]] for street in streets]
+    choices = _choices(streets, nodes)
     found = circulate(graph, cost, choices)
     ways = shortest_ways(graph, cost, found.nodes)
     sure = [k for k, choice in enumerate(choices) if len(choice) == 1]  # of others another may be as good
@@ -192,12 +195,27 @@ def make_design(network: RoadNetwork, task: Task, *, without: dict[str, Reason] 
         task,
         graph,
         ways,
-        found.bound,
+        least_circulation(plain, _cost(plain, task), _choices(streets, _by_edge(plain))),
         _apart(ways.cost[np.ix_(sure, sure)]),
         _one_tour(ways, found),
         tuple(required),
         left_out,
     )
+
+
+def _by_edge(graph: LaneGraph) -> dict[str, list[int]]:
+    nodes: dict[str, list[int]] = {}
+    for node, edge in enumerate(graph.edges):
+        nodes.setdefault(edge, []).append(node)
+    return nodes
+
+
+def _choices(streets: Sequence[Sequence[str]], nodes: Mapping[str, Sequence[int]]) -> list[list[int]]:
+    return [[node for edge in street for node in nodes[edge]] for street in streets]
+
+
+def _cost(graph: LaneGraph, task: Task) -> npt.NDArray[np.float64]:
+    return graph.seconds if task.by_time else graph.length_m
 
 
 def _part(network: RoadNetwork, task: Task, wanted: Sequence[str], without: dict[str, Reason]) -> LaneGraph:

@@ -98,10 +98,7 @@ def _ruin(
     streets = count = 0
     for street in around[centre]:
         tour = on[street]
-        known = tour < 0 or sizes[tour] == 1
-        for k in range(count):
-            known = known or strings[k, 0] == tour
-        if known:
+        if tour < 0 or sizes[tour] == 1:
             continue
         length = 1 + np.random.randint(min(longest_string, sizes[tour] - 1))
         first = street

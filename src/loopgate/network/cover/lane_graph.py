@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import networkx as nx
@@ -46,7 +46,7 @@ class LaneGraph:
 
     def components(self) -> list[list[int]]:
         """Return the nodes that can be reached from each other, those with most nodes first."""
-        graph = self._digraph()
+        graph = self.digraph()
         found = [
             sorted(part)
             for part in nx.strongly_connected_components(graph)
@@ -68,7 +68,52 @@ class LaneGraph:
             self.seconds[arcs],
         )
 
-    def _digraph(self) -> nx.DiGraph[int]:
+    def without_rings(self, waits: Sequence[bool]) -> LaneGraph:
+        """Return the graph with no way from a node back to it on which nobody can wait.
+
+        What lies on such a ring is there once more for who comes from that node, without the way back. Where
+        that would cut streets off, the ring stays.
+
+        Parameters
+        ----------
+        waits
+            Whether vehicles can wait on each node.
+        """
+        rings = _rings(self, waits)
+        kept = set(self.edges)
+        while rings:
+            opened = self._opened(rings)
+            (most, *_) = opened.components() or [[]]
+            cut_off = kept - {opened.edges[node] for node in most}
+            if not cut_off:
+                return opened.within(most)
+            left = {
+                begin: ring
+                for begin, ring in rings.items()
+                if cut_off.isdisjoint(self.edges[node] for node in ring)
+            }
+            rings = left if len(left) < len(rings) else {}
+        return self
+
+    def _opened(self, rings: dict[int, set[int]]) -> LaneGraph:
+        """Return the graph with each ring once more, open, for who comes from where it begins."""
+        edges = list(self.edges)
+        tail, head, arc = self.tail.tolist(), self.head.tolist(), list(range(len(self.tail)))
+        for begin, ring in rings.items():
+            copy = {node: len(edges) + k for k, node in enumerate(sorted(ring))}
+            edges += [self.edges[node] for node in copy]
+            for number in range(len(self.tail)):
+                one, other = int(self.tail[number]), int(self.head[number])
+                if one == begin and other in ring:
+                    head[number] = copy[other]
+                elif one in ring and other != begin:
+                    tail.append(copy[one])
+                    head.append(copy.get(other, other))
+                    arc.append(number)
+        return LaneGraph(tuple(edges), np.array(tail), np.array(head), self.length_m[arc], self.seconds[arc])
+
+    def digraph(self) -> nx.DiGraph[int]:
+        """Return the turns as a graph of networkx."""
         graph: nx.DiGraph[int] = nx.DiGraph()
         graph.add_nodes_from(range(len(self.edges)))
         graph.add_edges_from(zip(self.tail.tolist(), self.head.tolist(), strict=True))
@@ -117,6 +162,23 @@ def lane_graph(
         seconds.append(sum(lane.length_m / lane.speed_mps for lane in lanes_on) + _SPARE_M)
     ends = np.array(list(shortest), dtype=np.int64).reshape(-1, 2)
     return LaneGraph(tuple(edges), ends[:, 0], ends[:, 1], np.array(length), np.array(seconds))
+
+
+def _rings(graph: LaneGraph, waits: Sequence[bool]) -> dict[int, set[int]]:
+    """Return by node where vehicles wait what lies on ways from it back to it on which they cannot."""
+    roads = graph.digraph()
+    short = roads.subgraph(node for node in roads if not waits[node])
+    onward: dict[int, set[int]] = {}
+    for node in short:
+        onward[node] = {node, *nx.descendants(short, node)}
+    rings = {}
+    for begin in (node for node in roads if waits[node]):
+        behind = {node for first in roads.successors(begin) for node in onward.get(first, ())}
+        back = set(roads.predecessors(begin))
+        ring = {node for node in behind if not back.isdisjoint(onward[node])}
+        if ring:
+            rings[begin] = ring
+    return rings
 
 
 def _groups(edge: Edge, vclass: str, change_m: float) -> list[list[int]]:

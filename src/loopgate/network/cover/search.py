@@ -26,9 +26,11 @@ or tours large; after `_IDLE` rounds without a gain it is over."""
 _SHARE, _SHARE_AT_BOUND = 0.3, 3.0
 """Share of the total in what tours are worth, in units of the longest."""
 
-_HEAT, _PAIR_HEAT = 0.3, 0.003
+_HEAT, _MOST_HEAT, _PAIR_HEAT = 27.0, 0.3, 0.003
+"""Of moving streets, by how large a part of a tour one is, and at most; and of pairs."""
+
 _NEAR, _AROUND = 25, 60
-_STRING = 10, 80
+_STRING = 10, 20
 _LONGEST_FIRST, _NEAREST = 0.4, 0.35
 _NOISE = (0.0, 0.02, 0.02, 0.1, 0.1, 0.3, 0.3)
 _AT_BOUND = 0.04
@@ -80,11 +82,12 @@ def search(cost: Floats, tours: Sequence[Ints], count: int, bound: float, *, see
     yield best
     rng = np.random.default_rng(seed)
     near, around = _neighbours(cost)
+    warmth = min(_HEAT * len(best.tours) / len(cost), _MOST_HEAT)
     idle = 0
     for number in range(ROUNDS // 2 if len(tours) > 1 else 0, ROUNDS):
         heat = 1.0 - number / ROUNDS
         now = _given_up(cost, best, bound) if number % 2 else best
-        now = _moved(cost, near, around, now, bound, _HEAT * heat, int(rng.integers(2**31)))
+        now = _moved(cost, near, around, now, bound, warmth * heat, int(rng.integers(2**31)))
         if len(best.tours) > 1:
             now = _paired(cost, now, bound, _PAIR_HEAT * heat, rng)
         idle = 0 if _better(now, best, bound) else idle + 1

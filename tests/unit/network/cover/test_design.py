@@ -85,6 +85,28 @@ def test_circulations_that_fall_apart_are_joined() -> None:
     assert best(design, 2).longest == pytest.approx(100, abs=0.1)
 
 
+_SHORT_RING = ["a_0>c_0", "c_0>a_0", "a_0>s_0", "s_0>a_0"]
+
+
+def test_no_loop_comes_back_to_an_edge_with_no_place_between() -> None:
+    """From a over s back to a is shorter, 110 m; from a over s to c and back to a it is 310 m and works."""
+    network = roads({"a": (100, 1), "c": (200, 1), "s": (10, 1)}, [*_SHORT_RING, "s_0>c_0"])
+    either, queued = make_design(network, Task()), make_design(network, Task(place_m=20))
+    assert best(either, 2).total == pytest.approx(300 + 110, abs=0.1)
+    (loop,) = edges(queued, best(queued, 1))
+    assert sorted(loop) == ["a", "c", "s"]
+    assert all(sorted(loop) != ["a", "s"] for loop in edges(queued, best(queued, 2)))
+    assert queued.circulation == either.circulation
+
+
+def test_a_ring_stays_where_its_streets_cannot_be_covered_otherwise() -> None:
+    """What is to be done about it is for who lays out the loops to say."""
+    network = roads({"a": (100, 1), "c": (200, 1), "s": (10, 1)}, _SHORT_RING)
+    design = make_design(network, Task(place_m=20))
+    assert design.required == ("a", "c", "s")
+    assert not design.left_out
+
+
 def test_no_loop_is_longer_than_allowed() -> None:
     """At most 450 m: two loops, though one was asked for; 350 m is less than the longer ring takes."""
     design = make_design(_TWO_RINGS, Task(max_length_m=450))
