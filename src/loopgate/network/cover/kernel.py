@@ -44,7 +44,7 @@ def nearest(rows: Floats, count: int) -> Ints:
     for row in range(size):
         values, least = rows[row], found[row]
         held = 0
-        for place in range(rows.shape[1]):
+        for place in range(rows.shape[1] if count else 0):
             if held == count and values[place] >= values[least[count - 1]]:
                 continue
             at = min(held, count - 1)
