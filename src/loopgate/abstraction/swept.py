@@ -9,9 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from scipy.spatial import cKDTree
 
 from loopgate.abstraction.courses import Bodies, Course, Courses
+from loopgate.abstraction.rectangles import overlapping
 from loopgate.network.loop import arc_lengths
 from loopgate.network.road import RoadNetwork
 
@@ -46,23 +46,6 @@ Only as long as both are inside the junction, however short a way through it is,
 right of way: SUMO works out where ways out of one lane part together with the request matrix.
 """
 
-_ABOVE_M = 2.5
-"""Lanes that lie so far above one another do not touch [m]."""
-
-_MOST_PAIRS = 2_000_000
-"""About so many pairs are looked at in one go, for the sake of memory."""
-
-
-class Touch(NamedTuple):
-    """Fronts on two courses at which bodies touch: position of each on its lane, length of each body [m]."""
-
-    one: Course
-    at_m: float
-    length_m: float
-    other: Course
-    other_at_m: float
-    other_length_m: float
-
 
 @dataclass(frozen=True)
 class Touches:
@@ -81,21 +64,6 @@ class Touches:
     other_length_m: Floats
     one_touched_m: Floats
     other_touched_m: Floats
-
-    def rows(self) -> Iterator[Touch]:
-        """Yield them, once in each order."""
-        columns = (
-            self.one.tolist(),
-            self.one_at_m.tolist(),
-            self.one_length_m.tolist(),
-            self.other.tolist(),
-            self.other_at_m.tolist(),
-            self.other_length_m.tolist(),
-        )
-        for one, at, length, other, other_at, other_length in zip(*columns, strict=True):
-            first, second = self.courses[one], self.courses[other]
-            yield Touch(first, at, length, second, other_at, other_length)
-            yield Touch(second, other_at, other_length, first, at, length)
 
 
 def find_touches(network: RoadNetwork, courses: Courses) -> Touches:
@@ -118,8 +86,7 @@ def find_touches(network: RoadNetwork, courses: Courses) -> Touches:
         return Touches(names, none, none, *[zero] * 6)
     course = np.repeat(np.arange(len(names)), counts)
     ways = _Ways(network, names)
-    met = [(none, none), *_overlapping(body, ways.edge[course], ways.lane[course])]
-    a, b = (np.concatenate(rows) for rows in zip(*met, strict=True))
+    a, b = overlapping(np.column_stack(body[3:]), ways.lane[course], ways.edge[course])
     keep = ~ways.follow(course[a], course[b], body, a, b)
     a, b = a[keep], b[keep]
     at, length = body.at_m, body.length_m
@@ -226,41 +193,6 @@ def _fronts(length_m: float) -> Floats:
     middle = (finely > _ENDS_M) & (finely < length_m - _ENDS_M)
     middle[::2] = False
     return np.asarray(finely[~middle])
-
-
-def _overlapping(body: _Rows, edge: Ints, lane: Ints) -> Iterator[tuple[Ints, Ints]]:
-    """Yield the pairs of bodies on different edges that overlap, some bodies after the other."""
-    reach = 2.0 * float(np.hypot(body.half_m, body.wide_m).max(initial=0.0))
-    tree = cKDTree(np.column_stack((body.x, body.y)))
-    step = max(1, int(_MOST_PAIRS / (8.0 * reach)))
-    for begin in range(0, len(body.x), step):
-        rows = slice(begin, min(begin + step, len(body.x)))
-        part = cKDTree(np.column_stack((body.x[rows], body.y[rows])))
-        pairs = part.sparse_distance_matrix(tree, reach, output_type="ndarray")
-        one, other = pairs["i"].astype(np.int64) + begin, pairs["j"].astype(np.int64)
-        keep = (
-            (one < other)
-            & (lane[one] != lane[other])
-            & ((edge[one] < 0) | (edge[one] != edge[other]))
-            & (np.abs(body.z[one] - body.z[other]) < _ABOVE_M)
-        )
-        one, other = one[keep], other[keep]
-        keep = _overlap(body, one, other)
-        yield one[keep], other[keep]
-
-
-def _overlap(body: _Rows, a: Ints, b: Ints) -> Flags:
-    """Return which pairs of rectangles overlap: no line along a side of either keeps them apart."""
-    apart = np.zeros(len(a), dtype=bool)
-    x, y = body.x[b] - body.x[a], body.y[b] - body.y[a]
-    cos = np.abs(body.ahead_x[a] * body.ahead_x[b] + body.ahead_y[a] * body.ahead_y[b])
-    sin = np.abs(body.ahead_x[a] * body.ahead_y[b] - body.ahead_y[a] * body.ahead_x[b])
-    for one, other in ((a, b), (b, a)):
-        u, v = body.ahead_x[one], body.ahead_y[one]
-        half, wide = body.half_m[other], body.wide_m[other]
-        apart |= np.abs(x * u + y * v) >= body.half_m[one] + half * cos + wide * sin
-        apart |= np.abs(x * v - y * u) >= body.wide_m[one] + half * sin + wide * cos
-    return ~apart
 
 
 class _Ways:

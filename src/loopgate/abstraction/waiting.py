@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
 
 from loopgate.abstraction.swept import BETWEEN_M, Touches
 from loopgate.network.road import RoadNetwork
@@ -37,16 +40,22 @@ def waiting_parts(network: RoadNetwork, touches: Touches, tails: Mapping[str, fl
     tails
         How far those who turn off swing back over the lane that they leave, see `tails_over` [m].
     """
-    touched: dict[str, set[tuple[float, float]]] = {lane: set() for lane in tails}
-    for touch in touches.rows():
-        lane = network.lanes[touch.one.lane]
-        if not lane.internal and touch.at_m >= touch.length_m - _BACK_M:
-            touched.setdefault(lane.id, set()).add((touch.at_m, touch.length_m))
+    touched: dict[str, list[tuple[float, float]]] = {lane: [] for lane in tails}
+    on_roads = np.array([not network.lanes[course.lane].internal for course in touches.courses], dtype=bool)
+    sides = (
+        (touches.one, touches.one_at_m, touches.one_length_m),
+        (touches.other, touches.other_at_m, touches.other_length_m),
+    )
+    for course, at_m, length_m in sides:
+        here = on_roads[course] & (at_m >= length_m - _BACK_M)
+        rows = pd.DataFrame({"course": course[here], "at": at_m[here], "length": length_m[here]})
+        for number, at, length in rows.drop_duplicates().itertuples(index=False):
+            touched.setdefault(touches.courses[number].lane, []).append((at, length))
     ends_m = {lane: network.lanes[lane].length_m - tails.get(lane, 0.0) for lane in touched}
     return {lane: _longest(ends_m[lane], fronts) for lane, fronts in touched.items()}
 
 
-def _longest(length_m: float, fronts: set[tuple[float, float]]) -> Part:
+def _longest(length_m: float, fronts: Iterable[tuple[float, float]]) -> Part:
     """Return the longest part: of each body that touches the front lies beyond it, or the rear before it."""
     rows = sorted(fronts)
     best = Part(0.0, 0.0)

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field, fields
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from loopgate.disk import writing
 from loopgate.errors import ResultsError
 from loopgate.model.system import LARGEST_CAPACITY
 from loopgate.reading import read_object, refusing, shown
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
 
 __all__ = ["Layout", "Leg", "LoopWay", "Span", "VehicleBody", "read_layout", "write_layout"]
 
@@ -130,7 +133,12 @@ class Layout:
 def write_layout(layout: Layout, file: Path) -> None:
     """Write ``layout.json``; raise `ResultsError` if it cannot be written."""
     with writing(file):
-        file.write_text(json.dumps(asdict(layout)) + "\n", encoding="utf-8")
+        file.write_text(json.dumps(layout, default=_by_field) + "\n", encoding="utf-8")
+
+
+def _by_field(part: DataclassInstance) -> dict[str, Any]:
+    """Return a part of a layout as the object that is written; ``asdict`` would copy all that is in it."""
+    return {one.name: getattr(part, one.name) for one in fields(part)}
 
 
 def read_layout(file: Path) -> Layout:

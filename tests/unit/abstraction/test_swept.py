@@ -91,7 +91,17 @@ def users(
 
 def lanes_of(found: Touches) -> set[frozenset[str]]:
     """Return the pairs of lanes on which fronts are that touch."""
-    return {frozenset((t.one.lane, t.other.lane)) for t in found.rows()}
+    return {frozenset(lanes) for lanes in fronts_by_lanes(found)}
+
+
+def fronts_by_lanes(found: Touches) -> dict[tuple[str, str], list[float]]:
+    """Return where the first fronts are [m], by the lanes of both; in both orders."""
+    by_lanes: dict[tuple[str, str], list[float]] = {}
+    orders = (found.one, found.other, found.one_at_m), (found.other, found.one, found.other_at_m)
+    for first, second, fronts in orders:
+        for a, b, at in zip(first.tolist(), second.tolist(), fronts.tolist(), strict=True):
+            by_lanes.setdefault((found.courses[a].lane, found.courses[b].lane), []).append(at)
+    return by_lanes
 
 
 EAST: Way = [
@@ -123,7 +133,7 @@ def test_ways_that_cross_touch_where_they_do() -> None:
     net = network([EAST + BACK, across(0.0)])
     found = touches(net, ["w", "e", "b"], ["s", "n", "f"])
     assert frozenset((":ew_0", ":sn_0")) in lanes_of(found)
-    fronts = [t.at_m for t in found.rows() if (t.one.lane, t.other.lane) == (":ew_0", ":sn_0")]
+    fronts = fronts_by_lanes(found)[":ew_0", ":sn_0"]
     assert min(fronts) == pytest.approx(10.0 - 1.6, abs=0.6)
     layout = lay_out_queues(net, users(net, ["w", "e", "b"], ["s", "n", "f"]))
     begin, end = layout.conflicts.overlaps["w_0>e_0"]["s_0>n_0"]
