@@ -14,6 +14,7 @@ from loopgate.abstraction.movements import Conflicts, Overlap, find_conflicts, r
 from loopgate.abstraction.stretches import (
     CLEARANCE_M,
     LEAST_CAPACITY,
+    Narrow,
     Passage,
     Stretch,
     find_foes,
@@ -157,13 +158,14 @@ def _lay_out(network: RoadNetwork, counts: Mapping[tuple[Loop, VehicleType], int
         _places_on(pieces),
     )
     foes = find_foes((p.passage for p in pieces if p.passage is not None), plan.narrow)
+    alike: dict[object, Crossing] = {}
     return QueueLayout(
         places={p.place.name: p.place for p in pieces if p.place is not None},
         itineraries={
             name: Itinerary(
                 name,
                 loops[name].lap_m,
-                tuple(_legs(network, loops[name], chain, conflicts, foes, tuple(classes[name]))),
+                tuple(_legs(network, loops[name], chain, conflicts, foes, tuple(classes[name]), alike)),
             )
             for name, chain in chains.items()
         },
@@ -183,12 +185,15 @@ def _places_on(pieces: Iterable[_Piece]) -> dict[str, Part]:
     return found
 
 
-def why_not(network: RoadNetwork, loop: Loop, kind: VehicleType = DEFAULT_TYPE) -> str:
+def why_not(
+    network: RoadNetwork, loop: Loop, kind: VehicleType = DEFAULT_TYPE, near: Narrow | None = None
+) -> str:
     """Return why a loop cannot work as queues, as the end of a sentence; empty if it can.
 
-    It is looked at by itself: where its ways and those of other loops touch there can be less room.
+    It is looked at by itself: where its ways and those of other loops touch there can be less room. `near`
+    is as in `lay_stretches`.
     """
-    plan = _Plan(network, {(loop, kind): _MANY})
+    plan = _Plan(network, {(loop, kind): _MANY}, near=near)
     return plan.why_not(loop, plan.chain(loop), kind)
 
 
@@ -219,11 +224,12 @@ class _Plan:
         network: RoadNetwork,
         counts: Mapping[tuple[Loop, VehicleType], int],
         parts: Mapping[str, Part] | None = None,
+        near: Narrow | None = None,
     ) -> None:
         self._network, users = network, tuple(counts)
         self._parts = parts or {}
         wide_m = reach_m(kind.width_m for _, kind in users)
-        self.stretches, self.narrow = lay_stretches(network, users, self._parts, reach_m=wide_m)
+        self.stretches, self.narrow = lay_stretches(network, users, self._parts, reach_m=wide_m, near=near)
         needs: dict[str, Counter[float]] = {}
         for (loop, kind), count in counts.items():
             for span in loop.spans:
@@ -388,7 +394,9 @@ def _legs(
     conflicts: Conflicts,
     foes: Mapping[str, frozenset[str]],
     classes: Sequence[str],
+    alike: dict[object, Crossing],
 ) -> Iterator[Leg]:
+    """Yield the legs of a loop; crossings that are the same on several are one object, found in `alike`."""
     for here, between, after in _ways_on(chain):
         crossings: list[Crossing] = []
         limits: list[tuple[float, float]] = []
@@ -397,18 +405,18 @@ def _legs(
             limits += _limits(network, piece, ahead)
             if piece.movement is not None:
                 name = piece.movement.id
-                speed = conflicts.speeds_mps[name]
-                crossings.append(
-                    Crossing(
+                key = name, ahead, tuple(limits)
+                if key not in alike:
+                    alike[key] = Crossing(
                         name,
                         conflicts.foes[name],
                         _moved(conflicts.overlaps[name], ahead),
-                        speed,
+                        conflicts.speeds_mps[name],
                         ahead,
                         _wait_m(network, piece.movement, ahead),
                         tuple(limits),
                     )
-                )
+                crossings.append(alike[key])
             elif piece.passage is not None:
                 name = piece.passage.id
                 speed = network.edges[piece.edge].lanes[piece.lane].speed_mps

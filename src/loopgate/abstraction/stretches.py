@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from loopgate.abstraction.movements import REACH_M
 from loopgate.abstraction.waiting import Part
 from loopgate.network.contacts import lane_contacts
 from loopgate.network.loop import HOLD_MARGIN_M, Loop
+from loopgate.network.records import Edge
 from loopgate.network.road import RoadNetwork
 from loopgate.network.vehicle_type import VehicleType
 
 __all__ = [
     "CLEARANCE_M",
     "LEAST_CAPACITY",
+    "Narrow",
     "Passage",
     "Stretch",
     "find_foes",
@@ -109,6 +111,7 @@ def lay_stretches(
     parts: Mapping[str, Part],
     *,
     reach_m: float = REACH_M,
+    near: Narrow | None = None,
 ) -> tuple[dict[str, Stretch], Narrow]:
     """Choose the stretches: on each edge on which a loop changes lanes, and on all of each narrow edge.
 
@@ -129,6 +132,8 @@ def lay_stretches(
         Where on their lanes vehicles may wait, if not all along.
     reach_m
         How near lanes of different edges make a street narrow.
+    near
+        What `narrow_lanes` finds for these lanes, and others perhaps, if that is known.
 
     Returns
     -------
@@ -147,9 +152,12 @@ def lay_stretches(
             lanes.update((network.edges[span.edge].lanes[k].id, None) for k in range(low, high + 1))
             if low != high:
                 changing[span.edge] = None
-    near = narrow_lanes(network, lanes, reach_m=reach_m)
+    if near is None:
+        near = narrow_lanes(network, lanes, reach_m=reach_m)
+    else:
+        near = frozenset(pair for pair in near if pair[0] in lanes and pair[1] in lanes)
     beside = dict.fromkeys(network.lanes[lane].edge for lane, _ in sorted(near))
-    free = {edge: _free(network, edge, lanes, parts) for edge in (*changing, *beside)}
+    free = {edge: _free(network.edges[edge], lanes, parts) for edge in (*changing, *beside)}
     whole = {e for e in beside if free[e].end_m - free[e].begin_m < least_place_m(needed[e])}
     narrow = frozenset(pair for pair in near if all(network.lanes[lane].edge in whole for lane in pair))
     stretches = {
@@ -161,11 +169,11 @@ def lay_stretches(
     return stretches, narrow
 
 
-def _free(network: RoadNetwork, edge: str, lanes: Iterable[str], parts: Mapping[str, Part]) -> Part:
+def _free(edge: Edge, lanes: Container[str], parts: Mapping[str, Part]) -> Part:
     """Return where on all lanes of an edge that are used vehicles may wait."""
-    own = [parts[lane] for lane in lanes if lane in parts and network.lanes[lane].edge == edge]
+    own = [parts[lane.id] for lane in edge.lanes if lane.id in lanes and lane.id in parts]
     begin_m = max((part.begin_m for part in own), default=0.0)
-    return Part(begin_m, min((part.end_m for part in own), default=network.edges[edge].length_m))
+    return Part(begin_m, min((part.end_m for part in own), default=edge.length_m))
 
 
 def _whole(edge: str, length_m: float) -> Stretch:

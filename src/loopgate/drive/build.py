@@ -252,6 +252,8 @@ class Legs:
         self.passes: list[tuple[float | int, ...]] = []
         self.foes: list[tuple[float | int, ...]] = []
         self._at: dict[int, int] = {}
+        self._foes_of: dict[int, tuple[itinerary.Crossing, int, int]] = {}
+        """By crossing, which loops may have in common: where its foes begin and end."""
 
     def add(self, legs: Sequence[itinerary.Leg]) -> int:
         """Add the legs of a loop; return the number of the first."""
@@ -268,15 +270,21 @@ class Legs:
         return first
 
     def _cross(self, crossing: itinerary.Crossing) -> None:
-        first = len(self.foes)
+        if id(crossing) not in self._foes_of:
+            first = len(self.foes)
+            self._meet(crossing)
+            self._foes_of[id(crossing)] = crossing, first, len(self.foes)
+        _, first, end = self._foes_of[id(crossing)]
+        row = self.moves[crossing.id], crossing.speed_mps, crossing.wait_m, first, end
+        self.passes.append(row)
+
+    def _meet(self, crossing: itinerary.Crossing) -> None:
         for foe in sorted(crossing.foes & self.moves.keys()):  # nobody drives on the others
             begin_m, end_m = crossing.overlaps.get(foe, (np.nan, np.nan))
             soonest_s, least_mps = crossing.soonest(begin_m)
             until_s, _ = crossing.soonest(end_m)
             mean_mps = end_m / until_s if until_s > 0.0 else least_mps
             self.foes.append((self.moves[foe], begin_m, end_m, soonest_s, least_mps, mean_mps))
-        row = self.moves[crossing.id], crossing.speed_mps, crossing.wait_m, first, len(self.foes)
-        self.passes.append(row)
 
 
 def _states_of(system: System | None, lists: Lists, code: Code) -> NDArray[np.void]:

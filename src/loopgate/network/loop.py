@@ -109,6 +109,10 @@ class Loop:
 
     _ends: tuple[float, ...] = field(init=False, repr=False, compare=False)
 
+    def __hash__(self) -> int:
+        """Return the hash of its name: loops are keys of many tables, and have hundreds of spans."""
+        return hash(self.id)
+
     def __post_init__(self) -> None:
         object.__setattr__(self, "_ends", tuple(span.end_m for span in self.spans))
 

@@ -6,7 +6,9 @@ from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
+from loopgate.abstraction.movements import reach_m
 from loopgate.abstraction.queue_layout import lay_out_queues, why_not
+from loopgate.abstraction.stretches import narrow_lanes
 from loopgate.disk import writing
 from loopgate.errors import RefusedLoopError, ScenarioError
 from loopgate.network import RoadNetwork
@@ -76,8 +78,14 @@ def find_unfit(
     """
     unfit: dict[str, list[Member]] = {}
     alone = {(v.loop, v.type): "" for v in once}
+    edges = dict.fromkeys(span.edge for loop, _ in alone for span in loop.spans if not span.internal)
+    lanes = [lane.id for edge in edges for lane in network.edges[edge].lanes]
+    near = {
+        width_m: narrow_lanes(network, lanes, reach_m=reach_m((width_m,)))
+        for width_m in dict.fromkeys(kind.width_m for _, kind in alone)
+    }
     for loop, kind in alone:  # first, since it is quick: who is too long makes the rest slow
-        alone[loop, kind] = why_not(network, loop, kind)
+        alone[loop, kind] = why_not(network, loop, kind, near[kind.width_m])
     for v in once:
         if alone[v.loop, v.type]:
             unfit.setdefault(alone[v.loop, v.type], []).append(v)
