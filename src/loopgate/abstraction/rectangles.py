@@ -1,11 +1,12 @@
-"""Which of many rectangles overlap: by squares of the ground, compiled."""
+"""Which of many rectangles overlap: by squares of the ground."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from itertools import pairwise
+
 import numpy as np
 import numpy.typing as npt
-
-from loopgate.kernel_cache import kernel
 
 __all__ = ["overlapping"]
 
@@ -16,6 +17,9 @@ _X, _Y, _AHEAD_X, _AHEAD_Y, _HALF_M, _WIDE_M, _Z = range(7)
 
 _ABOVE_M = 2.5
 """What lies so far above another does not touch it [m]."""
+
+_AT_ONCE = 500_000
+"""So many pairs are looked at in one go, for the sake of memory."""
 
 
 def overlapping(rectangles: Floats, lane: Ints, edge: Ints) -> tuple[Ints, Ints]:
@@ -49,41 +53,38 @@ def overlapping(rectangles: Floats, lane: Ints, edge: Ints) -> tuple[Ints, Ints]
             np.searchsorted(square, square + width + 1, side="right"),
         )
     )
-    one, other = order[_find(placed, lane[order], edge[order], ranges)]
+    lane, edge = lane[order], edge[order]
+    found = []
+    for one, other in _near(ranges):
+        apart = (lane[one] != lane[other]) & ((edge[one] < 0) | (edge[one] != edge[other]))
+        pairs = np.stack((one[apart], other[apart]))
+        found.append(pairs[:, _overlap(*placed[pairs])])
+    one, other = order[np.concatenate(found, axis=1)]
     return np.minimum(one, other), np.maximum(one, other)
 
 
-@kernel
-def _find(rectangles: Floats, lane: Ints, edge: Ints, ranges: Ints) -> Ints:
-    """Return the pairs, as two rows of numbers in this order."""
-    pairs = np.empty((2, 4 * len(rectangles)), dtype=np.int64)
-    count = 0
-    for i in range(len(rectangles)):
-        for k in (0, 2):
-            for j in range(ranges[k, i], ranges[k + 1, i]):
-                if lane[i] == lane[j] or (edge[i] >= 0 and edge[i] == edge[j]):
-                    continue
-                if _overlap(rectangles[i], rectangles[j]):
-                    if count == pairs.shape[1]:
-                        pairs = np.concatenate((pairs, np.empty_like(pairs)), axis=1)
-                    pairs[0, count], pairs[1, count] = i, j
-                    count += 1
-    return pairs[:, :count]
+def _near(ranges: Ints) -> Iterator[tuple[Ints, Ints]]:
+    """Yield each rectangle with those in its ranges, so many pairs at a time."""
+    for begin, end in (ranges[:2], ranges[2:]):
+        counts = np.maximum(end - begin, 0)
+        before = np.concatenate(([0], np.cumsum(counts)))
+        cuts = np.searchsorted(before, np.arange(_AT_ONCE, before[-1] + _AT_ONCE, _AT_ONCE))
+        for first, last in pairwise((0, *np.minimum(cuts, len(counts)).tolist())):
+            some = counts[first:last]
+            one = np.repeat(np.arange(first, last), some)
+            behind = np.arange(len(one)) - np.repeat(before[first:last] - before[first], some)
+            yield one, np.repeat(begin[first:last], some) + behind
 
 
-@kernel
-def _overlap(a: Floats, b: Floats) -> bool:
-    """Return whether two rectangles overlap: no line along a side of either keeps them apart."""
-    if abs(a[_Z] - b[_Z]) >= _ABOVE_M:
-        return False
-    x, y = b[_X] - a[_X], b[_Y] - a[_Y]
-    cos = abs(a[_AHEAD_X] * b[_AHEAD_X] + a[_AHEAD_Y] * b[_AHEAD_Y])
-    sin = abs(a[_AHEAD_X] * b[_AHEAD_Y] - a[_AHEAD_Y] * b[_AHEAD_X])
+def _overlap(a: Floats, b: Floats) -> npt.NDArray[np.bool_]:
+    """Return which rectangles overlap, row by row: no line along a side of either keeps them apart."""
+    x, y = b[:, _X] - a[:, _X], b[:, _Y] - a[:, _Y]
+    cos = np.abs(a[:, _AHEAD_X] * b[:, _AHEAD_X] + a[:, _AHEAD_Y] * b[:, _AHEAD_Y])
+    sin = np.abs(a[:, _AHEAD_X] * b[:, _AHEAD_Y] - a[:, _AHEAD_Y] * b[:, _AHEAD_X])
+    together = np.abs(a[:, _Z] - b[:, _Z]) < _ABOVE_M
     for one, other in ((a, b), (b, a)):
-        u, v = one[_AHEAD_X], one[_AHEAD_Y]
-        half, wide = other[_HALF_M], other[_WIDE_M]
-        if abs(x * u + y * v) >= one[_HALF_M] + half * cos + wide * sin:
-            return False
-        if abs(x * v - y * u) >= one[_WIDE_M] + half * sin + wide * cos:
-            return False
-    return True
+        u, v = one[:, _AHEAD_X], one[:, _AHEAD_Y]
+        half, wide = other[:, _HALF_M], other[:, _WIDE_M]
+        together &= np.abs(x * u + y * v) < one[:, _HALF_M] + half * cos + wide * sin
+        together &= np.abs(x * v - y * u) < one[:, _WIDE_M] + half * sin + wide * cos
+    return together
