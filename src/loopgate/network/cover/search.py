@@ -18,10 +18,10 @@ Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 
 ROUNDS, _IDLE = 16, 4
-_MOVES, _MOVES_OF_EACH = 300_000, 1_000
+_MOVES, _MOVES_OF_EACH, _MOVES_OF_ALL = 300_000, 1_000, 400_000_000
 _PAIRS, _PAIR_CELLS = 150, 5_000_000
-"""In each round so many streets are moved, and so many pairs of tours made anew, fewer where streets are few
-or tours large; after `_IDLE` rounds without a gain it is over."""
+"""In each round every street is moved so often, less often where there are many; so many pairs of tours are
+made anew, fewer where they are large. After `_IDLE` rounds without a gain it is over."""
 
 _SHARE, _SHARE_AT_BOUND = 0.3, 3.0
 """Share of the total in what tours are worth, in units of the longest."""
@@ -146,7 +146,7 @@ def _moved(cost: Floats, near: Ints, around: Ints, plan: Plan, bound: float, hea
         _SHARE if plan.longest > least else _SHARE_AT_BOUND,
         least,
         heat,
-        min(_MOVES, _MOVES_OF_EACH * len(cost)) // string,
+        min(max(_MOVES, _MOVES_OF_ALL // len(cost)), _MOVES_OF_EACH * len(cost)) // string,
         string,
         seed,
     )
