@@ -51,7 +51,8 @@ RULES: dict[str, dict[str, Any]] = {
     "SUMO, delay based": {**ALONE, "lights": "keep"},
     **{f"SUMO, {name}": {**ALONE, "lights": "keep"} for name in CONTROLLERS},
 }
-UNLIT = ("gate", "SUMO, lights off")
+BESIDE = {"grid": ("gate", "SUMO, lights off"), "drt": ("gate", "SUMO, lights off", "SUMO, its lights")}
+"""The rules that drawn trips drive by: the grid has no lights."""
 SWITCHING = {"SUMO, actuated": "actuated", "SUMO, delay based": "delay_based"}
 """The rules that give the lights of a network another type, as SUMO calls it."""
 
@@ -144,12 +145,14 @@ def planned(given: argparse.Namespace, folder: Path) -> Iterator[tuple[str, str,
         demands = dict(_demands(given, seed, folder))
         begin_s = 0.0 if given.drawn else given.begin
         for name, (net, routes) in demands.items():
+            where, drawn, _ = name.partition(", ")
+            beside = BESIDE[where] if drawn else RULES
             most_s = given.most_hours * 3600.0
             each: dict[str, Any] = {"seed": seed, "duration_s": most_s}
             end_s = begin_s + most_s
             file = config(net, routes, begin_s, end_s, folder / f"{name.replace(' ', '_')}-{seed}.sumocfg")
             for rule in given.rules:
-                if given.drawn and rule not in UNLIT:
+                if rule not in beside:
                     continue
                 used = file
                 if kind := SWITCHING.get(rule):
