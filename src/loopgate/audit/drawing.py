@@ -6,9 +6,11 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from functools import cache
+from typing import Any, NamedTuple, cast
 
 import numpy as np
+import numpy.typing as npt
 import shapely
 
 from loopgate.audit.drawn_bodies import NEAR_M, Body, Way, draw_bodies, find_ways
@@ -36,9 +38,6 @@ all at a junction without right of way.
 
 _APART_M = 2.0
 """Fronts farther apart than this belong to different stretches [m]."""
-
-_AT_ONCE = 20_000
-"""So many bodies are compared with all others in one go, for the sake of memory."""
 
 _ABOVE_M = 2.5
 """Lanes this far above each other do not meet [m]."""
@@ -87,6 +86,8 @@ class Meeting(NamedTuple):
 
 Drawn = Sequence[Meeting]
 
+_Boxes = npt.NDArray[np.float64]
+
 
 def find_meetings(layout: Layout) -> list[Meeting]:
     """Find where bodies can touch, none of which follows the other.
@@ -106,10 +107,13 @@ def find_meetings(layout: Layout) -> list[Meeting]:
     if not len(shapes):
         return []
     pairs: dict[tuple[int, float, int, float], list[tuple[Body, Body]]] = {}
+    apart = cache(lambda v, w: ways[v].window.keys().isdisjoint(ways[w].window))
     for a, b in _touching(shapes, [ways[body.way].lane for body in bodies], edges):
         x, y = bodies[a], bodies[b]
         i, j = ways[x.way].lane, ways[y.way].lane
-        if not (lies_above(layout, names[i], names[j]) or _follows(ways, roads, x, y)):
+        if lies_above(layout, names[i], names[j]):
+            continue
+        if apart(x.way, y.way) or not _follows(ways, roads, x, y):
             pairs.setdefault((x.way, x.length_m, y.way, y.length_m), []).append((x, y))
     found = []
     for (v, _, w, _), touching in pairs.items():
@@ -121,21 +125,30 @@ def find_meetings(layout: Layout) -> list[Meeting]:
 
 
 def _touching(shapes: Any, lanes: Sequence[int], edges: Sequence[str]) -> Iterator[tuple[int, int]]:  # noqa: ANN401
-    """Yield the bodies that touch, of different lanes that do not lie beside each other on one edge."""
-    codes: dict[str, int] = {}
-    lane = np.asarray(lanes)
-    road = np.array(
-        [-n if edge.startswith(":") else codes.setdefault(edge, n) for n, edge in enumerate(edges, 1)]
-    )
-    edge = road[lane]
-    tree = shapely.STRtree(shapes)
-    for begin in range(0, len(shapes), _AT_ONCE):
-        near, other = tree.query(shapes[begin : begin + _AT_ONCE])
-        one = near + begin
-        keep = (one < other) & (lane[one] != lane[other]) & ((edge[one] < 0) | (edge[one] != edge[other]))
-        one, other = one[keep], other[keep]
-        keep = shapely.intersects(shapes[one], shapes[other])
-        yield from zip(one[keep].tolist(), other[keep].tolist(), strict=True)
+    """Yield the bodies that touch, of different lanes that do not lie beside each other on one edge.
+
+    Roads are compared with those near them, and of each only the bodies that are: most touch others of their
+    own road alone.
+    """
+    codes: dict[str | int, int] = {}
+    roads = [n if edge.startswith(":") else edge for n, edge in enumerate(edges)]
+    road = np.array([codes.setdefault(name, len(codes)) for name in roads])[np.asarray(lanes)]
+    order = np.argsort(road, kind="stable")
+    parts = np.split(order, np.flatnonzero(np.diff(road[order])) + 1)
+    bounds = shapely.bounds(shapes)
+    boxes = np.array([[*bounds[part, :2].min(axis=0), *bounds[part, 2:].max(axis=0)] for part in parts])
+    near, other = shapely.STRtree(shapely.box(*boxes.T)).query(shapely.box(*boxes.T))
+    for a, b in zip(near[near < other].tolist(), other[near < other].tolist(), strict=True):
+        one, two = (parts[x][_overlap(bounds[parts[x]], boxes[y])] for x, y in ((a, b), (b, a)))
+        for i, j in shapely.STRtree(shapes[one]).query(shapes[two], predicate="intersects").T.tolist():
+            x, y = int(two[i]), int(one[j])
+            yield (x, y) if x < y else (y, x)
+
+
+def _overlap(boxes: _Boxes, box: _Boxes) -> npt.NDArray[np.bool_]:
+    """Return which of some boxes, left, bottom, right, top, have something in common with one."""
+    low, high = (boxes[:, :2] <= box[2:]), (boxes[:, 2:] >= box[:2])
+    return cast("npt.NDArray[np.bool_]", (low & high).all(axis=1))
 
 
 def _zones(touching: Sequence[tuple[Body, Body]]) -> Iterator[list[tuple[Body, Body]]]:

@@ -218,16 +218,24 @@ def _rectangles(
 
 def _described(layout: Layout, number: int, way: Way, at_m: _Floats, length_m: float) -> list[Body]:
     loop, begin_m = next(iter(way.loops.items()))
-    places = [(leg.begin_m - begin_m, leg.end_m - begin_m) for leg in layout.loops[loop].legs]
     lap_m = layout.loops[loop].length_m
-    found = []
-    for front_m in at_m.tolist():
-        rear_m = front_m - length_m + _ROUNDING_M
-        lane = next((lane for metres, lane in reversed(way.behind) if metres <= rear_m), -1)
-        waits = any(
-            b + k * lap_m <= rear_m and front_m <= e + k * lap_m + _ROUNDING_M
-            for b, e in places
-            for k in (-1, 0, 1)
-        )
-        found.append(Body(number, front_m, length_m, way.lane if rear_m >= 0.0 else lane, waits))
-    return found
+    places = [(leg.begin_m - begin_m, leg.end_m - begin_m) for leg in layout.loops[loop].legs]
+    reach_m = way.length_m + length_m
+    near = [
+        (begin + k * lap_m, end + k * lap_m + _ROUNDING_M)
+        for begin, end in places
+        for k in (-1, 0, 1)
+        if begin + k * lap_m <= way.length_m and end + k * lap_m >= -reach_m
+    ]
+    rear_m = at_m - length_m + _ROUNDING_M
+    waits = np.zeros(len(at_m), dtype=bool)
+    for begin, end in near:
+        waits |= (begin <= rear_m) & (at_m <= end)
+    behind = way.behind
+    last = np.searchsorted([metres for metres, _ in behind], rear_m, side="right") - 1
+    lanes = [
+        way.lane if rear >= 0.0 else behind[k][1] if k >= 0 else -1
+        for rear, k in zip(rear_m.tolist(), last.tolist(), strict=True)
+    ]
+    columns = zip(at_m.tolist(), lanes, waits.tolist(), strict=True)
+    return [Body(number, front, length_m, lane, wait) for front, lane, wait in columns]

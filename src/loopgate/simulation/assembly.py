@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from random import Random
 
@@ -47,7 +48,7 @@ class Wishes:
     districts: Mapping[str, Sequence[str]] = field(default_factory=dict)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Assembly:
     """What a run consists of before SUMO starts.
 
@@ -98,17 +99,17 @@ class Assembly:
     anew: Mapping[str, Anew] = field(default_factory=dict)
     other_ways: tuple[Departure, ...] = ()
 
-    @property
+    @cached_property
     def trips(self) -> frozenset[str]:
         """Those who drive their route once."""
         return frozenset(start.vehicle for start in self.everybody if not start.loop.closed)
 
-    @property
+    @cached_property
     def everybody(self) -> tuple[Start, ...]:
         """All vehicles, also those that depart later."""
         return (*self.starts, *(departure.start for departure in self.departures))
 
-    @property
+    @cached_property
     def names(self) -> tuple[str, ...]:
         """Their names."""
         return tuple(start.vehicle for start in self.everybody)
