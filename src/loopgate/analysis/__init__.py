@@ -39,7 +39,7 @@ from loopgate.analysis.trips import (
     compute_waits,
 )
 from loopgate.analysis.waits import compute_longest_waits, compute_wait_causes
-from loopgate.analysis.watching import compute_districts, compute_seen_within, compute_watch
+from loopgate.analysis.watching import compute_districts, compute_rarest, compute_seen_within, compute_watch
 
 __all__ = [
     "add_series",
@@ -60,6 +60,7 @@ __all__ = [
     "compute_mean",
     "compute_paired",
     "compute_ranked",
+    "compute_rarest",
     "compute_revisit_intervals",
     "compute_revisits",
     "compute_safety",

@@ -28,6 +28,7 @@ from loopgate.results.columns import (
     HEADWAY_CV,
     IDLENESS,
     PLACE,
+    STREET,
     TIME,
     VISITS,
     WATCH_COLUMNS,
@@ -36,7 +37,7 @@ from loopgate.results.columns import (
     Event,
 )
 
-__all__ = ["compute_districts", "compute_seen_within", "compute_watch"]
+__all__ = ["compute_districts", "compute_rarest", "compute_seen_within", "compute_watch"]
 
 _BUNCHED = 0.25
 _POINTS = 100
@@ -193,6 +194,42 @@ def compute_seen_within(
             ALWAYS: [float(np.mean(longest <= time)) for time in times],
         }
     )
+
+
+def compute_rarest(*, streets: pd.DataFrame, first: int = 15) -> pd.DataFrame:
+    """Return the streets that went unseen longest, of those that were seen at all.
+
+    Parameters
+    ----------
+    streets
+        ``streets.parquet``: `EDGE`, `STREET` (its name), `VISITS`, `IDLENESS` and `WORST_IDLENESS` [s].
+    first
+        How many.
+
+    Returns
+    -------
+    DataFrame
+        These columns, the street that went unseen longest first.
+
+    Raises
+    ------
+    AnalysisError
+        On a missing column.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> from loopgate.analysis import compute_rarest
+    >>> rows = [("e1", "High Street", 9, 30.0, 60.0), ("e2", "Mill Lane", 2, 90.0, 300.0)]
+    >>> rows += [("e3", "", 0, 450.0, 900.0)]
+    >>> columns = ["edge", "street", "visits", "idleness_s", "worst_idleness_s"]
+    >>> compute_rarest(streets=pd.DataFrame(rows, columns=columns))["street"].tolist()
+    ['Mill Lane', 'High Street']
+    """
+    told = [EDGE, STREET, VISITS, IDLENESS, WORST_IDLENESS]
+    check_columns(streets, told, "streets")
+    seen = streets.loc[streets[VISITS] > 0, told]
+    return seen.sort_values(WORST_IDLENESS, ascending=False, kind="stable")[:first].reset_index(drop=True)
 
 
 def compute_districts(*, watch: pd.DataFrame, districts: Mapping[str, Iterable[str]]) -> pd.DataFrame:

@@ -17,10 +17,15 @@ _SHIFT = 0.006  # of the extent: both directions of a road stay apart
 _MARGIN = 0.03  # of the extent
 _MAPS = 4
 _WIDTH = 230
+_MANY = 150
+"""So many edges are drawn half as broad."""
+_BARE = "#0072B2"
 
 
 def plot_edges(edges: pd.DataFrame, value: str, *, label: str = "", series: str = c.GATE) -> Chart:
     """Draw the road network, each edge broad and strong where its figure is great: one map per series.
+
+    Where there is no figure the edge is thin, dashed and blue.
 
     Parameters
     ----------
@@ -66,13 +71,20 @@ def plot_edges(edges: pd.DataFrame, value: str, *, label: str = "", series: str 
     legend = alt.Legend(
         title=label or value, orient="bottom", symbolType="stroke", format="~s", tickCount=4, titleLimit=0
     )
+    broadest = 6.0 if len(shapes) <= _MANY else 3.5
+    flat = {
+        "type": "identity",
+        "reflectY": True,
+        "scale": scale,
+        "translate": [-west * scale, north * scale],
+    }
     chart = (
         alt.Chart()
         .mark_geoshape(filled=False, clip=False, strokeCap="round", strokeJoin="round")
-        .project(type="identity", reflectY=True, scale=scale, translate=[-west * scale, north * scale])
+        .project(**flat)
         .encode(
             strokeWidth=alt.StrokeWidth(
-                "value:Q", scale=alt.Scale(domain=domain, range=[0.8, 6]), legend=legend
+                "value:Q", scale=alt.Scale(domain=domain, range=[0.8, broadest]), legend=legend
             ),
             strokeOpacity=alt.StrokeOpacity(
                 "value:Q", scale=alt.Scale(domain=domain, range=[0.3, 1]), legend=legend
@@ -80,6 +92,12 @@ def plot_edges(edges: pd.DataFrame, value: str, *, label: str = "", series: str 
             tooltip=["edge:N", alt.Tooltip("value:Q", format=",.4~r", title=label or value)],
         )
     )
+    if drawn[value].isna().any():
+        bare = alt.Chart().mark_geoshape(filled=False, stroke=_BARE, strokeWidth=1.2, strokeDash=[3, 2])
+        chart = alt.layer(
+            chart.transform_filter("isValid(datum.value)"),
+            bare.transform_filter("!isValid(datum.value)").project(**flat).encode(tooltip=["edge:N"]),
+        )
     panel = chart.properties(width=_WIDTH, height=int(_WIDTH * max(high / wide, 0.2)))
     return finish(  # type: ignore[no-any-return]
         panel.facet(

@@ -14,14 +14,13 @@ from loopgate.results import columns as run
 
 __all__ = ["plot_seen_within", "plot_unwatched"]
 
-_WAS_SEEN = "seen"
 _SERIES = "series"
 
 
 def plot_unwatched(
     streets: pd.DataFrame, value: str = run.WORST_IDLENESS, *, label: str = "longest time unseen [s]"
 ) -> Chart:
-    """Draw the map of a district: strong where streets went unseen for long; those never seen apart.
+    """Draw the map of a district: strong where streets went unseen for long; those never seen dashed.
 
     Parameters
     ----------
@@ -39,9 +38,10 @@ def plot_unwatched(
     >>> plot_unwatched(streets).save("unwatched.svg")
     """
     seen = streets[run.VISITS] > 0
-    names = {True: f"seen: {seen.sum()} of {len(seen)}", False: f"never seen: {(~seen).sum()} of {len(seen)}"}
-    told = streets.assign(**{_WAS_SEEN: seen.map(names)})
-    return plot_edges(told, value, label=label, series=_WAS_SEEN)
+    title = f"seen: {seen.sum()} of {len(seen)}" + (", dashed: never" if not seen.all() else "")
+    told = streets.assign(**{_SERIES: title})
+    told[value] = streets[value].where(seen)
+    return plot_edges(told, value, label=label, series=_SERIES)
 
 
 def plot_seen_within(seen: Mapping[str, pd.DataFrame], *, bound_s: float | None = None) -> Chart:

@@ -120,3 +120,7 @@ class Content:
     def figure(self, name: str, title: str, caption: str, chart: Chart, table: str = "") -> None:
         """Add a figure that shows a table, of its own name if no other is given."""
         self.figures.append(FigureItem(name, title, caption, chart, table or name))
+
+    def drop(self, name: str) -> None:
+        """Leave out a figure that another one shows better."""
+        self.figures = [item for item in self.figures if item.name != name]

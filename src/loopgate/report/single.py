@@ -9,14 +9,21 @@ import pandas as pd
 
 from loopgate import plots
 from loopgate.analysis import columns as a
-from loopgate.analysis import compute_causes, compute_stuck, compute_time_space
+from loopgate.analysis import (
+    compute_causes,
+    compute_rarest,
+    compute_seen_within,
+    compute_stuck,
+    compute_time_space,
+)
 from loopgate.report.items import Content
 from loopgate.results import columns as run
-from loopgate.runs.run import read_run
+from loopgate.runs.run import Run, read_run
 
 __all__ = ["add_single_run"]
 
 _MOST_POINTS = 6000
+_STREETS = f'run.streets["{run.EDGE}"]'
 
 
 def add_single_run(content: Content, folder: Path) -> str:
@@ -44,10 +51,34 @@ def add_single_run(content: Content, folder: Path) -> str:
                     causes, of=run.REASON, value=a.WAIT, label="vehicle-seconds", name="causes"
                 ),
             )
+        _add_watch(content, one, options)
     _add_loop(content, one.vehicles, one.loops)
     of = {"vehicles": "run.vehicles", "events": "run.events"}
     content.table("stuck", "Vehicles that are stuck", compute_stuck, of, options={"end_s": end_s})
     return f"\nrun = read_run({json.dumps(str(folder), ensure_ascii=False)})"
+
+
+def _add_watch(content: Content, one: Run, period: dict[str, float]) -> None:
+    """Add which streets went unseen, those on no loop in view, and how soon they were seen again."""
+    streets = one.streets
+    if streets is None or not (streets[run.VISITS] > 0).any():
+        return
+    content.known |= {"run.streets": streets, _STREETS: streets[run.EDGE]}
+    content.table("rarest", "Streets that went unseen longest", compute_rarest, {"streets": "run.streets"})
+    of = {"events": "run.events", "streets": _STREETS}
+    seen = content.table("seen-within", "Seen within", compute_seen_within, of, options=period, listed=False)
+    never = int((streets[run.VISITS] == 0).sum())
+    caption = "Broad and strong where a street went unseen for long."
+    if never:
+        caption += f" {never} of {len(streets)} were never seen: dashed."
+    content.drop("idleness-map")
+    content.figure("unwatched", "Which roads go unwatched", caption, plots.plot_unwatched(streets), "rarest")
+    content.figure(
+        "seen-within",
+        "How soon streets are seen again",
+        "The share of all streets that was seen within so long, those never seen included.",
+        plots.plot_seen_within({"": seen}, bound_s=one.scenario.get("revisit_s") or None),
+    )
 
 
 def _add_loop(content: Content, vehicles: pd.DataFrame, loops: pd.DataFrame) -> None:
