@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 import numpy.typing as npt
 
@@ -12,7 +10,7 @@ from loopgate.audit.layout import LoopWay, VehicleBody
 from loopgate.audit.stretches import ROUNDING_M, LoopStretches
 from loopgate.errors import ResultsError
 
-__all__ = ["LoopTable", "Standstill", "Traveller"]
+__all__ = ["LoopTable", "Traveller"]
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -24,16 +22,6 @@ _MOST_PASSAGES = 5_000_000
 _LAPS = 1 << 20  # more laps than a vehicle drives: numbers of passages are counted in this base
 _TOLERANCE_M = 0.1
 """How far a front may be beyond its leg without being in the crossing [m]: SUMO's own for stops."""
-
-
-@dataclass(frozen=True, slots=True)
-class Standstill:
-    """A vehicle stood with its body in a crossing: where its front was, from when, for how long [s]."""
-
-    vehicle: int
-    lane: str
-    from_s: float
-    for_s: float
 
 
 class LoopTable:
@@ -106,7 +94,6 @@ class Traveller:
         self._origin_m: float | None = None
         self._last: tuple[float, float] | None = None
         self._stand: tuple[float, float, int] | None = None  # from, until, lane number
-        self.astray: list[int] = []
 
     def arcs(self, lane: Ints, pos_m: Floats, odometer_m: Floats) -> Floats:
         """Return where the front is on its endless way [m]; NaN on lanes that are not on its loop.

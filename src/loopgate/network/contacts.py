@@ -10,7 +10,7 @@ import numpy.typing as npt
 import shapely
 
 from loopgate.network.loop import Loop, arc_lengths
-from loopgate.network.records import Lane, Points
+from loopgate.network.records import Points
 
 __all__ = ["Floats", "Ints", "LaneContacts", "lane_contacts", "lanes_of", "merge_intervals"]
 
@@ -50,11 +50,6 @@ def lanes_of(loops: Iterable[Loop]) -> dict[str, Points]:
         for span in loop.spans
         for lane, shape in zip(span.lane_ids, span.shapes, strict=True)
     }
-
-
-def shapes_of(lanes: Iterable[Lane]) -> dict[str, Points]:
-    """Return the centre lines of lanes, by lane id."""
-    return {lane.id: lane.shape for lane in lanes}
 
 
 def lane_contacts(shapes: dict[str, Points], reach_m: float) -> LaneContacts:

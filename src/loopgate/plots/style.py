@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any, Final
 
-__all__ = ["DARK", "DASHES", "HEAT", "LIGHT", "MAX_SERIES", "SYMBOLS", "colours", "config", "series_order"]
+__all__ = ["DARK", "DASHES", "LIGHT", "MAX_SERIES", "SYMBOLS", "colours", "config", "series_order"]
 
 _NAMES = ("ink", "soft", "line", "heat", *(f"s{number}" for number in range(8)))
 
@@ -29,8 +29,6 @@ SYMBOLS: Final = (
 DASHES: Final = ((1, 0), (6, 2), (2, 2), (6, 2, 2, 2), (9, 3), (4, 2, 1, 2, 1, 2), (3, 3), (1, 3))
 MAX_SERIES: Final = len(SYMBOLS)
 """Most series that one figure can show and a reader tell apart."""
-
-HEAT: Final = "heat"
 
 
 def colours(name: str) -> str:

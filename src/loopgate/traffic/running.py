@@ -64,10 +64,6 @@ class RunningSumo:
         """Return the name of a vehicle's route."""
         return str(self._api.vehicle.getRouteID(vehicle)).lstrip("!")
 
-    def action_step_s(self, vehicle: str) -> float:
-        """Return how often the vehicle's driver acts [s]."""
-        return float(self._api.vehicle.getActionStepLength(vehicle))
-
     def has(self, vehicle: str, device: str) -> bool:
         """Return whether a vehicle has one of SUMO's devices, by its name there."""
         return str(self._api.vehicle.getParameter(vehicle, f"has.{device}.device")) == "true"

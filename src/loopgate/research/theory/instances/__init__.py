@@ -10,7 +10,7 @@ from importlib.resources import as_file, files
 from loopgate.errors import SystemFileError
 from loopgate.model import Robot, RobotId, StateId, System, read_system
 
-__all__ = ["TABLE1_STARTS", "TABLE1_TARGET", "fig7", "instance", "instance_names"]
+__all__ = ["TABLE1_STARTS", "fig7", "instance", "instance_names"]
 
 TABLE1_STARTS = (
     ("s1", "s4", "s10", "s12"),
@@ -20,9 +20,6 @@ TABLE1_STARTS = (
     ("s1", "s4", "s6", "s7"),
 )
 """Initial configurations of Table 1, for the system ``fig8``."""
-
-TABLE1_TARGET = ("s5", "s9", "s10_end", "s11")
-"""The configuration in which Table 1's runs end."""
 
 
 def instance_names() -> list[str]:
