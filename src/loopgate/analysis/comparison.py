@@ -7,28 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 import pandas as pd
 
-from loopgate.analysis.columns import (
-    AT_BORDER,
-    BASELINE,
-    BETTER,
-    CAPACITY,
-    DENSITY,
-    DIFFERENCE,
-    FLOW,
-    HIGH,
-    LOW,
-    MEAN,
-    PAIRS,
-    PEAK,
-    RATIO,
-    RUNS,
-    SPEED,
-    STD,
-)
+from loopgate.analysis import columns as a
 from loopgate.analysis.frames import check_columns, groups, succeeded, table
 from loopgate.analysis.statistics import bootstrap_interval, mean_interval
 from loopgate.errors import AnalysisError
-from loopgate.results.row_columns import EDGE_KM, GATE, KM_PER_H, MEAN_SPEED, SEED, VEHICLES
+from loopgate.results import row_columns as c
 
 __all__ = ["compute_capacity", "compute_fundamental", "compute_mean", "compute_paired"]
 
@@ -38,8 +21,8 @@ _KMH_PER_MPS = 3.6
 def compute_mean(
     *,
     runs: pd.DataFrame,
-    value: str = KM_PER_H,
-    by: Sequence[str] = (GATE, VEHICLES),
+    value: str = c.KM_PER_H,
+    by: Sequence[str] = (c.GATE, c.VEHICLES),
     level: float = 0.95,
 ) -> pd.DataFrame:
     """Return the mean of a value over runs, with Student's t interval.
@@ -82,18 +65,20 @@ def compute_mean(
         if sample.size and sample.min() >= 0.0:
             low = max(low, 0.0)
         spread = float(sample.std(ddof=1)) if sample.size > 1 else np.nan
-        rows.append({**names, RUNS: int(sample.size), MEAN: mean, STD: spread, LOW: low, HIGH: high})
-    return table(rows, [*by, RUNS, MEAN, STD, LOW, HIGH])
+        rows.append(
+            {**names, a.RUNS: int(sample.size), a.MEAN: mean, a.STD: spread, a.LOW: low, a.HIGH: high}
+        )
+    return table(rows, [*by, a.RUNS, a.MEAN, a.STD, a.LOW, a.HIGH])
 
 
 def compute_paired(
     *,
     runs: pd.DataFrame,
     baseline: str,
-    value: str = KM_PER_H,
-    of: str = GATE,
-    by: Sequence[str] = (VEHICLES,),
-    match: Sequence[str] = (SEED,),
+    value: str = c.KM_PER_H,
+    of: str = c.GATE,
+    by: Sequence[str] = (c.VEHICLES,),
+    match: Sequence[str] = (c.SEED,),
     level: float = 0.95,
     seed: int = 0,
 ) -> pd.DataFrame:
@@ -163,16 +148,16 @@ def compute_paired(
         rows.append(
             {
                 **names,
-                BASELINE: baseline,
-                PAIRS: len(pairs),
-                DIFFERENCE: mean,
-                LOW: low,
-                HIGH: high,
-                RATIO: float(pairs[value].sum()) / total if total else np.nan,
-                BETTER: float((difference > 0).mean()),
+                a.BASELINE: baseline,
+                a.PAIRS: len(pairs),
+                a.DIFFERENCE: mean,
+                a.LOW: low,
+                a.HIGH: high,
+                a.RATIO: float(pairs[value].sum()) / total if total else np.nan,
+                a.BETTER: float((difference > 0).mean()),
             }
         )
-    return table(rows, [of, *by, BASELINE, PAIRS, DIFFERENCE, LOW, HIGH, RATIO, BETTER])
+    return table(rows, [of, *by, a.BASELINE, a.PAIRS, a.DIFFERENCE, a.LOW, a.HIGH, a.RATIO, a.BETTER])
 
 
 def compute_fundamental(*, runs: pd.DataFrame, by: Sequence[str] = ()) -> pd.DataFrame:
@@ -207,27 +192,27 @@ def compute_fundamental(*, runs: pd.DataFrame, by: Sequence[str] = ()) -> pd.Dat
     >>> compute_fundamental(runs=runs)[["density_veh_per_km", "flow_veh_per_h"]].values.tolist()
     [[5.0, 100.0]]
     """
-    check_columns(runs, [VEHICLES, EDGE_KM, KM_PER_H, MEAN_SPEED], "runs")
+    check_columns(runs, [c.VEHICLES, c.EDGE_KM, c.KM_PER_H, c.MEAN_SPEED], "runs")
     good = succeeded(runs)
-    good = good[good[EDGE_KM] > 0]
+    good = good[good[c.EDGE_KM] > 0]
     points = good.assign(
         **{
-            DENSITY: good[VEHICLES] / good[EDGE_KM],
-            FLOW: good[KM_PER_H] / good[EDGE_KM],
-            SPEED: good[MEAN_SPEED] * _KMH_PER_MPS,
+            a.DENSITY: good[c.VEHICLES] / good[c.EDGE_KM],
+            a.FLOW: good[c.KM_PER_H] / good[c.EDGE_KM],
+            a.SPEED: good[c.MEAN_SPEED] * _KMH_PER_MPS,
         }
     )
     if not by:
         return points
     check_columns(points, by, "runs")
-    return points.groupby(list(by), dropna=False)[[DENSITY, FLOW, SPEED]].mean().reset_index()
+    return points.groupby(list(by), dropna=False)[[a.DENSITY, a.FLOW, a.SPEED]].mean().reset_index()
 
 
 def compute_capacity(
     *,
     runs: pd.DataFrame,
-    value: str = KM_PER_H,
-    by: Sequence[str] = (GATE,),
+    value: str = c.KM_PER_H,
+    by: Sequence[str] = (c.GATE,),
     level: float = 0.95,
     resamples: int = 1000,
     seed: int = 0,
@@ -266,11 +251,11 @@ def compute_capacity(
     >>> compute_capacity(runs=runs)[["gate", "capacity_vehicles", "peak", "at_border"]].values.tolist()
     [['open', 40, 150.0, False]]
     """
-    check_columns(runs, [VEHICLES, value], "runs")
+    check_columns(runs, [c.VEHICLES, value], "runs")
     rows = []
-    for names, group in groups(succeeded(runs).dropna(subset=[value, VEHICLES]), by, "runs"):
+    for names, group in groups(succeeded(runs).dropna(subset=[value, c.VEHICLES]), by, "runs"):
         samples = {
-            int(float(str(n))): part[value].to_numpy(dtype=float) for n, part in group.groupby(VEHICLES)
+            int(float(str(n))): part[value].to_numpy(dtype=float) for n, part in group.groupby(c.VEHICLES)
         }
         if not samples:
             continue
@@ -287,11 +272,11 @@ def compute_capacity(
         rows.append(
             {
                 **names,
-                CAPACITY: int(counts[best]),
-                LOW: int(low),
-                HIGH: int(high),
-                PEAK: float(means[best]),
-                AT_BORDER: best == len(counts) - 1,
+                a.CAPACITY: int(counts[best]),
+                a.LOW: int(low),
+                a.HIGH: int(high),
+                a.PEAK: float(means[best]),
+                a.AT_BORDER: best == len(counts) - 1,
             }
         )
-    return table(rows, [*by, CAPACITY, LOW, HIGH, PEAK, AT_BORDER])
+    return table(rows, [*by, a.CAPACITY, a.LOW, a.HIGH, a.PEAK, a.AT_BORDER])

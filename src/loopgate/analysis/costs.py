@@ -7,29 +7,11 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import pandas as pd
 
-from loopgate.analysis.columns import LAP_TIME, MESSAGES_PER_DECISION, QUANTILE, REFUSED_SHARE, RUNS
+from loopgate.analysis import columns as a
 from loopgate.analysis.frames import check_columns, groups, succeeded, table
 from loopgate.analysis.statistics import weighted_quantiles
 from loopgate.results import columns as run
-from loopgate.results.row_columns import (
-    DECISION_MAX,
-    DECISION_MEDIAN,
-    DECISION_P99,
-    DECISIONS,
-    EDGE_HOLD,
-    EDGE_IDLENESS,
-    EDGE_MAX_REVISIT,
-    EDGE_MEAN_REVISIT,
-    EDGE_SET,
-    EDGE_STOOD,
-    EDGE_VISITS,
-    GATE,
-    LAP_QUANTILES,
-    LAPS,
-    MESSAGES,
-    REFUSALS,
-    VEHICLES,
-)
+from loopgate.results import row_columns as c
 
 __all__ = ["compute_decision_time", "compute_edge_means", "compute_lap_distribution", "compute_ranked"]
 
@@ -39,7 +21,7 @@ _QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 def compute_lap_distribution(
     *,
     runs: pd.DataFrame,
-    by: Sequence[str] = (GATE, VEHICLES),
+    by: Sequence[str] = (c.GATE, c.VEHICLES),
     quantiles: Sequence[float] = _QUANTILES,
 ) -> pd.DataFrame:
     """Return quantiles of the lap times of all runs of a group together.
@@ -76,25 +58,26 @@ def compute_lap_distribution(
     >>> compute_lap_distribution(runs=runs, quantiles=[0.5])["lap_s"].tolist()
     [69.5]
     """
-    check_columns(runs, [LAPS, LAP_QUANTILES], "runs")
+    check_columns(runs, [c.LAPS, c.LAP_QUANTILES], "runs")
     rows = []
     for names, group in groups(succeeded(runs), by, "runs"):
-        lapped = group[(group[LAPS] > 0) & group[LAP_QUANTILES].notna()]
+        lapped = group[(group[c.LAPS] > 0) & group[c.LAP_QUANTILES].notna()]
         if lapped.empty:
             continue
         # 21 quantiles bound 20 equal slices; the middle of each slice stands for its laps.
-        grid = np.array(lapped[LAP_QUANTILES].tolist(), dtype=float)
+        grid = np.array(lapped[c.LAP_QUANTILES].tolist(), dtype=float)
         middles = (grid[:, 1:] + grid[:, :-1]) / 2
-        weight = np.repeat(lapped[LAPS].to_numpy(dtype=float) / middles.shape[1], middles.shape[1])
+        weight = np.repeat(lapped[c.LAPS].to_numpy(dtype=float) / middles.shape[1], middles.shape[1])
         times = weighted_quantiles(middles.ravel(), weight, list(quantiles))
-        laps = int(lapped[LAPS].sum())
+        laps = int(lapped[c.LAPS].sum())
         rows += [
-            {**names, LAPS: laps, QUANTILE: q, LAP_TIME: t} for q, t in zip(quantiles, times, strict=True)
+            {**names, c.LAPS: laps, a.QUANTILE: q, a.LAP_TIME: t}
+            for q, t in zip(quantiles, times, strict=True)
         ]
-    return table(rows, [*by, LAPS, QUANTILE, LAP_TIME])
+    return table(rows, [*by, c.LAPS, a.QUANTILE, a.LAP_TIME])
 
 
-def compute_decision_time(*, runs: pd.DataFrame, by: Sequence[str] = (GATE, VEHICLES)) -> pd.DataFrame:
+def compute_decision_time(*, runs: pd.DataFrame, by: Sequence[str] = (c.GATE, c.VEHICLES)) -> pd.DataFrame:
     """Return how long gates take to decide, how often they refuse, and how many messages they send.
 
     Parameters
@@ -127,30 +110,30 @@ def compute_decision_time(*, runs: pd.DataFrame, by: Sequence[str] = (GATE, VEHI
     >>> compute_decision_time(runs=runs)[["decision_median_us", "refused_share"]].values.tolist()
     [[5.0, 0.25]]
     """
-    times = (DECISION_MEDIAN, DECISION_P99, DECISION_MAX)
-    check_columns(runs, [DECISIONS, REFUSALS, MESSAGES, *times], "runs")
+    times = (c.DECISION_MEDIAN, c.DECISION_P99, c.DECISION_MAX)
+    check_columns(runs, [c.DECISIONS, c.REFUSALS, c.MESSAGES, *times], "runs")
     rows = []
     for names, group in groups(succeeded(runs), by, "runs"):
-        decisions = float(group[DECISIONS].sum())
-        counted = group[group[MESSAGES].notna()]
-        asked = float(counted[DECISIONS].sum())
+        decisions = float(group[c.DECISIONS].sum())
+        counted = group[group[c.MESSAGES].notna()]
+        asked = float(counted[c.DECISIONS].sum())
         rows.append(
             {
                 **names,
-                RUNS: len(group),
-                DECISIONS: int(decisions),
-                DECISION_MEDIAN: float(group[DECISION_MEDIAN].median()),
-                DECISION_P99: float(group[DECISION_P99].median()),
-                DECISION_MAX: float(group[DECISION_MAX].max()),
-                REFUSED_SHARE: float(group[REFUSALS].sum()) / decisions if decisions else np.nan,
-                MESSAGES_PER_DECISION: float(counted[MESSAGES].sum()) / asked if asked else np.nan,
+                a.RUNS: len(group),
+                c.DECISIONS: int(decisions),
+                c.DECISION_MEDIAN: float(group[c.DECISION_MEDIAN].median()),
+                c.DECISION_P99: float(group[c.DECISION_P99].median()),
+                c.DECISION_MAX: float(group[c.DECISION_MAX].max()),
+                a.REFUSED_SHARE: float(group[c.REFUSALS].sum()) / decisions if decisions else np.nan,
+                a.MESSAGES_PER_DECISION: float(counted[c.MESSAGES].sum()) / asked if asked else np.nan,
             }
         )
-    return table(rows, [*by, RUNS, DECISIONS, *times, REFUSED_SHARE, MESSAGES_PER_DECISION])
+    return table(rows, [*by, a.RUNS, c.DECISIONS, *times, a.REFUSED_SHARE, a.MESSAGES_PER_DECISION])
 
 
 def compute_edge_means(
-    *, runs: pd.DataFrame, edge_sets: Mapping[str, pd.DataFrame], by: Sequence[str] = (GATE,)
+    *, runs: pd.DataFrame, edge_sets: Mapping[str, pd.DataFrame], by: Sequence[str] = (c.GATE,)
 ) -> pd.DataFrame:
     """Return visits, hold time and revisit intervals of each edge, averaged over the runs of a group.
 
@@ -189,32 +172,32 @@ def compute_edge_means(
     [['e1', 2, 4.0]]
     """
     lists = {
-        run.VISITS: EDGE_VISITS,
-        run.EDGE_HOLD: EDGE_HOLD,
-        **({run.STOOD: EDGE_STOOD} if EDGE_STOOD in runs else {}),
-        run.MEAN_REVISIT: EDGE_MEAN_REVISIT,
-        run.IDLENESS: EDGE_IDLENESS,
+        run.VISITS: c.EDGE_VISITS,
+        run.EDGE_HOLD: c.EDGE_HOLD,
+        **({run.STOOD: c.EDGE_STOOD} if c.EDGE_STOOD in runs else {}),
+        run.MEAN_REVISIT: c.EDGE_MEAN_REVISIT,
+        run.IDLENESS: c.EDGE_IDLENESS,
     }
-    check_columns(runs, [EDGE_SET, EDGE_MAX_REVISIT, *lists.values()], "runs")
+    check_columns(runs, [c.EDGE_SET, c.EDGE_MAX_REVISIT, *lists.values()], "runs")
     parts = []
-    for names, group in groups(succeeded(runs).dropna(subset=[EDGE_SET]), [*by, EDGE_SET], "runs"):
-        edges = edge_sets.get(str(names.pop(EDGE_SET)))
+    for names, group in groups(succeeded(runs).dropna(subset=[c.EDGE_SET]), [*by, c.EDGE_SET], "runs"):
+        edges = edge_sets.get(str(names.pop(c.EDGE_SET)))
         if edges is None:
             continue
         junction = edges.get(run.JUNCTION, "")
-        part = edges[[run.EDGE, run.SHAPE]].assign(**{RUNS: len(group), run.JUNCTION: junction})
+        part = edges[[run.EDGE, run.SHAPE]].assign(**{a.RUNS: len(group), run.JUNCTION: junction})
         for name, column in lists.items():
             values = _stack(group[column], len(edges))
             known = np.isfinite(values)
             part[f"{name} sum"] = np.where(known, values, 0.0).sum(axis=0)
             part[f"{name} count"] = known.sum(axis=0)
-        longest = _stack(group[EDGE_MAX_REVISIT], len(edges))
+        longest = _stack(group[c.EDGE_MAX_REVISIT], len(edges))
         part[run.MAX_REVISIT] = np.where(np.isfinite(longest), longest, -np.inf).max(axis=0, initial=-np.inf)
         parts.append(part.assign(**names))
-    columns = [*by, run.EDGE, RUNS, *lists, run.MAX_REVISIT, run.SHAPE, run.JUNCTION]
+    columns = [*by, run.EDGE, a.RUNS, *lists, run.MAX_REVISIT, run.SHAPE, run.JUNCTION]
     if not parts:
         return table([], columns)
-    how: dict[str, str] = {RUNS: "sum", run.MAX_REVISIT: "max", run.SHAPE: "first", run.JUNCTION: "first"}
+    how: dict[str, str] = {a.RUNS: "sum", run.MAX_REVISIT: "max", run.SHAPE: "first", run.JUNCTION: "first"}
     how |= {f"{name} {what}": "sum" for name in lists for what in ("sum", "count")}
     merged = pd.concat(parts).groupby([*by, run.EDGE], sort=True, dropna=False).agg(how).reset_index()
     for name in lists:
@@ -227,7 +210,7 @@ def compute_ranked(
     *,
     runs: pd.DataFrame,
     edge_sets: Mapping[str, pd.DataFrame],
-    by: Sequence[str] = (GATE,),
+    by: Sequence[str] = (c.GATE,),
     what: str = run.JUNCTION,
     first: int = 15,
 ) -> pd.DataFrame:
@@ -265,7 +248,7 @@ def compute_ranked(
     >>> ranked[["junction", "stood_s"]].values.tolist()
     [['K', 9.0], ['J', 2.0]]
     """
-    check_columns(runs, [EDGE_STOOD], "runs")
+    check_columns(runs, [c.EDGE_STOOD], "runs")
     edges = compute_edge_means(runs=runs, edge_sets=edge_sets, by=by)
     sums = edges.groupby([*by, what], dropna=False)[[run.STOOD, run.VISITS]].sum().reset_index()
     order = sums[sums[run.STOOD] > 0].sort_values(

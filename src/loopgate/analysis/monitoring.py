@@ -16,29 +16,11 @@ from collections.abc import Iterable
 import numpy as np
 import pandas as pd
 
-from loopgate.analysis.columns import BEGIN, END, INTERVAL, SINCE
+from loopgate.analysis import columns as a
 from loopgate.analysis.frames import check_columns, check_period
 from loopgate.analysis.trips import compute_holds
-from loopgate.results.columns import (
-    EDGE,
-    EDGE_COLUMNS,
-    EDGE_HOLD,
-    EDGE_LENGTH,
-    EVENT,
-    EVENT_COLUMNS,
-    HOLD,
-    IDLENESS,
-    MAX_REVISIT,
-    MEAN_REVISIT,
-    PLACE,
-    SHAPE,
-    TIME,
-    VEHICLE,
-    VISITS,
-    WEIGHTED_REVISIT,
-    WORST_IDLENESS,
-    Event,
-)
+from loopgate.results import columns as run
+from loopgate.results.columns import Event
 
 __all__ = ["compute_edge_holds", "compute_edges", "compute_revisit_intervals", "compute_revisits"]
 
@@ -75,13 +57,13 @@ def compute_revisit_intervals(*, events: pd.DataFrame, end_s: float, begin_s: fl
     visits = _visits(events, begin_s, end_s)
     frame = pd.DataFrame(
         {
-            EDGE: visits[PLACE],
-            BEGIN: visits.groupby(PLACE, sort=False)[TIME].shift(),
-            END: visits[TIME],
+            run.EDGE: visits[run.PLACE],
+            a.BEGIN: visits.groupby(run.PLACE, sort=False)[run.TIME].shift(),
+            a.END: visits[run.TIME],
         }
     )
-    frame[INTERVAL] = frame[END] - frame[BEGIN]
-    frame = frame[frame[BEGIN].notna() & (frame[END] > begin_s)]
+    frame[a.INTERVAL] = frame[a.END] - frame[a.BEGIN]
+    frame = frame[frame[a.BEGIN].notna() & (frame[a.END] > begin_s)]
     return frame.reset_index(drop=True)
 
 
@@ -127,31 +109,35 @@ def compute_revisits(
     1   e2       0             NaN
     """
     visits = _visits(events, begin_s, end_s)
-    wanted = sorted(visits[PLACE].unique()) if edges is None else list(dict.fromkeys(edges))
-    index = pd.Index(wanted, name=EDGE, dtype=object)
+    wanted = sorted(visits[run.PLACE].unique()) if edges is None else list(dict.fromkeys(edges))
+    index = pd.Index(wanted, name=run.EDGE, dtype=object)
     between = compute_revisit_intervals(events=events, begin_s=begin_s, end_s=end_s)
-    intervals = between.groupby(EDGE)[INTERVAL]
+    intervals = between.groupby(run.EDGE)[a.INTERVAL]
     result = pd.DataFrame(index=index)
-    inside = visits[visits[TIME] > begin_s]
-    result[VISITS] = inside.groupby(PLACE).size().reindex(index, fill_value=0).astype("int64")
-    result[MEAN_REVISIT] = intervals.mean().reindex(index).astype(float)
-    result[MAX_REVISIT] = intervals.max().reindex(index).astype(float)
-    result[WEIGHTED_REVISIT] = _weighted(between).reindex(index).astype(float)
+    inside = visits[visits[run.TIME] > begin_s]
+    result[run.VISITS] = inside.groupby(run.PLACE).size().reindex(index, fill_value=0).astype("int64")
+    result[run.MEAN_REVISIT] = intervals.mean().reindex(index).astype(float)
+    result[run.MAX_REVISIT] = intervals.max().reindex(index).astype(float)
+    result[run.WEIGHTED_REVISIT] = _weighted(between).reindex(index).astype(float)
 
     # Idleness rises from 0 along each gap between visits; its integral over the part of the gap inside the
     # period is a difference of squares. The gaps tile [0, end]: from 0, between visits, and to the end.
-    previous = visits.groupby(PLACE, sort=False)[TIME].shift().fillna(0.0)
-    area = pd.Series(_gap_area(previous, visits[TIME], begin_s), index=visits[PLACE]).groupby(level=0).sum()
-    last = visits.groupby(PLACE)[TIME].max().reindex(index).fillna(0.0)
+    previous = visits.groupby(run.PLACE, sort=False)[run.TIME].shift().fillna(0.0)
+    area = (
+        pd.Series(_gap_area(previous, visits[run.TIME], begin_s), index=visits[run.PLACE])
+        .groupby(level=0)
+        .sum()
+    )
+    last = visits.groupby(run.PLACE)[run.TIME].max().reindex(index).fillna(0.0)
     total = area.reindex(index).fillna(0.0) + _gap_area(last, np.full(len(last), float(end_s)), begin_s)
-    result[IDLENESS] = (total / (end_s - begin_s)).astype(float)
+    result[run.IDLENESS] = (total / (end_s - begin_s)).astype(float)
 
     # It is greatest just before a visit, or at the end; gaps that were over by the beginning do not count.
-    gaps = pd.Series((visits[TIME] - previous).to_numpy(), index=visits[PLACE])[
-        (visits[TIME] > begin_s).to_numpy()
+    gaps = pd.Series((visits[run.TIME] - previous).to_numpy(), index=visits[run.PLACE])[
+        (visits[run.TIME] > begin_s).to_numpy()
     ]
     worst = gaps.groupby(level=0).max().reindex(index).fillna(0.0)
-    result[WORST_IDLENESS] = np.maximum(worst, float(end_s) - last).astype(float)
+    result[run.WORST_IDLENESS] = np.maximum(worst, float(end_s) - last).astype(float)
     return result.reset_index()
 
 
@@ -181,18 +167,20 @@ def compute_edge_holds(*, events: pd.DataFrame, end_s: float, begin_s: float = 0
     [['e1', 15.0]]
     """
     holds = compute_holds(events=events, begin_s=begin_s, end_s=end_s)
-    entered = events.loc[events[EVENT] == Event.EDGE, [TIME, VEHICLE, PLACE]].sort_values(TIME, kind="stable")
-    entered = entered.rename(columns={PLACE: EDGE})
+    entered = events.loc[events[run.EVENT] == Event.EDGE, [run.TIME, run.VEHICLE, run.PLACE]].sort_values(
+        run.TIME, kind="stable"
+    )
+    entered = entered.rename(columns={run.PLACE: run.EDGE})
     # A hold that began before the period is clipped to it, so match on the time the vehicle came to rest.
     at = pd.merge_asof(
-        holds.sort_values(SINCE, kind="stable"),
-        entered.astype({TIME: float, VEHICLE: str, EDGE: str}),
-        left_on=SINCE,
-        right_on=TIME,
-        by=VEHICLE,
+        holds.sort_values(a.SINCE, kind="stable"),
+        entered.astype({run.TIME: float, run.VEHICLE: str, run.EDGE: str}),
+        left_on=a.SINCE,
+        right_on=run.TIME,
+        by=run.VEHICLE,
     )
-    total = at.groupby(EDGE)[HOLD].sum()
-    return total.rename(EDGE_HOLD).rename_axis(EDGE).reset_index().astype({EDGE_HOLD: float})
+    total = at.groupby(run.EDGE)[run.HOLD].sum()
+    return total.rename(run.EDGE_HOLD).rename_axis(run.EDGE).reset_index().astype({run.EDGE_HOLD: float})
 
 
 def compute_edges(
@@ -229,35 +217,37 @@ def compute_edges(
     >>> compute_edges(events=events, edges=edges, end_s=100)[["edge", "visits", "hold_s"]].values.tolist()
     [['e1', 1, 15.0]]
     """
-    check_columns(edges, (EDGE, EDGE_LENGTH, SHAPE), "edges")
-    revisits = compute_revisits(events=events, begin_s=begin_s, end_s=end_s, edges=edges[EDGE])
+    check_columns(edges, (run.EDGE, run.EDGE_LENGTH, run.SHAPE), "edges")
+    revisits = compute_revisits(events=events, begin_s=begin_s, end_s=end_s, edges=edges[run.EDGE])
     holds = compute_edge_holds(events=events, begin_s=begin_s, end_s=end_s)
     table = (
-        edges[[EDGE, EDGE_LENGTH, SHAPE]]
-        .merge(revisits, on=EDGE, how="left")
-        .merge(holds, on=EDGE, how="left")
+        edges[[run.EDGE, run.EDGE_LENGTH, run.SHAPE]]
+        .merge(revisits, on=run.EDGE, how="left")
+        .merge(holds, on=run.EDGE, how="left")
     )
-    table[EDGE_HOLD] = table[EDGE_HOLD].fillna(0.0)
-    return table[list(EDGE_COLUMNS)]
+    table[run.EDGE_HOLD] = table[run.EDGE_HOLD].fillna(0.0)
+    return table[list(run.EDGE_COLUMNS)]
 
 
 def _visits(events: pd.DataFrame, begin_s: float, end_s: float) -> pd.DataFrame:
-    check_columns(events, EVENT_COLUMNS[:4], "events")
+    check_columns(events, run.EVENT_COLUMNS[:4], "events")
     check_period(begin_s, end_s)
-    chosen = events.loc[(events[EVENT] == Event.EDGE) & (events[TIME] <= end_s), [TIME, PLACE]]
-    return chosen.astype({TIME: float, PLACE: str}).sort_values([PLACE, TIME], kind="stable")
+    chosen = events.loc[
+        (events[run.EVENT] == Event.EDGE) & (events[run.TIME] <= end_s), [run.TIME, run.PLACE]
+    ]
+    return chosen.astype({run.TIME: float, run.PLACE: str}).sort_values([run.PLACE, run.TIME], kind="stable")
 
 
 def _weighted(intervals: pd.DataFrame) -> pd.Series:
     """Return the mean interval per edge, each weighted by its own length [s]."""
-    sums = intervals.assign(square=intervals[INTERVAL] ** 2).groupby(EDGE)[["square", INTERVAL]].sum()
+    sums = intervals.assign(square=intervals[a.INTERVAL] ** 2).groupby(run.EDGE)[["square", a.INTERVAL]].sum()
     # Two visits in one step are 0 s apart; where all are, so is their mean.
-    return (sums["square"] / sums[INTERVAL].where(sums[INTERVAL] > 0.0)).fillna(0.0)
+    return (sums["square"] / sums[a.INTERVAL].where(sums[a.INTERVAL] > 0.0)).fillna(0.0)
 
 
 def _gap_area(start: pd.Series, stop: pd.Series | np.ndarray, begin_s: float) -> np.ndarray:
     """Return the integral of the time since `start` over [max(start, begin), stop], per gap [s^2]."""
-    a, b = np.asarray(start, dtype=float), np.asarray(stop, dtype=float)
-    low = np.clip(begin_s - a, 0.0, b - a)
-    area: np.ndarray = ((b - a) ** 2 - low**2) / 2
+    begin, end = np.asarray(start, dtype=float), np.asarray(stop, dtype=float)
+    low = np.clip(begin_s - begin, 0.0, end - begin)
+    area: np.ndarray = ((end - begin) ** 2 - low**2) / 2
     return area

@@ -10,30 +10,17 @@ import numpy as np
 import pandas as pd
 from scipy import stats
 
-from loopgate.analysis.columns import (
-    AT,
-    AT_RISK,
-    CENSORED,
-    DEADLOCKED,
-    HIGH,
-    HORIZON,
-    LOW,
-    MEDIAN_TIME,
-    RATE,
-    RESTRICTED_MEAN,
-    RUNS,
-    SURVIVAL,
-)
+from loopgate.analysis import columns as a
 from loopgate.analysis.frames import check_columns, groups, succeeded, table
 from loopgate.analysis.statistics import wilson_interval
 from loopgate.errors import AnalysisError
-from loopgate.results.row_columns import DEADLOCKS, FIRST_DEADLOCK, GATE, OBSERVED, VEHICLES
+from loopgate.results import row_columns as c
 
 __all__ = ["compute_deadlock_rate", "compute_survival", "compute_time_to_deadlock"]
 
 
 def compute_deadlock_rate(
-    *, runs: pd.DataFrame, by: Sequence[str] = (GATE, VEHICLES), level: float = 0.95
+    *, runs: pd.DataFrame, by: Sequence[str] = (c.GATE, c.VEHICLES), level: float = 0.95
 ) -> pd.DataFrame:
     """Return the share of runs with a deadlock, with Wilson intervals.
 
@@ -64,16 +51,20 @@ def compute_deadlock_rate(
     >>> compute_deadlock_rate(runs=runs)[["runs", "deadlocked", "rate"]].values.tolist()
     [[4.0, 2.0, 0.5]]
     """
-    check_columns(runs, [DEADLOCKS], "runs")
+    check_columns(runs, [c.DEADLOCKS], "runs")
     rows = []
     for names, group in groups(succeeded(runs), by, "runs"):
-        deadlocked = int((group[DEADLOCKS] > 0).sum())
+        deadlocked = int((group[c.DEADLOCKS] > 0).sum())
         rate, low, high = wilson_interval(deadlocked, len(group), level=level)
-        rows.append({**names, RUNS: len(group), DEADLOCKED: deadlocked, RATE: rate, LOW: low, HIGH: high})
-    return table(rows, [*by, RUNS, DEADLOCKED, RATE, LOW, HIGH])
+        rows.append(
+            {**names, a.RUNS: len(group), a.DEADLOCKED: deadlocked, a.RATE: rate, a.LOW: low, a.HIGH: high}
+        )
+    return table(rows, [*by, a.RUNS, a.DEADLOCKED, a.RATE, a.LOW, a.HIGH])
 
 
-def compute_survival(*, runs: pd.DataFrame, by: Sequence[str] = (GATE,), level: float = 0.95) -> pd.DataFrame:
+def compute_survival(
+    *, runs: pd.DataFrame, by: Sequence[str] = (c.GATE,), level: float = 0.95
+) -> pd.DataFrame:
     """Return Kaplan-Meier curves of the time to the first deadlock.
 
     A run without deadlock is censored at the end of its observation: it says that the time is longer, not
@@ -109,7 +100,7 @@ def compute_survival(*, runs: pd.DataFrame, by: Sequence[str] = (GATE,), level: 
     >>> compute_survival(runs=runs)[["time_s", "survival"]].values.tolist()
     [[0.0, 1.0], [900.0, 0.5], [3600.0, 0.5]]
     """
-    check_columns(runs, [FIRST_DEADLOCK, OBSERVED], "runs")
+    check_columns(runs, [c.FIRST_DEADLOCK, c.OBSERVED], "runs")
     curves = [
         _curve(group, level).assign(**names)[[*by, *_CURVE]]
         for names, group in groups(succeeded(runs), by, "runs")
@@ -118,12 +109,12 @@ def compute_survival(*, runs: pd.DataFrame, by: Sequence[str] = (GATE,), level: 
     return pd.concat(curves, ignore_index=True) if curves else table([], [*by, *_CURVE])
 
 
-_CURVE = (AT, AT_RISK, DEADLOCKED, CENSORED, SURVIVAL, LOW, HIGH)
+_CURVE = (a.AT, a.AT_RISK, a.DEADLOCKED, a.CENSORED, a.SURVIVAL, a.LOW, a.HIGH)
 
 
 def _curve(group: pd.DataFrame, level: float) -> pd.DataFrame:
-    locked = group[FIRST_DEADLOCK].notna().to_numpy()
-    times = group[FIRST_DEADLOCK].where(locked, group[OBSERVED]).to_numpy(dtype=float)
+    locked = group[c.FIRST_DEADLOCK].notna().to_numpy()
+    times = group[c.FIRST_DEADLOCK].where(locked, group[c.OBSERVED]).to_numpy(dtype=float)
     function = stats.ecdf(stats.CensoredData.right_censored(times, ~locked)).sf
     with np.errstate(divide="ignore", invalid="ignore"), warnings.catch_warnings():
         # Nothing varies before the first deadlock and after the last: no interval there, and no news.
@@ -131,21 +122,21 @@ def _curve(group: pd.DataFrame, level: float) -> pd.DataFrame:
         interval: Any = function.confidence_interval(confidence_level=level, method="log-log")
     at = function.quantiles
     counts = (
-        pd.DataFrame({AT: times, "locked": locked})
-        .groupby(AT)["locked"]
+        pd.DataFrame({a.AT: times, "locked": locked})
+        .groupby(a.AT)["locked"]
         .agg(["size", "sum"])
         .loc[pd.Index(at)]
     )
     size, deaths = counts["size"].to_numpy(), counts["sum"].to_numpy(dtype=int)
     curve = pd.DataFrame(
         {
-            AT: at,
-            AT_RISK: len(times) - np.concatenate(([0], np.cumsum(size)[:-1])),
-            DEADLOCKED: deaths,
-            CENSORED: size - deaths,
-            SURVIVAL: function.probabilities,
-            LOW: interval.low.probabilities,
-            HIGH: interval.high.probabilities,
+            a.AT: at,
+            a.AT_RISK: len(times) - np.concatenate(([0], np.cumsum(size)[:-1])),
+            a.DEADLOCKED: deaths,
+            a.CENSORED: size - deaths,
+            a.SURVIVAL: function.probabilities,
+            a.LOW: interval.low.probabilities,
+            a.HIGH: interval.high.probabilities,
         }
     )
     if at[0] > 0:
@@ -155,7 +146,7 @@ def _curve(group: pd.DataFrame, level: float) -> pd.DataFrame:
 
 
 def compute_time_to_deadlock(
-    *, runs: pd.DataFrame, by: Sequence[str] = (GATE, VEHICLES), horizon_s: float | None = None
+    *, runs: pd.DataFrame, by: Sequence[str] = (c.GATE, c.VEHICLES), horizon_s: float | None = None
 ) -> pd.DataFrame:
     """Return median and restricted mean of the time to the first deadlock, from the Kaplan-Meier curve.
 
@@ -194,22 +185,22 @@ def compute_time_to_deadlock(
     survival = compute_survival(runs=runs, by=by)
     curves = list(groups(survival, by, "runs")) if len(survival) else []
     if horizon_s is None:
-        known = [np.inf if curve[SURVIVAL].iloc[-1] <= 0 else curve[AT].iloc[-1] for _, curve in curves]
+        known = [np.inf if curve[a.SURVIVAL].iloc[-1] <= 0 else curve[a.AT].iloc[-1] for _, curve in curves]
         horizon_s = min(known, default=np.nan)
-        horizon_s = float(survival[AT].max()) if np.isinf(horizon_s) else horizon_s
+        horizon_s = float(survival[a.AT].max()) if np.isinf(horizon_s) else horizon_s
     rows = []
     for names, curve in curves:
-        time, share = curve[AT].to_numpy(dtype=float), curve[SURVIVAL].to_numpy(dtype=float)
+        time, share = curve[a.AT].to_numpy(dtype=float), curve[a.SURVIVAL].to_numpy(dtype=float)
         below = time[share <= 0.5 + 1e-12]
         steps = np.clip(np.append(time, np.inf), 0.0, horizon_s)
         rows.append(
             {
                 **names,
-                RUNS: int(curve[AT_RISK].iloc[0]),
-                DEADLOCKED: int(curve[DEADLOCKED].sum()),
-                MEDIAN_TIME: float(below[0]) if below.size else np.nan,
-                RESTRICTED_MEAN: float(np.sum(np.diff(steps) * share)),
-                HORIZON: horizon_s,
+                a.RUNS: int(curve[a.AT_RISK].iloc[0]),
+                a.DEADLOCKED: int(curve[a.DEADLOCKED].sum()),
+                a.MEDIAN_TIME: float(below[0]) if below.size else np.nan,
+                a.RESTRICTED_MEAN: float(np.sum(np.diff(steps) * share)),
+                a.HORIZON: horizon_s,
             }
         )
-    return table(rows, [*by, RUNS, DEADLOCKED, MEDIAN_TIME, RESTRICTED_MEAN, HORIZON])
+    return table(rows, [*by, a.RUNS, a.DEADLOCKED, a.MEDIAN_TIME, a.RESTRICTED_MEAN, a.HORIZON])

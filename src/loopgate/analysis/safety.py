@@ -6,27 +6,17 @@ from collections.abc import Sequence
 
 import pandas as pd
 
-from loopgate.analysis.columns import CLEAN, DEADLOCKED, FAILED, RUNS
+from loopgate.analysis import columns as a
 from loopgate.analysis.frames import check_columns, groups, succeeded, table
-from loopgate.results.row_columns import (
-    AUDIT,
-    COLLISIONS,
-    DEADLOCKS,
-    GATE,
-    LAPS_PER_H,
-    LONGEST_WAIT,
-    NETWORK,
-    NOT_GATED,
-    TELEPORTS,
-)
+from loopgate.results import row_columns as c
 
 __all__ = ["compute_safety"]
 
-_NEEDED = (AUDIT, COLLISIONS, DEADLOCKS, LAPS_PER_H, LONGEST_WAIT, TELEPORTS)
-_FIGURES = (FAILED, RUNS, DEADLOCKED, COLLISIONS, TELEPORTS, CLEAN, LAPS_PER_H, LONGEST_WAIT)
+_NEEDED = (c.AUDIT, c.COLLISIONS, c.DEADLOCKS, c.LAPS_PER_H, c.LONGEST_WAIT, c.TELEPORTS)
+_FIGURES = (a.FAILED, a.RUNS, a.DEADLOCKED, c.COLLISIONS, c.TELEPORTS, a.CLEAN, c.LAPS_PER_H, c.LONGEST_WAIT)
 
 
-def compute_safety(*, runs: pd.DataFrame, by: Sequence[str] = (NETWORK, GATE)) -> pd.DataFrame:
+def compute_safety(*, runs: pd.DataFrame, by: Sequence[str] = (c.NETWORK, c.GATE)) -> pd.DataFrame:
     """Return how many runs of each group were deadlocked, collided, teleported, or failed their audit.
 
     Parameters
@@ -62,16 +52,16 @@ def compute_safety(*, runs: pd.DataFrame, by: Sequence[str] = (NETWORK, GATE)) -
     rows = []
     for names, group in groups(runs, by, "runs"):
         done = succeeded(group)
-        gated = done[done[AUDIT] != NOT_GATED]
+        gated = done[done[c.AUDIT] != c.NOT_GATED]
         figures = {
-            FAILED: len(group) - len(done),
-            RUNS: len(done),
-            DEADLOCKED: int((done[DEADLOCKS] > 0).sum()),
-            COLLISIONS: int(done[COLLISIONS].sum()),
-            TELEPORTS: int(done[TELEPORTS].sum()),
-            CLEAN: int((gated[AUDIT] == "clean").sum()) if len(gated) else None,
-            LAPS_PER_H: done[LAPS_PER_H].mean(),
-            LONGEST_WAIT: done[LONGEST_WAIT].max(),
+            a.FAILED: len(group) - len(done),
+            a.RUNS: len(done),
+            a.DEADLOCKED: int((done[c.DEADLOCKS] > 0).sum()),
+            c.COLLISIONS: int(done[c.COLLISIONS].sum()),
+            c.TELEPORTS: int(done[c.TELEPORTS].sum()),
+            a.CLEAN: int((gated[c.AUDIT] == "clean").sum()) if len(gated) else None,
+            c.LAPS_PER_H: done[c.LAPS_PER_H].mean(),
+            c.LONGEST_WAIT: done[c.LONGEST_WAIT].max(),
         }
         rows.append({**names, **figures})
-    return table(rows, (*by, *_FIGURES)).astype({CLEAN: "Int64"})
+    return table(rows, (*by, *_FIGURES)).astype({a.CLEAN: "Int64"})

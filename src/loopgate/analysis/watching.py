@@ -15,27 +15,12 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from loopgate.analysis.columns import ALWAYS, DISTRICT, INTERVAL, NEVER_SEEN, NOW, SEEN_WITHIN, STREETS
+from loopgate.analysis import columns as a
 from loopgate.analysis.frames import check_columns, check_period
 from loopgate.analysis.monitoring import compute_revisit_intervals, compute_revisits
 from loopgate.errors import AnalysisError
-from loopgate.results.columns import (
-    BOUND,
-    BUNCHED,
-    EDGE,
-    EVENT,
-    EVENT_COLUMNS,
-    HEADWAY_CV,
-    IDLENESS,
-    PLACE,
-    STREET,
-    TIME,
-    VISITS,
-    WATCH_COLUMNS,
-    WITHIN,
-    WORST_IDLENESS,
-    Event,
-)
+from loopgate.results import columns as run
+from loopgate.results.columns import Event
 
 __all__ = ["compute_districts", "compute_rarest", "compute_seen_within", "compute_watch"]
 
@@ -88,18 +73,20 @@ def compute_watch(
     >>> seen[["edge", "visits", "worst_idleness_s"]].values.tolist()
     [['e2', 0, 100.0], ['e1', 3, 30.0]]
     """
-    table = compute_revisits(events=events, begin_s=begin_s, end_s=end_s, edges=streets).set_index(EDGE)
+    table = compute_revisits(events=events, begin_s=begin_s, end_s=end_s, edges=streets).set_index(run.EDGE)
     between = compute_revisit_intervals(events=events, begin_s=begin_s, end_s=end_s)
-    intervals = between.groupby(EDGE)[INTERVAL]
-    table[HEADWAY_CV] = intervals.std() / intervals.mean().where(lambda mean: mean > 0.0)
-    short = between[INTERVAL] < _BUNCHED * intervals.transform("mean")
-    table[BUNCHED] = short.groupby(between[EDGE]).mean()
-    table[BOUND] = [bound_s[edge] if isinstance(bound_s, Mapping) else bound_s for edge in table.index]
+    intervals = between.groupby(run.EDGE)[a.INTERVAL]
+    table[run.HEADWAY_CV] = intervals.std() / intervals.mean().where(lambda mean: mean > 0.0)
+    short = between[a.INTERVAL] < _BUNCHED * intervals.transform("mean")
+    table[run.BUNCHED] = short.groupby(between[run.EDGE]).mean()
+    table[run.BOUND] = [bound_s[edge] if isinstance(bound_s, Mapping) else bound_s for edge in table.index]
     gaps = _gaps(events, list(table.index), begin_s, end_s)
-    over = np.bincount(gaps.street, gaps.over_s(table[BOUND].to_numpy()[gaps.street]), len(table))
-    table[WITHIN] = 1.0 - over / (end_s - begin_s)
-    worst = table.reset_index().sort_values([WORST_IDLENESS, EDGE], ascending=[False, True], kind="stable")
-    return worst[list(WATCH_COLUMNS)].reset_index(drop=True)
+    over = np.bincount(gaps.street, gaps.over_s(table[run.BOUND].to_numpy()[gaps.street]), len(table))
+    table[run.WITHIN] = 1.0 - over / (end_s - begin_s)
+    worst = table.reset_index().sort_values(
+        [run.WORST_IDLENESS, run.EDGE], ascending=[False, True], kind="stable"
+    )
+    return worst[list(run.WATCH_COLUMNS)].reset_index(drop=True)
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,10 +107,10 @@ class _Gaps:
 def _gaps(events: pd.DataFrame, streets: Sequence[str], begin_s: float, end_s: float) -> _Gaps:
     number = pd.Series(range(len(streets)), index=list(streets), dtype="int64")
     visits = events[
-        (events[EVENT] == Event.EDGE) & (events[TIME] <= end_s) & events[PLACE].isin(number.index)
+        (events[run.EVENT] == Event.EDGE) & (events[run.TIME] <= end_s) & events[run.PLACE].isin(number.index)
     ]
-    at = np.r_[visits[PLACE].map(number).to_numpy(dtype=np.int64), np.arange(len(streets))]
-    until = np.r_[visits[TIME].to_numpy(dtype=float), np.full(len(streets), float(end_s))]
+    at = np.r_[visits[run.PLACE].map(number).to_numpy(dtype=np.int64), np.arange(len(streets))]
+    until = np.r_[visits[run.TIME].to_numpy(dtype=float), np.full(len(streets), float(end_s))]
     order = np.lexsort((until, at))
     at, until = at[order], until[order]
     first = np.r_[True, at[1:] != at[:-1]] if len(at) else np.zeros(0, dtype=bool)
@@ -173,7 +160,7 @@ def compute_seen_within(
     >>> seen.values.tolist()
     [[10.0, 0.25, 0.0], [25.0, 0.625, 0.5]]
     """
-    check_columns(events, EVENT_COLUMNS[:4], "events")
+    check_columns(events, run.EVENT_COLUMNS[:4], "events")
     check_period(begin_s, end_s)
     names = list(dict.fromkeys(streets))
     if not names:
@@ -189,9 +176,9 @@ def compute_seen_within(
     whole = len(names) * (end_s - begin_s)
     return pd.DataFrame(
         {
-            SEEN_WITHIN: times.astype(float),
-            NOW: [1.0 - float(gaps.over_s(float(time)).sum()) / whole for time in times],
-            ALWAYS: [float(np.mean(longest <= time)) for time in times],
+            a.SEEN_WITHIN: times.astype(float),
+            a.NOW: [1.0 - float(gaps.over_s(float(time)).sum()) / whole for time in times],
+            a.ALWAYS: [float(np.mean(longest <= time)) for time in times],
         }
     )
 
@@ -226,10 +213,10 @@ def compute_rarest(*, streets: pd.DataFrame, first: int = 15) -> pd.DataFrame:
     >>> compute_rarest(streets=pd.DataFrame(rows, columns=columns))["street"].tolist()
     ['Mill Lane', 'High Street']
     """
-    told = [EDGE, STREET, VISITS, IDLENESS, WORST_IDLENESS]
+    told = [run.EDGE, run.STREET, run.VISITS, run.IDLENESS, run.WORST_IDLENESS]
     check_columns(streets, told, "streets")
-    seen = streets.loc[streets[VISITS] > 0, told]
-    return seen.sort_values(WORST_IDLENESS, ascending=False, kind="stable")[:first].reset_index(drop=True)
+    seen = streets.loc[streets[run.VISITS] > 0, told]
+    return seen.sort_values(run.WORST_IDLENESS, ascending=False, kind="stable")[:first].reset_index(drop=True)
 
 
 def compute_districts(*, watch: pd.DataFrame, districts: Mapping[str, Iterable[str]]) -> pd.DataFrame:
@@ -265,18 +252,34 @@ def compute_districts(*, watch: pd.DataFrame, districts: Mapping[str, Iterable[s
     >>> found[["district", "streets", "never_seen", "worst_idleness_s"]].values.tolist()
     [['south', 1, 1, 100.0], ['north', 2, 0, 70.0]]
     """
-    check_columns(watch, WATCH_COLUMNS, "watch")
-    by_edge = watch.set_index(EDGE)
+    check_columns(watch, run.WATCH_COLUMNS, "watch")
+    by_edge = watch.set_index(run.EDGE)
     rows = []
     for name, edges in districts.items():
         part = by_edge.loc[by_edge.index.isin(list(edges))]
         if part.empty:
             continue
-        row = {DISTRICT: name, STREETS: len(part), NEVER_SEEN: int((part[VISITS] == 0).sum())}
-        row |= {VISITS: int(part[VISITS].sum()), WORST_IDLENESS: float(part[WORST_IDLENESS].max())}
-        row |= {column: float(part[column].mean()) for column in (IDLENESS, HEADWAY_CV, BUNCHED, WITHIN)}
+        row = {a.DISTRICT: name, a.STREETS: len(part), a.NEVER_SEEN: int((part[run.VISITS] == 0).sum())}
+        row |= {
+            run.VISITS: int(part[run.VISITS].sum()),
+            run.WORST_IDLENESS: float(part[run.WORST_IDLENESS].max()),
+        }
+        row |= {
+            column: float(part[column].mean())
+            for column in (run.IDLENESS, run.HEADWAY_CV, run.BUNCHED, run.WITHIN)
+        }
         rows.append(row)
-    columns = [DISTRICT, STREETS, NEVER_SEEN, VISITS, IDLENESS, WORST_IDLENESS, HEADWAY_CV, BUNCHED, WITHIN]
+    columns = [
+        a.DISTRICT,
+        a.STREETS,
+        a.NEVER_SEEN,
+        run.VISITS,
+        run.IDLENESS,
+        run.WORST_IDLENESS,
+        run.HEADWAY_CV,
+        run.BUNCHED,
+        run.WITHIN,
+    ]
     table = pd.DataFrame(rows, columns=columns)
-    order = [WORST_IDLENESS, DISTRICT]
+    order = [run.WORST_IDLENESS, a.DISTRICT]
     return table.sort_values(order, ascending=[False, True], kind="stable").reset_index(drop=True)
