@@ -17,6 +17,7 @@ from loopgate.errors import ResultsError
 from loopgate.reading import read_object, read_toml, refusing
 from loopgate.results import columns as run
 from loopgate.results import row_columns as c
+from loopgate.results.row_schema import ROW_SCHEMA
 from loopgate.results.table_reading import lacks, maker, read_table
 
 __all__ = ["LAP_GRID", "RunRow", "read_run_row", "run_row"]
@@ -37,37 +38,6 @@ _EDGE_COLUMNS = (
     run.SHAPE,
 )
 """Columns of the edges that a row needs; there may be more."""
-
-_SAME_NAME = (
-    c.LAPS,
-    c.DISTANCE_KM,
-    c.MEAN_SPEED,
-    c.LAPS_PER_H,
-    c.KM_PER_H,
-    c.HOLD,
-    c.STOOD,
-    c.LONGEST_WAIT,
-    c.WORST_IDLENESS,
-    c.UNVISITED,
-    c.COVERAGE_EDGES,
-    c.COVERAGE_LANE_KM,
-    c.OUTCOME,
-    c.COLLISIONS,
-    c.TELEPORTS,
-    c.OVERRUNS,
-    c.TRESPASSES,
-    c.STRAYS,
-    c.ARRIVED,
-    c.UNFINISHED,
-    c.MEAN_TIME_LOSS,
-    c.MEAN_DELAY,
-    c.WORST_DELAY,
-    c.KEPT,
-    c.DECISIONS,
-    c.MESSAGES,
-    c.COMMAND,
-)
-
 
 _OF_WATCH = (
     c.NEVER_SEEN,
@@ -142,12 +112,9 @@ def run_row(
         The content of ``summary.json``; its duration is that which was measured.
     events
         `EVENT_COLUMNS`; start, edge and lap events suffice.
-    edges
-        `EDGE_COLUMNS`.
     """
-    row: dict[str, Any] = {c.STATUS: c.STATUS_OK, c.ERROR: "", c.SCENARIO: _asked(scenario)}
-    for name in (*c.OPTION_COLUMNS, *_SAME_NAME):
-        row[name] = summary.get(name)
+    row: dict[str, Any] = {name: summary.get(name) for name in ROW_SCHEMA.names}
+    row |= {c.STATUS: c.STATUS_OK, c.ERROR: "", c.SCENARIO: _asked(scenario)}
     if isinstance(longest := summary.get("longest_waits_s"), Mapping):
         row |= {name: float(longest.get(cause, 0.0)) for cause, name in c.LONGEST_FOR.items()}
     watch = _part(summary, "watch")
