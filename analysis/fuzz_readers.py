@@ -25,7 +25,7 @@ from loopgate.gates import check_gate, make_gate
 from loopgate.model import read_system, system_to_dict, write_system
 from loopgate.negotiation.registry import check_negotiation
 from loopgate.network import RoadNetwork, generate_loops, read_loops
-from loopgate.network.cover.wishes import read_districts, read_weights, streets_to_cover
+from loopgate.network.cover.wishes import read_districts, read_streets, read_weights
 from loopgate.network.sumo_config import read_sumo_config
 from loopgate.network.traffic_file import read_traffic
 from loopgate.replay.scene import load_scene
@@ -197,12 +197,13 @@ def _wishes(folder: Path, random: Random) -> None:
     read_weights(_roads(), str(folder / "weights.txt"))
     read_districts(_roads(), str(folder / "d.add.xml"), ["passenger"])
     for name in ("d.add.xml", "streets.txt"):
-        streets_to_cover(_roads(), str(folder / name), "passenger")
+        read_streets(_roads(), str(folder / name), "passenger", option="--cover")
 
 
 def _corners(folder: Path, random: Random) -> None:
     del folder
-    streets_to_cover(_roads(), spoiled_word("-900,-900 900,-900 900,900 -900,900", random), "passenger")
+    corners = spoiled_word("-900,-900 900,-900 900,900 -900,900", random)
+    read_streets(_roads(), corners, "passenger", option="--cover")
 
 
 def _scenario(folder: Path, random: Random) -> None:

@@ -2,52 +2,28 @@
 
 from __future__ import annotations
 
-import json
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 import click
 
 from loopgate.abstraction.covering import Cover, cover_streets
 from loopgate.abstraction.queue_layout import lay_out_queues
+from loopgate.cli.loops import LoopsWish
 from loopgate.cli.progress import show_progress
 from loopgate.cli.tables import counted, listed
 from loopgate.network import Loop, LoopVehicle, RoadNetwork, VehicleType
 from loopgate.network.cover.design import Task
 from loopgate.network.cover.watch import Patrol, allot, even_starts_m, laps_s, patrol, vehicles_needed
-from loopgate.network.cover.wishes import read_streets, read_weights, streets_to_cover
-from loopgate.network.routes_file import routes_text, write_text
+from loopgate.network.cover.wishes import read_streets, read_weights
+from loopgate.network.routes_file import routes_text
 from loopgate.network.vehicle_type import type_of_class
 
-__all__ = ["CoverWish", "cover_loops"]
+__all__ = ["cover_loops"]
 
 _EXAMPLES = 3
-
-
-@dataclass(frozen=True, slots=True)
-class CoverWish:
-    """What the options say."""
-
-    network: str
-    cover: str
-    count: int
-    max_length_m: float | None
-    either_way: bool
-    vclass: str
-    u_turns: bool
-    avoid: str | None
-    start: str | None
-    weights: str | None
-    vehicles: int | None
-    revisit_s: float | None
-    margin: float
-    seed: int
-    plot: Path | None
-    out: Path | None
-    as_json: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,11 +39,9 @@ class _Made:
         return [loop for cover in self.covers for loop in cover.loops]
 
 
-def cover_loops(wish: CoverWish) -> None:
+def cover_loops(wish: LoopsWish) -> None:
     """Make loops that cover streets, write them, and say what they come to."""
-    roads = RoadNetwork.open(wish.network)
-    if wish.avoid is not None:
-        roads = roads.without(read_streets(roads, wish.avoid, wish.vclass, option="--avoid"))
+    roads = wish.roads()
     kind = type_of_class(wish.vclass, "--vclass")
     covers, weights = _covers(roads, wish, kind)
     loops = [loop for cover in covers for loop in cover.loops]
@@ -81,26 +55,22 @@ def cover_loops(wish: CoverWish) -> None:
         number = allot(laps, wish.vehicles or len(loops))
     made = _Made(tuple(covers), tuple(weights), patrol(roads, loops, number))
     text = routes_text(loops, note=_note(wish), vehicles=_vehicles(roads, made, wish, kind))
-    if wish.out is not None:
-        write_text(text, wish.out)
+    wish.put_out(text, _data(made))
     if wish.plot is not None:
         from loopgate.report.network_map import draw_map
 
         left = [edge for cover in covers for edge in cover.left_out]
         title = f"{roads.name}: {counted(len(loops), 'loop')}, {_km(loops):.1f} km"
         draw_map(roads, loops, (), wish.plot, title=title, unwatched=left)
-    if wish.as_json:
-        click.echo(json.dumps(_data(made)))
-    elif wish.out is None:
-        click.echo(text, nl=False)
     for line in _report(roads, made, wish):
         click.echo(line, err=wish.out is None or wish.as_json)
 
 
-def _covers(roads: RoadNetwork, wish: CoverWish, kind: VehicleType) -> tuple[list[Cover], list[float]]:
-    edges = streets_to_cover(roads, wish.cover, wish.vclass)
+def _covers(roads: RoadNetwork, wish: LoopsWish, kind: VehicleType) -> tuple[list[Cover], list[float]]:
+    every: Sequence[str] = [edge.id for edge in roads.edges.values() if edge.allows(wish.vclass)]
+    if wish.cover is not None and wish.cover != "all":
+        every = read_streets(roads, wish.cover, wish.vclass, option="--cover")
     weights = read_weights(roads, wish.weights) if wish.weights else {}
-    every = [edge.id for edge in roads.edges.values() if edge.allows(wish.vclass)] if edges is None else edges
     classes: dict[float, list[str]] = {} if every else {1.0: []}  # what is wrong is said by the design
     for edge in every:
         classes.setdefault(weights.get(edge, 1.0), []).append(edge)
@@ -120,7 +90,7 @@ def _covers(roads: RoadNetwork, wish: CoverWish, kind: VehicleType) -> tuple[lis
             cover = cover_streets(
                 roads,
                 replace(task, edges=tuple(classes[weight])),
-                max(1, round(wish.count * share)),
+                max(1, round((wish.count or 1) * share)),
                 kind=kind,
                 seed=wish.seed,
                 name="loop" if len(classes) == 1 else f"weight{weight:g}.",
@@ -130,7 +100,7 @@ def _covers(roads: RoadNetwork, wish: CoverWish, kind: VehicleType) -> tuple[lis
     return covers, heavy
 
 
-def _vehicles(roads: RoadNetwork, made: _Made, wish: CoverWish, kind: VehicleType) -> list[LoopVehicle]:
+def _vehicles(roads: RoadNetwork, made: _Made, wish: LoopsWish, kind: VehicleType) -> list[LoopVehicle]:
     """Return the vehicles to be written, if any are asked for or their class has to be."""
     if wish.vehicles is None and wish.revisit_s is None and wish.vclass == VehicleType().vclass:
         return []
@@ -141,9 +111,9 @@ def _vehicles(roads: RoadNetwork, made: _Made, wish: CoverWish, kind: VehicleTyp
     ]
 
 
-def _note(wish: CoverWish) -> str:
+def _note(wish: LoopsWish) -> str:
     said = {
-        "count": wish.count,
+        "count": wish.count or 1,
         "max-length": wish.max_length_m,
         "either-way": wish.either_way or None,
         "vclass": wish.vclass,
@@ -171,7 +141,7 @@ def _twice(roads: RoadNetwork, loops: Sequence[Loop]) -> float:
     return 1.0 - sum(roads.edges[edge].length_m for edge in visits) / driven
 
 
-def _report(roads: RoadNetwork, made: _Made, wish: CoverWish) -> Iterator[str]:
+def _report(roads: RoadNetwork, made: _Made, wish: LoopsWish) -> Iterator[str]:
     if wish.out is not None:
         yield f"{counted(len(made.loops), 'loop')}, {_km(made.loops):.1f} km in all, written to {wish.out}"
     for cover, weight in zip(made.covers, made.weights, strict=True):
@@ -203,7 +173,7 @@ def _of_cover(roads: RoadNetwork, cover: Cover, begin: str) -> Iterator[str]:
         yield f"{begin}not covered: {len(edges)}: {why}: {listed(edges, _EXAMPLES)}"
 
 
-def _of_patrol(made: _Made, wish: CoverWish) -> Iterator[str]:
+def _of_patrol(made: _Made, wish: LoopsWish) -> Iterator[str]:
     found = made.patrol
     rarest = max(found.intervals_s, key=lambda edge: found.intervals_s[edge])
     mean = sum(found.intervals_s.values()) / len(found.intervals_s)

@@ -18,12 +18,8 @@ def frame_table(frame: pd.DataFrame, columns: Mapping[str, str], *, title: str) 
 
     Parameters
     ----------
-    frame
-        Any table.
     columns
         Which of its columns, in this order, and what each is called.
-    title
-        A line above.
     """
     table = Table(title=title, box=box.SIMPLE_HEAD)
     for name, heading in columns.items():

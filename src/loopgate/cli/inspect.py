@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from loopgate.cli.inspect_options import Wanted
 from loopgate.cli.numbers import FiniteRange
 from loopgate.errors import ScenarioError
 
-__all__ = ["inspect"]
+if TYPE_CHECKING:
+    from loopgate.cli.inspect_shared import Wanted
 
 _RHO_M, _PIECE_M = 1.25, 100.0
 _LONGEST_VEHICLE_M = 1e3
@@ -55,7 +56,7 @@ _LONGEST_VEHICLE_M = 1e3
 )
 @click.option("--all", "every", is_flag=True, help="Print every loop, place, crossing or zone.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON only.")
-def inspect(  # noqa: PLR0913  one per option
+def inspect(
     network: str,
     *,
     routes: Path | None,
@@ -63,13 +64,7 @@ def inspect(  # noqa: PLR0913  one per option
     abstraction: str,
     rho_m: float | None,
     piece_m: float | None,
-    vehicle_length_m: float | None,
-    seed: int,
-    picture: Path | None,
-    additional: Path | None,
-    out: Path | None,
-    every: bool,
-    as_json: bool,
+    **given: Any,  # noqa: ANN401  the other options, as `Wanted` has them
 ) -> None:
     """Show what the loops of a route file come to in NETWORK.
 
@@ -81,6 +76,7 @@ def inspect(  # noqa: PLR0913  one per option
     with both. Ends with exit code 2 if some loop cannot work or the vehicles cannot all start; what can be
     shown is shown all the same.
     """
+    from loopgate.cli.inspect_shared import Wanted
     from loopgate.network import RoadNetwork, read_loops
     from loopgate.network.sumo_config import is_sumo_config
 
@@ -90,12 +86,11 @@ def inspect(  # noqa: PLR0913  one per option
     if abstraction == "queues" and not (rho_m is None and piece_m is None):
         msg = "--rho and --piece belong to --abstraction segments; queues have neither"
         raise ScenarioError(msg)
-    if vehicle_length_m is not None and not 0.0 < vehicle_length_m <= _LONGEST_VEHICLE_M:
-        msg = (
-            f"--vehicle-length is {vehicle_length_m:g} m; expected more than 0, up to {_LONGEST_VEHICLE_M:g}"
-        )
+    wanted = Wanted(**given)
+    length_m = wanted.vehicle_length_m
+    if length_m is not None and not 0.0 < length_m <= _LONGEST_VEHICLE_M:
+        msg = f"--vehicle-length is {length_m:g} m; expected more than 0, up to {_LONGEST_VEHICLE_M:g}"
         raise ScenarioError(msg)
-    wanted = Wanted(vehicle_length_m, seed, picture, additional, out, every, as_json)
     roads = RoadNetwork.open(network)
     places = [Path(name.strip()) for name in (stops or "").split(",") if name.strip()]
     file = read_loops(roads, routes or network, stops=places, once=abstraction == "queues")

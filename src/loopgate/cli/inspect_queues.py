@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 from rich.console import Console
@@ -18,12 +18,22 @@ from loopgate.abstraction.stopping import fit_stops
 from loopgate.abstraction.sumo_shapes import write_shapes
 from loopgate.abstraction.survey import Survey, survey
 from loopgate.abstraction.surveying import survey_queues
-from loopgate.cli.inspect_options import Wanted
+from loopgate.cli.inspect_shared import (
+    Wanted,
+    common_data,
+    loops_data,
+    print_loops,
+    print_reach,
+    print_warnings,
+)
 from loopgate.cli.tables import console, counted, listed, print_table
 from loopgate.errors import ScenarioError
 from loopgate.model import write_system
 from loopgate.network import Loop, RoadNetwork, RoutesFile, VehicleType
 from loopgate.network.coverage import Coverage, measure_coverage
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
 
 __all__ = ["look_at_queues"]
 
@@ -160,46 +170,14 @@ def _title(roads: RoadNetwork, found: QueueSurvey) -> str:
 
 def _data(seen: _Seen) -> dict[str, Any]:
     found = seen.found
-    legs = {itinerary.loop: itinerary.legs for itinerary in found.itineraries}
     return {
         "abstraction": "queues",
-        "loops": [
-            {
-                "id": loop.loop,
-                "length_m": round(loop.length_m, 2),
-                "places": loop.states,
-                "shared_visits": loop.visits,
-                "shared_m": round(loop.shared_m, 2),
-                "shared": round(loop.shared, 4),
-                "meets": loop.meets,
-                "legs": [
-                    {
-                        "place": leg.state,
-                        "begin_m": round(leg.begin_m, 2),
-                        "end_m": round(leg.end_m, 2),
-                        "crossings": [crossing.id for crossing in leg.crossings],
-                    }
-                    for leg in legs[loop.loop]
-                ],
-            }
-            for loop in seen.shares.loops
-        ],
+        "loops": loops_data(seen.shares, found.itineraries, state="place", crossings=True),
         "refused": [
             {"loop": refusal.loop.id, "edge": refusal.edge, "reason": refusal.reason}
             for refusal in found.refused
         ],
-        "places": [
-            {
-                "id": place.id,
-                "lane": place.lane,
-                "begin_m": round(place.begin_m, 2),
-                "length_m": round(place.length_m, 2),
-                "capacity": place.capacity,
-                "at_start": place.at_start,
-                "loops": place.loops,
-            }
-            for place in found.places
-        ],
+        "places": [_rounded(place) for place in found.places],
         "crossings": [
             {
                 "id": crossing.id,
@@ -211,9 +189,9 @@ def _data(seen: _Seen) -> dict[str, Any]:
                 "conflicts": [
                     {
                         "with": conflict.foe,
-                        "begin_m": _rounded(conflict.begin_m),
-                        "end_m": _rounded(conflict.end_m),
-                        "shared_m": _rounded(conflict.shared_m),
+                        "begin_m": _metres(conflict.begin_m),
+                        "end_m": _metres(conflict.end_m),
+                        "shared_m": _metres(conflict.shared_m),
                         "listed": conflict.listed,
                     }
                     for conflict in crossing.conflicts
@@ -222,28 +200,26 @@ def _data(seen: _Seen) -> dict[str, Any]:
             for crossing in found.crossings
         ],
         "unlisted_conflicts": found.unlisted,
-        "joined_lanes": [
-            {"lane": lane.lane, "length_m": round(lane.length_m, 2), "loops": lane.loops}
-            for lane in found.joined
-        ],
+        "joined_lanes": [_rounded(lane) for lane in found.joined],
         "vehicles": seen.vehicles,
         "holds": found.holds,
         "most_vehicles": found.at_start,
         "most_vehicles_in_turn": found.even,
-        "shared": round(seen.shares.shared, 4),
-        "coverage_edges": round(seen.coverage.of_edges, 6),
-        "coverage_lane_km": round(seen.coverage.of_lane_km, 6),
         "stops": sum(len(vehicle.stops) for vehicle in seen.file.vehicles),
         "departures": {
             "later": sum(v.flow is None and v.depart_s > 0 for v in seen.file.vehicles),
             "flows": sum(v.flow is not None for v in seen.file.vehicles),
         },
-        "starts_m": [round(front, 2) for front in seen.placed.starts_m] if seen.placed else None,
-        "warnings": seen.warnings,
+        **common_data(seen.shares, seen.coverage, seen.placed, seen.warnings),
     }
 
 
-def _rounded(metres: float | None) -> float | None:
+def _rounded(record: DataclassInstance) -> dict[str, Any]:
+    """Return the fields of a record, lengths to the centimetre."""
+    return {name: round(v, 2) if isinstance(v, float) else v for name, v in asdict(record).items()}
+
+
+def _metres(metres: float | None) -> float | None:
     return None if metres is None else round(metres, 2)
 
 
@@ -262,33 +238,12 @@ def _print(seen: _Seen, *, every: bool) -> None:
             most=None,  # these are what a user has to act on
         )
     if found.loops and every:
-        _print_loops(out, seen)
+        print_loops(out, seen.shares, states="places", visits="of them shared")
         _print_places(out, found)
         _print_crossings(out, found)
         _print_joined(out, found)
     elif found.loops:
         out.print("--all prints every loop, place and crossing", style="dim")
-
-
-def _print_loops(out: Console, seen: _Seen) -> None:
-    print_table(
-        out,
-        f"{counted(len(seen.found.loops), 'loop')}",
-        ("loop", "length [m]", "places", "of them shared", "shared", "meets"),
-        (
-            (
-                loop.loop,
-                f"{loop.length_m:.0f}",
-                str(loop.states),
-                str(loop.visits),
-                f"{loop.shared:.0%}",
-                listed(loop.meets),
-            )
-            for loop in seen.shares.loops
-        ),
-        left=("loop", "meets"),
-        most=None,
-    )
 
 
 def _print_places(out: Console, found: QueueSurvey) -> None:
@@ -387,10 +342,6 @@ def _print_room(out: Console, seen: _Seen) -> None:
     )
     km = sum(loop.length_m for loop in found.loops) / 1000.0
     out.print(f"shared: {seen.shares.shared:.0%} of {km:.1f} km lie on lanes that several loops use")
-    out.print(
-        f"coverage: loops reach {seen.coverage.of_edges:.0%} of the network's edges, "
-        f"{seen.coverage.of_lane_km:.0%} of its lane-km"
-    )
+    print_reach(out, seen.coverage, begin="coverage: ")
     _print_fleet(out, seen.file)
-    for warning in seen.warnings:
-        out.print(f"warning: {warning}", style="yellow", markup=False)
+    print_warnings(out, seen.warnings)

@@ -14,7 +14,14 @@ from loopgate.abstraction.itinerary import Abstraction
 from loopgate.abstraction.segments import SegmentLayout, lay_out_segments, place_vehicles
 from loopgate.abstraction.sumo_shapes import write_shapes
 from loopgate.abstraction.survey import Survey, survey
-from loopgate.cli.inspect_options import Wanted
+from loopgate.cli.inspect_shared import (
+    Wanted,
+    common_data,
+    loops_data,
+    print_loops,
+    print_reach,
+    print_warnings,
+)
 from loopgate.cli.tables import console, counted, listed, print_table
 from loopgate.errors import ScenarioError
 from loopgate.model import write_system
@@ -92,25 +99,9 @@ def _look(roads: RoadNetwork, file: RoutesFile, wanted: Wanted, rho_m: float, pi
 
 
 def _data(seen: _Seen, found: Survey) -> dict[str, Any]:
-    legs = {itinerary.loop: itinerary.legs for itinerary in seen.layout.itineraries}
     return {
         "abstraction": "segments",
-        "loops": [
-            {
-                "id": loop.loop,
-                "length_m": round(loop.length_m, 2),
-                "states": loop.states,
-                "shared_visits": loop.visits,
-                "shared_m": round(loop.shared_m, 2),
-                "shared": round(loop.shared, 4),
-                "meets": loop.meets,
-                "legs": [
-                    {"state": leg.state, "begin_m": round(leg.begin_m, 2), "end_m": round(leg.end_m, 2)}
-                    for leg in legs[loop.loop]
-                ],
-            }
-            for loop in found.loops
-        ],
+        "loops": loops_data(found, seen.layout.itineraries, state="state", crossings=False),
         "zones": [
             {
                 "id": zone.state,
@@ -122,11 +113,7 @@ def _data(seen: _Seen, found: Survey) -> dict[str, Any]:
             for zone in found.zones
         ],
         "private_states": found.private_states,
-        "shared": round(found.shared, 4),
-        "coverage_edges": round(seen.coverage.of_edges, 6),
-        "coverage_lane_km": round(seen.coverage.of_lane_km, 6),
-        "starts_m": [round(front, 2) for front in seen.placed.starts_m] if seen.placed else None,
-        "warnings": seen.warnings,
+        **common_data(found, seen.coverage, seen.placed, seen.warnings),
     }
 
 
@@ -140,12 +127,8 @@ def _print(seen: _Seen, found: Survey, *, every: bool) -> None:
     )
     km = sum(loop.length_m for loop in found.loops) / 1000.0
     out.print(f"{found.shared:.1%} of {km:.1f} km lie in zones with others")
-    out.print(
-        f"loops reach {seen.coverage.of_edges:.0%} of the network's edges, "
-        f"{seen.coverage.of_lane_km:.0%} of its lane-km"
-    )
-    for warning in seen.warnings:
-        out.print(f"warning: {warning}", style="yellow", markup=False)
+    print_reach(out, seen.coverage)
+    print_warnings(out, seen.warnings)
     if every:
         _print_all(out, found)
     else:
@@ -153,25 +136,7 @@ def _print(seen: _Seen, found: Survey, *, every: bool) -> None:
 
 
 def _print_all(out: Console, found: Survey) -> None:
-    print_table(
-        out,
-        counted(len(found.loops), "loop"),
-        ("loop", "length [m]", "states", "zones passed", "shared [m]", "shared", "meets"),
-        (
-            (
-                loop.loop,
-                f"{loop.length_m:.0f}",
-                str(loop.states),
-                str(loop.visits),
-                f"{loop.shared_m:.0f}",
-                f"{loop.shared:.0%}",
-                listed(loop.meets),
-            )
-            for loop in found.loops
-        ),
-        left=("loop", "meets"),
-        most=None,
-    )
+    print_loops(out, found, states="states", visits="zones passed")
     print_table(
         out,
         counted(len(found.zones), "zone"),

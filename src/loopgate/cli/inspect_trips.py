@@ -8,6 +8,7 @@ from typing import Any
 import click
 
 from loopgate.abstraction.queue_layout import AWAY
+from loopgate.cli.inspect_shared import print_warnings
 from loopgate.cli.tables import console, counted, print_table
 from loopgate.simulation.assembly import Assembly, assemble
 from loopgate.simulation.scenario import Scenario
@@ -40,8 +41,7 @@ def look_at_trips(scenario: Scenario, *, every: bool, as_json: bool) -> None:
     print_table(to, title, columns, rows, left=left, **({"most": None} if every else {}))
     places, ways = counted(data["places"], "place"), counted(data["ways"], "way")
     to.print(f"{places} with {counted(data['slots'], 'slot')} on {ways}", markup=False)
-    for line in data["warnings"]:
-        to.print(f"warning: {line}", markup=False, style="yellow")
+    print_warnings(to, data["warnings"])
 
 
 def _data(assembly: Assembly) -> dict[str, Any]:

@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from loopgate.cli.length_range import LENGTH_RANGE
-from loopgate.cli.numbers import FiniteRange
+from loopgate.cli.numbers import LENGTH_RANGE, FiniteRange
 
 if TYPE_CHECKING:
-    from loopgate.network import Loop, LoopVehicle, VehicleType
+    from loopgate.network import Loop, LoopVehicle, RoadNetwork, VehicleType
 
-__all__ = ["loops"]
+__all__ = ["LoopsWish", "loops"]
 
 
 @click.command(
@@ -103,30 +103,7 @@ __all__ = ["loops"]
     "-o", "--out", type=click.Path(path_type=Path, dir_okay=False), help="Route file; else standard output."
 )
 @click.option("--json", "as_json", is_flag=True, help="Print the loops' lengths and edges as JSON.")
-def loops(  # noqa: PLR0913  one per option
-    network: str,
-    *,
-    count: int | None,
-    length_m: tuple[float, float] | None,
-    seed: int,
-    max_shared: float | None,
-    rho_m: float | None,
-    u_turns: bool,
-    cover: str | None,
-    max_length_m: float | None,
-    either_way: bool,
-    vclass: str,
-    via: str | None,
-    avoid: str | None,
-    start: str | None,
-    weights: str | None,
-    vehicles: int | None,
-    revisit_s: float | None,
-    margin: float,
-    plot: Path | None,
-    out: Path | None,
-    as_json: bool,
-) -> None:
+def loops(**given: Any) -> None:  # noqa: ANN401  click has checked them
     """Make distinct closed loops that a car can drive in NETWORK, none using an edge twice.
 
     Where there are fewer than asked for, those that there are; how many is said on stderr. With --cover,
@@ -135,94 +112,108 @@ def loops(  # noqa: PLR0913  one per option
     NETWORK is a .net.xml or .net.xml.gz file, or sumo:NAME for a network of the SUMO package. The loops are
     written as an ordinary SUMO route file, which netedit and sumo-gui open.
     """
-    _check_together(
-        covers=cover is not None,
-        random={"--length": length_m, "--max-shared": max_shared, "--rho": rho_m, "--via": via},
-        covering={
-            "--max-length": max_length_m,
-            "--either-way": either_way or None,
-            "--start": start,
-            "--weights": weights,
-            "--vehicles": vehicles,
-            "--revisit": revisit_s,
-            "--plot": plot,
-        },
-    )
-    if cover is not None:
-        from loopgate.cli.cover_loops import CoverWish, cover_loops
+    wish = LoopsWish(**given)
+    _check_together(wish)
+    if wish.cover is not None:
+        from loopgate.cli.cover_loops import cover_loops
 
-        cover_loops(
-            CoverWish(
-                network=network,
-                cover=cover,
-                count=count or 1,
-                max_length_m=max_length_m,
-                either_way=either_way,
-                vclass=vclass,
-                u_turns=u_turns,
-                avoid=avoid,
-                start=start,
-                weights=weights,
-                vehicles=vehicles,
-                revisit_s=revisit_s,
-                margin=margin,
-                seed=seed,
-                plot=plot,
-                out=out,
-                as_json=as_json,
-            )
-        )
-        return
-    count, length_m = count or 12, length_m or (400.0, 2000.0)
+        cover_loops(wish)
+    else:
+        _random_loops(wish)
+
+
+@dataclass(frozen=True, slots=True)
+class LoopsWish:
+    """What the options say."""
+
+    network: str
+    count: int | None
+    length_m: tuple[float, float] | None
+    seed: int
+    max_shared: float | None
+    rho_m: float | None
+    u_turns: bool
+    cover: str | None
+    max_length_m: float | None
+    either_way: bool
+    vclass: str
+    via: str | None
+    avoid: str | None
+    start: str | None
+    weights: str | None
+    vehicles: int | None
+    revisit_s: float | None
+    margin: float
+    plot: Path | None
+    out: Path | None
+    as_json: bool
+
+    def roads(self) -> RoadNetwork:
+        """Return the network without the streets to be avoided."""
+        from loopgate.network import RoadNetwork
+        from loopgate.network.cover.wishes import read_streets
+
+        roads = RoadNetwork.open(self.network)
+        if self.avoid is None:
+            return roads
+        return roads.without(read_streets(roads, self.avoid, self.vclass, option="--avoid"))
+
+    def put_out(self, text: str, data: Mapping[str, Any]) -> None:
+        """Write a route file; print it where it is not to be written, or the data where JSON is wanted."""
+        from loopgate.network.routes_file import write_text
+
+        if self.out is not None:
+            write_text(text, self.out)
+        if self.as_json:
+            click.echo(json.dumps(data))
+        elif self.out is None:
+            click.echo(text, nl=False)
+
+
+def _random_loops(wish: LoopsWish) -> None:
     from loopgate.abstraction.segments import DEFAULT_RHO_M
     from loopgate.abstraction.sharing import SharingBound
     from loopgate.cli.progress import show_progress
-    from loopgate.network import RoadNetwork, find_loops
+    from loopgate.network import find_loops
     from loopgate.network.cover.wishes import read_streets
-    from loopgate.network.routes_file import routes_text, write_text
+    from loopgate.network.routes_file import routes_text
     from loopgate.network.vehicle_type import type_of_class
 
-    kind = type_of_class(vclass, "--vclass")
-    roads = RoadNetwork.open(network)
-    if avoid is not None:
-        roads = roads.without(read_streets(roads, avoid, vclass, option="--avoid"))
-    over = read_streets(roads, via, vclass, option="--via") if via is not None else ()
+    count, length_m = wish.count or 12, wish.length_m or (400.0, 2000.0)
+    kind = type_of_class(wish.vclass, "--vclass")
+    roads = wish.roads()
+    over = read_streets(roads, wish.via, wish.vclass, option="--via") if wish.via is not None else ()
     bound = None
-    if max_shared is not None:
-        bound = SharingBound(roads, max_shared, rho_m=DEFAULT_RHO_M if rho_m is None else rho_m)
+    if wish.max_shared is not None:
+        bound = SharingBound(
+            roads, wish.max_shared, rho_m=DEFAULT_RHO_M if wish.rho_m is None else wish.rho_m
+        )
     with show_progress("loops", total=count) as report:
         found = find_loops(
             roads,
             count,
             length_m=length_m,
-            seed=seed,
-            u_turns=u_turns,
-            vclass=vclass,
+            seed=wish.seed,
+            u_turns=wish.u_turns,
+            vclass=wish.vclass,
             via=over,
             admits=bound.admits if bound else None,
             progress=report,
         )
-    note = f"loopgate loops {network}: count {count}, length {length_m[0]:g}:{length_m[1]:g}, seed {seed}"
-    note += "" if max_shared is None else f", max-shared {max_shared:g}"
-    note += "" if rho_m is None else f", rho {rho_m:g}"
-    note += ", u-turns" if u_turns else ""
-    note += "" if vclass == "passenger" else f", vclass {vclass}"
-    note += "" if via is None else f", via {via}"
-    note += "" if avoid is None else f", avoid {avoid}"
+    note = f"loopgate loops {wish.network}: count {count}, length {length_m[0]:g}:{length_m[1]:g}"
+    note += f", seed {wish.seed}"
+    note += "" if wish.max_shared is None else f", max-shared {wish.max_shared:g}"
+    note += "" if wish.rho_m is None else f", rho {wish.rho_m:g}"
+    note += ", u-turns" if wish.u_turns else ""
+    note += "" if wish.vclass == "passenger" else f", vclass {wish.vclass}"
+    note += "" if wish.via is None else f", via {wish.via}"
+    note += "" if wish.avoid is None else f", avoid {wish.avoid}"
     text = routes_text(found.loops, note=note, vehicles=_vehicles(found.loops, kind))
-    if out is not None:
-        write_text(text, out)
-    if as_json:
-        data = [
-            {"id": loop.id, "length_m": round(loop.length_m, 2), "edges": loop.edges} for loop in found.loops
-        ]
-        warnings = [found.shortfall] if found.shortfall else []
-        click.echo(json.dumps({"loops": data, "warnings": warnings}))
-    elif out is None:
-        click.echo(text, nl=False)
-    else:
+    data = [{"id": loop.id, "length_m": round(loop.length_m, 2), "edges": loop.edges} for loop in found.loops]
+    wish.put_out(text, {"loops": data, "warnings": [found.shortfall] if found.shortfall else []})
+    if wish.out is not None and not wish.as_json:
         total = sum(loop.length_m for loop in found.loops) / 1000.0
-        click.echo(f"{len(found.loops)} loops, {total:.1f} km in all, written to {out}")
+        click.echo(f"{len(found.loops)} loops, {total:.1f} km in all, written to {wish.out}")
     if found.shortfall:
         click.echo(f"warning: {found.shortfall}; for more {found.way_out}", err=True)
 
@@ -236,13 +227,26 @@ def _vehicles(made: Sequence[Loop], kind: VehicleType) -> list[LoopVehicle]:
     return [LoopVehicle(f"{loop.id}.0", loop.id, kind) for loop in made]
 
 
-def _check_together(*, covers: bool, random: Mapping[str, object], covering: Mapping[str, object]) -> None:
+def _check_together(wish: LoopsWish) -> None:
     """Raise a usage error for an option that belongs to the other kind of loops, or to another option."""
-    for option in (name for name, value in (random if covers else covering).items() if value is not None):
-        other = "random loops, not to --cover" if covers else "--cover"
+    covering: dict[str, object] = {
+        "--max-length": wish.max_length_m,
+        "--either-way": wish.either_way or None,
+        "--start": wish.start,
+        "--weights": wish.weights,
+        "--vehicles": wish.vehicles,
+        "--revisit": wish.revisit_s,
+        "--plot": wish.plot,
+    }
+    strange, other = covering, "--cover"
+    if wish.cover is not None:
+        strange = {"--length": wish.length_m, "--max-shared": wish.max_shared}
+        strange |= {"--rho": wish.rho_m, "--via": wish.via}
+        other = "random loops, not to --cover"
+    for option in (name for name, value in strange.items() if value is not None):
         msg = f"{option} belongs to {other}"
         raise click.UsageError(msg)
-    for one, other in (("--revisit", "--vehicles"), ("--revisit", "--max-length")):
-        if covering[one] is not None and covering[other] is not None:
-            msg = f"{one} and {other} do not go together: one of them decides; leave the other out"
+    for one in ("--vehicles", "--max-length"):
+        if wish.revisit_s is not None and covering[one] is not None:
+            msg = f"--revisit and {one} do not go together: one of them decides; leave the other out"
             raise click.UsageError(msg)

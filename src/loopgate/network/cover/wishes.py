@@ -13,31 +13,11 @@ from loopgate.network.road import RoadNetwork
 from loopgate.network.xml_file import read_xml
 from loopgate.reading import is_file, refusing, shown
 
-__all__ = ["read_districts", "read_streets", "read_weights", "streets_to_cover"]
+__all__ = ["read_districts", "read_streets", "read_weights"]
 
 _LEAST_CORNERS = 3
 _HEAVIEST = 1000.0
 _FARTHEST_M = 1e9
-
-
-def streets_to_cover(network: RoadNetwork, wish: str, vclass: str) -> tuple[str, ...] | None:
-    """Return the edges that ``--cover`` names; None for ``all``.
-
-    Parameters
-    ----------
-    network
-        The roads.
-    wish
-        ``all``, or as for `read_streets`.
-    vclass
-        Of the edges in a polygon only those open to this class count.
-
-    Raises
-    ------
-    RouteError
-        If it is none of these, or names no edge of the network.
-    """
-    return None if wish == "all" else read_streets(network, wish, vclass, option="--cover")
 
 
 def read_streets(network: RoadNetwork, wish: str, vclass: str, *, option: str) -> tuple[str, ...]:
@@ -45,8 +25,6 @@ def read_streets(network: RoadNetwork, wish: str, vclass: str, *, option: str) -
 
     Parameters
     ----------
-    network
-        The roads.
     wish
         The corners of a polygon, ``x,y x,y x,y ...`` in the network's coordinates [m]; edges by name,
         separated by commas or blanks; or a file: edges by name (one a line, ``edge:NAME`` as netedit saves a

@@ -1,0 +1,124 @@
+"""What `loopgate inspect` takes and shows whatever the roads become."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from loopgate.cli.tables import counted, listed, print_table
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from loopgate.abstraction.itinerary import Abstraction, Itinerary
+    from loopgate.abstraction.survey import Survey
+    from loopgate.network.coverage import Coverage
+
+__all__ = ["Wanted", "common_data", "loops_data", "print_loops", "print_reach", "print_warnings"]
+
+
+@dataclass(frozen=True, slots=True)
+class Wanted:
+    """Options of the command `loopgate inspect`.
+
+    Attributes
+    ----------
+    vehicle_length_m
+        Instead of the file's [m].
+    seed
+        Of the starting places.
+    picture, additional, out
+        Files to write, if any: the map, the shapes for SUMO's own tools, the system.
+    every
+        Whether long tables are printed in full.
+    as_json
+        Whether JSON is printed instead of tables.
+    """
+
+    vehicle_length_m: float | None
+    seed: int
+    picture: Path | None
+    additional: Path | None
+    out: Path | None
+    every: bool
+    as_json: bool
+
+
+def loops_data(
+    found: Survey, itineraries: Iterable[Itinerary], *, state: str, crossings: bool
+) -> list[dict[str, Any]]:
+    """Return loops with their legs as JSON has them; `state` is what a state is called there."""
+    legs = {itinerary.loop: itinerary.legs for itinerary in itineraries}
+    return [
+        {
+            "id": loop.loop,
+            "length_m": round(loop.length_m, 2),
+            f"{state}s": loop.states,
+            "shared_visits": loop.visits,
+            "shared_m": round(loop.shared_m, 2),
+            "shared": round(loop.shared, 4),
+            "meets": loop.meets,
+            "legs": [
+                {
+                    state: leg.state,
+                    "begin_m": round(leg.begin_m, 2),
+                    "end_m": round(leg.end_m, 2),
+                    **({"crossings": [crossing.id for crossing in leg.crossings]} if crossings else {}),
+                }
+                for leg in legs[loop.loop]
+            ],
+        }
+        for loop in found.loops
+    ]
+
+
+def common_data(
+    found: Survey, coverage: Coverage, placed: Abstraction | None, warnings: Sequence[str]
+) -> dict[str, Any]:
+    """Return the figures of all loops, where vehicles start, and the warnings."""
+    return {
+        "shared": round(found.shared, 4),
+        "coverage_edges": round(coverage.of_edges, 6),
+        "coverage_lane_km": round(coverage.of_lane_km, 6),
+        "starts_m": [round(front, 2) for front in placed.starts_m] if placed else None,
+        "warnings": warnings,
+    }
+
+
+def print_loops(out: Console, found: Survey, *, states: str, visits: str) -> None:
+    """Print a table of all loops; `states` and `visits` are what states and visits of shared ones are."""
+    print_table(
+        out,
+        counted(len(found.loops), "loop"),
+        ("loop", "length [m]", states, visits, "shared [m]", "shared", "meets"),
+        (
+            (
+                loop.loop,
+                f"{loop.length_m:.0f}",
+                str(loop.states),
+                str(loop.visits),
+                f"{loop.shared_m:.0f}",
+                f"{loop.shared:.0%}",
+                listed(loop.meets),
+            )
+            for loop in found.loops
+        ),
+        left=("loop", "meets"),
+        most=None,
+    )
+
+
+def print_reach(out: Console, coverage: Coverage, *, begin: str = "") -> None:
+    """Print how much of the network the loops reach."""
+    out.print(
+        f"{begin}loops reach {coverage.of_edges:.0%} of the network's edges, "
+        f"{coverage.of_lane_km:.0%} of its lane-km"
+    )
+
+
+def print_warnings(out: Console, warnings: Iterable[str]) -> None:
+    """Print a line for each warning."""
+    for warning in warnings:
+        out.print(f"warning: {warning}", style="yellow", markup=False)
