@@ -93,115 +93,89 @@ class Traffic(Protocol):
     @property
     def now_s(self) -> float:
         """Simulated time [s]."""
-        ...
 
     @property
     def step_s(self) -> float:
         """Length of a step [s]."""
-        ...
 
     def step(self) -> None:
         """Advance by one step; raise `TrafficError` if the simulator stops."""
-        ...
 
     def vehicles(self) -> Sequence[str]:
         """Return the vehicles on the road, in a fixed order."""
-        ...
 
     def departed(self) -> Sequence[str]:
         """Return the vehicles that were put in in the last step."""
-        ...
 
     def arrived(self) -> Sequence[str]:
         """Return the vehicles that went off the road in the last step, at the ends of their routes."""
-        ...
 
     def put_in(self, vehicle: str, how: Insertion) -> None:
         """Let a vehicle depart in the next step, if the simulator finds that safe."""
-        ...
 
     def take_out(self, vehicle: str) -> None:
         """Undo `put_in`, whether it has departed or not."""
-        ...
 
     def odometer(self, vehicle: str) -> float:
         """Return the distance driven, counted from an origin of the vehicle's own [m]."""
-        ...
 
     @property
     def gives_way(self) -> bool:
         """Whether vehicles under the gate keep the simulator's right of way too."""
-        ...
 
     def odometers(self, vehicles: Sequence[str]) -> Iterator[float]:
         """Return the odometers [m] of `vehicles`, in their order; the same vehicles at every call."""
-        ...
 
     def lane(self, vehicle: str) -> tuple[str, float]:
         """Return lane id and position of the front on that lane [m]."""
-        ...
 
     def speed(self, vehicle: str) -> float:
         """Return the speed [m/s]."""
-        ...
 
     def parks(self, vehicle: str) -> bool:
         """Return whether the vehicle stands beside the lane that it is on."""
-        ...
 
     def position(self, vehicle: str) -> tuple[float, float]:
         """Return where the front is, in network coordinates [m]."""
-        ...
 
     def put_under_gate(self, vehicle: str, *, keeps_lane: bool = False) -> None:
         """Let the gate rule the vehicle instead of the simulator's right of way.
 
         It changes lanes where its route demands it; if it `keeps_lane`, only by `change_lane`.
         """
-        ...
 
     def leave_gate(self, vehicle: str) -> None:
         """Undo `put_under_gate`, and whatever holds the vehicle; it may be gone."""
-        ...
 
     def lead(self, vehicle: str, edges: Sequence[str]) -> None:
         """Give the vehicle a route from the edge on which it is; raise `TrafficError` if it is refused."""
-        ...
 
     def route(self, vehicle: str) -> tuple[Sequence[str], int]:
         """Return the edges of the vehicle's route, and the number of the one it is on or has just left."""
-        ...
 
     def mean_speed(self, edge: str) -> float:
         """Return the mean speed of those on an edge [m/s]; where nobody is, the speed allowed."""
-        ...
 
     def add_route(self, name: str, edges: Sequence[str]) -> None:
         """Make a route for `renew` and `forget_stops`."""
-        ...
 
     def renew(self, vehicle: str, route: str) -> None:
         """Give the vehicle a route by name; the edge on which it is lies on it."""
-        ...
 
     def lane_index(self, vehicle: str) -> int:
         """Return the index of the lane that the vehicle is on, of those of its edge."""
-        ...
 
     def change_lane(self, vehicle: str, lane_index: int) -> None:
         """Let the vehicle change lanes in the next step, if gaps and speeds allow it; else ask again."""
-        ...
 
     def put_on_lane(self, vehicle: str, lane_index: int) -> bool:
         """Put the vehicle on the lane beside it if nobody is there; return whether it is."""
-        ...
 
     def keep_to(self, vehicle: str, speed_mps: float | None) -> None:
         """Let a vehicle drive no faster than that, or as it likes again.
 
         With 0 it stands without a stop: one at a stop changes no lanes.
         """
-        ...
 
     def hold(self, vehicle: str, edge: str, lane_index: int, position_m: float) -> bool:
         """Make the vehicle come to rest with its front at a position ahead that it can still brake for.
@@ -209,15 +183,12 @@ class Traffic(Protocol):
         Return False, with nothing done, if it is on that edge already, and on another lane. Raise
         `TrafficError` if it cannot be held there.
         """
-        ...
 
     def release(self, vehicle: str) -> None:
         """Undo `hold` and `brake`, standing or not."""
-        ...
 
     def brake(self, vehicle: str) -> None:
         """Let a held vehicle that runs through its stop brake as hard as it can, and stand."""
-        ...
 
     def forget_stops(self, vehicle: str, edge: str, route: str, alone: str) -> bool:
         """Let the simulator forget the stops that a vehicle made on other edges than `edge`.
@@ -225,106 +196,81 @@ class Traffic(Protocol):
         The vehicle is to go on along `route`, which begins with `edge`; `alone` is a route of `edge` and no
         other. Return False, with nothing done, if the vehicle is not on `edge`.
         """
-        ...
 
     def halted(self) -> Sequence[str]:
         """Return the held vehicles that came to rest in the last step."""
-        ...
 
     def stops_before(self, vehicle: str, edge: str, position_m: float) -> bool:
         """Return whether the vehicle is to stop next on an edge, up to a position, not being held there."""
-        ...
 
     def set_stop(self, vehicle: str, stop: Stop) -> None:
         """Let the vehicle stop where it comes to that place next; raise `TrafficError` if it cannot."""
-        ...
 
     def drop_stop(self, vehicle: str, stop: Stop) -> None:
         """Undo `set_stop`."""
-        ...
 
     def stops_ahead(self, vehicle: str) -> int:
         """Return how many stops lie before the vehicle, or are being made, without the one that holds it."""
-        ...
 
     def stays_s(self, vehicle: str) -> float:
         """Return for how long a vehicle will stand at the stop that it makes [s]; 0 if it makes none."""
-        ...
 
     def stay(self, vehicle: str, for_s: float) -> None:
         """Let a vehicle stand at the stop that it makes for so long from now on [s]."""
-        ...
 
     def awaits(self, vehicle: str) -> bool:
         """Return whether a vehicle at a stop waits for somebody to come aboard."""
-        ...
 
     def stops_begun(self) -> Sequence[str]:
         """Return the vehicles that came to rest in the last step at a stop that does not hold them."""
-        ...
 
     def stops_ended(self) -> Sequence[str]:
         """Return the vehicles that left a stop in the last step, of whatever kind."""
-        ...
 
     def collisions(self) -> Sequence[Collision]:
         """Return the collisions of the last step."""
-        ...
 
     def teleports(self) -> Sequence[str]:
         """Return the vehicles that the simulator began to teleport in the last step."""
-        ...
 
     def waits_for(self, vehicle: str, *, guess: bool) -> Sequence[str]:
         """Return the vehicles each of which, by itself, keeps a standing vehicle from going on.
 
         Where the simulator gives no reason, `guess` at the likely one.
         """
-        ...
 
     def pauses(self, vehicle: str) -> bool:
         """Return whether the vehicle is at a light that is red for it, or at a stop of its own."""
-        ...
 
     def dynamics(self, vehicle: str) -> Dynamics:
         """Return what the vehicle can do."""
-        ...
 
     def advise(self, vehicle: str, speed_factor: float) -> None:
         """Let the vehicle drive at so many times the speed limits, where it can."""
-        ...
 
     def jump(self, vehicle: str) -> float | None:
         """Put the vehicle on an edge ahead on its route where there is room; return the distance skipped [m].
 
         None if there is no room anywhere ahead.
         """
-        ...
 
     def heed_lights(self, vehicle: str, *, heeds: bool) -> None:
         """Let a vehicle under the gate stop for red and amber lights, or drive on whatever they show."""
-        ...
 
     def give_way(self, vehicle: str, *, gives: bool) -> None:
         """Let a vehicle under the gate keep the simulator's right of way, or for nobody who only comes."""
-        ...
 
     def light(self, light: str) -> Light:
         """Return what a traffic light shows."""
-        ...
 
     def light_program(self, light: str) -> Program:
         """Return the program that a traffic light follows now; without phases if it follows none."""
-        ...
 
     def expects_more(self) -> bool:
         """Return whether there are vehicles on the road or still to come."""
-        ...
 
     def configured_end_s(self) -> float | None:
         """Return the end time that the simulator's own configuration sets, if any [s]."""
-        ...
 
     def close(self) -> None:
         """End the simulation and free it; may be called twice."""
-        ...

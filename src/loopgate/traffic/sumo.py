@@ -35,7 +35,7 @@ _ANY_DECELERATION = ~4
 
 
 class SumoTraffic(SumoStops, SumoLights):
-    """A SUMO simulation behind the `Traffic` protocol.
+    """A SUMO simulation behind the `Traffic` protocol, which says what its calls do.
 
     Parameters
     ----------
@@ -75,21 +75,17 @@ class SumoTraffic(SumoStops, SumoLights):
 
     @property
     def now_s(self) -> float:
-        """Simulated time [s]."""
         return self._now
 
     @property
     def step_s(self) -> float:
-        """Length of a step [s]."""
         return self._step_s
 
     @property
     def gives_way(self) -> bool:
-        """Whether vehicles under the gate keep SUMO's right of way too."""
         return self._yields
 
     def step(self) -> None:
-        """Advance by one step."""
         try:
             self._api.simulationStep()
         except self._error as error:
@@ -102,22 +98,18 @@ class SumoTraffic(SumoStops, SumoLights):
         self._now = float(self._simulation.getTime())
 
     def vehicles(self) -> Sequence[str]:
-        """Return the vehicles on the road, in SUMO's order."""
         ids: Sequence[str] = self._vehicle.getIDList()
         return ids
 
     def departed(self) -> Sequence[str]:
-        """Return the vehicles that were put in in the last step."""
         ids: Sequence[str] = self._simulation.getDepartedIDList()
         return ids
 
     def arrived(self) -> Sequence[str]:
-        """Return the vehicles that went off the road in the last step, at the ends of their routes."""
         ids: Sequence[str] = self._simulation.getArrivedIDList()
         return ids
 
     def put_in(self, vehicle: str, how: Insertion) -> None:
-        """Let a vehicle depart in the next step, if SUMO finds that safe."""
         own = how.attributes
         try:
             self._vehicle.add(
@@ -139,17 +131,14 @@ class SumoTraffic(SumoStops, SumoLights):
             raise TrafficError(msg) from error
 
     def take_out(self, vehicle: str) -> None:
-        """Undo `put_in`, whether it has departed or not."""
         self._holds.pop(vehicle, None)
         with suppress(*((self._error,) if isinstance(self._error, type) else self._error)):
             self._vehicle.remove(vehicle)
 
     def odometer(self, vehicle: str) -> float:
-        """Return the odometer [m]."""
         return self._odometer(vehicle)
 
     def odometers(self, vehicles: Sequence[str]) -> Iterator[float]:
-        """Return the odometers [m] of `vehicles`, in their order."""
         try:
             yield from map(self._odometer, vehicles)
         except self._error as error:
@@ -160,19 +149,15 @@ class SumoTraffic(SumoStops, SumoLights):
             raise TrafficError(msg) from error
 
     def lane(self, vehicle: str) -> tuple[str, float]:
-        """Return lane id and position of the front on that lane [m]."""
         return self._vehicle.getLaneID(vehicle), float(self._vehicle.getLanePosition(vehicle))
 
     def speed(self, vehicle: str) -> float:
-        """Return the speed [m/s]."""
         return float(self._vehicle.getSpeed(vehicle))
 
     def parks(self, vehicle: str) -> bool:
-        """Return whether the vehicle stands beside the lane that it is on."""
         return bool(self._vehicle.isStoppedParking(vehicle))
 
     def position(self, vehicle: str) -> tuple[float, float]:
-        """Return where the front is, in network coordinates [m]."""
         x, y = self._vehicle.getPosition(vehicle)
         return float(x), float(y)
 
@@ -210,7 +195,6 @@ class SumoTraffic(SumoStops, SumoLights):
             self._vehicle.setLaneChangeMode(vehicle, modes[1])
 
     def lead(self, vehicle: str, edges: Sequence[str]) -> None:
-        """Set its route."""
         try:
             self._vehicle.setRoute(vehicle, list(edges))
         except self._error as error:
@@ -218,23 +202,18 @@ class SumoTraffic(SumoStops, SumoLights):
             raise TrafficError(msg) from error
 
     def route(self, vehicle: str) -> tuple[Sequence[str], int]:
-        """Return its route, and where on it the vehicle is."""
         return self._vehicle.getRoute(vehicle), int(self._vehicle.getRouteIndex(vehicle))
 
     def mean_speed(self, edge: str) -> float:
-        """Return the mean speed on an edge [m/s]."""
         return float(self._api.edge.getLastStepMeanSpeed(edge))
 
     def add_route(self, name: str, edges: Sequence[str]) -> None:
-        """Make a route by name."""
         self._api.route.add(name, list(edges))
 
     def renew(self, vehicle: str, route: str) -> None:
-        """Set its route by name."""
         self._vehicle.setRouteID(vehicle, route)
 
     def lane_index(self, vehicle: str) -> int:
-        """Return the index of the lane that the vehicle is on."""
         return int(self._vehicle.getLaneIndex(vehicle))
 
     def change_lane(self, vehicle: str, lane_index: int) -> None:
@@ -258,7 +237,6 @@ class SumoTraffic(SumoStops, SumoLights):
         return True
 
     def keep_to(self, vehicle: str, speed_mps: float | None) -> None:
-        """Set its speed, or free it."""
         (self._slowed.discard if speed_mps is None else self._slowed.add)(vehicle)
         self._vehicle.setSpeed(vehicle, -1.0 if speed_mps is None else speed_mps)
 
@@ -271,7 +249,6 @@ class SumoTraffic(SumoStops, SumoLights):
         self.drop_hold(vehicle)
 
     def heed_lights(self, vehicle: str, *, heeds: bool) -> None:
-        """Let a vehicle under the gate stop for red and amber lights, or drive on whatever they show."""
         (self._heedless.discard if heeds else self._heedless.add)(vehicle)
         self._set_mode(vehicle)
 
@@ -293,25 +270,21 @@ class SumoTraffic(SumoStops, SumoLights):
         return mode & _ANY_LIGHT if vehicle in self._heedless else mode
 
     def brake(self, vehicle: str) -> None:
-        """Let the vehicle brake as hard as it can, and stand until it is released."""
         self._braked.add(vehicle)
         self._vehicle.setSpeedMode(vehicle, self._speed_mode & _ANY_DECELERATION)
         self._vehicle.setSpeed(vehicle, 0.0)
 
     def collisions(self) -> Sequence[Collision]:
-        """Return the collisions of the last step."""
         if not self._simulation.getCollidingVehiclesNumber():
             return ()
         return tuple(Collision(c.collider, c.victim, c.lane) for c in self._simulation.getCollisions())
 
     def teleports(self) -> Sequence[str]:
-        """Return the vehicles that SUMO began to teleport in the last step."""
         if not self._simulation.getStartingTeleportNumber():
             return ()
         return tuple(self._simulation.getStartingTeleportIDList())
 
     def pauses(self, vehicle: str) -> bool:
-        """Return whether the vehicle is at a red light, or at a stop of its own."""
         return self._is_at_own_stop(vehicle) or self._waits.faces_red(vehicle)
 
     def waits_for(self, vehicle: str, *, guess: bool) -> Sequence[str]:
@@ -324,7 +297,6 @@ class SumoTraffic(SumoStops, SumoLights):
         return self._waits.of(vehicle, guess=guess)
 
     def dynamics(self, vehicle: str) -> Dynamics:
-        """Return what the vehicle can do."""
         get = self._vehicle
         return Dynamics(
             length_m=float(get.getLength(vehicle)),
@@ -334,7 +306,6 @@ class SumoTraffic(SumoStops, SumoLights):
         )
 
     def advise(self, vehicle: str, speed_factor: float) -> None:
-        """Let the vehicle drive at so many times the speed limits, where it can."""
         self._vehicle.setSpeedFactor(vehicle, speed_factor)
 
     def jump(self, vehicle: str) -> float | None:
@@ -355,7 +326,6 @@ class SumoTraffic(SumoStops, SumoLights):
         return None
 
     def expects_more(self) -> bool:
-        """Return whether there are vehicles on the road or still to come."""
         return bool(self._simulation.getMinExpectedNumber() > 0)
 
     def configured_end_s(self) -> float | None:
@@ -364,7 +334,6 @@ class SumoTraffic(SumoStops, SumoLights):
         return end if end >= 0 else None
 
     def close(self) -> None:
-        """End the simulation."""
         if self._running:
             self._running = False
             self._api.close()

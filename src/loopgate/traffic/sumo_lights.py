@@ -17,7 +17,6 @@ class SumoLights:
     _api: Any
 
     def light(self, light: str) -> Light:
-        """Return what a traffic light shows."""
         get = self._api.trafficlight
         return Light(
             state=get.getRedYellowGreenState(light),
@@ -28,7 +27,6 @@ class SumoLights:
         )
 
     def light_program(self, light: str) -> Program:
-        """Return the program that a traffic light follows now."""
         get = self._api.trafficlight
         name = get.getProgram(light)
         logic = next((one for one in get.getAllProgramLogics(light) if one.programID == name), None)

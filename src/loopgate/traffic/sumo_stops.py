@@ -140,7 +140,6 @@ class SumoStops:
         return bool(stop.lane.rpartition("_")[0] == edge and stop.endPos <= position_m + _SAME_STOP_M)
 
     def set_stop(self, vehicle: str, stop: Stop) -> None:
-        """Let the vehicle stop where it comes to that place next."""
         flags = (
             _FLAGS[stop.kind] | (_PARKS if stop.parks else 0) | sum(_TRIGGERS[one] for one in stop.triggers)
         )
@@ -173,11 +172,9 @@ class SumoStops:
         raise TrafficError(msg)
 
     def drop_stop(self, vehicle: str, stop: Stop) -> None:
-        """Undo `set_stop`."""
         self._vehicle.replaceStop(vehicle, self._number_of(vehicle, stop), "")
 
     def stops_ahead(self, vehicle: str) -> int:
-        """Return how many stops lie before the vehicle, or are being made, without the one that holds it."""
         held = vehicle in self._holds and self._stop_number(vehicle) is not None
         return len(self._vehicle.getStops(vehicle, 0)) - held
 
@@ -187,15 +184,12 @@ class SumoStops:
         return float(stops[0].duration) if stops and self._vehicle.isStopped(vehicle) else 0.0
 
     def stay(self, vehicle: str, for_s: float) -> None:
-        """Set what is left of its stop."""
         self._vehicle.setStopParameter(vehicle, 0, "duration", f"{for_s:g}")
 
     def awaits(self, vehicle: str) -> bool:
-        """Return whether its stop is triggered, and nobody has come yet."""
         return bool(self._vehicle.isStoppedTriggered(vehicle))
 
     def stops_begun(self) -> Sequence[str]:
-        """Return the vehicles that came to rest in the last step at a stop that does not hold them."""
         ids = self._simulation.getStopStartingVehiclesIDList()
         return [v for v in ids if self._is_at_own_stop(v)]
 
@@ -204,6 +198,5 @@ class SumoStops:
         return not held and bool(self._vehicle.isStopped(vehicle))  # one that was held has been released
 
     def stops_ended(self) -> Sequence[str]:
-        """Return the vehicles that left a stop in the last step, of whatever kind."""
         ids: Sequence[str] = self._simulation.getStopEndingVehiclesIDList()
         return ids
