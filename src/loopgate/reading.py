@@ -31,12 +31,8 @@ def refusing(file: Path | str, what: str, error: type[LoopgateError], *, wrong: 
 
     Parameters
     ----------
-    file
-        What is being read.
     what
         What it should be, for messages: "system file".
-    error
-        The exception to raise.
     wrong
         What it is instead, if it can be opened; "no readable WHAT" by default.
     """

@@ -33,8 +33,6 @@ class Cover:
     ----------
     design
         What was to be covered, and what it takes at least.
-    loops
-        The loops.
     left_out
         Streets that are not covered, and why.
     finished

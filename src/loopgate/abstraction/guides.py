@@ -63,12 +63,8 @@ def find_guides(
 
     Parameters
     ----------
-    network
-        The roads.
     course
         What lies ahead, in order; the last is the next place.
-    vclass
-        SUMO class of the vehicle.
 
     Returns
     -------

@@ -86,8 +86,6 @@ class Leg:
 
     Attributes
     ----------
-    state
-        The state's name.
     begin_m, end_m
         The stretch of the loop [m] that is this state; a refused vehicle stops with its front before
         ``end_m``. ``begin_m`` may be negative or ``end_m`` beyond the loop's length where the state
@@ -119,8 +117,6 @@ class Itinerary:
 
     Attributes
     ----------
-    loop
-        Name of the loop.
     length_m
         Length of one lap [m].
     legs

@@ -84,12 +84,8 @@ def find_conflicts(
 
     Parameters
     ----------
-    network
-        The roads.
     movements
         All that are driven.
-    touches
-        Where bodies touch.
     places
         By lane, where the first place on it begins and the last one ends; lanes without a place are missing.
 
@@ -185,8 +181,6 @@ class _UnderWay:
 
         Parameters
         ----------
-        courses
-            What the numbers mean.
         course, at_m, length_m, touched_m
             For each touch the course by number, position of the front on its lane, length of the body, and
             where it is touched [m].

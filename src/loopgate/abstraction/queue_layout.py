@@ -51,8 +51,6 @@ class QueuePlace:
     ----------
     name
         The lane's id; with ``/1`` for the part before a stretch, ``/2`` for the part behind it.
-    length_m
-        Its length [m].
     needs
         Lengths of the vehicles that visit it, with their gaps [m], and how many there are of each at most,
         longest first.
@@ -110,8 +108,6 @@ def lay_out_queues(
 
     Parameters
     ----------
-    network
-        The roads.
     users
         For each vehicle its loop and its type; there may be any number of vehicles like it.
     counted

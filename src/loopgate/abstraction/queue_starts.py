@@ -63,8 +63,6 @@ def choose_places(
         One per vehicle.
     most
         How many vehicles may start on each place.
-    names
-        The vehicles' names, for messages.
     wishes
         Position on the path for vehicles whose place is given, by number; they move on where it is full.
     rng

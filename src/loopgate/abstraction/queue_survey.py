@@ -75,12 +75,8 @@ class CrossingSurvey:
 
     Attributes
     ----------
-    id, from_lane, to_lane
-        Names.
     junction, stretch
         The one of the two that it leads over; the other is empty or None.
-    length_m
-        Its length.
     loops
         Loops that make it.
     conflicts

@@ -40,8 +40,6 @@ def make_queues(
 
     Parameters
     ----------
-    network
-        The roads.
     loops
         One per vehicle; a loop may come several times.
     types

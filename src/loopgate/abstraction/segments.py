@@ -163,8 +163,6 @@ def place_vehicles(
     ----------
     layout
         The states.
-    vehicle_length_m
-        Length of the vehicles [m].
     seed
         Decides where vehicles start.
     names

@@ -43,8 +43,6 @@ class SharingBound:
 
     Parameters
     ----------
-    network
-        The roads.
     max_shared
         Largest share, 0 to 1.
     rho_m

@@ -36,8 +36,6 @@ def choose_starts(
     ----------
     loops, itineraries, names
         One of each per vehicle.
-    vehicle_length_m
-        Length of the vehicles [m].
     rng
         Chooses among the places.
     given_m

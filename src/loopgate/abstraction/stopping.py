@@ -34,10 +34,6 @@ def fit_stops(
 
     Parameters
     ----------
-    loop, itinerary
-        The vehicle's loop, and its states along it.
-    kind
-        The vehicle's type.
     stops
         In the order of the loop.
     what

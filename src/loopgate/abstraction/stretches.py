@@ -51,8 +51,6 @@ class Stretch:
 
     Attributes
     ----------
-    edge
-        The edge.
     begin_m, end_m
         Positions on it [m]. 0 and the edge's length where there is no place before or behind.
     first_m, last_m
@@ -124,8 +122,6 @@ def lay_stretches(
 
     Parameters
     ----------
-    network
-        The roads.
     users
         For each vehicle its loop and its type.
     parts

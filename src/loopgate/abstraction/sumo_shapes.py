@@ -51,8 +51,6 @@ def write_shapes(
 
     Parameters
     ----------
-    file
-        The file.
     loops, itineraries
         Loops, and how each is cut, in the same order.
     room

@@ -17,10 +17,6 @@ class LoopSurvey:
 
     Attributes
     ----------
-    loop
-        Name.
-    length_m
-        Length of a lap [m].
     states
         Positions on its path.
     visits
@@ -50,8 +46,6 @@ class ZoneSurvey:
 
     Attributes
     ----------
-    state
-        Name.
     loops
         Loops that visit it.
     visits

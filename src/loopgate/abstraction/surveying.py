@@ -35,8 +35,6 @@ def survey_queues(network: RoadNetwork, users: Sequence[tuple[Loop, VehicleType]
 
     Parameters
     ----------
-    network
-        The roads.
     users
         For each vehicle its loop and its type.
     """

@@ -33,8 +33,6 @@ def waiting_parts(network: RoadNetwork, touches: Touches, tails: Mapping[str, fl
 
     Parameters
     ----------
-    network
-        The roads.
     touches
         Of all courses that are driven.
     tails

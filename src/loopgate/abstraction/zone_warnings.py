@@ -19,8 +19,6 @@ def zone_warnings(loops: Sequence[Loop], zones: Zones, name: Callable[[int], Sta
 
     Parameters
     ----------
-    loops, zones
-        The loops and their zones.
     name
         Name of a zone's state.
     """

@@ -60,10 +60,6 @@ def make_zones(loops: Sequence[Loop], segments: CollisionSegments, need_m: float
 
     Parameters
     ----------
-    loops
-        The paths.
-    segments
-        Their collision segments.
     need_m
         What a standing vehicle takes: every visit, and every private stretch between visits, is at least so
         long.
@@ -102,8 +98,6 @@ def cover(loop: Loop, visits: Iterable[Visit], need_m: float, union: UnionFind[i
 
     Parameters
     ----------
-    loop
-        The path.
     visits
         In any order.
     need_m

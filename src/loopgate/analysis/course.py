@@ -137,8 +137,6 @@ def compute_time_space(
         `VEHICLE_COLUMNS`: who is on which loop.
     loops
         `LOOP_COLUMNS`: where its edges begin.
-    loop
-        The loop.
 
     Returns
     -------

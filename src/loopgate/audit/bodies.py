@@ -90,8 +90,6 @@ def bends(layout: Layout, names: Sequence[str], positions: Positions, arcs_m: Fl
     ----------
     layout, names
         The run's; the vehicles by number.
-    positions
-        Rows, all of these vehicles.
     arcs_m
         Where the front is on its loop [m]; NaN off it: then the recorded angle has to do.
     """

@@ -59,8 +59,6 @@ class Leg:
 
     Attributes
     ----------
-    state
-        Its name.
     begin_m, end_m
         Arc length on the loop [m].
     crossings
@@ -104,12 +102,8 @@ class Layout:
 
     Attributes
     ----------
-    step_s
-        Length of a simulation step [s].
     room
         How many vehicles a shared state holds, by its name.
-    loops, vehicles
-        By name.
     movements
         The lanes inside the junction that each movement named in a crossing uses, in driving order.
     shapes

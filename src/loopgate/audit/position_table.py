@@ -49,8 +49,6 @@ class Positions:
         The lanes' names as recorded.
     pos_m, odometer_m, x_m, y_m
         Position of the front on its lane, distance driven, network coordinates [m].
-    speed_mps
-        Speed.
     angle_deg
         Direction from rear to front, clockwise from north.
     """

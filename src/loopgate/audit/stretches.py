@@ -60,10 +60,6 @@ class Stretches:
 
     Attributes
     ----------
-    groups
-        By number.
-    loops
-        By name.
     count
         How many stretches there are in all.
     """
@@ -78,8 +74,6 @@ def lay_stretches(layout: Layout, drawn: Mapping[str, list[DrawnConflict]]) -> S
 
     Parameters
     ----------
-    layout
-        The layout.
     drawn
         By loop, see `loopgate.audit.drawing.find_drawn`.
     """

@@ -56,10 +56,6 @@ class Traveller:
 
     Parameters
     ----------
-    number, body
-        The vehicle.
-    loop
-        Its loop.
     grants_s
         When it was granted its states, in order [s].
     leaves_s

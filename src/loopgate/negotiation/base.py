@@ -15,8 +15,6 @@ class Request(NamedTuple):
 
     Attributes
     ----------
-    robot
-        Its number in the system.
     here, wanted
         Numbers of the state it stands in and of the state it wants.
     since_s

@@ -18,8 +18,6 @@ def cut_curve(points: _Floats, arcs: _Floats, lap_m: float, begin_m: float, end_
     ----------
     points, arcs
         Points of the curve, shape (n, 2), and the arc length of each, ascending from 0 to `lap_m` [m].
-    lap_m
-        Length of the curve [m].
     begin_m, end_m
         From where to where; they may lie beyond the curve's ends, at most a lap apart.
     """

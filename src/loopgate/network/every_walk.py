@@ -21,13 +21,6 @@ def every_walk(part: RoadGraph, longest_m: float) -> Iterator[tuple[str, ...] | 
     The searches from all edges take turns, each beginning with the shortest way round, so that what comes
     first is spread over the network. Who has heard enough stops listening; a step takes a few microseconds.
     Altogether there can be exponentially many.
-
-    Parameters
-    ----------
-    part
-        The edges.
-    longest_m
-        Longest walk [m].
     """
     before: list[list[tuple[int, float]]] = [[] for _ in part.edges]
     for here, road in enumerate(part.roads):

@@ -62,14 +62,10 @@ class LoopSearch:
 
     Parameters
     ----------
-    network
-        The roads.
     count
         How many will be asked for; the random search is the more patient the more.
     length_m
         Shortest and longest loop [m].
-    seed
-        Seed of the search.
     u_turns
         Whether vehicles may turn round at junctions.
     vclass
@@ -236,8 +232,6 @@ def find_loops(
         What the user may do about `admits`, for the message; may be empty.
     progress
         Called with the number of loops found so far.
-    options
-        See `LoopOptions`.
 
     Raises
     ------

@@ -61,10 +61,6 @@ def make_loop(
 
     Parameters
     ----------
-    network
-        The roads.
-    name
-        The loop's name.
     edges
         Normal edges in driving order; an edge may come twice.
     vclass

@@ -88,8 +88,6 @@ class Loop:
 
     Attributes
     ----------
-    id
-        The loop's name.
     edges
         Normal edges in driving order; the last leads to the first, if it is closed.
     spans

@@ -22,8 +22,6 @@ class RandomWalks:
 
     Parameters
     ----------
-    part
-        The edges.
     length_m
         Shortest and longest walk wanted [m].
     shy

@@ -22,8 +22,6 @@ class Lane:
         Whether it lies inside a junction.
     length_m
         SUMO's length, by which vehicles drive; it can differ from the length of the drawn shape.
-    speed_mps, width_m
-        Speed limit and width.
     shape
         Centre line as drawn.
     allowed
@@ -53,8 +51,6 @@ class Edge:
 
     Attributes
     ----------
-    id
-        SUMO's name.
     from_junction, to_junction
         Where it begins and ends.
     lanes
@@ -92,8 +88,6 @@ class Connection:
         junction, or none in a network without internal lanes.
     direction
         SUMO's letter: ``s`` straight, ``l`` left, ``r`` right, ``L``, ``R`` partly, ``t`` U-turn.
-    junction
-        The junction passed.
     link
         Row of the junction's request matrix; -1 where there is none.
     signal
@@ -124,10 +118,6 @@ class Junction:
     ----------
     id, type
         SUMO's name and type (``priority``, ``traffic_light``, ...).
-    x, y
-        Position [m].
-    shape
-        Outline.
     foes
         ``foes[i]`` are the links whose movements cross or merge with link ``i`` (the request matrix).
     yields_to

@@ -42,8 +42,6 @@ class RoadNetwork:
     ----------
     name
         As it was asked for: a path or ``sumo:NAME``.
-    file
-        The network file.
     edges
         Normal edges by id, in the file's order.
     lanes

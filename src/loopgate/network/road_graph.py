@@ -30,8 +30,6 @@ class RoadGraph:
     ----------
     edges
         By number, in the network file's order.
-    roads
-        By number.
     """
 
     edges: tuple[str, ...]

@@ -60,12 +60,6 @@ class LoopVehicle:
 
     Attributes
     ----------
-    id
-        Its name.
-    loop
-        Name of its loop.
-    type
-        Its type.
     depart_m
         Where its front stands when it departs, as arc length on its loop [m], if the file says so by a
         number (``departPos``, with ``departEdge``).
@@ -119,8 +113,6 @@ class RoutesFile:
 
     Attributes
     ----------
-    file
-        The file.
     loops
         One per route, in the file's order.
     vehicles
@@ -239,10 +231,6 @@ def read_loops(
 
     Parameters
     ----------
-    network
-        The roads.
-    file
-        The file.
     stops
         Additional files with the places that its stops name, besides those of a configuration.
     once

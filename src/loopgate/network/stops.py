@@ -101,12 +101,8 @@ class Stop:
         The stopping place, or the lane.
     kind
         ``busStop``, ``parkingArea``, ``chargingStation``, ``containerStop`` or ``lane``.
-    lane
-        Name of the lane.
     start_m, end_m
         Between these the front has to stand [m]; a vehicle drives to the end.
-    duration_s
-        How long it stands at least [s].
     until_s
         Until when it stands in the first round [s]; None for no such time.
     cycle_s
@@ -193,10 +189,6 @@ def read_stops(
 
     Parameters
     ----------
-    network
-        The roads.
-    elements
-        The elements.
     places
         Stopping places by name.
     what

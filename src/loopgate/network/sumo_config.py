@@ -33,10 +33,6 @@ class SumoConfig:
 
     Attributes
     ----------
-    file
-        The configuration itself.
-    net_file
-        The network.
     route_files, additional_files
         Possibly none.
     options

@@ -86,16 +86,12 @@ def lead_trips(
 
     Parameters
     ----------
-    network
-        The roads.
     elements
         Vehicles, trips and flows, with their files.
     types
         The vehicle types of these files.
     beside
         Additional files, with districts for example.
-    seed
-        Of the router.
 
     Returns
     -------
@@ -147,8 +143,6 @@ def ways_between(
 
     Parameters
     ----------
-    network
-        The roads.
     asked
         First and last edge, and vehicle class.
 

@@ -80,12 +80,8 @@ class VehicleType:
 
     Attributes
     ----------
-    id
-        Name.
     length_m, min_gap_m
         Length of the vehicle, and the gap it leaves to the one before it when standing.
-    vclass
-        SUMO's vehicle class.
     attributes, parameters
         All that the file says about the type, as SUMO writes it, and its ``<param>`` elements by key.
     """

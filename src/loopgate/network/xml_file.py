@@ -39,8 +39,6 @@ def read_xml(file: Path, *, root: str, what: str, error: type[LoopgateError]) ->
         The root element it must have.
     what
         What the file should be, for messages: "route file".
-    error
-        The exception to raise.
     """
     check_root(file, root=root, what=what, error=error)
     with _refusing(file, what, error), open_xml(file) as stream:

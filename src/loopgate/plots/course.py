@@ -42,8 +42,6 @@ def plot_flow(
 
     Parameters
     ----------
-    flow
-        The table.
     series
         The column that names series; none for a single run.
     what
@@ -97,8 +95,6 @@ def plot_ranked(
 
     Parameters
     ----------
-    table
-        One row per bar.
     of, value, label
         The columns that name it and say how long it is, and what the axis says.
     series

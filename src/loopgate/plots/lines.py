@@ -51,8 +51,6 @@ def plot_against(  # noqa: PLR0913 - what a figure of lines may have; all but th
         One row per series and `x`.
     x, y, low, high
         Its columns; without `low` and `high` no intervals.
-    labels
-        What the axes say.
     series
         The column that names series.
     single, single_y

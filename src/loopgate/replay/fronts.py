@@ -27,15 +27,6 @@ def read_fronts(file: Path, step_s: float, layout: Layout) -> Tracks:
     A vehicle on the lane of its loop is drawn within 0.15 m of where SUMO had it; one that is on a lane
     beside, or about to change, on its loop's.
 
-    Parameters
-    ----------
-    file
-        The table.
-    step_s
-        Length of a step [s].
-    layout
-        Of the same run.
-
     Raises
     ------
     ResultsError

@@ -74,8 +74,6 @@ def make_replay(
 
     Parameters
     ----------
-    folders
-        Run folders.
     report
         Told how much is done, in parts of a hundred for each run.
 

@@ -56,8 +56,6 @@ class Tracks:
         Front of the vehicle in network coordinates, in tenths of a metre.
     heading
         From rear to front, clockwise from north, in 256ths of a turn.
-    odometer_m
-        Distance driven [m].
     """
 
     vehicles: tuple[str, ...]
@@ -98,8 +96,6 @@ def read_tracks(
 
     Parameters
     ----------
-    file
-        The table.
     step_s
         Length of a step [s]: SUMO writes the time at which a step began, events have that at which it ended.
     known
@@ -138,10 +134,6 @@ def make_tracks(
 
     Parameters
     ----------
-    vehicles
-        Their names.
-    step_s
-        Length of a step [s].
     columns
         Of each position the number of its step, counted from time 0, its vehicle, and `Tracks.x`, `Tracks.y`,
         `Tracks.heading`.

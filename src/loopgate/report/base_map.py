@@ -38,8 +38,6 @@ def base_map(
 
     Parameters
     ----------
-    network
-        The roads.
     loops
         What must be on the page; the whole network if there are none.
     file

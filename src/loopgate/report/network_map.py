@@ -54,8 +54,6 @@ def draw_map(
 
     Parameters
     ----------
-    network
-        The roads.
     loops
         One per vehicle.
     itineraries

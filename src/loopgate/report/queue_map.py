@@ -45,10 +45,6 @@ def draw_queues(
 
     Parameters
     ----------
-    network
-        The roads.
-    found
-        What is drawn.
     file
         The picture (PNG, SVG, PDF).
     title

@@ -130,8 +130,6 @@ def read_events(file: Path, kinds: Collection[Event] = ()) -> pd.DataFrame:
 
     Parameters
     ----------
-    file
-        The file.
     kinds
         Which events to read; all if empty.
 

@@ -24,13 +24,6 @@ class TableFile:
     A Parquet file without its end, which lists the pieces, is lost. So room for a piece and for the end is
     reserved before the piece is written; where there is none, the file ends before it.
 
-    Parameters
-    ----------
-    file
-        The file.
-    schema
-        Its columns.
-
     Raises
     ------
     ResultsError

@@ -80,8 +80,6 @@ def run_sweep(  # noqa: PLR0913 - each is a choice of the caller's, all but two 
     ----------
     sweep
         What to run.
-    folder
-        The results folder.
     executor
         Any `concurrent.futures.Executor`, on this machine or others; it is not shut down. Default: a
         `LocalExecutor` with `workers` processes and `timeout_s` [s] per run.

@@ -38,8 +38,6 @@ class Task:
         Who drives, and whether it may turn round at junctions.
     either_way
         Whether one of the two directions of a street is enough.
-    max_length_m
-        Longest loop allowed [m].
     by_time
         Whether loops are to be short in seconds at the speeds allowed, not in metres.
     start
@@ -68,8 +66,6 @@ class Design:
 
     Attributes
     ----------
-    task
-        What is to be covered.
     graph
         Lanes and turns, all of which can be reached from each other.
     ways

@@ -23,8 +23,6 @@ class Ways:
 
     Attributes
     ----------
-    nodes
-        The required nodes.
     cost
         Shape (n, n): of the way from the end of one to the end of another; on the diagonal that of the
         shortest closed walk.
@@ -64,8 +62,6 @@ def shortest_ways(graph: LaneGraph, cost: Floats, nodes: Sequence[int]) -> Ways:
     ----------
     graph, cost
         The lanes, and the cost of each arc; above 0.
-    nodes
-        The required nodes.
     """
     size = len(graph.edges)
     links = csr_array((cost, (graph.tail, graph.head)), shape=(size, size))

@@ -46,8 +46,6 @@ class Agent:
     ----------
     system
         The system; the agent takes from it its own path, and no more.
-    robot
-        Its number.
     network
         Where it sends and gets messages.
     """

@@ -72,10 +72,6 @@ def run_certified_agents(
         One component; every robot has a home.
     ticks
         How long; delays are in the same unit.
-    seed
-        Of the network.
-    link
-        How messages fare.
     failures
         When a robot breaks down for good.
 

@@ -83,8 +83,6 @@ def decide_by_messages(
         Who asks, and where everyone stands.
     link, sensing
         How messages fare and how far robots see; without loss and everything needed if not given.
-    seed
-        Of the network's random numbers.
     patience
         How long the robot waits for answers [time units]; then it stops.
 

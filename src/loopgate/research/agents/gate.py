@@ -25,8 +25,6 @@ class AgentsGate:
         States of one robot each.
     loss
         Probability that a message is lost, from 0 to 1.
-    seed
-        Of the losses.
 
     Raises
     ------

@@ -37,8 +37,6 @@ class Member:
     ----------
     robot, system
         The robot's number, and the component's system.
-    network
-        Carries the messages.
     drive
         Makes the robot's move in the world.
     """

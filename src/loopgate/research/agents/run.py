@@ -137,8 +137,6 @@ def run_agents(
         States of one robot each.
     rounds, seed
         How long, and where the random numbers begin.
-    link, sensing
-        How messages fare, how far robots see.
     fails
         Whether a robot fails to act as coordinator in a round.
 

@@ -25,8 +25,6 @@ class RoundCounts:
 
     Attributes
     ----------
-    rounds, seed
-        As asked for.
     live
         Rounds that every robot completed: open paths to their ends, closed ones once round.
     deadlocked
@@ -39,8 +37,6 @@ class RoundCounts:
         Mean, least and most transitions of a round.
     decision_us
         Mean and 99th percentile of the gate's decision time per robot [microseconds].
-    seconds
-        Wall-clock time of all rounds [s].
     """
 
     rounds: int
@@ -93,8 +89,6 @@ def run_rounds(
 
     Parameters
     ----------
-    system
-        The system.
     make
         Makes the gate anew for each round, since gates may remember moves.
     rounds, seed

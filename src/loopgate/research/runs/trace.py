@@ -49,8 +49,6 @@ class Step:
     ----------
     step
         Moves made before it.
-    configuration
-        Where the robots stand.
     admitted
         The robots that the gate admits.
     refused

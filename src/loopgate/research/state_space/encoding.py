@@ -60,10 +60,6 @@ class Encoding:
 
     Attributes
     ----------
-    system
-        The system.
-    arrays
-        The system for compiled code.
     words
         How many words a configuration takes; one does for most systems that can be explored.
     """

@@ -43,8 +43,6 @@ class Exploration:
     unsafe_admitted
         How many are not what the gate promises though an admitted move leads to them: live, or, of a gate
         that promises that somebody can always move, that.
-    seconds
-        Wall-clock time of the exploration [s].
     witness
         A shortest way to a configuration that is unsafe or stuck, if it was asked for and there is one. The
         start may be.
@@ -92,8 +90,6 @@ def explore(
         called.
     witness
         Whether to look for a shortest counterexample.
-    memory_gb
-        The most memory to use [GB].
     limit
         The most configurations to find without the gate, if given.
     progress

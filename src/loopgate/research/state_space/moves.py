@@ -27,8 +27,6 @@ class Moves:
         Where each move leads, and which robot makes it.
     rests
         How many robots stay for good in each configuration.
-    robots
-        How many robots there are.
     """
 
     first: NDArray[np.int64]

@@ -35,8 +35,6 @@ class Reach:
 
     Parameters
     ----------
-    space
-        All configurations.
     asked
         What asks the gate; if nothing does, all moves are admitted.
     progress

@@ -38,10 +38,6 @@ class StateSpace:
 
     Parameters
     ----------
-    system
-        Any system.
-    memory_gb
-        The most memory to use [GB].
     limit
         The most configurations to find, if given.
     progress
@@ -49,8 +45,6 @@ class StateSpace:
 
     Attributes
     ----------
-    system
-        The system.
     keys
         The words of each configuration, in rows; the start is number 0.
     moves

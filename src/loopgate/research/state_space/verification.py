@@ -134,12 +134,8 @@ def verify_everywhere(
 
     Parameters
     ----------
-    system
-        The system.
     make
         Makes the gate. Its decisions must depend on the configuration alone; `Gate.moved` is not called.
-    limit
-        The most configurations to look at.
     progress
         Called with the number of configurations found so far.
     each
@@ -166,8 +162,6 @@ def verify_space(
 
     Parameters
     ----------
-    space
-        All configurations of the system.
     make, progress, each
         As there.
     promise

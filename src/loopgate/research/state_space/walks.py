@@ -100,8 +100,6 @@ def verify_walks(
     ----------
     system, make
         The system, and what makes the gate; each walk begins with a new one.
-    seed
-        Of the walks.
     walks, steps
         How many walks, and the most moves of each.
     limit

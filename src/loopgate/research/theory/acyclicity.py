@@ -75,8 +75,6 @@ def live_by_order(system: System, configuration: Configuration, *, solver: str =
     ----------
     system
         Every robot has a private state, shared states hold one, no terminal is shared.
-    configuration
-        Where the robots stand.
     solver
         A solver of python-sat.
 

@@ -29,8 +29,6 @@ class Oracle:
     ----------
     system
         The system; its moves are those of `System.enabled`.
-    limit
-        The most configurations to look at.
 
     Notes
     -----

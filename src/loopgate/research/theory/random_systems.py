@@ -19,8 +19,6 @@ class Shape:
 
     Parameters
     ----------
-    robots
-        Number of robots.
     states
         Number of states that may be shared.
     path

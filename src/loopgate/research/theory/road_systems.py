@@ -134,8 +134,6 @@ def road_system(
 
     Parameters
     ----------
-    roads
-        The loops.
     vehicles
         How many, over all loops.
     capacity
