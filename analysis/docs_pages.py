@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     from mkdocs.structure.files import Files
     from mkdocs.structure.pages import Page
 
-__all__ = ["on_files", "on_post_page", "on_post_template", "pages"]
-
 _COMPLETION = """echo 'eval "$(_LOOPGATE_COMPLETE=bash_source loopgate)"' >> ~/.bashrc
 echo 'eval "$(_LOOPGATE_COMPLETE=zsh_source loopgate)"' >> ~/.zshrc
 _LOOPGATE_COMPLETE=fish_source loopgate > ~/.config/fish/completions/loopgate.fish"""

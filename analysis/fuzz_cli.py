@@ -20,8 +20,6 @@ from loopgate.cli.main import main
 from loopgate.errors import LoopgateError
 from loopgate.reading import is_file
 
-__all__ = ["CLI", "check_commands"]
-
 vl_convert.vegalite_to_svg({"mark": "point"})
 """The first time it sets gigabytes of addresses aside, for memory that it never uses: no input's fault."""
 

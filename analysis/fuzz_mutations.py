@@ -13,8 +13,6 @@ import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-__all__ = ["NASTY", "spoiled", "spoiled_value", "spoiled_word"]
-
 _DEEP = 100_000
 _LONG = 300
 NASTY: tuple[Any, ...] = (

@@ -34,8 +34,6 @@ from loopgate.results.recorder import read_events
 from loopgate.simulation.sumo_options import sumo_options
 from loopgate.sweep.store import Store
 
-__all__ = ["READERS", "Reader", "make_inputs"]
-
 ROOT = Path(__file__).resolve().parent.parent
 NETWORK = ROOT / "networks" / "ring3.net.xml"
 

@@ -10,15 +10,6 @@ from pathlib import Path
 
 import sumo
 
-__all__ = [
-    "dead_end_street",
-    "narrow_streets",
-    "netgenerate",
-    "roundabouts",
-    "small_roundabout",
-    "two_rings_of_road",
-]
-
 Point = tuple[float, float]
 
 _ASIDE = (("e", (1, 0)), ("n", (0, 1)), ("w", (-1, 0)), ("s", (0, -1)))

@@ -15,8 +15,6 @@ from typing import Final
 
 import libsumo
 
-__all__ = ["CONTROLLERS", "controlled"]
-
 GREEN_S: Final = 5.0
 AMBER_S: Final = 3.0
 SLOT_M: Final = 7.5

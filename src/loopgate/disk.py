@@ -10,8 +10,6 @@ from pathlib import Path
 
 from loopgate.errors import ResultsError
 
-__all__ = ["DISK_FULL", "disk_error", "writing"]
-
 DISK_FULL = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG})
 """Errors of a disk, a quota or a limit on files that has nothing left to give."""
 

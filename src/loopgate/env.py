@@ -26,8 +26,6 @@ from loopgate.simulation.outcome import Folder
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.session import Session, open_session
 
-__all__ = ["OBSERVED", "LoopgateEnv"]
-
 Observation = NDArray[np.float32]
 
 OBSERVED = ("speed", "lap", "to_line", "asks", "waited", "here", "ahead")

@@ -10,25 +10,6 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 
-__all__ = [
-    "AnalysisError",
-    "GateError",
-    "IllegalMoveError",
-    "LoopgateError",
-    "NetworkError",
-    "RefusedLoopError",
-    "ResultsError",
-    "RouteError",
-    "ScenarioError",
-    "SweepError",
-    "SystemFileError",
-    "SystemModelError",
-    "TooManyVehiclesError",
-    "TrafficError",
-    "UnsafeStartError",
-]
-
-
 UNPRINTABLE = re.compile("[\x00-\x1f\x7f-\x9f\u2028\u2029\ud800-\udfff]")
 """Control characters, line ends, and halves of characters, which no encoding can write."""
 

@@ -14,8 +14,6 @@ from filelock import FileLock, Timeout
 
 from loopgate.disk import writing
 
-__all__ = ["FolderLock", "remove_abandoned", "temporary_folder"]
-
 _LOCK = ".lock"
 _PREFIX = "loopgate-"
 _MARK = ".loopgate-temporary"

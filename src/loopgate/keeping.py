@@ -8,8 +8,6 @@ from collections.abc import Callable, Hashable, Iterator
 from contextlib import contextmanager
 from typing import Generic, TypeVar
 
-__all__ = ["Kept", "without_collection"]
-
 T = TypeVar("T")
 
 

@@ -17,8 +17,6 @@ from typing import Any, TypeVar, cast
 
 from numba import config, njit
 
-__all__ = ["kernel", "kernel_folder", "part"]
-
 _PACKAGE = Path(__file__).parent
 _PREFIX = "loopgate-kernels-"
 _OLD_S = 7 * 24 * 3600.0

@@ -24,8 +24,6 @@ from loopgate.errors import LoopgateError
 from loopgate.keeping import Kept
 from loopgate.reading import refusing, shown
 
-__all__ = ["FilePlugin", "PluginError", "in_file", "load_from_file", "make_plugin", "name_of"]
-
 T = TypeVar("T")
 Factory = Callable[..., Any]
 

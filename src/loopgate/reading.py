@@ -17,8 +17,6 @@ from typing import Any
 
 from loopgate.errors import UNPRINTABLE, LoopgateError
 
-__all__ = ["is_file", "is_folder", "is_plain", "read_json", "read_object", "read_toml", "refusing", "shown"]
-
 _LONGEST_VALUE = 80
 _LONGEST_REASON = 200
 

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from importlib.metadata import version
 
-__all__ = ["DISTRIBUTION", "versions"]
-
 DISTRIBUTION = "sumo-loopgate"
 """What pip knows the package as."""
 

@@ -16,8 +16,6 @@ from loopgate.gates import Gate
 from loopgate.model import System
 from loopgate.negotiation.base import Negotiation
 
-__all__ = ["Books", "track"]
-
 ROUNDS = (Round("e", "round", "first"), Round("", "onward", "second"))
 
 

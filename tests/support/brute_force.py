@@ -13,8 +13,6 @@ from loopgate.research.state_space import Counterexample, Exploration, Verificat
 from loopgate.research.theory.oracle import Oracle
 from loopgate.research.theory.orders import Orders
 
-__all__ = ["can_be_kept", "everything", "explore_plainly", "verify_plainly"]
-
 
 def successors(system: System, here: Configuration) -> dict[int, Configuration]:
     """Return where each robot's move leads that is possible."""

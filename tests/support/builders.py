@@ -6,8 +6,6 @@ from collections.abc import Mapping
 
 from loopgate.model import Robot, RobotId, StateId, System
 
-__all__ = ["ring_of_three", "robot", "system"]
-
 
 def robot(name: str, path: str, *, closed: bool = True, start: int = 0) -> Robot:
     """Make a robot from a path written as words."""

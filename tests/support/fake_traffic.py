@@ -8,8 +8,6 @@ from dataclasses import dataclass, field
 from loopgate.network.stops import Stop
 from loopgate.traffic.base import Collision, Dynamics, Insertion, Light, Program
 
-__all__ = ["FakeTraffic", "FakeVehicle"]
-
 
 @dataclass
 class FakeVehicle:

@@ -6,8 +6,6 @@ import resource
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-__all__ = ["no_file_beyond"]
-
 
 @contextmanager
 def no_file_beyond(size_bytes: int) -> Iterator[None]:

@@ -16,8 +16,6 @@ from loopgate.model import System
 from loopgate.negotiation.base import Negotiation, Request, View
 from loopgate.negotiation.pressure import Pressure
 
-__all__ = ["LittleRoads", "Unfair"]
-
 
 class Unfair(Pressure):
     """Pressure that never lets some vehicles go, whatever they say and however long they wait."""

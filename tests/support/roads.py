@@ -8,8 +8,6 @@ from pathlib import Path
 
 from loopgate.network import Connection, Edge, Junction, Lane, LaneSpan, Loop, RoadNetwork
 
-__all__ = ["polygon", "roads"]
-
 Point = tuple[float, float]
 
 

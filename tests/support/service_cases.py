@@ -20,8 +20,6 @@ from loopgate.negotiation.base import Negotiation
 from loopgate.negotiation.pressure import Pressure
 from loopgate.research.theory.road_systems import one_way_grid, road_system
 
-__all__ = ["CASES", "oldest_late"]
-
 AFTER_S = 20.0
 
 

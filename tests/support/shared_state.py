@@ -17,8 +17,6 @@ from loopgate.model import StateId
 from loopgate.negotiation.simple import OldestFirst
 from loopgate.results.columns import Event
 
-__all__ = ["PRIVATE_M", "SHARED_M", "Notes", "drive", "world"]
-
 PRIVATE_M, SHARED_M = 200.0, 60.0
 
 

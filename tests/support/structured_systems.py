@@ -10,8 +10,6 @@ from loopgate.model import Configuration, Robot, RobotId, StateId, System
 from loopgate.research.theory.homing import Homing
 from loopgate.research.theory.random_systems import Shape, random_system
 
-__all__ = ["deepest", "from_home", "interlocked", "uphill"]
-
 _REACHED = 3_000
 """Configurations looked at in search of deep deadlocks."""
 

@@ -17,8 +17,6 @@ from loopgate.network.contacts import (
 )
 from loopgate.network.loop import Loop
 
-__all__ = ["CollisionSegments", "collision_segments"]
-
 _JOIN_M = 1e-4
 """Stretches on neighbouring lanes meet at a lane's end up to rounding."""
 

@@ -9,8 +9,6 @@ from loopgate.network.loop import Loop
 from loopgate.network.road import RoadNetwork
 from loopgate.network.vehicle_type import VehicleType
 
-__all__ = ["Bodies", "Course", "Courses", "courses_of"]
-
 _LOOK_BACK_M = 30.0
 """How far behind the longest body two ways are looked at to see whether they come from one lane [m]."""
 

@@ -18,8 +18,6 @@ from loopgate.network.cover.reasons import Reason
 from loopgate.network.cover.search import ROUNDS, Plan
 from loopgate.network.vehicle_type import DEFAULT_TYPE, VehicleType
 
-__all__ = ["Cover", "cover_streets"]
-
 _MENDS, _SHARED = 20, 2
 
 Walk = tuple[int, ...]

@@ -11,8 +11,6 @@ from loopgate.network.loop import HOLD_MARGIN_M
 from loopgate.network.records import Connection
 from loopgate.network.road import RoadNetwork
 
-__all__ = ["Target", "Turn", "find_guides"]
-
 _SHORTEST_M = 0.5
 """The shortest lane on which SUMO can be told to stop [m]."""
 

@@ -9,8 +9,6 @@ from itertools import pairwise
 
 from loopgate.model import StateId, System
 
-__all__ = ["Abstraction", "Crossing", "Guide", "Itinerary", "Leg"]
-
 
 @dataclass(frozen=True, slots=True)
 class Crossing:

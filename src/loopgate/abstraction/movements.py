@@ -18,8 +18,6 @@ from loopgate.abstraction.waiting import Part
 from loopgate.network.records import Connection
 from loopgate.network.road import RoadNetwork
 
-__all__ = ["REACH_M", "Conflicts", "Overlap", "find_conflicts", "reach_m"]
-
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 

@@ -32,8 +32,6 @@ from loopgate.network.records import Connection
 from loopgate.network.road import RoadNetwork
 from loopgate.network.vehicle_type import DEFAULT_TYPE, VehicleType
 
-__all__ = ["AWAY", "QueueLayout", "QueuePlace", "lay_out_queues", "why_not"]
-
 AWAY = "away "
 """Names of the places of those who have arrived begin with it; the lane follows on which they did."""
 

@@ -11,8 +11,6 @@ from loopgate.errors import TooManyVehiclesError
 from loopgate.network.loop import HOLD_MARGIN_M
 from loopgate.network.vehicle_type import VehicleType
 
-__all__ = ["ABSTRACTION", "FIRST_M", "choose_places", "slots_m", "startable"]
-
 ABSTRACTION = "queues"
 
 FIRST_M = 7.0

@@ -8,15 +8,6 @@ from loopgate.abstraction.itinerary import Itinerary
 from loopgate.abstraction.stretches import Stretch
 from loopgate.network.loop import Loop
 
-__all__ = [
-    "ConflictSurvey",
-    "CrossingSurvey",
-    "JoinedLane",
-    "PlaceSurvey",
-    "QueueSurvey",
-    "RefusedLoop",
-]
-
 
 @dataclass(frozen=True, slots=True)
 class PlaceSurvey:

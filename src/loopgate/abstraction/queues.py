@@ -14,8 +14,6 @@ from loopgate.network.loop import Loop
 from loopgate.network.road import RoadNetwork
 from loopgate.network.vehicle_type import DEFAULT_TYPE, VehicleType
 
-__all__ = ["make_queues", "most_at_start"]
-
 _NEVER_FULL = 2
 """Slots that are left in the place of those who have arrived when all have."""
 

@@ -18,16 +18,6 @@ from loopgate.keeping import Kept
 from loopgate.model import Robot, RobotId, StateId, System
 from loopgate.network.loop import Loop
 
-__all__ = [
-    "CLEARANCE_M",
-    "DEFAULT_RHO_M",
-    "SegmentLayout",
-    "lay_out_segments",
-    "make_segments",
-    "needed_length_m",
-    "place_vehicles",
-]
-
 DEFAULT_RHO_M = 1.25
 """Safe radius [m]: oncoming lanes, 3.2 m apart, do not conflict; crossing, merging and shared lanes do."""
 

@@ -13,8 +13,6 @@ from loopgate.network.contacts import lane_contacts
 from loopgate.network.loop import Loop
 from loopgate.network.road import RoadNetwork
 
-__all__ = ["SharingBound"]
-
 
 class _Near(NamedTuple):
     """Stretches of two lanes near each other, as fractions: begin and end here, lane and stretch there."""

@@ -11,8 +11,6 @@ from loopgate.errors import ScenarioError
 from loopgate.model import StateId
 from loopgate.network.loop import HOLD_MARGIN_M, Loop
 
-__all__ = ["Start", "choose_starts"]
-
 
 class Start(NamedTuple):
     """Position on the path, and arc length of the vehicle's front [m]."""

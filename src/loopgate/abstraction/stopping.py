@@ -11,8 +11,6 @@ from loopgate.network.loop import Loop
 from loopgate.network.stops import Stop
 from loopgate.network.vehicle_type import VehicleType
 
-__all__ = ["fit_stops"]
-
 _BEFORE_LINE_M = 0.3
 """A stop ends so far before the line at which its vehicle can be held [m]: SUMO keeps one per position."""
 

@@ -13,19 +13,6 @@ from loopgate.network.records import Edge
 from loopgate.network.road import RoadNetwork
 from loopgate.network.vehicle_type import VehicleType
 
-__all__ = [
-    "CLEARANCE_M",
-    "LEAST_CAPACITY",
-    "Narrow",
-    "Passage",
-    "Stretch",
-    "find_foes",
-    "lay_stretches",
-    "least_change_m",
-    "least_place_m",
-    "narrow_lanes",
-]
-
 CLEARANCE_M = 1.0
 """What a place is longer than the vehicles and gaps it holds [m]: vehicles stop centimetres off a line."""
 

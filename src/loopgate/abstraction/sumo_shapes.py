@@ -19,8 +19,6 @@ from loopgate.disk import writing
 from loopgate.network.curve import cut_curve, gap
 from loopgate.network.loop import Loop
 
-__all__ = ["write_shapes"]
-
 _Line = npt.NDArray[np.float64]
 
 _STEPS = (1, 2, 3, 4, 6, 10, 20)

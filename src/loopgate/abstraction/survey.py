@@ -8,8 +8,6 @@ from dataclasses import dataclass
 from loopgate.abstraction.itinerary import Itinerary
 from loopgate.model import StateId
 
-__all__ = ["LoopSurvey", "Survey", "ZoneSurvey", "survey"]
-
 
 @dataclass(frozen=True, slots=True)
 class LoopSurvey:

@@ -24,8 +24,6 @@ from loopgate.network.loop import LaneSpan, Loop
 from loopgate.network.road import RoadNetwork
 from loopgate.network.vehicle_type import VehicleType
 
-__all__ = ["refused_queues", "survey_queues"]
-
 
 def survey_queues(network: RoadNetwork, users: Sequence[tuple[Loop, VehicleType]]) -> QueueSurvey:
     """Cut loops into places and crossings, leaving out those that cannot work.

@@ -15,8 +15,6 @@ from loopgate.abstraction.rectangles import overlapping
 from loopgate.network.loop import arc_lengths
 from loopgate.network.road import RoadNetwork
 
-__all__ = ["BETWEEN_M", "Touches", "find_touches"]
-
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 Flags = npt.NDArray[np.bool_]

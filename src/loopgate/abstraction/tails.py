@@ -12,8 +12,6 @@ from loopgate.abstraction.courses import Course, Courses
 from loopgate.network.loop import arc_lengths
 from loopgate.network.road import RoadNetwork
 
-__all__ = ["tails_over"]
-
 _BEHIND_M = np.arange(0.0, 1.6, 0.25)
 """How far behind the lane the rears are that are looked at [m]; farther on they are out of the way."""
 

@@ -11,8 +11,6 @@ import pandas as pd
 from loopgate.abstraction.swept import BETWEEN_M, Touches
 from loopgate.network.road import RoadNetwork
 
-__all__ = ["Part", "waiting_parts"]
-
 _BACK_M = 2 * BETWEEN_M
 """How far from the last body that is touched a waiting one stays [m]: they are looked at so far apart."""
 

@@ -8,8 +8,6 @@ from loopgate.abstraction.zones import Zones
 from loopgate.model import StateId
 from loopgate.network.loop import Loop
 
-__all__ = ["zone_warnings"]
-
 _SWALLOWED = 0.5
 _MOST_NAMES = 6
 

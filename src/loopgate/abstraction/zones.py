@@ -13,8 +13,6 @@ from loopgate.errors import RouteError
 from loopgate.network.contacts import merge_intervals
 from loopgate.network.loop import Loop
 
-__all__ = ["Visit", "Zones", "cover", "make_zones"]
-
 _TOUCH_M = 1e-6
 
 

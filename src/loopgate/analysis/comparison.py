@@ -13,8 +13,6 @@ from loopgate.analysis.statistics import bootstrap_interval, mean_interval
 from loopgate.errors import AnalysisError
 from loopgate.results import row_columns as c
 
-__all__ = ["compute_capacity", "compute_fundamental", "compute_mean", "compute_paired"]
-
 _KMH_PER_MPS = 3.6
 
 

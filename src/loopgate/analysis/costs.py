@@ -13,8 +13,6 @@ from loopgate.analysis.statistics import weighted_quantiles
 from loopgate.results import columns as run
 from loopgate.results import row_columns as c
 
-__all__ = ["compute_decision_time", "compute_edge_means", "compute_lap_distribution", "compute_ranked"]
-
 _QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 
 

@@ -15,8 +15,6 @@ from loopgate.results import columns as run
 from loopgate.results import row_columns as c
 from loopgate.results.columns import Event
 
-__all__ = ["compute_causes", "compute_flow", "compute_stuck", "compute_time_space"]
-
 _HOUR_S = 3600.0
 
 

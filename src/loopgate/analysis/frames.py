@@ -11,8 +11,6 @@ import pandas as pd
 from loopgate.errors import AnalysisError
 from loopgate.results.row_columns import STATUS, STATUS_OK
 
-__all__ = ["check_columns", "check_period", "groups", "succeeded", "table"]
-
 
 def check_columns(frame: pd.DataFrame, needed: Iterable[str], what: str) -> None:
     """Refuse a table that lacks a column.

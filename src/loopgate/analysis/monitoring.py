@@ -22,8 +22,6 @@ from loopgate.analysis.trips import compute_holds
 from loopgate.results import columns as run
 from loopgate.results.columns import Event
 
-__all__ = ["compute_edge_holds", "compute_edges", "compute_revisit_intervals", "compute_revisits"]
-
 
 def compute_revisit_intervals(*, events: pd.DataFrame, end_s: float, begin_s: float = 0.0) -> pd.DataFrame:
     """Return every revisit interval that ended in the period.

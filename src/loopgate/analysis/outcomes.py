@@ -16,8 +16,6 @@ from loopgate.analysis.statistics import wilson_interval
 from loopgate.errors import AnalysisError
 from loopgate.results import row_columns as c
 
-__all__ = ["compute_deadlock_rate", "compute_survival", "compute_time_to_deadlock"]
-
 
 def compute_deadlock_rate(
     *, runs: pd.DataFrame, by: Sequence[str] = (c.GATE, c.VEHICLES), level: float = 0.95

@@ -20,8 +20,6 @@ from loopgate.results import row_columns as c
 from loopgate.results.row_schema import ROW_SCHEMA
 from loopgate.results.table_reading import lacks, maker, read_table
 
-__all__ = ["LAP_GRID", "RunRow", "read_run_row", "run_row"]
-
 LAP_GRID = np.linspace(0.0, 1.0, 21)
 """Quantiles of the lap times that a row keeps."""
 

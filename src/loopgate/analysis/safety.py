@@ -10,8 +10,6 @@ from loopgate.analysis import columns as a
 from loopgate.analysis.frames import check_columns, groups, succeeded, table
 from loopgate.results import row_columns as c
 
-__all__ = ["compute_safety"]
-
 _NEEDED = (c.AUDIT, c.COLLISIONS, c.DEADLOCKS, c.LAPS_PER_H, c.LONGEST_WAIT, c.TELEPORTS)
 _FIGURES = (a.FAILED, a.RUNS, a.DEADLOCKED, c.COLLISIONS, c.TELEPORTS, a.CLEAN, c.LAPS_PER_H, c.LONGEST_WAIT)
 

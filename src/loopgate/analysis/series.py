@@ -11,8 +11,6 @@ from loopgate.analysis.frames import check_columns, succeeded
 from loopgate.results import row_columns as c
 from loopgate.results.row_schema import ROW_SCHEMA
 
-__all__ = ["add_series"]
-
 _NAMED = {c.GATE, c.ABSTRACTION, c.NEGOTIATION}
 
 _ONLY_COUNTS = {SERIES, "vehicles_per_km"}

@@ -10,8 +10,6 @@ from scipy import stats
 
 from loopgate.errors import AnalysisError
 
-__all__ = ["Interval", "bootstrap_interval", "mean_interval", "weighted_quantiles", "wilson_interval"]
-
 _RESAMPLES = 2000
 
 

@@ -18,14 +18,6 @@ from loopgate.results.columns import (
     Event,
 )
 
-__all__ = [
-    "compute_holds",
-    "compute_laps",
-    "compute_throughput",
-    "compute_vehicle_holds",
-    "compute_waits",
-]
-
 _SECONDS_PER_HOUR = 3600.0
 
 

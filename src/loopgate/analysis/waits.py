@@ -13,8 +13,6 @@ from loopgate.gates import Reason
 from loopgate.results.columns import EVENT, EVENT_COLUMNS, PLACE, REASON, TIME, VEHICLE, Event
 from loopgate.results.row_columns import GATE, LONGEST_FOR, NETWORK, VEHICLES
 
-__all__ = ["compute_longest_waits", "compute_wait_causes", "wait_figures"]
-
 _GRANTS = "grants"
 
 

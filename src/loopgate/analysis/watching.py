@@ -22,8 +22,6 @@ from loopgate.errors import AnalysisError
 from loopgate.results import columns as run
 from loopgate.results.columns import Event
 
-__all__ = ["compute_districts", "compute_rarest", "compute_seen_within", "compute_watch"]
-
 _BUNCHED = 0.25
 _POINTS = 100
 

@@ -13,8 +13,6 @@ from scipy.spatial import cKDTree
 from loopgate.audit.layout import Layout, LoopWay
 from loopgate.audit.position_table import Positions
 
-__all__ = ["bends", "overlapping"]
-
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 

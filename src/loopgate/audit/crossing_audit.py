@@ -24,8 +24,6 @@ from loopgate.audit.travel import LoopTable, Traveller
 from loopgate.audit.unsaid import unsaid
 from loopgate.results.columns import EVENT, PLACE, TIME, VEHICLE, Event
 
-__all__ = ["PositionAudit", "audit_positions"]
-
 _MOST_FINDINGS = 200
 """Findings of one rule that are told in full; the rest are counted."""
 

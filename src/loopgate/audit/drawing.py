@@ -16,16 +16,6 @@ import shapely
 from loopgate.audit.drawn_bodies import NEAR_M, Body, Way, draw_bodies, find_ways
 from loopgate.audit.layout import Layout
 
-__all__ = [
-    "Drawn",
-    "DrawnConflict",
-    "Meeting",
-    "Side",
-    "conflicts_by_loop",
-    "find_meetings",
-    "lies_above",
-]
-
 _LEAST_M = 0.1
 """Shorter stretches are corners that touch [m]."""
 

@@ -12,8 +12,6 @@ import shapely
 
 from loopgate.audit.layout import Layout, LoopWay, Span
 
-__all__ = ["NEAR_M", "Body", "Way", "draw_bodies", "driven", "find_ways", "jumps"]
-
 _EVERY_M = 0.5
 """How far apart the fronts are at which bodies are drawn [m]."""
 

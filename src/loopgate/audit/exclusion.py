@@ -11,8 +11,6 @@ import pandas as pd
 
 from loopgate.audit.stretches import Group
 
-__all__ = ["Clash", "Exclusion", "Margins", "Passages"]
-
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 

@@ -16,8 +16,6 @@ from loopgate.reading import read_object, refusing, shown
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
-__all__ = ["Layout", "Leg", "LoopWay", "Span", "VehicleBody", "read_layout", "write_layout"]
-
 _LARGEST_M = 1e9
 _SHORTEST_LOOP_M = 0.1
 _LONGEST_LOOP_M = 1e6  # bodies are drawn every half metre

@@ -15,8 +15,6 @@ import pyarrow.csv
 from loopgate.errors import ResultsError
 from loopgate.reading import refusing
 
-__all__ = ["ATTRIBUTES", "Positions", "read_positions"]
-
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 

@@ -11,8 +11,6 @@ import numpy.typing as npt
 from loopgate.audit.drawing import DrawnConflict
 from loopgate.audit.layout import Layout, LoopWay
 
-__all__ = ["Group", "LoopStretches", "Stretches", "lay_stretches"]
-
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 

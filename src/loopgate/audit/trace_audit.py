@@ -11,8 +11,6 @@ import pandas as pd
 from loopgate.model import Robot, StateId, System
 from loopgate.results.columns import EVENT, PLACE, REASON, TIME, VEHICLE, Event
 
-__all__ = ["Finding", "audit_events"]
-
 _NONE: Mapping[str, int] = {}
 
 

@@ -10,8 +10,6 @@ from loopgate.audit.layout import LoopWay, VehicleBody
 from loopgate.audit.stretches import ROUNDING_M, LoopStretches
 from loopgate.errors import ResultsError
 
-__all__ = ["LoopTable", "Traveller"]
-
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 

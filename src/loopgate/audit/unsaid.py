@@ -8,8 +8,6 @@ from collections.abc import Iterator, Sequence
 from loopgate.audit.drawing import Drawn, Side
 from loopgate.audit.layout import Layout, Leg
 
-__all__ = ["unsaid"]
-
 _BESIDE_M = 0.5
 """How far a drawn stretch may reach beyond the one that the abstraction says [m]."""
 

@@ -17,8 +17,6 @@ from loopgate.reading import refusing
 if TYPE_CHECKING:
     from loopgate.model import System
 
-__all__ = ["check_certificate"]
-
 _SHOWN = 5
 _LONGEST_KIND = 40
 

@@ -21,8 +21,6 @@ from loopgate.network.cover.wishes import read_streets, read_weights
 from loopgate.network.routes_file import routes_text
 from loopgate.network.vehicle_type import type_of_class
 
-__all__ = ["cover_loops"]
-
 _EXAMPLES = 3
 
 

@@ -11,8 +11,6 @@ import click
 from loopgate.disk import writing
 from loopgate.errors import LoopgateError
 
-__all__ = ["example"]
-
 _PATTERNS = ("networks/*.net.xml", "routes/*.rou.xml", "analysis/first_sweep.toml")
 
 

@@ -12,8 +12,6 @@ import click
 from loopgate.cli.numbers import FiniteRange
 from loopgate.cli.progress import show_progress
 
-__all__ = ["explore"]
-
 
 @click.command()
 @click.argument("file", type=click.Path(path_type=Path, dir_okay=False))

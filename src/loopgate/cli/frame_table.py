@@ -10,8 +10,6 @@ from rich import box
 from rich.markup import escape
 from rich.table import Table
 
-__all__ = ["frame_table"]
-
 
 def frame_table(frame: pd.DataFrame, columns: Mapping[str, str], *, title: str) -> Table:
     """Return a table for the terminal with the rows of `frame`.

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from loopgate.cli.inspect_shared import Wanted
 from loopgate.cli.numbers import FiniteRange
 from loopgate.errors import ScenarioError
 
-__all__ = ["inspect"]
+if TYPE_CHECKING:
+    from loopgate.cli.inspect_shared import Wanted
 
 _RHO_M, _PIECE_M = 1.25, 100.0
 _LONGEST_VEHICLE_M = 1e3
@@ -76,6 +76,7 @@ def inspect(
     with both. Ends with exit code 2 if some loop cannot work or the vehicles cannot all start; what can be
     shown is shown all the same.
     """
+    from loopgate.cli.inspect_shared import Wanted
     from loopgate.network import RoadNetwork, read_loops
     from loopgate.network.sumo_config import is_sumo_config
 

@@ -35,8 +35,6 @@ from loopgate.network.coverage import Coverage, measure_coverage
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
-__all__ = ["look_at_queues"]
-
 _MOST_CONFLICTS = 3
 
 _User = tuple[str, Loop, VehicleType]

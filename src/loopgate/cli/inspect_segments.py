@@ -28,8 +28,6 @@ from loopgate.model import write_system
 from loopgate.network import Loop, RoadNetwork, RoutesFile
 from loopgate.network.coverage import Coverage, measure_coverage
 
-__all__ = ["look_at_segments"]
-
 
 @dataclass(frozen=True, slots=True)
 class _Seen:

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from loopgate.abstraction.survey import Survey
     from loopgate.network.coverage import Coverage
 
-__all__ = ["Wanted", "common_data", "loops_data", "print_loops", "print_reach", "print_warnings"]
-
 
 @dataclass(frozen=True, slots=True)
 class Wanted:

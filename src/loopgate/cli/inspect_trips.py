@@ -13,8 +13,6 @@ from loopgate.cli.tables import console, counted, print_table
 from loopgate.simulation.assembly import Assembly, assemble
 from loopgate.simulation.scenario import Scenario
 
-__all__ = ["look_at_trips"]
-
 
 def look_at_trips(scenario: Scenario, *, every: bool, as_json: bool) -> None:
     """Show what `loopgate run` makes of the vehicles of a scenario.

@@ -8,8 +8,6 @@ import threading
 import time
 from types import FrameType
 
-__all__ = ["EXIT_INTERRUPTED", "listen"]
-
 EXIT_INTERRUPTED = 130
 """Whichever signal it was: what is left behind is the same."""
 

@@ -15,8 +15,6 @@ from loopgate.cli.numbers import LENGTH_RANGE, FiniteRange
 if TYPE_CHECKING:
     from loopgate.network import Loop, LoopVehicle, RoadNetwork, VehicleType
 
-__all__ = ["LoopsWish", "loops"]
-
 
 @click.command(
     epilog="""

@@ -14,8 +14,6 @@ from loopgate.disk import DISK_FULL, disk_error
 from loopgate.errors import LoopgateError
 from loopgate.versions import DISTRIBUTION
 
-__all__ = ["EXIT_BAD_INPUT", "EXIT_DEADLOCK", "EXIT_UNCLEAN", "cli", "main"]
-
 EXIT_DEADLOCK = 3
 EXIT_UNCLEAN = 4
 EXIT_BAD_INPUT = 2

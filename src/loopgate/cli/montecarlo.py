@@ -10,8 +10,6 @@ import click
 
 from loopgate.cli.progress import show_progress
 
-__all__ = ["montecarlo"]
-
 
 @click.command()
 @click.argument("file", type=click.Path(path_type=Path, dir_okay=False))

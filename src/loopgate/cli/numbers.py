@@ -6,8 +6,6 @@ from math import isnan
 
 import click
 
-__all__ = ["LENGTH_RANGE", "FiniteRange"]
-
 _LONGEST_M = 1e6
 
 

@@ -9,8 +9,6 @@ import click
 
 from loopgate.cli.progress import show_progress
 
-__all__ = ["paper"]
-
 
 @click.command()
 @click.option("--quick", is_flag=True, help="Fewer experiments and rounds: under a minute.")

@@ -9,8 +9,6 @@ from contextlib import contextmanager
 from threading import Timer
 from typing import Protocol
 
-__all__ = ["Report", "show_progress"]
-
 _QUICK_S = 2.0
 _SPARSE_S = 15.0
 _WIDEST = 30

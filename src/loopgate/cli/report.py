@@ -7,8 +7,6 @@ from pathlib import Path
 
 import click
 
-__all__ = ["report"]
-
 
 @click.command()
 @click.argument("results", type=click.Path(path_type=Path), nargs=-1, required=True)

@@ -25,8 +25,6 @@ from loopgate.simulation.scenario import (
 if TYPE_CHECKING:
     from loopgate.simulation.loop_run import Course
 
-__all__ = ["exit_code", "run"]
-
 
 @click.command(
     epilog="""

@@ -11,8 +11,6 @@ from rich.table import Table
 
 from loopgate.results.summary_rows import summary_rows
 
-__all__ = ["print_summary"]
-
 
 def print_summary(summary: Mapping[str, Any], out: Path | None) -> None:
     """Print the table, warnings, and where the results are."""

@@ -20,8 +20,6 @@ if TYPE_CHECKING:
 
     from loopgate.sweep import Point, Progress, Sweep
 
-__all__ = ["sweep"]
-
 _SHOWN = 12  # lines of a dry run
 
 

@@ -8,8 +8,6 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-__all__ = ["console", "counted", "listed", "print_table"]
-
 _MOST_ROWS = 40
 _MOST_NAMES = 6
 _WIDTH = 120

@@ -8,8 +8,6 @@ from time import perf_counter
 
 import click
 
-__all__ = ["trace"]
-
 
 @click.command()
 @click.argument("file", type=click.Path(path_type=Path, dir_okay=False))

@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from loopgate.gates import Gate
     from loopgate.research.state_space import Verification
 
-__all__ = ["EXIT_BROKEN", "verify"]
-
 EXIT_BROKEN = 1
 """A promise was seen broken."""
 

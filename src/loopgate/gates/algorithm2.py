@@ -14,8 +14,6 @@ from loopgate.gates.circuits import describe_circuit
 from loopgate.gates.collision import collision_decision
 from loopgate.model import Configuration, System
 
-__all__ = ["Algorithm2Gate"]
-
 
 class Algorithm2Gate:
     """Admits a move iff it is collision-free and every circuit it would be part of is live by Theorem 1.

@@ -7,8 +7,6 @@ from loopgate.gates.collision import collision_decision
 from loopgate.gates.walks import safe_walk
 from loopgate.model import Configuration, System
 
-__all__ = ["BankerGate"]
-
 
 class BankerGate:
     """Admits a move iff the robot has a safe walk: all states up to its next private state have room.

@@ -9,8 +9,6 @@ from typing import Protocol, runtime_checkable
 
 from loopgate.model import Configuration
 
-__all__ = ["Decision", "FollowingGate", "Gate", "Reason", "TimedGate"]
-
 
 class Reason(StrEnum):
     """Why a move was admitted or refused; these words appear in traces and summaries."""

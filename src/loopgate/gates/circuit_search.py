@@ -13,8 +13,6 @@ from loopgate.gates.theorem1 import theorem1
 from loopgate.gates.walks import Holders, Walk, risky_walks
 from loopgate.model import Configuration, System
 
-__all__ = ["BudgetSpent", "CircuitSearch"]
-
 _SMALLEST_CYCLE = 3
 """Robots in the smallest deadlock cycle (Prop. 2)."""
 

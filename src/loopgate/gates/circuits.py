@@ -8,14 +8,6 @@ from dataclasses import dataclass
 from loopgate.gates.walks import Holders, Walk, risky_walks
 from loopgate.model import Configuration, System
 
-__all__ = [
-    "Circuit",
-    "all_circuits",
-    "circuits_through",
-    "describe_circuit",
-    "sub_circuit",
-]
-
 
 @dataclass(frozen=True, slots=True)
 class Circuit:

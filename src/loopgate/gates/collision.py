@@ -5,8 +5,6 @@ from __future__ import annotations
 from loopgate.gates.base import Decision, Reason
 from loopgate.model import Configuration, System
 
-__all__ = ["CollisionGate", "collision_decision"]
-
 
 def collision_decision(system: System, configuration: Configuration, robot: int) -> Decision:
     """Decide the next move of `robot` by capacities and FIFO order alone: ``Sign(next) == 0``.

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from loopgate.model import Configuration, System
 
-__all__ = ["deadlocked_robots", "homes_decide_liveness"]
-
 
 def deadlocked_robots(system: System, configuration: Configuration) -> frozenset[int]:
     """Return the robots that wait for one another for ever; empty iff there is no deadlock (Def. 3).

@@ -7,8 +7,6 @@ from loopgate.gates.collision import collision_decision
 from loopgate.gates.deadlocks import deadlocked_robots
 from loopgate.model import Configuration, System
 
-__all__ = ["OneStepGate"]
-
 
 class OneStepGate:
     """Admits a move iff it is collision-free and leads to no deadlock in the sense of Definition 3.

@@ -5,8 +5,6 @@ from __future__ import annotations
 from loopgate.gates.base import Decision, Reason
 from loopgate.model import Configuration, System
 
-__all__ = ["OpenGate"]
-
 
 class OpenGate:
     """Admits every move that exists.

@@ -20,8 +20,6 @@ from loopgate.model import System
 from loopgate.plugins import PluginError, make_plugin, name_of
 from loopgate.reading import shown
 
-__all__ = ["check_gate", "gate_names", "make_gate", "name_gate"]
-
 _GROUP = "loopgate.gates"
 
 

@@ -13,8 +13,6 @@ from enum import StrEnum
 from loopgate.gates.circuits import Circuit, sub_circuit
 from loopgate.model import Configuration, System
 
-__all__ = ["Condition", "Verdict", "lemma1", "lemma2", "lemma3", "lemma4", "movable_walks", "theorem1"]
-
 
 class Condition(StrEnum):
     """Which condition of Theorem 1 decided."""

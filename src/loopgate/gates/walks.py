@@ -15,8 +15,6 @@ from dataclasses import dataclass
 
 from loopgate.model import Configuration, System
 
-__all__ = ["Holders", "Walk", "default_lookahead", "risky_walks", "safe_walk", "steps_ahead"]
-
 
 @dataclass(frozen=True, slots=True)
 class Walk:

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-__all__ = ["Configuration"]
-
 
 class Configuration(NamedTuple):
     """The state of a system: one position per robot, and the order within its FIFO states.

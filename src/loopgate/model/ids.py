@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import NewType
 
-__all__ = ["RobotId", "StateId"]
-
 RobotId = NewType("RobotId", str)
 """Name of a robot (on the road: of a vehicle)."""
 

@@ -8,8 +8,6 @@ from loopgate.errors import SystemModelError
 from loopgate.model.ids import RobotId, StateId
 from loopgate.reading import shown
 
-__all__ = ["Robot"]
-
 
 @dataclass(frozen=True, slots=True)
 class Robot:

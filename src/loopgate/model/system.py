@@ -13,8 +13,6 @@ from loopgate.model.ids import RobotId, StateId
 from loopgate.model.robot import Robot
 from loopgate.reading import shown
 
-__all__ = ["LARGEST_CAPACITY", "System"]
-
 LARGEST_CAPACITY = 1_000_000
 """More than any road holds; sums over all states still fit into the integers of compiled code."""
 

@@ -21,8 +21,6 @@ from loopgate.model.robot import Robot
 from loopgate.model.system import System
 from loopgate.reading import is_plain, read_json, refusing, shown
 
-__all__ = ["read_system", "system_from_dict", "system_to_dict", "write_system"]
-
 _SYSTEM_KEYS = {"robots", "capacity", "fifo", "note"}
 _ROBOT_KEYS = {"id", "path", "closed", "start"}
 

@@ -7,8 +7,6 @@ from typing import NamedTuple, Protocol, runtime_checkable
 
 from loopgate.model import System
 
-__all__ = ["InformedNegotiation", "Negotiation", "Request", "View"]
-
 
 class Request(NamedTuple):
     """One vehicle's wish to enter its next state.

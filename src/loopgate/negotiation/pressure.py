@@ -8,8 +8,6 @@ from random import Random
 from loopgate.model import System
 from loopgate.negotiation.base import Request, View
 
-__all__ = ["Platoon", "Pressure"]
-
 _NO_RESERVE = 2.0
 """A share that no place is filled to."""
 

@@ -10,8 +10,6 @@ from loopgate.negotiation.base import Negotiation
 from loopgate.plugins import PluginError, make_plugin, name_of
 from loopgate.reading import shown
 
-__all__ = ["check_negotiation", "make_negotiation", "name_negotiation", "negotiation_names"]
-
 _GROUP = "loopgate.negotiations"
 
 

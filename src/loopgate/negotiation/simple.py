@@ -7,8 +7,6 @@ from random import Random
 
 from loopgate.negotiation.base import Request, View
 
-__all__ = ["OldestFirst", "RandomDelay"]
-
 
 class RandomDelay:
     """The paper's ``Neg`` (Zhou et al. 2020, Section 4.1): the smallest of random delays goes first."""

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import math
 
-__all__ = ["seconds"]
-
 _SCALES = (1.0, 60.0, 3600.0, 86400.0)
 
 

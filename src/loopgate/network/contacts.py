@@ -12,8 +12,6 @@ import shapely
 from loopgate.network.loop import Loop, arc_lengths
 from loopgate.network.records import Points
 
-__all__ = ["Floats", "Ints", "LaneContacts", "lane_contacts", "lanes_of", "merge_intervals"]
-
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 

@@ -7,8 +7,6 @@ from pathlib import Path
 
 from loopgate.network.sumo_config import is_sumo_config, read_sumo_config
 
-__all__ = ["content_identity", "members"]
-
 
 def content_identity(path: Path) -> str:
     """Return the SHA-256 of a file's content, and of the contents of what it names.

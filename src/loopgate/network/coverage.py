@@ -8,8 +8,6 @@ from dataclasses import dataclass
 from loopgate.network.loop import Loop
 from loopgate.network.road import RoadNetwork
 
-__all__ = ["Coverage", "measure_coverage"]
-
 
 @dataclass(frozen=True, slots=True)
 class Coverage:

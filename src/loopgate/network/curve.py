@@ -5,8 +5,6 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["cut_curve", "cut_line", "gap"]
-
 _Floats = npt.NDArray[np.float64]
 _ROUNDING_M = 1e-6
 

@@ -13,8 +13,6 @@ from loopgate.errors import RouteError
 from loopgate.network.clock import seconds
 from loopgate.reading import shown
 
-__all__ = ["FLOW_ATTRIBUTES", "Flow", "depart_s", "read_flow"]
-
 _PER_HOUR = ("vehsPerHour", "perHour")
 _OFTEN = ("period", *_PER_HOUR, "probability")
 

@@ -10,8 +10,6 @@ from xml.etree import ElementTree as ET
 
 from loopgate.reading import shown
 
-__all__ = ["first_fault"]
-
 _NEEDED: dict[str, tuple[str, ...]] = {
     "edge": ("id",),
     "lane": ("id", "index", "speed", "length", "shape"),

@@ -9,8 +9,6 @@ from itertools import islice
 
 from loopgate.network.road_graph import RoadGraph
 
-__all__ = ["every_walk"]
-
 _TURN = 40
 """Steps that the search from one edge takes before the next edge has its turn."""
 

@@ -16,8 +16,6 @@ from loopgate.network.random_walks import RandomWalks
 from loopgate.network.road import RoadNetwork
 from loopgate.network.road_graph import parts_with_loops
 
-__all__ = ["FoundLoops", "LoopOptions", "LoopSearch", "find_loops", "generate_loops"]
-
 _RELAX = 0.9
 _LEAST_REACH = 0.3
 """Where roads of other loops are avoided, each attempt shortens the walks tried by `_RELAX`, down to

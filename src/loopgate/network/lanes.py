@@ -10,8 +10,6 @@ from loopgate.network.loop import LaneSpan, Loop
 from loopgate.network.records import Connection, Lane
 from loopgate.network.road import RoadNetwork
 
-__all__ = ["LEAST_CHANGE_M", "make_loop", "make_route", "movements_made"]
-
 LEAST_CHANGE_M = 10.0
 """The shortest edge on which a car can change lanes [m]: its length and gap, and some to spare."""
 

@@ -10,8 +10,6 @@ from xml.etree import ElementTree as ET
 from loopgate.network.departures import FLOW_ATTRIBUTES
 from loopgate.network.stops import STOP_ATTRIBUTES
 
-__all__ = ["left_out"]
-
 _OF_VEHICLES = {"id", "type", "route", "departEdge", "color", "line", "personNumber", "containerNumber"}
 
 _TAKEN = {

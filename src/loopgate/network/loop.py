@@ -12,8 +12,6 @@ import numpy.typing as npt
 from loopgate.errors import RouteError
 from loopgate.network.records import Points
 
-__all__ = ["AWAY_M", "HOLD_MARGIN_M", "LaneSpan", "Loop", "Place"]
-
 HOLD_MARGIN_M = 0.1
 """Distance before the end of a lane at which a vehicle can be held [m]: SUMO's own tolerance for stops."""
 

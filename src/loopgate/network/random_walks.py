@@ -8,8 +8,6 @@ from collections.abc import Sequence
 
 from loopgate.network.road_graph import RoadGraph
 
-__all__ = ["RandomWalks"]
-
 _DETOUR = 1.0
 """Road lengths are stretched by a random share of up to this much, so that loops differ."""
 

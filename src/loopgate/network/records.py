@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-__all__ = ["Connection", "Edge", "Junction", "Lane", "Points"]
-
 Points = tuple[tuple[float, float], ...]
 """A polyline: (x, y) [m] in the network's coordinates."""
 

@@ -23,8 +23,6 @@ from loopgate.network.sumo_config import is_sumo_config, read_sumo_config
 from loopgate.network.xml_file import check_root, open_xml
 from loopgate.reading import refusing
 
-__all__ = ["VEHICLE_CLASSES", "RoadNetwork", "packaged_networks"]
-
 VEHICLE_CLASSES: frozenset[str] = frozenset(SUMO_VEHICLE_CLASSES)
 """All that SUMO has."""
 

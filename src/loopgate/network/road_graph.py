@@ -8,8 +8,6 @@ import networkx as nx
 
 from loopgate.network.road import RoadNetwork
 
-__all__ = ["Road", "RoadGraph", "parts_with_loops"]
-
 
 @dataclass(frozen=True, slots=True)
 class Road:

@@ -32,16 +32,6 @@ from loopgate.network.vehicle_type import DEFAULT_TYPE, VehicleType, vehicle_typ
 from loopgate.network.xml_file import read_xml
 from loopgate.reading import is_file, refusing, shown
 
-__all__ = [
-    "LoopVehicle",
-    "RoutesFile",
-    "one_round",
-    "read_loops",
-    "routes_text",
-    "write_loops",
-    "write_text",
-]
-
 _VEHICLES = frozenset({"vehicle", "flow", "trip"})
 
 _BEYOND_M = 10.0

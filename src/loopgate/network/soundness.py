@@ -8,8 +8,6 @@ from pathlib import Path
 from loopgate.errors import NetworkError
 from loopgate.network.records import Connection, Edge, Junction, Lane, Points
 
-__all__ = ["check_sound"]
-
 _LARGEST_COORDINATE_M = 1e8
 """Beyond the Earth in any projection; squares of differences are still exact to the millimetre and finite."""
 _LONGEST_LANE_M = 1e6

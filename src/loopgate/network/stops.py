@@ -15,16 +15,6 @@ from loopgate.network.road import RoadNetwork
 from loopgate.network.xml_file import read_xml
 from loopgate.reading import shown
 
-__all__ = [
-    "STOP_ATTRIBUTES",
-    "Stop",
-    "StoppingPlace",
-    "lanes_of_stops",
-    "on_loop",
-    "read_stopping_places",
-    "read_stops",
-]
-
 _KINDS = {
     "busStop": "busStop",
     "trainStop": "busStop",

@@ -9,9 +9,6 @@ from pathlib import Path
 from loopgate.errors import RouteError
 from loopgate.network.xml_file import read_xml
 
-__all__ = ["SumoConfig", "is_sumo_config", "read_sumo_config"]
-
-
 _NETS = ("net-file", "net", "n")
 _ROUTES = ("route-files", "routes", "r")
 _ADDITIONAL = ("additional-files", "additional", "a")

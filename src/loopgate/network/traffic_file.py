@@ -11,8 +11,6 @@ from loopgate.network.sumo_config import is_sumo_config, read_sumo_config
 from loopgate.network.vehicle_type import vehicle_type
 from loopgate.network.xml_file import read_xml
 
-__all__ = ["TrafficFile", "read_traffic"]
-
 _VEHICLES = ("vehicle", "trip", "flow")
 _PERSONS = ("person", "personFlow", "container", "containerFlow")
 

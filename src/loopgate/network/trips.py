@@ -16,8 +16,6 @@ from loopgate.network.clock import seconds
 from loopgate.network.road import RoadNetwork
 from loopgate.reading import shown
 
-__all__ = ["MIDDLE", "closes", "drives_once", "lead_trips", "ways_between"]
-
 _ENDS = (
     "from",
     "to",

@@ -11,8 +11,6 @@ from loopgate.errors import RouteError
 from loopgate.network.road import VEHICLE_CLASSES
 from loopgate.reading import shown
 
-__all__ = ["DEFAULT_TYPE", "VehicleType", "type_of_class", "vehicle_type"]
-
 _LENGTH_M = {
     "bicycle": 1.6,
     "bus": 12.0,

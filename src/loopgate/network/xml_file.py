@@ -11,8 +11,6 @@ from xml.etree import ElementTree as ET
 from loopgate.errors import LoopgateError
 from loopgate.reading import refusing, shown
 
-__all__ = ["check_root", "open_xml", "read_xml"]
-
 _WAYS_OUT = {
     "osm": "make a network of OpenStreetMap's data first: netconvert --osm-files FILE -o NAME.net.xml",
     "routes": "this one holds routes: give the network as NETWORK and this file as --routes",

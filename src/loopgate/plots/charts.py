@@ -14,18 +14,6 @@ import vl_convert
 
 from loopgate.plots.style import DASHES, MAX_SERIES, SYMBOLS, config, series_order
 
-__all__ = [
-    "Chart",
-    "data",
-    "figure_image",
-    "figure_svg",
-    "finish",
-    "records",
-    "series_channels",
-    "series_names",
-    "tooltip",
-]
-
 Chart = alt.LayerChart | alt.FacetChart | alt.VConcatChart | alt.Chart
 
 WIDTH, HEIGHT = 430, 250

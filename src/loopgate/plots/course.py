@@ -13,8 +13,6 @@ from loopgate.plots.charts import Chart, data, finish, series_channels, series_n
 from loopgate.results import columns as run
 from loopgate.results import row_columns as c
 
-__all__ = ["CUMULATIVE", "OVER_TIME", "plot_flow", "plot_ranked", "plot_time_space"]
-
 OVER_TIME: Mapping[str, str] = {
     c.KM_PER_H: "vehicle-km/h",
     c.LAPS_PER_H: "laps/h",

@@ -12,15 +12,6 @@ from loopgate.analysis import columns as a
 from loopgate.plots.charts import Chart, data, finish, series_channels, series_names, tooltip
 from loopgate.results import row_columns as c
 
-__all__ = [
-    "plot_against",
-    "plot_deadlock_rate",
-    "plot_decision_time",
-    "plot_fundamental",
-    "plot_mean",
-    "plot_paired",
-]
-
 _SPREAD = 0.008
 """Distance between neighbouring series, as a share of the axis: intervals must not hide each other."""
 

@@ -11,8 +11,6 @@ from loopgate.plots.style import series_order
 from loopgate.results import columns as run
 from loopgate.results import row_columns as c
 
-__all__ = ["beside", "plot_edges", "points"]
-
 _SHIFT = 0.006  # of the extent: both directions of a road stay apart
 _MARGIN = 0.03  # of the extent
 _MAPS = 4

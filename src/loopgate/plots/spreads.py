@@ -12,8 +12,6 @@ from loopgate.analysis import columns as a
 from loopgate.plots.charts import Chart, data, finish, series_channels, series_names, tooltip
 from loopgate.results import row_columns as c
 
-__all__ = ["plot_capacity", "plot_laps", "plot_survival"]
-
 _VEHICLES = "vehicles"
 
 

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any, Final
 
-__all__ = ["DARK", "DASHES", "LIGHT", "MAX_SERIES", "SYMBOLS", "colours", "config", "series_order"]
-
 _NAMES = ("ink", "soft", "line", "heat", *(f"s{number}" for number in range(8)))
 
 # At least 3:1 against the ground, and apart for every kind of colour vision: a test measures both.

@@ -12,8 +12,6 @@ from loopgate.plots.charts import Chart, data, finish, series_channels, series_n
 from loopgate.plots.road_map import plot_edges
 from loopgate.results import columns as run
 
-__all__ = ["plot_seen_within", "plot_unwatched"]
-
 _SERIES = "series"
 
 

@@ -16,8 +16,6 @@ from loopgate.replay.tracks import LARGEST_M, MOST_STEPS, PER_M, TURN, Tracks, m
 from loopgate.results.columns import FRONT, FRONTS_PER_M, TIME, VEHICLE
 from loopgate.results.table_reading import NO_PARQUET, check_columns
 
-__all__ = ["read_fronts"]
-
 Floats = npt.NDArray[np.float64]
 
 

@@ -20,8 +20,6 @@ from loopgate.replay.lines import DrawnLines
 from loopgate.replay.tracks import PER_M, Tracks
 from loopgate.results.columns import EVENT, PLACE, REASON, TIME, VEHICLE, Event
 
-__all__ = ["WHY", "Circle", "Happenings", "Span", "find_happenings"]
-
 WHY: dict[str, str] = {
     Reason.STAYS: "it has arrived",
     Reason.BEHIND: "another stands before it",

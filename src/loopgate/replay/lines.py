@@ -10,8 +10,6 @@ import numpy.typing as npt
 from loopgate.audit.layout import Layout, LoopWay
 from loopgate.network.curve import cut_curve, gap
 
-__all__ = ["DrawnLines", "Link", "find_lines", "loop_curve"]
-
 Line = npt.NDArray[np.float64]
 
 

@@ -12,8 +12,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["Pack"]
-
 _BYTE = 256
 _WIDEST = 4
 _PIECE = 1 << 22

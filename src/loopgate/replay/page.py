@@ -18,8 +18,6 @@ from loopgate.errors import ResultsError
 from loopgate.replay.pack import Pack
 from loopgate.replay.scene import Scene, load_scene
 
-__all__ = ["MOST_RUNS", "Replay", "make_replay"]
-
 MOST_RUNS = 2
 """So many runs are seen side by side."""
 

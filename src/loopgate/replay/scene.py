@@ -23,8 +23,6 @@ from loopgate.results.columns import Event
 from loopgate.results.recorder import read_events
 from loopgate.simulation import outcome
 
-__all__ = ["Scene", "load_scene"]
-
 _SHOWN = (
     *(Event.START, Event.GRANT, Event.REFUSE, Event.HOLD, Event.GO, Event.ENTER, Event.LEAVE, Event.LAP),
     *(Event.DEADLOCK, Event.COLLISION, Event.TELEPORT, Event.OVERRUN, Event.STRAY),

@@ -15,8 +15,6 @@ from loopgate.errors import LoopgateError
 from loopgate.network import RoadNetwork
 from loopgate.replay.tracks import PER_M
 
-__all__ = ["Box", "draw_streets", "flat", "open_network"]
-
 Box = tuple[float, float, float, float]
 """Smallest and largest x, smallest and largest y [m]."""
 

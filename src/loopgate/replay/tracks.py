@@ -14,8 +14,6 @@ import pyarrow.csv
 from loopgate.errors import ResultsError
 from loopgate.reading import refusing
 
-__all__ = ["LARGEST_M", "MOST_STEPS", "PER_M", "TURN", "Tracks", "make_tracks", "read_tracks"]
-
 Ints = npt.NDArray[np.int64]
 Floats = npt.NDArray[np.float64]
 

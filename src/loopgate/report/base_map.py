@@ -18,8 +18,6 @@ from loopgate.errors import ResultsError
 from loopgate.network.loop import Loop
 from loopgate.network.road import RoadNetwork
 
-__all__ = ["DPI", "GROUND", "INK", "base_map", "points_per_m"]
-
 INK = "#23292e"
 GROUND = "#f1f2f0"
 _ROAD, _CASING = "#ffffff", "#c3c9ce"

@@ -36,8 +36,6 @@ from loopgate.results import columns as run
 from loopgate.results import row_columns as c
 from loopgate.runs.results import Results
 
-__all__ = ["common_count", "network_sections"]
-
 _BY = [a.SERIES, c.VEHICLES]
 _PERCENT = [0.05, 0.25, 0.5, 0.75, 0.95]
 _MOST_PANELS = 6

@@ -18,8 +18,6 @@ from loopgate.plots.charts import records
 from loopgate.plots.style import colours, config
 from loopgate.report.tables import plain
 
-__all__ = ["download", "hash_of", "library", "page_spec", "script_json"]
-
 _SNIPPET = "window.vegaEmbed = vegaEmbed;"
 
 

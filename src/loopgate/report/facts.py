@@ -10,8 +10,6 @@ from loopgate.report.items import TableItem
 from loopgate.results import row_columns as c
 from loopgate.runs.results import Results
 
-__all__ = ["commands", "facts", "failures", "progress"]
-
 _MOST_VALUES = 12
 _MOST_COMMANDS = 60
 

@@ -13,8 +13,6 @@ from loopgate.analysis.statistics import wilson_interval
 from loopgate.report.items import Section
 from loopgate.results import row_columns as c
 
-__all__ = ["DASH", "headline", "lead", "number", "title"]
-
 DASH = "\N{EN DASH}"
 _MOST_NAMES = 4
 _EQUAL = 1.005  # ratios below this print as 1.00

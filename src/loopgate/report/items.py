@@ -12,8 +12,6 @@ import pandas as pd
 from loopgate.analysis.columns import SERIES
 from loopgate.plots.charts import Chart
 
-__all__ = ["Command", "Content", "FigureItem", "Section", "TableItem"]
-
 
 @dataclass(frozen=True, slots=True)
 class Command:

@@ -22,8 +22,6 @@ from loopgate.report.base_map import DPI, INK, base_map, points_per_m
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["COLOURS", "draw_map"]
-
 COLOURS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#8C510A", "#332288", "#999933")
 """Colours of the loops: told apart also by people who see red and green alike (Okabe and Ito; Tol)."""
 

@@ -29,8 +29,6 @@ from loopgate.report.tables import cells, write_csv, write_latex
 from loopgate.runs.results import Results
 from loopgate.versions import versions
 
-__all__ = ["ReportFiles", "write_report"]
-
 _LONGEST_TABLE = 400  # rows on the page; the files have all
 _PNG_SCALE = 2.5
 

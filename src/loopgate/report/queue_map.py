@@ -19,8 +19,6 @@ from loopgate.network.loop import arc_lengths
 from loopgate.network.road import RoadNetwork
 from loopgate.report.base_map import DPI, INK, base_map, points_per_m
 
-__all__ = ["draw_queues"]
-
 _STEPS = (2, 3, 4, 6, 10, 20)
 """Capacities at which a new colour begins."""
 

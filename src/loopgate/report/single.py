@@ -20,8 +20,6 @@ from loopgate.report.items import Content
 from loopgate.results import columns as run
 from loopgate.runs.run import Run, read_run
 
-__all__ = ["add_single_run"]
-
 _MOST_POINTS = 6000
 _STREETS = f'run.streets["{run.EDGE}"]'
 

@@ -10,8 +10,6 @@ import pandas as pd
 from loopgate.analysis.columns import BETTER, HIGH, LOW, RATE, REFUSED_SHARE
 from loopgate.report.headline import DASH, number
 
-__all__ = ["Cells", "cells", "plain", "write_csv", "write_latex"]
-
 Cells = tuple[list[str], list[list[str]]]
 """Headings and rows, as text."""
 

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Final
-
-__all__ = ["EDGE_COLUMNS", "EVENT_COLUMNS", "FLOW_COLUMNS", "LOOP_COLUMNS", "VEHICLE_COLUMNS", "Event"]
-
 from enum import StrEnum
+from typing import Final
 
 # events.parquet: one row per event
 TIME: Final = "time_s"  # simulated time [s]

@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 from loopgate.results.columns import Event
 from loopgate.results.recorder import Recorder
 
-__all__ = ["EventFeed", "Happening"]
-
 
 class Happening(NamedTuple):
     """An event: a row of the events, see `loopgate.results.columns`."""

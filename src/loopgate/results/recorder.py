@@ -17,8 +17,6 @@ from loopgate.results.columns import EVENT, EVENT_COLUMNS, PLACE, REASON, STAGE,
 from loopgate.results.table_reading import NO_PARQUET, check_columns
 from loopgate.results.table_writing import TableFile
 
-__all__ = ["Recorder", "read_event_pieces", "read_events"]
-
 _BATCH = 50_000
 _WORD = pa.dictionary(pa.int32(), pa.string())
 _WORDS = (VEHICLE, EVENT, PLACE, REASON, STAGE)

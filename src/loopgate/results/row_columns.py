@@ -4,15 +4,6 @@ from __future__ import annotations
 
 from typing import Final
 
-__all__ = [
-    "EDGE_LISTS",
-    "NOT_GATED",
-    "OPTION_COLUMNS",
-    "STATUS_FAILED",
-    "STATUS_OK",
-    "VOLATILE_COLUMNS",
-]
-
 # Which run it is
 KEY: Final = "key"  # stable key of the run: hash of the scenario and of the files it names
 ATTEMPT: Final = "attempt"  # 1, 2, ...: how often the run was started before this row came

@@ -6,8 +6,6 @@ import pyarrow as pa
 
 from loopgate.results import row_columns as c
 
-__all__ = ["ROW_SCHEMA"]
-
 _TEXT = (
     c.KEY,
     c.STATUS,

@@ -7,8 +7,6 @@ from typing import Any
 
 from loopgate.results.row_columns import NOT_GATED
 
-__all__ = ["summary_rows"]
-
 _DISTRICTS = 10
 
 _WHOSE = {"ordinary": ", of ordinary traffic alone", "both": ", of gated and ordinary ones together"}

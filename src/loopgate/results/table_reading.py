@@ -22,8 +22,6 @@ from loopgate.results import row_columns as c
 from loopgate.results.row_schema import ROW_SCHEMA
 from loopgate.versions import versions
 
-__all__ = ["NO_PARQUET", "Rows", "check_columns", "check_sizes", "lacks", "maker", "read_rows", "read_table"]
-
 NO_PARQUET = "not a readable Parquet file"
 
 _NEEDED = (

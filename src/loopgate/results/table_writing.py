@@ -11,8 +11,6 @@ import pyarrow.parquet as pq
 
 from loopgate.disk import DISK_FULL, writing
 
-__all__ = ["TableFile"]
-
 _END_BYTES = 8_192
 _END_BYTES_PER_PIECE = 2_048
 _SMALL = 500  # rows; what is left of a disk is filled up to so many

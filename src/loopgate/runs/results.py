@@ -22,8 +22,6 @@ from loopgate.results import row_columns as c
 from loopgate.results.row_schema import ROW_SCHEMA
 from loopgate.results.table_reading import Rows, check_sizes, read_rows, read_table
 
-__all__ = ["Results", "read_results"]
-
 _READ_TRIES = 3  # a sweep that is running may merge files between listing and reading them
 
 

@@ -29,8 +29,6 @@ from loopgate.results.row_schema import ROW_SCHEMA
 from loopgate.results.summary_rows import summary_rows
 from loopgate.results.table_reading import maker, read_table
 
-__all__ = ["Run", "read_run"]
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Run:

@@ -14,8 +14,6 @@ from loopgate.simulation.loop_run import Tick
 from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario
 
-__all__ = ["run"]
-
 
 def run(
     scenario: Scenario,

@@ -16,8 +16,6 @@ from contextlib import contextmanager
 
 from loopgate.errors import SweepError
 
-__all__ = ["dask_executor"]
-
 _CONNECT_S = 10
 
 

@@ -42,8 +42,6 @@ from loopgate.plugins import in_file
 from loopgate.reading import is_file, is_plain, read_toml, refusing, shown
 from loopgate.sweep.files import NamedFile, file_identity
 
-__all__ = ["FILE_KEYS", "Point", "Sweep", "read_sweep", "with_files"]
-
 FILE_KEYS = ("network", "routes", "traffic", "weights", "districts")
 """Scenario keys whose value may be a file; these files travel with the run."""
 

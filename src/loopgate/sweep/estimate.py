@@ -14,8 +14,6 @@ from loopgate.results import row_columns as c
 from loopgate.runs.results import read_results
 from loopgate.sweep.description import Point
 
-__all__ = ["Estimate", "estimate"]
-
 _PER_VEHICLE_STEP_S = 20e-6  # wall time per vehicle and simulated second, gate included: a rule of thumb
 _PER_RUN_S = 2.0  # reading the network, starting SUMO
 _DEFAULT_VEHICLES, _DEFAULT_DURATION_S = 40, 3600.0

@@ -25,8 +25,6 @@ from loopgate.sweep.store import Store
 from loopgate.sweep.task import DEFAULT_RUNNER, Result, Task, execute, failed_row
 from loopgate.versions import versions
 
-__all__ = ["Progress", "SweepOutcome", "run_sweep"]
-
 _TRIES = 2  # a worker that dies takes its run with it; the second time it is the run's own doing
 
 

@@ -13,8 +13,6 @@ from loopgate.network.content import content_identity, members
 from loopgate.network.road import PACKAGED
 from loopgate.reading import is_file, refusing, shown
 
-__all__ = ["NamedFile", "PackedFile", "file_identity", "pack", "unpack"]
-
 
 @dataclass(frozen=True, slots=True)
 class NamedFile:

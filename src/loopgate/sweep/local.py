@@ -15,8 +15,6 @@ from typing import Any, ParamSpec, TypeVar
 
 from loopgate.errors import LoopgateError
 
-__all__ = ["LocalExecutor", "TimeLimitError", "WorkerDiedError", "WorkerStartError"]
-
 P = ParamSpec("P")
 T = TypeVar("T")
 

@@ -7,8 +7,6 @@ import resource
 import sys
 from pathlib import Path
 
-__all__ = ["peak_memory_mb", "reset_peak_memory"]
-
 _KIB_PER_MIB = 1024
 _RESET_PEAK = "5"  # proc(5), clear_refs: reset the peak resident set size
 

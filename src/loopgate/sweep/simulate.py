@@ -9,8 +9,6 @@ from typing import Any
 from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario
 
-__all__ = ["run_scenario"]
-
 
 def run_scenario(scenario: Mapping[str, Any], out: Path) -> None:
     """Simulate `scenario` and write its run folder to `out`."""

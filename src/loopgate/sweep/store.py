@@ -28,8 +28,6 @@ from loopgate.results.row_schema import ROW_SCHEMA
 from loopgate.results.table_reading import read_rows
 from loopgate.sweep.task import Result
 
-__all__ = ["MANIFEST", "Store"]
-
 MANIFEST = "sweep.json"
 _PART = "row-"
 _CHUNK = "chunk-"

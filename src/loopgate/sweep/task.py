@@ -37,8 +37,6 @@ from loopgate.sweep.files import PackedFile, unpack
 from loopgate.sweep.memory import peak_memory_mb, reset_peak_memory
 from loopgate.versions import versions
 
-__all__ = ["DEFAULT_RUNNER", "Result", "Runner", "Task", "execute", "failed_row", "load_runner"]
-
 Runner = Callable[[Mapping[str, Any], Path], object]
 """Runs a scenario (its files are local paths) and fills the folder with what a run folder holds."""
 

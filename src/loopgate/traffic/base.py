@@ -8,8 +8,6 @@ from typing import Protocol
 
 from loopgate.network.stops import Stop
 
-__all__ = ["Collision", "Dynamics", "Insertion", "Light", "Phase", "Program", "Traffic"]
-
 
 @dataclass(frozen=True, slots=True)
 class Collision:

@@ -7,8 +7,6 @@ from typing import Any
 
 import libsumo
 
-__all__ = ["ERROR", "ODOMETER", "start"]
-
 ERROR: tuple[type[Exception], ...] = (libsumo.TraCIException, libsumo.FatalTraCIError)
 """What libsumo raises: on what it cannot do, and where it stops."""
 

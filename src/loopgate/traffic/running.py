@@ -13,8 +13,6 @@ from loopgate.network.vehicle_type import vehicle_type
 from loopgate.network.xml_file import open_xml
 from loopgate.traffic.sumo import SumoTraffic
 
-__all__ = ["RunningSumo"]
-
 _FILES = ("route-files", "additional-files")
 _MODEL = "carFollowModel"
 

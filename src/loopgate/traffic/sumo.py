@@ -12,8 +12,6 @@ from loopgate.traffic.sumo_lights import SumoLights
 from loopgate.traffic.sumo_stops import SumoStops
 from loopgate.traffic.sumo_waits import RoadWaits
 
-__all__ = ["GATED_SPEED_MODE", "YIELDING_SPEED_MODE", "SumoTraffic"]
-
 GATED_SPEED_MODE = 23
 """Safe speed, acceleration, deceleration and red lights hold; right of way is the gate's, but vehicles
 already inside a junction are still respected (bit 5 unset)."""

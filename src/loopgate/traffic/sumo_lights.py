@@ -6,8 +6,6 @@ from typing import Any
 
 from loopgate.traffic.base import Light, Phase, Program
 
-__all__ = ["SumoLights"]
-
 _STATIC = 0  # SUMO's number for lights that follow a timetable
 
 

@@ -8,8 +8,6 @@ from typing import Any
 from loopgate.errors import TrafficError
 from loopgate.network.stops import Stop
 
-__all__ = ["SumoStops"]
-
 _FOR_EVER_S = 1e7
 
 _SAME_STOP_M = 0.05

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Container, Sequence
 from typing import Any
 
-__all__ = ["RoadWaits"]
-
 _TOUCHING_M = 3.0
 """A leader at most this far ahead, beyond the minimum gap, leaves a standing vehicle no way on."""
 

@@ -17,8 +17,6 @@ import traci
 
 from loopgate.errors import TrafficError
 
-__all__ = ["ERROR", "check_display", "start"]
-
 _GUI_DELAY_MS = "20"
 """Pause per step, so that there is something to see; sumo-gui has a knob for it."""
 

@@ -21,8 +21,6 @@ from scipy.sparse.csgraph import connected_components
 
 from loopgate.network.cover.lane_graph import LaneGraph
 
-__all__ = ["Circulation", "circulate", "least_circulation"]
-
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 

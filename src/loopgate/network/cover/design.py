@@ -20,8 +20,6 @@ from loopgate.network.lanes import LEAST_CHANGE_M
 from loopgate.network.records import Edge
 from loopgate.network.road import RoadNetwork
 
-__all__ = ["Design", "Task", "both_ways", "make_design", "walks_of"]
-
 _STARTS, _COUNTED = 20, 100
 """Bounds on the longest are sought from so many streets, for so many loops at most."""
 

@@ -12,8 +12,6 @@ from scipy.sparse.csgraph import dijkstra
 
 from loopgate.network.cover.lane_graph import LaneGraph
 
-__all__ = ["Ways", "shortest_ways"]
-
 Floats = npt.NDArray[np.float64]
 
 

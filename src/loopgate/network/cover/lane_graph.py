@@ -13,8 +13,6 @@ from loopgate.network.lanes import LEAST_CHANGE_M, movements_made
 from loopgate.network.records import Connection, Edge
 from loopgate.network.road import RoadNetwork
 
-__all__ = ["LaneGraph", "lane_graph"]
-
 _SPARE_M = 1e-3
 """Each lane counts as so much longer [m], so that of ways equally long that over fewer edges is taken."""
 

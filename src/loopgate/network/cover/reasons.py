@@ -9,8 +9,6 @@ import networkx as nx
 
 from loopgate.network.road import RoadNetwork
 
-__all__ = ["Reason", "why_not_covered"]
-
 
 class Reason(StrEnum):
     """Why a street cannot be covered."""

@@ -12,8 +12,6 @@ import numpy.typing as npt
 from loopgate.network.cover.kernel import POWER, nearest, rebuild, worth
 from loopgate.network.cover.tours import assigned, cut_in_two, split
 
-__all__ = ["Plan", "search"]
-
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 

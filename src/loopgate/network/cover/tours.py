@@ -10,8 +10,6 @@ import numpy.typing as npt
 from numba import njit
 from scipy.optimize import linear_sum_assignment
 
-__all__ = ["assigned", "cut_in_two", "joined", "split"]
-
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 

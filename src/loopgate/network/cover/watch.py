@@ -14,8 +14,6 @@ from loopgate.errors import RouteError
 from loopgate.network.loop import Loop
 from loopgate.network.road import RoadNetwork
 
-__all__ = ["Patrol", "allot", "even_starts_m", "patrol", "vehicles_needed"]
-
 
 @dataclass(frozen=True, slots=True)
 class Patrol:

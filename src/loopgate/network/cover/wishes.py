@@ -13,8 +13,6 @@ from loopgate.network.road import RoadNetwork
 from loopgate.network.xml_file import read_xml
 from loopgate.reading import is_file, refusing, shown
 
-__all__ = ["read_districts", "read_streets", "read_weights"]
-
 _LEAST_CORNERS = 3
 _HEAVIEST = 1000.0
 _FARTHEST_M = 1e9

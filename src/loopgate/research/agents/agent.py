@@ -11,8 +11,6 @@ from loopgate.model import Robot, System
 from loopgate.research.agents.messages import Circuits, Kind, Message, Question, Verdict, Visit
 from loopgate.research.agents.network import MessageNetwork
 
-__all__ = ["Agent", "Outcome"]
-
 
 class Outcome(StrEnum):
     """How far a robot's decision about its next move has come."""

@@ -14,8 +14,6 @@ from loopgate.research.agents.member import Member
 from loopgate.research.agents.messages import Kind
 from loopgate.research.agents.network import Link, MessageNetwork
 
-__all__ = ["CertifiedRun", "components", "part", "run_certified_agents"]
-
 
 @dataclass(slots=True)
 class CertifiedRun:

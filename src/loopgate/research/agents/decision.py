@@ -13,8 +13,6 @@ from loopgate.research.agents.messages import Kind
 from loopgate.research.agents.network import Link, MessageNetwork
 from loopgate.research.agents.sensing import Sensing, sense
 
-__all__ = ["DistributedDecision", "check_single", "decide_by_messages", "place"]
-
 
 @dataclass(frozen=True, slots=True)
 class DistributedDecision:

@@ -10,8 +10,6 @@ from loopgate.research.agents.agent import Outcome
 from loopgate.research.agents.decision import check_single, decide_by_messages
 from loopgate.research.agents.network import Link
 
-__all__ = ["AgentsGate"]
-
 
 class AgentsGate:
     """Lets the robots decide among themselves; `Decision.messages` says how many messages it took.

@@ -13,8 +13,6 @@ from loopgate.model import System
 from loopgate.research.agents.messages import Entry, Kind, Message, Note
 from loopgate.research.agents.network import MessageNetwork
 
-__all__ = ["Member"]
-
 _ASK = 3
 """Ticks between two requests of a robot, which also show that it is there."""
 _REPEAT = 4

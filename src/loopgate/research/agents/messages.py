@@ -9,8 +9,6 @@ from loopgate.gates.circuits import Circuit
 from loopgate.gates.walks import Walk
 from loopgate.model import Configuration
 
-__all__ = ["Circuits", "Claim", "Entry", "Kind", "Message", "Note", "Payload", "Question", "Verdict", "Visit"]
-
 
 class Kind(StrEnum):
     """Kinds of messages, as they are counted."""

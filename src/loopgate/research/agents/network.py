@@ -10,8 +10,6 @@ from dataclasses import dataclass
 
 from loopgate.research.agents.messages import Kind, Message, Payload
 
-__all__ = ["Link", "MessageNetwork"]
-
 
 def _everywhere(_sender: int, _receiver: int) -> bool:
     return True

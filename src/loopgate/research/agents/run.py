@@ -15,8 +15,6 @@ from loopgate.research.agents.messages import Claim, Kind, Message
 from loopgate.research.agents.network import Link, MessageNetwork
 from loopgate.research.agents.sensing import Sensing
 
-__all__ = ["DistributedRun", "run_agents"]
-
 _DECIDE = 60.0
 _NEGOTIATE = 20.0
 """Time for a decision, and for each step of the negotiation [units of the delays]."""

@@ -6,8 +6,6 @@ from dataclasses import dataclass
 
 from loopgate.model import Configuration, System
 
-__all__ = ["Sensing", "sense"]
-
 
 @dataclass(frozen=True, slots=True)
 class Sensing:

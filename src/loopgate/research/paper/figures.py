@@ -15,8 +15,6 @@ from loopgate.research.runs import RoundCounts
 from loopgate.research.theory.digraph import digraph
 from loopgate.research.theory.instances import instance
 
-__all__ = ["draw_fig11", "draw_fig12", "draw_live_rounds"]
-
 _COLOURS = mpl.colormaps["tab10"].colors  # type: ignore[attr-defined] # listed colour maps have it
 
 

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import Final
 
-__all__ = ["ADMITTED", "LIVE_ROUNDS", "MOVES", "SNAPSHOTS", "TABLE1"]
-
 LIVE_ROUNDS: Final = {
     10: 3.19,
     100: 30.22,

@@ -15,8 +15,6 @@ from loopgate.research.paper.section5 import Row, circuits, evolution, live_roun
 from loopgate.research.runs.counting import count_runs
 from loopgate.research.theory.instances import instance
 
-__all__ = ["reproduce"]
-
 
 def reproduce(
     out: Path, *, quick: bool = False, seed: int = 1, progress: Callable[[int], None] = lambda _: None

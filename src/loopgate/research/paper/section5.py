@@ -20,17 +20,6 @@ from loopgate.research.state_space.encoding import Encoding
 from loopgate.research.theory.instances import TABLE1_STARTS, fig7, instance
 from loopgate.research.theory.orders import order
 
-__all__ = [
-    "Evolution",
-    "Row",
-    "at_states",
-    "circuits",
-    "evolution",
-    "live_rounds",
-    "table1",
-    "with_algorithm2",
-]
-
 
 @dataclass(frozen=True, slots=True)
 class Row:

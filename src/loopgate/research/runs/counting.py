@@ -8,8 +8,6 @@ from loopgate.errors import SystemModelError
 from loopgate.gates import Gate
 from loopgate.model import Configuration, System
 
-__all__ = ["Runs", "count_runs"]
-
 
 @dataclass(frozen=True, slots=True)
 class Runs:

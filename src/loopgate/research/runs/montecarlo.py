@@ -14,8 +14,6 @@ from loopgate.gates import Gate
 from loopgate.gates.deadlocks import deadlocked_robots
 from loopgate.model import RobotId, System
 
-__all__ = ["RoundCounts", "run_rounds", "wilson_interval"]
-
 _Z95 = 1.959964
 
 

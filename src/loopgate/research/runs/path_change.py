@@ -9,8 +9,6 @@ from loopgate.errors import LoopgateError, UnsafeStartError
 from loopgate.gates.certified import CertifiedGate
 from loopgate.model import Configuration, RobotId, StateId, System
 
-__all__ = ["PathChangeError", "change_path"]
-
 
 class PathChangeError(LoopgateError):
     """A path that cannot take the place of a robot's path now."""

@@ -13,8 +13,6 @@ from loopgate.gates.circuits import Circuit, circuits_through, describe_circuit
 from loopgate.model import Configuration, RobotId, StateId, System
 from loopgate.research.theory.orders import OrderLimitError, Orders
 
-__all__ = ["RefusedMove", "Step", "trace_moves"]
-
 _MOST_CIRCUITS = 2000
 _MOST_ORDERS = 20_000
 

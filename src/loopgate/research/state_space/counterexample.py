@@ -7,8 +7,6 @@ from dataclasses import dataclass
 from loopgate.gates import Gate
 from loopgate.model import RobotId, StateId
 
-__all__ = ["Counterexample", "promise_of"]
-
 
 @dataclass(frozen=True, slots=True)
 class Counterexample:

@@ -9,8 +9,6 @@ from numpy.typing import NDArray
 
 from loopgate.model import Configuration, System
 
-__all__ = ["Arrays", "Encoding"]
-
 _WORD_BITS = 63
 """Bits of a word that are used: one less than there are, so that no sum overflows."""
 

@@ -18,8 +18,6 @@ from loopgate.research.state_space.reach import Reach, asking
 from loopgate.research.state_space.space import StateSpace
 from loopgate.research.theory.orders import Orders
 
-__all__ = ["Exploration", "explore"]
-
 
 @dataclass(frozen=True, slots=True)
 class Exploration:

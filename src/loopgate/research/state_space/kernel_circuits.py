@@ -10,8 +10,6 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-__all__ = ["all_live", "scratch_for"]
-
 Words = NDArray[np.uint64]
 Numbers = NDArray[np.int64]
 

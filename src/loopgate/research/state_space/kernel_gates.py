@@ -12,8 +12,6 @@ from loopgate.research.state_space.encoding import Arrays
 from loopgate.research.state_space.kernel_circuits import all_live
 from loopgate.research.state_space.kernels import stand
 
-__all__ = ["ALGORITHM2", "BANKER", "ask"]
-
 Words = NDArray[np.uint64]
 Numbers = NDArray[np.int64]
 

@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 
 from loopgate.research.state_space.encoding import Arrays
 
-__all__ = ["advance", "expand", "find", "keep_moving", "new_slots", "rehash", "spread_back", "stand"]
-
 Words = NDArray[np.uint64]
 Numbers = NDArray[np.int64]
 Small = NDArray[np.int32]

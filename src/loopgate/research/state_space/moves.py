@@ -12,8 +12,6 @@ from scipy.sparse.csgraph import connected_components
 
 from loopgate.research.state_space.kernels import keep_moving, spread_back
 
-__all__ = ["Moves"]
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Moves:

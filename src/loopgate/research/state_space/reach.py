@@ -19,8 +19,6 @@ from loopgate.research.state_space.kernel_gates import ALGORITHM2, BANKER, ask
 from loopgate.research.state_space.kernels import advance
 from loopgate.research.state_space.space import StateSpace
 
-__all__ = ["Ask", "Reach", "ask_gate", "asking"]
-
 Ask = Callable[[NDArray[np.int32], NDArray[np.bool_]], None]
 """Writes which moves out of the configurations with these numbers are admitted, move by move."""
 Each = Callable[[Configuration, int, Decision, bool], None]

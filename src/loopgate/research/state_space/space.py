@@ -16,8 +16,6 @@ from loopgate.research.state_space.encoding import Encoding
 from loopgate.research.state_space.kernels import expand, find, new_slots, rehash
 from loopgate.research.state_space.moves import Moves
 
-__all__ = ["ExplorationLimitError", "StateSpace"]
-
 _T = TypeVar("_T", bound=np.generic)
 
 _CHUNK = 1 << 17

@@ -16,8 +16,6 @@ from loopgate.research.state_space.counterexample import Counterexample, promise
 from loopgate.research.state_space.reach import Reach, ask_gate
 from loopgate.research.state_space.space import StateSpace
 
-__all__ = ["Each", "Verification", "verify_everywhere", "verify_space"]
-
 Each = Callable[[Gate, Configuration, int], None]
 """What is called with the gate, the configuration and the robot of a decision."""
 

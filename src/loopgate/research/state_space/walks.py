@@ -17,8 +17,6 @@ from loopgate.research.state_space.verification import Each, Verification, count
 from loopgate.research.theory.acyclicity import AcyclicityError, live_by_order
 from loopgate.research.theory.homing import Homing
 
-__all__ = ["verify_walks"]
-
 _SEARCHED = 10
 """Beyond so many robots the solver judges, where it can; below, plain search is quicker."""
 

@@ -15,8 +15,6 @@ import networkx as nx
 from loopgate.errors import LoopgateError
 from loopgate.model import Configuration, System
 
-__all__ = ["AcyclicityError", "live_by_order"]
-
 
 class AcyclicityError(LoopgateError):
     """The system is of a kind that the encoding does not cover, or the solver is not installed."""

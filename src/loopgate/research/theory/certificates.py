@@ -16,8 +16,6 @@ from loopgate.research.theory.oracle import Oracle, OracleLimitError
 from loopgate.research.theory.places import Places
 from loopgate.research.theory.residents import keeps_everyone
 
-__all__ = ["CertificateError", "check_certificate"]
-
 _MOST_CONFIGURATIONS = 250_000
 """More than the certified gate looks at for one decision, if its budget is not raised."""
 

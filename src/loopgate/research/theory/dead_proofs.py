@@ -8,8 +8,6 @@ from typing import Any
 from loopgate.model import Configuration, System
 from loopgate.research.theory.places import Places
 
-__all__ = ["Group", "follow_proof"]
-
 
 class Group:
     """Some robots of a system where they stand, the others being absent."""

@@ -9,8 +9,6 @@ import networkx as nx
 
 from loopgate.model import RobotId, StateId, System
 
-__all__ = ["DoubleEdge", "digraph", "proposition1", "write_graphml"]
-
 
 @dataclass(frozen=True, slots=True)
 class DoubleEdge:

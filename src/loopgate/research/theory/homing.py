@@ -5,8 +5,6 @@ from __future__ import annotations
 from loopgate.gates.deadlocks import homes_decide_liveness
 from loopgate.model import Configuration, System
 
-__all__ = ["Homing"]
-
 
 class Homing:
     """Decides liveness exactly where homes decide it, without looking at all configurations.

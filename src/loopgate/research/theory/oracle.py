@@ -4,11 +4,8 @@ from __future__ import annotations
 
 import networkx as nx
 
-from loopgate.model import Configuration, System
-
-__all__ = ["Oracle", "OracleLimitError"]
-
 from loopgate.errors import LoopgateError
+from loopgate.model import Configuration, System
 
 
 class OracleLimitError(LoopgateError):

@@ -9,8 +9,6 @@ from loopgate.gates.circuits import Circuit
 from loopgate.gates.walks import Walk, default_lookahead, steps_ahead
 from loopgate.model import Configuration, System
 
-__all__ = ["OrderLimitError", "Orders", "order"]
-
 _Standing = tuple[tuple[int, int], ...]
 """Pairs of a robot and its position, ascending."""
 

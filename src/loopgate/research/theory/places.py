@@ -7,8 +7,6 @@ from functools import cache
 
 from loopgate.model import Configuration, System
 
-__all__ = ["Places"]
-
 
 class Places:
     """Homes and rests of a system's robots.

@@ -8,8 +8,6 @@ from dataclasses import dataclass
 from loopgate.errors import SystemModelError
 from loopgate.model import Robot, RobotId, StateId, System
 
-__all__ = ["Shape", "dense", "random_system", "small_system", "sparse"]
-
 _TRIES = 40
 
 

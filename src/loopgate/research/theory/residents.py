@@ -7,8 +7,6 @@ from functools import lru_cache
 
 from loopgate.model import System
 
-__all__ = ["fits_with_two_empty", "keeps_everyone", "leaves_room_for_passers"]
-
 
 @lru_cache(maxsize=16)
 def keeps_everyone(system: System) -> bool:

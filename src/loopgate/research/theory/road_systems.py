@@ -14,18 +14,6 @@ from itertools import product
 from loopgate.errors import SystemModelError
 from loopgate.model import Robot, RobotId, StateId, System
 
-__all__ = [
-    "Roads",
-    "commuters",
-    "figure_eight",
-    "one_way_grid",
-    "ring",
-    "road_system",
-    "roundabout",
-    "two_rings",
-    "two_way_grid",
-]
-
 
 @dataclass(frozen=True, slots=True)
 class Roads:

@@ -8,8 +8,6 @@ from loopgate.errors import SystemModelError
 from loopgate.model import System
 from loopgate.research.theory.random_systems import Shape, random_system
 
-__all__ = ["any_shape", "any_system"]
-
 _REDRAWS = 1_000_003
 """Distance between the seeds tried where robots do not fit into their states; larger than any study."""
 
