@@ -1,17 +1,53 @@
-"""Times as SUMO's files write them: seconds, or days, hours, minutes and seconds with colons between."""
+"""Numbers and times as SUMO's files write them."""
 
 from __future__ import annotations
 
 import math
+from xml.etree import ElementTree as ET
+
+from loopgate.errors import RouteError
+from loopgate.reading import shown
 
 _SCALES = (1.0, 60.0, 3600.0, 86400.0)
 
 
+def as_number(text: str, *, default: float = math.nan) -> float:
+    """Return a number; what is none becomes `default`."""
+    try:
+        return float(text)
+    except ValueError:
+        return default
+
+
 def seconds(text: str) -> float:
-    """Return a time in seconds; raise `ValueError` if the text is none."""
+    """Return a time in seconds, which days, hours and minutes may precede with colons between.
+
+    Raises
+    ------
+    ValueError
+        If the text is no time.
+    """
     parts = [float(part) for part in text.split(":")]
-    total = sum(number * scale for number, scale in zip(reversed(parts), _SCALES, strict=False))
+    total = sum(part * scale for part, scale in zip(reversed(parts), _SCALES, strict=False))
     if len(parts) > len(_SCALES) or not math.isfinite(total):
         msg = f"{text!r} is no time; expected seconds or h:m:s"
         raise ValueError(msg)
     return total
+
+
+def time_of(element: ET.Element, attribute: str, what: str, *, why: str = "") -> float | None:
+    """Return the time that an attribute gives, 0 for what is before that [s]; None if there is none.
+
+    Raises
+    ------
+    RouteError
+        If it is no time; the text begins with `what` and ends with `why` it has to be one.
+    """
+    text = element.get(attribute)
+    if text is None:
+        return None
+    try:
+        return max(0.0, seconds(text))
+    except ValueError as error:
+        msg = f"{what}: {attribute} is {shown(text)}; expected seconds or h:m:s{why}"
+        raise RouteError(msg) from error

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import count, islice, takewhile
@@ -10,7 +9,7 @@ from random import Random
 from xml.etree import ElementTree as ET
 
 from loopgate.errors import RouteError
-from loopgate.network.clock import seconds
+from loopgate.network.clock import as_number, time_of
 from loopgate.reading import shown
 
 _PER_HOUR = ("vehsPerHour", "perHour")
@@ -23,6 +22,7 @@ _MOST = 100_000
 """Vehicles of one flow; no loop holds as many."""
 
 _HOUR_S = 3600.0
+_WHY = ", since nothing else starts it"
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,10 +91,9 @@ def read_flow(element: ET.Element, what: str) -> Flow:
     if said and number and "end" in element.attrib:
         msg = f"{what}: it says {said[0]}, number and end; with the first, SUMO takes one of the others only"
         raise RouteError(msg)
-    begin_s = _time(element, "begin", what)
     flow = Flow(
-        0.0 if begin_s is None else begin_s,
-        _time(element, "end", what),
+        time_of(element, "begin", what, why=_WHY) or 0.0,
+        time_of(element, "end", what, why=_WHY),
         None if number is None else int(_figure(number, "number", what, least=1.0)),
     )
     if not said:
@@ -122,25 +121,11 @@ def depart_s(element: ET.Element, what: str) -> float:
     """
     if element.get("depart") in {"begin", "now"}:
         return 0.0
-    return _time(element, "depart", what) or 0.0
-
-
-def _time(element: ET.Element, attribute: str, what: str) -> float | None:
-    text = element.get(attribute)
-    if text is None:
-        return None
-    try:
-        return max(0.0, seconds(text))
-    except ValueError as error:
-        msg = f"{what}: {attribute} is {shown(text)}; expected seconds or h:m:s, since nothing else starts it"
-        raise RouteError(msg) from error
+    return time_of(element, "depart", what, why=_WHY) or 0.0
 
 
 def _figure(text: str, attribute: str, what: str, *, least: float = 0.0, most: float = 1e9) -> float:
-    try:
-        figure = float(text)
-    except ValueError:
-        figure = math.nan
+    figure = as_number(text)
     if not least <= figure <= most or figure <= 0.0:
         above = f"from {least:g}" if least else "above 0"
         msg = f"{what}: {attribute} is {shown(text)}; expected a number {above} and up to {most:g}"

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
+from loopgate.network.clock import as_number
 from loopgate.network.departures import FLOW_ATTRIBUTES
 from loopgate.network.stops import STOP_ATTRIBUTES
 
@@ -106,8 +108,5 @@ def _untaken(element: ET.Element, *, fleet: bool) -> Iterator[tuple[tuple[str, s
 
 
 def _is_done_anyway(name: str, value: str) -> bool:
-    try:
-        number = float(value)
-    except ValueError:
-        return False
-    return name == "departPos" or _AS_IT_IS.get(name) == number
+    figure = as_number(value)
+    return not math.isnan(figure) and (name == "departPos" or _AS_IT_IS.get(name) == figure)

@@ -11,7 +11,7 @@ from xml.sax.saxutils import quoteattr
 
 from loopgate.errors import RouteError
 from loopgate.keeping import Kept
-from loopgate.network.clock import seconds
+from loopgate.network.clock import time_of
 from loopgate.network.content import content_identity
 from loopgate.network.departures import Flow, depart_s, read_flow
 from loopgate.network.lanes import make_loop, make_route
@@ -188,7 +188,7 @@ class _Found:
             msg = f"{source}: route {name}: it lists no edges"
             raise RouteError(msg)
         what = f"{source}: route {name}"
-        cycle_s = _cycle_s(element, what)
+        cycle_s = time_of(element, "cycleTime", what) or 0.0
         stops = self.stops(element, what, cycle_s, since_depart=True)
         again = not self.once or (element.get("repeat", "0") != "0" and closes(self.network, edges))
         self.routes[name] = _Route(name, edges, source, stops, cycle_s, again)
@@ -200,15 +200,6 @@ class _Found:
         return read_stops(
             self.network, found, self.places, what=what, cycle_s=cycle_s, since_depart=since_depart
         )
-
-
-def _cycle_s(element: ET.Element, what: str) -> float:
-    text = element.get("cycleTime", "0")
-    try:
-        return max(0.0, seconds(text))
-    except ValueError as error:
-        msg = f"{what}: cycleTime is {shown(text)}; expected seconds or h:m:s"
-        raise RouteError(msg) from error
 
 
 def read_loops(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -9,7 +10,7 @@ from pathlib import Path
 from xml.etree import ElementTree as ET
 
 from loopgate.errors import RouteError
-from loopgate.network.clock import seconds
+from loopgate.network.clock import as_number, seconds, time_of
 from loopgate.network.loop import Loop
 from loopgate.network.road import RoadNetwork
 from loopgate.network.xml_file import read_xml
@@ -225,8 +226,8 @@ def _stop(
         lane,
         start_m,
         end_m,
-        duration_s=_time(what, element, "duration") or 0.0,
-        until_s=_time(what, element, "until"),
+        duration_s=time_of(element, "duration", what) or 0.0,
+        until_s=time_of(element, "until", what),
         cycle_s=cycle_s,
         since_depart=since_depart,
         triggers=triggers,
@@ -236,7 +237,7 @@ def _stop(
 
 
 def _told(element: ET.Element, what: str) -> tuple[tuple[str, str], ...]:
-    _time(what, element, "arrival")
+    time_of(element, "arrival", what)  # is it one?
     return tuple((name, element.attrib[name]) for name in _PASSED_ON if element.get(name))
 
 
@@ -298,25 +299,11 @@ def _from_begin(position_m: float, length_m: float) -> float:
 
 def _metres(what: str, element: ET.Element, attribute: str, default: float) -> float:
     text = element.get(attribute)
-    try:
-        metres = default if text is None else float(text)
-    except ValueError:
-        metres = float("nan")
-    if metres != metres:  # noqa: PLR0124  not a number
+    metres = default if text is None else as_number(text)
+    if math.isnan(metres):
         msg = f"{what}: {attribute} is {shown(text)}; expected metres"
         raise RouteError(msg)
     return metres
-
-
-def _time(what: str, element: ET.Element, attribute: str) -> float | None:
-    text = element.get(attribute)
-    if text is None:
-        return None
-    try:
-        return max(0.0, seconds(text))
-    except ValueError as error:
-        msg = f"{what}: {attribute} is {shown(text)}; expected seconds or h:m:s"
-        raise RouteError(msg) from error
 
 
 def on_loop(loop: Loop, stops: Sequence[Stop], what: str) -> tuple[Stop, ...]:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from xml.etree import ElementTree as ET
 
 from loopgate.errors import RouteError
+from loopgate.network.clock import as_number
 from loopgate.network.road import VEHICLE_CLASSES
 from loopgate.reading import shown
 
@@ -130,7 +131,7 @@ def vehicle_type(element: ET.Element, source: str) -> VehicleType:
     for attribute, text in attributes.items():
         if attribute in _FIGURES:
             figures[attribute] = _figure(f"{source}: vType {name}: {attribute}", text, *_FIGURES[attribute])
-        elif attribute.startswith(_SETTINGS) and not math.isfinite(_number(text, default=0.0)):
+        elif attribute.startswith(_SETTINGS) and not math.isfinite(as_number(text, default=0.0)):
             msg = f"{source}: vType {name}: {attribute} is {shown(text)}; expected a finite number"
             raise RouteError(msg)
     vclass = element.get("vClass", DEFAULT_TYPE.vclass)
@@ -162,17 +163,10 @@ def _figure(what: str, text: str, least: float, most: float, unit: str) -> float
     """Return a figure, or the first of a distribution like ``normc(1,0.1,0.2,2)``; all must be fit."""
     head, bracket, inside = text.strip().partition("(")
     drawn = bracket and head in {"norm", "normc"} and inside.endswith(")")
-    numbers = [_number(part, default=math.nan) for part in (inside[:-1].split(",") if drawn else [text])]
+    numbers = [as_number(part) for part in (inside[:-1].split(",") if drawn else [text])]
     low = 0.0 if drawn else least  # a spread may be 0, and so may the least speed drawn
-    if not least <= numbers[0] <= most or not all(low <= number <= most for number in numbers):
+    if not least <= numbers[0] <= most or not all(low <= figure <= most for figure in numbers):
         above = "above 0" if least == _ABOVE_0 else f"from {least:g}"
         msg = f"{what} is {shown(text)}; expected {unit}, {above} and up to {most:g}"
         raise RouteError(msg)
     return numbers[0]
-
-
-def _number(text: str, *, default: float) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        return default

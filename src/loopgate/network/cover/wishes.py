@@ -9,6 +9,7 @@ from pathlib import Path
 import shapely
 
 from loopgate.errors import RouteError
+from loopgate.network.clock import as_number
 from loopgate.network.road import RoadNetwork
 from loopgate.network.xml_file import read_xml
 from loopgate.reading import is_file, refusing, shown
@@ -43,7 +44,10 @@ def read_streets(network: RoadNetwork, wish: str, vclass: str, *, option: str) -
         if names and all(name in network.edges for name in names):
             return tuple(dict.fromkeys(names))
         corners = [corner.split(",") for corner in wish.split()]
-        if not all(len(corner) > 1 and _is_number(corner[0]) for corner in corners) or not corners:
+        if (
+            not all(len(corner) > 1 and not math.isnan(as_number(corner[0])) for corner in corners)
+            or not corners
+        ):
             missing = next((name for name in names if name not in network.edges), wish)
             msg = (
                 f"{option} {shown(wish)}: no such file, and no edge {missing} in {network.name}; it takes a "
@@ -70,14 +74,6 @@ def _edge(network: RoadNetwork, name: str, file: str) -> str:
         msg = f"{file}: edge {edge} is not in the network {network.name}; correct it or leave it out"
         raise RouteError(msg)
     return edge
-
-
-def _is_number(word: str) -> bool:
-    try:
-        float(word)
-    except ValueError:
-        return False
-    return True
 
 
 def _polygon(corners: str, what: str) -> shapely.Polygon:
@@ -145,14 +141,11 @@ def read_weights(network: RoadNetwork, file: str) -> dict[str, float]:
         words = line.split()
         if not words or words[0].startswith("#"):
             continue
-        try:
-            name, weight = words[0], float(words[1]) if len(words) == 2 else math.nan  # noqa: PLR2004  a pair
-        except ValueError:
-            name, weight = words[0], math.nan
+        weight = as_number(words[1]) if len(words) == 2 else math.nan  # noqa: PLR2004  a pair
         if not 1.0 <= weight <= _HEAVIEST:
             msg = (
                 f"{file}: line {number}: {shown(line)}; expected an edge and a weight from 1 to {_HEAVIEST:g}"
             )
             raise RouteError(msg)
-        weights[_edge(network, name, file)] = weight
+        weights[_edge(network, words[0], file)] = weight
     return weights
