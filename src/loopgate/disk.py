@@ -28,17 +28,14 @@ def disk_error(error: OSError) -> str:
 def writing(file: Path | str, *, keep: bool = False) -> Iterator[None]:
     """Turn an error of the disk inside the ``with`` block into one line.
 
+    Raises `ResultsError` if it cannot be written; the text names the file.
+
     Parameters
     ----------
     file
         What is written there.
     keep
         Whether a file that a full disk cut short stays; else there is none, rather than half of one.
-
-    Raises
-    ------
-    ResultsError
-        If it cannot be written; the text names the file.
     """
     try:
         yield

@@ -51,6 +51,8 @@ class _Priorities:
 class LoopgateEnv(ParallelEnv[str, Observation, NDArray[np.float32]]):  # type: ignore[misc]  # no stubs
     """A scenario, driven by agents.
 
+    Raises `LoopgateError` if the scenario does not fit together, or has no gate.
+
     Parameters
     ----------
     scenario
@@ -60,11 +62,6 @@ class LoopgateEnv(ParallelEnv[str, Observation, NDArray[np.float32]]):  # type: 
         Time between two actions [s].
     backend
         ``libsumo``, of which there is one simulation at a time in a process, or ``traci``.
-
-    Raises
-    ------
-    LoopgateError
-        If the scenario does not fit together, or has no gate.
     """
 
     metadata: ClassVar[dict[str, Any]] = {"name": "loopgate_v0", "render_modes": []}

@@ -40,10 +40,7 @@ class FolderLock:
     def acquire(self) -> bool:
         """Take the lock; return False at once if another has it.
 
-        Raises
-        ------
-        OSError
-            If the file cannot be made.
+        Raises `OSError` if the file cannot be made.
         """
         try:
             self._lock.acquire(timeout=0)
@@ -64,10 +61,7 @@ class FolderLock:
 def temporary_folder() -> Iterator[Path]:
     """Make a folder for the time of the ``with`` block, and remove those of processes that were killed.
 
-    Raises
-    ------
-    ResultsError
-        If it cannot be made.
+    Raises `ResultsError` if it cannot be made.
     """
     remove_abandoned()
     with writing("the folder for temporary files (TMPDIR)"):

@@ -17,10 +17,7 @@ class Kept(Generic[T]):
     Keys hold contents (hashes of files, values of options), never names of files: what a key stands for
     cannot change. Results are shared, so nobody may change them.
 
-    Parameters
-    ----------
-    most
-        How many results are kept; the one not asked for longest goes first.
+    `most`: how many results are kept; the one not asked for longest goes first.
     """
 
     def __init__(self, most: int) -> None:

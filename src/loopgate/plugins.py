@@ -76,10 +76,7 @@ def name_of(kind: str, group: str, thing: object) -> str:
     A text is a name already. What is installed has the name of its entry point, what stands at the top of a
     Python file ``file.py:Name``; anything else gets a name that only this process knows.
 
-    Raises
-    ------
-    PluginError
-        If `thing` cannot be called.
+    Raises `PluginError` if `thing` cannot be called.
     """
     if isinstance(thing, str):
         return thing
@@ -184,10 +181,7 @@ def _installed(group: str) -> Mapping[str, EntryPoint]:
 def load_from_file(kind: str, file: str, name: str) -> Factory:
     """Return what a Python file defines under a name; the file is run once, unless it changes.
 
-    Raises
-    ------
-    PluginError
-        If there is no such file, it fails, or it defines no such thing that can be called.
+    Raises `PluginError` if there is no such file, it fails, or it defines no such thing that can be called.
     """
     with refusing(f"{kind} {file}:{name}", "Python file", PluginError, wrong="the file fails"):
         source = Path(file).read_bytes()

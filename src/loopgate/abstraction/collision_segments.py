@@ -29,10 +29,8 @@ class CollisionSegments:
     from ``begin_m[k]`` to ``end_m[k]`` in arc length. A segment across the beginning of its path has an
     ``end_m`` beyond the path's length.
 
-    Attributes
-    ----------
-    pairs
-        Collision pairs, shape (p, 2): numbers of segments on two paths that come within 2 rho of each other.
+    `pairs`: collision pairs, shape (p, 2): numbers of segments on two paths that come within 2 rho of each
+    other.
     """
 
     path: Ints
@@ -50,6 +48,8 @@ def collision_segments(
     Every lane on which a vehicle may be counts as part of its path. A path that comes near itself does not
     conflict with itself.
 
+    Lanes are compared once, however many loops use them. O(n log n) for n lane contacts times their users.
+
     Parameters
     ----------
     loops
@@ -58,10 +58,6 @@ def collision_segments(
         Safe radius [m].
     contacts
         Contacts within 2 rho of at least these loops' lanes, where they are known already.
-
-    Notes
-    -----
-    Lanes are compared once, however many loops use them. O(n log n) for n lane contacts times their users.
     """
     if contacts is None:
         contacts = lane_contacts(lanes_of(loops), 2.0 * rho_m)

@@ -63,6 +63,8 @@ def cover_streets(
 
     An interruption from the keyboard ends the search, and the best so far is taken.
 
+    Raises `RouteError` if no street can be covered, or no loop may be as short as asked for.
+
     Parameters
     ----------
     network, task
@@ -77,11 +79,6 @@ def cover_streets(
         Beginning of the loops' names.
     progress
         Called with rounds done and rounds in all.
-
-    Raises
-    ------
-    RouteError
-        If no street can be covered, or no loop may be as short as asked for.
     """
     kept_off: dict[str, Reason] = {}
     needed_m = kind.length_m + kind.min_gap_m

@@ -59,10 +59,7 @@ def find_guides(
     vehicle that is to stop on a lane takes the lanes that lead there; where several ways would, there is a
     stop on each lane in question.
 
-    Parameters
-    ----------
-    course
-        What lies ahead, in order; the last is the next place.
+    `course`: what lies ahead, in order; the last is the next place.
 
     Returns
     -------

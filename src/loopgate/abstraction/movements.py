@@ -80,16 +80,14 @@ def find_conflicts(
     whom they could meet. Where the network has no internal lanes to look at, all movements over a junction
     conflict.
 
+    O(n log n) for n touches.
+
     Parameters
     ----------
     movements
         All that are driven.
     places
         By lane, where the first place on it begins and the last one ends; lanes without a place are missing.
-
-    Notes
-    -----
-    O(n log n) for n touches.
     """
     by_id = {movement.id: movement for movement in movements}
     lengths = {m.id: sum(network.lanes[lane].length_m for lane in m.via) for m in by_id.values()}
@@ -177,11 +175,8 @@ class _UnderWay:
     ) -> pd.DataFrame:
         """Return for each touch the movements, and where on them front and rear are [m].
 
-        Parameters
-        ----------
-        course, at_m, length_m, touched_m
-            For each touch the course by number, position of the front on its lane, length of the body, and
-            where it is touched [m].
+        `course`, `at_m`, `length_m`, `touched_m`: for each touch the course by number, position of the front
+        on its lane, length of the body, and where it is touched [m].
         """
         order = np.argsort(course, kind="stable")
         firsts = np.flatnonzero(np.diff(course[order], prepend=-1))

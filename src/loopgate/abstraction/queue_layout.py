@@ -104,6 +104,8 @@ def lay_out_queues(
 ) -> QueueLayout:
     """Cut loops into places (lanes) and crossings (movements, with what lies between that nobody waits on).
 
+    Raises `RefusedLoopError` if a loop cannot work as queues; the text says why.
+
     Parameters
     ----------
     users
@@ -111,11 +113,6 @@ def lay_out_queues(
     counted
         Whether these are all vehicles that there ever are. Then a place holds as many as fit whichever they
         are, else as many as the longest visitor of its lane leaves room for.
-
-    Raises
-    ------
-    RefusedLoopError
-        If a loop cannot work as queues; the text says why.
     """
     counts = Counter(users)
     if not counted or len({kind.length_m + kind.min_gap_m for _, kind in users}) == 1:

@@ -55,6 +55,10 @@ def choose_places(
 ) -> list[int]:
     """Choose for each vehicle the position on its path at which it starts.
 
+    A vehicle takes a place at random among those with room; where its loop has none left, vehicles already
+    placed move to other places of theirs (augmenting paths), so a start is found whenever there is one.
+    Raises `TooManyVehiclesError` if there are more vehicles than places; it says how many there is room for.
+
     Parameters
     ----------
     itineraries
@@ -65,16 +69,6 @@ def choose_places(
         Position on the path for vehicles whose place is given, by number; they move on where it is full.
     rng
         Draws the place of each other vehicle.
-
-    Raises
-    ------
-    TooManyVehiclesError
-        If there are more vehicles than places; it says how many there is room for.
-
-    Notes
-    -----
-    A vehicle takes a place at random among those with room; where its loop has none left, vehicles already
-    placed move to other places of theirs (augmenting paths), so a start is found whenever there is one.
     """
     taken: dict[str, list[int]] = {}
     chosen: dict[int, int] = {}

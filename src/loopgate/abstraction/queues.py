@@ -36,6 +36,9 @@ def make_queues(
     to wait on. A vehicle on a crossing never waits: it takes the whole crossing and a slot of the next place
     at once.
 
+    Raises `ScenarioError` if a loop cannot work as queues, or there are more vehicles than can start; the
+    text says why, and how many can.
+
     Parameters
     ----------
     loops
@@ -52,12 +55,6 @@ def make_queues(
     later
         Loop and type of vehicles that join later: they take no places yet, but places and crossings are
         theirs too.
-
-    Raises
-    ------
-    ScenarioError
-        If a loop cannot work as queues, or there are more vehicles than can start; the text says why, and
-        how many can.
     """
     kinds = list(types) or [DEFAULT_TYPE] * len(loops)
     called = list(names) if names is not None else [f"v{k + 1}" for k in range(len(loops))]

@@ -23,16 +23,14 @@ _AT_ONCE = 500_000
 def overlapping(rectangles: Floats, lane: Ints, edge: Ints) -> tuple[Ints, Ints]:
     """Return all pairs of rectangles that overlap, but for those on one lane or on lanes of one edge.
 
+    O(n log n + k) for k pairs of near ones.
+
     Parameters
     ----------
     rectangles
         Seven columns: x and y of the middle, the direction ahead, half of length and width, height [m].
     lane, edge
         Numbers of the lane and the edge that each is on; an edge below 0 is none.
-
-    Notes
-    -----
-    O(n log n + k) for k pairs of near ones.
     """
     if not len(rectangles):
         return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)

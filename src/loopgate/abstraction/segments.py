@@ -57,6 +57,9 @@ def lay_out_segments(
     vehicles, see `loopgate.abstraction.zones`; the rest is private and cut into pieces. A zone that a path
     passes several times in one round has a leg for each visit.
 
+    Raises `ScenarioError` if two robots are given the same loop, or a length is not positive; `RouteError` if
+    a loop is too short for the vehicle.
+
     Parameters
     ----------
     loops
@@ -67,13 +70,6 @@ def lay_out_segments(
         Of the longest vehicle; states are long enough for it to stand in.
     piece_m
         Longest private state [m], as far as vehicles can be held where it would be cut.
-
-    Raises
-    ------
-    ScenarioError
-        If two robots are given the same loop, or a length is not positive.
-    RouteError
-        If a loop is too short for the vehicle.
     """
     for what, value in (("rho", rho_m), ("piece", piece_m), ("vehicle length", vehicle_length_m)):
         if not value > 0.0:
@@ -117,19 +113,15 @@ def make_segments(
 ) -> Abstraction:
     """Abstract loops to a system of robots and states, one robot per loop, and place the vehicles.
 
+    Raises `ScenarioError` if two vehicles start in one zone, or a vehicle does not fit where it starts;
+    `RouteError` if a loop is too short for the vehicle.
+
     Parameters
     ----------
     loops, rho_m, vehicle_length_m, min_gap_m, piece_m
         As for `lay_out_segments`.
     seed, names, starts_m
         As for `place_vehicles`.
-
-    Raises
-    ------
-    ScenarioError
-        If two vehicles start in one zone, or a vehicle does not fit where it starts.
-    RouteError
-        If a loop is too short for the vehicle.
     """
     layout = lay_out_segments(
         loops, rho_m=rho_m, vehicle_length_m=vehicle_length_m, min_gap_m=min_gap_m, piece_m=piece_m
@@ -149,6 +141,8 @@ def place_vehicles(
 ) -> Abstraction:
     """Place one vehicle on each loop, in a private state where it has one.
 
+    Raises `ScenarioError` if two vehicles start in one zone, or a vehicle does not fit where it starts.
+
     Parameters
     ----------
     layout
@@ -159,11 +153,6 @@ def place_vehicles(
         Names of the robots; the loops' ids by default.
     starts_m
         Arc length of the front of vehicles that start at a place of their own, by robot name.
-
-    Raises
-    ------
-    ScenarioError
-        If two vehicles start in one zone, or a vehicle does not fit where it starts.
     """
     names = [loop.id for loop in layout.loops] if names is None else names
     starts = choose_starts(

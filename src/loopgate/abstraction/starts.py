@@ -30,6 +30,9 @@ def choose_starts(
 ) -> list[Start]:
     """Choose a start for each vehicle: no two in one state, in private states wherever there is one.
 
+    Raises `ScenarioError` if two vehicles would start in one zone, a given place lies across two states, or a
+    loop has no place for the vehicle.
+
     Parameters
     ----------
     loops, itineraries, names
@@ -38,12 +41,6 @@ def choose_starts(
         Chooses among the places.
     given_m
         Arc length of the front for vehicles, by name, whose place is given.
-
-    Raises
-    ------
-    ScenarioError
-        If two vehicles would start in one zone, a given place lies across two states, or a loop has no
-        place for the vehicle.
     """
     visitors: dict[StateId, set[int]] = {}
     for i, itinerary in enumerate(itineraries):

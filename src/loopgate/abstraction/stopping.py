@@ -30,18 +30,15 @@ def fit_stops(
 
     A stop on a lane that goes beyond the line is shortened, as far as it says itself where it begins.
 
+    Raises `ScenarioError` if the vehicle would stand in a crossing or beside its lane; the text names stop
+    and state, by how much it is off, and what would do.
+
     Parameters
     ----------
     stops
         In the order of the loop.
     what
         File and vehicle, for messages.
-
-    Raises
-    ------
-    ScenarioError
-        If the vehicle would stand in a crossing or beside its lane; the text names stop and state, by how
-        much it is off, and what would do.
     """
     return tuple(_fit(loop, itinerary, kind, stop, f"{what}: the stop at {stop.name}") for stop in stops)
 

@@ -47,6 +47,8 @@ def write_shapes(
     conflicts in orange; points of interest stand where loops begin, and where one cannot go on. Each
     shape has its figures as parameters.
 
+    Raises `ResultsError` if it cannot be written.
+
     Parameters
     ----------
     loops, itineraries
@@ -60,11 +62,6 @@ def write_shapes(
     -------
     int
         How many shapes there are.
-
-    Raises
-    ------
-    ResultsError
-        If it cannot be written.
     """
     top = ET.Element("additional")
     names = _Names()

@@ -31,10 +31,7 @@ def survey_queues(network: RoadNetwork, users: Sequence[tuple[Loop, VehicleType]
     A loop is refused for what is wrong with it alone, or because the long vehicles of others leave it no
     room; then it is left out, and the rest is looked at again.
 
-    Parameters
-    ----------
-    users
-        For each vehicle its loop and its type.
+    `users`: for each vehicle its loop and its type.
     """
     reasons = _alone(network, users)
     while True:
@@ -55,10 +52,7 @@ def refused_queues(
 ) -> tuple[RefusedLoop, ...]:
     """Return the loops that cannot work; all of them together are looked at if each works by itself.
 
-    Parameters
-    ----------
-    network, users
-        As for `survey_queues`, which takes several times as long and finds all.
+    `network`, `users`: as for `survey_queues`, which takes several times as long and finds all.
     """
     reasons = _alone(network, users)
     if not reasons:

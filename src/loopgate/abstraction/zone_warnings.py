@@ -15,10 +15,7 @@ _MOST_NAMES = 6
 def zone_warnings(loops: Sequence[Loop], zones: Zones, name: Callable[[int], StateId]) -> list[str]:
     """Warn of zones that swallow loops or most robots, loops without private road, and merges by Prop. 1.
 
-    Parameters
-    ----------
-    name
-        Name of a zone's state.
+    `name`: name of a zone's state.
     """
     metres: dict[int, dict[str, float]] = {}
     for loop, visits in zip(loops, zones.visits, strict=True):

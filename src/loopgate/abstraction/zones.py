@@ -56,16 +56,9 @@ def make_zones(loops: Sequence[Loop], segments: CollisionSegments, need_m: float
     the rules of `cover`, visits that come to overlap become one, and two zones that follow each other on two
     paths become one (Proposition 1). Zones only grow, so they stay right.
 
-    Parameters
-    ----------
-    need_m
-        What a standing vehicle takes: every visit, and every private stretch between visits, is at least so
-        long.
-
-    Raises
-    ------
-    RouteError
-        If a loop is shorter than `need_m` or has no lane on which a vehicle can be held.
+    `need_m`: what a standing vehicle takes: every visit, and every private stretch between visits, is at
+    least so long. Raises `RouteError` if a loop is shorter than `need_m` or has no lane on which a vehicle
+    can be held.
     """
     for loop in loops:
         if loop.length_m < need_m:

@@ -45,10 +45,7 @@ def groups(
 ) -> Iterator[tuple[dict[str, Any], pd.DataFrame]]:
     """Yield the groups of a table in sorted order, each with its values of `by`; rows without a value count.
 
-    Raises
-    ------
-    AnalysisError
-        If a column of `by` is missing.
+    Raises `AnalysisError` if a column of `by` is missing.
     """
     check_columns(frame, by, what)
     if not by:

@@ -67,11 +67,8 @@ class RunRow(NamedTuple):
 def read_run_row(folder: Path) -> RunRow:
     """Return the row of a run folder.
 
-    Raises
-    ------
-    ResultsError
-        If ``scenario.toml``, ``summary.json`` or ``events.parquet`` is missing, or one of these or
-        ``edges.parquet`` cannot be read or lacks a figure or column that the row cannot do without.
+    Raises `ResultsError` if ``scenario.toml``, ``summary.json`` or ``events.parquet`` is missing, or one of
+    these or ``edges.parquet`` cannot be read or lacks a figure or column that the row cannot do without.
     """
     with refusing(folder, "run folder", ResultsError):
         summary = read_object(folder / "summary.json", "summary of a run", ResultsError)

@@ -24,10 +24,7 @@ class Interval(NamedTuple):
 def wilson_interval(successes: int, trials: int, *, level: float = 0.95) -> Interval:
     """Return a rate with its Wilson score interval (Wilson 1927); NaN without trials.
 
-    Raises
-    ------
-    AnalysisError
-        If `successes` is not between 0 and `trials`, or `level` not between 0 and 1.
+    Raises `AnalysisError` if `successes` is not between 0 and `trials`, or `level` not between 0 and 1.
     """
     _check_level(level)
     if not 0 <= successes <= trials:
@@ -42,10 +39,7 @@ def wilson_interval(successes: int, trials: int, *, level: float = 0.95) -> Inte
 def mean_interval(values: npt.ArrayLike, *, level: float = 0.95) -> Interval:
     """Return the mean with Student's t interval; the interval is NaN for fewer than two values.
 
-    Raises
-    ------
-    AnalysisError
-        If `level` is not between 0 and 1.
+    Raises `AnalysisError` if `level` is not between 0 and 1.
     """
     _check_level(level)
     sample = _finite(values)
@@ -66,10 +60,7 @@ def bootstrap_interval(
     The interval is NaN for fewer than two values, and the value itself if all are equal. The same seed
     gives the same interval.
 
-    Raises
-    ------
-    AnalysisError
-        If `level` is not between 0 and 1.
+    Raises `AnalysisError` if `level` is not between 0 and 1.
     """
     _check_level(level)
     sample = _finite(values)

@@ -122,10 +122,7 @@ def compute_longest_waits(
 def wait_figures(causes: pd.DataFrame | None) -> dict[str, Any]:
     """Return what ``summary.json`` says of the longest waits.
 
-    Parameters
-    ----------
-    causes
-        What `compute_wait_causes` returns; None if nothing was measured.
+    `causes`: what `compute_wait_causes` returns; None if nothing was measured.
 
     Returns
     -------

@@ -107,11 +107,8 @@ class Margins:
 class Exclusion:
     """Judges passages as they come, with memory for those under way only.
 
-    Parameters
-    ----------
-    groups
-        Places, of which each holds so many bodies; and pairs of movements, of which only one may have bodies
-        on the stretch that they share, however many.
+    `groups`: places, of which each holds so many bodies; and pairs of movements, of which only one may have
+    bodies on the stretch that they share, however many.
     """
 
     def __init__(self, groups: Sequence[Group]) -> None:

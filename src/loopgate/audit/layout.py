@@ -136,10 +136,7 @@ def _by_field(part: DataclassInstance) -> dict[str, Any]:
 def read_layout(file: Path) -> Layout:
     """Read ``layout.json``.
 
-    Raises
-    ------
-    ResultsError
-        If it cannot be read or is no layout.
+    Raises `ResultsError` if it cannot be read or is no layout.
     """
     data = read_object(file, "layout of a run", ResultsError)
     with refusing(file, "layout of a run", ResultsError, wrong="no layout of a run"):

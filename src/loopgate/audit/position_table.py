@@ -68,6 +68,8 @@ def read_positions(
 ) -> Iterator[Positions]:
     """Read what SUMO wrote (``positions.csv.gz``), whole steps at a time.
 
+    Raises `ResultsError` if it cannot be read.
+
     Parameters
     ----------
     file
@@ -76,11 +78,6 @@ def read_positions(
         Numbers by name.
     step_s
         Length of a step [s]: SUMO writes the time at which the step began.
-
-    Raises
-    ------
-    ResultsError
-        If it cannot be read.
     """
     with refusing(file, "positions", ResultsError):
         rest: pd.DataFrame | None = None

@@ -56,10 +56,7 @@ class LoopStretches:
 class Stretches:
     """All stretches of a layout.
 
-    Attributes
-    ----------
-    count
-        How many stretches there are in all.
+    `count`: how many stretches there are in all.
     """
 
     groups: tuple[Group, ...]
@@ -70,10 +67,7 @@ class Stretches:
 def lay_stretches(layout: Layout, drawn: Mapping[str, list[DrawnConflict]]) -> Stretches:
     """Return the stretches of places, of crossings as the abstraction says, and of conflicts as drawn.
 
-    Parameters
-    ----------
-    drawn
-        By loop, see `loopgate.audit.drawing.find_drawn`.
+    `drawn`: by loop, see `loopgate.audit.drawing.find_drawn`.
     """
     numbers: dict[Group, int] = {}
     loops: dict[str, LoopStretches] = {}

@@ -14,10 +14,7 @@ from rich.table import Table
 def frame_table(frame: pd.DataFrame, columns: Mapping[str, str], *, title: str) -> Table:
     """Return a table for the terminal with the rows of `frame`.
 
-    Parameters
-    ----------
-    columns
-        Which of its columns, in this order, and what each is called.
+    `columns`: which of its columns, in this order, and what each is called.
     """
     table = Table(title=title, box=box.SIMPLE_HEAD)
     for name, heading in columns.items():

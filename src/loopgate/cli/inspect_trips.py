@@ -17,10 +17,7 @@ from loopgate.simulation.scenario import Scenario
 def look_at_trips(scenario: Scenario, *, every: bool, as_json: bool) -> None:
     """Show what `loopgate run` makes of the vehicles of a scenario.
 
-    Raises
-    ------
-    LoopgateError
-        If they cannot be run.
+    Raises `LoopgateError` if they cannot be run.
     """
     assembly = assemble(scenario)
     data = _data(assembly)

@@ -52,10 +52,7 @@ def read_system(file: Path | str) -> System:
 def write_system(system: System, file: Path | str, *, note: str = "") -> None:
     """Write a system file that `read_system` reads back to an equal system, making its folder.
 
-    Raises
-    ------
-    SystemFileError
-        If the file cannot be written.
+    Raises `SystemFileError` if the file cannot be written.
     """
     data = system_to_dict(system)
     if note:
@@ -87,10 +84,8 @@ def system_to_dict(system: System) -> dict[str, Any]:
 def system_from_dict(data: object) -> System:
     """Build a system from the JSON object of a system file.
 
-    Raises
-    ------
-    SystemModelError
-        If keys are unknown or missing, values have the wrong type, or the model refuses the system.
+    Raises `SystemModelError` if keys are unknown or missing, values have the wrong type, or the model refuses
+    the system.
     """
     top = _keys(data, "the system", allowed=_SYSTEM_KEYS, needed={"robots"})
     robots = [_robot(entry, number) for number, entry in enumerate(_list(top["robots"], "robots"))]

@@ -25,6 +25,8 @@ class Pressure:
     taken exceeds the share of all slots that the vehicles leave free. Few vehicles need no reserve; the more
     there are, the more of each place is kept.
 
+    Raises `ValueError` if an option is negative, or `patience` or `wait` is 0.
+
     Parameters
     ----------
     rng
@@ -37,11 +39,6 @@ class Pressure:
         fuller the place ahead is.
     wait
         Wait [s] that counts as much as one vehicle of pressure in the order.
-
-    Raises
-    ------
-    ValueError
-        If an option is negative, or `patience` or `wait` is 0.
     """
 
     def __init__(self, rng: Random, crowded: float = 0.0, patience: float = 100.0, wait: float = 5.0) -> None:
@@ -90,6 +87,8 @@ class Platoon(Pressure):
     the other needs. The followers of a platoon ask in the step in which the vehicle before them is granted,
     so even without this they mostly come before those who wait; it decides when several can go at once.
 
+    Raises `ValueError` if an option is negative, or `patience` or `wait` is 0.
+
     Parameters
     ----------
     rng, crowded, patience, wait
@@ -98,11 +97,6 @@ class Platoon(Pressure):
         Vehicles of pressure that following is worth.
     gap
         Longest time [s] between two vehicles of a platoon.
-
-    Raises
-    ------
-    ValueError
-        If an option is negative, or `patience` or `wait` is 0.
     """
 
     def __init__(

@@ -21,10 +21,7 @@ def negotiation_names() -> list[str]:
 def name_negotiation(negotiation: object) -> str:
     """Return the name of a class or function that makes a negotiation, or of one that is made already.
 
-    Raises
-    ------
-    ScenarioError
-        If it is none of these, nor a name.
+    Raises `ScenarioError` if it is none of these, nor a name.
     """
     if isinstance(negotiation, Negotiation) and not isinstance(negotiation, type):
         negotiation = _Made(negotiation)
@@ -53,10 +50,8 @@ def check_negotiation(spec: str) -> None:
 def make_negotiation(spec: str, rng: Random) -> Negotiation:
     """Make the negotiation that `spec` names (``name`` or ``name:option=value,...``).
 
-    Raises
-    ------
-    ScenarioError
-        If no negotiation has that name, it has no such option, or an option has no such value.
+    Raises `ScenarioError` if no negotiation has that name, it has no such option, or an option has no such
+    value.
     """
     try:
         made: object = make_plugin("negotiation", _GROUP, spec, lambda f, o: f(rng, **o))

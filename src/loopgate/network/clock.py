@@ -22,10 +22,7 @@ def as_number(text: str, *, default: float = math.nan) -> float:
 def seconds(text: str) -> float:
     """Return a time in seconds, which days, hours and minutes may precede with colons between.
 
-    Raises
-    ------
-    ValueError
-        If the text is no time.
+    Raises `ValueError` if the text is no time.
     """
     parts = [float(part) for part in text.split(":")]
     total = sum(part * scale for part, scale in zip(reversed(parts), _SCALES, strict=False))
@@ -38,10 +35,7 @@ def seconds(text: str) -> float:
 def time_of(element: ET.Element, attribute: str, what: str, *, why: str = "") -> float | None:
     """Return the time that an attribute gives, 0 for what is before that [s]; None if there is none.
 
-    Raises
-    ------
-    RouteError
-        If it is no time; the text begins with `what` and ends with `why` it has to be one.
+    Raises `RouteError` if it is no time; the text begins with `what` and ends with `why` it has to be one.
     """
     text = element.get(attribute)
     if text is None:

@@ -25,10 +25,7 @@ class LaneContacts:
     fractions of the lane's length, 0 to 1. Each unordered pair of lanes is listed once, ``one <= other``;
     a lane is near itself all along.
 
-    Attributes
-    ----------
-    lanes
-        Ids; ``one`` and ``other`` index them.
+    `lanes`: ids; ``one`` and ``other`` index them.
     """
 
     lanes: tuple[str, ...]
@@ -57,16 +54,14 @@ def lane_contacts(shapes: dict[str, Points], reach_m: float) -> LaneContacts:
     interval, since the distance to a convex set is convex. Heights are ignored: a bridge conflicts with the
     road below, which is safe.
 
+    O(n log n + k) for n straight pieces with k near pairs (a spatial index; no all-pairs loop).
+
     Parameters
     ----------
     shapes
         Centre lines [m] by lane id.
     reach_m
         The distance: 2 rho.
-
-    Notes
-    -----
-    O(n log n + k) for n straight pieces with k near pairs (a spatial index; no all-pairs loop).
     """
     names = tuple(shapes)
     starts, ends, lane, low, high = _pieces(shapes)

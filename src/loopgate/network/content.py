@@ -11,10 +11,7 @@ from loopgate.network.sumo_config import is_sumo_config, read_sumo_config
 def content_identity(path: Path) -> str:
     """Return the SHA-256 of a file's content, and of the contents of what it names.
 
-    Raises
-    ------
-    OSError
-        If a file cannot be read.
+    Raises `OSError` if a file cannot be read.
     """
     digests = [hashlib.sha256(member.read_bytes()).hexdigest() for member in members(path)]
     return digests[0] if len(digests) == 1 else hashlib.sha256("".join(digests).encode()).hexdigest()

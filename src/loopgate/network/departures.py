@@ -77,10 +77,7 @@ def _drawn_s(begin_s: float, rate_per_s: float, rng: Random) -> Iterator[float]:
 def read_flow(element: ET.Element, what: str) -> Flow:
     """Read how often the vehicles of a ``<flow>`` depart.
 
-    Raises
-    ------
-    RouteError
-        If it does not say so, says it twice, or a figure is none.
+    Raises `RouteError` if it does not say so, says it twice, or a figure is none.
     """
     said = [name for name in _OFTEN if name in element.attrib]
     number = element.get("number")
@@ -114,10 +111,7 @@ def read_flow(element: ET.Element, what: str) -> Flow:
 def depart_s(element: ET.Element, what: str) -> float:
     """Return when a ``<vehicle>`` departs [s].
 
-    Raises
-    ------
-    RouteError
-        If that is no time.
+    Raises `RouteError` if that is no time.
     """
     if element.get("depart") in {"begin", "now"}:
         return 0.0

@@ -275,10 +275,7 @@ def generate_loops(
 ) -> tuple[Loop, ...]:
     """Make as many loops as asked for; parameters as for `find_loops`.
 
-    Raises
-    ------
-    RouteError
-        If not enough loops were found; the text says how many there are.
+    Raises `RouteError` if not enough loops were found; the text says how many there are.
     """
     found = find_loops(network, count, ease=ease, progress=progress, **options)
     if found.shortfall:

@@ -57,6 +57,9 @@ def make_loop(
     Lanes that the opposite edge shares (a track in a street) are taken only where there is no other way:
     SUMO drives beside them if it can, whatever it is told.
 
+    Raises `RouteError` if an edge is missing or closed to the class, two edges are not connected, the last
+    does not lead to the first, or no lanes lead round.
+
     Parameters
     ----------
     edges
@@ -67,12 +70,6 @@ def make_loop(
         File the route comes from, for messages.
     on_lanes
         Edges on which the vehicle stops, and the lane for it, or -1 for several: kept to if there is a way.
-
-    Raises
-    ------
-    RouteError
-        If an edge is missing or closed to the class, two edges are not connected, the last does not lead
-        to the first, or no lanes lead round.
     """
     what = f"{source}: route {name}" if source else f"route {name}"
     if not edges:
@@ -110,6 +107,9 @@ def make_route(
     Lanes are chosen as in `make_loop`. Changes on edges too short for them come last of all, and of lanes
     that are equally good those are taken that fewer vehicles use.
 
+    Raises `RouteError` if an edge is missing or closed to the class, two edges are not connected, or no lanes
+    lead there.
+
     Parameters
     ----------
     network, name, edges, vclass, source
@@ -120,11 +120,6 @@ def make_route(
         The shortest edge on which a vehicle can change lanes [m].
     lanes
         On which it is to depart and to arrive, by index; None for any. Nobody changes lanes for the second.
-
-    Raises
-    ------
-    RouteError
-        If an edge is missing or closed to the class, two edges are not connected, or no lanes lead there.
     """
     what = f"{source}: route {name}" if source else f"route {name}"
     for edge in edges:

@@ -24,10 +24,7 @@ class Road:
 class RoadGraph:
     """Edges each of which leads to every other; they go by number.
 
-    Attributes
-    ----------
-    edges
-        By number, in the network file's order.
+    `edges`: by number, in the network file's order.
     """
 
     edges: tuple[str, ...]

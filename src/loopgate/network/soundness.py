@@ -25,11 +25,8 @@ def check_sound(
 ) -> None:
     """Check lengths, speeds, widths and shapes, and that connections lead from lanes over lanes to lanes.
 
-    Raises
-    ------
-    NetworkError
-        If something makes no sense; the text names the file and the lane, edge, junction or connection.
-        O(size of the network).
+    Raises `NetworkError` if something makes no sense; the text names the file and the lane, edge, junction or
+    connection. O(size of the network).
     """
     for lane in lanes.values():
         _within(file, f"lane {lane.id}: its length", lane.length_m, _LONGEST_LANE_M)

@@ -148,10 +148,7 @@ class Stop:
 def read_stopping_places(files: Iterable[Path]) -> dict[str, StoppingPlace]:
     """Read where additional files let vehicles stop, by name.
 
-    Raises
-    ------
-    RouteError
-        If a file cannot be read.
+    Raises `RouteError` if a file cannot be read.
     """
     found: dict[str, StoppingPlace] = {}
     for file in dict.fromkeys(files):
@@ -178,6 +175,9 @@ def read_stops(
 ) -> tuple[Stop, ...]:
     """Read ``<stop>`` elements, in their order; where they lie on a loop is for `on_loop` to say.
 
+    Raises `RouteError` if a stop makes no sense, or asks for something that no gate can work with; the text
+    names it.
+
     Parameters
     ----------
     places
@@ -186,11 +186,6 @@ def read_stops(
         File and owner, for messages.
     cycle_s, since_depart
         See `Stop`.
-
-    Raises
-    ------
-    RouteError
-        If a stop makes no sense, or asks for something that no gate can work with; the text names it.
     """
     return tuple(
         _stop(network, element, places, f"{what}: stop {number}", cycle_s, since_depart=since_depart)
@@ -311,10 +306,7 @@ def on_loop(loop: Loop, stops: Sequence[Stop], what: str) -> tuple[Stop, ...]:
 
     Where the loop passes an edge several times a stop is made on the first pass after the stop before it.
 
-    Raises
-    ------
-    RouteError
-        If a stop is not on the loop, or two are at the same place.
+    Raises `RouteError` if a stop is not on the loop, or two are at the same place.
     """
     placed: list[Stop] = []
     after_m = 0.0

@@ -51,10 +51,7 @@ def is_sumo_config(name: str | Path) -> bool:
 def read_sumo_config(file: Path | str) -> SumoConfig:
     """Read a SUMO configuration; the files it names are relative to its folder.
 
-    Raises
-    ------
-    RouteError
-        If it cannot be read or names no network.
+    Raises `RouteError` if it cannot be read or names no network.
     """
     path = Path(file)
     top = read_xml(path, root="configuration", what="configuration", error=RouteError)

@@ -51,10 +51,8 @@ def read_traffic(file: Path | str) -> TrafficFile:
 
     Its routes need not close, and trips may leave their ways to SUMO.
 
-    Raises
-    ------
-    RouteError
-        If the file cannot be read, has no vehicles, or a vehicle type makes no sense; the text names it.
+    Raises `RouteError` if the file cannot be read, has no vehicles, or a vehicle type makes no sense; the
+    text names it.
     """
     path = Path(file)
     if is_sumo_config(path):

@@ -82,6 +82,9 @@ def lead_trips(
 
     One for all vehicles of a flow. SUMO itself would take the same one, where roads are empty.
 
+    Raises `RouteError` if an edge is not in the network, or the router does not work; the text says what it
+    said.
+
     Parameters
     ----------
     elements
@@ -95,11 +98,6 @@ def lead_trips(
     -------
     list of str
         Names of those for which there is no way.
-
-    Raises
-    ------
-    RouteError
-        If an edge is not in the network, or the router does not work; the text says what it said.
     """
     asked = [(source, element) for source, element in elements if not _has_way(element)]
     if not asked:
@@ -139,20 +137,12 @@ def ways_between(
 ) -> dict[tuple[str, str, str], list[tuple[str, ...]]]:
     """Return ways between edges that may be quicker than the quickest where roads are not empty.
 
-    Parameters
-    ----------
-    asked
-        First and last edge, and vehicle class.
+    `asked`: first and last edge, and vehicle class. Raises `RouteError` if SUMO's router does not work.
 
     Returns
     -------
     dict
         For each of them edges in driving order; of some there may be one way only, or none.
-
-    Raises
-    ------
-    RouteError
-        If SUMO's router does not work.
     """
     if not asked:
         return {}

@@ -115,11 +115,8 @@ DEFAULT_TYPE = VehicleType()
 def vehicle_type(element: ET.Element, source: str) -> VehicleType:
     """Read a ``<vType>``.
 
-    Raises
-    ------
-    RouteError
-        If a figure is none, or makes no sense (a length of 0, a speed that is infinite); the text names
-        file, type and attribute.
+    Raises `RouteError` if a figure is none, or makes no sense (a length of 0, a speed that is infinite); the
+    text names file, type and attribute.
     """
     name = element.get("id", "")
     figures: dict[str, float] = {}
@@ -148,10 +145,7 @@ def vehicle_type(element: ET.Element, source: str) -> VehicleType:
 def type_of_class(vclass: str, source: str) -> VehicleType:
     """Return the type that is as SUMO has it for a class, and is called after it.
 
-    Raises
-    ------
-    RouteError
-        If SUMO has no such class.
+    Raises `RouteError` if SUMO has no such class.
     """
     if vclass not in VEHICLE_CLASSES:
         msg = f"{source}: vehicle class {shown(vclass)}: SUMO has {', '.join(sorted(VEHICLE_CLASSES))}"

@@ -25,10 +25,7 @@ def read_fronts(file: Path, step_s: float, layout: Layout) -> Tracks:
     A vehicle on the lane of its loop is drawn within 0.15 m of where SUMO had it; one that is on a lane
     beside, or about to change, on its loop's.
 
-    Raises
-    ------
-    ResultsError
-        If it cannot be read, does not fit the layout, or there is nobody in it.
+    Raises `ResultsError` if it cannot be read, does not fit the layout, or there is nobody in it.
     """
     names = tuple(layout.vehicles)
     numbers = {name: number for number, name in enumerate(names)}

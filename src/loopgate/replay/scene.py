@@ -113,17 +113,15 @@ class Scene:
 def load_scene(folder: Path, report: Callable[[int], None] = lambda _percent: None) -> Scene:
     """Read a run from its folder.
 
+    Raises `ResultsError` if it is no run folder, a file cannot be read, or it has neither loops nor
+    positions.
+
     Parameters
     ----------
     folder
         Of a run on loops, or of any with positions.
     report
         Told how much is done, in percent.
-
-    Raises
-    ------
-    ResultsError
-        If it is no run folder, a file cannot be read, or it has neither loops nor positions.
     """
     summary = read_object(folder / outcome.SUMMARY, "summary of a run", ResultsError)
     with refusing(folder, "run folder", ResultsError):

@@ -92,6 +92,8 @@ def read_tracks(
 ) -> Tracks:
     """Read what SUMO recorded (``positions.csv.gz``).
 
+    Raises `ResultsError` if it cannot be read, or there is nobody in it.
+
     Parameters
     ----------
     step_s
@@ -100,11 +102,6 @@ def read_tracks(
         Vehicles that get the first numbers, whether they are on the road or not.
     report
         Told now and then how many rows have been read.
-
-    Raises
-    ------
-    ResultsError
-        If it cannot be read, or there is nobody in it.
     """
     numbers = {name: number for number, name in enumerate(known)}
     pieces: list[tuple[Ints, ...]] = []

@@ -34,6 +34,8 @@ def base_map(
 ) -> Iterator[Axes]:
     """Make a page with the roads round some loops; write it when the drawing on it is done.
 
+    Raises `ResultsError` if the file cannot be written.
+
     Parameters
     ----------
     loops
@@ -44,11 +46,6 @@ def base_map(
         A line above the map.
     dpi
         Pixels per inch of a PNG; the page is 13.7 inches wide.
-
-    Raises
-    ------
-    ResultsError
-        If the file cannot be written.
     """
     with mpl.rc_context({"font.family": "sans-serif", "font.size": 9.0, "svg.hashsalt": "loopgate"}):
         figure = Figure(figsize=(_SIZE_IN, _SIZE_IN), facecolor=GROUND)

@@ -50,6 +50,8 @@ def draw_map(
 ) -> None:
     """Draw roads, loops and zones to a picture; the name's ending says which format (PNG, SVG, PDF).
 
+    Raises `ResultsError` if the file cannot be written.
+
     Parameters
     ----------
     loops
@@ -66,11 +68,6 @@ def draw_map(
         A line above the map.
     dpi
         Pixels per inch of a PNG.
-
-    Raises
-    ------
-    ResultsError
-        If the file cannot be written.
     """
     with base_map(network, loops, file, title=title, dpi=dpi) as axes:
         scale = points_per_m(axes)

@@ -41,6 +41,8 @@ def draw_queues(
 ) -> None:
     """Draw places, crossings and refused loops to a picture; the name's ending says which format.
 
+    Raises `ResultsError` if the file cannot be written.
+
     Parameters
     ----------
     file
@@ -49,11 +51,6 @@ def draw_queues(
         A line above the map.
     dpi
         Pixels per inch of a PNG.
-
-    Raises
-    ------
-    ResultsError
-        If the file cannot be written.
     """
     loops = [*found.loops, *(refusal.loop for refusal in found.refused)]
     with base_map(network, loops, file, title=title, dpi=dpi) as axes:

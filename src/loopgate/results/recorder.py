@@ -27,20 +27,9 @@ _WIDTH = len(_SCHEMA)
 class Recorder:
     """Collects events and writes them in batches to ``events.parquet``.
 
-    Parameters
-    ----------
-    file
-        The file to write; None keeps nothing.
-
-    Raises
-    ------
-    ResultsError
-        If the disk is full, as do `note`, `passed` and `close`; the events before that can be read.
-
-    Notes
-    -----
-    Words are kept as numbers from the moment they come in: most rows arrive by the thousand, from compiled
-    code that knows no words.
+    `file`: the file to write; None keeps nothing. Words are kept as numbers from the moment they come in:
+    most rows arrive by the thousand, from compiled code that knows no words. Raises `ResultsError` if the
+    disk is full, as do `note`, `passed` and `close`; the events before that can be read.
     """
 
     def __init__(self, file: Path | None) -> None:
@@ -126,10 +115,7 @@ def read_events(file: Path, kinds: Collection[Event] = ()) -> pd.DataFrame:
 
     Files written before there was a column of stages get an empty one.
 
-    Parameters
-    ----------
-    kinds
-        Which events to read; all if empty.
+    `kinds`: which events to read; all if empty.
 
     Raises
     ------
@@ -145,10 +131,7 @@ def read_event_pieces(file: Path, kinds: Collection[Event] = ()) -> Iterator[pd.
 
     There is at least one piece, be it empty.
 
-    Raises
-    ------
-    ResultsError
-        If the file cannot be read, is damaged or no table of events.
+    Raises `ResultsError` if the file cannot be read, is damaged or no table of events.
     """
     wanted = {kind.value for kind in kinds}
     with refusing(file, "table", ResultsError, wrong=NO_PARQUET):

@@ -99,6 +99,9 @@ def read_table(
 ) -> pd.DataFrame:
     """Read a table of a run.
 
+    Raises `ResultsError` if it cannot be read, is damaged, lacks one of these columns, or holds texts for
+    numbers.
+
     Parameters
     ----------
     file
@@ -111,11 +114,6 @@ def read_table(
         Whether to leave out all other columns.
     filters
         Which rows to read, as pyarrow takes it.
-
-    Raises
-    ------
-    ResultsError
-        If it cannot be read, is damaged, lacks one of these columns, or holds texts for numbers.
     """
     with refusing(file, "table", ResultsError, wrong=NO_PARQUET):
         check_columns(pq.read_schema(file), wanted, file, made_by)
@@ -127,19 +125,16 @@ def read_table(
 def read_rows(file: Path, columns: Collection[str] | None = None) -> Rows:
     """Read a file of rows of a sweep; columns that only newer versions write are null.
 
+    Raises `ResultsError` if it cannot be read, is damaged, lacks a column without which rows say nothing, or
+    a row has no key or attempt; the text says how to go on. Its cause is a FileNotFoundError if the file is
+    gone: a sweep that runs may just have merged it.
+
     Parameters
     ----------
     file
         In the folder ``rows``.
     columns
         Which to read; default: all.
-
-    Raises
-    ------
-    ResultsError
-        If it cannot be read, is damaged, lacks a column without which rows say nothing, or a row has no key
-        or attempt; the text says how to go on. Its cause is a FileNotFoundError if the file is gone: a sweep
-        that runs may just have merged it.
     """
     with refusing(file, "table", ResultsError, wrong=f"{NO_PARQUET}; {_ROWS_AGAIN}"):
         there = pq.read_schema(file).names

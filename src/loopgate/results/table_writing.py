@@ -22,10 +22,7 @@ class TableFile:
     A Parquet file without its end, which lists the pieces, is lost. So room for a piece and for the end is
     reserved before the piece is written; where there is none, the file ends before it.
 
-    Raises
-    ------
-    ResultsError
-        If it cannot be written.
+    Raises `ResultsError` if it cannot be written.
     """
 
     def __init__(self, file: Path, schema: pa.Schema) -> None:
@@ -46,10 +43,7 @@ class TableFile:
     def write(self, table: pa.Table) -> None:
         """Write a piece.
 
-        Raises
-        ------
-        ResultsError
-            If the disk has no room for all of it. The first rows may be there.
+        Raises `ResultsError` if the disk has no room for all of it. The first rows may be there.
         """
         with writing(self._file, keep=True):
             self._write(table)
@@ -57,10 +51,7 @@ class TableFile:
     def close(self) -> None:
         """Finish the file; may be called twice.
 
-        Raises
-        ------
-        ResultsError
-            If it cannot be finished, and is lost.
+        Raises `ResultsError` if it cannot be finished, and is lost.
         """
         if self._stream.closed:
             return

@@ -23,10 +23,7 @@ _CONNECT_S = 10
 def dask_executor(address: str) -> Iterator[tuple[Executor, int]]:
     """Connect to the scheduler at `address` and yield an executor with its number of worker threads.
 
-    Raises
-    ------
-    SweepError
-        If Dask is not installed, nobody answers, or there are no workers.
+    Raises `SweepError` if Dask is not installed, nobody answers, or there are no workers.
     """
     try:
         from distributed import Client  # noqa: PLC0415 - an extra, needed here only

@@ -41,10 +41,7 @@ def estimate(points: Sequence[Point], folder: Path, workers: int | None = None) 
 
     With rows in the folder, their wall time per simulated vehicle-second is taken; without, a rule of thumb.
 
-    Raises
-    ------
-    ResultsError
-        If the folder holds rows that cannot be read.
+    Raises `ResultsError` if the folder holds rows that cannot be read.
     """
     processes = workers or len(os.sched_getaffinity(0))
     runs = read_results(folder).runs if is_folder(folder / "rows") else None

@@ -38,10 +38,7 @@ class PackedFile:
 def file_identity(value: str, key: str, folder: Path) -> NamedFile:
     """Find out what `value` of the scenario key `key` names.
 
-    Raises
-    ------
-    SweepError
-        If it looks like a file and is none, or cannot be read.
+    Raises `SweepError` if it looks like a file and is none, or cannot be read.
     """
     if value.startswith(PACKAGED):
         return NamedFile(f"{value}@{metadata.version('eclipse-sumo')}", None)
@@ -58,10 +55,7 @@ def file_identity(value: str, key: str, folder: Path) -> NamedFile:
 def pack(path: Path) -> PackedFile:
     """Read a file for the journey.
 
-    Raises
-    ------
-    OSError
-        If a file cannot be read.
+    Raises `OSError` if a file cannot be read.
     """
     files = members(path)
     root = Path(os.path.commonpath([file.parent for file in files]))

@@ -38,17 +38,14 @@ _MERGE_AT = 256
 class Store:
     """A results folder open for writing, by one sweep at a time.
 
+    Raises `ResultsError` if another sweep writes to it, or it cannot be written.
+
     Parameters
     ----------
     folder
         Made if it does not exist. What an interrupted sweep left behind is cleaned up.
     merge_at
         How many single rows are merged into one file.
-
-    Raises
-    ------
-    ResultsError
-        If another sweep writes to it, or it cannot be written.
     """
 
     def __init__(self, folder: Path, *, merge_at: int = _MERGE_AT) -> None:
@@ -101,10 +98,7 @@ class Store:
     def add(self, result: Result) -> None:
         """Keep a row for good; once this returns it survives a crash of the machine.
 
-        Raises
-        ------
-        ResultsError
-            If it cannot be written (disk full); rows that are there already stay.
+        Raises `ResultsError` if it cannot be written (disk full); rows that are there already stay.
         """
         row = result.row
         if result.edges is not None:

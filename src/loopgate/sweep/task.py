@@ -74,10 +74,7 @@ class Result:
 def execute(task: Task) -> Result:
     """Run a task and return its row; an error of the run becomes a row with status ``failed``.
 
-    Raises
-    ------
-    OSError
-        If the worker's disk is full: that says nothing of the scenario, so it makes no row.
+    Raises `OSError` if the worker's disk is full: that says nothing of the scenario, so it makes no row.
     """
     with _ONE_AT_A_TIME:
         started = time.perf_counter()
@@ -171,10 +168,7 @@ def _code() -> str:
 def load_runner(name: str) -> Runner:
     """Import the function that ``module:function`` or ``file.py:function`` names.
 
-    Raises
-    ------
-    SweepError
-        If there is no such module, file or function.
+    Raises `SweepError` if there is no such module, file or function.
     """
     where = in_file(name)
     try:

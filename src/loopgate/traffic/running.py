@@ -20,15 +20,8 @@ _MODEL = "carFollowModel"
 class RunningSumo:
     """A simulation under way, started and stepped by somebody else.
 
-    Parameters
-    ----------
-    api
-        The module ``libsumo`` or ``traci``, or a connection of the latter.
-
-    Raises
-    ------
-    TrafficError
-        If no simulation is running.
+    `api`: the module ``libsumo`` or ``traci``, or a connection of the latter. Raises `TrafficError` if no
+    simulation is running.
     """
 
     def __init__(self, api: Any) -> None:  # noqa: ANN401  neither API has types

@@ -26,10 +26,7 @@ _LEFT, _RIGHT = 1, -1  # SUMO's numbers for directions
 class SumoStops:
     """The calls of `Traffic` that are about stops.
 
-    Parameters
-    ----------
-    api, error
-        As of `loopgate.traffic.sumo.SumoTraffic`.
+    `api`, `error`: as of `loopgate.traffic.sumo.SumoTraffic`.
     """
 
     def __init__(
@@ -48,10 +45,8 @@ class SumoStops:
     def hold(self, vehicle: str, edge: str, lane_index: int, position_m: float) -> bool:
         """Set a stop on this pass that only `release` ends.
 
-        Raises
-        ------
-        TrafficError
-            If SUMO refuses it: the vehicle is too close to brake, or the lane is not on its way.
+        Raises `TrafficError` if SUMO refuses it: the vehicle is too close to brake, or the lane is not on its
+        way.
         """
         get, lane = self._vehicle, f"{edge}_{lane_index}"
         here = get.getLaneID(vehicle)

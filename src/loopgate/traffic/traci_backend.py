@@ -46,10 +46,7 @@ def check_display() -> None:
 def start(options: Sequence[str], *, gui: bool) -> Any:  # noqa: ANN401  traci has no types
     """Start ``sumo`` or ``sumo-gui`` with command-line `options` and return the connection.
 
-    Raises
-    ------
-    TrafficError
-        If there is no such program, or it ends before it answers.
+    Raises `TrafficError` if there is no such program, or it ends before it answers.
     """
     os.environ.setdefault("SUMO_HOME", sumo.SUMO_HOME)
     binary = Path(sumo.SUMO_HOME) / "bin" / ("sumo-gui" if gui else "sumo")

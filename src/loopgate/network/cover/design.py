@@ -147,19 +147,15 @@ def _led_over(design: Design, walk: tuple[int, ...], hubs: Sequence[int]) -> tup
 def make_design(network: RoadNetwork, task: Task, *, without: dict[str, Reason] | None = None) -> Design:
     """Look at what can be covered, and what it takes at least.
 
+    Raises `NetworkError` if an edge of the task is not in the network; `RouteError` if not one of the streets
+    can be covered.
+
     Parameters
     ----------
     network, task
         The roads, and what is to be covered.
     without
         Edges to keep off, and why.
-
-    Raises
-    ------
-    NetworkError
-        If an edge of the task is not in the network.
-    RouteError
-        If not one of the streets can be covered.
     """
     kept_off = without or {}
     wanted = (

@@ -56,10 +56,7 @@ class Ways:
 def shortest_ways(graph: LaneGraph, cost: Floats, nodes: Sequence[int]) -> Ways:
     """Find the shortest ways between nodes of a strongly connected graph; n searches of Dijkstra.
 
-    Parameters
-    ----------
-    graph, cost
-        The lanes, and the cost of each arc; above 0.
+    `graph`, `cost`: the lanes, and the cost of each arc; above 0.
     """
     size = len(graph.edges)
     links = csr_array((cost, (graph.tail, graph.head)), shape=(size, size))

@@ -72,10 +72,7 @@ class LaneGraph:
         What lies on such a ring is there once more for who comes from that node, without the way back. Where
         that would cut streets off, the ring stays.
 
-        Parameters
-        ----------
-        waits
-            Whether vehicles can wait on each node.
+        `waits`: whether vehicles can wait on each node.
         """
         rings = _rings(self, waits)
         kept = set(self.edges)

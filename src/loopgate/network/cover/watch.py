@@ -59,10 +59,7 @@ def allot(laps: Sequence[float], vehicles: int) -> tuple[int, ...]:
 
     Each next one goes to the loop with the longest; weights come in as longer laps. O(n log n).
 
-    Raises
-    ------
-    RouteError
-        If there are fewer vehicles than loops.
+    Raises `RouteError` if there are fewer vehicles than loops.
     """
     if vehicles < len(laps):
         msg = f"{vehicles} vehicles are too few: each of the {len(laps)} loops needs one; take fewer loops"

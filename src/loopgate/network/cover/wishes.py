@@ -22,6 +22,8 @@ _FARTHEST_M = 1e9
 def read_streets(network: RoadNetwork, wish: str, vclass: str, *, option: str) -> tuple[str, ...]:
     """Return the edges that an option names.
 
+    Raises `RouteError` if it is none of these, or names no edge of the network.
+
     Parameters
     ----------
     wish
@@ -33,11 +35,6 @@ def read_streets(network: RoadNetwork, wish: str, vclass: str, *, option: str) -
         Of the edges in a polygon only those open to this class count.
     option
         Its name, for messages.
-
-    Raises
-    ------
-    RouteError
-        If it is none of these, or names no edge of the network.
     """
     if not is_file(wish):
         names = wish.replace(",", " ").split()
@@ -102,10 +99,7 @@ def _polygons(file: str) -> list[tuple[str, shapely.Polygon]]:
 def read_districts(network: RoadNetwork, file: str, classes: Collection[str]) -> dict[str, tuple[str, ...]]:
     """Return the edges open to a class of some whose middle lies in each polygon of an XML file, by its id.
 
-    Raises
-    ------
-    RouteError
-        If there is no polygon in it, one is none, or has no edge inside; the text names it.
+    Raises `RouteError` if there is no polygon in it, one is none, or has no edge inside; the text names it.
     """
     return {name: _inside(network, classes, [area], f"{file}: poly {name}") for name, area in _polygons(file)}
 
@@ -129,10 +123,7 @@ def _inside(
 def read_weights(network: RoadNetwork, file: str) -> dict[str, float]:
     """Return how much more often than others streets are to be seen, by edge; lines ``EDGE WEIGHT``.
 
-    Raises
-    ------
-    RouteError
-        If a line is no such thing; the text names file and line.
+    Raises `RouteError` if a line is no such thing; the text names file and line.
     """
     weights: dict[str, float] = {}
     with refusing(file, "list of weights", RouteError, wrong="not a list of edges with weights"):

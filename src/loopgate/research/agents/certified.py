@@ -64,6 +64,9 @@ def run_certified_agents(
 ) -> CertifiedRun:
     """Let the robots of one component drive, agreeing by messages only.
 
+    Raises `IllegalMoveError` if ever a move is made that capacity or order forbid in the world as it is: a
+    collision; `GateError` if a robot has no home.
+
     Parameters
     ----------
     system
@@ -72,13 +75,6 @@ def run_certified_agents(
         How long; delays are in the same unit.
     failures
         When a robot breaks down for good.
-
-    Raises
-    ------
-    IllegalMoveError
-        If ever a move is made that capacity or order forbid in the world as it is: a collision.
-    GateError
-        If a robot has no home.
     """
     if SystemIndex(system).homeless:
         msg = (

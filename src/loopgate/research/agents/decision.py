@@ -42,10 +42,7 @@ class DistributedDecision:
 def check_single(system: System) -> None:
     """Refuse a system whose states hold several robots: the distributed algorithm is the paper's.
 
-    Raises
-    ------
-    SystemModelError
-        If a shared state holds more than one robot.
+    Raises `SystemModelError` if a shared state holds more than one robot.
     """
     for state, room in enumerate(system.room):
         if room > 1 and not system.private[state]:
@@ -75,6 +72,8 @@ def decide_by_messages(
 ) -> DistributedDecision:
     """Let the agents decide whether `robot` may enter its next state (Algorithm 2, lines 2 to 10).
 
+    Raises `SystemModelError` if a shared state holds more than one robot.
+
     Parameters
     ----------
     system, configuration, robot
@@ -83,11 +82,6 @@ def decide_by_messages(
         How messages fare and how far robots see; without loss and everything needed if not given.
     patience
         How long the robot waits for answers [time units]; then it stops.
-
-    Raises
-    ------
-    SystemModelError
-        If a shared state holds more than one robot.
     """
     check_single(system)
     network = MessageNetwork(link or Link(), random.Random(seed))

@@ -17,19 +17,15 @@ class AgentsGate:
     Slow, for studies: each decision simulates its messages. With losses an answer can be missing; then the
     robot stops, with the reason ``BUDGET``. The same question in the same configuration gets the same answer.
 
+    Raises `GateError` if `loss` is no probability; `SystemModelError` if a shared state holds more than one
+    robot.
+
     Parameters
     ----------
     system
         States of one robot each.
     loss
         Probability that a message is lost, from 0 to 1.
-
-    Raises
-    ------
-    GateError
-        If `loss` is no probability.
-    SystemModelError
-        If a shared state holds more than one robot.
     """
 
     def __init__(self, system: System, *, loss: float = 0.0, seed: int = 0) -> None:

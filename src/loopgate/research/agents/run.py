@@ -129,6 +129,8 @@ def run_agents(
     robots never move on what they learnt about the same configuration, whatever messages are lost or late; a
     missing one means to stand still.
 
+    Raises `SystemModelError` if a shared state holds more than one robot.
+
     Parameters
     ----------
     system
@@ -137,11 +139,6 @@ def run_agents(
         How long, and where the random numbers begin.
     fails
         Whether a robot fails to act as coordinator in a round.
-
-    Raises
-    ------
-    SystemModelError
-        If a shared state holds more than one robot.
     """
     check_single(system)
     rng = random.Random(seed)

@@ -24,6 +24,8 @@ def reproduce(
     Writes ``table.md`` and ``table.json`` (printed, ours, why they differ), ``live_rounds.png``,
     ``fig11.png`` and ``fig12.png``.
 
+    Raises `ResultsError` if a file cannot be written.
+
     Parameters
     ----------
     out
@@ -39,11 +41,6 @@ def reproduce(
     -------
     dict
         ``rows`` (a list of ``what, printed, ours, why``), ``seconds`` and ``quick``.
-
-    Raises
-    ------
-    ResultsError
-        If a file cannot be written.
     """
     began = time.perf_counter()
     with writing(out):

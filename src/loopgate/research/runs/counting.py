@@ -39,14 +39,8 @@ class Runs:
 def count_runs(system: System, gate: Gate, start: Configuration | None = None) -> Runs:
     """Count all runs from `start` (the system's own start if not given).
 
-    Raises
-    ------
-    SystemModelError
-        If a path is closed: runs would have no end.
-
-    Notes
-    -----
-    O(configurations * robots) decisions. The gate's decisions must depend on the configuration alone.
+    O(configurations * robots) decisions. The gate's decisions must depend on the configuration alone. Raises
+    `SystemModelError` if a path is closed: runs would have no end.
     """
     for robot in system.robots:
         if robot.next_position(len(robot.path) - 1) is not None:

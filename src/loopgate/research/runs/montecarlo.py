@@ -85,6 +85,9 @@ def run_rounds(
 ) -> RoundCounts:
     """Run `rounds` rounds from the start; a round ends when all are through, or nobody can or may move.
 
+    A robot on a closed path goes on after its first round, so that it is not in the way of others. The
+    drawing is uniform among the robots admitted, as in Section 5.1 of Zhou et al. 2020.
+
     Parameters
     ----------
     make
@@ -93,11 +96,6 @@ def run_rounds(
         How many, and where the random numbers begin.
     progress
         Called after each round.
-
-    Notes
-    -----
-    A robot on a closed path goes on after its first round, so that it is not in the way of others. The
-    drawing is uniform among the robots admitted, as in Section 5.1 of Zhou et al. 2020.
     """
     began = time.perf_counter()
     rng = random.Random(seed)

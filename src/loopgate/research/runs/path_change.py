@@ -27,25 +27,18 @@ def change_path(
     The change is accepted only if the new system is live from there; gates of the old system are to be made
     anew. A state that was private may be shared now, and the other way round.
 
+    Liveness is decided by the certified gate: exactly where every robot has a private state, within its
+    budget. Raises `SystemModelError` if there is no such robot, or the path breaks a rule of the model;
+    `PathChangeError` if the robot does not stand on the new path, several robots stand in one queue, whose
+    order a start cannot tell, or the new system is not live from there; the text says which, and who could
+    not go on.
+
     Parameters
     ----------
     system, configuration
         The old system, and where everyone stands.
     robot, path, closed
         Whose path to change, to what. The robot starts at the first visit of the state in which it stands.
-
-    Raises
-    ------
-    SystemModelError
-        If there is no such robot, or the path breaks a rule of the model.
-    PathChangeError
-        If the robot does not stand on the new path, several robots stand in one queue, whose order a start
-        cannot tell, or the new system is not live from there; the text says which, and who could not go on.
-
-    Notes
-    -----
-    Liveness is decided by the certified gate: exactly where every robot has a private state, within its
-    budget.
     """
     number = system.robot_number(robot)
     here = system.states[system.state_at(configuration, number)]

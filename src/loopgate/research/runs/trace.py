@@ -83,12 +83,8 @@ class Step:
 def trace_moves(system: System, gate: Gate, moves: Iterable[RobotId]) -> list[Step]:
     """Make `moves` from the start and say at each step what the gate answers every robot.
 
-    Raises
-    ------
-    SystemModelError
-        If a move names no robot of the system.
-    IllegalMoveError
-        If the gate refuses a move; the text says why.
+    Raises `SystemModelError` if a move names no robot of the system; `IllegalMoveError` if the gate refuses a
+    move; the text says why.
     """
     here = system.initial
     steps: list[Step] = []

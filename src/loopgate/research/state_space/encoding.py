@@ -56,10 +56,7 @@ class Arrays(NamedTuple):
 class Encoding:
     """Translates configurations of a system to words and back.
 
-    Attributes
-    ----------
-    words
-        How many words a configuration takes; one does for most systems that can be explored.
+    `words`: how many words a configuration takes; one does for most systems that can be explored.
     """
 
     def __init__(self, system: System) -> None:

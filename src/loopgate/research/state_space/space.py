@@ -34,6 +34,9 @@ class ExplorationLimitError(LoopgateError):
 class StateSpace:
     """The configurations that can be reached from the start without a gate, numbered breadth first.
 
+    O(robots) table look-ups per configuration; 32 bytes for each, and 10 for each move, at the worst moment.
+    Raises `ExplorationLimitError` if memory or limit do not suffice.
+
     Parameters
     ----------
     limit
@@ -49,15 +52,6 @@ class StateSpace:
         All moves between them.
     locked
         Whether a configuration has a circular wait (Def. 3).
-
-    Raises
-    ------
-    ExplorationLimitError
-        If memory or limit do not suffice.
-
-    Notes
-    -----
-    O(robots) table look-ups per configuration; 32 bytes for each, and 10 for each move, at the worst moment.
     """
 
     def __init__(
@@ -83,10 +77,7 @@ class StateSpace:
     def number(self, configuration: Configuration) -> int:
         """Return the number of a configuration that can be reached.
 
-        Raises
-        ------
-        KeyError
-            If it cannot.
+        Raises `KeyError` if it cannot.
         """
         found = find(self._slots, self.keys, self.encoding.encode(configuration))
         if found < 0:

@@ -130,6 +130,8 @@ def verify_everywhere(
 ) -> Verification:
     """Check every configuration that the gate lets come about, breadth first from the start.
 
+    Raises `ExplorationLimitError` if there are more than `limit` configurations.
+
     Parameters
     ----------
     make
@@ -138,11 +140,6 @@ def verify_everywhere(
         Called with the number of configurations found so far.
     each
         Called after each decision about a possible move.
-
-    Raises
-    ------
-    ExplorationLimitError
-        If there are more than `limit` configurations.
     """
     space = StateSpace(system, limit=limit, progress=progress)
     return verify_space(space, make, progress=progress, each=each)

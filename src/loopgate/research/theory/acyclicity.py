@@ -69,21 +69,15 @@ def live_by_order(system: System, configuration: Configuration, *, solver: str =
     The configuration is live iff some choice leaves the order of all moves without a circle; a clause per
     circle found forbids it, until there is none or no choice is left (lazy cycle clauses).
 
+    Source: single-unit resource allocation as acyclicity of orders; NP-complete (Lawley and Reveliotis 2001).
+    Raises `AcyclicityError` if the system is not of that kind or python-sat is missing.
+
     Parameters
     ----------
     system
         Every robot has a private state, shared states hold one, no terminal is shared.
     solver
         A solver of python-sat.
-
-    Raises
-    ------
-    AcyclicityError
-        If the system is not of that kind or python-sat is missing.
-
-    Notes
-    -----
-    Source: single-unit resource allocation as acyclicity of orders; NP-complete (Lawley and Reveliotis 2001).
     """
     try:
         from pysat.solvers import Solver  # noqa: PLC0415 - python-sat is an extra

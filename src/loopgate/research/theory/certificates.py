@@ -27,6 +27,8 @@ class CertificateError(LoopgateError):
 def check_certificate(system: System, certificate: Mapping[str, Any]) -> None:
     """Check one certificate.
 
+    Raises `CertificateError` if it does not show what it claims; the text says which step fails.
+
     Parameters
     ----------
     system
@@ -48,11 +50,6 @@ def check_certificate(system: System, certificate: Mapping[str, Any]) -> None:
         - ``exhausted``: all configurations that can follow were looked at (checked by doing it again).
         - ``full``: after the robot's move ``places`` would be full and wait for one another.
         - ``reserved``: all slots of ``place`` are taken or kept for robots on their way to it.
-
-    Raises
-    ------
-    CertificateError
-        If it does not show what it claims; the text says which step fails.
     """
     try:
         _Check(system, certificate).run()

@@ -14,19 +14,8 @@ class Homing:
     remembered. Plain enough to judge gates by, and quicker than the oracle where systems are large and
     mostly live.
 
-    Parameters
-    ----------
-    system
-        See `homes_decide_liveness`; capacities and FIFO states are welcome.
-
-    Raises
-    ------
-    ValueError
-        If the system is not of that kind.
-
-    Notes
-    -----
-    Exponential at worst; see `loopgate.research.theory.oracle`.
+    `system`: see `homes_decide_liveness`; capacities and FIFO states are welcome. Exponential at worst; see
+    `loopgate.research.theory.oracle`. Raises `ValueError` if the system is not of that kind.
     """
 
     name = "homing"

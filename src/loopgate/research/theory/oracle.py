@@ -22,15 +22,9 @@ class Oracle:
     and no terminal state is shared, it is the same as: some sequence of moves brings all robots to private
     or terminal states at once.
 
-    Parameters
-    ----------
-    system
-        The system; its moves are those of `System.enabled`.
-
-    Notes
-    -----
-    Time and memory are linear in the number of configurations and moves reachable from all that was
-    asked. Deciding liveness is NP-complete (Lawley and Reveliotis 2001).
+    `system`: the system; its moves are those of `System.enabled`. Time and memory are linear in the number of
+    configurations and moves reachable from all that was asked. Deciding liveness is NP-complete (Lawley and
+    Reveliotis 2001).
     """
 
     def __init__(self, system: System, *, limit: int = 2_000_000) -> None:
@@ -41,10 +35,7 @@ class Oracle:
     def live(self, configuration: Configuration) -> bool:
         """Return whether every robot can go on for ever from `configuration`.
 
-        Raises
-        ------
-        OracleLimitError
-            If more than `limit` configurations would have to be looked at.
+        Raises `OracleLimitError` if more than `limit` configurations would have to be looked at.
         """
         if configuration not in self._live:
             self._explore(configuration)

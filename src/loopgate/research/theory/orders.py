@@ -49,20 +49,14 @@ class Orders:
     def of_circuit(self, configuration: Configuration, circuit: Circuit) -> int | None:
         """Return the order of `circuit`, or None if its robots are no deadlock of any order.
 
-        Raises
-        ------
-        OrderLimitError
-            If more than `limit` circuits would have to be looked at.
+        Raises `OrderLimitError` if more than `limit` circuits would have to be looked at.
         """
         return self._visit(self._standing(configuration, circuit.robots), circuit)
 
     def of_configuration(self, configuration: Configuration) -> int | None:
         """Return the lowest order of the configuration's circuits, or None if none has an order.
 
-        Raises
-        ------
-        OrderLimitError
-            If more than `limit` circuits would have to be looked at.
+        Raises `OrderLimitError` if more than `limit` circuits would have to be looked at.
         """
         return self._lowest(self._standing(configuration, range(len(self._system.robots))))
 

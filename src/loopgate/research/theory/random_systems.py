@@ -15,6 +15,8 @@ _TRIES = 40
 class Shape:
     """What random systems have in common.
 
+    Raises `SystemModelError` if a number is out of range.
+
     Parameters
     ----------
     states
@@ -34,11 +36,6 @@ class Shape:
         Whether paths are closed. Open ones end in a private state, if there is any, and begin in another.
     proposition1
         Whether no two states are neighbours on the paths of two robots (Zhou et al. 2020, Prop. 1).
-
-    Raises
-    ------
-    SystemModelError
-        If a number is out of range.
     """
 
     robots: int
@@ -95,10 +92,8 @@ def random_system(shape: Shape, seed: int) -> System:
     robot has several). On closed paths robots start in their first private state; on open ones, and where
     there are no private states, in the first state with room.
 
-    Raises
-    ------
-    SystemModelError
-        If no private states are asked for and the robots do not fit into the states on their paths.
+    Raises `SystemModelError` if no private states are asked for and the robots do not fit into the states on
+    their paths.
     """
     rng = random.Random(seed)
     names = [StateId(f"s{k}") for k in range(shape.states)]

@@ -120,6 +120,8 @@ def road_system(
 ) -> System:
     """Put vehicles on the loops in turn.
 
+    Raises `SystemModelError` if they find no place.
+
     Parameters
     ----------
     vehicles
@@ -129,11 +131,6 @@ def road_system(
     seed
         Draws the places where they start, full ones too. Without one each vehicle starts at the emptiest
         place of its loop, and in places that hold two or more a slot stays free.
-
-    Raises
-    ------
-    SystemModelError
-        If they find no place.
     """
     room = {place: capacity if isinstance(capacity, int) else capacity(place) for place in roads.places}
     taken = dict.fromkeys(roads.places, 0)

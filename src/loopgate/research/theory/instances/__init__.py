@@ -34,10 +34,7 @@ def instance_names() -> list[str]:
 def instance(name: str) -> System:
     """Return the system called `name`, such as ``fig10`` or ``unsound_n5``.
 
-    Raises
-    ------
-    SystemFileError
-        If there is none of that name.
+    Raises `SystemFileError` if there is none of that name.
     """
     if name not in instance_names():
         msg = f"instance {name}: there is no such system; there are {', '.join(instance_names())}"
@@ -53,10 +50,7 @@ def fig7(robots: int) -> System:
     t(m-i) xi t(m-i+1) for i from 1 to m-3, and rm runs tm t1 (proof of Lemma 2). A private end state of each
     robot is added.
 
-    Raises
-    ------
-    ValueError
-        If `robots` is below 4.
+    Raises `ValueError` if `robots` is below 4.
     """
     m = robots
     if m < 4:  # noqa: PLR2004 - fewer robots form no higher-order deadlock
