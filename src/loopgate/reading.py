@@ -10,7 +10,7 @@ from __future__ import annotations
 import json
 import os
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -102,6 +102,13 @@ def shown(value: object) -> str:
     except (ValueError, RecursionError):  # whole numbers of thousands of digits; lists in lists in lists
         return f"a value of type {type(value).__name__} too long to be shown"
     return text if len(text) <= _LONGEST_VALUE else f"{text[: _LONGEST_VALUE - 4]} ..."
+
+
+def listed(names: Iterable[str], most: int = 6) -> str:
+    """Return the first names, and how many more there are."""
+    every = list(names)
+    more = len(every) - most
+    return ", ".join(every[:most]) + (f" and {more} more" if more > 0 else "")
 
 
 def _reason(problem: BaseException) -> str:

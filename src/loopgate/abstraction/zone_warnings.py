@@ -7,9 +7,9 @@ from collections.abc import Callable, Sequence
 from loopgate.abstraction.zones import Zones
 from loopgate.model import StateId
 from loopgate.network.loop import Loop
+from loopgate.reading import listed
 
 _SWALLOWED = 0.5
-_MOST_NAMES = 6
 
 
 def zone_warnings(loops: Sequence[Loop], zones: Zones, name: Callable[[int], StateId]) -> list[str]:
@@ -32,9 +32,9 @@ def zone_warnings(loops: Sequence[Loop], zones: Zones, name: Callable[[int], Sta
         if len(visits) > 1 and sum(v.length_m for v in visits) > loop.length_m - 1.0
     ]
     if homeless:
-        found.append(f"no private road on {_listed(homeless)}: always in somebody's way")
+        found.append(f"no private road on {listed(homeless)}: always in somebody's way")
     found += [
-        f"zones that follow each other on {_listed(users)} were made one (Prop. 1)" for users in zones.merged
+        f"zones that follow each other on {listed(users)} were made one (Prop. 1)" for users in zones.merged
     ]
     return found
 
@@ -45,7 +45,7 @@ def _of_zone(zone: StateId, metres: dict[str, float], laps: dict[str, float]) ->
     if swallowed:
         share = sum(metres[loop] for loop in swallowed) / sum(laps[loop] for loop in swallowed)
         found.append(
-            f"{zone} takes {share:.0%} of {_listed(swallowed)}: one vehicle at a time there; "
+            f"{zone} takes {share:.0%} of {listed(swallowed)}: one vehicle at a time there; "
             f"bound what loops share (--max-shared), or use --abstraction queues"
         )
     whole = [loop for loop in swallowed if metres[loop] > laps[loop] - 1.0]
@@ -53,8 +53,7 @@ def _of_zone(zone: StateId, metres: dict[str, float], laps: dict[str, float]) ->
     if whole:
         verb = "lies in it all the way: its vehicle never leaves" if len(whole) == 1 else "never leave it"
         found.append(
-            f"{zone}: {_listed(whole)} {verb}"
-            + (f", and {_listed(others)} can never enter" if others else "")
+            f"{zone}: {listed(whole)} {verb}" + (f", and {listed(others)} can never enter" if others else "")
         )
     if len(metres) >= max(3, len(laps) // 2 + 1):
         found.append(
@@ -62,8 +61,3 @@ def _of_zone(zone: StateId, metres: dict[str, float], laps: dict[str, float]) ->
             f"they wait for one another"
         )
     return found
-
-
-def _listed(names: Sequence[str]) -> str:
-    more = len(names) - _MOST_NAMES
-    return ", ".join(names[:_MOST_NAMES]) + (f" and {more} more" if more > 0 else "")

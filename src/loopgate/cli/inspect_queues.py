@@ -26,11 +26,12 @@ from loopgate.cli.inspect_shared import (
     print_reach,
     print_warnings,
 )
-from loopgate.cli.tables import console, counted, listed, print_table
+from loopgate.cli.tables import console, counted, print_table
 from loopgate.errors import ScenarioError
 from loopgate.model import write_system
 from loopgate.network import Loop, RoadNetwork, RoutesFile, VehicleType
 from loopgate.network.coverage import Coverage, measure_coverage
+from loopgate.reading import listed
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance

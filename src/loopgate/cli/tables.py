@@ -9,7 +9,6 @@ from rich.markup import escape
 from rich.table import Table
 
 _MOST_ROWS = 40
-_MOST_NAMES = 6
 _WIDTH = 120
 
 
@@ -45,9 +44,3 @@ def print_table(
 def counted(number: int, what: str) -> str:
     """Return number and noun, as in ``3 loops``."""
     return f"{number} {what}" if number == 1 else f"{number} {what}s"
-
-
-def listed(names: Sequence[str], most: int = _MOST_NAMES) -> str:
-    """Return the first names, and how many more there are."""
-    more = len(names) - most
-    return ", ".join(names[:most]) + (f" and {more} more" if more > 0 else "")

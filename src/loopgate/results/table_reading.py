@@ -16,7 +16,7 @@ import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
 from loopgate.errors import ResultsError
-from loopgate.reading import refusing
+from loopgate.reading import listed, refusing
 from loopgate.results import columns as run
 from loopgate.results import row_columns as c
 from loopgate.results.row_schema import ROW_SCHEMA
@@ -83,7 +83,7 @@ def lacks(
 ) -> ResultsError:
     """Return the error that names what a file of results lacks, who made it, and what to do."""
     ours = versions()["loopgate"]
-    msg = f"{file}: it has no {what} {_listed(missing)}"
+    msg = f"{file}: it has no {what} {listed(missing, _MOST_NAMES)}"
     if made_by in {"", ours}:
         return ResultsError(f"{msg}, which loopgate {ours} expects; {again}")
     return ResultsError(f"{msg}: loopgate {made_by} made it, this is {ours}; {again}, or use {made_by}")
@@ -150,7 +150,7 @@ def read_rows(file: Path, columns: Collection[str] | None = None) -> Rows:
         check_sizes(table, file)
         missing = [name for name in ROW_SCHEMA.names if name not in there]
         besides = [name for name in there if name not in ROW_SCHEMA.names]
-        return Rows(table, _listed(missing), _listed(besides))
+        return Rows(table, listed(missing, _MOST_NAMES), listed(besides, _MOST_NAMES))
 
 
 def check_sizes(rows: pa.Table, file: Path) -> None:
@@ -192,9 +192,3 @@ def _made_rows(file: Path, there: Sequence[str]) -> str:
         return ""
     column = _whole(pq.read_table(file, columns=[c.LOOPGATE_VERSION]))[c.LOOPGATE_VERSION]
     return ", ".join(sorted({str(made) for made in column.to_pylist() if made is not None}))
-
-
-def _listed(names: Iterable[str]) -> str:
-    every = list(names)
-    more = len(every) - _MOST_NAMES
-    return ", ".join(every[:_MOST_NAMES]) + (f" and {more} more" if more > 0 else "")
