@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
@@ -12,11 +13,15 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from loopgate.disk import disk_error
 from loopgate.errors import ResultsError
+from loopgate.network.contacts import Floats
 from loopgate.network.loop import Loop
 from loopgate.network.road import RoadNetwork
+
+Colours = str | Sequence[str] | Sequence[tuple[float, float, float, float]]
 
 INK = "#23292e"
 GROUND = "#f1f2f0"
@@ -97,6 +102,54 @@ def _frame(axes: Axes, figure: Figure, network: RoadNetwork, loops: Sequence[Loo
     axes.set_ylim(middle[1] - half * ratio, middle[1] + half * ratio)
 
 
+def draw_lines(
+    axes: Axes,
+    lines: Sequence[Floats],
+    colours: Colours,
+    widths: float | Sequence[float],
+    order: float,
+    **looks: Any,  # noqa: ANN401 - what matplotlib takes
+) -> None:
+    """Draw lines of one look, or with a colour and a width each, without moving the map."""
+    drawn = LineCollection(lines, colors=colours, linewidths=widths, zorder=order, **looks)
+    axes.add_collection(drawn, autolim=False)
+
+
+def put_label(axes: Axes, text: str, at: Floats, colour: str, frame: str, order: float) -> None:
+    """Write a text beside a point, in a frame."""
+    axes.annotate(
+        text,
+        (float(at[0]), float(at[1])),
+        xytext=(8, 8),
+        textcoords="offset points",
+        fontsize=8,
+        weight="bold",
+        color=colour,
+        zorder=order,
+        bbox={"boxstyle": "round,pad=0.2", "facecolor": "white", "edgecolor": frame, "linewidth": 0.8},
+    )
+
+
+def entry(label: str, **looks: Any) -> Line2D:  # noqa: ANN401 - what matplotlib takes
+    """Return a line of the legend."""
+    return Line2D([], [], label=label, **looks)
+
+
+def put_legend(axes: Axes, entries: Sequence[Line2D], *, spacing: float, padding: float = 0.4) -> None:
+    """Put the legend beside the map."""
+    legend = axes.legend(
+        handles=entries,
+        loc="center left",
+        bbox_to_anchor=(1.0, 0.5),
+        fontsize=8.5,
+        frameon=False,
+        labelspacing=spacing,
+        borderpad=padding,
+        handlelength=2.6,
+    )
+    legend.set_zorder(20)
+
+
 def points_per_m(axes: Axes) -> float:
     """Return how many points of the page a metre of road takes."""
     low, high = axes.get_xlim()
@@ -112,10 +165,7 @@ def _roads(axes: Axes, network: RoadNetwork) -> None:
     outlines = [np.asarray(shape) for name in junctions if (shape := network.junctions[name].shape)]
     for colour, extra, order in ((_CASING, 1.2, 1), (_ROAD, 0.0, 2)):
         widths = [max(lane.width_m * scale, 0.5) + extra for lane in lanes]
-        axes.add_collection(
-            LineCollection(shapes, colors=colour, linewidths=widths, zorder=order, capstyle="butt"),
-            autolim=False,
-        )
+        draw_lines(axes, shapes, colour, widths, order)
         axes.add_collection(
             PolyCollection(outlines, facecolors=colour, edgecolors=colour, linewidths=extra, zorder=order),
             autolim=False,

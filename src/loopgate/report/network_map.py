@@ -7,8 +7,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
-from matplotlib.collections import LineCollection
-from matplotlib.lines import Line2D
 
 from loopgate.abstraction.itinerary import Itinerary
 from loopgate.abstraction.survey import survey
@@ -17,7 +15,16 @@ from loopgate.network.contacts import Floats
 from loopgate.network.curve import cut_curve
 from loopgate.network.loop import Loop
 from loopgate.network.road import RoadNetwork
-from loopgate.report.base_map import DPI, INK, base_map, points_per_m
+from loopgate.report.base_map import (
+    DPI,
+    INK,
+    base_map,
+    draw_lines,
+    entry,
+    points_per_m,
+    put_label,
+    put_legend,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -76,7 +83,7 @@ def draw_map(
         if itineraries:
             _zones(axes, loops, itineraries, zones, scale)
         left = [np.asarray(lane.shape) for edge in unwatched for lane in network.edges[edge].lanes[:1]]
-        axes.add_collection(LineCollection(left, colors=_ZONE, linewidths=1.4, zorder=5), autolim=False)
+        draw_lines(axes, left, _ZONE, 1.4, 5)
         _loops(axes, loops, starts_m, scale)
         shares = {loop.loop: loop.shared for loop in found.loops}
         _legend(axes, loops, shares, len(found.zones), len(left), starts=bool(starts_m))
@@ -100,31 +107,11 @@ def _zones(
     every = [line for lines in where.values() for line in lines]
     # A pale band with a darker edge, so that it reads in grey as well.
     for colour, extra, order in ((_ZONE, 1.6, 3), ("#FBD9BF", 0.0, 4)):
-        axes.add_collection(
-            LineCollection(
-                every,
-                colors=colour,
-                linewidths=width + extra,
-                zorder=order,
-                capstyle="round",
-                joinstyle="round",
-            ),
-            autolim=False,
-        )
+        draw_lines(axes, every, colour, width + extra, order, capstyle="round", joinstyle="round")
     for state, lines in where.items():
         longest = max(lines, key=len)
-        x, y = longest[len(longest) // 2]
-        axes.annotate(
-            state.removeprefix("zone"),
-            (x, y),
-            xytext=(8, 8),
-            textcoords="offset points",
-            fontsize=8,
-            weight="bold",
-            color="#8A3B00",
-            zorder=11,
-            bbox={"boxstyle": "round,pad=0.2", "facecolor": "white", "edgecolor": _ZONE, "linewidth": 0.8},
-        )
+        middle = longest[len(longest) // 2]
+        put_label(axes, state.removeprefix("zone"), middle, "#8A3B00", _ZONE, 11)
 
 
 def _loops(axes: Axes, loops: Sequence[Loop], starts_m: Sequence[float], scale: float) -> None:
@@ -189,44 +176,22 @@ def _legend(
     axes: Axes, loops: Sequence[Loop], shares: Mapping[str, float], zones: int, left: int, *, starts: bool
 ) -> None:
     entries = [
-        Line2D(
-            [],
-            [],
+        entry(
+            f"{loop.id}  {loop.length_m / 1000.0:.1f} km"
+            + (f", {shares[loop.id]:.0%} shared" if loop.id in shares else ""),
             color=_style(k)[0],
             linestyle=_style(k)[1],
             linewidth=2.0 * _WIDTHS[k % len(_WIDTHS)],
-            label=f"{loop.id}  {loop.length_m / 1000.0:.1f} km"
-            + (f", {shares[loop.id]:.0%} shared" if loop.id in shares else ""),
         )
         for k, loop in enumerate(loops[:_LEGEND_LOOPS])
     ]
     if len(loops) > _LEGEND_LOOPS:
-        entries.append(Line2D([], [], linestyle="none", label=f"and {len(loops) - _LEGEND_LOOPS} more loops"))
+        entries.append(entry(f"and {len(loops) - _LEGEND_LOOPS} more loops", linestyle="none"))
     if zones:
-        band = Line2D([], [], color="#FBD9BF", linewidth=8, label=f"zones: one vehicle at a time ({zones})")
-        entries.append(band)
+        entries.append(entry(f"zones: one vehicle at a time ({zones})", color="#FBD9BF", linewidth=8))
     if left:
-        entries.append(Line2D([], [], color=_ZONE, linewidth=1.4, label=f"on no loop ({left} streets)"))
+        entries.append(entry(f"on no loop ({left} streets)", color=_ZONE, linewidth=1.4))
     if starts:
-        dot = Line2D(
-            [],
-            [],
-            linestyle="none",
-            marker="o",
-            markersize=7.5,
-            markerfacecolor=INK,
-            markeredgecolor="white",
-            label="vehicle at its start",
-        )
-        entries.append(dot)
-    legend = axes.legend(
-        handles=entries,
-        loc="center left",
-        bbox_to_anchor=(1.0, 0.5),
-        fontsize=8.5,
-        frameon=False,
-        borderpad=0.9,
-        labelspacing=0.45,
-        handlelength=2.6,
-    )
-    legend.set_zorder(20)
+        dot = {"marker": "o", "markersize": 7.5, "markerfacecolor": INK, "markeredgecolor": "white"}
+        entries.append(entry("vehicle at its start", linestyle="none", **dot))
+    put_legend(axes, entries, spacing=0.45, padding=0.9)

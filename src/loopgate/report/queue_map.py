@@ -9,7 +9,6 @@ from pathlib import Path
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection
 from matplotlib.lines import Line2D
 
 from loopgate.abstraction.queue_survey import CrossingSurvey, QueueSurvey, RefusedLoop
@@ -17,7 +16,17 @@ from loopgate.network.contacts import Floats
 from loopgate.network.curve import cut_line
 from loopgate.network.loop import arc_lengths
 from loopgate.network.road import RoadNetwork
-from loopgate.report.base_map import DPI, INK, base_map, points_per_m
+from loopgate.reading import listed
+from loopgate.report.base_map import (
+    DPI,
+    INK,
+    base_map,
+    draw_lines,
+    entry,
+    points_per_m,
+    put_label,
+    put_legend,
+)
 
 _STEPS = (2, 3, 4, 6, 10, 20)
 """Capacities at which a new colour begins."""
@@ -72,10 +81,7 @@ def _places(axes: Axes, network: RoadNetwork, found: QueueSurvey, width: float, 
     ]
     colours = [_colour(place.capacity) for place in found.places]
     for extra, colour, order in ((1.3, [INK] * len(lines), 4), (0.0, colours, 5)):
-        axes.add_collection(
-            LineCollection(lines, colors=colour, linewidths=width + extra, zorder=order, capstyle="butt"),
-            autolim=False,
-        )
+        draw_lines(axes, lines, colour, width + extra, order)
 
 
 def _crossings(axes: Axes, network: RoadNetwork, found: QueueSurvey, width: float, aside_m: float) -> None:
@@ -89,16 +95,7 @@ def _crossings(axes: Axes, network: RoadNetwork, found: QueueSurvey, width: floa
     thin += [_over(network, crossing) for crossing in found.crossings if crossing.stretch is not None]
     joined = [np.asarray(network.lanes[lane.lane].shape, dtype=np.float64) for lane in found.joined]
     for lines, line_width in ((thin, 0.9), (joined, 0.55 * width)):
-        axes.add_collection(
-            LineCollection(
-                [_beside(line, aside_m) for line in lines],
-                colors=_CROSSING,
-                linewidths=line_width,
-                zorder=3,
-                capstyle="butt",
-            ),
-            autolim=False,
-        )
+        draw_lines(axes, [_beside(line, aside_m) for line in lines], _CROSSING, line_width, 3)
 
 
 def _over(network: RoadNetwork, crossing: CrossingSurvey) -> Floats:
@@ -126,16 +123,7 @@ def _conflicts(axes: Axes, network: RoadNetwork, found: QueueSurvey, scale: floa
     lines = [line for crossing in found.crossings for line in _shared(network, via, crossing)]
     over = [crossing for crossing in found.crossings if crossing.stretch is not None and crossing.conflicts]
     lines += [_over(network, crossing) for crossing in over]
-    axes.add_collection(
-        LineCollection(
-            lines,
-            colors=_CONFLICT,
-            linewidths=float(np.clip(1.0 * scale, 0.8, 2.6)),
-            zorder=7,
-            capstyle="round",
-        ),
-        autolim=False,
-    )
+    draw_lines(axes, lines, _CONFLICT, float(np.clip(1.0 * scale, 0.8, 2.6)), 7, capstyle="round")
     if scale < _DOT_SCALE:
         at: dict[str, int] = {}
         for crossing in found.crossings:
@@ -195,10 +183,7 @@ def _refused(axes: Axes, refusals: Sequence[RefusedLoop], width: float, scale: f
         (_REFUSED_BAND, width + 6.0, "solid", 2.4),
         (_REFUSED, 1.3, (0, (4, 1.6)), 2.6),
     ):
-        axes.add_collection(
-            LineCollection(curves, colors=colour, linewidths=line_width, linestyles=[dash], zorder=order),
-            autolim=False,
-        )
+        draw_lines(axes, curves, colour, line_width, order, linestyles=[dash])
     labels: list[tuple[Floats, list[str]]] = []
     for refusal in refusals:
         at = refusal.loop.curve()[0][0]  # where no edge is to blame the label stands at the loop's beginning
@@ -212,18 +197,7 @@ def _refused(axes: Axes, refusals: Sequence[RefusedLoop], width: float, scale: f
         else:
             near.append(refusal.loop.id)
     for at, names in labels:
-        more = len(names) - _MOST_NAMES
-        axes.annotate(
-            ", ".join(names[:_MOST_NAMES]) + (f" and {more} more" if more > 0 else ""),
-            (float(at[0]), float(at[1])),
-            xytext=(8, 8),
-            textcoords="offset points",
-            fontsize=8,
-            weight="bold",
-            color=_REFUSED,
-            zorder=12,
-            bbox={"boxstyle": "round,pad=0.2", "facecolor": "white", "edgecolor": _REFUSED, "linewidth": 0.8},
-        )
+        put_label(axes, listed(names, _MOST_NAMES), at, _REFUSED, _REFUSED, 12)
 
 
 def _colour(capacity: int) -> tuple[float, float, float, float]:
@@ -253,57 +227,22 @@ def _legend(axes: Axes, found: QueueSurvey, *, dots: bool) -> None:
         inside = [p for p in found.places if low <= p.capacity and (high is None or p.capacity <= high)]
         if inside:
             span = f"{low}" if high == low else f"{low} or more" if high is None else f"{low} to {high}"
-            entries.append(
-                Line2D(
-                    [],
-                    [],
-                    color=_colour(low),
-                    linewidth=6,
-                    label=f"place for {span} vehicles  ({len(inside)})",
-                )
-            )
-    entries.append(
-        Line2D([], [], color=_CROSSING, linewidth=1.2, label=f"crossing  ({len(found.crossings)})")
-    )
+            label = f"place for {span} vehicles  ({len(inside)})"
+            entries.append(entry(label, color=_colour(low), linewidth=6))
+    entries.append(entry(f"crossing  ({len(found.crossings)})", color=_CROSSING, linewidth=1.2))
     if found.joined:
         label = f"lane too short to queue on  ({len(found.joined)})"
-        entries.append(Line2D([], [], color=_CROSSING, linewidth=3.5, label=label))
+        entries.append(entry(label, color=_CROSSING, linewidth=3.5))
     if found.conflicts:
         style = {"linestyle": "none", "marker": "o", "markersize": 7.0} if dots else {"linewidth": 2.2}
         where = "conflicts here" if dots else "conflict of two crossings"
-        entries.append(Line2D([], [], color=_CONFLICT, label=f"{where}  ({found.conflicts})", **style))
+        entries.append(entry(f"{where}  ({found.conflicts})", color=_CONFLICT, **style))
     if found.unlisted:
-        entries.append(
-            Line2D(
-                [],
-                [],
-                linestyle="none",
-                marker="D",
-                markerfacecolor="none",
-                markeredgecolor=INK,
-                label=f"... that only geometry shows  ({len(found.unlisted)})",
-            )
-        )
+        label = f"... that only geometry shows  ({len(found.unlisted)})"
+        looks = {"marker": "D", "markerfacecolor": "none", "markeredgecolor": INK}
+        entries.append(entry(label, linestyle="none", **looks))
     if found.refused:
-        entries.append(
-            Line2D(
-                [],
-                [],
-                color=_REFUSED,
-                linestyle=(0, (4, 1.6)),
-                marker="X",
-                markersize=8,
-                markeredgecolor="white",
-                label=f"loop that cannot work  ({len(found.refused)})",
-            )
-        )
-    legend = axes.legend(
-        handles=entries,
-        loc="center left",
-        bbox_to_anchor=(1.0, 0.5),
-        fontsize=8.5,
-        frameon=False,
-        labelspacing=0.7,
-        handlelength=2.6,
-    )
-    legend.set_zorder(20)
+        label = f"loop that cannot work  ({len(found.refused)})"
+        mark = {"marker": "X", "markersize": 8, "markeredgecolor": "white"}
+        entries.append(entry(label, color=_REFUSED, linestyle=(0, (4, 1.6)), **mark))
+    put_legend(axes, entries, spacing=0.7)
