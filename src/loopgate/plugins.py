@@ -105,6 +105,8 @@ def make_plugin(
 ) -> T:
     """Load the entry point that `spec` names and make it with the options of `spec`.
 
+    Raises `PluginError` if nothing has that name, the thing has no such option, or refuses an option's value.
+
     Parameters
     ----------
     kind
@@ -117,11 +119,6 @@ def make_plugin(
         annotates an option as one of these, only such a value is taken.
     make
         Called with the loaded factory, whose first parameter is not an option, and the options.
-
-    Raises
-    ------
-    PluginError
-        If nothing has that name, the thing has no such option, or refuses an option's value.
     """
     name, colon, rest = _split(spec)
     factory = _factory(kind, group, name)

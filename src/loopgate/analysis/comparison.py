@@ -25,6 +25,8 @@ def compute_mean(
 ) -> pd.DataFrame:
     """Return the mean of a value over runs, with Student's t interval.
 
+    Raises `AnalysisError` on a missing column or a level that is none.
+
     Parameters
     ----------
     runs
@@ -41,11 +43,6 @@ def compute_mean(
     DataFrame
         One row per group: `by`, `RUNS`, `MEAN`, `STD`, `LOW`, `HIGH` (in the unit of `value`; the last
         three are missing for a single run). An interval of what is negative in no run stops at 0.
-
-    Raises
-    ------
-    AnalysisError
-        On a missing column or a level that is none.
 
     Examples
     --------
@@ -85,6 +82,9 @@ def compute_paired(
     Runs with equal `by` and `match` are a pair; a run without partner is left out. Pairing takes out what
     both gates share (loops, starts), so few seeds tell more than two separate means do.
 
+    Raises `AnalysisError` on a missing column, an unknown baseline, or several runs that could be the
+    partner.
+
     Parameters
     ----------
     runs
@@ -106,11 +106,6 @@ def compute_paired(
         One row per gate and group: `of`, `by`, `BASELINE`, `PAIRS`, `DIFFERENCE`, `LOW`, `HIGH` (BCa
         bootstrap interval of the mean difference, in the unit of `value`), `RATIO` (missing if the baseline
         is 0), `BETTER` (share of pairs).
-
-    Raises
-    ------
-    AnalysisError
-        On a missing column, an unknown baseline, or several runs that could be the partner.
 
     Examples
     --------
@@ -164,6 +159,8 @@ def compute_fundamental(*, runs: pd.DataFrame, by: Sequence[str] = ()) -> pd.Dat
     Vehicles, distance and speed are taken over all edges on some loop: density is vehicles per km of
     edge, flow is vehicle-km per hour and km of edge.
 
+    Raises `AnalysisError` on a missing column.
+
     Parameters
     ----------
     runs
@@ -176,11 +173,6 @@ def compute_fundamental(*, runs: pd.DataFrame, by: Sequence[str] = ()) -> pd.Dat
     -------
     DataFrame
         `runs`, or `by`, and `DENSITY` [vehicles/km], `FLOW` [vehicles/h], `SPEED` [km/h] (means of a group).
-
-    Raises
-    ------
-    AnalysisError
-        On a missing column.
 
     Examples
     --------
@@ -219,6 +211,8 @@ def compute_capacity(
 
     The interval holds `level` of the peaks found when the runs of each vehicle count are resampled.
 
+    Raises `AnalysisError` on a missing column.
+
     Parameters
     ----------
     runs
@@ -235,11 +229,6 @@ def compute_capacity(
     DataFrame
         One row per group: `by`, `CAPACITY` [vehicles], `LOW`, `HIGH` [vehicles], `PEAK` (unit of `value`),
         `AT_BORDER`.
-
-    Raises
-    ------
-    AnalysisError
-        On a missing column.
 
     Examples
     --------

@@ -27,6 +27,8 @@ def compute_lap_distribution(
     A run's row keeps 21 quantiles of its lap times, so the result is exact to a twentieth of each run's
     distribution; runs count in proportion to their laps.
 
+    Raises `AnalysisError` on a missing column.
+
     Parameters
     ----------
     runs
@@ -41,11 +43,6 @@ def compute_lap_distribution(
     -------
     DataFrame
         One row per group and quantile: `by`, `LAPS` (of all runs), `QUANTILE`, `LAP_TIME` [s].
-
-    Raises
-    ------
-    AnalysisError
-        On a missing column.
 
     Examples
     --------
@@ -78,6 +75,8 @@ def compute_lap_distribution(
 def compute_decision_time(*, runs: pd.DataFrame, by: Sequence[str] = (c.GATE, c.VEHICLES)) -> pd.DataFrame:
     """Return how long gates take to decide, how often they refuse, and how many messages they send.
 
+    Raises `AnalysisError` on a missing column.
+
     Parameters
     ----------
     runs
@@ -93,11 +92,6 @@ def compute_decision_time(*, runs: pd.DataFrame, by: Sequence[str] = (c.GATE, c.
         run's median), `DECISION_P99` [us] (median over runs of the run's 99th percentile), `DECISION_MAX`
         [us] (greatest of all), `REFUSED_SHARE` (refusals per decision), `MESSAGES_PER_DECISION` (missing
         where no messages are counted).
-
-    Raises
-    ------
-    AnalysisError
-        On a missing column.
 
     Examples
     --------
@@ -135,6 +129,8 @@ def compute_edge_means(
 ) -> pd.DataFrame:
     """Return visits, hold time and revisit intervals of each edge, averaged over the runs of a group.
 
+    Raises `AnalysisError` on a missing column.
+
     Parameters
     ----------
     runs
@@ -151,11 +147,6 @@ def compute_edge_means(
         where rows know it, `STOOD` [s] (means per run), `MEAN_REVISIT` [s] (mean over the runs that revisit
         it), `IDLENESS` [s] (mean per run), `MAX_REVISIT` [s] (greatest of all runs), `SHAPE`, `JUNCTION`
         (where it ends; empty if the edge sets do not know).
-
-    Raises
-    ------
-    AnalysisError
-        On a missing column.
 
     Examples
     --------
@@ -214,6 +205,8 @@ def compute_ranked(
 ) -> pd.DataFrame:
     """Return the junctions, or the edges, before which vehicles stood longest.
 
+    Raises `AnalysisError` on a missing column.
+
     Parameters
     ----------
     runs, edge_sets, by
@@ -228,11 +221,6 @@ def compute_ranked(
     DataFrame
         By group, the longest first: `by`, `what`, `STOOD` [s] (all vehicles) and `VISITS`, means per run.
         Where nobody stood is left out.
-
-    Raises
-    ------
-    AnalysisError
-        On a missing column.
 
     Examples
     --------

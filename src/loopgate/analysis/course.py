@@ -21,6 +21,8 @@ _HOUR_S = 3600.0
 def compute_flow(*, flow: pd.DataFrame, every_s: float = 60.0, by: Sequence[str] = ()) -> pd.DataFrame:
     """Return what all vehicles together did, interval by interval, and what they did until then.
 
+    Raises `AnalysisError` on a missing column, or intervals shorter than the rows.
+
     Parameters
     ----------
     flow
@@ -36,11 +38,6 @@ def compute_flow(*, flow: pd.DataFrame, every_s: float = 60.0, by: Sequence[str]
         One row per group and interval: `by`, `TIME` (its end [s]), `ON_ROAD`, `STILL` (mean numbers),
         `SPEED` [km/h], `KM_PER_H`, `LAPS_PER_H`, and since the
         beginning `DISTANCE_KM`, `LAPS`, `STOOD_H`.
-
-    Raises
-    ------
-    AnalysisError
-        On a missing column, or intervals shorter than the rows.
 
     Examples
     --------
@@ -86,6 +83,8 @@ def compute_causes(*, events: pd.DataFrame, end_s: float, begin_s: float = 0.0) 
 
     `compute_wait_causes` has each wait; see `loopgate.gates.Reason` for the words.
 
+    Raises `AnalysisError` on a missing column or an empty period.
+
     Parameters
     ----------
     events
@@ -98,11 +97,6 @@ def compute_causes(*, events: pd.DataFrame, end_s: float, begin_s: float = 0.0) 
     DataFrame
         One row per reason, the one that cost most first: `REASON`, `WAITS` (how many had it), `WAIT` [s] (all
         together), `LONGEST` [s] (the longest that one wait was for it).
-
-    Raises
-    ------
-    AnalysisError
-        On a missing column or an empty period.
 
     Examples
     --------
@@ -127,6 +121,8 @@ def compute_time_space(
 ) -> pd.DataFrame:
     """Return when the vehicles of a loop entered which edge, as points of a time-space diagram.
 
+    Raises `AnalysisError` on a missing column, or a loop that is not there.
+
     Parameters
     ----------
     events
@@ -141,11 +137,6 @@ def compute_time_space(
     DataFrame
         By vehicle and time: `VEHICLE`, `LAP_NUMBER` (from 0: rounds of the loop's first edge), `TIME` [s],
         `POSITION` [m], `EDGE`. A round ends with a point at the loop's length.
-
-    Raises
-    ------
-    AnalysisError
-        On a missing column, or a loop that is not there.
 
     Examples
     --------
@@ -188,6 +179,8 @@ def compute_stuck(
 ) -> pd.DataFrame:
     """Return the vehicles that had not moved for long when the run ended, and whom they wait for.
 
+    Raises `AnalysisError` on a missing column.
+
     Parameters
     ----------
     vehicles
@@ -204,11 +197,6 @@ def compute_stuck(
     DataFrame
         The one that has stood longest first: `VEHICLE`, `LOOP`, `SINCE` [s], `STANDING` [s], `WAITS_FOR` (the
         next vehicle of its deadlock; empty for others), `X`, `Y` [m].
-
-    Raises
-    ------
-    AnalysisError
-        On a missing column.
 
     Examples
     --------

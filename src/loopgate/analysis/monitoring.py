@@ -26,6 +26,8 @@ from loopgate.results.columns import Event
 def compute_revisit_intervals(*, events: pd.DataFrame, end_s: float, begin_s: float = 0.0) -> pd.DataFrame:
     """Return every revisit interval that ended in the period.
 
+    Raises `AnalysisError` on a missing column or an empty period.
+
     Parameters
     ----------
     events
@@ -37,11 +39,6 @@ def compute_revisit_intervals(*, events: pd.DataFrame, end_s: float, begin_s: fl
     -------
     DataFrame
         One row per interval, by edge and time: `EDGE`, `BEGIN` [s], `END` [s], `INTERVAL` [s].
-
-    Raises
-    ------
-    AnalysisError
-        On a missing column or an empty period.
 
     Examples
     --------
@@ -73,6 +70,8 @@ def compute_revisits(
     Intervals still open at the end are no revisit intervals, but count in the idleness: in a run that
     locks up, look at the idleness. Time O(n log n) in the events.
 
+    Raises `AnalysisError` on a missing column or an empty period.
+
     Parameters
     ----------
     events
@@ -89,11 +88,6 @@ def compute_revisits(
         `WEIGHTED_REVISIT` [s] (NaN without an interval; the last weights each interval by its length: the
         interval in which a moment lies), `IDLENESS` [s] (mean over the period's time), `WORST_IDLENESS` [s]
         (greatest at any moment of the period, both ends included).
-
-    Raises
-    ------
-    AnalysisError
-        On a missing column or an empty period.
 
     Examples
     --------
@@ -145,15 +139,12 @@ def compute_edge_holds(*, events: pd.DataFrame, end_s: float, begin_s: float = 0
     A vehicle stands on the edge it entered last before the hold began; holds before a vehicle's first
     `Event.EDGE` row are on no known edge and are left out.
 
+    Raises `AnalysisError` on a missing column or an empty period.
+
     Returns
     -------
     DataFrame
         One row per edge with a hold, sorted: `EDGE`, `EDGE_HOLD` [s] within the period.
-
-    Raises
-    ------
-    AnalysisError
-        On a missing column or an empty period.
 
     Examples
     --------
@@ -186,6 +177,8 @@ def compute_edges(
 ) -> pd.DataFrame:
     """Return the table that a run folder keeps as ``edges.parquet``.
 
+    Raises `AnalysisError` on a missing column or an empty period.
+
     Parameters
     ----------
     events
@@ -199,11 +192,6 @@ def compute_edges(
     -------
     DataFrame
         `EDGE_COLUMNS`, in the order of `edges`.
-
-    Raises
-    ------
-    AnalysisError
-        On a missing column or an empty period.
 
     Examples
     --------

@@ -22,6 +22,8 @@ def compute_deadlock_rate(
 ) -> pd.DataFrame:
     """Return the share of runs with a deadlock, with Wilson intervals.
 
+    Raises `AnalysisError` on a missing column or a level that is none.
+
     Parameters
     ----------
     runs
@@ -35,11 +37,6 @@ def compute_deadlock_rate(
     -------
     DataFrame
         One row per group: `by`, `RUNS`, `DEADLOCKED`, `RATE`, `LOW`, `HIGH` (shares, 0 to 1).
-
-    Raises
-    ------
-    AnalysisError
-        On a missing column or a level that is none.
 
     Examples
     --------
@@ -68,6 +65,8 @@ def compute_survival(
     A run without deadlock is censored at the end of its observation: it says that the time is longer, not
     that it is infinite. Intervals are Greenwood's on the log-log scale (Kalbfleisch and Prentice 1980).
 
+    Raises `AnalysisError` on a missing column.
+
     Parameters
     ----------
     runs
@@ -84,11 +83,6 @@ def compute_survival(
         One row per curve and time at which a run locked up or was censored, from time 0 on: `by`, `AT` [s],
         `AT_RISK`, `DEADLOCKED`, `CENSORED`, `SURVIVAL`, `LOW`, `HIGH` (shares, 0 to 1; the interval is
         missing where nothing varies: before the first deadlock, and where all are deadlocked).
-
-    Raises
-    ------
-    AnalysisError
-        On a missing column.
 
     Examples
     --------
@@ -148,6 +142,8 @@ def compute_time_to_deadlock(
 ) -> pd.DataFrame:
     """Return median and restricted mean of the time to the first deadlock, from the Kaplan-Meier curve.
 
+    Raises `AnalysisError` on a missing column or a horizon that is not positive.
+
     Parameters
     ----------
     runs
@@ -163,11 +159,6 @@ def compute_time_to_deadlock(
     DataFrame
         One row per group: `by`, `RUNS`, `DEADLOCKED`, `MEDIAN_TIME` [s] (missing if fewer than half were
         seen to lock up), `RESTRICTED_MEAN` [s], `HORIZON` [s].
-
-    Raises
-    ------
-    AnalysisError
-        On a missing column or a horizon that is not positive.
 
     Examples
     --------

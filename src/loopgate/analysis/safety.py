@@ -17,6 +17,8 @@ _FIGURES = (a.FAILED, a.RUNS, a.DEADLOCKED, c.COLLISIONS, c.TELEPORTS, a.CLEAN, 
 def compute_safety(*, runs: pd.DataFrame, by: Sequence[str] = (c.NETWORK, c.GATE)) -> pd.DataFrame:
     """Return how many runs of each group were deadlocked, collided, teleported, or failed their audit.
 
+    Raises `AnalysisError` on a missing column.
+
     Parameters
     ----------
     runs
@@ -31,11 +33,6 @@ def compute_safety(*, runs: pd.DataFrame, by: Sequence[str] = (c.NETWORK, c.GATE
         the rest stands); `DEADLOCKED` of them; sums of `COLLISIONS` and `TELEPORTS`; `CLEAN`, runs under a
         gate whose audit found nothing (missing where there is none); mean of `LAPS_PER_H` [1/h]; greatest
         `LONGEST_WAIT` [s].
-
-    Raises
-    ------
-    AnalysisError
-        On a missing column.
 
     Examples
     --------

@@ -24,15 +24,12 @@ def add_series(runs: pd.DataFrame) -> pd.DataFrame:
     where nobody asked for one: a file has so many, and fewer are used where there are fewer vehicles, or
     where a loop cannot work.
 
+    Raises `AnalysisError` on a missing column.
+
     Parameters
     ----------
     runs
         One row per run: `Results.runs`.
-
-    Raises
-    ------
-    AnalysisError
-        On a missing column.
 
     Examples
     --------

@@ -27,6 +27,8 @@ def compute_laps(*, events: pd.DataFrame, end_s: float, begin_s: float = 0.0) ->
     A lap lasts from the vehicle's lap before; the first one from its first `Event.START` or `Event.EDGE` row
     (a vehicle without one has no first lap time, and that lap is left out).
 
+    Raises `AnalysisError` on a missing column or an empty period.
+
     Parameters
     ----------
     events
@@ -39,11 +41,6 @@ def compute_laps(*, events: pd.DataFrame, end_s: float, begin_s: float = 0.0) ->
     DataFrame
         One row per lap, by vehicle and time: `VEHICLE`, `LAP_NUMBER`, `BEGIN` [s], `END` [s],
         `LAP_TIME` [s].
-
-    Raises
-    ------
-    AnalysisError
-        On a missing column or an empty period.
 
     Examples
     --------
@@ -74,16 +71,13 @@ def compute_laps(*, events: pd.DataFrame, end_s: float, begin_s: float = 0.0) ->
 def compute_holds(*, events: pd.DataFrame, end_s: float, begin_s: float = 0.0) -> pd.DataFrame:
     """Return every stand at a gate, `Event.HOLD` to `Event.GO`, clipped to the period.
 
+    Raises `AnalysisError` on a missing column or an empty period.
+
     Returns
     -------
     DataFrame
         One row per hold, by vehicle and time: `VEHICLE`, `PLACE` (the state it waits for), `SINCE` [s]
         (when it came to rest), `BEGIN` [s], `END` [s], `HOLD` [s] (END - BEGIN), `OPEN`.
-
-    Raises
-    ------
-    AnalysisError
-        On a missing column or an empty period.
 
     Examples
     --------
@@ -102,16 +96,13 @@ def compute_waits(*, events: pd.DataFrame, end_s: float, begin_s: float = 0.0) -
 
     A vehicle may wait without standing: it is refused, slows down and is let in before it rests.
 
+    Raises `AnalysisError` on a missing column or an empty period.
+
     Returns
     -------
     DataFrame
         One row per wait, by vehicle and time: `VEHICLE`, `PLACE` (the state it waits for), `SINCE` [s]
         (when it was first refused), `BEGIN` [s], `END` [s], `WAIT` [s] (END - BEGIN), `OPEN`.
-
-    Raises
-    ------
-    AnalysisError
-        On a missing column or an empty period.
 
     Examples
     --------
@@ -128,16 +119,13 @@ def compute_waits(*, events: pd.DataFrame, end_s: float, begin_s: float = 0.0) -
 def compute_vehicle_holds(*, events: pd.DataFrame, end_s: float, begin_s: float = 0.0) -> pd.DataFrame:
     """Return laps, hold time and longest wait of each vehicle that has an event.
 
+    Raises `AnalysisError` on a missing column or an empty period.
+
     Returns
     -------
     DataFrame
         One row per vehicle, sorted by name: `VEHICLE`, `LAPS` (completed in the period), `HOLD` [s] (total),
         `LONGEST_WAIT` [s] (0 if it was never refused).
-
-    Raises
-    ------
-    AnalysisError
-        On a missing column or an empty period.
 
     Examples
     --------
@@ -166,6 +154,8 @@ def compute_throughput(
 ) -> pd.DataFrame:
     """Return what all vehicles together achieved in the period.
 
+    Raises `AnalysisError` on a missing column or an empty period.
+
     Parameters
     ----------
     events
@@ -179,11 +169,6 @@ def compute_throughput(
     -------
     DataFrame
         One row: ``laps``, ``laps_per_h`` [1/h], ``km_per_h`` [vehicle-km/h] (NaN without a distance).
-
-    Raises
-    ------
-    AnalysisError
-        On a missing column or an empty period.
 
     Examples
     --------

@@ -22,6 +22,8 @@ def compute_wait_causes(*, events: pd.DataFrame, end_s: float, begin_s: float = 
     A wait is one of `compute_waits`. It is for the reason of the last refusal until the next refusal, which
     comes with a new reason, or the grant.
 
+    Raises `AnalysisError` on a missing column or an empty period.
+
     Parameters
     ----------
     events
@@ -34,11 +36,6 @@ def compute_wait_causes(*, events: pd.DataFrame, end_s: float, begin_s: float = 
     DataFrame
         One row per wait and cause, by vehicle and time: `VEHICLE`, `PLACE` (the state it waits for), `SINCE`
         [s] (when it was first refused), `CAUSE` (`loopgate.gates.Reason`), `WAIT` [s].
-
-    Raises
-    ------
-    AnalysisError
-        On a missing column or an empty period.
 
     Examples
     --------
@@ -80,6 +77,8 @@ def compute_longest_waits(
 ) -> pd.DataFrame:
     """Return for what the longest waits of each group of runs were.
 
+    Raises `AnalysisError` on a missing column.
+
     Parameters
     ----------
     runs
@@ -93,11 +92,6 @@ def compute_longest_waits(
         One row per group and cause: `by`, `CAUSE`, `RUNS`; `MEAN` over the runs and `MOST` of any of them of
         the longest time that one wait was for that cause [s]. Runs without a gate are left out, and causes
         for which nobody waited.
-
-    Raises
-    ------
-    AnalysisError
-        On a missing column.
 
     Examples
     --------

@@ -38,6 +38,8 @@ def compute_watch(
 ) -> pd.DataFrame:
     """Return how often and how evenly every street was seen, the one that was idle longest first.
 
+    Raises `AnalysisError` on a missing column or an empty period.
+
     Parameters
     ----------
     events
@@ -55,11 +57,6 @@ def compute_watch(
         `WATCH_COLUMNS`: those of `compute_revisits`, `HEADWAY_CV` (standard deviation over mean of the
         intervals; NaN for fewer than two), `BUNCHED` (share of them, NaN without one), `BOUND` [s] and
         `WITHIN` (share of the period in which the idleness is at most the bound).
-
-    Raises
-    ------
-    AnalysisError
-        On a missing column or an empty period.
 
     Examples
     --------
@@ -126,6 +123,8 @@ def compute_seen_within(
 ) -> pd.DataFrame:
     """Return which share of the streets was seen within so long.
 
+    Raises `AnalysisError` on a missing column, an empty period, or no streets.
+
     Parameters
     ----------
     events
@@ -142,11 +141,6 @@ def compute_seen_within(
     DataFrame
         `SEEN_WITHIN` [s]; `NOW`: share of the streets seen no longer ago than that, on average over the
         period; `ALWAYS`: share of the streets for which that held all the time.
-
-    Raises
-    ------
-    AnalysisError
-        On a missing column, an empty period, or no streets.
 
     Examples
     --------
@@ -220,6 +214,8 @@ def compute_rarest(*, streets: pd.DataFrame, first: int = 15) -> pd.DataFrame:
 def compute_districts(*, watch: pd.DataFrame, districts: Mapping[str, Iterable[str]]) -> pd.DataFrame:
     """Return how well groups of streets were watched, the one idle longest first.
 
+    Raises `AnalysisError` on a missing column.
+
     Parameters
     ----------
     watch
@@ -233,11 +229,6 @@ def compute_districts(*, watch: pd.DataFrame, districts: Mapping[str, Iterable[s
         `DISTRICT`, `STREETS` (how many edges), `NEVER_SEEN`, `VISITS` (of all), `IDLENESS` and
         `WORST_IDLENESS` [s] (mean and greatest), `HEADWAY_CV` and `BUNCHED` (means over those seen), and
         `WITHIN`.
-
-    Raises
-    ------
-    AnalysisError
-        On a missing column.
 
     Examples
     --------

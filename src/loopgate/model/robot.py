@@ -13,6 +13,9 @@ from loopgate.reading import shown
 class Robot:
     """A robot on a predetermined one-way path (Zhou et al. 2020, Section 3.2).
 
+    Raises `SystemModelError` on an empty name or path, a start outside the path, or a state that follows
+    itself.
+
     Parameters
     ----------
     id
@@ -25,11 +28,6 @@ class Robot:
         robot stays for good.
     start
         Position on the path at the beginning, ``0 <= start < len(path)``.
-
-    Raises
-    ------
-    SystemModelError
-        On an empty name or path, a start outside the path, or a state that follows itself.
     """
 
     id: RobotId

@@ -28,6 +28,9 @@ class System:
     state holds ``capacity`` robots at once, one unless said otherwise. In a *FIFO* state robots leave in
     the order in which they came; in any other state they may leave in any order.
 
+    Raises `SystemModelError` on duplicate robots, capacities below 1 or above `LARGEST_CAPACITY`, capacity or
+    FIFO given for a state that is on no path, or more robots starting in a state than it holds.
+
     Parameters
     ----------
     robots
@@ -36,12 +39,6 @@ class System:
         How many robots a state holds at once, for states that hold more than one (or to say 1 plainly).
     fifo
         The states that are left in order of arrival.
-
-    Raises
-    ------
-    SystemModelError
-        On duplicate robots, capacities below 1 or above `LARGEST_CAPACITY`, capacity or FIFO given for a
-        state that is on no path, or more robots starting in a state than it holds.
 
     Examples
     --------
@@ -166,10 +163,7 @@ class System:
     def robot_number(self, name: RobotId) -> int:
         """Return the number of the robot called `name`.
 
-        Raises
-        ------
-        SystemModelError
-            If no robot has that name.
+        Raises `SystemModelError` if no robot has that name.
         """
         for i, robot in enumerate(self.robots):
             if robot.id == name:
@@ -243,10 +237,7 @@ class System:
     def move(self, configuration: Configuration, robot: int) -> Configuration:
         """Return the configuration after the one-step move of `robot`.
 
-        Raises
-        ------
-        IllegalMoveError
-            If the move is not `enabled`.
+        Raises `IllegalMoveError` if the move is not `enabled`.
         """
         if not self.enabled(configuration, robot):
             name = self.robots[robot].id

@@ -28,11 +28,8 @@ _ROBOT_KEYS = {"id", "path", "closed", "start"}
 def read_system(file: Path | str) -> System:
     """Read a system file.
 
-    Raises
-    ------
-    SystemFileError
-        If the file cannot be read, is no JSON, or describes no valid system; the text names the file and
-        the robot or state concerned.
+    Raises `SystemFileError` if the file cannot be read, is no JSON, or describes no valid system; the text
+    names the file and the robot or state concerned.
 
     Examples
     --------

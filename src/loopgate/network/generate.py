@@ -222,6 +222,8 @@ def find_loops(
 ) -> FoundLoops:
     """Find distinct closed loops, none of which uses an edge twice, as many as asked for or as there are.
 
+    Raises `RouteError` if there is not a single one; the text says why.
+
     Parameters
     ----------
     network, count
@@ -230,11 +232,6 @@ def find_loops(
         What the user may do about `admits`, for the message; may be empty.
     progress
         Called with the number of loops found so far.
-
-    Raises
-    ------
-    RouteError
-        If there is not a single one; the text says why.
 
     Notes
     -----

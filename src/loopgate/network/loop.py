@@ -134,6 +134,8 @@ class Loop:
     def arc(self, edge: str, position_m: float, *, after_m: float = 0.0) -> float:
         """Return the first arc length, at or after `after_m` going round, of a position on an edge.
 
+        Raises `RouteError` if the loop does not use the edge.
+
         Parameters
         ----------
         edge
@@ -142,11 +144,6 @@ class Loop:
             Position on its lane [m]; SUMO lets vehicles stand a hair beyond the end.
         after_m
             Where to begin, for loops that use an edge twice.
-
-        Raises
-        ------
-        RouteError
-            If the loop does not use the edge.
         """
         found = [span.begin_m + min(position_m, span.length_m) for span in self.spans if span.edge == edge]
         if not found:
@@ -160,10 +157,7 @@ class Loop:
         That is on a normal lane, at least `HOLD_MARGIN_M` from both of its ends. The result is below 0
         if it lies before the loop's beginning.
 
-        Raises
-        ------
-        RouteError
-            If the loop has no lane long enough.
+        Raises `RouteError` if the loop has no lane long enough.
         """
         lap = arc_m - arc_m % self.length_m
         here = self._number_at(arc_m)

@@ -87,16 +87,14 @@ class RoadNetwork:
     def open(cls, name: str | Path) -> RoadNetwork:
         """Read a network.
 
+        Raises `NetworkError` if there is no such network, or the file is no SUMO network or one that makes no
+        sense.
+
         Parameters
         ----------
         name
             A ``.net.xml`` or ``.net.xml.gz`` file, a ``.sumocfg`` (its network), or ``sumo:NAME`` for a
             network that ships in the SUMO package. The last few that were read are kept, by their content.
-
-        Raises
-        ------
-        NetworkError
-            If there is no such network, or the file is no SUMO network or one that makes no sense.
 
         Examples
         --------

@@ -210,6 +210,9 @@ def read_loops(
     Routes stand for themselves or inside a vehicle or flow (the loop then bears its name). A route closes
     if its last edge leads to its first, or is its first (as netedit draws loops); `repeat` is not needed.
 
+    Raises `RouteError` if the file cannot be read, holds no route, or a route is no loop that its vehicle can
+    drive; the text names file, route and edge.
+
     Parameters
     ----------
     stops
@@ -217,12 +220,6 @@ def read_loops(
     once
         Whether vehicles may drive their routes once. If some have to, since these do not close or are trips,
         all do but those whose route has ``repeat``; trips are led by SUMO's router.
-
-    Raises
-    ------
-    RouteError
-        If the file cannot be read, holds no route, or a route is no loop that its vehicle can drive; the
-        text names file, route and edge.
 
     Examples
     --------

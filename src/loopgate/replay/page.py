@@ -43,10 +43,7 @@ class Replay:
     def write(self, file: Path | str) -> Path:
         """Write the page; return where it is.
 
-        Raises
-        ------
-        ResultsError
-            If it cannot be written.
+        Raises `ResultsError` if it cannot be written.
         """
         path = Path(file)
         with writing(path):
@@ -70,16 +67,13 @@ def make_replay(
 ) -> Replay:
     """Return a replay of one run, or of two side by side on one clock.
 
+    Raises `ResultsError` if there is none or too many, one cannot be read, or has neither loops nor
+    positions; the text says what to run.
+
     Parameters
     ----------
     report
         Told how much is done, in parts of a hundred for each run.
-
-    Raises
-    ------
-    ResultsError
-        If there is none or too many, one cannot be read, or has neither loops nor positions; the text says
-        what to run.
 
     Examples
     --------

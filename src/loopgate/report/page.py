@@ -53,6 +53,8 @@ def write_report(
 ) -> ReportFiles:
     """Write the report on `results`.
 
+    Raises `ResultsError` if a file cannot be written, or `page` is no name of one.
+
     Parameters
     ----------
     results
@@ -63,11 +65,6 @@ def write_report(
         Folder for figures and tables; default: beside the page, its name with ``-files``.
     report
         Told how many figures and tables are written, of how many.
-
-    Raises
-    ------
-    ResultsError
-        If a file cannot be written, or `page` is no name of one.
 
     Examples
     --------

@@ -71,10 +71,8 @@ def read_results(folder: Path | str | Sequence[Path | str]) -> Results:
     Several folders become one table. A run that is in more than one of them, made by the same code, counts
     once; where different codes made it, a column `FOLDER` says which row is from where.
 
-    Raises
-    ------
-    ResultsError
-        If a folder is none of these, a file cannot be read, or lacks what the analysis cannot do without.
+    Raises `ResultsError` if a folder is none of these, a file cannot be read, or lacks what the analysis
+    cannot do without.
 
     Examples
     --------

@@ -107,10 +107,7 @@ class Run:
     def replay(self, beside: Run | None = None) -> Replay:
         """Return the run as a page that moves, alone or with another one `beside` it; a notebook shows it.
 
-        Raises
-        ------
-        ResultsError
-            If nothing was kept of a run, or it has neither loops nor positions.
+        Raises `ResultsError` if nothing was kept of a run, or it has neither loops nor positions.
         """
         folders = [run.folder for run in (self, beside) if run is not None]
         kept = [folder for folder in folders if folder is not None]
@@ -137,10 +134,7 @@ class Run:
 def read_run(folder: Path | str) -> Run:
     """Load a run folder.
 
-    Raises
-    ------
-    ResultsError
-        If a file of it is missing, cannot be read, or lacks a column.
+    Raises `ResultsError` if a file of it is missing, cannot be read, or lacks a column.
 
     Examples
     --------

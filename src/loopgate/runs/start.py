@@ -27,6 +27,9 @@ def run(
 ) -> Run:
     """Run a scenario.
 
+    Raises `LoopgateError` if the scenario does not fit together, SUMO refuses it, or the disk is full; the
+    text says which part.
+
     Parameters
     ----------
     scenario
@@ -50,11 +53,6 @@ def run(
     -------
     Run
         Its figures (`summary`) and tables (`events`, `vehicles`, `edges`).
-
-    Raises
-    ------
-    LoopgateError
-        If the scenario does not fit together, SUMO refuses it, or the disk is full; the text says which part.
 
     Examples
     --------

@@ -115,11 +115,8 @@ class Sweep:
     def points(self) -> list[Point]:
         """Return the runs in the order of the grid, then of the includes; equal ones once.
 
-        Raises
-        ------
-        SweepError
-            If there are none or more than a hundred thousand, a file is missing, a value is no number that
-            is finite, or an exclude names an axis that the grid has not.
+        Raises `SweepError` if there are none or more than a hundred thousand, a file is missing, a value is
+        no number that is finite, or an exclude names an axis that the grid has not.
         """
         with refusing(self.name, "sweep", SweepError):
             return self._points()
@@ -189,11 +186,8 @@ def with_files(scenario: Mapping[str, Any], places: Mapping[str, str | Path]) ->
 def read_sweep(file: Path | str) -> Sweep:
     """Read a sweep file.
 
-    Raises
-    ------
-    SweepError
-        If it cannot be read, is no TOML, or has unknown keys or values (a name that is none of a folder, a
-        range of more than a hundred thousand numbers); the text names file and key.
+    Raises `SweepError` if it cannot be read, is no TOML, or has unknown keys or values (a name that is none
+    of a folder, a range of more than a hundred thousand numbers); the text names file and key.
 
     Examples
     --------

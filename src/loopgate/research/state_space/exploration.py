@@ -81,6 +81,8 @@ def explore(
 ) -> Exploration:
     """Explore all configurations reachable from the start under `gate`.
 
+    Raises `ExplorationLimitError` if memory or limit do not suffice.
+
     Parameters
     ----------
     system, gate
@@ -92,11 +94,6 @@ def explore(
         The most configurations to find without the gate, if given.
     progress
         Called now and then with the number of configurations found.
-
-    Raises
-    ------
-    ExplorationLimitError
-        If memory or limit do not suffice.
 
     Notes
     -----
