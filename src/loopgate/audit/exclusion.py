@@ -34,22 +34,13 @@ class Passages:
     @classmethod
     def join(cls, parts: Sequence[Passages]) -> Passages:
         """Return the rows of all parts."""
-        if not parts:
-            none = np.zeros(0, dtype=np.int64)
-            return cls(none, none, none, none, np.zeros(0))
-        return cls(
-            np.concatenate([p.key for p in parts]),
-            np.concatenate([p.group for p in parts]),
-            np.concatenate([p.side for p in parts]),
-            np.concatenate([p.vehicle for p in parts]),
-            np.concatenate([p.time_s for p in parts]),
-        )
+        none = np.zeros(0, dtype=np.int64)
+        every = [cls(none, none, none, none, np.zeros(0)), *parts]
+        return cls(*(np.concatenate([getattr(p, name) for p in every]) for name in cls.__slots__))
 
     def where(self, mask: npt.NDArray[np.bool_]) -> Passages:
         """Return the rows chosen."""
-        return Passages(
-            self.key[mask], self.group[mask], self.side[mask], self.vehicle[mask], self.time_s[mask]
-        )
+        return type(self)(*(getattr(self, name)[mask] for name in self.__slots__))
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,7 +7,7 @@ import random
 import statistics
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 from loopgate.gates import Gate
@@ -50,18 +50,7 @@ class RoundCounts:
 
     def as_dict(self) -> dict[str, Any]:
         """Return the figures as a JSON object."""
-        return {
-            "rounds": self.rounds,
-            "seed": self.seed,
-            "live": self.live,
-            "deadlocked": self.deadlocked,
-            "stuck": self.stuck,
-            "live_rate": self.live_rate,
-            "confidence": list(self.confidence),
-            "transitions": self.transitions,
-            "decision_us": dict(self.decision_us),
-            "seconds": round(self.seconds, 3),
-        }
+        return {**asdict(self), "seconds": round(self.seconds, 3)}
 
 
 def wilson_interval(hits: int, trials: int) -> tuple[float, float]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
 import numpy as np
@@ -58,16 +58,9 @@ class Exploration:
 
     def as_dict(self) -> dict[str, Any]:
         """Return the figures as a JSON object, without the witness."""
-        return {
-            "configurations": self.configurations,
-            "transitions": self.transitions,
-            "live": self.live,
-            "deadlocks": self.deadlocks,
-            "higher_order": self.higher_order,
-            "stuck": self.stuck,
-            "unsafe_admitted": self.unsafe_admitted,
-            "seconds": round(self.seconds, 3),
-        }
+        figures = asdict(self) | {"seconds": round(self.seconds, 3)}
+        del figures["witness"]
+        return figures
 
 
 def explore(
