@@ -50,18 +50,12 @@ class PluginError(LoopgateError):
 
 
 class FilePlugin(NamedTuple):
-    """A name that leads into a Python file.
-
-    Attributes
-    ----------
-    file
-        As it is written.
-    rest
-        What it names there, with options.
-    """
+    """A name that leads into a Python file."""
 
     file: str
+    """As it is written."""
     rest: str
+    """What it names there, with options."""
 
 
 def in_file(spec: object) -> FilePlugin | None:

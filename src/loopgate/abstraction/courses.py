@@ -18,19 +18,13 @@ _MOST_LENGTHS = 4
 
 @dataclass(frozen=True, slots=True)
 class Course:
-    """Fronts on one lane, with the lanes behind them on which the bodies lie.
-
-    Attributes
-    ----------
-    lane
-        The lane of the front.
-    before
-        The lanes before it, the nearest first, as far as the longest body reaches and one that follows it
-        closely; none where vehicles have changed to this lane.
-    """
+    """Fronts on one lane, with the lanes behind them on which the bodies lie."""
 
     lane: str
+    """The lane of the front."""
     before: tuple[str, ...]
+    """The lanes before it, the nearest first, as far as the longest body reaches and one that follows it
+    closely; none where vehicles have changed to this lane."""
 
 
 @dataclass(slots=True)

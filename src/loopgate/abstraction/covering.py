@@ -25,22 +25,15 @@ Walk = tuple[int, ...]
 
 @dataclass(frozen=True, slots=True)
 class Cover:
-    """Loops that cover streets, all of which work as queues.
-
-    Attributes
-    ----------
-    design
-        What was to be covered, and what it takes at least.
-    left_out
-        Streets that are not covered, and why.
-    finished
-        Whether the search was let come to its end.
-    """
+    """Loops that cover streets, all of which work as queues."""
 
     design: Design
+    """What was to be covered, and what it takes at least."""
     loops: tuple[Loop, ...]
     left_out: dict[str, Reason]
+    """Streets that are not covered, and why."""
     finished: bool = True
+    """Whether the search was let come to its end."""
 
     @property
     def covered(self) -> tuple[str, ...]:

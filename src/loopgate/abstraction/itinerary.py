@@ -12,36 +12,25 @@ from loopgate.model import StateId, System
 
 @dataclass(frozen=True, slots=True)
 class Crossing:
-    """A stretch between two states in which a vehicle never waits (a movement over a junction).
-
-    Attributes
-    ----------
-    id
-        The movement's name; vehicles on the same movement follow each other.
-    foes
-        Movements that must not be under way at the same time. Symmetric.
-    speed_mps
-        Lowest speed limit on it.
-    ahead_m
-        How far after the ``end_m`` of the leg before it begins [m].
-    overlaps
-        For a foe, between which metres after the ``end_m`` of the leg before it a vehicle on this crossing
-        can touch a vehicle on the foe: the front is in the way from the first on, the rear is out of the way
-        beyond the second. A foe without an entry is in the way all along.
-    wait_m
-        How far after that ``end_m`` SUMO may last let a vehicle wait for one with the right of way: inside
-        the junction, or where that begins; minus infinity where it never does.
-    limits
-        The speed limits on the way there and on it: from where on [m], as above, and how much [m/s].
-    """
+    """A stretch between two states in which a vehicle never waits (a movement over a junction)."""
 
     id: str
+    """The movement's name; vehicles on the same movement follow each other."""
     foes: frozenset[str]
+    """Movements that must not be under way at the same time. Symmetric."""
     overlaps: Mapping[str, tuple[float, float]] = field(default_factory=dict, hash=False)
+    """For a foe, between which metres after the ``end_m`` of the leg before it a vehicle on this crossing can
+    touch a vehicle on the foe: the front is in the way from the first on, the rear is out of the way beyond
+    the second. A foe without an entry is in the way all along."""
     speed_mps: float = math.inf
+    """Lowest speed limit on it."""
     ahead_m: float = 0.0
+    """How far after the ``end_m`` of the leg before it begins [m]."""
     wait_m: float = -math.inf
+    """How far after that ``end_m`` SUMO may last let a vehicle wait for one with the right of way: inside the
+    junction, or where that begins; minus infinity where it never does."""
     limits: tuple[tuple[float, float], ...] = ()
+    """The speed limits on the way there and on it: from where on [m], as above, and how much [m/s]."""
 
     def soonest(self, to_m: float) -> tuple[float, float]:
         """Return the least time from the ``end_m`` of the leg before [s], and the lowest limit [m/s]."""
@@ -111,51 +100,33 @@ class Leg:
 
 @dataclass(frozen=True, slots=True)
 class Itinerary:
-    """The legs of one loop in driving order; leg ``k`` is position ``k`` of its robots' paths.
-
-    Attributes
-    ----------
-    length_m
-        Length of one lap [m].
-    legs
-        One per position; ascending ``begin_m``.
-    """
+    """The legs of one loop in driving order; leg ``k`` is position ``k`` of its robots' paths."""
 
     loop: str
     length_m: float
+    """Length of one lap [m]."""
     legs: tuple[Leg, ...]
+    """One per position; ascending ``begin_m``."""
 
 
 @dataclass(frozen=True, slots=True)
 class Abstraction:
-    """A system, and for each of its robots how its path lies on the road.
-
-    Attributes
-    ----------
-    name
-        ``segments`` or ``queues``.
-    system
-        Robots (vehicles), states and capacities, with the start positions.
-    itineraries
-        One per robot, in the system's order; robots on the same loop share one.
-    starts_m
-        Where the front of each robot's vehicle stands at the beginning, as arc length [m] on its loop: within
-        the leg of the robot's start position, the whole vehicle on one normal lane and within that leg.
-    keeps_lane
-        Whether the vehicles change lanes only where a `Guide` says so.
-    later
-        The itineraries of vehicles that join later.
-    room
-        How many vehicles each state holds that these or the robots visit, by name; empty on segments.
-    warnings
-        Lines for the user: what in the network makes this abstraction a bad fit.
-    """
+    """A system, and for each of its robots how its path lies on the road."""
 
     name: str
+    """``segments`` or ``queues``."""
     system: System
+    """Robots (vehicles), states and capacities, with the start positions."""
     itineraries: tuple[Itinerary, ...]
+    """One per robot, in the system's order; robots on the same loop share one."""
     starts_m: tuple[float, ...]
+    """Where the front of each robot's vehicle stands at the beginning, as arc length [m] on its loop: within
+    the leg of the robot's start position, the whole vehicle on one normal lane and within that leg."""
     warnings: tuple[str, ...] = field(default=())
+    """Lines for the user: what in the network makes this abstraction a bad fit."""
     keeps_lane: bool = False
+    """Whether the vehicles change lanes only where a `Guide` says so."""
     later: tuple[Itinerary, ...] = ()
+    """The itineraries of vehicles that join later."""
     room: Mapping[str, int] = field(default_factory=dict, hash=False)
+    """How many vehicles each state holds that these or the robots visit, by name; empty on segments."""

@@ -43,20 +43,14 @@ _MANY = 1_000_000
 
 @dataclass(frozen=True, slots=True)
 class QueuePlace:
-    """Where vehicles queue: a lane, or the part of it before or behind a stretch for changing lanes.
-
-    Attributes
-    ----------
-    name
-        The lane's id; with ``/1`` for the part before a stretch, ``/2`` for the part behind it.
-    needs
-        Lengths of the vehicles that visit it, with their gaps [m], and how many there are of each at most,
-        longest first.
-    """
+    """Where vehicles queue: a lane, or the part of it before or behind a stretch for changing lanes."""
 
     name: str
+    """The lane's id; with ``/1`` for the part before a stretch, ``/2`` for the part behind it."""
     length_m: float
     needs: tuple[tuple[float, int], ...]
+    """Lengths of the vehicles that visit it, with their gaps [m], and how many there are of each at most,
+    longest first."""
 
     @property
     def needed_m(self) -> float:
@@ -79,24 +73,16 @@ class QueuePlace:
 
 @dataclass(frozen=True, slots=True)
 class QueueLayout:
-    """Loops cut into places and crossings, before vehicles are placed.
-
-    Attributes
-    ----------
-    places
-        By name; in the order of first use.
-    itineraries
-        By loop id.
-    conflicts
-        Among all movements over junctions that the loops use.
-    stretches
-        By edge: where loops change lanes, and narrow streets.
-    """
+    """Loops cut into places and crossings, before vehicles are placed."""
 
     places: Mapping[str, QueuePlace]
+    """By name; in the order of first use."""
     itineraries: Mapping[str, Itinerary]
+    """By loop id."""
     conflicts: Conflicts
+    """Among all movements over junctions that the loops use."""
     stretches: Mapping[str, Stretch]
+    """By edge: where loops change lanes, and narrow streets."""
 
 
 def lay_out_queues(

@@ -11,26 +11,18 @@ from loopgate.model import StateId
 
 @dataclass(frozen=True, slots=True)
 class LoopSurvey:
-    """One loop.
-
-    Attributes
-    ----------
-    states
-        Positions on its path.
-    visits
-        Positions that are shared states.
-    shared_m
-        Length in shared states [m].
-    meets
-        Loops with which it shares a state.
-    """
+    """One loop."""
 
     loop: str
     length_m: float
     states: int
+    """Positions on its path."""
     visits: int
+    """Positions that are shared states."""
     shared_m: float
+    """Length in shared states [m]."""
     meets: tuple[str, ...]
+    """Loops with which it shares a state."""
 
     @property
     def shared(self) -> float:
@@ -40,22 +32,15 @@ class LoopSurvey:
 
 @dataclass(frozen=True, slots=True)
 class ZoneSurvey:
-    """One shared state.
-
-    Attributes
-    ----------
-    loops
-        Loops that visit it.
-    visits
-        How often they do, in one round of each.
-    length_m
-        Length of all visits together [m].
-    """
+    """One shared state."""
 
     state: StateId
     loops: tuple[str, ...]
+    """Loops that visit it."""
     visits: int
+    """How often they do, in one round of each."""
     length_m: float
+    """Length of all visits together [m]."""
 
 
 @dataclass(frozen=True, slots=True)

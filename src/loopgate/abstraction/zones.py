@@ -32,20 +32,14 @@ class Visit:
 
 @dataclass(frozen=True, slots=True)
 class Zones:
-    """The collision states of all paths.
-
-    Attributes
-    ----------
-    visits
-        For each loop its visits in driving order, disjoint; they may touch. Zones are numbered from 0 in the
-        order in which the loops meet them.
-    merged
-        Pairs of zones that followed each other on two paths and became one (Proposition 1), as the ids of the
-        loops concerned.
-    """
+    """The collision states of all paths."""
 
     visits: tuple[tuple[Visit, ...], ...]
+    """For each loop its visits in driving order, disjoint; they may touch. Zones are numbered from 0 in the
+    order in which the loops meet them."""
     merged: tuple[tuple[str, ...], ...]
+    """Pairs of zones that followed each other on two paths and became one (Proposition 1), as the ids of the
+    loops concerned."""
 
 
 def make_zones(loops: Sequence[Loop], segments: CollisionSegments, need_m: float) -> Zones:

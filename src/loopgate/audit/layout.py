@@ -96,30 +96,21 @@ class VehicleBody:
 
 @dataclass(frozen=True, slots=True)
 class Layout:
-    """States, crossings and vehicles of a run, in arc length on the loops.
-
-    Attributes
-    ----------
-    room
-        How many vehicles a shared state holds, by its name.
-    movements
-        The lanes inside the junction that each movement named in a crossing uses, in driving order.
-    shapes
-        Centre lines of lanes [m], by lane.
-    heights
-        How high lanes lie in the middle [m]; none where the network is flat.
-    unregulated
-        Lanes that lead to a junction without right of way: inside it SUMO keeps nobody apart.
-    """
+    """States, crossings and vehicles of a run, in arc length on the loops."""
 
     step_s: float
     room: Mapping[str, int]
+    """How many vehicles a shared state holds, by its name."""
     loops: Mapping[str, LoopWay]
     vehicles: Mapping[str, VehicleBody]
     movements: Mapping[str, tuple[str, ...]]
+    """The lanes inside the junction that each movement named in a crossing uses, in driving order."""
     shapes: Mapping[str, tuple[tuple[float, float], ...]]
+    """Centre lines of lanes [m], by lane."""
     heights: Mapping[str, float] = field(default_factory=dict)
+    """How high lanes lie in the middle [m]; none where the network is flat."""
     unregulated: tuple[str, ...] = ()
+    """Lanes that lead to a junction without right of way: inside it SUMO keeps nobody apart."""
 
 
 def write_layout(layout: Layout, file: Path) -> None:

@@ -20,24 +20,16 @@ ROUNDING_M = 0.02
 
 @dataclass(frozen=True, slots=True)
 class Group:
-    """What the stretches of one group have in common.
-
-    Attributes
-    ----------
-    kind
-        ``place``, ``crossing`` (as the abstraction says) or ``drawn`` (as the lanes are drawn).
-    names
-        The state; or the two movements, of which only one may have bodies on the stretch.
-    room
-        How many bodies a place holds; 0 for the other kinds.
-    zone
-        Number of the zone of those in which two lanes meet, as drawn.
-    """
+    """What the stretches of one group have in common."""
 
     kind: str
+    """``place``, ``crossing`` (as the abstraction says) or ``drawn`` (as the lanes are drawn)."""
     names: tuple[str, ...]
+    """The state; or the two movements, of which only one may have bodies on the stretch."""
     room: int = 0
+    """How many bodies a place holds; 0 for the other kinds."""
     zone: int = 0
+    """Number of the zone of those in which two lanes meet, as drawn."""
 
 
 @dataclass(frozen=True, slots=True)

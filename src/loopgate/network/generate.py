@@ -32,21 +32,14 @@ look at one walk counts for. Some seconds in all; up to several hundred edges th
 
 @dataclass(frozen=True, slots=True)
 class FoundLoops:
-    """Loops, and what to say where they are fewer than asked for.
-
-    Attributes
-    ----------
-    loops
-        As many as were asked for, or as there are.
-    shortfall
-        One line: how many of how many, and whether there are more; empty if nothing is missing.
-    way_out
-        What the user may do to get more; empty if nothing is missing.
-    """
+    """Loops, and what to say where they are fewer than asked for."""
 
     loops: tuple[Loop, ...]
+    """As many as were asked for, or as there are."""
     shortfall: str = ""
+    """One line: how many of how many, and whether there are more; empty if nothing is missing."""
     way_out: str = ""
+    """What the user may do to get more; empty if nothing is missing."""
 
 
 class LoopSearch:

@@ -23,27 +23,18 @@ class Link:
 
 @dataclass(frozen=True, slots=True)
 class DrawnLines:
-    """What of a layout is drawn.
-
-    Attributes
-    ----------
-    loops
-        Line of each loop, by name [m].
-    places
-        Line of each place, by name [m].
-    links
-        The ways between places.
-    after
-        For each loop the numbers of the links behind its legs.
-    foes
-        For each link those that exclude it.
-    """
+    """What of a layout is drawn."""
 
     loops: dict[str, Line]
+    """Line of each loop, by name [m]."""
     places: dict[str, Line]
+    """Line of each place, by name [m]."""
     links: tuple[Link, ...]
+    """The ways between places."""
     after: dict[str, tuple[int, ...]]
+    """For each loop the numbers of the links behind its legs."""
     foes: tuple[tuple[int, ...], ...]
+    """For each link those that exclude it."""
 
 
 def find_lines(layout: Layout) -> DrawnLines:

@@ -33,18 +33,12 @@ what is left then is joined by detours, which are few."""
 
 @dataclass(frozen=True, slots=True)
 class Circulation:
-    """Streets driven.
-
-    Attributes
-    ----------
-    nodes
-        For each choice of nodes one that is visited.
-    walks
-        Closed walks, as nodes in driving order, that visit all of them; one if it hangs together.
-    """
+    """Streets driven."""
 
     nodes: tuple[int, ...]
+    """For each choice of nodes one that is visited."""
     walks: tuple[tuple[int, ...], ...]
+    """Closed walks, as nodes in driving order, that visit all of them; one if it hangs together."""
 
 
 def circulate(graph: LaneGraph, cost: Floats, choices: Sequence[Sequence[int]]) -> Circulation:

@@ -60,35 +60,24 @@ class Task:
 
 @dataclass(frozen=True, slots=True)
 class Design:
-    """Streets that can be covered, ready to be given to loops.
-
-    Attributes
-    ----------
-    graph
-        Lanes and turns, all of which can be reached from each other.
-    ways
-        Between the streets required.
-    circulation
-        Cost of the cheapest circulation over them [m, or s by time]: no loops are shorter in all.
-    apart
-        First the cost of the longest of their shortest closed walks: some loop is as long. Then, for so many
-        loops: there is one street more, no two of which have a shorter closed walk.
-    tour
-        One tour through all of them.
-    required
-        Edges to be covered.
-    left_out
-        Edges that cannot be covered, and why.
-    """
+    """Streets that can be covered, ready to be given to loops."""
 
     task: Task
     graph: LaneGraph
+    """Lanes and turns, all of which can be reached from each other."""
     ways: Ways
+    """Between the streets required."""
     circulation: float
+    """Cost of the cheapest circulation over them [m, or s by time]: no loops are shorter in all."""
     apart: npt.NDArray[np.float64]
+    """First the cost of the longest of their shortest closed walks: some loop is as long. Then, for so many
+    loops: there is one street more, no two of which have a shorter closed walk."""
     tour: npt.NDArray[np.int64]
+    """One tour through all of them."""
     required: tuple[str, ...]
+    """Edges to be covered."""
     left_out: dict[str, Reason]
+    """Edges that cannot be covered, and why."""
 
     def bound(self, count: int) -> float:
         """Return what the longest of so many loops cannot be below."""

@@ -17,23 +17,16 @@ Floats = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Ways:
-    """Shortest ways between required nodes, which go by their rank among them.
-
-    Attributes
-    ----------
-    cost
-        Shape (n, n): of the way from the end of one to the end of another; on the diagonal that of the
-        shortest closed walk.
-    before
-        Shape (n, nodes of the graph): the node before each one on the shortest way from a required node.
-    closing
-        The node before each required node on its shortest closed walk.
-    """
+    """Shortest ways between required nodes, which go by their rank among them."""
 
     nodes: npt.NDArray[np.int64]
     cost: Floats
+    """Shape (n, n): of the way from the end of one to the end of another; on the diagonal that of the
+    shortest closed walk."""
     before: npt.NDArray[np.int32]
+    """Shape (n, nodes of the graph): the node before each one on the shortest way from a required node."""
     closing: npt.NDArray[np.int64]
+    """The node before each required node on its shortest closed walk."""
 
     def length(self, tour: Sequence[int]) -> float:
         """Return the cost of a closed walk through required nodes in this order."""

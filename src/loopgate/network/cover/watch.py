@@ -17,21 +17,14 @@ from loopgate.network.road import RoadNetwork
 
 @dataclass(frozen=True, slots=True)
 class Patrol:
-    """Loops with so many vehicles on each, evenly spaced, at the speeds the roads allow.
-
-    Attributes
-    ----------
-    laps_s
-        Time of a lap on each loop [s].
-    vehicles
-        On each loop.
-    intervals_s
-        Mean time between two visits of each street on the loops [s].
-    """
+    """Loops with so many vehicles on each, evenly spaced, at the speeds the roads allow."""
 
     laps_s: tuple[float, ...]
+    """Time of a lap on each loop [s]."""
     vehicles: tuple[int, ...]
+    """On each loop."""
     intervals_s: Mapping[str, float]
+    """Mean time between two visits of each street on the loops [s]."""
 
 
 def patrol(network: RoadNetwork, loops: Sequence[Loop], vehicles: Sequence[int]) -> Patrol:

@@ -17,24 +17,16 @@ from loopgate.research.agents.network import Link, MessageNetwork
 
 @dataclass(slots=True)
 class CertifiedRun:
-    """What a run of certified agents came to.
-
-    Attributes
-    ----------
-    moves
-        Robots in the order in which they moved, with the time [ticks].
-    last
-        Where everybody stands at the end.
-    coordinators
-        Robots that coordinated, in order.
-    messages
-        Copies sent, by kind.
-    """
+    """What a run of certified agents came to."""
 
     moves: list[tuple[int, int]] = field(default_factory=list)
+    """Robots in the order in which they moved, with the time [ticks]."""
     last: Configuration | None = None
+    """Where everybody stands at the end."""
     coordinators: list[int] = field(default_factory=list)
+    """Robots that coordinated, in order."""
     messages: Counter[Kind] = field(default_factory=Counter)
+    """Copies sent, by kind."""
 
     @property
     def messages_per_move(self) -> float:

@@ -16,27 +16,18 @@ from loopgate.research.agents.sensing import Sensing, sense
 
 @dataclass(frozen=True, slots=True)
 class DistributedDecision:
-    """A decision and its cost.
-
-    Attributes
-    ----------
-    admitted
-        Whether the robot may move, as far as deadlocks go; a missing answer means no.
-    outcome
-        How its agent sees it.
-    messages
-        Copies sent, by kind.
-    hops
-        Longest chain of visits.
-    depth
-        States actually looked ahead by any robot, at most ``N - 2``.
-    """
+    """A decision and its cost."""
 
     admitted: bool
+    """Whether the robot may move, as far as deadlocks go; a missing answer means no."""
     outcome: Outcome
+    """How its agent sees it."""
     messages: dict[Kind, int]
+    """Copies sent, by kind."""
     hops: int
+    """Longest chain of visits."""
     depth: int
+    """States actually looked ahead by any robot, at most ``N - 2``."""
 
 
 def check_single(system: System) -> None:

@@ -17,27 +17,18 @@ def _everywhere(_sender: int, _receiver: int) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class Link:
-    """How messages fare.
-
-    Attributes
-    ----------
-    delay
-        Least and most delay [time units]; drawn per copy, so that messages overtake each other.
-    loss
-        Probability that a copy is lost.
-    duplicate
-        Probability that a copy comes twice.
-    copies
-        How many copies the sender sends of each message, against loss.
-    reaches
-        Whether a message of the first robot reaches the second, for a limited range.
-    """
+    """How messages fare."""
 
     delay: tuple[float, float] = (0.0, 0.0)
+    """Least and most delay [time units]; drawn per copy, so that messages overtake each other."""
     loss: float = 0.0
+    """Probability that a copy is lost."""
     duplicate: float = 0.0
+    """Probability that a copy comes twice."""
     copies: int = 1
+    """How many copies the sender sends of each message, against loss."""
     reaches: Callable[[int, int], bool] = _everywhere
+    """Whether a message of the first robot reaches the second, for a limited range."""
 
 
 class MessageNetwork:

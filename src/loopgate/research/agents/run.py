@@ -22,30 +22,20 @@ _NEGOTIATE = 20.0
 
 @dataclass(frozen=True, slots=True)
 class DistributedRun:
-    """What a run came to.
-
-    Attributes
-    ----------
-    moves
-        Robots in the order in which they moved, with the configuration they moved in.
-    rounds
-        Rounds of deciding and negotiating; at most one robot moves in each.
-    stopped
-        Decisions that missed answers, and so were ``stop``.
-    replaced
-        Rounds in which a coordinator failed and another took over.
-    messages
-        Copies sent, by kind.
-    last
-        Where the robots stood at the end.
-    """
+    """What a run came to."""
 
     moves: tuple[tuple[Configuration, int], ...]
+    """Robots in the order in which they moved, with the configuration they moved in."""
     rounds: int
+    """Rounds of deciding and negotiating; at most one robot moves in each."""
     stopped: int
+    """Decisions that missed answers, and so were ``stop``."""
     replaced: int
+    """Rounds in which a coordinator failed and another took over."""
     messages: dict[Kind, int]
+    """Copies sent, by kind."""
     last: Configuration
+    """Where the robots stood at the end."""
 
 
 class _Negotiator:

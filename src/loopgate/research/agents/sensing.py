@@ -9,19 +9,13 @@ from loopgate.model import Configuration, System
 
 @dataclass(frozen=True, slots=True)
 class Sensing:
-    """How far a robot sees.
-
-    Attributes
-    ----------
-    states_ahead
-        States ahead on its own path whose signals a robot can read; None for as many as it looks ahead.
-    monitored
-        States with a monitor at their ends, which tells anyone who is in them (Section 3.1 of Zhou et al.
-        2020): for segments longer than the range.
-    """
+    """How far a robot sees."""
 
     states_ahead: int | None = None
+    """States ahead on its own path whose signals a robot can read; None for as many as it looks ahead."""
     monitored: frozenset[int] = frozenset()
+    """States with a monitor at their ends, which tells anyone who is in them (Section 3.1 of Zhou et al.
+    2020): for segments longer than the range."""
 
 
 def sense(

@@ -11,29 +11,20 @@ from loopgate.model import Configuration, System
 
 @dataclass(frozen=True, slots=True)
 class Runs:
-    """All runs from a configuration under a gate.
-
-    Attributes
-    ----------
-    live_probability
-        Probability that every robot comes to its end, if at each step a robot drawn uniformly among the
-        admitted ones moves.
-    transitions
-        Mean number of moves of a run.
-    sequences
-        Nodes of the tree of all move sequences, without its root: what Table 1 of Zhou et al. 2020 calls
-        configurations.
-    routes
-        Its leaves in which every robot is at its end: what the table calls routes.
-    configurations
-        Different configurations.
-    """
+    """All runs from a configuration under a gate."""
 
     live_probability: float
+    """Probability that every robot comes to its end, if at each step a robot drawn uniformly among the
+    admitted ones moves."""
     transitions: float
+    """Mean number of moves of a run."""
     sequences: int
+    """Nodes of the tree of all move sequences, without its root: what Table 1 of Zhou et al. 2020 calls
+    configurations."""
     routes: int
+    """Its leaves in which every robot is at its end: what the table calls routes."""
     configurations: int
+    """Different configurations."""
 
 
 def count_runs(system: System, gate: Gate, start: Configuration | None = None) -> Runs:

@@ -19,48 +19,32 @@ _MOST_ORDERS = 20_000
 
 @dataclass(frozen=True, slots=True)
 class RefusedMove:
-    """Why a robot may not move now.
-
-    Attributes
-    ----------
-    reason
-        The gate's reason, or ``NEGOTIATION`` for a robot that was admitted while another moved.
-    detail
-        The same for people: who occupies the state, or the deadlock's order and circuit.
-    order
-        Order of the deadlock that the move would cause (Def. 11), where it is one.
-    circuit
-        Its robots.
-    """
+    """Why a robot may not move now."""
 
     reason: Reason
+    """The gate's reason, or ``NEGOTIATION`` for a robot that was admitted while another moved."""
     detail: str
+    """The same for people: who occupies the state, or the deadlock's order and circuit."""
     order: int | None = None
+    """Order of the deadlock that the move would cause (Def. 11), where it is one."""
     circuit: tuple[RobotId, ...] = ()
+    """Its robots."""
 
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """One configuration of a run.
-
-    Attributes
-    ----------
-    step
-        Moves made before it.
-    admitted
-        The robots that the gate admits.
-    refused
-        The others, and the admitted ones that lost the negotiation for this step; a robot that stays for good
-        is left out.
-    moved
-        The robot that moves next; None at the end.
-    """
+    """One configuration of a run."""
 
     step: int
+    """Moves made before it."""
     configuration: tuple[StateId, ...]
     admitted: tuple[RobotId, ...]
+    """The robots that the gate admits."""
     refused: dict[RobotId, RefusedMove]
+    """The others, and the admitted ones that lost the negotiation for this step; a robot that stays for good
+    is left out."""
     moved: RobotId | None
+    """The robot that moves next; None at the end."""
 
     def as_dict(self) -> dict[str, Any]:
         """Return the step as a JSON object."""

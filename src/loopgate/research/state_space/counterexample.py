@@ -10,22 +10,15 @@ from loopgate.model import RobotId, StateId
 
 @dataclass(frozen=True, slots=True)
 class Counterexample:
-    """A way to where a gate breaks its promise.
-
-    Attributes
-    ----------
-    kind
-        ``unsafe``: the last move was admitted though it is not safe. ``stuck``: nothing is admitted there
-        though not all have finished. ``disabled``: the last move breaks a capacity or an order.
-    moves
-        The robots that move, from the start on; where all configurations are looked at, no way is shorter.
-    configuration
-        The states in which the robots then stand.
-    """
+    """A way to where a gate breaks its promise."""
 
     kind: str
+    """``unsafe``: the last move was admitted though it is not safe. ``stuck``: nothing is admitted there
+    though not all have finished. ``disabled``: the last move breaks a capacity or an order."""
     moves: tuple[RobotId, ...]
+    """The robots that move, from the start on; where all configurations are looked at, no way is shorter."""
     configuration: tuple[StateId, ...]
+    """The states in which the robots then stand."""
 
 
 def promise_of(gate: Gate) -> str:

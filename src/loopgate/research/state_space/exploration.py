@@ -21,40 +21,28 @@ from loopgate.research.theory.orders import Orders
 
 @dataclass(frozen=True, slots=True)
 class Exploration:
-    """Figures of all configurations that are reachable from the start under a gate.
-
-    Attributes
-    ----------
-    configurations
-        How many there are; a configuration is the robots' positions (and the order within FIFO states).
-    transitions
-        Admitted moves among them.
-    live
-        How many of them are live: every robot can go on for ever, were the gate not there.
-    deadlocks
-        How many have a circular wait (Def. 3).
-    higher_order
-        How many are neither live nor a deadlock, by order (Def. 11), with those of no order under
-        ``"unordered"``. None where some robot has no private or terminal state.
-    stuck
-        How many are unfinished though the gate admits nothing.
-    unsafe_admitted
-        How many are not what the gate promises though an admitted move leads to them: live, or, of a gate
-        that promises that somebody can always move, that.
-    witness
-        A shortest way to a configuration that is unsafe or stuck, if it was asked for and there is one. The
-        start may be.
-    """
+    """Figures of all configurations that are reachable from the start under a gate."""
 
     configurations: int
+    """How many there are; a configuration is the robots' positions (and the order within FIFO states)."""
     transitions: int
+    """Admitted moves among them."""
     live: int
+    """How many of them are live: every robot can go on for ever, were the gate not there."""
     deadlocks: int
+    """How many have a circular wait (Def. 3)."""
     higher_order: dict[str, int] | None
+    """How many are neither live nor a deadlock, by order (Def. 11), with those of no order under
+    ``"unordered"``. None where some robot has no private or terminal state."""
     stuck: int
+    """How many are unfinished though the gate admits nothing."""
     unsafe_admitted: int
+    """How many are not what the gate promises though an admitted move leads to them: live, or, of a gate that
+    promises that somebody can always move, that."""
     seconds: float
     witness: Counterexample | None = field(default=None)
+    """A shortest way to a configuration that is unsafe or stuck, if it was asked for and there is one. The
+    start may be."""
 
     def as_dict(self) -> dict[str, Any]:
         """Return the figures as a JSON object, without the witness."""

@@ -17,21 +17,14 @@ from loopgate.model import Robot, RobotId, StateId, System
 
 @dataclass(frozen=True, slots=True)
 class Roads:
-    """Closed loops over places where vehicles queue.
-
-    Attributes
-    ----------
-    name
-        What it is.
-    loops
-        The places of each loop, in driving order.
-    narrow
-        Places that are short: where capacities are mixed, they hold one.
-    """
+    """Closed loops over places where vehicles queue."""
 
     name: str
+    """What it is."""
     loops: Mapping[str, tuple[str, ...]]
+    """The places of each loop, in driving order."""
     narrow: frozenset[str] = frozenset()
+    """Places that are short: where capacities are mixed, they hold one."""
 
     @property
     def places(self) -> tuple[str, ...]:
