@@ -25,25 +25,17 @@ class Turn:
 
 @dataclass(frozen=True, slots=True)
 class Target:
-    """A lane to be reached: the next place's, or one from which to change.
-
-    Attributes
-    ----------
-    edge, lane
-        The lane.
-    end_m
-        Where on it the place, or the stretch for changing, ends [m].
-    ahead_m
-        How far ahead of the place before it begins [m].
-    to_lane
-        The lane to change to; None for a place.
-    """
+    """A lane to be reached: the next place's, or one from which to change."""
 
     edge: str
     lane: int
+    """`edge` and `lane`: the lane."""
     end_m: float
+    """Where on it the place, or the stretch for changing, ends [m]."""
     ahead_m: float
+    """How far ahead of the place before it begins [m]."""
     to_lane: int | None = None
+    """The lane to change to; None for a place."""
 
     def guide(self) -> Guide:
         """Return the stop that leads there."""

@@ -48,54 +48,39 @@ class Guide:
 
     A vehicle that is to stop on a lane drives to that lane and no other. The stop is dropped, before the
     vehicle has to brake for it as a rule, once it is on the lane, or once it has changed to another one.
-
-    Attributes
-    ----------
-    edge, lane, position_m
-        The stop.
-    from_m
-        Metres after the ``end_m`` of the leg before. Without `to_lane`, the stop has done its work when the
-        front is there; else the vehicle may change lanes from when its rear is there.
-    to_lane
-        The lane to change to, beside `lane`.
     """
 
     edge: str
     lane: int
     position_m: float
+    """`edge`, `lane` and `position_m`: the stop."""
     from_m: float
+    """Metres after the ``end_m`` of the leg before. Without `to_lane`, the stop has done its work when the
+    front is there; else the vehicle may change lanes from when its rear is there."""
     to_lane: int | None = None
+    """The lane to change to, beside `lane`."""
 
 
 @dataclass(frozen=True, slots=True)
 class Leg:
-    """One state on a vehicle's loop, in arc length from the beginning of the loop.
-
-    Attributes
-    ----------
-    begin_m, end_m
-        The stretch of the loop [m] that is this state; a refused vehicle stops with its front before
-        ``end_m``. ``begin_m`` may be negative or ``end_m`` beyond the loop's length where the state
-        lies across the loop's beginning. ``end_m`` lies on a normal lane, never on an internal lane of a
-        junction (SUMO cannot hold a vehicle there reliably) and not past the lane's last 0.1 m: move it
-        upstream to the stop line, which only lengthens the state behind it.
-    crossings
-        What lies between ``end_m`` and the next leg's ``begin_m``; empty where states touch.
-    lane
-        Index of the lane on which the vehicle is; None: the one that its loop names there.
-    guides
-        What keeps the vehicle to the lanes of its loop between ``end_m`` and the next leg, in order.
-    slot_m
-        What the longest vehicle there needs with its gap [m]; 0 where nobody queues.
-    """
+    """One state on a vehicle's loop, in arc length from the beginning of the loop."""
 
     state: StateId
     begin_m: float
     end_m: float
+    """The stretch of the loop [m] that is this state; a refused vehicle stops with its front before
+    ``end_m``. ``begin_m`` may be negative or ``end_m`` beyond the loop's length where the state lies across
+    the loop's beginning. ``end_m`` lies on a normal lane, never on an internal lane of a junction (SUMO
+    cannot hold a vehicle there reliably) and not past the lane's last 0.1 m: move it upstream to the stop
+    line, which only lengthens the state behind it."""
     crossings: tuple[Crossing, ...] = ()
+    """What lies between ``end_m`` and the next leg's ``begin_m``; empty where states touch."""
     lane: int | None = None
+    """Index of the lane on which the vehicle is; None: the one that its loop names there."""
     guides: tuple[Guide, ...] = ()
+    """What keeps the vehicle to the lanes of its loop between ``end_m`` and the next leg, in order."""
     slot_m: float = 0.0
+    """What the longest vehicle there needs with its gap [m]; 0 where nobody queues."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -38,27 +38,20 @@ Overlap = tuple[float, float]
 
 @dataclass(frozen=True, slots=True)
 class Conflicts:
-    """The conflicts among movements.
-
-    Attributes
-    ----------
-    foes
-        By movement id: the movements in conflict with it. Symmetric.
-    overlaps
-        By movement id, then foe: from which metre after the movement's beginning on the front can touch the
-        other, and up to which one the rear can; below 0 they are on the lane before it. Missing where
-        geometry does not show the conflict.
-    lengths_m, speeds_mps
-        Length, and lowest speed limit until the rear is past it, the next lane's included, by movement id.
-    unlisted
-        Conflicts that the geometry shows and the request matrix does not list.
-    """
+    """The conflicts among movements."""
 
     foes: Mapping[str, frozenset[str]]
+    """By movement id: the movements in conflict with it. Symmetric."""
     overlaps: Mapping[str, Mapping[str, Overlap]]
+    """By movement id, then foe: from which metre after the movement's beginning on the front can touch the
+    other, and up to which one the rear can; below 0 they are on the lane before it. Missing where geometry
+    does not show the conflict."""
     lengths_m: Mapping[str, float]
     speeds_mps: Mapping[str, float]
+    """`lengths_m` and `speeds_mps`: length, and lowest speed limit until the rear is past it, the next lane's
+    included, by movement id."""
     unlisted: tuple[tuple[str, str], ...]
+    """Conflicts that the geometry shows and the request matrix does not list."""
 
 
 def find_conflicts(

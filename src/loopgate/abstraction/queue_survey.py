@@ -11,48 +11,34 @@ from loopgate.network.loop import Loop
 
 @dataclass(frozen=True, slots=True)
 class PlaceSurvey:
-    """A place: a lane, or the part of one, on which vehicles queue.
-
-    Attributes
-    ----------
-    id, lane
-        Its state, and the lane it lies on.
-    begin_m, length_m
-        Where on the lane it begins, and its length.
-    capacity, at_start
-        How many vehicles it holds, and how many may start there.
-    loops
-        Loops that visit it.
-    """
+    """A place: a lane, or the part of one, on which vehicles queue."""
 
     id: str
     lane: str
+    """`id` and `lane`: its state, and the lane it lies on."""
     begin_m: float
     length_m: float
+    """`begin_m` and `length_m`: where on the lane it begins, and its length."""
     capacity: int
     at_start: int
+    """`capacity` and `at_start`: how many vehicles it holds, and how many may start there."""
     loops: tuple[str, ...]
+    """Loops that visit it."""
 
 
 @dataclass(frozen=True, slots=True)
 class ConflictSurvey:
-    """A conflict, seen from one of its two movements.
-
-    Attributes
-    ----------
-    foe
-        The other movement; its own name where vehicles that make it exclude each other.
-    begin_m, end_m
-        The stretch shared with it, in metres from this movement's beginning; None for all of it.
-    listed
-        False for movements over one junction whose conflict the request matrix does not list: only the
-        geometry shows it.
-    """
+    """A conflict, seen from one of its two movements."""
 
     foe: str
+    """The other movement; its own name where vehicles that make it exclude each other."""
     begin_m: float | None
     end_m: float | None
+    """`begin_m` and `end_m`: the stretch shared with it, in metres from this movement's beginning; None for
+    all of it."""
     listed: bool
+    """False for movements over one junction whose conflict the request matrix does not list: only the
+    geometry shows it."""
 
     @property
     def shared_m(self) -> float | None:
@@ -62,26 +48,19 @@ class ConflictSurvey:
 
 @dataclass(frozen=True, slots=True)
 class CrossingSurvey:
-    """A movement over a junction, or over a stretch of an edge on which nobody waits.
-
-    Attributes
-    ----------
-    junction, stretch
-        The one of the two that it leads over; the other is empty or None.
-    loops
-        Loops that make it.
-    conflicts
-        With other movements of the loops, by name.
-    """
+    """A movement over a junction, or over a stretch of an edge on which nobody waits."""
 
     id: str
     from_lane: str
     to_lane: str
     junction: str
     stretch: Stretch | None
+    """`junction` and `stretch`: the one of the two that it leads over; the other is empty or None."""
     length_m: float
     loops: tuple[str, ...]
+    """Loops that make it."""
     conflicts: tuple[ConflictSurvey, ...]
+    """With other movements of the loops, by name."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,27 +83,19 @@ class RefusedLoop:
 
 @dataclass(frozen=True, slots=True)
 class QueueSurvey:
-    """All of it.
-
-    Attributes
-    ----------
-    loops, itineraries
-        The loops that work, in the order given, and how they are cut.
-    places, crossings, joined
-        In the order of first use.
-    refused
-        The loops that do not work, in the order given.
-    even
-        How many vehicles can start if the loops get them in turn.
-    """
+    """All of it."""
 
     loops: tuple[Loop, ...]
     itineraries: tuple[Itinerary, ...]
+    """`loops` and `itineraries`: the loops that work, in the order given, and how they are cut."""
     places: tuple[PlaceSurvey, ...]
     crossings: tuple[CrossingSurvey, ...]
     joined: tuple[JoinedLane, ...]
+    """`places`, `crossings` and `joined`: in the order of first use."""
     refused: tuple[RefusedLoop, ...]
+    """The loops that do not work, in the order given."""
     even: int
+    """How many vehicles can start if the loops get them in turn."""
 
     @property
     def holds(self) -> int:

@@ -28,19 +28,13 @@ and a vehicle's rear leaves a state between two simulation steps."""
 
 @dataclass(frozen=True, slots=True)
 class SegmentLayout:
-    """Loops cut into states, before vehicles are placed.
-
-    Attributes
-    ----------
-    loops, itineraries
-        One of each per robot.
-    warnings
-        Lines for the user: what makes these loops a bad fit.
-    """
+    """Loops cut into states, before vehicles are placed."""
 
     loops: tuple[Loop, ...]
     itineraries: tuple[Itinerary, ...]
+    """`loops` and `itineraries`: one of each per robot."""
     warnings: tuple[str, ...]
+    """Lines for the user: what makes these loops a bad fit."""
 
 
 def lay_out_segments(

@@ -34,21 +34,16 @@ _NARROW_M = 5.0
 
 @dataclass(frozen=True, slots=True)
 class Stretch:
-    """A part of an edge, over all its lanes, that vehicles cross without waiting.
-
-    Attributes
-    ----------
-    begin_m, end_m
-        Positions on it [m]. 0 and the edge's length where there is no place before or behind.
-    first_m, last_m
-        Where the place before it begins, and the one behind it ends.
-    """
+    """A part of an edge, over all its lanes, that vehicles cross without waiting."""
 
     edge: str
     begin_m: float
     end_m: float
+    """`begin_m` and `end_m`: positions on it [m]. 0 and the edge's length where there is no place before or
+    behind."""
     first_m: float
     last_m: float
+    """`first_m` and `last_m`: where the place before it begins, and the one behind it ends."""
 
     def passage(self, lane: int, to_lane: int) -> Passage:
         """Return the way over it from one lane to another, or along one."""

@@ -53,21 +53,15 @@ class Span:
 
 @dataclass(frozen=True, slots=True)
 class Leg:
-    """A state on a loop, and the crossings behind it.
-
-    Attributes
-    ----------
-    begin_m, end_m
-        Arc length on the loop [m].
-    crossings
-        For each movement from this state to the next, its foes, each with the arc lengths [m] on this loop
-        between which the two can touch; None where a foe is in the way all along.
-    """
+    """A state on a loop, and the crossings behind it."""
 
     state: str
     begin_m: float
     end_m: float
+    """`begin_m` and `end_m`: arc length on the loop [m]."""
     crossings: tuple[tuple[str, Mapping[str, Stretch | None]], ...] = ()
+    """For each movement from this state to the next, its foes, each with the arc lengths [m] on this loop
+    between which the two can touch; None where a foe is in the way all along."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,26 +16,18 @@ _NONE: Mapping[str, int] = {}
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """A broken rule.
-
-    Attributes
-    ----------
-    at_s
-        When [s].
-    vehicle, place
-        Whom and what it is about; place may be empty.
-    rule
-        ``capacity``, ``trespass``, ``path``, ``order``, ``release``, ``exit``, ``start``, ``collision``,
-        ``teleport``, ``progress`` or ``laps``.
-    text
-        One line for people.
-    """
+    """A broken rule."""
 
     at_s: float
+    """When [s]."""
     vehicle: str
     place: str
+    """`vehicle` and `place`: whom and what it is about; place may be empty."""
     rule: str
+    """``capacity``, ``trespass``, ``path``, ``order``, ``release``, ``exit``, ``start``, ``collision``,
+    ``teleport``, ``progress`` or ``laps``."""
     text: str
+    """One line for people."""
 
 
 def audit_events(

@@ -20,29 +20,21 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Wanted:
-    """Options of the command `loopgate inspect`.
-
-    Attributes
-    ----------
-    vehicle_length_m
-        Instead of the file's [m].
-    seed
-        Of the starting places.
-    picture, additional, out
-        Files to write, if any: the map, the shapes for SUMO's own tools, the system.
-    every
-        Whether long tables are printed in full.
-    as_json
-        Whether JSON is printed instead of tables.
-    """
+    """Options of the command `loopgate inspect`."""
 
     vehicle_length_m: float | None
+    """Instead of the file's [m]."""
     seed: int
+    """Of the starting places."""
     picture: Path | None
     additional: Path | None
     out: Path | None
+    """`picture`, `additional` and `out`: files to write, if any: the map, the shapes for SUMO's own tools,
+    the system."""
     every: bool
+    """Whether long tables are printed in full."""
     as_json: bool
+    """Whether JSON is printed instead of tables."""
 
 
 def loops_data(

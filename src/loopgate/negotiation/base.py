@@ -9,20 +9,14 @@ from loopgate.model import System
 
 
 class Request(NamedTuple):
-    """One vehicle's wish to enter its next state.
-
-    Attributes
-    ----------
-    here, wanted
-        Numbers of the state it stands in and of the state it wants.
-    since_s
-        When it first asked for `wanted` [s].
-    """
+    """One vehicle's wish to enter its next state."""
 
     robot: int
     here: int
     wanted: int
+    """`here` and `wanted`: numbers of the state it stands in and of the state it wants."""
     since_s: float
+    """When it first asked for `wanted` [s]."""
 
 
 class View(Protocol):

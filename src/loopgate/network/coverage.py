@@ -11,20 +11,15 @@ from loopgate.network.road import RoadNetwork
 
 @dataclass(frozen=True, slots=True)
 class Coverage:
-    """Edges and lanes of a network that some loop visits, of those that a vehicle class may use.
-
-    Attributes
-    ----------
-    edges, lane_km
-        How many edges, and the length of their lanes [km], that are open to the class.
-    visited_edges, visited_lane_km
-        How much of them lies on some loop.
-    """
+    """Edges and lanes of a network that some loop visits, of those that a vehicle class may use."""
 
     edges: int
     lane_km: float
+    """`edges` and `lane_km`: how many edges, and the length of their lanes [km], that are open to the
+    class."""
     visited_edges: int
     visited_lane_km: float
+    """`visited_edges` and `visited_lane_km`: how much of them lies on some loop."""
 
     @property
     def of_edges(self) -> float:

@@ -27,28 +27,20 @@ _WHY = ", since nothing else starts it"
 
 @dataclass(frozen=True, slots=True)
 class Flow:
-    """Vehicles that depart one after the other.
-
-    Attributes
-    ----------
-    begin_s, end_s
-        From when and until when they depart [s]; `end_s` is None for the end of the run.
-    number
-        How many there are; None for as many as depart until the end.
-    period_s
-        Time between two [s]; None for as much as `number` of them have until the end.
-    rate_per_s
-        How many depart in a second on average, at random (a Poisson process), instead of every period.
-    probability
-        Of a departure in each second, instead of both.
-    """
+    """Vehicles that depart one after the other."""
 
     begin_s: float = 0.0
     end_s: float | None = None
+    """`begin_s` and `end_s`: from when and until when they depart [s]; `end_s` is None for the end of the
+    run."""
     number: int | None = None
+    """How many there are; None for as many as depart until the end."""
     period_s: float | None = None
+    """Time between two [s]; None for as much as `number` of them have until the end."""
     rate_per_s: float | None = None
+    """How many depart in a second on average, at random (a Poisson process), instead of every period."""
     probability: float | None = None
+    """Of a departure in each second, instead of both."""
 
     def departures_s(self, run_end_s: float, rng: Random) -> list[float]:
         """Return when its vehicles depart before the run ends [s]."""

@@ -32,34 +32,25 @@ class Place(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class LaneSpan:
-    """One lane of a loop, over its whole length.
-
-    Attributes
-    ----------
-    edge, lane, lane_id
-        SUMO's names; the lane index is that of the lane on which the vehicle leaves the edge.
-    internal
-        Whether it lies inside a junction; `edge` is then the internal edge.
-    begin_m, end_m
-        Arc length on the loop at the beginning and the end of the lane.
-    lane_ids
-        Lanes the vehicle may be on, `lane_id` first. More than one where it has to change lanes or could as
-        well take another lane (`changes`).
-    shapes
-        Centre lines of these lanes.
-    entered
-        Index of the lane on which the vehicle comes onto it; None if that is `lane`.
-    """
+    """One lane of a loop, over its whole length."""
 
     edge: str
     lane: int
     lane_id: str
+    """`edge`, `lane` and `lane_id`: SUMO's names; the lane index is that of the lane on which the vehicle
+    leaves the edge."""
     internal: bool
+    """Whether it lies inside a junction; `edge` is then the internal edge."""
     begin_m: float
     end_m: float
+    """`begin_m` and `end_m`: arc length on the loop at the beginning and the end of the lane."""
     lane_ids: tuple[str, ...]
+    """Lanes the vehicle may be on, `lane_id` first. More than one where it has to change lanes or could as
+    well take another lane (`changes`)."""
     shapes: tuple[Points, ...]
+    """Centre lines of these lanes."""
     entered: int | None = None
+    """Index of the lane on which the vehicle comes onto it; None if that is `lane`."""
 
     @property
     def lane_in(self) -> int:

@@ -10,58 +10,40 @@ Points = tuple[tuple[float, float], ...]
 
 @dataclass(frozen=True, slots=True)
 class Lane:
-    """A lane of an edge, or an internal lane of a junction.
-
-    Attributes
-    ----------
-    id, edge, index
-        SUMO's names: ``id`` is ``edge_index``; index 0 is the rightmost lane.
-    internal
-        Whether it lies inside a junction.
-    length_m
-        SUMO's length, by which vehicles drive; it can differ from the length of the drawn shape.
-    shape
-        Centre line as drawn.
-    allowed
-        Vehicle classes that may use it.
-    two_way
-        Whether a lane of the opposite edge lies on it (SUMO's ``bidi``), as with a track in a street.
-    heights
-        Height of each point of the shape [m]; none where the network is flat.
-    """
+    """A lane of an edge, or an internal lane of a junction."""
 
     id: str
     edge: str
     index: int
+    """SUMO's names: ``id`` is ``edge_index``; index 0 is the rightmost lane."""
     internal: bool
+    """Whether it lies inside a junction."""
     length_m: float
+    """SUMO's length, by which vehicles drive; it can differ from the length of the drawn shape."""
     speed_mps: float
     width_m: float
     shape: Points
+    """Centre line as drawn."""
     allowed: frozenset[str]
+    """Vehicle classes that may use it."""
     two_way: bool = False
+    """Whether a lane of the opposite edge lies on it (SUMO's ``bidi``), as with a track in a street."""
     heights: tuple[float, ...] = ()
+    """Height of each point of the shape [m]; none where the network is flat."""
 
 
 @dataclass(frozen=True, slots=True)
 class Edge:
-    """A road between two junctions, in one direction.
-
-    Attributes
-    ----------
-    from_junction, to_junction
-        Where it begins and ends.
-    lanes
-        From right to left.
-    street
-        Name of the street, empty where the network has none.
-    """
+    """A road between two junctions, in one direction."""
 
     id: str
     from_junction: str
     to_junction: str
+    """`from_junction` and `to_junction`: where it begins and ends."""
     lanes: tuple[Lane, ...]
+    """From right to left."""
     street: str = ""
+    """Name of the street, empty where the network has none."""
 
     @property
     def length_m(self) -> float:
@@ -75,32 +57,23 @@ class Edge:
 
 @dataclass(frozen=True, slots=True)
 class Connection:
-    """A movement over a junction, from a lane to a lane.
-
-    Attributes
-    ----------
-    from_edge, from_lane, to_edge, to_lane
-        Edges and lane indices.
-    via
-        Ids of the internal lanes in driving order: one, or two where a vehicle could wait inside the
-        junction, or none in a network without internal lanes.
-    direction
-        SUMO's letter: ``s`` straight, ``l`` left, ``r`` right, ``L``, ``R`` partly, ``t`` U-turn.
-    link
-        Row of the junction's request matrix; -1 where there is none.
-    signal
-        Traffic light and its link, or None.
-    """
+    """A movement over a junction, from a lane to a lane."""
 
     from_edge: str
     from_lane: int
     to_edge: str
     to_lane: int
+    """`from_edge`, `from_lane`, `to_edge` and `to_lane`: edges and lane indices."""
     via: tuple[str, ...]
+    """Ids of the internal lanes in driving order: one, or two where a vehicle could wait inside the junction,
+    or none in a network without internal lanes."""
     direction: str
+    """SUMO's letter: ``s`` straight, ``l`` left, ``r`` right, ``L``, ``R`` partly, ``t`` U-turn."""
     junction: str
     link: int
+    """Row of the junction's request matrix; -1 where there is none."""
     signal: tuple[str, int] | None
+    """Traffic light and its link, or None."""
 
     @property
     def id(self) -> str:
@@ -110,25 +83,18 @@ class Connection:
 
 @dataclass(frozen=True, slots=True)
 class Junction:
-    """A junction.
-
-    Attributes
-    ----------
-    id, type
-        SUMO's name and type (``priority``, ``traffic_light``, ...).
-    foes
-        ``foes[i]`` are the links whose movements cross or merge with link ``i`` (the request matrix).
-    yields_to
-        ``yields_to[i]`` are the links that link ``i`` has to let pass by right of way.
-    """
+    """A junction."""
 
     id: str
     type: str
+    """`id` and `type`: SUMO's name and type (``priority``, ``traffic_light``, ...)."""
     x: float
     y: float
     shape: Points
     foes: tuple[frozenset[int], ...]
+    """``foes[i]`` are the links whose movements cross or merge with link ``i`` (the request matrix)."""
     yields_to: tuple[frozenset[int], ...]
+    """``yields_to[i]`` are the links that link ``i`` has to let pass by right of way."""
 
     @property
     def regulated(self) -> bool:

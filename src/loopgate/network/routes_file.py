@@ -46,36 +46,27 @@ _CARRIED_ONCE = ("departLane", "departSpeed", "arrivalLane", "arrivalPos", "arri
 
 @dataclass(frozen=True, slots=True)
 class LoopVehicle:
-    """A vehicle or flow of the file.
-
-    Attributes
-    ----------
-    depart_m
-        Where its front stands when it departs, as arc length on its loop [m], if the file says so by a
-        number (``departPos``, with ``departEdge``).
-    depart_s, flow
-        When it departs [s]; for a flow, when its vehicles do.
-    edge
-        Number of the edge on which it departs, on its loop.
-    stops
-        Where it stops in every round, in the order of the loop.
-    attributes, parameters
-        What else SUMO is told of it: as the file has it, and its ``<param>`` elements by key.
-    once
-        Whether it drives its route once, and not round and round.
-    """
+    """A vehicle or flow of the file."""
 
     id: str
     loop: str
     type: VehicleType
     depart_m: float | None = None
+    """Where its front stands when it departs, as arc length on its loop [m], if the file says so by a number
+    (``departPos``, with ``departEdge``)."""
     depart_s: float = 0.0
     flow: Flow | None = None
+    """`depart_s` and `flow`: when it departs [s]; for a flow, when its vehicles do."""
     edge: int = 0
+    """Number of the edge on which it departs, on its loop."""
     stops: tuple[Stop, ...] = ()
+    """Where it stops in every round, in the order of the loop."""
     attributes: Mapping[str, str] = field(default_factory=dict, hash=False)
     parameters: Mapping[str, str] = field(default_factory=dict, hash=False)
+    """`attributes` and `parameters`: what else SUMO is told of it, as the file has it, and its ``<param>``
+    elements by key."""
     once: bool = False
+    """Whether it drives its route once, and not round and round."""
 
     def each(self, begin_s: float, end_s: float, rng: Random) -> list[LoopVehicle]:
         """Return itself, or those of the flow, that depart in a run [s]; who did before is there at first.
@@ -99,33 +90,23 @@ class LoopVehicle:
 
 @dataclass(frozen=True, slots=True)
 class RoutesFile:
-    """The content of a route file or configuration.
-
-    Attributes
-    ----------
-    loops
-        One per route, in the file's order.
-    vehicles
-        Vehicles and flows on them, in the file's order; possibly none.
-    types
-        The vehicle types the file defines, by id.
-    stops
-        Of routes, by loop: those of whoever drives on it.
-    stop_files
-        The additional files that stops name places of.
-    left_out, left_out_of_routes
-        What the file says that is not taken over, a line for each kind of thing; and without what it says of
-        its vehicles, for those who put others on its loops.
-    """
+    """The content of a route file or configuration."""
 
     file: Path
     loops: tuple[Loop, ...]
+    """One per route, in the file's order."""
     vehicles: tuple[LoopVehicle, ...]
+    """Vehicles and flows on them, in the file's order; possibly none."""
     types: dict[str, VehicleType]
+    """The vehicle types the file defines, by id."""
     stops: Mapping[str, tuple[Stop, ...]] = field(default_factory=dict)
+    """Of routes, by loop: those of whoever drives on it."""
     stop_files: tuple[Path, ...] = ()
+    """The additional files that stops name places of."""
     left_out: tuple[str, ...] = ()
     left_out_of_routes: tuple[str, ...] = ()
+    """`left_out` and `left_out_of_routes`: what the file says that is not taken over, a line for each kind of
+    thing; and without what it says of its vehicles, for those who put others on its loops."""
 
     @property
     def first_s(self) -> float:

@@ -84,45 +84,31 @@ class StoppingPlace:
 
 @dataclass(frozen=True, slots=True)
 class Stop:
-    """A stop of one vehicle in every round of its loop.
-
-    Attributes
-    ----------
-    name
-        The stopping place, or the lane.
-    kind
-        ``busStop``, ``parkingArea``, ``chargingStation``, ``containerStop`` or ``lane``.
-    start_m, end_m
-        Between these the front has to stand [m]; a vehicle drives to the end.
-    until_s
-        Until when it stands in the first round [s]; None for no such time.
-    cycle_s
-        By how much that grows from round to round [s].
-    since_depart
-        Whether `until_s` is counted from the vehicle's departure.
-    triggers
-        What has to come aboard before it goes on: ``person``, ``container``.
-    parks
-        Whether it stands beside the lane.
-    told
-        More attributes, as SUMO has them.
-    arc_m
-        Where the front stands, as arc length on the loop [m].
-    """
+    """A stop of one vehicle in every round of its loop."""
 
     name: str
+    """The stopping place, or the lane."""
     kind: str
+    """``busStop``, ``parkingArea``, ``chargingStation``, ``containerStop`` or ``lane``."""
     lane: str
     start_m: float
     end_m: float
+    """`start_m` and `end_m`: between these the front has to stand [m]; a vehicle drives to the end."""
     duration_s: float = 0.0
     until_s: float | None = None
+    """Until when it stands in the first round [s]; None for no such time."""
     cycle_s: float = 0.0
+    """By how much that grows from round to round [s]."""
     since_depart: bool = False
+    """Whether `until_s` is counted from the vehicle's departure."""
     triggers: tuple[str, ...] = ()
+    """What has to come aboard before it goes on: ``person``, ``container``."""
     parks: bool = False
+    """Whether it stands beside the lane."""
     told: tuple[tuple[str, str], ...] = ()
+    """More attributes, as SUMO has them."""
     arc_m: float = 0.0
+    """Where the front stands, as arc length on the loop [m]."""
 
     @property
     def edge(self) -> str:

@@ -26,21 +26,15 @@ _LONG = {
 
 @dataclass(frozen=True, slots=True)
 class SumoConfig:
-    """The files that a ``.sumocfg`` names, as paths that can be opened.
-
-    Attributes
-    ----------
-    route_files, additional_files
-        Possibly none.
-    options
-        All else that it says, by name, as it is written there.
-    """
+    """The files that a ``.sumocfg`` names, as paths that can be opened."""
 
     file: Path
     net_file: Path
     route_files: tuple[Path, ...]
     additional_files: tuple[Path, ...]
+    """`route_files` and `additional_files`: possibly none."""
     options: Mapping[str, str] = field(default_factory=dict, hash=False)
+    """All else that it says, by name, as it is written there."""
 
 
 def is_sumo_config(name: str | Path) -> bool:

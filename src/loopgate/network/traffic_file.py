@@ -17,22 +17,15 @@ _PERSONS = ("person", "personFlow", "container", "containerFlow")
 
 @dataclass(frozen=True, slots=True)
 class TrafficFile:
-    """Ordinary vehicles, and persons who walk or ride.
-
-    Attributes
-    ----------
-    file
-        As it was asked for.
-    route_files, additional_files
-        What SUMO has to load.
-    ids
-        Names of vehicles, trips and flows.
-    """
+    """Ordinary vehicles, and persons who walk or ride."""
 
     file: Path
+    """As it was asked for."""
     route_files: tuple[Path, ...]
     additional_files: tuple[Path, ...]
+    """`route_files` and `additional_files`: what SUMO has to load."""
     ids: frozenset[str]
+    """Names of vehicles, trips and flows."""
 
     def options(self) -> list[str]:
         """Return the SUMO options that load the route files; additional files are for the caller to join."""

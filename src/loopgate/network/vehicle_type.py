@@ -75,22 +75,18 @@ _SETTINGS = ("lc", "jm", "cc", "actionStep", "boarding", "impatience", "loading"
 
 @dataclass(frozen=True, slots=True)
 class VehicleType:
-    """The attributes of a vehicle type that matter here; the defaults are SUMO's.
-
-    Attributes
-    ----------
-    length_m, min_gap_m
-        Length of the vehicle, and the gap it leaves to the one before it when standing.
-    attributes, parameters
-        All that the file says about the type, as SUMO writes it, and its ``<param>`` elements by key.
-    """
+    """The attributes of a vehicle type that matter here; the defaults are SUMO's."""
 
     id: str = "DEFAULT_VEHTYPE"
     length_m: float = 5.0
     min_gap_m: float = 2.5
+    """`length_m` and `min_gap_m`: length of the vehicle, and the gap it leaves to the one before it when
+    standing."""
     vclass: str = "passenger"
     attributes: Mapping[str, str] = field(default_factory=dict, hash=False)
     parameters: Mapping[str, str] = field(default_factory=dict, hash=False)
+    """`attributes` and `parameters`: all that the file says about the type, as SUMO writes it, and its
+    ``<param>`` elements by key."""
 
     @property
     def width_m(self) -> float:

@@ -63,31 +63,21 @@ class Circle:
 
 @dataclass(slots=True)
 class Happenings:
-    """All that happened, in numbers of places, links, reasons, vehicles and steps.
-
-    Attributes
-    ----------
-    visits
-        Who held a slot of which place.
-    passages
-        Who had which link: from the grant until its rear was in the place behind.
-    refusals
-        Who was refused on which link, and why (a number in `WHY`).
-    holds
-        Who stood at a gate; `what` is 0.
-    laps, mishaps
-        Vehicle and step; of a mishap also what it was.
-    circles
-        Deadlocks in the order in which they were recognised.
-    """
+    """All that happened, in numbers of places, links, reasons, vehicles and steps."""
 
     visits: list[Span] = field(default_factory=list)
+    """Who held a slot of which place."""
     passages: list[Span] = field(default_factory=list)
+    """Who had which link: from the grant until its rear was in the place behind."""
     refusals: list[Span] = field(default_factory=list)
+    """Who was refused on which link, and why (a number in `WHY`)."""
     holds: list[Span] = field(default_factory=list)
+    """Who stood at a gate; `what` is 0."""
     laps: list[tuple[int, int]] = field(default_factory=list)
     mishaps: list[tuple[int, int, str]] = field(default_factory=list)
+    """`laps` and `mishaps`: vehicle and step; of a mishap also what it was."""
     circles: list[Circle] = field(default_factory=list)
+    """Deadlocks in the order in which they were recognised."""
 
 
 def find_happenings(

@@ -34,22 +34,17 @@ _MARGIN_M = 150.0
 
 @dataclass(frozen=True, slots=True)
 class Scene:
-    """A run, ready to be shown.
-
-    Attributes
-    ----------
-    summary
-        What ``summary.json`` holds.
-    tracks, layout, ways, happenings, streets
-        Where everybody was, what is known of the roads, what happened, what is drawn behind.
-    """
+    """A run, ready to be shown."""
 
     summary: Mapping[str, Any]
+    """What ``summary.json`` holds."""
     tracks: Tracks
     layout: Layout | None
     ways: DrawnLines
     happenings: Happenings
     streets: dict[str, Any]
+    """`tracks`, `layout`, `ways`, `happenings` and `streets`: where everybody was, what is known of the
+    roads, what happened, what is drawn behind."""
 
     @property
     def network(self) -> str:

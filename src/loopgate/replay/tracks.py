@@ -39,33 +39,25 @@ _NUMBERS = ("timestep_time", "vehicle_x", "vehicle_y", "vehicle_angle", "vehicle
 
 @dataclass(frozen=True, slots=True)
 class Tracks:
-    """Positions by vehicle, then by step.
-
-    Attributes
-    ----------
-    vehicles
-        Names; those that were given come first.
-    first_s, step_s, frames
-        Time after the first step, length of a step [s], and how many steps there are.
-    owner, begin, count
-        Tracks in the order of the positions: its vehicle, the number of its first step, how many steps. A
-        vehicle that was off the road, or put elsewhere, has several.
-    x, y
-        Front of the vehicle in network coordinates, in tenths of a metre.
-    heading
-        From rear to front, clockwise from north, in 256ths of a turn.
-    """
+    """Positions by vehicle, then by step."""
 
     vehicles: tuple[str, ...]
+    """Names; those that were given come first."""
     first_s: float
     step_s: float
     frames: int
+    """`first_s`, `step_s` and `frames`: time after the first step, length of a step [s], and how many steps
+    there are."""
     owner: Ints
     begin: Ints
     count: Ints
+    """`owner`, `begin` and `count`: tracks in the order of the positions: its vehicle, the number of its
+    first step, how many steps. A vehicle that was off the road, or put elsewhere, has several."""
     x: Ints
     y: Ints
+    """`x` and `y`: front of the vehicle in network coordinates, in tenths of a metre."""
     heading: Ints
+    """From rear to front, clockwise from north, in 256ths of a turn."""
     odometer_m: Floats
 
     def frame(self, time_s: float) -> int:

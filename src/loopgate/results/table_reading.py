@@ -57,19 +57,14 @@ _MOST_NAMES = 4
 
 
 class Rows(NamedTuple):
-    """Rows of a sweep, and how their file differs from what this version writes: columns, as lists in words.
-
-    Attributes
-    ----------
-    table
-        `ROW_SCHEMA`, or some of its columns.
-    missing, besides
-        The columns that the file lacks, and those that it has besides; empty if none.
-    """
+    """Rows of a sweep, and in words how the columns of their file differ from what this version writes."""
 
     table: pa.Table
+    """`ROW_SCHEMA`, or some of its columns."""
     missing: str
     besides: str
+    """`missing` and `besides`: the columns that the file lacks, and those that it has besides; empty if
+    none."""
 
 
 def maker(summary: Mapping[str, Any]) -> str:

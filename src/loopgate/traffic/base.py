@@ -47,25 +47,17 @@ class Dynamics:
 
 @dataclass(frozen=True, slots=True)
 class Light:
-    """What a traffic light shows.
-
-    Attributes
-    ----------
-    state
-        SUMO's letter for each link: ``G`` and ``g`` green, ``y`` yellow, ``r`` red, ``o`` and ``O`` off.
-    changes_s
-        When it may change next [s]: certain for a program that is fixed, else the earliest.
-    program, phase
-        Which program it follows and the number of the phase.
-    spent_s
-        For how long the phase has lasted [s].
-    """
+    """What a traffic light shows."""
 
     state: str
+    """SUMO's letter for each link: ``G`` and ``g`` green, ``y`` yellow, ``r`` red, ``o`` and ``O`` off."""
     changes_s: float
+    """When it may change next [s]: certain for a program that is fixed, else the earliest."""
     program: str = ""
     phase: int = 0
+    """`program` and `phase`: which program it follows and the number of the phase."""
     spent_s: float = 0.0
+    """For how long the phase has lasted [s]."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -26,36 +26,25 @@ _STARTS, _COUNTED = 20, 100
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """What is to be covered, and how.
-
-    Attributes
-    ----------
-    edges
-        The streets; every edge open to the class if None.
-    vclass, u_turns
-        Who drives, and whether it may turn round at junctions.
-    either_way
-        Whether one of the two directions of a street is enough.
-    by_time
-        Whether loops are to be short in seconds at the speeds allowed, not in metres.
-    start
-        Edge that every loop has to pass.
-    change_m
-        Length of the shortest edge on which a vehicle can change lanes [m].
-    place_m
-        Length of the shortest edge on which vehicles can wait [m]. No loop comes back to one over shorter
-        ones alone, unless streets could not be covered otherwise; 0 if that does not matter.
-    """
+    """What is to be covered, and how."""
 
     edges: tuple[str, ...] | None = None
+    """The streets; every edge open to the class if None."""
     vclass: str = "passenger"
     u_turns: bool = False
+    """`vclass` and `u_turns`: who drives, and whether it may turn round at junctions."""
     either_way: bool = False
+    """Whether one of the two directions of a street is enough."""
     max_length_m: float = math.inf
     by_time: bool = False
+    """Whether loops are to be short in seconds at the speeds allowed, not in metres."""
     start: str | None = None
+    """Edge that every loop has to pass."""
     change_m: float = LEAST_CHANGE_M
+    """Length of the shortest edge on which a vehicle can change lanes [m]."""
     place_m: float = 0.0
+    """Length of the shortest edge on which vehicles can wait [m]. No loop comes back to one over shorter ones
+    alone, unless streets could not be covered otherwise; 0 if that does not matter."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -23,24 +23,17 @@ class LaneGraph:
 
     A node is an edge as it is entered: all its neighbouring lanes together where it is long enough to change
     lanes on it, else a single lane.
-
-    Attributes
-    ----------
-    edges
-        Edge of each node, in the network file's order.
-    tail, head
-        Nodes that each arc leads from and to.
-    length_m
-        Of each arc: the way through the junction and over the edge it leads to [m].
-    seconds
-        What that takes at the speeds allowed [s].
     """
 
     edges: tuple[str, ...]
+    """Edge of each node, in the network file's order."""
     tail: npt.NDArray[np.int64]
     head: npt.NDArray[np.int64]
+    """`tail` and `head`: nodes that each arc leads from and to."""
     length_m: npt.NDArray[np.float64]
+    """Of each arc: the way through the junction and over the edge it leads to [m]."""
     seconds: npt.NDArray[np.float64]
+    """What that takes at the speeds allowed [s]."""
 
     def components(self) -> list[list[int]]:
         """Return the nodes that can be reached from each other, those with most nodes first."""

@@ -96,29 +96,21 @@ class Claim:
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """What the robots of a component agree on.
-
-    Attributes
-    ----------
-    version, term
-        Number of the entry, and of the coordinator's term in which it was proposed.
-    configuration
-        Where the robots stand once ``mover`` has made its move.
-    mover
-        The robot that moves; -1 for none.
-    broken, lost
-        Robots that have broken down for good, and states in which one of them may still stand as well.
-    witness
-        Moves that bring everybody home from there; empty once somebody has broken down.
-    """
+    """What the robots of a component agree on."""
 
     version: int
     term: int
+    """`version` and `term`: number of the entry, and of the coordinator's term in which it was proposed."""
     configuration: Configuration
+    """Where the robots stand once ``mover`` has made its move."""
     mover: int = -1
+    """The robot that moves; -1 for none."""
     broken: frozenset[int] = frozenset()
     lost: tuple[int, ...] = ()
+    """`broken` and `lost`: robots that have broken down for good, and states in which one of them may still
+    stand as well."""
     witness: tuple[int, ...] = ()
+    """Moves that bring everybody home from there; empty once somebody has broken down."""
 
 
 @dataclass(frozen=True, slots=True)

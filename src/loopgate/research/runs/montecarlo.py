@@ -19,33 +19,23 @@ _Z95 = 1.959964
 
 @dataclass(frozen=True, slots=True)
 class RoundCounts:
-    """What came of a number of rounds.
-
-    Attributes
-    ----------
-    live
-        Rounds that every robot completed: open paths to their ends, closed ones once round.
-    deadlocked
-        Rounds that ended with a circular wait (Def. 3).
-    stuck
-        Rounds that ended otherwise: the gate admitted nothing.
-    live_rate, confidence
-        Share of live rounds, and its 95 % interval (Wilson).
-    transitions
-        Mean, least and most transitions of a round.
-    decision_us
-        Mean and 99th percentile of the gate's decision time per robot [microseconds].
-    """
+    """What came of a number of rounds."""
 
     rounds: int
     seed: int
     live: int
+    """Rounds that every robot completed: open paths to their ends, closed ones once round."""
     deadlocked: int
+    """Rounds that ended with a circular wait (Def. 3)."""
     stuck: int
+    """Rounds that ended otherwise: the gate admitted nothing."""
     live_rate: float
     confidence: tuple[float, float]
+    """`live_rate` and `confidence`: share of live rounds, and its 95 % interval (Wilson)."""
     transitions: dict[str, float]
+    """Mean, least and most transitions of a round."""
     decision_us: dict[RobotId, dict[str, float]]
+    """Mean and 99th percentile of the gate's decision time per robot [microseconds]."""
     seconds: float
 
     def as_dict(self) -> dict[str, Any]:

@@ -21,36 +21,26 @@ class Arrays(NamedTuple):
 
     A robot's part of its word is its position and, above it, how many stand before it in its FIFO state: 0
     for the head, and 0 in every other state.
-
-    Attributes
-    ----------
-    word
-        Which word of a configuration's each robot's part is in.
-    shift, mask
-        Lowest bit of the position, and the position's bits, shifted down.
-    line_shift, line_mask
-        The same for the number of robots before it.
-    after
-        Next position, or -1.
-    state
-        Number of the shared state at a position, or -1 if it is private.
-    home
-        Whether a robot is at home at a position: in a private state of a closed path, or at an open path's
-        end.
-    room, fifo
-        Capacity of each shared state, and whether it is left in order of arrival.
     """
 
     word: Numbers
+    """Which word of a configuration's each robot's part is in."""
     shift: Words
     mask: Words
+    """`shift` and `mask`: lowest bit of the position, and the position's bits, shifted down."""
     line_shift: Words
     line_mask: Words
+    """`line_shift` and `line_mask`: the same for the number of robots before it."""
     after: Numbers
+    """Next position, or -1."""
     state: Numbers
+    """Number of the shared state at a position, or -1 if it is private."""
     home: NDArray[np.bool_]
+    """Whether a robot is at home at a position: in a private state of a closed path, or at an open path's
+    end."""
     room: Numbers
     fifo: NDArray[np.bool_]
+    """`room` and `fifo`: capacity of each shared state, and whether it is left in order of arrival."""
 
 
 class Encoding:

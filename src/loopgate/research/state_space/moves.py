@@ -15,22 +15,15 @@ from loopgate.research.state_space.kernels import keep_moving, spread_back
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Moves:
-    """Moves between numbered configurations.
-
-    Attributes
-    ----------
-    first
-        The moves out of configuration k are those from ``first[k]`` up to ``first[k + 1]``.
-    targets, movers
-        Where each move leads, and which robot makes it.
-    rests
-        How many robots stay for good in each configuration.
-    """
+    """Moves between numbered configurations."""
 
     first: NDArray[np.int64]
+    """The moves out of configuration k are those from ``first[k]`` up to ``first[k + 1]``."""
     targets: NDArray[np.int32]
     movers: NDArray[np.int16]
+    """`targets` and `movers`: where each move leads, and which robot makes it."""
     rests: NDArray[np.int16]
+    """How many robots stay for good in each configuration."""
     robots: int
 
     @property

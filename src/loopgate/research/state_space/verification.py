@@ -27,63 +27,48 @@ def nothing(gate: Gate, configuration: Configuration, robot: int) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Verification:
-    """What a check of a gate found; adding two adds their counts.
-
-    Attributes
-    ----------
-    method
-        ``exhaustive`` or ``walks``.
-    judge
-        Where the exact answer comes from: ``oracle`` (all configurations), ``homing`` or ``sat``; for a gate
-        that promises that somebody can always move ``somebody`` (all configurations) or, where that does not
-        fit, ``deadlocks`` (circular waits only).
-    systems
-        Systems checked.
-    configurations
-        Configurations in which every robot was asked about; in walks, with repetitions.
-    decisions
-        Enabled moves decided.
-    safe, safe_admitted
-        Safe ones among them, and how many of these the gate admitted; 0 without a judge of safety.
-    unsafe_admitted, stuck, disabled_admitted
-        Broken promises; see `Counterexample`.
-    budget_stops
-        Refusals for want of budget.
-    starts_refused, live_starts_refused, dead_starts_accepted
-        Starts that the gate refused, those among them that are live, and starts that it did not refuse
-        though they are not live (these are not walked from).
-    explored, reachable_live
-        Configurations that the gate lets come about, and that some gate could let come about without ever
-        being unsafe (exhaustive checks only).
-    deadlocks
-        Configurations with a circular wait that the gate lets come about (exhaustive checks only).
-    starving
-        Configurations that the gate lets come about and from which, by moves that it admits, not every robot
-        can go on for ever (exhaustive checks only). Not part of `holds`: a gate that promises that somebody
-        can move does not promise more.
-    counterexample
-        The first found, if any.
-    """
+    """What a check of a gate found; adding two adds their counts."""
 
     method: str
+    """``exhaustive`` or ``walks``."""
     judge: str
+    """Where the exact answer comes from: ``oracle`` (all configurations), ``homing`` or ``sat``; for a gate
+    that promises that somebody can always move ``somebody`` (all configurations) or, where that does not fit,
+    ``deadlocks`` (circular waits only)."""
     systems: int = 1
+    """Systems checked."""
     configurations: int = 0
+    """Configurations in which every robot was asked about; in walks, with repetitions."""
     decisions: int = 0
+    """Enabled moves decided."""
     safe: int = 0
     safe_admitted: int = 0
+    """`safe` and `safe_admitted`: safe ones among them, and how many of these the gate admitted; 0 without a
+    judge of safety."""
     unsafe_admitted: int = 0
     stuck: int = 0
     disabled_admitted: int = 0
+    """`unsafe_admitted`, `stuck` and `disabled_admitted`: broken promises; see `Counterexample`."""
     budget_stops: int = 0
+    """Refusals for want of budget."""
     starts_refused: int = 0
     live_starts_refused: int = 0
     dead_starts_accepted: int = 0
+    """`starts_refused`, `live_starts_refused` and `dead_starts_accepted`: starts that the gate refused, those
+    among them that are live, and starts that it did not refuse though they are not live (these are not walked
+    from)."""
     explored: int = 0
     reachable_live: int = 0
+    """`explored` and `reachable_live`: configurations that the gate lets come about, and that some gate could
+    let come about without ever being unsafe (exhaustive checks only)."""
     deadlocks: int = 0
+    """Configurations with a circular wait that the gate lets come about (exhaustive checks only)."""
     starving: int = 0
+    """Configurations that the gate lets come about and from which, by moves that it admits, not every robot
+    can go on for ever (exhaustive checks only). Not part of `holds`: a gate that promises that somebody can
+    move does not promise more."""
     counterexample: Counterexample | None = field(default=None)
+    """The first found, if any."""
 
     @property
     def holds(self) -> bool:
