@@ -32,7 +32,7 @@ from loopgate.errors import LoopgateError
 from loopgate.network import Loop, LoopVehicle, RoadNetwork, generate_loops, read_loops
 from loopgate.network.cover.design import Task
 from loopgate.network.cover.watch import even_starts_m, laps_s, vehicles_needed
-from loopgate.network.routes_file import routes_text, write_text
+from loopgate.network.routes_text import routes_text, write_text
 from loopgate.network.vehicle_type import DEFAULT_TYPE
 from loopgate.results import row_columns as c
 from loopgate.runs.results import read_results

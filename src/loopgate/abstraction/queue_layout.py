@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from loopgate.abstraction.courses import courses_of
-from loopgate.abstraction.guides import Target, Turn, find_guides
-from loopgate.abstraction.itinerary import Crossing, Guide, Itinerary, Leg
-from loopgate.abstraction.movements import Conflicts, Overlap, find_conflicts, reach_m
+from loopgate.abstraction.guides import find_guides
+from loopgate.abstraction.itinerary import Crossing, Itinerary
+from loopgate.abstraction.movements import Conflicts, find_conflicts, reach_m
+from loopgate.abstraction.queue_legs import Piece, QueuePlace, course_of, legs_of, ways_on
 from loopgate.abstraction.stretches import (
-    CLEARANCE_M,
     LEAST_CAPACITY,
     Narrow,
-    Passage,
     Stretch,
     find_foes,
     lay_stretches,
@@ -26,8 +24,7 @@ from loopgate.abstraction.tails import tails_over
 from loopgate.abstraction.waiting import Part, waiting_parts
 from loopgate.errors import RefusedLoopError, RouteError
 from loopgate.keeping import Kept
-from loopgate.model import StateId
-from loopgate.network.loop import AWAY_M, HOLD_MARGIN_M, LaneSpan, Loop
+from loopgate.network.loop import AWAY_M, LaneSpan, Loop
 from loopgate.network.records import Connection
 from loopgate.network.road import RoadNetwork
 from loopgate.network.vehicle_type import DEFAULT_TYPE, VehicleType
@@ -35,40 +32,8 @@ from loopgate.network.vehicle_type import DEFAULT_TYPE, VehicleType
 AWAY = "away "
 """Names of the places of those who have arrived begin with it; the lane follows on which they did."""
 
-_ROUNDING = 1e-9
-
 _MANY = 1_000_000
 """As many vehicles as anybody may have."""
-
-
-@dataclass(frozen=True, slots=True)
-class QueuePlace:
-    """Where vehicles queue: a lane, or the part of it before or behind a stretch for changing lanes."""
-
-    name: str
-    """The lane's id; with ``/1`` for the part before a stretch, ``/2`` for the part behind it."""
-    length_m: float
-    needs: tuple[tuple[float, int], ...]
-    """Lengths of the vehicles that visit it, with their gaps [m], and how many there are of each at most,
-    longest first."""
-
-    @property
-    def needed_m(self) -> float:
-        """Length of the longest vehicle that visits it, with its gap [m]."""
-        return self.needs[0][0]
-
-    @property
-    def capacity(self) -> int:
-        """How many vehicles it holds, whichever they are: the longest first."""
-        left_m = self.length_m - HOLD_MARGIN_M - CLEARANCE_M
-        held = 0
-        for need_m, count in self.needs:
-            fitting = math.floor(left_m / need_m + _ROUNDING)
-            if fitting < count:
-                return held + fitting
-            held += count
-            left_m -= count * need_m
-        return held + math.floor(left_m / self.needs[-1][0] + _ROUNDING)
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,7 +107,7 @@ def _lay_out(network: RoadNetwork, counts: Mapping[tuple[Loop, VehicleType], int
             name: Itinerary(
                 name,
                 loops[name].lap_m,
-                tuple(_legs(network, loops[name], chain, conflicts, foes, tuple(classes[name]), alike)),
+                tuple(legs_of(network, loops[name], chain, conflicts, foes, tuple(classes[name]), alike)),
             )
             for name, chain in chains.items()
         },
@@ -151,7 +116,7 @@ def _lay_out(network: RoadNetwork, counts: Mapping[tuple[Loop, VehicleType], int
     )
 
 
-def _places_on(pieces: Iterable[_Piece]) -> dict[str, Part]:
+def _places_on(pieces: Iterable[Piece]) -> dict[str, Part]:
     """Return where on each lane the first place begins and the last one ends."""
     found: dict[str, Part] = {}
     for piece in pieces:
@@ -172,25 +137,6 @@ def why_not(
     """
     plan = _Plan(network, {(loop, kind): _MANY}, near=near)
     return plan.why_not(loop, plan.chain(loop), kind)
-
-
-@dataclass(frozen=True, slots=True)
-class _Piece:
-    """A part of a loop: a place, a passage over a stretch, a movement, or a lane too short to wait on.
-
-    `begin_m` is an arc length on the loop, `at_m` where on its edge the piece ends [m]. Behind the end of a
-    route that is driven once all are `away`: a place that is never full.
-    """
-
-    begin_m: float
-    length_m: float
-    edge: str
-    lane: int
-    at_m: float
-    place: QueuePlace | None = None
-    passage: Passage | None = None
-    movement: Connection | None = None
-    away: bool = False
 
 
 class _Plan:
@@ -216,33 +162,33 @@ class _Plan:
                     needs.setdefault(on, Counter())[kind.length_m + kind.min_gap_m] += count
         self._needed = {on: tuple(sorted(some.items(), reverse=True)) for on, some in needs.items()}
 
-    def chain(self, loop: Loop) -> list[_Piece]:
+    def chain(self, loop: Loop) -> list[Piece]:
         """Cut a loop into pieces, in driving order from its beginning."""
-        pieces: list[_Piece] = []
+        pieces: list[Piece] = []
         movements, roads = _movements(self._network, loop), _roads(loop)
         for movement, span in zip(movements, roads, strict=loop.closed):
             pieces += self._on_edge(span)
             length = sum(self._network.lanes[lane].length_m for lane in movement.via)
-            pieces.append(_Piece(span.end_m, length, span.edge, span.lane, span.length_m, movement=movement))
+            pieces.append(Piece(span.end_m, length, span.edge, span.lane, span.length_m, movement=movement))
         if loop.closed:
             return pieces
         pieces += self._on_edge(roads[-1])
         first = next((k for k, piece in enumerate(pieces) if piece.place is not None), len(pieces))
         return [*pieces[first:], self._away(roads[-1], pieces[-1])]
 
-    def _away(self, last: LaneSpan, piece: _Piece) -> _Piece:
+    def _away(self, last: LaneSpan, piece: Piece) -> Piece:
         """Return where those are who have arrived on a lane, from the end of the last piece of it on.
 
         In a place nobody arrives beyond its line, where others could touch those who do.
         """
         at_m = piece.at_m if piece.place is not None else last.length_m
         place = QueuePlace(f"{AWAY}{last.lane_id}", AWAY_M, self._needs(last))
-        return _Piece(last.begin_m + at_m, AWAY_M, last.edge, last.lane, at_m, place=place, away=True)
+        return Piece(last.begin_m + at_m, AWAY_M, last.edge, last.lane, at_m, place=place, away=True)
 
     def _needs(self, span: LaneSpan) -> tuple[tuple[float, int], ...]:
         return self._needed[span.edge if span.edge in self.stretches else span.lane_id]
 
-    def _on_edge(self, span: LaneSpan) -> Iterator[_Piece]:
+    def _on_edge(self, span: LaneSpan) -> Iterator[Piece]:
         stretch = self.stretches.get(span.edge)
         # The road's own length: that of a span is a difference of arc lengths, rounded by loop.
         length_m = self._network.lanes[span.lane_id].length_m
@@ -253,7 +199,7 @@ class _Plan:
         if stretch.begin_m > 0:
             name = f"{span.edge}_{span.lane_in}/1"
             yield self._waiting(span, span.lane_in, stretch.first_m, stretch.begin_m, name)
-        yield _Piece(
+        yield Piece(
             span.begin_m + stretch.begin_m,
             stretch.end_m - stretch.begin_m,
             span.edge,
@@ -264,9 +210,9 @@ class _Plan:
         if stretch.end_m < length_m:
             yield self._waiting(span, span.lane, stretch.end_m, stretch.last_m, f"{span.lane_id}/2")
 
-    def _waiting(self, span: LaneSpan, lane: int, begin: float, end: float, name: str) -> _Piece:
+    def _waiting(self, span: LaneSpan, lane: int, begin: float, end: float, name: str) -> Piece:
         place = QueuePlace(name, end - begin, self._needs(span))
-        return _Piece(
+        return Piece(
             span.begin_m + begin,
             end - begin,
             span.edge,
@@ -275,7 +221,7 @@ class _Plan:
             place=place if place.capacity >= LEAST_CAPACITY else None,
         )
 
-    def why_not(self, loop: Loop, chain: Sequence[_Piece], kind: VehicleType) -> str:
+    def why_not(self, loop: Loop, chain: Sequence[Piece], kind: VehicleType) -> str:
         """Return what keeps a loop from working as queues; empty if nothing does."""
         for span in _roads(loop):
             needed = kind.length_m + kind.min_gap_m
@@ -287,13 +233,13 @@ class _Plan:
                 )
         if len({piece.place.name for piece in chain if piece.place is not None}) < LEAST_CAPACITY:
             return "has fewer than two places in which two vehicles can queue; make it longer"
-        for here, between, after in _ways_on(chain):
+        for here, between, after in ways_on(chain):
             if here.place is not None and here.place == after.place:
                 return (
                     f"comes back from lane {here.edge}_{here.lane} to itself, and vehicles can queue nowhere "
                     "between; lead it another way"
                 )
-            guides = find_guides(self._network, list(_course(loop, here, between, after)), kind.vclass)
+            guides = find_guides(self._network, list(course_of(loop, here, between, after)), kind.vclass)
             if isinstance(guides, Connection):
                 return (
                     f"leads from lane {guides.from_edge}_{guides.from_lane} to edge {guides.to_edge}, which "
@@ -329,107 +275,3 @@ def _movements(network: RoadNetwork, loop: Loop) -> list[Connection]:
             msg = f"loop {loop.id}: no movement leads from lane {span.lane_id} to edge {following.edge}"
             raise RouteError(msg)
     return found
-
-
-def _ways_on(chain: Sequence[_Piece]) -> Iterator[tuple[_Piece, list[_Piece], _Piece]]:
-    """Yield each place of a loop, what lies between it and the next, and the next."""
-    first = next(k for k, piece in enumerate(chain) if piece.place is not None)
-    here, between = chain[first], list[_Piece]()
-    found: list[tuple[_Piece, list[_Piece], _Piece]] = []
-    for piece in (*chain[first + 1 :], *chain[: first + 1]):
-        if piece.place is None:
-            between.append(piece)
-            continue
-        found.append((here, between, piece))
-        here, between = piece, []
-    yield from found
-
-
-def _ahead_m(loop: Loop, here: _Piece, piece: _Piece) -> float:
-    """Return how far after the stop line of a place a piece begins [m]."""
-    line_m = here.begin_m + here.length_m - HOLD_MARGIN_M
-    return round((piece.begin_m - line_m) % loop.lap_m, 6)
-
-
-def _course(loop: Loop, here: _Piece, between: Sequence[_Piece], after: _Piece) -> Iterator[Turn | Target]:
-    """Yield what `find_guides` has to know of the way from one place to the next."""
-    for piece in between:
-        passage, ahead = piece.passage, _ahead_m(loop, here, piece)
-        if piece.movement is not None:
-            yield Turn(piece.movement, ahead + piece.length_m)
-        elif passage is not None and passage.changes:
-            yield Target(piece.edge, piece.lane, piece.at_m, ahead, passage.to_lane)
-    # Who arrives is never past its last lane: what leads to that has done its work where the lane begins.
-    on_lane_m = after.at_m if after.away else 0.0
-    yield Target(after.edge, after.lane, after.at_m, _ahead_m(loop, here, after) - on_lane_m)
-
-
-def _legs(
-    network: RoadNetwork,
-    loop: Loop,
-    chain: Sequence[_Piece],
-    conflicts: Conflicts,
-    foes: Mapping[str, frozenset[str]],
-    classes: Sequence[str],
-    alike: dict[object, Crossing],
-) -> Iterator[Leg]:
-    """Yield the legs of a loop; crossings that are the same on several are one object, found in `alike`."""
-    for here, between, after in _ways_on(chain):
-        crossings: list[Crossing] = []
-        limits: list[tuple[float, float]] = []
-        for piece in between:
-            ahead = _ahead_m(loop, here, piece)
-            limits += _limits(network, piece, ahead)
-            if piece.movement is not None:
-                name = piece.movement.id
-                key = name, ahead, tuple(limits)
-                if key not in alike:
-                    alike[key] = Crossing(
-                        name,
-                        conflicts.foes[name],
-                        _moved(conflicts.overlaps[name], ahead),
-                        conflicts.speeds_mps[name],
-                        ahead,
-                        _wait_m(network, piece.movement, ahead),
-                        tuple(limits),
-                    )
-                crossings.append(alike[key])
-            elif piece.passage is not None:
-                name = piece.passage.id
-                speed = network.edges[piece.edge].lanes[piece.lane].speed_mps
-                crossings.append(Crossing(name, foes[name], speed_mps=speed, ahead_m=ahead))
-        course = list(_course(loop, here, between, after))
-        # A stop too many does no harm: it lies on the loop's own lane.
-        guides = max((find_guides(network, course, vclass) for vclass in classes), key=_number)
-        yield Leg(
-            StateId(here.place.name if here.place else ""),
-            here.begin_m,
-            here.begin_m + here.length_m - HOLD_MARGIN_M,
-            tuple(crossings),
-            lane=here.lane,
-            guides=() if isinstance(guides, Connection) else guides,
-            slot_m=here.place.needed_m if here.place else 0.0,
-        )
-
-
-def _number(guides: tuple[Guide, ...] | Connection) -> int:
-    return 0 if isinstance(guides, Connection) else len(guides)
-
-
-def _moved(overlaps: Mapping[str, Overlap], ahead_m: float) -> Mapping[str, Overlap]:
-    return {foe: (ahead_m + begin, ahead_m + end) for foe, (begin, end) in sorted(overlaps.items())}
-
-
-def _wait_m(network: RoadNetwork, movement: Connection, ahead_m: float) -> float:
-    """Return where the last waiting point of a movement is: before the last of its lanes inside, or all."""
-    return ahead_m + sum(network.lanes[lane].length_m for lane in movement.via[:-1])
-
-
-def _limits(network: RoadNetwork, piece: _Piece, ahead_m: float) -> Iterator[tuple[float, float]]:
-    """Yield from where on there is which speed limit on a piece."""
-    if piece.movement is None:
-        yield ahead_m, network.edges[piece.edge].lanes[piece.lane].speed_mps
-        return
-    for lane in piece.movement.via:
-        yield ahead_m, network.lanes[lane].speed_mps
-        ahead_m += network.lanes[lane].length_m

@@ -18,7 +18,7 @@ from loopgate.network import Loop, LoopVehicle, RoadNetwork, VehicleType
 from loopgate.network.cover.design import Task
 from loopgate.network.cover.watch import Patrol, allot, even_starts_m, laps_s, patrol, vehicles_needed
 from loopgate.network.cover.wishes import read_streets, read_weights
-from loopgate.network.routes_file import routes_text
+from loopgate.network.routes_text import routes_text
 from loopgate.network.vehicle_type import type_of_class
 from loopgate.reading import listed
 

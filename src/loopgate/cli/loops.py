@@ -158,7 +158,7 @@ class LoopsWish:
 
     def put_out(self, text: str, data: Mapping[str, Any]) -> None:
         """Write a route file; print it where it is not to be written, or the data where JSON is wanted."""
-        from loopgate.network.routes_file import write_text
+        from loopgate.network.routes_text import write_text
 
         if self.out is not None:
             write_text(text, self.out)
@@ -174,7 +174,7 @@ def _random_loops(wish: LoopsWish) -> None:
     from loopgate.cli.progress import show_progress
     from loopgate.network import find_loops
     from loopgate.network.cover.wishes import read_streets
-    from loopgate.network.routes_file import routes_text
+    from loopgate.network.routes_text import routes_text
     from loopgate.network.vehicle_type import type_of_class
 
     count, length_m = wish.count or 12, wish.length_m or (400.0, 2000.0)

@@ -5,7 +5,8 @@ from loopgate.network.lanes import make_loop
 from loopgate.network.loop import LaneSpan, Loop
 from loopgate.network.records import Connection, Edge, Junction, Lane
 from loopgate.network.road import RoadNetwork, packaged_networks
-from loopgate.network.routes_file import LoopVehicle, RoutesFile, read_loops, write_loops
+from loopgate.network.routes_file import LoopVehicle, RoutesFile, read_loops
+from loopgate.network.routes_text import write_loops
 from loopgate.network.sumo_config import SumoConfig, read_sumo_config
 from loopgate.network.vehicle_type import VehicleType
 

@@ -9,7 +9,7 @@ import pytest
 
 from loopgate.errors import LoopgateError, ScenarioError
 from loopgate.network import RoadNetwork, generate_loops
-from loopgate.network.routes_file import routes_text
+from loopgate.network.routes_text import routes_text
 from loopgate.simulation.assembly import Assembly, assemble
 from loopgate.simulation.scenario import Scenario, read_scenario
 

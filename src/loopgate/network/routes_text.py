@@ -1,0 +1,61 @@
+"""Loops as an ordinary SUMO route file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from xml.sax.saxutils import quoteattr
+
+from loopgate.errors import RouteError
+from loopgate.network.loop import Loop
+from loopgate.network.routes_file import LoopVehicle
+from loopgate.network.vehicle_type import DEFAULT_TYPE
+
+
+def write_loops(loops: Iterable[Loop], file: Path | str, *, note: str = "") -> None:
+    """Write loops as an ordinary SUMO route file that netedit, sumo-gui and `read_loops` open.
+
+    `note` becomes a comment at the top: how the file was made. Raises `RouteError` if it cannot be written.
+    """
+    write_text(routes_text(loops, note=note), file)
+
+
+def routes_text(loops: Iterable[Loop], *, note: str = "", vehicles: Sequence[LoopVehicle] = ()) -> str:
+    """Return what `write_loops` writes, with the vehicles' types before and the vehicles behind the loops."""
+    by_id = {loop.id: loop for loop in loops}
+    lines = ['<?xml version="1.0" encoding="UTF-8"?>']
+    if note:
+        lines.append(f"<!-- {note.replace('--', '- -')} -->")  # XML allows no double hyphen in a comment
+    lines.append("<routes>")
+    for kind in dict.fromkeys(vehicle.type for vehicle in vehicles if vehicle.type != DEFAULT_TYPE):
+        attributes = " ".join(f"{name}={quoteattr(value)}" for name, value in kind.attributes.items())
+        lines.append(f"    <vType {attributes}/>")
+    lines += [
+        f"    <route id={quoteattr(loop.id)} edges={quoteattr(' '.join(loop.edges))}/>"
+        for loop in by_id.values()
+    ]
+    lines += [_vehicle_line(vehicle, by_id[vehicle.loop]) for vehicle in vehicles]
+    lines.append("</routes>\n")
+    return "\n".join(lines)
+
+
+def _vehicle_line(vehicle: LoopVehicle, loop: Loop) -> str:
+    begin = f"    <vehicle id={quoteattr(vehicle.id)} type={quoteattr(vehicle.type.id)} "
+    begin += f'route={quoteattr(loop.id)} depart="0"'
+    if vehicle.depart_m is None:
+        return f"{begin}/>"
+    roads = [span for span in loop.spans if not span.internal]
+    number = max(k for k, span in enumerate(roads) if k == 0 or span.begin_m <= vehicle.depart_m)
+    position = min(vehicle.depart_m - roads[number].begin_m, roads[number].length_m)
+    return f'{begin} departEdge="{number}" departPos="{position:.2f}"/>'
+
+
+def write_text(text: str, file: Path | str) -> None:
+    """Write a route file, making its folder; raise `RouteError` if it cannot be written."""
+    path = Path(file)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+    except OSError as error:
+        msg = f"{file}: cannot write the routes ({error.strerror or error})"
+        raise RouteError(msg) from error
