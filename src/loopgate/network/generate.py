@@ -55,17 +55,9 @@ class LoopSearch:
     ----------
     count
         How many will be asked for; the random search is the more patient the more.
-    length_m
-        Shortest and longest loop [m].
-    u_turns
-        Whether vehicles may turn round at junctions.
-    vclass
-        SUMO vehicle class that must be allowed.
-    via
-        Edges that each loop has to lead over; random ones in this order.
     admits
-        Asked of every new loop; where it returns False the loop is dropped. It is asked in order of the
-        result, so it may remember the loops it has admitted.
+        Asked of every new loop in order of the result, so it may remember the loops it has admitted; where it
+        returns False the loop is dropped. The other wishes are those of `LoopOptions`.
     """
 
     def __init__(

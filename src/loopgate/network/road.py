@@ -185,7 +185,7 @@ def _read(name: str, file: Path, content: str) -> RoadNetwork:
     if not network.edges:
         msg = f"{file}: the network has no edges"
         raise NetworkError(msg)
-    check_sound(network.file, network.lanes, network.edges, network.junctions, network.connections)
+    check_sound(network)
     return network
 
 

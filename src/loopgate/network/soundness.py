@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from loopgate.errors import NetworkError
-from loopgate.network.records import Connection, Edge, Junction, Lane, Points
+from loopgate.network.records import Connection, Points
+
+if TYPE_CHECKING:
+    from loopgate.network.road import RoadNetwork
 
 _LARGEST_COORDINATE_M = 1e8
 """Beyond the Earth in any projection; squares of differences are still exact to the millimetre and finite."""
@@ -16,19 +19,14 @@ _FASTEST_MPS = 1e4
 _FEWEST_POINTS = 2
 
 
-def check_sound(
-    file: Path,
-    lanes: Mapping[str, Lane],
-    edges: Mapping[str, Edge],
-    junctions: Mapping[str, Junction],
-    connections: Iterable[Connection],
-) -> None:
+def check_sound(network: RoadNetwork) -> None:
     """Check lengths, speeds, widths and shapes, and that connections lead from lanes over lanes to lanes.
 
     Raises `NetworkError` if something makes no sense; the text names the file and the lane, edge, junction or
     connection. O(size of the network).
     """
-    for lane in lanes.values():
+    file = network.file
+    for lane in network.lanes.values():
         _within(file, f"lane {lane.id}: its length", lane.length_m, _LONGEST_LANE_M)
         _within(file, f"lane {lane.id}: its speed", lane.speed_mps, _FASTEST_MPS, or_zero=True)
         _within(file, f"lane {lane.id}: its width", lane.width_m, _WIDEST_LANE_M)
@@ -37,29 +35,29 @@ def check_sound(
             _within(
                 file, f"lane {lane.id}: how high it lies", abs(height), _LARGEST_COORDINATE_M, or_zero=True
             )
-    for edge in edges.values():
+    for edge in network.edges.values():
         if not edge.lanes:
             _fail(file, f"edge {edge.id}: it has no lanes")
         for end in (edge.from_junction, edge.to_junction):
-            if end not in junctions:
+            if end not in network.junctions:
                 _fail(file, f"edge {edge.id}: its junction {end} is not in the network")
-    for junction in junctions.values():
+    for junction in network.junctions.values():
         _drawn(file, f"junction {junction.id}", ((junction.x, junction.y), *junction.shape), 1)
-    for connection in connections:
-        _leads(file, connection, edges, lanes)
+    for connection in network.connections:
+        _leads(network, connection)
 
 
-def _leads(file: Path, connection: Connection, edges: Mapping[str, Edge], lanes: Mapping[str, Lane]) -> None:
+def _leads(network: RoadNetwork, connection: Connection) -> None:
     what = f"connection {connection.id}"
     for edge, lane in (
         (connection.from_edge, connection.from_lane),
         (connection.to_edge, connection.to_lane),
     ):
-        if edge not in edges or not 0 <= lane < len(edges[edge].lanes):
-            _fail(file, f"{what}: there is no lane {lane} on edge {edge}")
+        if edge not in network.edges or not 0 <= lane < len(network.edges[edge].lanes):
+            _fail(network.file, f"{what}: there is no lane {lane} on edge {edge}")
     for via in connection.via:
-        if via not in lanes:
-            _fail(file, f"{what}: it leads over lane {via}, which is not in the network")
+        if via not in network.lanes:
+            _fail(network.file, f"{what}: it leads over lane {via}, which is not in the network")
 
 
 def _within(file: Path, what: str, number: float, most: float, *, or_zero: bool = False) -> None:
