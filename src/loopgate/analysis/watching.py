@@ -178,6 +178,8 @@ def compute_seen_within(
 def compute_rarest(*, streets: pd.DataFrame, first: int = 15) -> pd.DataFrame:
     """Return the streets that went unseen longest, of those that were seen at all.
 
+    Raises `AnalysisError` on a missing column.
+
     Parameters
     ----------
     streets
@@ -189,11 +191,6 @@ def compute_rarest(*, streets: pd.DataFrame, first: int = 15) -> pd.DataFrame:
     -------
     DataFrame
         These columns, the street that went unseen longest first.
-
-    Raises
-    ------
-    AnalysisError
-        On a missing column.
 
     Examples
     --------

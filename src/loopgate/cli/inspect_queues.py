@@ -234,7 +234,6 @@ def _print(seen: _Seen, *, every: bool) -> None:
             ("loop", "edge", "why: it ..."),
             ((r.loop.id, r.edge or "", r.reason) for r in found.refused),
             left=("loop", "edge", "why: it ..."),
-            most=None,  # these are what a user has to act on
         )
     if found.loops and every:
         print_loops(out, seen.shares, states="places", visits="of them shared")
@@ -252,18 +251,10 @@ def _print_places(out: Console, found: QueueSurvey) -> None:
         f"{counted(len(places), 'place')} for {found.holds} vehicles, the most visited first",
         ("lane", "length [m]", "holds", "at the start", "loops", "which"),
         (
-            (
-                place.id,
-                f"{place.length_m:.1f}",
-                str(place.capacity),
-                str(place.at_start),
-                str(len(place.loops)),
-                listed(place.loops),
-            )
+            (place.id, place.length_m, place.capacity, place.at_start, len(place.loops), listed(place.loops))
             for place in places
         ),
         left=("lane", "which"),
-        most=None,
     )
 
 
@@ -278,22 +269,14 @@ def _print_crossings(out: Console, found: QueueSurvey) -> None:
         ]
         # Conflicts that the network does not list are what one looks for: they come first.
         shared.sort(key=lambda text: not text.endswith("(unlisted)"))
-        rows.append(
-            (
-                crossing.id,
-                f"{crossing.length_m:.1f}",
-                str(len(crossing.loops)),
-                str(len(shared)),
-                listed(shared, _MOST_CONFLICTS),
-            )
-        )
+        some = listed(shared, _MOST_CONFLICTS)
+        rows.append((crossing.id, crossing.length_m, len(crossing.loops), len(shared), some))
     print_table(
         out,
         f"{counted(len(rows), 'crossing')} with {counted(found.conflicts, 'conflict')}",
         ("movement", "length [m]", "loops", "conflicts", "with whom, over how much of it"),
         rows,
         left=("movement", "with whom, over how much of it"),
-        most=None,
     )
 
 
@@ -303,9 +286,8 @@ def _print_joined(out: Console, found: QueueSurvey) -> None:
             out,
             f"{counted(len(found.joined), 'lane')} too short to queue on, joined to their crossings",
             ("lane", "length [m]", "loops"),
-            ((lane.lane, f"{lane.length_m:.1f}", str(len(lane.loops))) for lane in found.joined),
+            ((lane.lane, lane.length_m, len(lane.loops)) for lane in found.joined),
             left=("lane",),
-            most=None,
         )
 
 

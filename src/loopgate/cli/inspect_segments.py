@@ -140,7 +140,6 @@ def _print_all(out: Console, found: Survey) -> None:
         out,
         counted(len(found.zones), "zone"),
         ("zone", "length [m]", "visits", "loops"),
-        ((zone.state, f"{zone.length_m:.0f}", str(zone.visits), listed(zone.loops)) for zone in found.zones),
+        ((zone.state, round(zone.length_m), zone.visits, listed(zone.loops)) for zone in found.zones),
         left=("zone", "loops"),
-        most=None,
     )

@@ -87,17 +87,16 @@ def print_loops(out: Console, found: Survey, *, states: str, visits: str) -> Non
         (
             (
                 loop.loop,
-                f"{loop.length_m:.0f}",
-                str(loop.states),
-                str(loop.visits),
-                f"{loop.shared_m:.0f}",
+                round(loop.length_m),
+                loop.states,
+                loop.visits,
+                round(loop.shared_m),
                 f"{loop.shared:.0%}",
                 listed(loop.meets),
             )
             for loop in found.loops
         ),
         left=("loop", "meets"),
-        most=None,
     )
 
 

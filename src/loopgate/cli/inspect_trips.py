@@ -13,6 +13,8 @@ from loopgate.cli.tables import console, counted, print_table
 from loopgate.simulation.assembly import Assembly, assemble
 from loopgate.simulation.scenario import Scenario
 
+_MOST_ROWS = 40
+
 
 def look_at_trips(scenario: Scenario, *, every: bool, as_json: bool) -> None:
     """Show what `loopgate run` makes of the vehicles of a scenario.
@@ -29,11 +31,11 @@ def look_at_trips(scenario: Scenario, *, every: bool, as_json: bool) -> None:
     title = f"{roads}: {counted(len(data['vehicles']), 'vehicle')} under the gate, {data['once']} drive once"
     columns = ("vehicle", "departs [s]", "from", "to", "length [m]", "places")
     rows = [
-        [v["id"], f"{v['depart_s']:g}", v["from"], v["to"], f"{v['length_m']:.0f}", str(v["places"])]
+        [v["id"], f"{v['depart_s']:g}", v["from"], v["to"], f"{v['length_m']:.0f}", v["places"]]
         for v in data["vehicles"]
     ]
     left = ("vehicle", "from", "to")
-    print_table(to, title, columns, rows, left=left, **({"most": None} if every else {}))
+    print_table(to, title, columns, rows, left=left, most=None if every else _MOST_ROWS)
     places, ways = counted(data["places"], "place"), counted(data["ways"], "way")
     to.print(f"{places} with {counted(data['slots'], 'slot')} on {ways}", markup=False)
     print_warnings(to, data["warnings"])

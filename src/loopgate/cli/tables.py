@@ -8,7 +8,6 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-_MOST_ROWS = 40
 _WIDTH = 120
 
 
@@ -22,23 +21,22 @@ def print_table(
     to: Console,
     title: str,
     columns: Sequence[str],
-    rows: Iterable[Sequence[str]],
+    rows: Iterable[Sequence[str | float]],
     *,
     left: Iterable[str] = (),
-    most: int | None = _MOST_ROWS,
+    most: int | None = None,
 ) -> None:
-    """Print a table; the columns in `left` are flush left, rows beyond `most` only counted (None: all)."""
+    """Print a table; the columns in `left` are flush left, rows beyond `most` only counted (None: none)."""
     every = list(rows)
-    shown = every if most is None else every[:most]
     to.print(title, style="bold", markup=False)
     table = Table()
     for column in columns:
         table.add_column(escape(column), justify="left" if column in left else "right", overflow="fold")
-    for row in shown:
-        table.add_row(*map(escape, row))
+    for row in every[:most]:
+        table.add_row(*(escape(f"{cell:.1f}" if isinstance(cell, float) else str(cell)) for cell in row))
     to.print(table)
-    if len(every) > len(shown):
-        to.print(f"... and {len(every) - len(shown)} more rows (--all prints all, --json lists all)")
+    if most is not None and len(every) > most:
+        to.print(f"... and {len(every) - most} more rows (--all prints all, --json lists all)")
 
 
 def counted(number: int, what: str) -> str:
