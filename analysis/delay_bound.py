@@ -170,6 +170,8 @@ def least_wait_s(
         bounds=bounds,
         method="highs-ipm",
     )
+    if solved.fun is None:
+        raise RuntimeError(solved.message)
     return max(0.0, float(solved.fun) - early_s)
 
 
