@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from random import Random
 
 from loopgate.abstraction.itinerary import Itinerary
@@ -140,30 +141,41 @@ def _outside(scenario: Scenario, file: RoutesFile, begin_s: float, end_s: float)
 def share_lanes(network: RoadNetwork, vehicles: Sequence[Member]) -> list[Member]:
     """Lead those who drive once over lanes so that parallel ones share the traffic, in order of departure.
 
-    Who drives over the same lanes has the same way from then on.
+    Each is led twice, the second time knowing how all others are. Who drives over the same lanes has the same
+    way from then on.
     """
     load: Counter[str] = Counter()
-    ways: dict[tuple[object, ...], Loop] = {}
-    found = {vehicle.id: vehicle for vehicle in vehicles}
-    for vehicle in sorted(vehicles, key=lambda v: v.depart_s):
-        loop, kind, wishes = vehicle.loop, vehicle.type, vehicle.attributes
-        if loop.closed:
-            continue
-        led = make_route(
+    led = {v.id: v.loop for v in vehicles if not v.loop.closed}
+    used: dict[str, tuple[str, ...]] = {}
+    for vehicle in 2 * sorted((v for v in vehicles if v.id in led), key=lambda v: v.depart_s):
+        kind, wishes = vehicle.type, vehicle.attributes
+        load.subtract(used.get(vehicle.id, ()))
+        way = make_route(
             network,
-            loop.id,
-            loop.edges,
+            vehicle.loop.id,
+            vehicle.loop.edges,
             vclass=kind.vclass,
             load=load,
             change_m=least_change_m(kind.length_m + kind.min_gap_m),
             lanes=(_index(wishes.get("departLane")), _index(wishes.get("arrivalLane"))),
         )
-        roads = [span for span in led.spans if not span.internal]
-        load.update(span.lane_id for span in roads)
-        key = loop.edges, tuple((span.lane_in, span.lane) for span in roads)
-        way = ways.setdefault(key, replace(led, id=f"way{len(ways)}"))
-        found[vehicle.id] = replace(vehicle, loop=way)
+        led[vehicle.id], used[vehicle.id] = way, tuple(_counted(way))
+        load.update(used[vehicle.id])
+    ways: dict[tuple[object, ...], Loop] = {}
+    found = {vehicle.id: vehicle for vehicle in vehicles}
+    for name, way in led.items():
+        key = way.edges, tuple((span.lane_in, span.lane) for span in way.spans if not span.internal)
+        found[name] = replace(found[name], loop=ways.setdefault(key, replace(way, id=f"way{len(ways)}")))
     return list(found.values())
+
+
+def _counted(way: Loop) -> Iterator[str]:
+    """Yield what a vehicle adds to the load: its lanes, and where it goes from them."""
+    roads = [span for span in way.spans if not span.internal]
+    for span in roads:
+        yield span.lane_id
+    for span, after in pairwise(roads):
+        yield f"{span.lane_id}>{after.edge}"
 
 
 def find_other_ways(network: RoadNetwork, vehicles: Sequence[Member]) -> list[Member]:

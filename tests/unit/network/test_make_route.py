@@ -31,8 +31,22 @@ def test_parallel_lanes_share_the_traffic() -> None:
 def test_a_change_of_lanes_is_worse_than_a_crowd() -> None:
     """Only lane 1 of b leads to c: nobody changes to lane 0 and back for its being empty."""
     net = roads({"a": (100, 2), "b": (100, 2), "c": (100, 1)}, ["a_0>b_0", "a_1>b_1", "b_1>c_0"])
-    load = Counter({"a_1": 50, "b_1": 50, "c_0": 50})
+    load = Counter({"a_1": 50, "b_1": 50, "c_0": 50, "a_1>b": 50, "b_1>c": 50})
     assert [span.lane for span in make_route(net, "w", ["a", "b", "c"], load=load).spans] == [1, 1, 0]
+
+
+FORK = roads(
+    {"a": (100, 2), "on": (100, 2), "left": (100, 1), "b": (100, 1)},
+    ["a_0>on_0", "a_1>on_1", "a_1>left_0", "on_1>b_0"],
+)
+
+
+def test_lanes_are_not_shared_with_many_who_go_elsewhere() -> None:
+    """Who goes on takes the lane without those who turn, and changes lanes later; not for a few of them."""
+    few, many = ({"a_1": n, "a_1>left": n, "a_0": 50, "a_0>on": 50} for n in (10, 40))
+    assert [span.lane for span in make_route(FORK, "w", ["a", "on", "b"], load=few).spans] == [1, 1, 0]
+    way = make_route(FORK, "w", ["a", "on", "b"], load=many)
+    assert [(span.lane_in, span.lane) for span in way.spans] == [(0, 0), (0, 1), (0, 0)]
 
 
 def test_lanes_change_where_there_is_room() -> None:
