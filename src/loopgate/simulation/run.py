@@ -102,7 +102,9 @@ def _run(
     assembly = assemble(scenario)
     with (
         open_session(scenario, assembly, folder, backend=backend) as session,
-        closing(FrontRecorder(folder / outcome.FRONTS, session.traffic, session.engine)) as fronts,
+        closing(
+            FrontRecorder(folder / outcome.FRONTS, session.traffic, session.engine, session.recorder)
+        ) as fronts,
     ):
         traffic, engine, recorder = session.traffic, session.engine, session.recorder
         flow = FlowMeter(traffic, engine, warmup_s=scenario.warmup_s)

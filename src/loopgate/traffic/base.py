@@ -134,7 +134,7 @@ class Traffic(Protocol):
         ...
 
     def odometers(self, vehicles: Sequence[str]) -> Iterator[float]:
-        """Return the odometers [m] of `vehicles`, in their order; the same vehicles at every call."""
+        """Return the odometers [m] of `vehicles`, in their order."""
         ...
 
     def lane(self, vehicle: str) -> tuple[str, float]:
