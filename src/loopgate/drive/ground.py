@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any, cast
@@ -68,7 +69,9 @@ class Ground:
         self._legs = {id(track.legs): (track.legs, legs.add(track.legs)) for track in ways}
         self._edges = {track.edges: self._roads.add(track.edges) for track in ways}
         rooms = [room[state] for state in self.states]
-        states = states_of(self.states, rooms, [True] * len(rooms), [n + 1 for n in rooms], lists, code)
+        ending = _ending(ways)
+        most = [min(n + 1, ending.get(state, n + 1)) for state, n in zip(self.states, rooms, strict=True)]
+        states = states_of(self.states, rooms, [True] * len(rooms), most, lists, code)
         tables = tables_of(legs, self._roads, states, moves_of(legs, states, lists), code, step_s)
         self._numbers_at = lists.end
         self._bare = tables
@@ -148,3 +151,13 @@ class Ground:
         lists[to : to + _NUMBERS] = lists[at : at + _NUMBERS]
         self._every[robot] = self._every[last]
         self._every[robot]["number_at"] = to
+
+
+def _ending(ways: Sequence[Track]) -> dict[str, int]:
+    """Return how many end in each state in which ways end, whichever way to the same edge they take.
+
+    There is room for everybody in it, but lists for these only: else they lay far apart in memory.
+    """
+    once = [track for track in ways if not track.rounds]
+    numbers = Counter(track.edges[-1][1] for track in once)
+    return {track.legs[-1].state: numbers[track.edges[-1][1]] for track in once}

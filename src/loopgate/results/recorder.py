@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
 from itertools import islice
 from pathlib import Path
 
@@ -59,10 +59,10 @@ class Recorder:
         return self._codes.setdefault(word, len(self._codes))
 
     @property
-    def words(self) -> NDArray[np.object_]:
+    def words(self) -> Sequence[str]:
         """The words by number."""
         self._words += map(str, islice(self._codes, len(self._words), None))
-        return np.array(self._words, dtype=object)
+        return self._words
 
     def note(
         self, time_s: float, vehicle: str, event: Event, place: str, reason: str = "", stage: str = ""
@@ -112,9 +112,12 @@ class Recorder:
 
     def _column(self, codes: NDArray[np.int32]) -> pa.Array:
         """Return words by number as a column that holds each of them once, and no others."""
-        used, numbers = np.unique(codes, return_inverse=True)
-        words = pa.array(self.words[used].tolist(), type=pa.string())
-        return pa.DictionaryArray.from_arrays(pa.array(numbers.astype(np.int32)), words)
+        used = np.flatnonzero(np.bincount(codes))
+        numbers = np.zeros(used.max(initial=0) + 1, dtype=np.int32)
+        numbers[used] = np.arange(len(used))
+        every = self.words
+        words = pa.array([every[code] for code in used.tolist()], type=pa.string())
+        return pa.DictionaryArray.from_arrays(pa.array(numbers[codes]), words)
 
     def _rows(self) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
         """Return times and words of all rows that wait to be written, in the order in which they came."""

@@ -156,6 +156,7 @@ class GatedDepartures(Departures):
         self._due: list[Departure] = []
         self._entering: list[Departure] = []
         self._tried_s: dict[str, float] = {}
+        self._how = {one.start.vehicle: one.start.insertion for one in departures}
         slots = sum(most for place, most in fleet.room.items() if not place.startswith(AWAY))
         loops = sum(one.start.loop.closed for one in departures) + len(fleet.members)
         self._most = max(_CROWDED * slots - loops, _AT_LEAST * slots)
@@ -213,7 +214,7 @@ class GatedDepartures(Departures):
         if not self._fleet.admits(*self._asked([one])):
             return
         engine.shut(place)
-        how = one.start.insertion
+        how = self._how[vehicle]
         self._traffic.put_in(vehicle, how)
         if how.rolling and not self._holds(one):  # SUMO puts it in no faster than it can brake for that
             self._traffic.take_out(vehicle)
@@ -237,7 +238,7 @@ class GatedDepartures(Departures):
         here = [
             one
             for one in entering
-            if one.start.vehicle in present and (one.start.rolling or self._holds(one))
+            if one.start.vehicle in present and (self._how[one.start.vehicle].rolling or self._holds(one))
         ]
         names = {one.start.vehicle for one in here}
         together = bool(here) and not self._fleet.in_place and self._fleet.take_in(*self._asked(here))

@@ -80,7 +80,8 @@ class FrontRecorder:
         vehicles = rank[number]
         order = np.argsort(vehicles, kind="stable")
         fronts = np.rint(np.concatenate(self._fronts) * FRONTS_PER_M).astype(np.int32)
-        names = pa.array(self._recorder.words[words[np.argsort(first)]].tolist(), type=pa.string())
+        every = self._recorder.words
+        names = pa.array([every[word] for word in words[np.argsort(first)].tolist()], type=pa.string())
         columns = [
             pa.array(times[order]),
             pa.DictionaryArray.from_arrays(pa.array(vehicles[order]), names),

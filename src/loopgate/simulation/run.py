@@ -106,6 +106,7 @@ def _run(
             FrontRecorder(folder / outcome.FRONTS, session.traffic, session.engine, session.recorder)
         ) as fronts,
     ):
+        prepared_s = perf_counter() - began
         traffic, engine, recorder = session.traffic, session.engine, session.recorder
         flow = FlowMeter(traffic, engine, warmup_s=scenario.warmup_s)
         own, once = frozenset(assembly.names), assembly.trips
@@ -165,7 +166,7 @@ def _run(
         mine = {vehicle.id for vehicle in assembly.ordinary}
         trips = read_trips(folder / TRIPS, interrupted=course.outcome == "interrupted").values()
         summary["others"] |= trip_figures(trip for trip in trips if trip.vehicle in mine)
-    summary["wall_s"]["total"] = round(perf_counter() - began, 3)
+    summary["wall_s"] |= {"prepared": round(prepared_s, 3), "total": round(perf_counter() - began, 3)}
     folder.write_summary(summary)
     return summary
 
@@ -174,7 +175,8 @@ def _with_trips(
     assembly: Assembly, departures: Departures, tallies: Sequence[Tally], folder: Folder, course: Course
 ) -> list[Tally]:
     """Return what each vehicle did, with what SUMO says of those that drive once."""
-    mine = [tally for tally in tallies if tally.vehicle in assembly.trips]
+    once = assembly.trips
+    mine = [tally for tally in tallies if tally.vehicle in once]
     trips = gated_trips(
         read_trips(folder / TRIPS, held=True, interrupted=course.outcome == "interrupted"),
         {tally.vehicle: tally.depart_delay_s for tally in mine},

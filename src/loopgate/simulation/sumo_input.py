@@ -90,13 +90,8 @@ class Start:
             self.position_m,
             self.attributes,
             self.parameters,
-            rolling=self.rolling,
+            rolling=not self.loop.closed and self.attributes.get("departSpeed", "max") != "0",
         )
-
-    @property
-    def rolling(self) -> bool:
-        """Whether it is put in as fast as it may drive there."""
-        return not self.loop.closed and self.attributes.get("departSpeed", "max") != "0"
 
     def at(self, position_m: float) -> Start:
         """Return the same one elsewhere on its edge [m]."""

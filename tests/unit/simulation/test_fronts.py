@@ -19,9 +19,9 @@ class Driven(SimpleNamespace):
     """A simulation, its drive and its recorder at once, that can tell time and names and nothing else."""
 
     def __init__(self, *names: str) -> None:
-        words = np.array(["", "d", "c", "b", "a", *names], dtype=object)
+        words = ["", "d", "c", "b", "a", *names]
         vehicles = np.zeros(len(names), dtype=[("name", int), ("front", float), ("moved_m", float)])
-        vehicles["name"] = [words.tolist().index(name) for name in names]
+        vehicles["name"] = [words.index(name) for name in names]
         super().__init__(now_s=0.0, vehicles=vehicles, words=words)
 
     def drive(self, step_s: float, *far_m: float) -> None:
