@@ -5,7 +5,7 @@ BIN    := $(VENV)/bin
 STAMP  := $(VENV)/installed
 
 .DEFAULT_GOAL := help
-.PHONY: help demo readme pictures docs setup test check browser animation format bench bench-replay bench-sweep networks small-networks city throughput soak unseen long-vehicles covering watched day attached ordinary circulator any-traffic scenarios fuzz proofs lock clean
+.PHONY: help demo readme pictures docs setup test check browser animation format bench bench-replay bench-sweep networks small-networks city throughput soak unseen long-vehicles covering watched day scale attached ordinary circulator any-traffic scenarios fuzz proofs lock clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-15s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -100,6 +100,9 @@ long-vehicles: $(STAMP) ## buses and trailers among cars, with positions: whethe
 
 day: $(STAMP) ## 24 simulated hours in south-east Berlin, 300 vehicles: anything lost, memory by the hour
 	$(BIN)/python analysis/day.py
+
+scale: $(STAMP) ## thousands of vehicles at a time on a grid of 40 x 40: what the gate takes on top of SUMO, memory
+	$(BIN)/python analysis/scale.py
 
 proofs: ## check the proofs of docs/proofs by machine (needs Rocq, called coqc)
 	@command -v coqc > /dev/null || { echo "make proofs needs Rocq 8.16 or newer (coqc): apt-get install coq, or opam install coq"; exit 2; }

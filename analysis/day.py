@@ -50,15 +50,16 @@ HEADINGS = {
 
 
 class Memory:
-    """Notes the largest resident memory of each ten simulated minutes [MB]."""
+    """Notes the largest resident memory again and again, of ten simulated minutes if not said [MB]."""
 
-    def __init__(self) -> None:
+    def __init__(self, every_s: float = HOUR_S / PER_HOUR) -> None:
+        self._every_s = every_s
         self.peaks_mb: list[float] = []
         reset_peak_memory()
 
     def look(self, now_s: float) -> None:
-        """Note the peak when ten minutes are over; called every ten simulated seconds."""
-        if now_s >= HOUR_S / PER_HOUR * (len(self.peaks_mb) + 1):
+        """Note the peak when that time is over; called every ten simulated seconds."""
+        if now_s >= self._every_s * (len(self.peaks_mb) + 1):
             self.peaks_mb.append(peak_memory_mb())
             reset_peak_memory()
 

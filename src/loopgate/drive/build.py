@@ -147,11 +147,9 @@ def tables_of(
 
 def with_room(count: int, tables: Tables, *, vehicles: NDArray[np.void], lists: NDArray[np.int64]) -> Tables:
     """Return the tables with lists for so many vehicles."""
-    entries = table(Entry, length=count)
-    entries[: len(tables.entries)] = tables.entries
     return tables._replace(
         vehicles=cast("Any", vehicles),
-        entries=cast("Any", entries),
+        entries=cast("Any", table(Entry, length=count)),
         rows=np.zeros((FULL * count, 5), dtype=np.int32),
         acts=np.zeros((FULL * count, 3), dtype=np.int64),
         calls=np.zeros((count, 2), dtype=np.int64),

@@ -42,11 +42,20 @@ class ChangingEngine(Engine):
     _ground: Ground | None = None
     """Tables in which they do so one by one, where all their ways are known and the chain rule decides."""
 
-    _ways: Sequence[Track] = ()
+    _laid: Ground | None = None
+    """The same, whether they drive on it or not."""
 
-    def drive_by(self, ways: Sequence[Track]) -> None:
-        """Take note of all ways on which vehicles will come, one track at least of each."""
-        self._ways = ways
+    def drive_by(self, ways: Sequence[Track], room: Mapping[str, int]) -> None:
+        """Make ready for all ways on which vehicles will come.
+
+        Parameters
+        ----------
+        ways
+            One track at least of each.
+        room
+            How many vehicles the states on them hold, by name.
+        """
+        self._laid = Ground(ways, room, self._recorder.code, step_s=self._traffic.step_s)
 
     def books(self) -> Books:
         """Return who holds what."""
@@ -82,9 +91,9 @@ class ChangingEngine(Engine):
             How many vehicles the states hold, by name: fewer than in the system where more stand in one.
         """
         before, numbers = self.tables, {driver.id: driver.robot for driver in self.drivers}
-        self._keeper.change(system, gate, joined=bool(self._ways))
-        if self._ways and self._keeper.by_chain:
-            self._make_ground(tracks, room)
+        self._keeper.change(system, gate, joined=self._laid is not None)
+        if self._laid is not None and self._keeper.by_chain:
+            self._go_on_ground(self._laid, tracks)
         else:
             self._ground = None
             self._make(tracks)
@@ -107,13 +116,12 @@ class ChangingEngine(Engine):
                 driver.row["line_m"] = driver.row["held_m"] = driver.end_m(driver.granted)
         self._let_heads_ask(books)
 
-    def _make_ground(self, tracks: Sequence[Track], room: Mapping[str, int]) -> None:
-        """Make tables for all ways that there are, so that from now on vehicles can come and go in them."""
-        every = (*self._ways, *tracks)
-        self._ground = ground = Ground(every, room, self._recorder.code, step_s=self._traffic.step_s)
+    def _go_on_ground(self, ground: Ground, tracks: Sequence[Track]) -> None:
+        """Go on in the tables for all ways that there are, in which vehicles can come and go."""
+        ground.clear()
         for track in tracks:
             ground.take(track)
-        self._name(every)
+        self._ground, self.movements, self.roads = ground, ground.movements, ground.roads
         self._use(ground.tables, ground.states)
         self._number(tracks)
 
@@ -131,16 +139,12 @@ class ChangingEngine(Engine):
         if self._ground is None:
             return
         robot = self._ground.take(track)
-        grown = len(self.tables.entries)
         self._use(self._ground.tables, self._ground.states)
         self._once |= not track.rounds
         driver = Driver(robot, track, self.tables)
         self.drivers.append(driver)
         self._ids.append(driver.id)
         self.driver_of[driver.id] = driver
-        if len(self.tables.entries) > grown:
-            for one in self.drivers:
-                one.goes_on(one.robot, one.track, self.tables)
         self._run["now_s"] = self._traffic.now_s
         self._take_in(driver)
         self._step(drive.JOIN, robot)
@@ -153,19 +157,18 @@ class ChangingEngine(Engine):
         for vehicle in vehicles:
             driver = self.driver_of.pop(vehicle)
             robot, last = driver.robot, self.drivers[-1]
-            self._step(drive.LEAVE, robot)
+            self._step(drive.LEAVE, robot, last.robot)
             if last is not driver:
-                self._step(drive.RENAME, last.robot, robot)
                 self.drivers[robot], self._ids[robot] = last, last.id
             self.drivers.pop()
             self._ids.pop()
             self._ground.give_back(robot)
             self.beside.discard(vehicle)
-            self._use(self._ground.tables, self._ground.states)
             if last is not driver:
                 last.goes_on(robot, last.track, self.tables)
             self._steering.forget(vehicle)
             self._worn.drop(vehicle)
+        self._use(self._ground.tables, self._ground.states)
         self.arrived = ()
         self._settle()
         return True

@@ -32,8 +32,6 @@ class Driver:
         self.id = track.vehicle
         self.stops = 0
         """Stops made since the simulator last forgot them."""
-        self.moved_m = 0.0
-        """By how much arc lengths on its way now are more than on its ways so far in one line [m]."""
         self._measured_from_m = track.front_m
         self._laps_before = 0
         self.goes_on(robot, track, tables)
@@ -135,7 +133,6 @@ class Driver:
     def turns_off(self, track: Track, by_m: float) -> None:
         """Go on by another way, on which arc lengths are so much more [m]."""
         self.track = track
-        self.moved_m += by_m
         self._measured_from_m += by_m
 
     def skipped(self, distance_m: float) -> None:

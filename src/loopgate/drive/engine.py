@@ -221,12 +221,13 @@ class Engine:
         """Return what the odometers read, by vehicle [m]; who has arrived stays where it was."""
         if not self.arrived:
             return np.fromiter(self._traffic.odometers(self._ids), dtype=np.float64, count=len(self._ids))
-        gone = set(self.arrived)
-        here = [name not in gone for name in self._ids]
-        read = self.vehicles["front"] - self.vehicles["offset"]
-        there = [name for name in self._ids if name not in gone]
-        read[here] = np.fromiter(self._traffic.odometers(there), dtype=np.float64, count=len(there))
-        return cast("NDArray[np.float64]", read)
+        there = list(self._ids)
+        gone = sorted(self.driver_of[name].robot for name in self.arrived)
+        for robot in reversed(gone):
+            del there[robot]
+        read = np.fromiter(self._traffic.odometers(there), dtype=np.float64, count=len(there))
+        stay = self.vehicles["front"][gone] - self.vehicles["offset"][gone]
+        return np.insert(read, np.array(gone) - np.arange(len(gone)), stay)
 
     def asks_anew(self, driver: Driver) -> None:
         """Let a vehicle that has made its stop ask as of now: before, it did not wait for anybody."""

@@ -78,6 +78,8 @@ class Gatekeeper:
         self.states: Sequence[str] = ()
         """Names of the states by number."""
         self._numbers: dict[str, int] = {}
+        self._known: object = None
+        """The table of states that was taken over last."""
         self.change(system, gate)
 
     def change(self, system: System, gate: Gate, *, joined: bool = False) -> None:
@@ -111,9 +113,12 @@ class Gatekeeper:
         self._step = Step(tables)
         self._code = code
         self._tables = tables
-        self._run, self._vehicles, self._states, self._entries, self._reasons = (
-            cast("Any", table)
-            for table in (tables.run, tables.vehicles, tables.states, tables.entries, tables.reasons)
+        self._vehicles = cast("Any", tables.vehicles)
+        if tables.states is self._known:
+            return self._step  # only vehicles have come or gone
+        self._known = tables.states
+        self._run, self._states, self._entries, self._reasons = (
+            cast("Any", table) for table in (tables.run, tables.states, tables.entries, tables.reasons)
         )
         self._held_by, self._rooms = self._states["held_by"], self._states["room"]
         self._outside = self._states["outside"]

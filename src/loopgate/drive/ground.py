@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any, cast
@@ -13,7 +14,9 @@ from loopgate.drive.build import (
     Legs,
     Lists,
     Roads,
+    movements_of,
     moves_of,
+    roads_of,
     states_of,
     tables_of,
     vehicle_rows,
@@ -29,8 +32,8 @@ __all__ = ["Ground"]
 _NUMBERS = 64
 """On fewer crossings at once is a vehicle that comes and goes: each is longer than a place of two."""
 
-_FIRST = 64
-"""Room for so many of them at first."""
+_CHANGED = ("run", "states", "moves", "reasons")
+"""Tables of the ways in which something changes while vehicles drive."""
 
 _OF_THE_WAY = ("loop", "lap_m", "next_lap_m", "road_at", "roads", "road", "road_lap", "legs")
 """Columns that say where on which way a vehicle is."""
@@ -39,12 +42,14 @@ _OF_THE_WAY = ("loop", "lap_m", "next_lap_m", "road_at", "roads", "road", "road_
 class Ground:
     """Tables for ways that are known, on which vehicles come and go one by one: only their rows are made.
 
-    The vehicles are the first rows of a table with room for more; where one leaves, the last takes its row.
+    The vehicles are the first rows of a table with room for all; where one leaves, the last takes its row.
+    What depends on the ways alone is made once, and so are the rows of vehicles that are known to come. Lists
+    and rows have room for everybody from the beginning on: memory that nobody writes to costs nothing.
 
     Parameters
     ----------
     ways
-        One track at least of each way.
+        One track at least of each way, and one for each vehicle that comes.
     room
         How many vehicles the states on them hold, by name; all are left in order.
     code
@@ -55,6 +60,8 @@ class Ground:
 
     def __init__(self, ways: Sequence[Track], room: Mapping[str, int], code: Code, *, step_s: float) -> None:
         self._code = code
+        self.movements, self.roads = movements_of(ways), roads_of(ways)
+        """Names of the movements and edges by number; see `Engine`."""
         self.states = tuple(dict.fromkeys(leg.state for track in ways for leg in track.legs))
         """Names of the states by number."""
         lists = Lists()
@@ -62,13 +69,29 @@ class Ground:
         self._legs = {id(track.legs): (track.legs, legs.add(track.legs)) for track in ways}
         self._edges = {track.edges: self._roads.add(track.edges) for track in ways}
         rooms = [room[state] for state in self.states]
-        states = states_of(self.states, rooms, [True] * len(rooms), [n + 1 for n in rooms], lists, code)
+        ending = _ending(ways)
+        most = [min(n + 1, ending.get(state, n + 1)) for state, n in zip(self.states, rooms, strict=True)]
+        states = states_of(self.states, rooms, [True] * len(rooms), most, lists, code)
         tables = tables_of(legs, self._roads, states, moves_of(legs, states, lists), code, step_s)
         self._numbers_at = lists.end
+        self._bare = tables
+        self._coming = {id(track): number for number, track in enumerate(ways)}
+        self._ways = ways  # so that no other track gets the id of one of these
+        self._rows = vehicle_rows(ways, self._roads, code)
+        self.clear()
+
+    def clear(self) -> None:
+        """Begin anew, with nobody there; tables that were given out stay as they are."""
+        most = len(self._rows)
+        fresh = {name: getattr(self._bare, name).copy() for name in _CHANGED}
         self._count = 0
-        self._every = table(Vehicle, length=0)
-        self._tables = tables._replace(lists=lists.made())
-        self._grow(_FIRST)
+        self._every = table(Vehicle, length=most)
+        self._tables = with_room(
+            most,
+            self._bare._replace(**fresh),
+            vehicles=self._every,
+            lists=np.zeros(self._numbers_at + most * _NUMBERS, dtype=np.int64),
+        )
 
     @property
     def tables(self) -> Tables:
@@ -81,15 +104,20 @@ class Ground:
 
     def take(self, track: Track) -> int:
         """Make a row for a vehicle that stands where its track begins; return its number."""
-        if self._count == len(self._every):
-            self._grow(2 * self._count)
         robot = self._count
-        self._every[robot : robot + 1] = vehicle_rows([track], self._roads, self._code)
         row = self._every[robot]
+        self._every[robot] = self._row_of(track)
         row["leg_at"] = self._legs[id(track.legs)][1]
         row["numbers"], row["number_at"] = _NUMBERS, self._numbers_at + robot * _NUMBERS
         self._count += 1
         return robot
+
+    def _row_of(self, track: Track) -> Any:  # noqa: ANN401  a row
+        """Return the row of a vehicle that stands where its track begins."""
+        number = self._coming.get(id(track))
+        if number is not None:
+            return self._rows[number]
+        return vehicle_rows([track], self._roads, self._code)[0]
 
     def turn_off(self, driver: Driver, track: Track, position: int) -> None:
         """Let a vehicle that holds one place and nothing else go on by another way from there on.
@@ -99,7 +127,7 @@ class Ground:
         row, before = driver.row, driver.granted
         by_m = track.legs[position].end_m - driver.end_m(before)
         track = replace(track, vehicle=driver.id, start_m=driver.front_m + by_m, start_position=position)
-        fresh = vehicle_rows([track], self._roads, self._code)[0]
+        fresh = self._row_of(track)
         for name in _OF_THE_WAY:
             row[name] = fresh[name]
         row["leg_at"] = self._legs[id(track.legs)][1]
@@ -108,6 +136,7 @@ class Ground:
             row[name] = position
         for name in ("offset", "front", "rear_m", "line_m", "held_m", "stop_m"):
             row[name] += by_m
+        row["moved_m"] += by_m
         row["note_m"] = -np.inf
         lists = self._tables.lists
         at = int(row["number_at"])
@@ -123,10 +152,12 @@ class Ground:
         self._every[robot] = self._every[last]
         self._every[robot]["number_at"] = to
 
-    def _grow(self, most: int) -> None:
-        vehicles = table(Vehicle, length=most)
-        vehicles[: len(self._every)] = self._every
-        self._every = vehicles
-        lists = np.zeros(self._numbers_at + most * _NUMBERS, dtype=np.int64)
-        lists[: len(self._tables.lists)] = self._tables.lists
-        self._tables = with_room(most, self._tables, vehicles=vehicles, lists=lists)
+
+def _ending(ways: Sequence[Track]) -> dict[str, int]:
+    """Return how many end in each state in which ways end, whichever way to the same edge they take.
+
+    There is room for everybody in it, but lists for these only: else they lay far apart in memory.
+    """
+    once = [track for track in ways if not track.rounds]
+    numbers = Counter(track.edges[-1][1] for track in once)
+    return {track.legs[-1].state: numbers[track.edges[-1][1]] for track in once}

@@ -39,7 +39,6 @@ __all__ = [
     "LOOK",
     "NOTHING",
     "REFUSE",
-    "RENAME",
     "SETTLE",
     "STILL_FREE",
     "TELL",
@@ -64,7 +63,6 @@ DECIDE: Final = 10
 NOTHING: Final = 11
 JOIN: Final = 12
 LEAVE: Final = 13
-RENAME: Final = 14
 
 
 @kernel
@@ -237,12 +235,14 @@ def _join(i: int, t: Tables) -> None:
 
 
 @part
-def _leave(i: int, t: Tables) -> None:
-    """Let a vehicle go, and whoever is first behind it then ask."""
+def _leave(i: int, last: int, t: Tables) -> None:
+    """Let a vehicle go, and whoever is first behind it then ask; another one is to have its number."""
     place = t.states[state_of(i, t.vehicles[i].granted, t)]
     requests.leaves(i, t)
     if place.queue > 0:
         _consider(int(t.lists[place.line]), t)
+    if last != i:
+        requests.rename(last, i, t)
 
 
 @part
@@ -337,9 +337,7 @@ def _step(
     elif what == JOIN:
         _join(i, t)
     elif what == LEAVE:
-        _leave(i, t)
-    elif what == RENAME:
-        requests.rename(i, leg, t)
+        _leave(i, leg, t)
     return 0
 
 
@@ -385,10 +383,10 @@ class Step:
             pressure and the chain rule, and vehicles told. ``TURN``: `LOOK` and `ANSWER`. ``COLLECT``,
             ``STILL_FREE``, ``REFUSE``, ``SETTLE``, ``DECIDE``, ``TELL``: parts of `ANSWER`, for other rules
             in between; see `loopgate.drive.requests`. ``JOIN``, ``LEAVE``: a vehicle has got its row, or is
-            about to give it back. ``RENAME``: a vehicle is to have another row. ``NOTHING``: as it says.
+            about to give it back, to another one perhaps. ``NOTHING``: as it says.
         robot, leg, reason, stage
             The vehicle that it is about, and what about it. For ``SETTLE`` the leg says
-            whether the vehicle is admitted, for ``RENAME`` its number from now on.
+            whether the vehicle is admitted, for ``LEAVE`` who is to have its row, maybe itself.
         odometer
             What the simulator says, by vehicle [m].
         robots

@@ -91,6 +91,8 @@ class Vehicle:
         acceleration and deceleration [m/s2].
     offset, front, speed
         What to add to the odometer, and the resulting front [m] and speed [m/s].
+    moved_m
+        By how much arc lengths on its way now are more than on its ways so far in one line [m].
     note_m, rear_m, line_m, held_m
         Where the next edge, lap or leg begins at the earliest; where something is to be given back; where the
         last granted leg ends; where it is held, infinity if it is not [m].
@@ -139,6 +141,7 @@ class Vehicle:
     offset: float
     front: float
     speed: float
+    moved_m: float
     note_m: float
     rear_m: float
     line_m: float

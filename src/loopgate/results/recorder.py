@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -35,6 +36,7 @@ class Recorder:
     def __init__(self, file: Path | None) -> None:
         self._file = TableFile(file, _SCHEMA) if file else None
         self._codes: dict[str, int] = {"": 0}
+        self._words: list[str] = []
         self._flat: list[float] = []
         self._passed: list[tuple[int, float, NDArray[np.int32]]] = []
         self._passed_rows = 0
@@ -42,6 +44,12 @@ class Recorder:
     def code(self, word: str) -> int:
         """Return the number of a word, for `passed`."""
         return self._codes.setdefault(word, len(self._codes))
+
+    @property
+    def words(self) -> Sequence[str]:
+        """The words by number."""
+        self._words += map(str, islice(self._codes, len(self._words), None))
+        return self._words
 
     def note(
         self, time_s: float, vehicle: str, event: Event, place: str, reason: str = "", stage: str = ""
@@ -81,17 +89,22 @@ class Recorder:
         if self._file is None or not (self._flat or self._passed):
             return
         times, rows = self._rows()
-        words = pa.array([str(word) for word in self._codes], type=pa.string())
-        arrays = [pa.array(times)]
-        arrays += [
-            pa.DictionaryArray.from_arrays(pa.array(np.ascontiguousarray(column)), words) for column in rows.T
-        ]
+        arrays = [pa.array(times), *(self._column(column) for column in rows.T)]
         # Before it is written: what finds no room once is not tried again, and an interruption that comes in
         # the meantime is noticed after it, when nothing must be left that is written already.
         self._flat.clear()
         self._passed.clear()
         self._passed_rows = 0
         self._file.write(pa.Table.from_arrays(arrays, schema=_SCHEMA))
+
+    def _column(self, codes: NDArray[np.int32]) -> pa.Array:
+        """Return words by number as a column that holds each of them once, and no others."""
+        used = np.flatnonzero(np.bincount(codes))
+        numbers = np.zeros(used.max(initial=0) + 1, dtype=np.int32)
+        numbers[used] = np.arange(len(used))
+        every = self.words
+        words = pa.array([every[code] for code in used.tolist()], type=pa.string())
+        return pa.DictionaryArray.from_arrays(pa.array(numbers[codes]), words)
 
     def _rows(self) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
         """Return times and words of all rows that wait to be written, in the order in which they came."""

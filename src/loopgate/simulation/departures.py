@@ -7,8 +7,11 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from loopgate.abstraction.queue_layout import AWAY
 from loopgate.drive.changing import ChangingEngine
+from loopgate.drive.tables import NOBODY
 from loopgate.errors import TrafficError
 from loopgate.network import RoadNetwork
 from loopgate.simulation.fleet import Fleet
@@ -153,6 +156,7 @@ class GatedDepartures(Departures):
         self._due: list[Departure] = []
         self._entering: list[Departure] = []
         self._tried_s: dict[str, float] = {}
+        self._how = {one.start.vehicle: one.start.insertion for one in departures}
         slots = sum(most for place, most in fleet.room.items() if not place.startswith(AWAY))
         loops = sum(one.start.loop.closed for one in departures) + len(fleet.members)
         self._most = max(_CROWDED * slots - loops, _AT_LEAST * slots)
@@ -187,9 +191,9 @@ class GatedDepartures(Departures):
         while self._coming and self._coming[0].at_s <= now:
             self._due.append(self._coming.popleft())
         places: set[str] = set()
-        on_road = sum(not driver.track.rounds for driver in self._fleet.members.values())
+        on_road = np.count_nonzero(engine.vehicles["pivot"] == NOBODY)
         engine.wait_outside(Counter(place for one in self._due for place in _queues_at(one)))
-        for one in list(self._due):
+        for one in self._due:
             if not one.start.loop.closed and on_road + len(self._entering) >= self._most:
                 continue
             place = _place(one)
@@ -210,12 +214,12 @@ class GatedDepartures(Departures):
         if not self._fleet.admits(*self._asked([one])):
             return
         engine.shut(place)
-        how = one.start.insertion
+        how = self._how[vehicle]
         self._traffic.put_in(vehicle, how)
         if how.rolling and not self._holds(one):  # SUMO puts it in no faster than it can brake for that
             self._traffic.take_out(vehicle)
             return
-        self._due.remove(one)
+        self._due = [other for other in self._due if other is not one]
         self._entering.append(one)
 
     def _is_clear(self, one: Departure, place: str) -> bool:
@@ -229,17 +233,18 @@ class GatedDepartures(Departures):
 
     def _take_in(self) -> None:
         """Take in those that SUMO has put in, and take the others back."""
-        present = set(self._traffic.vehicles())
+        present = set(self._traffic.departed())
         entering, self._entering = self._entering, []
         here = [
             one
             for one in entering
-            if one.start.vehicle in present and (one.start.insertion.rolling or self._holds(one))
+            if one.start.vehicle in present and (self._how[one.start.vehicle].rolling or self._holds(one))
         ]
+        names = {one.start.vehicle for one in here}
         together = bool(here) and not self._fleet.in_place and self._fleet.take_in(*self._asked(here))
         for one in entering:
             vehicle = one.start.vehicle
-            if one in here and (together or self._fleet.take_in(*self._asked([one]))):
+            if vehicle in names and (together or self._fleet.take_in(*self._asked([one]))):
                 self.departed_s[vehicle] = self._traffic.now_s - self._traffic.step_s
             else:
                 self._traffic.take_out(vehicle)

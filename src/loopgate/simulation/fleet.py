@@ -95,7 +95,7 @@ class Fleet:
         self.changes = 0
         """How often vehicles joined or left."""
         self.stays = False
-        """Whether what vehicles drive by stays as it is from the beginning on."""
+        """Whether vehicles come later, on ways that are all known from the beginning on."""
         self.on_leaving: Callable[[Driver], None] = lambda _: None
         """Called with each vehicle that leaves, while it can still be asked."""
 
@@ -138,8 +138,8 @@ class Fleet:
         self.around = Surroundings(
             self._network, traffic, engine, self.keeper, lights=rules.lights, others=rules.others
         )
-        if self.stays:
-            engine.drive_by(self._ways)
+        if self.stays and isinstance(gate, CertifiedGate):
+            engine.drive_by(self._ways, self.room)
         self.around.plan(self._itineraries, self._ways)
         return engine
 

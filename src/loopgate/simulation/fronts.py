@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from loopgate.drive.engine import Engine
 from loopgate.results.columns import FRONT, FRONTS_PER_M, TIME, VEHICLE
+from loopgate.results.recorder import Recorder
 from loopgate.results.table_writing import TableFile
 from loopgate.traffic.base import Traffic
 
@@ -30,7 +31,7 @@ class FrontRecorder:
     ----------
     file
         The file to write.
-    traffic, engine
+    traffic, engine, recorder
         The run's.
 
     Raises
@@ -39,33 +40,24 @@ class FrontRecorder:
         If the disk is full, as do `look` and `close`; what was written before can be read.
     """
 
-    def __init__(self, file: Path, traffic: Traffic, engine: Engine) -> None:
+    def __init__(self, file: Path, traffic: Traffic, engine: Engine, recorder: Recorder) -> None:
         self._file = TableFile(file, _SCHEMA)
         self._traffic = traffic
         self._engine = engine
-        self._changes = -1
-        self._numbers: dict[str, int] = {}
-        """Numbers of the vehicles of this batch."""
-        self._here = np.zeros(0, dtype=np.int32)
-        self._moved_m = np.zeros(0)
+        self._recorder = recorder
         self._rows = 0
         self._times: list[float] = []
-        self._vehicles: list[NDArray[np.int32]] = []
+        self._vehicles: list[NDArray[np.int64]] = []
+        """Their names by number."""
         self._fronts: list[NDArray[np.float64]] = []
 
     def look(self) -> None:
         """Take note of the step that was made."""
-        if self._changes != self._engine.changes:  # vehicles have joined or left
-            self._changes = self._engine.changes
-            numbers = self._numbers
-            drivers = self._engine.drivers
-            here = [numbers.setdefault(driver.id, len(numbers)) for driver in drivers]
-            self._here = np.array(here, dtype=np.int32)
-            self._moved_m = np.array([driver.moved_m for driver in drivers])
+        v = self._engine.vehicles
         self._times.append(self._traffic.now_s)
-        self._vehicles.append(self._here)
-        self._fronts.append(self._engine.vehicles["front"] - self._moved_m)
-        self._rows += len(self._here)
+        self._vehicles.append(v["name"].copy())
+        self._fronts.append(v["front"] - v["moved_m"])
+        self._rows += len(v)
         if self._rows >= _BATCH:
             self._flush()
 
@@ -80,10 +72,16 @@ class FrontRecorder:
         if not self._times:
             return
         times = np.repeat(self._times, [len(some) for some in self._vehicles])
-        vehicles = np.concatenate(self._vehicles)
+        words, first, number = np.unique(
+            np.concatenate(self._vehicles), return_index=True, return_inverse=True
+        )
+        rank = np.argsort(np.argsort(first)).astype(np.int32)
+        """Of each word, in the order in which they came."""
+        vehicles = rank[number]
         order = np.argsort(vehicles, kind="stable")
         fronts = np.rint(np.concatenate(self._fronts) * FRONTS_PER_M).astype(np.int32)
-        names = pa.array(list(self._numbers), type=pa.string())
+        every = self._recorder.words
+        names = pa.array([every[word] for word in words[np.argsort(first)].tolist()], type=pa.string())
         columns = [
             pa.array(times[order]),
             pa.DictionaryArray.from_arrays(pa.array(vehicles[order]), names),
@@ -92,6 +90,5 @@ class FrontRecorder:
         self._times.clear()
         self._vehicles.clear()
         self._fronts.clear()
-        self._numbers.clear()
-        self._changes, self._rows = -1, 0
+        self._rows = 0
         self._file.write(pa.Table.from_arrays(columns, schema=_SCHEMA))

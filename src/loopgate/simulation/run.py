@@ -102,8 +102,11 @@ def _run(
     assembly = assemble(scenario)
     with (
         open_session(scenario, assembly, folder, backend=backend) as session,
-        closing(FrontRecorder(folder / outcome.FRONTS, session.traffic, session.engine)) as fronts,
+        closing(
+            FrontRecorder(folder / outcome.FRONTS, session.traffic, session.engine, session.recorder)
+        ) as fronts,
     ):
+        prepared_s = perf_counter() - began
         traffic, engine, recorder = session.traffic, session.engine, session.recorder
         flow = FlowMeter(traffic, engine, warmup_s=scenario.warmup_s)
         own, once = frozenset(assembly.names), assembly.trips
@@ -163,7 +166,7 @@ def _run(
         mine = {vehicle.id for vehicle in assembly.ordinary}
         trips = read_trips(folder / TRIPS, interrupted=course.outcome == "interrupted").values()
         summary["others"] |= trip_figures(trip for trip in trips if trip.vehicle in mine)
-    summary["wall_s"]["total"] = round(perf_counter() - began, 3)
+    summary["wall_s"] |= {"prepared": round(prepared_s, 3), "total": round(perf_counter() - began, 3)}
     folder.write_summary(summary)
     return summary
 

@@ -170,7 +170,7 @@ def _fleet(
         foresees=assembly.foresees,
     )
     fleet = Fleet(assembly.network, traffic, recorder, rules)
-    fleet.stays = True
+    fleet.stays = bool(assembly.departures)
     abstraction = assembly.abstraction
     itineraries = (*abstraction.itineraries, *abstraction.later) if abstraction else ()
     later = (departure.track for departure in (*assembly.departures, *assembly.other_ways))

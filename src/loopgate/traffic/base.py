@@ -114,7 +114,7 @@ class Traffic(Protocol):
         """Whether vehicles under the gate keep the simulator's right of way too."""
 
     def odometers(self, vehicles: Sequence[str]) -> Iterator[float]:
-        """Return the odometers [m] of `vehicles`, in their order; the same vehicles at every call."""
+        """Return the odometers [m] of `vehicles`, in their order."""
 
     def lane(self, vehicle: str) -> tuple[str, float]:
         """Return lane id and position of the front on that lane [m]."""

@@ -138,7 +138,7 @@ class SumoTraffic(SumoStops, SumoLights):
 
     def odometers(self, vehicles: Sequence[str]) -> Iterator[float]:
         try:
-            yield from map(self._odometer, vehicles)
+            return iter([*map(self._odometer, vehicles)])
         except self._error as error:
             msg = (
                 f"{error} SUMO has taken it out: calibrators, rerouters and the like must leave vehicles on "
@@ -180,7 +180,7 @@ class SumoTraffic(SumoStops, SumoLights):
         modes = self._modes.pop(vehicle, None)
         self._heedless.discard(vehicle)
         self._first.discard(vehicle)
-        if vehicle not in self._vehicle.getIDList():
+        if vehicle in self.arrived() or vehicle not in self._vehicle.getIDList():
             self._holds.pop(vehicle, None)
             self._braked.discard(vehicle)
             self._slowed.discard(vehicle)

@@ -16,20 +16,21 @@ from loopgate.simulation.fronts import FrontRecorder
 
 
 class Driven(SimpleNamespace):
-    """A simulation and its drive at once, that can tell the time and nothing else."""
+    """A simulation, its drive and its recorder at once, that can tell time and names and nothing else."""
 
     def __init__(self, *names: str) -> None:
-        vehicles = np.zeros(len(names), dtype=[("front", float), ("speed", float)])
-        drivers = [SimpleNamespace(id=name, moved_m=0.0) for name in names]
-        super().__init__(now_s=0.0, vehicles=vehicles, drivers=drivers, changes=1)
+        words = ["", "d", "c", "b", "a", *names]
+        vehicles = np.zeros(len(names), dtype=[("name", int), ("front", float), ("moved_m", float)])
+        vehicles["name"] = [words.index(name) for name in names]
+        super().__init__(now_s=0.0, vehicles=vehicles, words=words)
 
     def drive(self, step_s: float, *far_m: float) -> None:
         self.now_s += step_s
         self.vehicles["front"] += far_m
 
 
-def recorder(file: Path, driven: Any) -> FrontRecorder:  # noqa: ANN401  stands for both
-    return FrontRecorder(file, driven, driven)
+def recorder(file: Path, driven: Any) -> FrontRecorder:  # noqa: ANN401  stands for all
+    return FrontRecorder(file, driven, driven, driven)
 
 
 @pytest.mark.parametrize("batch", [1, 5, 1000])
@@ -56,7 +57,7 @@ def test_vehicles_that_come_later(tmp_path: Path) -> None:
     driven.drive(1.0, 1.0, 2.0)
     made.look()
     late = Driven("b", "c", "d")
-    driven.vehicles, driven.drivers, driven.changes = late.vehicles, late.drivers, 2
+    driven.vehicles = late.vehicles
     driven.drive(1.0, 3.0, 4.0, 5.0)
     made.look()
     made.close()
