@@ -27,9 +27,9 @@ _ARRIVED = "arrived"
 _AGAIN_S = 1.0
 """Who was refused by the gate is looked at again after this time [s]."""
 
-_CROWDED = 0.25
+_CROWDED = 0.2
 """Share of all slots from which on more vehicles make less traffic: on a grid of one-lane roads most is
-driven where a fifth to a quarter are taken, and less than half of that where three quarters are."""
+driven where a fifth is taken, a seventh less where a quarter is, and less than half where three quarters are."""
 
 _AT_LEAST = 0.05
 """Share of all slots up to which those who drive once are let in whatever loops take."""
