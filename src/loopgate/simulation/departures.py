@@ -29,7 +29,8 @@ _AGAIN_S = 1.0
 
 _CROWDED = 0.2
 """Share of all slots from which on more vehicles make less traffic: on a grid of one-lane roads most is
-driven where a fifth is taken, a seventh less where a quarter is, and less than half where three quarters are."""
+driven where a fifth is taken, a seventh less where a quarter is, and less than half where three quarters
+are."""
 
 _AT_LEAST = 0.05
 """Share of all slots up to which those who drive once are let in whatever loops take."""
