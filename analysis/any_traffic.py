@@ -3,7 +3,8 @@
 ``python analysis/any_traffic.py NET ROUTES --begin 25200 --hours 1 --seeds 3`` runs a demand from files, with
 the lights off, until all have arrived, and SUMO beside it: with the lights off, as they are, made to follow
 the traffic, and switched by max-pressure. ``--drawn grid drt`` draws trips in the five-by-five grid and in a
-district of Berlin instead, for an hour at 0.5 to 3 times what the gate lets through, and then none.
+district of Berlin instead, for an hour at 0.5 to 3 times what the gate lets through, and then none; a run
+ends when it locks up.
 ``--shares 100 80 50 20`` puts only so many in a hundred under the gate, lights obeyed. Runs that are done are
 kept in ``out/any_traffic``.
 """
@@ -149,6 +150,8 @@ def planned(given: argparse.Namespace, folder: Path) -> Iterator[tuple[str, str,
             beside = BESIDE[where] if drawn else RULES
             most_s = given.most_hours * 3600.0
             each: dict[str, Any] = {"seed": seed, "duration_s": most_s}
+            if drawn:
+                each["on_deadlock"] = "stop"
             end_s = begin_s + most_s
             file = config(net, routes, begin_s, end_s, folder / f"{name.replace(' ', '_')}-{seed}.sumocfg")
             for rule in given.rules:
@@ -162,7 +165,7 @@ def planned(given: argparse.Namespace, folder: Path) -> Iterator[tuple[str, str,
                     name,
                     rule,
                     seed,
-                    Scenario(network=str(used), **each, **RULES[rule]),
+                    Scenario(network=str(used), **(RULES[rule] | each)),
                 )
             for share in given.shares:
                 rule = {**RULES["gate, lights obeyed"], "on_deadlock": "continue"}
