@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from scipy import stats
+import scipy
 
 from loopgate.analysis import columns as a
 from loopgate.analysis.frames import check_columns, groups, succeeded, table
@@ -107,7 +107,7 @@ _CURVE = (a.AT, a.AT_RISK, a.DEADLOCKED, a.CENSORED, a.SURVIVAL, a.LOW, a.HIGH)
 def _curve(group: pd.DataFrame, level: float) -> pd.DataFrame:
     locked = group[c.FIRST_DEADLOCK].notna().to_numpy()
     times = group[c.FIRST_DEADLOCK].where(locked, group[c.OBSERVED]).to_numpy(dtype=float)
-    function = stats.ecdf(stats.CensoredData.right_censored(times, ~locked)).sf
+    function = scipy.stats.ecdf(scipy.stats.CensoredData.right_censored(times, ~locked)).sf
     with np.errstate(divide="ignore", invalid="ignore"), warnings.catch_warnings():
         # Nothing varies before the first deadlock and after the last: no interval there, and no news.
         warnings.simplefilter("ignore", RuntimeWarning)

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from scipy import stats
+import scipy
 
 from loopgate.errors import AnalysisError
 
@@ -32,7 +32,7 @@ def wilson_interval(successes: int, trials: int, *, level: float = 0.95) -> Inte
         raise AnalysisError(msg)
     if trials == 0:
         return Interval(np.nan, np.nan, np.nan)
-    bounds = stats.binomtest(successes, trials).proportion_ci(confidence_level=level, method="wilson")
+    bounds = scipy.stats.binomtest(successes, trials).proportion_ci(confidence_level=level, method="wilson")
     return Interval(successes / trials, float(bounds.low), float(bounds.high))
 
 
@@ -48,7 +48,8 @@ def mean_interval(values: npt.ArrayLike, *, level: float = 0.95) -> Interval:
     mean = float(sample.mean())
     if sample.size == 1:
         return Interval(mean, np.nan, np.nan)
-    half = float(stats.t.ppf((1 + level) / 2, sample.size - 1) * sample.std(ddof=1) / np.sqrt(sample.size))
+    quantile = scipy.stats.t.ppf((1 + level) / 2, sample.size - 1)
+    half = float(quantile * sample.std(ddof=1) / np.sqrt(sample.size))
     return Interval(mean, mean - half, mean + half)
 
 
@@ -71,7 +72,7 @@ def bootstrap_interval(
         return Interval(mean, np.nan, np.nan)
     if np.ptp(sample) <= 1e-12 * max(1.0, float(np.abs(sample).max())):
         return Interval(mean, mean, mean)
-    result = stats.bootstrap(
+    result = scipy.stats.bootstrap(
         (sample,),
         np.mean,
         confidence_level=level,

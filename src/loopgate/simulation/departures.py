@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import insort
 from collections import Counter, deque
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -136,6 +137,36 @@ class OpenDepartures(Departures):
             self._engine.join(tracks)
 
 
+class _Outside:
+    """Those who wait to depart, by the place: who wanted to first is first."""
+
+    def __init__(self, departures: Sequence[Departure]) -> None:
+        self._turn = {one.start.vehicle: turn for turn, one in enumerate(departures)}
+        self._at: dict[tuple[str, bool], list[Departure]] = {}
+        self.before_junctions: Counter[str] = Counter()
+        """How many wait for each place up to the next junction."""
+
+    def __bool__(self) -> bool:
+        return any(self._at.values())
+
+    def _turn_of(self, one: Departure) -> int:
+        return self._turn[one.start.vehicle]
+
+    def add(self, one: Departure) -> None:
+        """Let one wait."""
+        insort(self._at.setdefault((_place(one), one.start.loop.closed), []), one, key=self._turn_of)
+        self.before_junctions.update(_queues_at(one))
+
+    def remove(self, one: Departure) -> None:
+        """Let the first at a place wait no longer."""
+        self._at[_place(one), one.start.loop.closed].remove(one)
+        self.before_junctions.subtract(_queues_at(one))
+
+    def first(self) -> list[Departure]:
+        """Return who is first at each place, of loops and of those who drive once."""
+        return sorted((queue[0] for queue in self._at.values() if queue), key=self._turn_of)
+
+
 class GatedDepartures(Departures):
     """Puts vehicles into their places, and under the gate in the same step.
 
@@ -154,7 +185,7 @@ class GatedDepartures(Departures):
     def __init__(self, departures: Sequence[Departure], traffic: Traffic, fleet: Fleet) -> None:
         super().__init__(departures)
         self._traffic, self._fleet = traffic, fleet
-        self._due: list[Departure] = []
+        self._outside = _Outside(departures)
         self._entering: list[Departure] = []
         self._tried_s: dict[str, float] = {}
         self._how = {one.start.vehicle: one.start.insertion for one in departures}
@@ -166,7 +197,7 @@ class GatedDepartures(Departures):
     @property
     def over(self) -> bool:
         """Whether nobody is still to depart or to arrive."""
-        return not (self._coming or self._due or self._entering or self._fleet.members)
+        return not (self._coming or self._outside or self._entering or self._fleet.members)
 
     def look(self) -> None:
         """Let those go who have arrived, take in those that were put in, and put in others."""
@@ -184,17 +215,17 @@ class GatedDepartures(Departures):
             self._fleet.let_go(engine.arrived, _ARRIVED)
             if not self._entering:
                 self._fleet.settle()
-        if engine is None or not (self._entering or self._due or self._coming):
+        if engine is None or not (self._entering or self._outside or self._coming):
             return
         if self._entering:
             self._take_in()
             self._fleet.settle()
         while self._coming and self._coming[0].at_s <= now:
-            self._due.append(self._coming.popleft())
+            self._outside.add(self._coming.popleft())
         places: set[str] = set()
         on_road = np.count_nonzero(engine.vehicles["pivot"] == NOBODY)
-        engine.wait_outside(Counter(place for one in self._due for place in _queues_at(one)))
-        for one in self._due:
+        engine.wait_outside(self._outside.before_junctions)
+        for one in self._outside.first():
             if not one.start.loop.closed and on_road + len(self._entering) >= self._most:
                 continue
             place = _place(one)
@@ -220,7 +251,7 @@ class GatedDepartures(Departures):
         if how.rolling and not self._holds(one):  # SUMO puts it in no faster than it can brake for that
             self._traffic.take_out(vehicle)
             return
-        self._due = [other for other in self._due if other is not one]
+        self._outside.remove(one)
         self._entering.append(one)
 
     def _is_clear(self, one: Departure, place: str) -> bool:
@@ -249,8 +280,7 @@ class GatedDepartures(Departures):
                 self.departed_s[vehicle] = self._traffic.now_s - self._traffic.step_s
             else:
                 self._traffic.take_out(vehicle)
-                self._due.insert(0, one)
-        self._due.sort(key=lambda one: one.at_s)
+                self._outside.add(one)
 
     def _holds(self, one: Departure) -> bool:
         """Hold a vehicle at the end of its place, where it is or is to be; return whether it is held."""
