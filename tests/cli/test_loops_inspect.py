@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 import sumo
 from click.testing import CliRunner
+from command import loopgate
 
 from loopgate.abstraction.queue_layout import why_not
 from loopgate.cli.main import cli
@@ -22,8 +23,8 @@ _NET = "sumo:bs3d"
 _SEGMENTS = ("--abstraction", "segments")
 
 
-def loopgate(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
-    """Run the command as a user does, for what it prints and its exit code."""
+def in_a_process(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
+    """Run the command in a process of its own."""
     command = [sys.executable, "-c", "from loopgate.cli.main import main; main()", *map(str, arguments)]
     return subprocess.run(command, check=False, capture_output=True, text=True, timeout=120)
 
@@ -38,7 +39,7 @@ def routes(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_the_same_seed_writes_the_same_bytes(routes: Path, tmp_path: Path) -> None:
     """In another process, with other hash seeds."""
     again = tmp_path / "again.rou.xml"
-    done = loopgate("loops", _NET, "--count", "4", "-o", again)
+    done = in_a_process("loops", _NET, "--count", "4", "-o", again)
     assert (done.returncode, done.stderr) == (0, "")
     assert done.stdout.startswith("4 loops, ")
     assert again.read_bytes() == routes.read_bytes()

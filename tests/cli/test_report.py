@@ -4,10 +4,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-
-def loopgate(folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
-    program = [sys.executable, "-c", "from loopgate.cli.main import main; main()"]
-    return subprocess.run([*program, *words], cwd=folder, capture_output=True, text=True, check=False)
+from command import loopgate
 
 
 def test_a_report_on_a_run_folder(tmp_path: Path) -> None:
@@ -18,14 +15,14 @@ def test_a_report_on_a_run_folder(tmp_path: Path) -> None:
     )
     fake = str(Path(__file__).parents[1] / "unit" / "sweep")
     subprocess.run([sys.executable, "-c", script, fake], cwd=tmp_path, check=True)
-    result = loopgate(tmp_path, "report", "run", "-o", "page.html")
+    result = loopgate("report", "run", "-o", "page.html", cwd=tmp_path)
     assert (result.returncode, result.stdout) == (0, "page.html, 9 figures and 19 tables in page-files\n")
     assert "1 run, none failed." in (tmp_path / "page.html").read_text(encoding="utf-8")
 
 
 def test_no_results_is_one_line_and_exit_code_2(tmp_path: Path) -> None:
     """No traceback."""
-    result = loopgate(tmp_path, "report", "nothing")
+    result = loopgate("report", "nothing", cwd=tmp_path)
     assert result.returncode == 2
     assert result.stderr.startswith("loopgate: nothing: no results; expected rows/")
     assert len(result.stderr.splitlines()) == 1

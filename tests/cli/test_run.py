@@ -3,23 +3,16 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+from command import loopgate
 from made_networks import dead_end_street
 
 pytestmark = pytest.mark.sumo
 
 ROOT = Path(__file__).parents[2]
 GRID = ROOT / "networks" / "grid5-priority.net.xml"
-
-
-def loopgate(*words: str | Path, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
-    """Run the command as a user does."""
-    command = [sys.executable, "-c", "from loopgate.cli.main import main; main()", *map(str, words)]
-    return subprocess.run(command, capture_output=True, text=True, check=False, cwd=cwd, timeout=300)
 
 
 def test_a_run_prints_a_table_and_exits_with_0(tmp_path: Path) -> None:

@@ -9,14 +9,10 @@ import time
 from pathlib import Path
 
 import pytest
+from command import loopgate
 
 RUNNER = str(Path(__file__).parents[1] / "unit" / "sweep" / "fake_runner.py") + ":run"
 SWEEP = "[base]\nduration_s = 100\n[grid]\nvehicles = [5, 60]\nseed = { from = 0, to = 1 }\n"
-
-
-def loopgate(folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
-    program = [sys.executable, "-c", "from loopgate.cli.main import main; main()"]
-    return subprocess.run([*program, *words], cwd=folder, capture_output=True, text=True, check=False)
 
 
 @pytest.fixture
@@ -27,10 +23,10 @@ def folder(tmp_path: Path) -> Path:
 
 def test_run_then_nothing_left_to_do(folder: Path) -> None:
     """Rows go to out/NAME; the second call makes none; --json prints nothing but JSON."""
-    first = loopgate(folder, "sweep", "grid.toml", "--runner", RUNNER)
+    first = loopgate("sweep", "grid.toml", "--runner", RUNNER, cwd=folder)
     assert (first.returncode, first.stderr) == (0, "")
     assert "out/grid: 4 of 4 rows, 4 made now" in first.stdout
-    again = loopgate(folder, "sweep", "grid.toml", "--runner", RUNNER, "--json")
+    again = loopgate("sweep", "grid.toml", "--runner", RUNNER, "--json", cwd=folder)
     assert again.returncode == 0
     outcome = json.loads(again.stdout)
     assert (outcome["total"], outcome["present"], outcome["done"]) == (4, 4, 0)
@@ -38,15 +34,15 @@ def test_run_then_nothing_left_to_do(folder: Path) -> None:
 
 def test_a_dry_run_lists_and_estimates_and_runs_nothing(folder: Path) -> None:
     """Each run with its key and what varies; no results folder."""
-    result = loopgate(folder, "sweep", "grid.toml", "--runner", RUNNER, "--dry-run")
+    result = loopgate("sweep", "grid.toml", "--runner", RUNNER, "--dry-run", cwd=folder)
     assert result.returncode == 0
     assert "vehicles=60  seed=1" in result.stdout
     assert "4 runs (vehicles: 2, seed: 2); 4 to do, 0 there already" in result.stdout
     assert "rule of thumb" in result.stdout
     assert not (folder / "out").exists()
-    loopgate(folder, "sweep", "grid.toml", "--runner", RUNNER)
+    loopgate("sweep", "grid.toml", "--runner", RUNNER, cwd=folder)
     plan = json.loads(
-        loopgate(folder, "sweep", "grid.toml", "--runner", RUNNER, "--dry-run", "--json").stdout
+        loopgate("sweep", "grid.toml", "--runner", RUNNER, "--dry-run", "--json", cwd=folder).stdout
     )
     assert (plan["missing"], plan["present"], len(plan["runs"])) == (0, 4, 4)
     assert plan["basis"] == "from 4 finished runs"
@@ -64,7 +60,7 @@ def test_a_dry_run_lists_and_estimates_and_runs_nothing(folder: Path) -> None:
 def test_bad_input_is_one_line_and_exit_code_2(folder: Path, words: list[str], message: str) -> None:
     """No traceback, and nothing is run."""
     more = [] if words == ["grid.toml"] else ["--runner", RUNNER]
-    result = loopgate(folder, "sweep", *words, *more)
+    result = loopgate("sweep", *words, *more, cwd=folder)
     assert result.returncode == 2
     assert message in result.stderr
     assert len(result.stderr.splitlines()) == 1

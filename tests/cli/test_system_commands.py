@@ -3,25 +3,13 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 from importlib.resources import files
-from pathlib import Path
 from typing import Any
 
 import pytest
+from command import loopgate as run
 
 INSTANCES = files("loopgate.research.theory.instances")
-
-
-def run(*arguments: str) -> subprocess.CompletedProcess[str]:
-    """Start the command line in a process of its own."""
-    return subprocess.run(
-        [str(Path(sys.executable).with_name("loopgate")), *arguments],
-        check=False,
-        capture_output=True,
-        text=True,
-    )
 
 
 def run_json(*arguments: str) -> Any:  # noqa: ANN401 - whatever the command prints
