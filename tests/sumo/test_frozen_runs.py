@@ -46,7 +46,7 @@ RING3 = replace(
     routes=str(ROOT / "routes" / "ring3.rou.xml"),
 )
 GRID = Scenario(
-    network=str(ROOT / "networks" / "grid5-priority.net.xml"), loops=12, vehicles=90, duration_s=120.0
+    network=str(ROOT / "networks" / "grid5-priority.net.xml"), loops=12, vehicles=90, duration_s=80.0
 )
 ACTUATED = replace(GRID, network=str(ROOT / "networks" / "grid5-actuated.net.xml"), vehicles=60)
 
@@ -60,9 +60,9 @@ SCENARIOS: Final[dict[str, Scenario]] = {
     "ring3 everyone": replace(RING3, gate="certified:promise=everyone"),
     "pressure": replace(GRID, loops=30, vehicles=240),
     "no reserve": replace(GRID, loops=40, vehicles=330, negotiation="pressure:crowded=2", duration_s=300.0),
-    "served": replace(GRID, loops=40, vehicles=330, serve_after_s=20.0, duration_s=200.0),
+    "served": replace(GRID, loops=40, vehicles=330, serve_after_s=20.0, duration_s=120.0),
     "served, lights obeyed": replace(ACTUATED, vehicles=240, loops=30, lights="obey", serve_after_s=30.0),
-    "warm-up": replace(GRID, warmup_s=50.0, duration_s=60.0),
+    "warm-up": replace(GRID, warmup_s=30.0, duration_s=40.0),
     "half steps": replace(GRID, step_s=0.5, duration_s=60.0),
     **{name: replace(GRID, negotiation=name) for name in ("oldest", "platoon", "random")},
     "queues collision": replace(GRID, gate="collision", vehicles=150),
@@ -80,7 +80,7 @@ SCENARIOS: Final[dict[str, Scenario]] = {
     ),
     "long and slow vehicles": replace(GRID, routes=f"{TEMPORARY}/kinds.rou.xml", loops=0, vehicles=0),
     "all kinds of cars": replace(GRID, routes=f"{TEMPORARY}/cars.rou.xml", loops=0, vehicles=0),
-    "lanes": Scenario(network="sumo:DRT", loops=20, vehicles=60, duration_s=100.0),
+    "lanes": Scenario(network="sumo:DRT", loops=20, vehicles=60, duration_s=60.0),
     "lanes, oldest": Scenario(
         network="sumo:DRT", loops=20, vehicles=60, duration_s=60.0, negotiation="oldest"
     ),
@@ -102,8 +102,8 @@ SCENARIOS: Final[dict[str, Scenario]] = {
         gate="certified:promise=somebody",
     ),
     "left turners": replace(GRID, network=f"{TEMPORARY}/wide.net.xml", loops=20, vehicles=90, seed=294),
-    "misled": replace(GRID, vehicles=60, duration_s=80.0),
-    "misled, oldest": replace(GRID, vehicles=60, duration_s=80.0, negotiation="oldest"),
+    "misled": replace(GRID, vehicles=60, duration_s=60.0),
+    "misled, oldest": replace(GRID, vehicles=60, duration_s=60.0, negotiation="oldest"),
 }
 UNCOMPILED = (
     ("pressure", "lights obeyed", "ordinary traffic", "misled"),

@@ -21,6 +21,7 @@ from loopgate.runs.results import Results, read_results
 from loopgate.sweep.task import load_runner
 
 Make = Callable[..., Results]
+Full = tuple[Results, Path]
 
 FULL = {"vehicles": [10, 40, 80], "gate": ["open", "certified"], "seed": [1, 2, 3]}
 
@@ -68,20 +69,25 @@ class Page(HTMLParser):
 
 
 def page(results: Results, folder: Path) -> Page:
-    made = write_report(results, folder / "r.html")
-    parsed = Page(made.page.read_text(encoding="utf-8"))
+    write_report(results, folder / "r.html")
+    return parse(folder)
+
+
+def parse(folder: Path) -> Page:
+    parsed = Page((folder / "r.html").read_text(encoding="utf-8"))
     assert not parsed.open
     return parsed
 
 
-def test_the_page_needs_nothing_but_itself(make: Make, tmp_path: Path) -> None:
+def test_the_page_needs_nothing_but_itself(full: Full) -> None:
     """Every reference stays on the page or is data; no style or script comes from elsewhere."""
-    parsed = page(make(FULL), tmp_path)
+    _, folder = full
+    parsed = parse(folder)
     assert {ref.split(":")[0] if not ref.startswith("#") else "#" for ref in parsed.references} == {
         "#",
         "data",
     }
-    text = (tmp_path / "r.html").read_text(encoding="utf-8").replace(library(), "")
+    text = (folder / "r.html").read_text(encoding="utf-8").replace(library(), "")
     assert not re.search(r"@import|url\((?!#)|<script src|<img", text)
     policy = re.search(r'content="(default-src [^"]+)"', text)
     assert policy is not None
@@ -90,20 +96,21 @@ def test_the_page_needs_nothing_but_itself(make: Make, tmp_path: Path) -> None:
     assert "unsafe-eval" not in policy[1]
 
 
-def test_every_reference_on_the_page_leads_somewhere_and_ids_are_unique(make: Make, tmp_path: Path) -> None:
+def test_every_reference_on_the_page_leads_somewhere_and_ids_are_unique(full: Full) -> None:
     """Of several networks too: names of figures must not take each other's place."""
-    parsed = page(make(FULL), tmp_path)
+    _, folder = full
+    parsed = parse(folder)
     assert len(parsed.ids) == len(set(parsed.ids))
-    text = (tmp_path / "r.html").read_text(encoding="utf-8").replace(library(), "")
+    text = (folder / "r.html").read_text(encoding="utf-8").replace(library(), "")
     wanted = {ref[1:] for ref in parsed.references if ref.startswith("#")}
     wanted |= set(re.findall(r"url\(#([^)]+)\)", text))
     assert wanted <= set(parsed.ids)
 
 
-def test_the_headline_is_made_from_the_figures(make: Make, tmp_path: Path) -> None:
+def test_the_headline_is_made_from_the_figures(full: Full) -> None:
     """The fake gate drives a quarter more and never locks up; open does in all runs with 80 vehicles."""
-    results = make(FULL)
-    text = page(results, tmp_path).text
+    results, folder = full
+    text = parse(folder).text
     runs = results.runs
     best = runs[(runs["gate"] == "certified") & (runs["vehicles"] == 80)]["km_per_h"].mean()
     said = f"{best:,.0f}".replace(",", " ")
@@ -113,33 +120,33 @@ def test_the_headline_is_made_from_the_figures(make: Make, tmp_path: Path) -> No
     assert "18 runs, none failed." in text
 
 
-def test_figures_and_tables_are_files_too(make: Make, tmp_path: Path) -> None:
+def test_figures_and_tables_are_files_too(full: Full) -> None:
     """SVG and PNG of each figure, CSV with all digits and LaTeX of each table."""
-    results = make(FULL)
-    made = write_report(results, tmp_path / "r.html", files=tmp_path / "f")
-    names = {file.name for file in (tmp_path / "f").iterdir()}
+    results, folder = full
+    files = folder / "r-files"
+    names = {file.name for file in files.iterdir()}
     for figure in (
         *("throughput", "speed", "standing", "fundamental-diagram", "speed-density", "paired", "capacity"),
         *("deadlock-rate", "survival", "laps", "map", "decision-time", "revisits", "idleness"),
         *("worst-idleness", "idleness-map", "junctions", "streets"),
     ):
         assert {f"{figure}.svg", f"{figure}.png"} <= names
-    assert len([name for name in names if name.endswith(".csv")]) == made.tables + 1
-    table = pd.read_csv(tmp_path / "f" / "throughput.csv")
+    tables = [table for section in network_sections(results) for table in section.tables]
+    assert len([name for name in names if name.endswith(".csv")]) == len(tables) + 1
+    table = pd.read_csv(files / "throughput.csv")
     first = results.runs[(results.runs["gate"] == "certified") & (results.runs["vehicles"] == 10)]
     assert table.loc[0, "mean"] == pytest.approx(first["km_per_h"].mean())
-    latex = (tmp_path / "f" / "deadlocks.tex").read_text(encoding="utf-8")
+    latex = (files / "deadlocks.tex").read_text(encoding="utf-8")
     assert r"\toprule" in latex
     assert r"open & 80 & 3 & 3 & 100.0 \% & 43.9 \% & 100.0 \% \\" in latex
 
 
-def test_the_same_results_give_the_same_figures(make: Make, tmp_path: Path) -> None:
+def test_the_same_results_give_the_same_figures(full: Full, tmp_path: Path) -> None:
     """Figures carry no date and no random ids."""
-    results = make(FULL)
-    for name in ("a", "b"):
-        write_report(results, tmp_path / f"{name}.html", files=tmp_path / name)
-    for file in sorted((tmp_path / "a").glob("*.svg")):
-        assert file.read_bytes() == (tmp_path / "b" / file.name).read_bytes(), file.name
+    results, folder = full
+    write_report(results, tmp_path / "r.html")
+    for file in sorted((folder / "r-files").glob("*.svg")):
+        assert file.read_bytes() == (tmp_path / "r-files" / file.name).read_bytes(), file.name
 
 
 def test_an_empty_results_folder(tmp_path: Path) -> None:
@@ -160,6 +167,7 @@ def test_failed_runs_only(make: Make, tmp_path: Path) -> None:
     assert "edge e7: no lane for passenger" in text
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_single_run(make: Make, tmp_path: Path) -> None:
     """No interval is claimed, nothing is compared."""
     text = page(make({"vehicles": [40], "gate": ["certified"], "seed": [1]}), tmp_path).text
@@ -167,11 +175,13 @@ def test_a_single_run(make: Make, tmp_path: Path) -> None:
     assert "on the same seeds" not in text
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_run_in_which_nothing_was_achieved(make: Make, tmp_path: Path) -> None:
     """No lap, no distance: no division by zero, and figures all the same."""
     assert "0 vehicle-km/h" in page(make({"vehicles": [40]}, duration_s=10), tmp_path).text
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_partial_results_with_a_failure(make: Make, tmp_path: Path) -> None:
     """Both how many are there and how many failed."""
     results = make({"vehicles": [10], "gate": ["open", "certified"], "trouble": ["none", "raise"]})
@@ -180,6 +190,7 @@ def test_partial_results_with_a_failure(make: Make, tmp_path: Path) -> None:
     assert "4 runs of 9 planned are there; 2 failed." in text
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_failed_runs_that_left_their_vehicles_to_the_file(make: Make, tmp_path: Path) -> None:
     """How many there would have been is not known of them; the report on the others is as it would be."""
     text = page(make({"gate": ["open"]}, include=[{"vehicles": [10, 20]}]), tmp_path).text
@@ -187,6 +198,7 @@ def test_failed_runs_that_left_their_vehicles_to_the_file(make: Make, tmp_path: 
     assert "with 20 vehicles (the most that were tried)" in text
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_rows_of_different_codes_are_pointed_out(make: Make, tmp_path: Path) -> None:
     """A package changed in the middle of a sweep makes rows that are not of one kind."""
     results = make({"vehicles": [10, 20]})
@@ -195,6 +207,7 @@ def test_rows_of_different_codes_are_pointed_out(make: Make, tmp_path: Path) -> 
     assert "made by 2 different codes of loopgate" in text
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_whatever_varies_besides_becomes_a_series(make: Make, tmp_path: Path) -> None:
     """A scenario key of the user's own tells series apart; each network has a section of its own."""
     grid = {
@@ -209,6 +222,7 @@ def test_whatever_varies_besides_becomes_a_series(make: Make, tmp_path: Path) ->
     assert (tmp_path / "r-files" / "sumo-DRT-throughput.svg").exists()
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_loops_that_follow_from_the_vehicles_make_no_series(make: Make, tmp_path: Path) -> None:
     """A file with more loops than vehicles uses as many as there are vehicles: still one series per gate."""
     includes = [{"vehicles": n, "on_loops": n, "gate": ["open", "certified"]} for n in (50, 60)]
@@ -240,15 +254,16 @@ def test_loops_that_were_not_asked_for_make_no_series(make: Make) -> None:
     assert set(add_series(runs.drop(columns="on_loops"))["series"]) == {"open"}
 
 
-def test_the_title_and_the_first_sentence_say_what_came_out(make: Make, tmp_path: Path) -> None:
+def test_the_title_and_the_first_sentence_say_what_came_out(full: Full) -> None:
     """Who was compared, where, with how many vehicles and seeds, who drives most and who locks up."""
-    text = page(make(FULL), tmp_path).text
+    text = parse(full[1]).text
     assert text.startswith("open and certified on sumo:DRT: loopgate report")
     sentence = text[text.index("10 to 80 vehicles, 3 seeds, 400 s each: ") :]
     assert "certified drives most" in sentence
     assert "; open locks up in 3 of 9 runs, certified locks up in no run." in sentence
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_long_names_of_series_make_no_long_title(make: Make, tmp_path: Path) -> None:
     """The title says in what they differ, the first sentence sets the best of each gate side by side."""
     types = ["bus=1,passenger=3", "passenger=1"]
@@ -269,43 +284,43 @@ def test_loops_that_were_chosen_make_a_series(make: Make) -> None:
     assert sorted(add_series(runs)["series"].unique()) == ["open, loops 4", "open, loops 8"]
 
 
-def test_standing_is_measured_alike_for_all_gates(make: Make, tmp_path: Path) -> None:
+def test_standing_is_measured_alike_for_all_gates(full: Full) -> None:
     """Nobody is held without a gate, and nobody claims a hold of 0; all stand, and all are compared."""
-    results = make(FULL)
+    results, folder = full
     free = results.runs["gate"] == "open"
     assert results.runs.loc[free, ["hold_s", "longest_wait_s", "edge_hold_s"]].isna().all().all()
     assert results.runs.loc[~free, ["hold_s", "longest_wait_s", "edge_hold_s"]].notna().all().all()
     assert (results.runs["stood_s"] == 3.0 * results.runs["vehicles"]).all()
-    page(results, tmp_path)
-    table = pd.read_csv(tmp_path / "r-files" / "standing.csv")
+    table = pd.read_csv(folder / "r-files" / "standing.csv")
     assert table.groupby("series")["mean"].max().to_dict() == {"certified": 240.0, "open": 240.0}
-    assert ">open<" in (tmp_path / "r-files" / "map.svg").read_text(encoding="utf-8")
-    assert not (tmp_path / "r-files" / "hold.csv").exists()
+    assert ">open<" in (folder / "r-files" / "map.svg").read_text(encoding="utf-8")
+    assert not (folder / "r-files" / "hold.csv").exists()
 
 
-def test_what_the_longest_waits_were_for(make: Make, tmp_path: Path) -> None:
+def test_what_the_longest_waits_were_for(full: Full) -> None:
     """Drawn by cause, at the count that all series have; without a gate nobody waits for one."""
-    results = make(FULL)
+    results, folder = full
     [section] = network_sections(results)
     [figure] = [one for one in section.figures if one.name == "longest-waits"]
     assert figure.table == "longest-waits"
-    page(results, tmp_path)
-    table = pd.read_csv(tmp_path / "r-files" / "longest-waits.csv")
+    table = pd.read_csv(folder / "r-files" / "longest-waits.csv")
     assert set(table["series"]) == {"certified"}
     assert table[table["vehicles"] == 80][["cause", "most"]].to_numpy().tolist() == [
         ["crossing", 15.0],
         ["occupied", 8.0],
     ]
-    drawn = (tmp_path / "r-files" / "longest-waits.svg").read_text(encoding="utf-8")
+    drawn = (folder / "r-files" / "longest-waits.svg").read_text(encoding="utf-8")
     assert drawn.count('fill="#0072b2"') == len(table[table["vehicles"] == 80])
 
 
+@pytest.mark.usefixtures("undrawn")
 @pytest.mark.parametrize("networks", [["sumo:DRT"], ["sumo:DRT", "sumo:bs3d"]])
 def test_the_code_under_each_table_makes_it(make: Make, tmp_path: Path, networks: list[str]) -> None:
     """What a reader copies from the page gives its numbers; a figure's code is that of its table."""
     check_codes(make({**FULL, "network": networks}), tmp_path)
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_the_code_of_a_single_run_makes_its_tables(tmp_path: Path) -> None:
     """Curves over time, causes of waiting, a loop over time and who is stuck, all from the run folder."""
     run = load_runner(f"{Path(__file__).parents[1] / 'sweep' / 'fake_runner.py'}:run")
@@ -341,6 +356,7 @@ def check_codes(results: Results, folder: Path) -> dict[str, str]:
     return found
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_survival_is_drawn_for_one_vehicle_count_at_a_time(make: Make, tmp_path: Path) -> None:
     """Runs with 10 vehicles never lock up and those with 80 do: pooled, neither could be read."""
     grid = {**FULL, "vehicles": [10, 70, 80]}
@@ -350,6 +366,7 @@ def test_survival_is_drawn_for_one_vehicle_count_at_a_time(make: Make, tmp_path:
     assert "for each vehicle count with which runs lock up" in text
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_at_most_six_survival_panels(make: Make, tmp_path: Path) -> None:
     """Spread from the fewest to the most vehicles that lock up, and the caption says so."""
     text = page(make({"vehicles": list(range(60, 76)), "gate": ["open"]}), tmp_path).text
@@ -358,6 +375,7 @@ def test_at_most_six_survival_panels(make: Make, tmp_path: Path) -> None:
     assert "for 6 of the 16 counts with which runs lock up" in text
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_roads_are_watched_by_equally_many_vehicles(make: Make, tmp_path: Path) -> None:
     """Idleness in words and on maps is of one vehicle count that all series have, and says which."""
     results = make({**FULL, "vehicles": [10, 40]})
@@ -368,6 +386,7 @@ def test_roads_are_watched_by_equally_many_vehicles(make: Make, tmp_path: Path) 
     assert "With 10 vehicles, mean over runs" in text
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_more_series_than_a_reader_can_tell_apart(make: Make, tmp_path: Path) -> None:
     """Figures show eight, the page names the rest, the tables have all."""
     text = page(make({"vehicles": [10], "gate": [f"g{n}" for n in range(10)]}), tmp_path).text

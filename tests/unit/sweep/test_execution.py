@@ -124,11 +124,16 @@ def test_two_sweeps_do_not_write_to_one_folder(fake_runner: str, tmp_path: Path)
         run_sweep(Sweep("s", {"vehicles": 5}, {"seed": [0]}), tmp_path, runner=fake_runner)
 
 
-COMMAND = """
+TWENTY_FOUR: dict[str, list[object]] = {
+    "vehicles": [5, 60],
+    "gate": ["open", "certified"],
+    "seed": [0, 1, 2, 3, 4, 5],
+}
+COMMAND = f"""
 import sys
 from loopgate.sweep import Sweep, run_sweep
-grid = {"vehicles": [5, 60], "gate": ["open", "certified"], "seed": list(range(6))}
-run_sweep(Sweep("s", {"duration_s": 300, "sleep_s": 0.1}, grid), sys.argv[1], workers=2, runner=sys.argv[2])
+sweep = Sweep("s", {{"duration_s": 300, "sleep_s": 0.1}}, {TWENTY_FOUR})
+run_sweep(sweep, sys.argv[1], workers=2, runner=sys.argv[2])
 """
 
 
@@ -136,7 +141,8 @@ def test_killed_five_times_and_resumed_gives_the_undisturbed_table(fake_runner: 
     """Kill -9 some random time after two more rows are there, five times; the workers end with the sweep."""
     random = Random(1)
     program = [sys.executable, "-c", COMMAND]
-    subprocess.run([*program, str(tmp_path / "calm"), fake_runner], check=True)
+    calm = Sweep("s", {"duration_s": 300, "sleep_s": 0.1}, TWENTY_FOUR)
+    run_sweep(calm, tmp_path / "calm", executor=ThreadPoolExecutor(2), runner=fake_runner)
     rows = tmp_path / "killed" / "rows"
     for _ in range(5):
         before = len(list(rows.glob("*.parquet")))

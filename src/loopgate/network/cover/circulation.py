@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import networkx as nx
 import numpy as np
 import numpy.typing as npt
-from scipy.optimize import Bounds, LinearConstraint, OptimizeResult, milp
+import scipy
 from scipy.sparse import csr_array, vstack
 from scipy.sparse.csgraph import connected_components
 
@@ -103,18 +103,18 @@ def _solved(
     cuts: Sequence[Ints],
     *,
     whole: bool = True,
-) -> OptimizeResult:
+) -> scipy.optimize.OptimizeResult:
     """Return how often to drive each arc, in whole numbers or not."""
     rows = vstack([balance, visits, *([csr_array(np.array(cuts, dtype=np.float64))] if cuts else [])])
     ways = balance.shape[0]
     demands = rows.shape[0] - ways
     low = np.concatenate((np.zeros(ways), np.ones(demands)))
     high = np.concatenate((np.zeros(ways), np.full(demands, np.inf)))
-    return milp(
+    return scipy.optimize.milp(
         cost,
-        constraints=LinearConstraint(rows.tocsr(), low, high),
+        constraints=scipy.optimize.LinearConstraint(rows.tocsr(), low, high),
         integrality=np.full(len(cost), int(whole)),
-        bounds=Bounds(0.0, np.inf),
+        bounds=scipy.optimize.Bounds(0.0, np.inf),
         options={"mip_rel_gap": _GAP, "node_limit": _MOST_BRANCHES} if cuts else {},
     )
 

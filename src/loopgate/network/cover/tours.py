@@ -7,8 +7,8 @@ from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
+import scipy
 from numba import njit
-from scipy.optimize import linear_sum_assignment
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -23,7 +23,7 @@ def assigned(cost: Floats) -> Ints:
     Karp ("A patching algorithm for the nonsymmetric traveling-salesman problem", SIAM J. Comput. 8, 1979).
     The diagonal of `cost` is that of a tour through one alone.
     """
-    _, following = linear_sum_assignment(cost)
+    _, following = scipy.optimize.linear_sum_assignment(cost)
     return _patched(cost, following)
 
 
