@@ -10,7 +10,7 @@ from typing import Any
 
 import pandas as pd
 import pytest
-from made_networks import short_last_road
+from made_networks import netgenerate, short_last_road
 
 from loopgate import Scenario
 from loopgate.analysis.rows import read_run_row
@@ -75,6 +75,28 @@ def test_it_ends_when_all_have_arrived_and_the_same_seed_gives_the_same(tmp_path
     assert row["km_per_h"] == pytest.approx(found[0]["km_per_h"])
     one, other = (pd.read_parquet(tmp_path / name / "events.parquet") for name in ("a", "b"))
     pd.testing.assert_frame_equal(one, other)
+
+
+def test_who_departs_ahead_of_another_goes_first(tmp_path: Path) -> None:
+    """Both are put in together: the one behind is not granted the place of the one ahead before it is there."""
+    net = tmp_path / "straight.net.xml"
+    netgenerate("--grid --grid.x-number=5 --grid.y-number=2 --grid.length=100", net)
+    way = "A0B0 B0C0 C0D0 D0E0 E0E1"
+    others = "E1D1 D1C1 C1B1 B1A1"
+    rows = [
+        f'<vehicle id="{name}" depart="{when}" departPos="{at}"><route edges="{edges}"/></vehicle>'
+        for name, when, at, edges in (
+            *(("before", 0, 20, others), ("behind", 5, 80, way)),
+            ("ahead", 5, 20, way[5:]),
+        )
+    ]
+    routes = tmp_path / "three.rou.xml"
+    routes.write_text(f"<routes>{''.join(rows)}</routes>", encoding="utf-8")
+    summary = run(tmp_path / "out", routes, network=str(net))
+    assert (summary["outcome"], summary["arrived"]) == ("done", 3)
+    events = pd.read_parquet(tmp_path / "out" / "events.parquet")
+    grants = events[(events["event"] == "grant") & (events["place"] == "C0D0_0")]
+    assert grants["vehicle"].tolist() == ["ahead", "behind"]
 
 
 def test_sumo_alone_with_the_same_demand(tmp_path: Path) -> None:

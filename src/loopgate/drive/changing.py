@@ -148,7 +148,7 @@ class ChangingEngine(Engine):
         self._run["now_s"] = self._traffic.now_s
         self._take_in(driver)
         self._step(drive.JOIN, robot)
-        self._settle()
+        self._carry_out(self._traffic.now_s)
 
     def unseat(self, vehicles: Sequence[str]) -> bool:
         """Let vehicles go; return whether that can be done without tables made anew."""
@@ -170,11 +170,11 @@ class ChangingEngine(Engine):
             self._worn.drop(vehicle)
         self._use(self._ground.tables, self._ground.states)
         self.arrived = ()
-        self._settle()
+        self._carry_out(self._traffic.now_s)
         return True
 
-    def _settle(self) -> None:
-        """Answer those who ask since somebody has come or gone."""
+    def answer(self) -> None:
+        """Answer those who ask since somebody has come or gone; all who are there must have their seats."""
         self._keeper.answer()
         self._carry_out(self._traffic.now_s)
 
@@ -226,7 +226,7 @@ class ChangingEngine(Engine):
         off = later | self.beside
         first = [d.robot for d in self.drivers if d.id not in off and not d.row["steered"]]
         self._step(drive.CONSIDER, robots=np.array(first, dtype=np.int64))
-        self._settle()
+        self.answer()
 
     def _let_wait(self, drivers: Sequence[Driver]) -> None:
         """Let vehicles ask when it is their turn: somebody is before them."""
@@ -323,7 +323,7 @@ class ChangingEngine(Engine):
         self.changes += 1
         self._run["version"] += 1
         self._let_first_ask(state)
-        self._settle()
+        self.answer()
         return True
 
     def come_back(self, driver: Driver) -> None:

@@ -201,7 +201,7 @@ class GatedDepartures(Departures):
 
     def look(self) -> None:
         """Let those go who have arrived, take in those that were put in, and put in others."""
-        now, engine = self._traffic.now_s, self._fleet.engine
+        now, engine, changes = self._traffic.now_s, self._fleet.engine, self._fleet.changes
         if engine is not None and engine.arrived:
             for vehicle in engine.arrived:
                 driver = self._fleet.members[vehicle]
@@ -213,13 +213,13 @@ class GatedDepartures(Departures):
                     driver.worst_wait_s(now),
                 )
             self._fleet.let_go(engine.arrived, _ARRIVED)
-            if not self._entering:
-                self._fleet.settle()
-        if engine is None or not (self._entering or self._outside or self._coming):
-            return
         if self._entering:
             self._take_in()
-            self._fleet.settle()
+        self._fleet.settle()
+        if self._fleet.changes != changes:
+            self._fleet.answer()
+        if engine is None or not (self._outside or self._coming):
+            return
         while self._coming and self._coming[0].at_s <= now:
             self._outside.add(self._coming.popleft())
         places: set[str] = set()

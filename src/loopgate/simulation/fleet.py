@@ -249,6 +249,7 @@ class Fleet:
         """Let vehicles go that are under the gate."""
         self.let_go(vehicles, reason)
         self.settle()
+        self.answer()
 
     def let_go(self, vehicles: Sequence[str], reason: str) -> None:
         """Let vehicles go with the next change; `settle` has to follow."""
@@ -280,6 +281,15 @@ class Fleet:
         else:
             self._leaving = ()
             self.engine.clear()
+
+    def answer(self) -> None:
+        """Let others go where that is possible since vehicles have come or gone in place.
+
+        Not before all who are on the road are taken in: who is granted a state counts as ahead of those that
+        are taken in there after it, and would wait for ever behind one that may not go before it.
+        """
+        if self.engine is not None and self.in_place:
+            self.engine.answer()
 
     def _on(self, track: Track) -> Track:
         """Return the track of a member as it is to go on."""
