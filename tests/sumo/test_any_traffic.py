@@ -78,7 +78,7 @@ def test_it_ends_when_all_have_arrived_and_the_same_seed_gives_the_same(tmp_path
 
 
 def test_who_departs_ahead_of_another_goes_first(tmp_path: Path) -> None:
-    """Both are put in together: the one behind is not granted the place of the one ahead before it is there."""
+    """Put in together, the one behind is not granted the place of the one ahead before that is there."""
     net = tmp_path / "straight.net.xml"
     netgenerate("--grid --grid.x-number=5 --grid.y-number=2 --grid.length=100", net)
     way = "A0B0 B0C0 C0D0 D0E0 E0E1"
