@@ -29,10 +29,14 @@ class Course:
 
 @dataclass(slots=True)
 class Bodies:
-    """Lengths of the vehicles on a course, each with whether they are jointed; width of the widest [m]."""
+    """Lengths of the vehicles on a course, each with whether they are jointed; width of the widest [m].
+
+    And whether some arrive on its lane, and go no further.
+    """
 
     lengths_m: set[tuple[float, bool]]
     width_m: float
+    arrive: bool = False
 
     def looked_at_m(self) -> list[tuple[float, bool]]:
         """Return the lengths to be looked at, ascending: all, or a few of them where there are many."""
@@ -54,6 +58,7 @@ def courses_of(network: RoadNetwork, users: Sequence[tuple[Loop, VehicleType]]) 
             bodies = found.setdefault(course, Bodies(set(), width))
             bodies.lengths_m |= lengths
             bodies.width_m = max(bodies.width_m, width)
+        bodies.arrive |= not loop.closed
     return found
 
 

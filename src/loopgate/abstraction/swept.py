@@ -83,7 +83,7 @@ def find_touches(network: RoadNetwork, courses: Courses) -> Touches:
     if body is None:
         return Touches(names, none, none, *[zero] * 6)
     course = np.repeat(np.arange(len(names)), counts)
-    ways = _Ways(network, names)
+    ways = _Ways(network, courses)
     a, b = overlapping(np.column_stack(body[3:]), ways.lane[course], ways.edge[course])
     keep = ~ways.follow(course[a], course[b], body, a, b)
     a, b = a[keep], b[keep]
@@ -196,8 +196,8 @@ def _fronts(length_m: float) -> Floats:
 class _Ways:
     """How courses hang together: which vehicles follow each other on them."""
 
-    def __init__(self, network: RoadNetwork, courses: Sequence[Course]) -> None:
-        self._network, self._courses = network, courses
+    def __init__(self, network: RoadNetwork, courses: Courses) -> None:
+        self._network, self._courses = network, tuple(courses)
         self._length_m = {lane: network.lanes[lane].length_m for c in courses for lane in (c.lane, *c.before)}
         lanes = {lane: number for number, lane in enumerate(self._length_m)}
         roads = {
@@ -206,13 +206,31 @@ class _Ways:
         self.lane = np.array([lanes[c.lane] for c in courses], dtype=np.int64)
         self.edge = np.array([roads.get(network.lanes[c.lane].edge, -1) for c in courses], dtype=np.int64)
         self._leads: dict[str, dict[str, float]] = {}
-        """By lane: how far behind its beginning lanes ahead of it begin [m]."""
+        """By lane: how far behind its beginning those lanes ahead begin to which everybody on it goes [m]."""
         for course in courses:
             ahead_m = 0.0
             for lane in course.before:
                 ahead_m += self._length_m[lane]
                 known = self._leads.setdefault(lane, {})
                 known[course.lane] = min(ahead_m, known.get(course.lane, ahead_m))
+        for lane, elsewhere in self._elsewhere(courses).items():
+            for other in elsewhere:
+                del self._leads[lane][other]
+
+    def _elsewhere(self, courses: Courses) -> dict[str, set[str]]:
+        """Return by lane those ahead of it to which some do not get: they arrive, or go another way."""
+        found: dict[str, set[str]] = {}
+        for course, bodies in courses.items():
+            passed = {course.lane, *course.before}
+            ahead_m = 0.0
+            for lane in course.before:
+                ahead_m += self._length_m[lane]
+                found.setdefault(lane, set()).update(
+                    other
+                    for other, at_m in self._leads[lane].items()
+                    if other not in passed and (at_m <= ahead_m or bodies.arrive)
+                )
+        return found
 
     def follow(self, one: Ints, other: Ints, body: _Rows, a: Ints, b: Ints) -> Flags:
         """Return in which pairs one body follows the other closely along its way."""
