@@ -6,14 +6,13 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
-from functools import cache
 from typing import Any, NamedTuple, cast
 
 import numpy as np
 import numpy.typing as npt
 import shapely
 
-from loopgate.audit.drawn_bodies import NEAR_M, Body, Way, draw_bodies, find_ways
+from loopgate.audit.drawn_bodies import NEAR_M, Body, Way, draw_bodies, drawn_alike, find_ways
 from loopgate.audit.layout import Layout
 
 _LEAST_M = 0.1
@@ -77,13 +76,16 @@ class Meeting(NamedTuple):
 Drawn = Sequence[Meeting]
 
 _Boxes = npt.NDArray[np.float64]
+_Flags = npt.NDArray[np.bool_]
+_Ints = npt.NDArray[np.int64]
 
 
 def find_meetings(layout: Layout) -> list[Meeting]:
     """Find where bodies can touch, none of which follows the other.
 
     A body is a rectangle from its front towards where its rear is on its way. Bodies on one lane are left to
-    SUMO, those on lanes beside each other on one edge too.
+    SUMO, those on lanes beside each other on one edge too. Ways on which bodies look the same are drawn once;
+    who follows whom depends on where they come from and go to, so that is asked for each two of them.
     """
     numbers: dict[str, int] = {}
     ways = find_ways(layout, numbers)
@@ -92,33 +94,80 @@ def find_meetings(layout: Layout) -> list[Meeting]:
         {number for name, number in numbers.items() if not name.startswith(":")},
         {numbers[lane] for lane in layout.unregulated},
     )
-    edges = [name.rpartition("_")[0] for name in names]
-    bodies, shapes = draw_bodies(layout, ways)
+    alike = drawn_alike(layout, ways)
+    bodies, shapes = draw_bodies(layout, [ways[some[0]] for some in alike])
     if not len(shapes):
         return []
-    pairs: dict[tuple[int, float, int, float], list[tuple[Body, Body]]] = {}
-    apart = cache(lambda v, w: ways[v].window.keys().isdisjoint(ways[w].window))
-    for a, b in _touching(shapes, [ways[body.way].lane for body in bodies], edges):
-        x, y = bodies[a], bodies[b]
-        i, j = ways[x.way].lane, ways[y.way].lane
-        if lies_above(layout, names[i], names[j]):
-            continue
-        if apart(x.way, y.way) or not _follows(ways, roads, x, y):
-            pairs.setdefault((x.way, x.length_m, y.way, y.length_m), []).append((x, y))
-    found = []
-    for (v, _, w, _), touching in pairs.items():
-        for zone in _zones(touching):
-            mine, theirs = _side(ways[v], names, zone, 0), _side(ways[w], names, zone, 1)
-            if min(mine.fronts_m, theirs.fronts_m) >= _LEAST_M:
-                found.append(Meeting(mine, theirs, (ways[v].loops, ways[w].loops)))
+    edges = [name.rpartition("_")[0] for name in names]
+    lanes = [ways[some[0]].lane for some in alike]
+    columns = _columns(bodies)
+    found: list[Meeting] = []
+    for pairs in _touching(shapes, [lanes[body.way] for body in bodies], edges):
+        for one, other in _by_kind(columns, pairs):
+            v, w = alike[one.way], alike[other.way]
+            if not lies_above(layout, names[lanes[one.way]], names[lanes[other.way]]):
+                found += _meet_all(ways, roads, names, (v, w), (one, other))
     return found
 
 
-def _touching(shapes: Any, lanes: Sequence[int], edges: Sequence[str]) -> Iterator[tuple[int, int]]:  # noqa: ANN401
+class _Bodies(NamedTuple):
+    """Bodies of one kind, or of all, in columns as of `Body`; of one kind way and length are the same."""
+
+    way: Any
+    at_m: Any
+    length_m: Any
+    rear_lane: Any
+    waits: Any
+
+
+def _columns(bodies: Sequence[Body]) -> _Bodies:
+    return _Bodies(*(np.array(column) for column in zip(*bodies, strict=True)))
+
+
+def _by_kind(columns: _Bodies, pairs: _Ints) -> Iterator[tuple[_Bodies, _Bodies]]:
+    """Yield the pairs of bodies, of two ways and lengths at a time."""
+    keys = [column[side] for side in pairs for column in (columns.length_m, columns.way)]
+    order = np.lexsort(keys)
+    changes = np.any([np.diff(key[order]) != 0 for key in keys], axis=0)
+    for some in np.split(order, np.flatnonzero(changes) + 1):
+        one, other = (
+            _Bodies(int(way[0]), at_m, float(length_m[0]), rear, waits)
+            for way, at_m, length_m, rear, waits in (
+                [column[side[some]] for column in columns] for side in pairs
+            )
+        )
+        yield one, other
+
+
+def _meet_all(
+    ways: Sequence[Way],
+    roads: _Roads,
+    names: Sequence[str],
+    alike: tuple[Sequence[int], Sequence[int]],
+    bodies: tuple[_Bodies, _Bodies],
+) -> Iterator[Meeting]:
+    """Yield where bodies of two kinds meet, for each two of the ways on which they look like that."""
+    known: dict[bytes, list[tuple[Side, Side]]] = {}
+    every = np.ones(len(bodies[0].at_m), dtype=bool)
+    for v in alike[0]:
+        for w in alike[1]:
+            mine, theirs = ways[v], ways[w]
+            apart = mine.window.keys().isdisjoint(theirs.window)
+            meet = every if apart else ~_follow(mine, theirs, roads, *bodies)
+            key = meet.tobytes()
+            if key not in known:
+                known[key] = list(_zones(mine, theirs, names, bodies, np.flatnonzero(meet)))
+            for one, other in known[key]:
+                first, second = next(iter(mine.loops)), next(iter(theirs.loops))
+                sides = one._replace(loop=first), other._replace(loop=second)
+                yield Meeting(*sides, (mine.loops, theirs.loops))
+
+
+def _touching(shapes: Any, lanes: Sequence[int], edges: Sequence[str]) -> Iterator[_Ints]:  # noqa: ANN401
     """Yield the bodies that touch, of different lanes that do not lie beside each other on one edge.
 
     Roads are compared with those near them, and of each only the bodies that are: most touch others of their
-    own road alone.
+    own road alone. Shape (2, pairs), of two roads at a time; the first of each pair has the lower number.
     """
     codes: dict[str | int, int] = {}
     roads = [n if edge.startswith(":") else edge for n, edge in enumerate(edges)]
@@ -130,31 +179,31 @@ def _touching(shapes: Any, lanes: Sequence[int], edges: Sequence[str]) -> Iterat
     near, other = shapely.STRtree(shapely.box(*boxes.T)).query(shapely.box(*boxes.T))
     for a, b in zip(near[near < other].tolist(), other[near < other].tolist(), strict=True):
         one, two = (parts[x][_overlap(bounds[parts[x]], boxes[y])] for x, y in ((a, b), (b, a)))
-        for i, j in shapely.STRtree(shapes[one]).query(shapes[two], predicate="intersects").T.tolist():
-            x, y = int(two[i]), int(one[j])
-            yield (x, y) if x < y else (y, x)
+        i, j = shapely.STRtree(shapes[one]).query(shapes[two], predicate="intersects")
+        if len(i):
+            yield np.sort(np.stack((two[i], one[j])), axis=0)
 
 
-def _overlap(boxes: _Boxes, box: _Boxes) -> npt.NDArray[np.bool_]:
+def _overlap(boxes: _Boxes, box: _Boxes) -> _Flags:
     """Return which of some boxes, left, bottom, right, top, have something in common with one."""
     low, high = (boxes[:, :2] <= box[2:]), (boxes[:, 2:] >= box[:2])
-    return cast("npt.NDArray[np.bool_]", (low & high).all(axis=1))
+    return cast("_Flags", (low & high).all(axis=1))
 
 
-def _zones(touching: Sequence[tuple[Body, Body]]) -> Iterator[list[tuple[Body, Body]]]:
+def _zones(
+    mine: Way, theirs: Way, names: Sequence[str], bodies: tuple[_Bodies, _Bodies], pairs: _Ints
+) -> Iterator[tuple[Side, Side]]:
     """Yield the pairs in groups that hang together: two lanes can meet at both of their ends."""
-    for part in _runs(touching, 0):
-        yield from _runs(part, 1)
+    for part in _runs(bodies[0].at_m, pairs):
+        for zone in _runs(bodies[1].at_m, part):
+            one, other = _side(mine, names, bodies[0], zone), _side(theirs, names, bodies[1], zone)
+            if min(one.fronts_m, other.fronts_m) >= _LEAST_M:
+                yield one, other
 
 
-def _runs(pairs: Sequence[tuple[Body, Body]], side: int) -> Iterator[list[tuple[Body, Body]]]:
-    run: list[tuple[Body, Body]] = []
-    for pair in sorted(pairs, key=lambda pair: pair[side].at_m):
-        if run and pair[side].at_m - run[-1][side].at_m > _APART_M:
-            yield run
-            run = []
-        run.append(pair)
-    yield run
+def _runs(at_m: _Boxes, pairs: _Ints) -> list[_Ints]:
+    ordered = pairs[np.argsort(at_m[pairs], kind="stable")]
+    return np.split(ordered, np.flatnonzero(np.diff(at_m[ordered]) > _APART_M) + 1) if len(pairs) else []
 
 
 def conflicts_by_loop(layout: Layout, drawn: Drawn) -> dict[str, list[DrawnConflict]]:
@@ -188,18 +237,17 @@ def _meet(one: Side, other: Side) -> bool:
     return last.begin_m - (first.begin_m + first.fronts_m) <= _APART_M
 
 
-def _side(way: Way, names: Sequence[str], zone: Sequence[tuple[Body, Body]], which: int) -> Side:
-    bodies = [pair[which] for pair in zone]
-    fronts = [body.at_m for body in bodies]
+def _side(way: Way, names: Sequence[str], bodies: _Bodies, some: _Ints) -> Side:
+    fronts, length_m = bodies.at_m[some], bodies.length_m
     return Side(
         loop=next(iter(way.loops)),
         lane=names[way.lane],
-        begin_m=min(fronts),
-        end_m=max(body.at_m - body.length_m for body in bodies),
-        fronts_m=max(fronts) - min(fronts),
-        waits=any(body.waits for body in bodies),
-        shortest=bodies[0].length_m == min(way.sizes)[0],
-        under=frozenset(lane for at, lane in way.behind if at + way.lengths[lane] > -bodies[0].length_m),
+        begin_m=float(fronts.min()),
+        end_m=float(fronts.max() - length_m),
+        fronts_m=float(fronts.max() - fronts.min()),
+        waits=bool(bodies.waits[some].any()),
+        shortest=length_m == min(way.sizes)[0],
+        under=frozenset(lane for at, lane in way.behind if at + way.lengths[lane] > -length_m),
     )
 
 
@@ -216,34 +264,32 @@ class _Roads(NamedTuple):
     unregulated: AbstractSet[int]
 
 
-def _follows(ways: Sequence[Way], roads: _Roads, one: Body, other: Body) -> bool:
-    """Return whether one of two bodies comes behind the other on a way that both take, and close to it.
+def _follow(mine: Way, theirs: Way, roads: _Roads, one: _Bodies, other: _Bodies) -> _Flags:
+    """Return in which pairs one of the bodies comes behind the other on a way that both take, close to it.
 
     Either on one way, with all of the first ahead of the second; or where both have just left one lane.
     """
-    mine, theirs = ways[one.way], ways[other.way]
     here, there = mine.window, theirs.window
+    follow = _is_behind_tail(mine, theirs, one, other) | _is_behind_tail(theirs, mine, other, one)
     if mine.lane in there or theirs.lane in here:
         off_m = here[theirs.lane] if theirs.lane in here else -there[mine.lane]
         gain = other.at_m + off_m - one.at_m
-        first, last = (other, one) if gain >= 0 else (one, other)
-        if abs(gain) - first.length_m < NEAR_M and first.rear_lane in ways[last.way].window:
-            return True
-    if _is_behind_tail(ways, one, other) or _is_behind_tail(ways, other, one):
-        return True
+        for is_first, first, last in ((gain >= 0, other, mine), (gain < 0, one, theirs)):
+            close = is_first & (np.abs(gain) - first.length_m < NEAR_M)
+            for lane in set(first.rear_lane.tolist()) & last.window.keys():
+                follow |= close & (first.rear_lane == lane)
     for lane, at_m in here.items():
         if at_m > 0.0 or there.get(lane, 1.0) > 0.0:
             continue
         s, t = one.at_m - at_m, other.at_m - there[lane]
-        length_m = one.length_m if s >= t else other.length_m
+        length_m = np.where(s >= t, one.length_m, other.length_m)
         # Who is on that lane still looks ahead; on the road behind the junction nobody looks back.
         left = lane not in (mine.lane, theirs.lane)
         ends_m = [_kept_apart(way, roads, lane) - way.window[lane] for way in (mine, theirs) if left]
         junction_m = min(ends_m, default=math.inf)
-        just_left = max(s, t) - length_m <= min(mine.lengths[lane] + _JUST_LEFT_M, junction_m)
-        if just_left and abs(s - t) - length_m < NEAR_M:
-            return True
-    return False
+        just_left = np.maximum(s, t) - length_m <= min(mine.lengths[lane] + _JUST_LEFT_M, junction_m)
+        follow |= just_left & (np.abs(s - t) - length_m < NEAR_M)
+    return follow
 
 
 def _kept_apart(way: Way, roads: _Roads, lane: int) -> float:
@@ -260,14 +306,13 @@ def _kept_apart(way: Way, roads: _Roads, lane: int) -> float:
     )
 
 
-def _is_behind_tail(ways: Sequence[Way], first: Body, last: Body) -> bool:
-    """Return whether the rear of the first lies on a lane that the last takes too, close ahead of its front.
+def _is_behind_tail(its: Way, behind: Way, first: _Bodies, last: _Bodies) -> _Flags:
+    """Return in which pairs the rear of the first is on a lane of the way behind, close ahead of that front.
 
     Wherever the first goes: SUMO's drivers follow whatever still lies on their lanes.
     """
-    its, lane = ways[first.way].window, first.rear_lane
-    ahead = ways[last.way].window
-    if lane not in its or lane not in ahead:
-        return False
-    gap = first.at_m - first.length_m - its[lane] + ahead[lane] - last.at_m
-    return 0.0 <= gap < NEAR_M
+    follow = np.zeros(len(first.at_m), dtype=bool)
+    for lane in set(first.rear_lane.tolist()) & its.window.keys() & behind.window.keys():
+        gap = first.at_m - first.length_m - its.window[lane] + behind.window[lane] - last.at_m
+        follow |= (first.rear_lane == lane) & (gap >= 0.0) & (gap < NEAR_M)
+    return follow

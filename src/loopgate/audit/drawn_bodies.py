@@ -101,6 +101,19 @@ def find_ways(layout: Layout, numbers: dict[str, int]) -> list[Way]:
     return list(found.values())
 
 
+def drawn_alike(layout: Layout, ways: Sequence[Way]) -> list[list[int]]:
+    """Return the ways by number, those together on which bodies look the same: where they lie, and wait."""
+    found: dict[object, list[int]] = {}
+    for number, way in enumerate(ways):
+        reach_m = max((length_m for length_m, _ in way.sizes), default=0.0)
+        behind = tuple((at, lane) for at, lane in way.behind if at + way.lengths[lane] >= -reach_m)
+        used = way.first_m, way.last_m, way.rear_m, way.length_m
+        drawn = way.points.tobytes(), way.arcs.tobytes(), tuple(sorted(way.sizes.items()))
+        places = tuple((round(begin, 3), round(end, 3)) for begin, end in _places(layout, way, reach_m))
+        found.setdefault((way.lane, behind, used, drawn, places), []).append(number)
+    return list(found.values())
+
+
 def driven(loop: LoopWay, span: Span, before: Span) -> list[tuple[float, float]]:
     """Return where vehicles are on each lane of a span that they drive on [m]: all along, unless they change.
 
@@ -215,19 +228,9 @@ def _rectangles(
 
 
 def _described(layout: Layout, number: int, way: Way, at_m: _Floats, length_m: float) -> list[Body]:
-    loop, begin_m = next(iter(way.loops.items()))
-    lap_m = layout.loops[loop].length_m
-    places = [(leg.begin_m - begin_m, leg.end_m - begin_m) for leg in layout.loops[loop].legs]
-    reach_m = way.length_m + length_m
-    near = [
-        (begin + k * lap_m, end + k * lap_m + _ROUNDING_M)
-        for begin, end in places
-        for k in (-1, 0, 1)
-        if begin + k * lap_m <= way.length_m and end + k * lap_m >= -reach_m
-    ]
     rear_m = at_m - length_m + _ROUNDING_M
     waits = np.zeros(len(at_m), dtype=bool)
-    for begin, end in near:
+    for begin, end in _places(layout, way, length_m):
         waits |= (begin <= rear_m) & (at_m <= end)
     behind = way.behind
     last = np.searchsorted([metres for metres, _ in behind], rear_m, side="right") - 1
@@ -237,3 +240,17 @@ def _described(layout: Layout, number: int, way: Way, at_m: _Floats, length_m: f
     ]
     columns = zip(at_m.tolist(), lanes, waits.tolist(), strict=True)
     return [Body(number, front, length_m, lane, wait) for front, lane, wait in columns]
+
+
+def _places(layout: Layout, way: Way, length_m: float) -> list[tuple[float, float]]:
+    """Return from where to where there are places within reach of bodies of a length on a way [m]."""
+    loop, begin_m = next(iter(way.loops.items()))
+    lap_m = layout.loops[loop].length_m
+    places = [(leg.begin_m - begin_m, leg.end_m - begin_m) for leg in layout.loops[loop].legs]
+    reach_m = way.length_m + length_m
+    return [
+        (begin + k * lap_m, end + k * lap_m + _ROUNDING_M)
+        for begin, end in places
+        for k in (-1, 0, 1)
+        if begin + k * lap_m <= way.length_m and end + k * lap_m >= -reach_m
+    ]

@@ -33,6 +33,9 @@ _SETS_OUT_S = 5.0
 _PASSED_S = 2.0
 """Time in which an ordinary vehicle with the right of way is over the junction once it is there [s]."""
 
+_HELD_UP_S = 5.0
+"""Who stands at its line for so long with nobody in its way waits for one with a grant of its own [s]."""
+
 _APART_S = 1.0
 """Time to spare between a gated vehicle leaving and one with the right of way getting there [s]."""
 
@@ -45,6 +48,8 @@ class Yielding:
     down before a junction as long as it can still stop there, and does not set out from one, while somebody
     is in its way or comes. What comes later is SUMO's to sort out, as it is after a minute; but who drove in
     when nobody came does not wait inside, in the way of one that departs just then and can still stop.
+    Nor does it wait for ever before its line for another gated one: where lights are off SUMO lets each of
+    two wait for the other whose ways do not even touch.
 
     Parameters
     ----------
@@ -80,6 +85,10 @@ class Yielding:
         """For whom nobody came when it was looked last, and on which movement, until they are past it."""
         self._first: set[str] = set()
         """Those of them inside the junction, where they would be in the way if they waited."""
+        self._standing_s: dict[str, float] = {}
+        """Since when vehicles with grants stand at their lines with nobody in their way [s]."""
+        self._freed: dict[str, Movement] = {}
+        """Those who did for too long, and go without giving way, until they are past that movement."""
         self._may_set_out: dict[str, tuple[float, float]] = {}
         """Since when ordinary vehicles stand at their lines though they may drive, and were seen so last."""
 
@@ -94,11 +103,15 @@ class Yielding:
         kept: dict[str, float] = {}
         first: set[str] = set()
         clear, self._clear = self._clear, {}
+        freed, self._freed = self._freed, {}
+        standing_s, self._standing_s = self._standing_s, {}
         for driver in self._drivers:
             if driver.row["crossed"] < driver.row["granted"] and not driver.row["steered"]:
                 self._go_on(driver, clear.get(driver.id), first)
                 speed = self._speed(driver, before=driver.id in since_s)
                 if speed is None:
+                    if self._is_free(driver, freed.get(driver.id), standing_s.get(driver.id, now)):
+                        first.add(driver.id)
                     continue
                 self._since_s[driver.id] = since_s.get(driver.id, now)
                 if now - self._since_s[driver.id] < _MOST_KEPT_S:
@@ -119,6 +132,21 @@ class Yielding:
                 self._clear[driver.id] = movement
                 if left_m < 0.0 and not self._is_late(movement):
                     first.add(driver.id)
+
+    def _is_free(self, driver: Driver, freed: Movement | None, since_s: float) -> bool:
+        """Return whether a vehicle goes on without giving way, as nobody is in its way who has no grant."""
+        for movement, left_m, line_m in self._ahead(driver):
+            if left_m < -movement.length_m:
+                continue
+            goes = movement is freed
+            if left_m >= 0.0 and line_m <= _AT_LINE_M and driver.speed_mps < _STANDING_MPS:
+                self._standing_s[driver.id] = since_s
+                goes |= self._traffic.now_s - since_s >= _HELD_UP_S
+            if goes and not self._is_late(movement):
+                self._freed[driver.id] = movement
+                return True
+            return False
+        return False
 
     def _is_late(self, movement: Movement) -> bool:
         """Return whether somebody comes who cannot stop any more."""
