@@ -99,6 +99,22 @@ def test_who_departs_ahead_of_another_goes_first(tmp_path: Path) -> None:
     assert grants["vehicle"].tolist() == ["ahead", "behind"]
 
 
+def test_two_that_sumo_lets_wait_for_each_other_go_on_all_the_same(tmp_path: Path) -> None:
+    """Lights are off, and an ordinary vehicle is far away: each of two has to give way, by SUMO's matrix."""
+    ways = {
+        "left": "-31050360#2 143308552#1 -318210361#3 -318210361#0",
+        "straight": "143308542#15 143308542#16 143308552#1 -318210361#3",
+        "ordinary": "118262353#0 118262353#1 118262353#2",
+    }
+    rows = [f'<vehicle id="{v}" depart="5"><route edges="{edges}"/></vehicle>' for v, edges in ways.items()]
+    routes, names = tmp_path / "three.rou.xml", tmp_path / "gated.txt"
+    routes.write_text(f"<routes>{''.join(rows)}</routes>", encoding="utf-8")
+    names.write_text("left\nstraight\n", encoding="utf-8")
+    summary = run(tmp_path / "out", routes, network="sumo:DRT", gated=str(names))
+    assert (summary["arrived"], summary["others"]["arrived"]) == (2, 1)
+    assert summary["worst_delay_s"] < 30.0
+
+
 def test_sumo_alone_with_the_same_demand(tmp_path: Path) -> None:
     """The same figures from the same definition, gate or no gate."""
     routes = demand(tmp_path, loops=0)
