@@ -38,7 +38,7 @@ from loopgate.simulation.run import simulate
 from loopgate.simulation.sumo_start import TRIPS
 
 ROOT = Path(__file__).resolve().parent.parent
-DRAWN = {"grid": (str(ROOT / "networks" / "grid5-priority.net.xml"), 1.7), "drt": ("sumo:DRT", 1.7)}
+DRAWN = {"grid": (str(ROOT / "networks" / "grid5-priority.net.xml"), 2.0), "drt": ("sumo:DRT", 1.0)}
 """Networks, and how many trips arrive in a second under the gate where too many are asked for, about."""
 EVERYONE = 100
 TIMES = (0.5, 1.0, 1.5, 2.0, 3.0)

@@ -6,9 +6,10 @@ from bisect import insort
 from collections import Counter, deque
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
+import numpy.typing as npt
 
 from loopgate.abstraction.queue_layout import AWAY
 from loopgate.drive.changing import ChangingEngine
@@ -29,12 +30,12 @@ _AGAIN_S = 1.0
 """Who was refused by the gate is looked at again after this time [s]."""
 
 _CROWDED = 0.2
-"""Share of all slots from which on more vehicles make less traffic: on a grid of one-lane roads most is
-driven where a fifth is taken, a seventh less where a quarter is, and less than half where three quarters
-are."""
+"""Share of the slots on its way from which on one more makes less traffic: with three times as many trips as
+a grid of one-lane roads can take, most arrive in an hour where a fifth is taken; 3 % fewer where 0.15 or 0.25
+is, 18 % fewer where a fifth of all slots in the network is looked at instead."""
 
 _AT_LEAST = 0.05
-"""Share of all slots up to which those who drive once are let in whatever loops take."""
+"""Share of all slots up to which those who drive once are let in however crowded their ways are by loops."""
 
 _PATIENCE_S = 20.0
 """Who has waited so long for others to drive into its place keeps them out for as long, now and then [s]."""
@@ -172,7 +173,7 @@ class GatedDepartures(Departures):
 
     One departs when its place has a slot that the gate lets it have, and nobody stands or drives behind its
     front there; nobody else gets into the place in that step. Where others keep driving into it, it is closed
-    to them for a while, now and then. Of those who drive once no more are let in than roads work with.
+    to them for a while, now and then. Who drives once waits as long as its way is crowded.
 
     Parameters
     ----------
@@ -189,10 +190,11 @@ class GatedDepartures(Departures):
         self._entering: list[Departure] = []
         self._tried_s: dict[str, float] = {}
         self._how = {one.start.vehicle: one.start.insertion for one in departures}
+        self._ways: dict[tuple[str, int], npt.NDArray[np.int64]] = {}
         slots = sum(most for place, most in fleet.room.items() if not place.startswith(AWAY))
-        loops = sum(one.start.loop.closed for one in departures) + len(fleet.members)
-        self._most = max(_CROWDED * slots - loops, _AT_LEAST * slots)
-        """So many vehicles that drive once may be on the road at the same time."""
+        loops = any(one.start.loop.closed for one in departures) or bool(fleet.members)
+        self._least = _AT_LEAST * slots * loops
+        """So many vehicles that drive once may be on the road at the same time, whatever they come upon."""
 
     @property
     def over(self) -> bool:
@@ -226,12 +228,29 @@ class GatedDepartures(Departures):
         on_road = np.count_nonzero(engine.vehicles["pivot"] == NOBODY)
         engine.wait_outside(self._outside.before_junctions)
         for one in self._outside.first():
-            if not one.start.loop.closed and on_road + len(self._entering) >= self._most:
+            open_to_all = one.start.loop.closed or on_road + len(self._entering) < self._least
+            if not open_to_all and self._is_crowded(engine, one):
                 continue
             place = _place(one)
             if place not in places:
                 places.add(place)
                 self._try(engine, one, place)
+
+    def _is_crowded(self, engine: ChangingEngine, one: Departure) -> bool:
+        """Return whether too many slots are taken on the way that a vehicle is to drive."""
+        track = one.track
+        if track is None or self._fleet.keeper is None:
+            return False
+        key = one.start.loop.id, track.start_position
+        places = self._ways.get(key)
+        if places is None:
+            names = dict.fromkeys(leg.state for leg in track.legs[track.start_position :])
+            known = (self._fleet.keeper.number(name) for name in names if not name.startswith(AWAY))
+            places = np.array([number for number in known if number is not None], dtype=np.int64)
+            if engine.changes_in_place:  # else they may have other numbers next time
+                self._ways[key] = places
+        states = cast("Any", engine.tables.states)
+        return bool(states["queue"][places].sum() > _CROWDED * states["room"][places].sum())
 
     def _try(self, engine: ChangingEngine, one: Departure, place: str) -> None:
         """Put a vehicle in if there is room for it."""
