@@ -37,6 +37,11 @@ is, 18 % fewer where a fifth of all slots in the network is looked at instead.""
 _AT_LEAST = 0.05
 """Share of all slots up to which those who drive once are let in however crowded their ways are by loops."""
 
+_LONG_S = 120.0
+_IN_TURN = 20
+"""Of so many who are let in one is who has waited longest, if that long [s], however crowded its way is: with
+half more trips than a grid can take the worst waits a third less, and as many arrive."""
+
 _PATIENCE_S = 20.0
 """Who has waited so long for others to drive into its place keeps them out for as long, now and then [s]."""
 
@@ -190,6 +195,8 @@ class GatedDepartures(Departures):
         self._entering: list[Departure] = []
         self._tried_s: dict[str, float] = {}
         self._how = {one.start.vehicle: one.start.insertion for one in departures}
+        self._others = 0
+        """How many were let in since it was the turn of who has waited longest."""
         self._ways: dict[tuple[str, int], npt.NDArray[np.int64]] = {}
         slots = sum(most for place, most in fleet.room.items() if not place.startswith(AWAY))
         loops = any(one.start.loop.closed for one in departures) or bool(fleet.members)
@@ -227,14 +234,19 @@ class GatedDepartures(Departures):
         places: set[str] = set()
         on_road = np.count_nonzero(engine.vehicles["pivot"] == NOBODY)
         engine.wait_outside(self._outside.before_junctions)
-        for one in self._outside.first():
-            open_to_all = one.start.loop.closed or on_road + len(self._entering) < self._least
-            if not open_to_all and self._is_crowded(engine, one):
-                continue
+        first = self._outside.first()
+        longest = first[0] if first and self._others >= _IN_TURN and now >= first[0].at_s + _LONG_S else None
+        for one in first:
+            goes_on = one is longest or one.start.loop.closed
+            few = on_road + len(self._entering) < self._least
             place = _place(one)
-            if place not in places:
-                places.add(place)
-                self._try(engine, one, place)
+            if place in places or not (goes_on or few or not self._is_crowded(engine, one)):
+                continue
+            places.add(place)
+            entering = len(self._entering)
+            self._try(engine, one, place)
+            if len(self._entering) > entering:
+                self._others = 0 if one is longest else self._others + 1
 
     def _is_crowded(self, engine: ChangingEngine, one: Departure) -> bool:
         """Return whether too many slots are taken on the way that a vehicle is to drive."""
