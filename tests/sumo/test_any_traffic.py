@@ -16,6 +16,7 @@ from loopgate import Scenario
 from loopgate.analysis.rows import read_run_row
 from loopgate.errors import ScenarioError
 from loopgate.network import RoadNetwork
+from loopgate.simulation import departures
 from loopgate.simulation.run import simulate
 
 pytestmark = pytest.mark.sumo
@@ -97,6 +98,46 @@ def test_who_departs_ahead_of_another_goes_first(tmp_path: Path) -> None:
     events = pd.read_parquet(tmp_path / "out" / "events.parquet")
     grants = events[(events["event"] == "grant") & (events["place"] == "C0D0_0")]
     assert grants["vehicle"].tolist() == ["ahead", "behind"]
+
+
+def test_who_comes_upon_a_crowd_waits_outside_and_nobody_else_does(tmp_path: Path) -> None:
+    """Two streams cross and ask for more than that takes; in a corner beside them trips depart at once."""
+    ways = {"s": "A2B2 B2C2 C2D2 D2E2", "t": "C0C1 C1C2 C2C3 C3C4", "c": "A3A4 A4B4 B4B3"}
+    rows = [
+        f'<vehicle id="{name}{k}" depart="{2 * k}"><route edges="{edges}"/></vehicle>'
+        for k in range(90)
+        for name, edges in ways.items()
+        if name != "c" or k % 5 == 0
+    ]
+    routes = tmp_path / "stream.rou.xml"
+    routes.write_text(f"<routes>{''.join(rows)}</routes>", encoding="utf-8")
+    summary = run(tmp_path / "out", routes)
+    assert (summary["outcome"], summary["arrived"]) == ("done", len(rows))
+    vehicles = pd.read_parquet(tmp_path / "out" / "vehicles.parquet").set_index("vehicle")
+    streams = vehicles.filter(regex="s|t", axis="index")
+    assert vehicles["depart_delay_s"].filter(like="c").max() < 5.0
+    assert streams["depart_delay_s"].max() > 10.0
+    assert streams["time_loss_s"].max() < 60.0
+
+
+def test_who_has_waited_longest_has_its_turn_where_all_ways_are_crowded(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Many more trips than the grid takes: without that rule somebody waits outside for longer."""
+    rng = Random(7)
+    edges = sorted(RoadNetwork.open(GRID).edges)
+    rows = [
+        f'<trip id="t{k}" depart="{k / 5:g}" from="{a}" to="{b}"/>'
+        for k, (a, b) in enumerate(rng.sample(edges, 2) for _ in range(900))
+    ]
+    routes = tmp_path / "many.rou.xml"
+    routes.write_text(f"<routes>{''.join(rows)}</routes>", encoding="utf-8")
+    found = []
+    for turn in (departures._IN_TURN, len(rows)):
+        monkeypatch.setattr(departures, "_IN_TURN", turn)
+        found.append(run(tmp_path / f"{turn}", routes, duration_s=1800.0))
+    assert [one["arrived"] for one in found] == [len(rows)] * 2
+    assert found[0]["max_depart_delay_s"] < found[1]["max_depart_delay_s"]
 
 
 def test_two_that_sumo_lets_wait_for_each_other_go_on_all_the_same(tmp_path: Path) -> None:
