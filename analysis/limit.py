@@ -1,11 +1,13 @@
-"""The five-by-five grid close to its limit: the gate, SUMO's rules and lights, and what no rule can exceed.
+"""The five-by-five grid close to its limit: the gate, SUMO's rules and lights, and a bound.
 
     python analysis/limit.py --seeds 5 --step 0.5 --write
 
 drives the loops of ``throughput.py`` under four rules and five kinds of lights, the best of which is the
 rival, and under the gate, at steps of one second or of half a one. The limit is a linear programme over the
 flow on each loop: no vehicle drives faster than all by itself, each movement over a junction takes the
-headway at which a queue is discharged, and of those that cross each other one takes its turn at a time.
+headway at which a queue is discharged, and of those that cross each other one takes its turn at a time. No
+rule exceeds it by which movements that cross take turns; a rule by which single vehicles slip through between
+those of another movement could.
 """
 
 from __future__ import annotations
