@@ -55,7 +55,15 @@ def test_an_installation_that_cannot_be_written_to(tmp_path: Path, monkeypatch: 
     assert kernel_folder("", sources) == ""
 
 
-@pytest.mark.parametrize("module", ["loopgate.drive.motion", "loopgate.research.state_space.kernels"])
+@pytest.mark.parametrize(
+    "module",
+    [
+        "loopgate.drive.motion",
+        "loopgate.network.cover.kernel",
+        "loopgate.network.cover.tours",
+        "loopgate.research.state_space.kernels",
+    ],
+)
 def test_kernels_are_kept_there(module: str, tmp_path: Path) -> None:
     """Whatever is imported first, and where the user wants them."""
     script = (

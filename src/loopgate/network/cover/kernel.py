@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
+
+from loopgate.kernel_cache import kernel
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -27,14 +28,14 @@ POWER = 12
 """A tour of length x is worth ``x**POWER + share * x``, in units of a scale."""
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def worth(length: float, scale: float, share: float) -> float:
     """Return what a tour is worth; the less the better."""
     x = length / scale
     return float(x**POWER + share * x)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def nearest(rows: Floats, count: int) -> Ints:
     """Return where each row has its least values, the least first, and equal ones in their order."""
     size = len(rows)
@@ -54,7 +55,7 @@ def nearest(rows: Floats, count: int) -> Ints:
     return found
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _begin_at(on: Ints, lengths: Floats) -> int:
     """Return the street round which to take strings out."""
     centre = np.random.randint(len(on))
@@ -65,7 +66,7 @@ def _begin_at(on: Ints, lengths: Floats) -> int:
     return centre
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _take_out(cost: Floats, links: Ints, on: Ints, tour: int, first: int, last: int, lengths: Floats) -> None:
     """Take a string out of its tour; its own links stay, so that it can be put back."""
     before, behind = links[0, first], links[1, last]
@@ -80,7 +81,7 @@ def _take_out(cost: Floats, links: Ints, on: Ints, tour: int, first: int, last: 
     links[1, before], links[0, behind] = behind, before
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _ruin(
     cost: Floats,
     around: Ints,
@@ -117,7 +118,7 @@ def _ruin(
     return streets, count
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _order(cost: Floats, out: Ints, count: int) -> Ints:
     """Return the streets taken out in the order in which to put them in."""
     rule = np.random.random()
@@ -132,7 +133,7 @@ def _order(cost: Floats, out: Ints, count: int) -> Ints:
     return chosen
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _put_in(
     cost: Floats,
     near: Ints,
@@ -168,7 +169,7 @@ def _put_in(
     return True
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def rebuild(
     cost: Floats,
     near: Ints,

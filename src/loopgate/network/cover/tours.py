@@ -8,7 +8,8 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 import scipy
-from numba import njit
+
+from loopgate.kernel_cache import kernel
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -56,7 +57,7 @@ def _patched(cost: Floats, following: Ints) -> Ints:
     return order
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _cheapest_exchange(cost: Floats, following: Ints, some: Ints, others: Ints) -> tuple[int, int]:
     """Return one of some and one of others such that exchanging their followers costs least."""
     least, found = np.inf, (some[0], others[0])
@@ -70,7 +71,7 @@ def _cheapest_exchange(cost: Floats, following: Ints, some: Ints, others: Ints) 
     return found
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _cycles(following: Ints) -> Ints:
     """Return for each the number of the cycle that it is on."""
     label = np.full(len(following), -1)
@@ -93,7 +94,7 @@ def cut_in_two(cost: Floats, tour: Ints, power: int, scale: float) -> tuple[Ints
     return tour[begin : end + 1], np.concatenate((tour[end + 1 :], tour[:begin]))
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _best_cut(between: Floats, power: int, scale: float) -> tuple[int, int]:
     """Return first and last of the piece to cut out of the tour in whose order the costs are."""
     size = len(between)
