@@ -10,12 +10,14 @@ from __future__ import annotations
 import hashlib
 import os
 import shutil
+import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
 from numba import config, njit
+from numba.core import event
 
 _PACKAGE = Path(__file__).parent
 _PREFIX = "loopgate-kernels-"
@@ -63,6 +65,35 @@ def _delete_old(place: Path) -> None:
 
 # Numba has one such setting for all that is compiled: it is made as soon as anything here is imported.
 config.CACHE_DIR = kernel_folder(config.CACHE_DIR)  # type: ignore[attr-defined]  # there once numba is imported
+
+
+def mark(folder: str, group: str) -> bool:
+    """Leave a mark that a group of functions is compiled; False if there is one, or there cannot be."""
+    if not folder:
+        return False
+    try:
+        Path(folder, f"{group}.mark").touch(exist_ok=False)
+    except OSError:
+        return False
+    return True
+
+
+class _Announcer(event.Listener):
+    """Says on stderr that much is compiled: once for a folder, and for each of the package's own packages."""
+
+    def on_start(self, event: event.Event) -> None:
+        package, _, module = event.data["dispatcher"].py_func.__module__.partition(".")
+        group = module.partition(".")[0]
+        if package == __package__ and mark(config.CACHE_DIR, group):  # type: ignore[attr-defined]
+            text = f"compiling its kernels ({group}), once for this version; about half a minute"
+            sys.stderr.write(f"loopgate: {text}\n")
+            sys.stderr.flush()
+
+    def on_end(self, event: event.Event) -> None:
+        pass
+
+
+event.register("numba:compile", _Announcer())  # type: ignore[no-untyped-call]
 
 
 def kernel(function: F) -> F:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from loopgate.kernel_cache import kernel_folder
+from loopgate.kernel_cache import kernel_folder, mark
 
 
 def package(folder: Path) -> Path:
@@ -76,3 +76,35 @@ def test_kernels_are_kept_there(module: str, tmp_path: Path) -> None:
     )
     assert done.stdout.split()
     assert all(path.startswith(f"{tmp_path}/loopgate-kernels-") for path in done.stdout.split())
+
+
+def test_compiling_is_announced_once(tmp_path: Path) -> None:
+    """Not where nothing is compiled, nor where something of the kind was; and never into stdout."""
+    script = (
+        "import sys\nfrom loopgate.network.cover.kernel import worth\n"
+        "if len(sys.argv) > 1: worth(*map(eval, sys.argv[1:]))\n"
+    )
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
+    said = []
+    for lengths in ([], ["2.0", "1.0", "1.0"], ["2.0", "1.0", "1.0"], ["2", "1", "1"]):
+        done = subprocess.run(
+            [sys.executable, "-c", script, *lengths],
+            env=environment,
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        assert not done.stdout
+        said.append(done.stderr)
+    line = "loopgate: compiling its kernels (network), once for this version; about half a minute\n"
+    assert said == ["", line, "", ""]
+
+
+def test_without_a_folder_nothing_is_marked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Neither here nor elsewhere."""
+    monkeypatch.chdir(tmp_path)
+    assert not mark("", "drive")
+    assert not mark(str(tmp_path / "missing"), "drive")
+    assert not list(tmp_path.iterdir())
+    assert mark(str(tmp_path), "drive")
+    assert not mark(str(tmp_path), "drive")
