@@ -519,7 +519,7 @@ def _waits(i: int, t: Tables) -> bool:
 
 @kernel
 def _closes(i: int, t: Tables) -> bool:
-    """Return whether the vehicle's move would close a circle of full places (`Flow.closes`).
+    """Return whether the vehicle's move would close a circle of full places (`ChainRule.closes`).
 
     All fit into a private state, and there are two at least: so none is ever full in a chain.
     """

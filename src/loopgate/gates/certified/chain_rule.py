@@ -177,7 +177,7 @@ class ChainRule:
             chain.append(place)
 
     def _closes_any(self, stand: Occupancy, robot: int, left: int, target: int) -> list[int]:
-        """As `_closes` where places have several robots that may leave next: by peeling off what is free."""
+        """As `closes` where places have several robots that may leave next: by peeling off what is free."""
         there = stand.copy()
         there.step(robot)
         on_its_way = not self._layout.home[robot][there.at[robot]]
