@@ -45,7 +45,7 @@ _COMMANDS = (
     "inspect network/n.net.xml --routes routes/r.rou.xml --vehicle-length 5 --seed 1 --json",
     "inspect network/n.net.xml --routes routes/r.rou.xml --abstraction segments --rho 1.2 --piece 50 -o OUT",
     "inspect configured/c.sumocfg",
-    "explore system/s.json --gate collision --memory-gb 1 --witness",
+    "explore system/s.json --gate collision --memory-gb 1 --counterexample",
     "trace system/s.json --gate algorithm2:lookahead=2 --moves r1,r2,r1 --json",
     "montecarlo system/s.json --gate banker --rounds 5 --seed 2",
     "verify system/s.json --gate certified:budget=50 --seed 1 --limit 50 --walks 1 --steps 5",

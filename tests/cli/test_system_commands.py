@@ -42,10 +42,12 @@ def test_explore_prints_the_keys_that_are_promised() -> None:
 
 def test_explore_shows_a_shortest_counterexample() -> None:
     """Eight moves lead Algorithm 2 into an inevitable deadlock."""
-    found = run_json("explore", str(INSTANCES / "unsound_n5.json"), "--gate", "algorithm2", "--witness")
+    found = run_json(
+        "explore", str(INSTANCES / "unsound_n5.json"), "--gate", "algorithm2", "--counterexample"
+    )
     assert found["unsafe_admitted"] == 1
-    assert found["witness"]["kind"] == "unsafe"
-    assert len(found["witness"]["moves"]) == 8
+    assert found["counterexample"]["kind"] == "unsafe"
+    assert len(found["counterexample"]["moves"]) == 8
 
 
 def test_trace_says_who_is_refused_and_why() -> None:

@@ -43,22 +43,22 @@ SHAPES = [
 
 
 def check(system: System, gate: str) -> None:
-    """Compare all figures, with and without a witness; replay the witness."""
+    """Compare all figures, with and without a counterexample; replay it."""
     try:
         made = make_gate(gate, system)
     except UnsafeStartError:
         return
     plain = explore_plainly(system, made)
-    found = explore(system, made, witness=True)
+    found = explore(system, made, counterexample=True)
     assert replace(found, seconds=0.0) == plain
-    assert replace(explore(system, made), seconds=0.0) == replace(plain, witness=None)
-    if found.witness:
+    assert replace(explore(system, made), seconds=0.0) == replace(plain, counterexample=None)
+    if found.counterexample:
         here = system.initial
-        for name in found.witness.moves:
+        for name in found.counterexample.moves:
             robot = system.robot_number(name)
             assert made.decide(here, robot).admitted
             here = system.move(here, robot)
-        assert system.describe(here) == found.witness.configuration
+        assert system.describe(here) == found.counterexample.configuration
 
 
 @pytest.mark.parametrize("gate", GATES)

@@ -89,11 +89,11 @@ def visits(system: System, gate: Gate) -> list[_Visit]:
 
 
 def explore_plainly(system: System, gate: Gate) -> Exploration:
-    """Find what `loopgate.research.state_space.explore` finds, with a witness."""
+    """Find what `loopgate.research.state_space.explore` finds, with a counterexample."""
     safe, live = judge_of(system, gate), Oracle(system).live
     orders, ordered = Orders(system), homes_decide_liveness(system)
     by_order: dict[str, int] = {}
-    witness: Counterexample | None = None
+    counterexample: Counterexample | None = None
     every = visits(system, gate)
     stuck = 0
     for visit in every:
@@ -104,9 +104,9 @@ def explore_plainly(system: System, gate: Gate) -> Exploration:
             order = orders.of_configuration(here)
             key = "unordered" if order is None else str(order)
             by_order[key] = by_order.get(key, 0) + 1
-        if witness is None and (is_stuck or not safe(here)):
+        if counterexample is None and (is_stuck or not safe(here)):
             names = tuple(system.robots[i].id for i in visit.way)
-            witness = Counterexample("stuck" if safe(here) else "unsafe", names, system.describe(here))
+            counterexample = Counterexample("stuck" if safe(here) else "unsafe", names, system.describe(here))
     return Exploration(
         configurations=len(every),
         transitions=sum(len(visit.admitted) for visit in every),
@@ -116,7 +116,7 @@ def explore_plainly(system: System, gate: Gate) -> Exploration:
         stuck=stuck,
         unsafe_admitted=sum(not safe(visit.here) for visit in every[1:]),
         seconds=0.0,
-        witness=witness,
+        counterexample=counterexample,
     )
 
 

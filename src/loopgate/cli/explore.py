@@ -17,7 +17,7 @@ from loopgate.cli.progress import show_progress
 @click.argument("file", type=click.Path(path_type=Path, dir_okay=False))
 @click.option("--gate", default="collision", show_default=True, help="Gate, with options: name:option=value.")
 @click.option(
-    "--witness", is_flag=True, help="Also print a shortest way to an unsafe or stuck configuration."
+    "--counterexample", is_flag=True, help="Also print a shortest way to an unsafe or stuck configuration."
 )
 @click.option("--json", "as_json", is_flag=True, help="Print JSON only.")
 @click.option(
@@ -27,7 +27,7 @@ from loopgate.cli.progress import show_progress
     show_default=True,
     help="Stop with a message before more memory is used [GB].",
 )
-def explore(file: Path, gate: str, *, witness: bool, as_json: bool, memory_gb: float) -> None:
+def explore(file: Path, gate: str, *, counterexample: bool, as_json: bool, memory_gb: float) -> None:
     """Explore the system in FILE exhaustively from its start, under a gate."""
     from loopgate.gates import make_gate
     from loopgate.model import read_system
@@ -36,15 +36,15 @@ def explore(file: Path, gate: str, *, witness: bool, as_json: bool, memory_gb: f
     system = read_system(file)
     with show_progress("configurations") as report:
         made = make_gate(gate, system, perf_counter)
-        found = explore_all(system, made, witness=witness, memory_gb=memory_gb, progress=report)
+        found = explore_all(system, made, counterexample=counterexample, memory_gb=memory_gb, progress=report)
     data: dict[str, Any] = found.as_dict()
-    if witness:
-        data["witness"] = None
-        if found.witness is not None:
-            data["witness"] = {
-                "kind": found.witness.kind,
-                "moves": list(found.witness.moves),
-                "configuration": list(found.witness.configuration),
+    if counterexample:
+        data["counterexample"] = None
+        if found.counterexample is not None:
+            data["counterexample"] = {
+                "kind": found.counterexample.kind,
+                "moves": list(found.counterexample.moves),
+                "configuration": list(found.counterexample.configuration),
             }
     if as_json:
         click.echo(json.dumps(data))
@@ -55,8 +55,8 @@ def explore(file: Path, gate: str, *, witness: bool, as_json: bool, memory_gb: f
 
 def _text(key: str, value: object) -> str:
     if value is None:
-        return "none" if key == "witness" else "not counted: a robot has no private or terminal state"
-    if key == "witness" and isinstance(value, dict):
+        return "none" if key == "counterexample" else "not counted: a robot has no private or terminal state"
+    if key == "counterexample" and isinstance(value, dict):
         moves = " ".join(value["moves"]) or "no move"
         return f"{value['kind']} after {moves}: {' '.join(value['configuration'])}"
     if isinstance(value, dict):

@@ -40,14 +40,14 @@ class Exploration:
     """How many are not what the gate promises though an admitted move leads to them: live, or, of a gate that
     promises that somebody can always move, that."""
     seconds: float
-    witness: Counterexample | None = field(default=None)
+    counterexample: Counterexample | None = field(default=None)
     """A shortest way to a configuration that is unsafe or stuck, if it was asked for and there is one. The
     start may be."""
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the figures as a JSON object, without the witness."""
+        """Return the figures as a JSON object, without the counterexample."""
         figures = asdict(self) | {"seconds": round(self.seconds, 3)}
-        del figures["witness"]
+        del figures["counterexample"]
         return figures
 
 
@@ -55,7 +55,7 @@ def explore(
     system: System,
     gate: Gate,
     *,
-    witness: bool = False,
+    counterexample: bool = False,
     memory_gb: float = 4.0,
     limit: int | None = None,
     progress: Callable[[int], None] = lambda _: None,
@@ -69,7 +69,7 @@ def explore(
     system, gate
         What to explore. The gate's decisions must depend on the configuration alone; `Gate.moved` is not
         called.
-    witness
+    counterexample
         Whether to look for a shortest counterexample.
     limit
         The most configurations to find without the gate, if given.
@@ -98,7 +98,7 @@ def explore(
     dead = order[~(live | space.locked)[order]]
     stuck = reach.stuck
     found: Counterexample | None = None
-    bad = order[(stuck | ~good)[order]] if witness else order[:0]
+    bad = order[(stuck | ~good)[order]] if counterexample else order[:0]
     if len(bad):
         names = tuple(system.robots[i].id for i in reach.way(int(bad[0])))
         where = system.describe(space.configuration(int(bad[0])))
@@ -112,7 +112,7 @@ def explore(
         stuck=int(stuck.sum()),
         unsafe_admitted=int((~good)[order[1:]].sum()),
         seconds=time.perf_counter() - began,
-        witness=found,
+        counterexample=found,
     )
 
 

@@ -26,36 +26,36 @@ def test_first_order_deadlock_by_hand() -> None:
 def test_unsound_instance() -> None:
     """Algorithm 2 admits one move into a configuration that is not live; eight moves lead there."""
     system = instance("unsound_n5")
-    found = explore(system, make_gate("algorithm2", system), witness=True)
+    found = explore(system, make_gate("algorithm2", system), counterexample=True)
     assert (found.configurations, found.unsafe_admitted, found.stuck) == (721, 1, 1)
     assert found.higher_order == {"2": 1}
-    assert found.witness is not None
-    assert found.witness.kind == "unsafe"
-    assert len(found.witness.moves) == 8
+    assert found.counterexample is not None
+    assert found.counterexample.kind == "unsafe"
+    assert len(found.counterexample.moves) == 8
     here = system.initial
-    for name in found.witness.moves:
+    for name in found.counterexample.moves:
         here = system.move(here, system.robot_number(name))
-    assert system.describe(here) == found.witness.configuration
+    assert system.describe(here) == found.counterexample.configuration
 
 
 def test_blocked_instance() -> None:
     """Algorithm 2 stops everybody in one live configuration."""
     system = instance("blocked_n6")
-    found = explore(system, make_gate("algorithm2", system), witness=True)
+    found = explore(system, make_gate("algorithm2", system), counterexample=True)
     assert (found.unsafe_admitted, found.stuck) == (0, 1)
-    assert found.witness is not None
-    assert found.witness.kind == "stuck"
-    assert found.witness.configuration == ("s0", "s5", "s4", "s3", "s2", "p6")
+    assert found.counterexample is not None
+    assert found.counterexample.kind == "stuck"
+    assert found.counterexample.configuration == ("s0", "s5", "s4", "s3", "s2", "p6")
 
 
 def test_order_is_not_counted_without_private_states() -> None:
     """Two robots that turn in a ring of three shared states: live for ever, and no orders."""
     ring = tuple(StateId(s) for s in ("a", "b", "c"))
     system = System([Robot(RobotId("r1"), ring), Robot(RobotId("r2"), ring, start=1)])
-    found = explore(system, make_gate("collision", system), witness=True)
+    found = explore(system, make_gate("collision", system), counterexample=True)
     assert (found.configurations, found.live, found.stuck) == (6, 6, 0)
     assert found.higher_order is None
-    assert found.witness is None
+    assert found.counterexample is None
 
 
 def test_a_start_is_not_live_because_it_is_private() -> None:
@@ -66,11 +66,11 @@ def test_a_start_is_not_live_because_it_is_private() -> None:
     assert found.higher_order == {"unordered": 3}
 
 
-def test_witness_of_a_bad_start_has_no_moves() -> None:
+def test_counterexample_of_a_bad_start_has_no_moves() -> None:
     """If the start is not live, nothing has to be admitted for it."""
     system = instance("fig2b")
-    found = explore(system, make_gate("banker", system), witness=True)
-    assert found.witness == Counterexample("unsafe", (), tuple(map(StateId, ("s1", "s3", "s4", "s5"))))
+    found = explore(system, make_gate("banker", system), counterexample=True)
+    assert found.counterexample == Counterexample("unsafe", (), tuple(map(StateId, ("s1", "s3", "s4", "s5"))))
     assert found.unsafe_admitted == 0
 
 

@@ -56,14 +56,14 @@ def test_a_way_on_is_counted_once(system: System, configurations: int, kept: int
 
 def test_exploring_and_checking_judge_by_the_same_promise() -> None:
     """Nobody but the residents goes on in the trap: safe for who promises somebody, a dead start else."""
-    somebody = explore(TRAP, make_gate("certified:promise=somebody", TRAP), witness=True)
+    somebody = explore(TRAP, make_gate("certified:promise=somebody", TRAP), counterexample=True)
     assert (somebody.configurations, somebody.live, somebody.unsafe_admitted) == (6, 0, 0)
-    assert somebody.witness is None
+    assert somebody.counterexample is None
     checked = verify_everywhere(TRAP, partial(make_gate, "certified:promise=somebody"))
     assert (checked.unsafe_admitted, checked.starving) == (0, 6)
-    everyone = explore(TRAP, make_gate("collision", TRAP), witness=True)
+    everyone = explore(TRAP, make_gate("collision", TRAP), counterexample=True)
     assert (everyone.configurations, everyone.unsafe_admitted) == (9, 8)
-    assert everyone.witness is not None
-    assert everyone.witness.moves == ()
+    assert everyone.counterexample is not None
+    assert everyone.counterexample.moves == ()
     assert verify_everywhere(TRAP, partial(make_gate, "collision")).dead_starts_accepted == 1
     assert verify_everywhere(TRAP, partial(make_gate, "certified")).starts_refused == 1
