@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from typing import NamedTuple
 
 UNPRINTABLE = re.compile("[\x00-\x1f\x7f-\x9f\u2028\u2029\ud800-\udfff]")
 """Control characters, line ends, and halves of characters, which no encoding can write."""
@@ -62,26 +63,30 @@ class ScenarioError(LoopgateError):
     """A scenario whose parts do not fit together."""
 
 
+class Refusal(NamedTuple):
+    """Why an abstraction cannot work with a loop."""
+
+    reason: str
+    """The end of a sentence that begins with the loop."""
+    edge: str | None = None
+    """The edge at which, if it is one."""
+
+
 class RefusedLoopError(ScenarioError):
-    """A loop that an abstraction cannot work with.
+    """Loops that an abstraction cannot work with.
 
     Attributes
     ----------
     loop
-        Its name.
-    reason
-        Why, as the end of a sentence that begins with the loop.
+        The name of the first.
     refused
-        The same of all that are refused, by name.
+        Why, by name.
     """
 
-    def __init__(
-        self, loop: str, reason: str, *, abstraction: str, refused: Mapping[str, str] | None = None
-    ) -> None:
-        super().__init__(f"abstraction {abstraction}: loop {loop} {reason}")
-        self.loop = loop
-        self.reason = reason
-        self.refused = refused or {loop: reason}
+    def __init__(self, refused: Mapping[str, Refusal], *, abstraction: str) -> None:
+        self.loop, why = next(iter(refused.items()))
+        super().__init__(f"abstraction {abstraction}: loop {self.loop} {why.reason}")
+        self.refused = refused
 
 
 class TooManyVehiclesError(ScenarioError):

@@ -227,7 +227,9 @@ def test_inspect_shows_every_loop_that_cannot_work_and_the_rest(some_refused: Pa
     for entry in found["refused"]:
         alone = why_not(network, loops[entry["loop"]], kind)
         # Beside others a loop can have less room than by itself.
-        assert entry["reason"] == alone or (not alone and "fewer than two places" in entry["reason"])
+        assert (entry["reason"], entry["edge"]) == alone or (
+            not alone and "fewer than two places" in entry["reason"]
+        )
         assert entry["edge"] is None or entry["edge"] in loops[entry["loop"]].edges
         assert (entry["edge"] or "") in entry["reason"]
     assert all(not why_not(network, loops[name], kind) for name in kept)

@@ -46,7 +46,9 @@ def test_every_place_holds_two_and_every_stretch_a_vehicle(length_m: float, kind
     if kind.length_m + kind.min_gap_m < needed:
         kind = DEFAULT_TYPE
     if length_m < least_change_m(needed):
-        assert "on edge a" in why_not(network, loop, kind)
+        refusal = why_not(network, loop, kind)
+        assert refusal is not None
+        assert refusal.edge == "a"
         return
     stretch = lay_stretches(network, [(loop, kind)], {})[0]["a"]
     assert 0.0 <= stretch.begin_m < stretch.end_m <= length_m

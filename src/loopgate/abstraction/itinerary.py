@@ -31,6 +31,9 @@ class Crossing:
     junction, or where that begins; minus infinity where it never does."""
     limits: tuple[tuple[float, float], ...] = ()
     """The speed limits on the way there and on it: from where on [m], as above, and how much [m/s]."""
+    from_lane: str = ""
+    to_lane: str = ""
+    """`from_lane` and `to_lane`: the lanes from which and to which it leads."""
 
     def soonest(self, to_m: float) -> tuple[float, float]:
         """Return the least time from the ``end_m`` of the leg before [s], and the lowest limit [m/s]."""

@@ -22,7 +22,7 @@ from loopgate.abstraction.stretches import (
 from loopgate.abstraction.swept import find_touches
 from loopgate.abstraction.tails import tails_over
 from loopgate.abstraction.waiting import Part, waiting_parts
-from loopgate.errors import RefusedLoopError, RouteError
+from loopgate.errors import Refusal, RefusedLoopError
 from loopgate.keeping import Kept
 from loopgate.network.loop import AWAY_M, LaneSpan, Loop
 from loopgate.network.records import Connection
@@ -84,14 +84,14 @@ def _lay_out(network: RoadNetwork, counts: Mapping[tuple[Loop, VehicleType], int
     loops = {loop.id: loop for loop, _ in users}
     chains = {name: plan.chain(loop) for name, loop in loops.items()}
     classes: dict[str, dict[str, None]] = {}
-    refused: dict[str, str] = {}
+    refused: dict[str, Refusal] = {}
     for loop, kind in {(loop.id, kind): (loop, kind) for loop, kind in users}.values():
         classes.setdefault(loop.id, {})[kind.vclass] = None
-        reason = plan.why_not(loop, chains[loop.id], kind)
-        if reason:
-            refused.setdefault(loop.id, reason)
+        refusal = plan.why_not(loop, chains[loop.id], kind)
+        if refusal:
+            refused.setdefault(loop.id, refusal)
     if refused:
-        raise RefusedLoopError(*next(iter(refused.items())), abstraction="queues", refused=refused)
+        raise RefusedLoopError(refused, abstraction="queues")
     pieces = [piece for chain in chains.values() for piece in chain]
     conflicts = find_conflicts(
         network,
@@ -129,14 +129,17 @@ def _places_on(pieces: Iterable[Piece]) -> dict[str, Part]:
 
 def why_not(
     network: RoadNetwork, loop: Loop, kind: VehicleType = DEFAULT_TYPE, near: Narrow | None = None
-) -> str:
-    """Return why a loop cannot work as queues, as the end of a sentence; empty if it can.
+) -> Refusal | None:
+    """Return why a loop cannot work as queues; None if it can.
 
     It is looked at by itself: where its ways and those of other loops touch there can be less room. `near`
     is as in `lay_stretches`.
     """
     plan = _Plan(network, {(loop, kind): _MANY}, near=near)
-    return plan.why_not(loop, plan.chain(loop), kind)
+    try:
+        return plan.why_not(loop, plan.chain(loop), kind)
+    except RefusedLoopError as error:
+        return error.refused[loop.id]
 
 
 class _Plan:
@@ -221,31 +224,34 @@ class _Plan:
             place=place if place.capacity >= LEAST_CAPACITY else None,
         )
 
-    def why_not(self, loop: Loop, chain: Sequence[Piece], kind: VehicleType) -> str:
-        """Return what keeps a loop from working as queues; empty if nothing does."""
+    def why_not(self, loop: Loop, chain: Sequence[Piece], kind: VehicleType) -> Refusal | None:
+        """Return what keeps a loop from working as queues; None if nothing does."""
         for span in _roads(loop):
             needed = kind.length_m + kind.min_gap_m
             if span.lane_in != span.lane and span.length_m < least_change_m(needed):
-                return (
+                return Refusal(
                     f"must change from lane {span.lane_in} to lane {span.lane} on edge {span.edge}, which is "
                     f"{span.length_m:.1f} m long; that takes {least_change_m(needed):.1f} m: "
-                    "lead it another way"
+                    "lead it another way",
+                    span.edge,
                 )
         if len({piece.place.name for piece in chain if piece.place is not None}) < LEAST_CAPACITY:
-            return "has fewer than two places in which two vehicles can queue; make it longer"
+            return Refusal("has fewer than two places in which two vehicles can queue; make it longer")
         for here, between, after in ways_on(chain):
             if here.place is not None and here.place == after.place:
-                return (
+                return Refusal(
                     f"comes back from lane {here.edge}_{here.lane} to itself, and vehicles can queue nowhere "
-                    "between; lead it another way"
+                    "between; lead it another way",
+                    here.edge,
                 )
             guides = find_guides(self._network, list(course_of(loop, here, between, after)), kind.vclass)
             if isinstance(guides, Connection):
-                return (
+                return Refusal(
                     f"leads from lane {guides.from_edge}_{guides.from_lane} to edge {guides.to_edge}, which "
-                    f"is too short to tell SUMO on which of its lanes to go on; lead it another way"
+                    f"is too short to tell SUMO on which of its lanes to go on; lead it another way",
+                    guides.from_edge,
                 )
-        return ""
+        return None
 
 
 def _roads(loop: Loop) -> list[LaneSpan]:
@@ -272,6 +278,6 @@ def _movements(network: RoadNetwork, loop: Loop) -> list[Connection]:
                 found.append(c)
                 break
         else:
-            msg = f"loop {loop.id}: no movement leads from lane {span.lane_id} to edge {following.edge}"
-            raise RouteError(msg)
+            why = Refusal(f"has no movement from lane {span.lane_id} to edge {following.edge}", span.edge)
+            raise RefusedLoopError({loop.id: why}, abstraction="queues")
     return found

@@ -114,8 +114,8 @@ def legs_of(
         for piece in between:
             ahead = _ahead_m(loop, here, piece)
             limits += _limits(network, piece, ahead)
-            if piece.movement is not None:
-                name = piece.movement.id
+            if (made := piece.movement) is not None:
+                name = made.id
                 key = name, ahead, tuple(limits)
                 if key not in alike:
                     alike[key] = Crossing(
@@ -124,14 +124,24 @@ def legs_of(
                         _moved(conflicts.overlaps[name], ahead),
                         conflicts.speeds_mps[name],
                         ahead,
-                        _wait_m(network, piece.movement, ahead),
+                        _wait_m(network, made, ahead),
                         tuple(limits),
+                        f"{made.from_edge}_{made.from_lane}",
+                        f"{made.to_edge}_{made.to_lane}",
                     )
                 crossings.append(alike[key])
-            elif piece.passage is not None:
-                name = piece.passage.id
-                speed = network.edges[piece.edge].lanes[piece.lane].speed_mps
-                crossings.append(Crossing(name, foes[name], speed_mps=speed, ahead_m=ahead))
+            elif (passage := piece.passage) is not None:
+                lanes = network.edges[piece.edge].lanes
+                crossings.append(
+                    Crossing(
+                        passage.id,
+                        foes[passage.id],
+                        speed_mps=lanes[piece.lane].speed_mps,
+                        ahead_m=ahead,
+                        from_lane=lanes[passage.lane].id,
+                        to_lane=lanes[passage.to_lane].id,
+                    )
+                )
         course = list(course_of(loop, here, between, after))
         # A stop too many does no harm: it lies on the loop's own lane.
         guides = max((find_guides(network, course, vclass) for vclass in classes), key=_number)

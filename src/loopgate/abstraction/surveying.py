@@ -19,7 +19,7 @@ from loopgate.abstraction.queue_survey import (
     RefusedLoop,
 )
 from loopgate.abstraction.queues import most_at_start
-from loopgate.errors import RefusedLoopError, RouteError
+from loopgate.errors import Refusal, RefusedLoopError
 from loopgate.network.loop import LaneSpan, Loop
 from loopgate.network.road import RoadNetwork
 from loopgate.network.vehicle_type import VehicleType
@@ -39,7 +39,7 @@ def survey_queues(network: RoadNetwork, users: Sequence[tuple[Loop, VehicleType]
         try:
             layout = lay_out_queues(network, fit)
         except RefusedLoopError as error:
-            reasons[error.loop] = error.reason
+            reasons[error.loop] = error.refused[error.loop]
         else:
             break
     return _survey(
@@ -63,37 +63,20 @@ def refused_queues(
     return _refused(users, reasons)
 
 
-def _alone(network: RoadNetwork, users: Sequence[tuple[Loop, VehicleType]]) -> dict[str, str]:
+def _alone(network: RoadNetwork, users: Sequence[tuple[Loop, VehicleType]]) -> dict[str, Refusal]:
     """Return by loop what is wrong with it by itself."""
-    reasons: dict[str, str] = {}
+    reasons: dict[str, Refusal] = {}
     for loop, kind in users:
-        if loop.id not in reasons and (reason := _reason(network, loop, kind)):
-            reasons[loop.id] = reason
+        if loop.id not in reasons and (refusal := why_not(network, loop, kind)):
+            reasons[loop.id] = refusal
     return reasons
 
 
 def _refused(
-    users: Sequence[tuple[Loop, VehicleType]], reasons: Mapping[str, str]
+    users: Sequence[tuple[Loop, VehicleType]], reasons: Mapping[str, Refusal]
 ) -> tuple[RefusedLoop, ...]:
     every = {loop.id: loop for loop, _ in users if loop.id in reasons}
-    return tuple(
-        RefusedLoop(loop, reasons[name], _edge_in(loop, reasons[name])) for name, loop in every.items()
-    )
-
-
-def _reason(network: RoadNetwork, loop: Loop, kind: VehicleType) -> str:
-    try:
-        return why_not(network, loop, kind)
-    except RouteError as error:
-        return str(error).removeprefix(f"loop {loop.id}: ")
-
-
-def _edge_in(loop: Loop, reason: str) -> str | None:
-    """Return the first edge of the loop that the reason names, itself or by one of its lanes."""
-    edge_of = {lane: span.edge for span in loop.spans for lane in span.lane_ids}
-    edge_of |= {edge: edge for edge in loop.edges}
-    words = (word.strip(",;:()") for word in reason.split())
-    return next((edge_of[word] for word in words if word in edge_of), None)
+    return tuple(RefusedLoop(loop, *reasons[name]) for name, loop in every.items())
 
 
 def _survey(
@@ -152,12 +135,10 @@ def _crossings(
     found = layout.conflicts
     unlisted = {*found.unlisted, *((other, one) for one, other in found.unlisted)}
     for name, (loop, leg, crossing) in made.items():
-        before, _, after = name.partition(">")
         if name in known:
             stretch, length, overlaps = None, found.lengths_m[name], found.overlaps[name]
         else:
-            edge, _, lane = before.rpartition(":")
-            before, after = f"{edge}_{lane}", f"{edge}_{after}"
+            edge = network.lanes[crossing.from_lane].edge
             stretch = layout.stretches[edge]
             length = stretch.end_m - stretch.begin_m
             # In the itinerary they count from the end of the leg before.
@@ -170,8 +151,8 @@ def _crossings(
             conflicts.append(ConflictSurvey(foe, low, high, listed=(name, foe) not in unlisted))
         yield CrossingSurvey(
             id=name,
-            from_lane=before,
-            to_lane=after,
+            from_lane=crossing.from_lane,
+            to_lane=crossing.to_lane,
             junction=known[name].junction if name in known else "",
             stretch=stretch,
             length_m=length,

@@ -10,8 +10,8 @@ from loopgate.abstraction.movements import reach_m
 from loopgate.abstraction.queue_layout import lay_out_queues, why_not
 from loopgate.abstraction.stretches import narrow_lanes
 from loopgate.disk import writing
-from loopgate.errors import RefusedLoopError, ScenarioError
-from loopgate.network import RoadNetwork
+from loopgate.errors import Refusal, RefusedLoopError, ScenarioError
+from loopgate.network import Loop, RoadNetwork, VehicleType
 from loopgate.network.trips import MIDDLE
 from loopgate.reading import is_file, refusing, shown
 from loopgate.simulation.scenario import Scenario
@@ -77,7 +77,7 @@ def find_unfit(
         If one of those `staying` does not.
     """
     unfit: dict[str, list[Member]] = {}
-    alone = {(v.loop, v.type): "" for v in once}
+    alone: dict[tuple[Loop, VehicleType], Refusal | None] = {(v.loop, v.type): None for v in once}
     edges = dict.fromkeys(span.edge for loop, _ in alone for span in loop.spans if not span.internal)
     lanes = [lane.id for edge in edges for lane in network.edges[edge].lanes]
     near = {
@@ -87,19 +87,19 @@ def find_unfit(
     for loop, kind in alone:  # first, since it is quick: who is too long makes the rest slow
         alone[loop, kind] = why_not(network, loop, kind, near[kind.width_m])
     for v in once:
-        if alone[v.loop, v.type]:
-            unfit.setdefault(alone[v.loop, v.type], []).append(v)
+        if refusal := alone[v.loop, v.type]:
+            unfit.setdefault(refusal.reason, []).append(v)
     fit = [v for v in once if not alone[v.loop, v.type]]
     while fit:
         try:
             lay_out_queues(network, [(v.loop, v.type) for v in (*staying, *fit)])
         except RefusedLoopError as error:
-            refused: Mapping[str, str] = error.refused
+            refused: Mapping[str, Refusal] = error.refused
             if any(v.loop.closed and v.loop.id in refused for v in (*staying, *fit)):
                 raise
             for vehicle in fit:
                 if vehicle.loop.id in refused:
-                    unfit.setdefault(refused[vehicle.loop.id], []).append(vehicle)
+                    unfit.setdefault(refused[vehicle.loop.id].reason, []).append(vehicle)
             fit = [v for v in fit if v.loop.id not in refused]
         else:
             break

@@ -7,7 +7,7 @@ from itertools import islice
 
 from loopgate.abstraction.queue_layout import lay_out_queues, why_not
 from loopgate.abstraction.sharing import SharingBound
-from loopgate.errors import LoopgateError, RefusedLoopError, RouteError
+from loopgate.errors import LoopgateError, Refusal, RefusedLoopError, RouteError
 from loopgate.keeping import Kept
 from loopgate.network import FoundLoops, Loop, RoadNetwork, find_loops
 from loopgate.network.generate import LoopSearch
@@ -56,12 +56,12 @@ def _for_queues(scenario: Scenario, network: RoadNetwork, count: int) -> FoundLo
 
     def works(loop: Loop) -> bool:
         try:
-            reason = why_not(network, loop)
+            refusal = why_not(network, loop)
         except LoopgateError as error:
-            reason = f"cannot be laid out: {error}"
-        if reason:
-            refused.append(reason)
-        return not reason
+            refusal = Refusal(f"cannot be laid out: {error}")
+        if refusal:
+            refused.append(refusal.reason)
+        return not refusal
 
     search = LoopSearch(
         network,
@@ -74,7 +74,7 @@ def _for_queues(scenario: Scenario, network: RoadNetwork, count: int) -> FoundLo
     loops = list(islice(search, count))
     spare = count
     while (error := _not_together(network, loops)) is not None:
-        refused.append(error.reason)
+        refused.append(error.refused[error.loop].reason)
         loops = [loop for loop in loops if loop.id != error.loop]
         # Each newcomer can keep others from working in its turn, so there is an end to trying.
         if spare:

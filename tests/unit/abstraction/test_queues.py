@@ -15,8 +15,10 @@ from roads import roads
 from loopgate.abstraction.itinerary import Guide
 from loopgate.abstraction.movements import REACH_M, reach_m
 from loopgate.abstraction.queue_layout import lay_out_queues, why_not
+from loopgate.abstraction.queue_survey import RefusedLoop
 from loopgate.abstraction.queues import make_queues
-from loopgate.errors import ScenarioError, TooManyVehiclesError
+from loopgate.abstraction.surveying import survey_queues
+from loopgate.errors import Refusal, RefusedLoopError, ScenarioError, TooManyVehiclesError
 from loopgate.gates import make_gate
 from loopgate.network import RoadNetwork, VehicleType, generate_loops, make_loop
 from loopgate.network.vehicle_type import DEFAULT_TYPE
@@ -178,12 +180,12 @@ def test_on_a_short_edge_the_stretch_joins_the_crossings_beside_it(
 
 def test_an_edge_too_short_to_change_lanes_on_is_named_with_what_it_takes() -> None:
     """Nine metres, where a car with its gap and 2.5 m to spare takes ten."""
-    edges = {"a": (9.0, 2), "b": (80.0, 1), "c": (80.0, 1)}
-    network = apart(roads(edges, ["a_0>b_0", "b_0>c_0", "c_0>a_1"]))
-    loop = make_loop(network, "l", ["a", "b", "c"])
-    assert why_not(network, loop).startswith(
-        "must change from lane 1 to lane 0 on edge a, which is 9.0 m long"
-    )
+    edges = {"a": (9.0, 2), "1": (80.0, 1), "c": (80.0, 1)}
+    network = apart(roads(edges, ["a_0>1_0", "1_0>c_0", "c_0>a_1"]))
+    loop = make_loop(network, "l", ["a", "1", "c"])
+    (refused,) = survey_queues(network, [(loop, DEFAULT_TYPE)]).refused
+    assert refused.edge == "a"
+    assert refused.reason.startswith("must change from lane 1 to lane 0 on edge a, which is 9.0 m long")
     with pytest.raises(ScenarioError, match="loop l must change from lane 1 to lane 0"):
         make_queues(network, [loop])
 
@@ -216,7 +218,36 @@ def test_where_two_chains_of_lanes_lead_to_one_place_each_choice_has_its_stop() 
     legs = make_queues(network, [make_loop(network, "l", ["a", "s", "c"])]).itineraries[0].legs
     assert legs[0].guides == (Guide("s", 0, 4.9, 0.1),)
     tight = apart(roads(edges | {"s": (0.2, 2)}, ["a_0>s_0", "a_0>s_1", "s_0>c_0", "s_1>c_0", "c_0>a_0"]))
-    assert "too short to tell SUMO" in why_not(tight, make_loop(tight, "l", ["a", "s", "c"]))
+    refusal = why_not(tight, make_loop(tight, "l", ["a", "s", "c"]))
+    assert refusal is not None
+    assert "too short to tell SUMO" in refusal.reason
+    assert refusal.edge == "a"
+
+
+def test_a_loop_made_for_other_roads_is_refused_where_it_finds_no_movement() -> None:
+    """By itself, as part of the layout, and in the survey, which says so of this loop alone."""
+    edges = {"a": (80.0, 1), "b": (80.0, 1), "c": (80.0, 1)}
+    ways = ["a_0>b_0", "b_0>a_0", "b_0>c_0", "c_0>a_0"]
+    loop = make_loop(roads(edges, ways), "l", ["a", "b", "c"])
+    network = apart(roads(edges, [*ways[:2], ways[3]]))
+    refusal = Refusal("has no movement from lane b_0 to edge c", "b")
+    assert why_not(network, loop) == refusal
+    users = [(loop, DEFAULT_TYPE), (make_loop(network, "k", ["a", "b"]), DEFAULT_TYPE)]
+    with pytest.raises(RefusedLoopError, match="loop l has no movement from lane b_0 to edge c"):
+        lay_out_queues(network, users)
+    assert survey_queues(network, users).refused == (RefusedLoop(loop, *refusal),)
+
+
+def test_crossings_name_the_lanes_that_they_lead_between() -> None:
+    """Over the junctions, and over the stretch on which the loop changes lanes."""
+    edges = {"a": (80.0, 2), "b": (80.0, 1)}
+    network = apart(roads(edges, ["a_0>b_0", "b_0>a_1"]))
+    found = survey_queues(network, [(make_loop(network, "l", ["a", "b"]), DEFAULT_TYPE)])
+    assert {(one.from_lane, one.to_lane) for one in found.crossings} == {
+        ("a_1", "a_0"),
+        ("a_0", "b_0"),
+        ("b_0", "a_1"),
+    }
 
 
 def lead_back(past_m: float) -> RoadNetwork:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from loopgate.abstraction.queue_layout import QueueLayout, lay_out_queues, why_not
-from loopgate.errors import RefusedLoopError, RouteError
+from loopgate.errors import Refusal, RefusedLoopError, RouteError
 from loopgate.keeping import Kept
 from loopgate.network import Loop, RoadNetwork, VehicleType, find_loops
 from loopgate.simulation import random_loops as module
@@ -45,7 +45,7 @@ def test_turning_round_makes_more(roads: RoadNetwork) -> None:
 def test_a_loop_that_raises_is_dropped(roads: RoadNetwork, monkeypatch: pytest.MonkeyPatch) -> None:
     """An error about one generated loop does not end the run."""
 
-    def raises(network: RoadNetwork, loop: Loop) -> str:
+    def raises(network: RoadNetwork, loop: Loop) -> Refusal | None:
         if "6272844#0" in loop.edges:
             msg = "state 6272844#0_0 follows itself"
             raise RouteError(msg)
@@ -66,7 +66,7 @@ def test_what_does_not_work_beside_others_is_replaced(monkeypatch: pytest.Monkey
     def refuses(network: RoadNetwork, users: list[tuple[Loop, VehicleType]]) -> QueueLayout:
         third = next((loop.id for loop, _ in users if loop.id == "loop3"), None)
         if third is not None:
-            raise RefusedLoopError(third, "has no room beside the others", abstraction="queues")
+            raise RefusedLoopError({third: Refusal("has no room")}, abstraction="queues")
         return lay_out_queues(network, users)
 
     monkeypatch.setattr(module, "lay_out_queues", refuses)
@@ -81,7 +81,8 @@ def test_an_end_to_replacing(monkeypatch: pytest.MonkeyPatch) -> None:
     network = RoadNetwork.open("sumo:bs3d")
 
     def refuses(_: RoadNetwork, users: list[tuple[Loop, VehicleType]]) -> None:
-        raise RefusedLoopError(users[-1][0].id, "has no room beside the others", abstraction="queues")
+        why = Refusal("has no room beside the others")
+        raise RefusedLoopError({users[-1][0].id: why}, abstraction="queues")
 
     monkeypatch.setattr(module, "lay_out_queues", refuses)
     with pytest.raises(RouteError, match=r"found 0 of 8 .* the last of which has no room beside the others"):
