@@ -302,9 +302,10 @@ class Engine:
         if rows:
             self._recorder.passed(now, self.tables.rows[:rows])
         run["rows"] = run["acts"] = 0  # before anything can interrupt: `settle` writes what is left
+        arrived = set(self.arrived)
         for robot, what, leg in self.tables.acts[:acts].tolist():
             driver = self.drivers[robot]
-            if driver.id in self.arrived:
+            if driver.id in arrived:
                 continue
             if what == STOP:
                 self._stop(driver, leg)
@@ -355,10 +356,10 @@ class Engine:
 
         SUMO's lanes are looked at only here, where vehicles are held, and where a stop leads to one.
         """
-        v = self.vehicles
+        v, arrived = self.vehicles, set(self.arrived)
         for robot in np.flatnonzero((v["speed"] < _STANDING_MPS) & ~v["held"] & ~v["steered"]).tolist():
             driver = self.drivers[robot]
-            if driver.id in self.arrived:
+            if driver.id in arrived:
                 continue
             leg = int(v["entered"][robot])
             line = self._line(driver, leg)

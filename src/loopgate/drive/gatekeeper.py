@@ -264,10 +264,11 @@ class Gatekeeper:
 
     def _ordered(self, requests: list[Request], now_s: float) -> Sequence[Request]:
         """Put the requests in order: whoever must move next goes before all others, whatever these say."""
-        movers = [request for request in requests if self._vehicles["mover"][request.robot]]
+        first = self._vehicles["mover"]
+        movers = [request for request in requests if first[request.robot]]
         if not movers:
             return self.negotiation.order(requests, self, now_s)
-        others = [request for request in requests if request not in movers]
+        others = [request for request in requests if not first[request.robot]]
         return [*movers, *(self.negotiation.order(others, self, now_s) if others else ())]
 
     def _is_due(self, robot: int, now_s: float) -> bool:

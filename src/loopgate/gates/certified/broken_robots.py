@@ -114,7 +114,7 @@ class Remainder:
 
     def admits(self, configuration: Configuration, robot: int) -> bool:
         """Return whether the robot may make its next move in a configuration of the whole system."""
-        if self.gate is None or robot not in self._robots:
+        if self.gate is None or robot in self.broken:
             return False
         positions = [
             (configuration.positions[i] - self._base[i]) % len(self._full.paths[i])
