@@ -24,8 +24,8 @@ class Finding:
     place: str
     """`vehicle` and `place`: whom and what it is about; place may be empty."""
     rule: str
-    """``capacity``, ``trespass``, ``path``, ``order``, ``release``, ``exit``, ``start``, ``collision``,
-    ``teleport``, ``progress`` or ``laps``."""
+    """``capacity``, ``trespass``, ``path``, ``order``, ``release``, ``entry``, ``exit``, ``start``,
+    ``collision``, ``teleport``, ``progress`` or ``laps``."""
     text: str
     """One line for people."""
 
@@ -49,7 +49,9 @@ def audit_events(
     - *order*: vehicles are granted the way out of a FIFO state in the order in which they were granted it;
     - *release*: a vehicle leaves states in the order in which it took them, and never its last one, but when
       it goes off the road, or parks beside it; then it comes back into that one;
-    - *exit*: one that drives once does so in the last place of its route;
+    - *entry*: a vehicle comes onto the road once, holding nothing yet, where its way begins (*path*), and its
+      place has a slot (*capacity*);
+    - *exit*: one that drives once goes off it in the last place of its route, and holds nothing afterwards;
     - *collision*, *teleport*: SUMO reported none;
     - *laps*: a vehicle has not been counted more laps than its grants allow;
     - *progress*: if asked for, no vehicle goes without a grant for longer than `starved_after_s`.
@@ -143,6 +145,10 @@ class _Books:
             self._add(
                 at_s, vehicle, place, "start", f"{vehicle}: starts in {place}, but is not in the system"
             )
+            return
+        if vehicle in self._holding or vehicle in self._gone:
+            text = f"{vehicle}: comes onto the road in {place}, but has come onto it before"
+            self._add(at_s, vehicle, place, "entry", text)
             return
         self._holding[vehicle] = [place]
         self._last_grant[vehicle] = at_s

@@ -22,6 +22,7 @@ from loopgate.drive.tables import NOBODY
 from loopgate.drive.track import Track
 from loopgate.errors import TrafficError
 from loopgate.gates import Gate
+from loopgate.gates.certified.entering import leads_round
 from loopgate.model import StateId, System
 from loopgate.results.columns import Event
 
@@ -268,16 +269,7 @@ class ChangingEngine(Engine):
             return False
         if here["queue"] + 1 < here["room"]:
             return True
-        return not self._leads_round(self._keeper.wanted(self._with(driver, state)[0]), state)
-
-    def _leads_round(self, wanted: int, state: int) -> bool:
-        """Return whether full places lead from one round to another, each by what its first wants."""
-        states, place = cast("Any", self.tables.states), wanted
-        for _ in range(len(states)):
-            if place == state or states["queue"][place] < states["room"][place]:
-                return place == state
-            place = self._keeper.wanted(int(self.tables.lists[states["line"][place]]))
-        return False
+        return not leads_round(self._keeper, self._keeper.wanted(self._with(driver, state)[0]), state)
 
     def turn_off(self, driver: Driver, track: Track, position: int) -> bool:
         """Lead a vehicle on by another way from its place on; return whether it can be done now.
@@ -309,7 +301,7 @@ class ChangingEngine(Engine):
         line = self._read_list(state, *_LISTS[1])
         if states["queue"][state] >= states["room"][state] and line[0] == driver.robot:
             wanted = self._number_of(track.legs[(position + 1) % len(track.legs)].state)
-            if self._leads_round(wanted, state):
+            if leads_round(self._keeper, wanted, state):
                 return False
         here = bisect_left([begin_m for begin_m, _ in track.edges], track.legs[position].end_m) - 1
         self._traffic.lead(driver.id, [name for _, name in track.edges[here:]])

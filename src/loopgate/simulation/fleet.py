@@ -7,7 +7,6 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from time import perf_counter
-from typing import Any
 
 from loopgate.abstraction.itinerary import Itinerary
 from loopgate.drive.books import Books
@@ -20,6 +19,7 @@ from loopgate.errors import GateError
 from loopgate.gates import Gate, make_gate
 from loopgate.gates.certified import CertifiedGate
 from loopgate.gates.certified.crowding import SPARE, find_crowd
+from loopgate.gates.certified.entering import closes_by_entering
 from loopgate.model import Robot, RobotId, StateId, System
 from loopgate.negotiation.base import Negotiation
 from loopgate.network import RoadNetwork
@@ -85,6 +85,8 @@ class Fleet:
         """What is in the way besides what is about; asked first."""
         self._itineraries: Sequence[Itinerary] = ()
         self._ways: Sequence[Track] = ()
+        self._passing: Sequence[tuple[StateId, ...]] = ()
+        """The states of each way that is driven once, by whoever comes."""
         self.room: Mapping[str, int] = {}
         """How many vehicles a state holds, by name."""
         self.keeper: Gatekeeper | None = None
@@ -124,6 +126,8 @@ class Fleet:
             How many vehicles a state holds, by name.
         """
         self._itineraries, self._ways, self.room = itineraries, ways, room
+        once = {id(way.legs): way.legs for way in ways if not way.rounds}
+        self._passing = [tuple(leg.state for leg in legs) for legs in once.values()]
         if self.around is not None:
             self.around.plan(itineraries, ways)
 
@@ -178,30 +182,15 @@ class Fleet:
 
     def _closes(self, track: Track) -> bool:
         """Return whether a vehicle that begins on a track closes a circle of full places."""
-        if self.keeper is None or self.engine is None:
+        if self.keeper is None:
             return False
-        tables = self.engine.tables
-        states: Any = tables.states
-        first = track.legs[track.start_position].state
-        number = self.keeper.number(first)
-        if number is None:
+        first, wanted = (
+            track.legs[(track.start_position + ahead) % len(track.legs)].state for ahead in (0, 1)
+        )
+        here = self.keeper.number(first)
+        if here is None:
             return False  # no member comes there
-        here: int = number
-        place = here
-        if states["queue"][here] + 1 < self.room[first]:
-            return False
-        for _ in range(len(states)):
-            if states["queue"][place]:
-                wanted: int | None = self.keeper.wanted(int(tables.lists[states["line"][place]]))
-            else:
-                following = track.legs[(track.start_position + 1) % len(track.legs)].state
-                wanted = self.keeper.number(following)
-            if wanted == here:
-                return True
-            if wanted is None or states["queue"][wanted] < states["room"][wanted]:
-                return False
-            place = wanted
-        return True
+        return closes_by_entering(self.keeper, here, room=self.room[first], wanted=self.keeper.number(wanted))
 
     def holders(self, state: str) -> list[Driver]:
         """Return the members that hold a state."""
@@ -214,7 +203,8 @@ class Fleet:
     def in_place(self) -> bool:
         """Whether those who drive once join and leave one by one, and nothing is made anew for them.
 
-        They are residents of no set of places, so the gate promises with them what it did without.
+        They are residents of no set of places, and loops have left them room (`_refuse_crowd`), so the gate
+        promises with them what it did without.
         """
         return self.engine is not None and self.engine.changes_in_place
 
@@ -321,7 +311,8 @@ class Fleet:
         gate = make_gate(self._rules.gate, system, perf_counter)
         if self.stays and isinstance(gate, CertifiedGate):
             gate.expect_others()
-        _refuse_crowd(gate, system, room)
+        comes_to_stay = self.stays and any(track.rounds for track in joining.values())
+        _refuse_crowd(gate, system, room, self._passing if comes_to_stay else ())
         return tracks, books, system, gate
 
     def _go_on(self, tracks: Sequence[Track], books: Books, system: System, gate: Gate) -> None:
@@ -348,12 +339,19 @@ def _system(
     return System(robots, capacity, capacity.keys())
 
 
-def _refuse_crowd(gate: Gate, system: System, room: Mapping[str, int]) -> None:
-    """See to it that everyone can still go on where a place holds more than it has slots for."""
+def _refuse_crowd(
+    gate: Gate, system: System, room: Mapping[str, int], passing: Sequence[Sequence[StateId]] = ()
+) -> None:
+    """See to it that everyone can still go on where a place holds more than it has slots for.
+
+    And that those can who come later on ways that are driven once: nothing is looked at when they do.
+    """
     slots = [room[state] for state in system.states]
-    if slots == list(system.room) or getattr(gate, "promise", "") != "everyone":
+    if (slots == list(system.room) and not passing) or getattr(gate, "promise", "") != "everyone":
         return
     wide = [max(SPARE, most) if own else most for most, own in zip(slots, system.private, strict=True)]
-    if find_crowd(system.paths, wide) is not None:
+    number = {state: place for place, state in enumerate(system.states)}
+    ways = [[number.get(state, len(number)) for state in way] for way in passing]
+    if find_crowd(system.paths, wide, ways) is not None:
         msg = "with those who join not everyone could go on for ever"
         raise GateError(msg)

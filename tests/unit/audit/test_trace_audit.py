@@ -5,6 +5,7 @@ import pytest
 
 from builders import system
 from loopgate.audit import audit_events
+from loopgate.model import Robot, RobotId, System
 from loopgate.results.columns import EVENT_COLUMNS
 
 SYSTEM = system({"r1": "p a", "r2": "q a"})
@@ -75,3 +76,56 @@ def test_fifo_order() -> None:
     queue = system({"r1": "f x", "r2": "f y"}, capacity={"f": 2}, fifo=("f",))
     rows = [(0.0, "r1", "start", "f"), (0.0, "r2", "start", "f"), (1.0, "r2", "grant", "y")]
     assert [finding.rule for finding in audit_events(trace(rows), queue)] == ["order"]
+
+
+ROAD = system({"r1": "f g away", "r2": "f g away"}, capacity={"f": 2, "g": 1, "away": 9}, fifo=("f", "g"))
+"""Two that drive once over two places."""
+
+COMES: list[Row] = [(0.0, "r1", "start", "f"), (1.0, "r2", "start", "f")]
+TO_G: list[Row] = [(2.0, "r1", "grant", "g"), (3.0, "r1", "enter", "g"), (4.0, "r1", "leave", "f")]
+OFF: Row = (5.0, "r1", "end", "g")
+
+
+def on_road(rows: list[Row], **more: object) -> list[str]:
+    """Return the rules that are broken by those who drive once, one after another."""
+    once = System(
+        (Robot(one.id, one.path, closed=False, start=one.start) for one in ROAD.robots),
+        ROAD.capacity,
+        ROAD.fifo,
+    )
+    return [finding.rule for finding in audit_events(trace(rows), once, **more)]  # type: ignore[arg-type]
+
+
+def test_who_comes_and_arrives_in_order_is_clean() -> None:
+    """The place of the first is free for the second as soon as it has gone."""
+    assert on_road([*COMES, *TO_G, OFF, (6.0, "r2", "grant", "g")]) == []
+
+
+@pytest.mark.parametrize(
+    ("rows", "broken"),
+    [
+        ([*COMES, (2.0, "r1", "end", "f")], ["exit"]),  # not at the end of its way
+        ([*COMES, *TO_G, (5.0, "r1", "end", "f")], ["release"]),  # from where it is no longer
+        ([*COMES, *TO_G[:2], (5.0, "r1", "end", "g")], ["release"]),  # its rear is in the place before still
+        ([*COMES, *TO_G, OFF, (6.0, "r1", "leave", "g")], ["release"]),  # it had gone
+        ([*COMES, *TO_G, OFF, (6.0, "r1", "enter", "g")], ["trespass"]),
+        ([*COMES, *TO_G, OFF, (6.0, "r1", "grant", "away")], ["start"]),
+        ([*COMES, *TO_G, OFF, (6.0, "r1", "start", "f")], ["entry"]),  # once is once
+        ([*COMES, (2.0, "r1", "start", "f")], ["entry"]),
+        ([(0.0, "r1", "start", "g"), COMES[1]], ["path"]),  # not where its way begins
+        ([COMES[1], COMES[0], (2.0, "r1", "grant", "g")], ["order"]),  # the other was there before it
+        ([*COMES, *TO_G, (5.0, "r2", "grant", "g")], ["capacity"]),  # nobody has gone yet
+    ],
+)
+def test_who_comes_or_goes_otherwise_is_found(rows: list[Row], broken: list[str]) -> None:
+    """One thing wrong, one finding."""
+    assert on_road(rows) == broken
+
+
+def test_who_comes_into_a_full_place_is_found() -> None:
+    """Those that join are judged by the rooms of a run; the third in a place of two is one too many."""
+    third = Robot(RobotId("r3"), ROAD.robots[0].path, closed=False)
+    rows: list[Row] = [*COMES, (1.0, "r3", "start", "f")]
+    room = {str(state): most for state, most in ROAD.capacity.items()}
+    assert on_road(rows, joined=[third], room=room) == ["capacity"]
+    assert on_road([*COMES, *TO_G, (4.0, "r3", "start", "f")], joined=[third], room=room) == []

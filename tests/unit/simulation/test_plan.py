@@ -11,6 +11,8 @@ import pytest
 
 from builders import system
 from loopgate.errors import GateError
+from loopgate.gates import make_gate
+from loopgate.model import StateId
 from loopgate.network import Loop, RoadNetwork, VehicleType, make_loop
 from loopgate.simulation.fleet import _refuse_crowd
 from loopgate.simulation.plan import Plan
@@ -69,3 +71,20 @@ def test_a_place_that_is_overfull_gives_nobody_a_slot(residents: int, *, fine: b
         with pytest.raises(GateError, match="not everyone"):
             _refuse_crowd(gate, robots, room)
     _refuse_crowd(cast("Any", SimpleNamespace(promise="somebody")), robots, room)
+
+
+@pytest.mark.parametrize(("residents", "fine"), [(2, True), (3, False)])
+def test_who_goes_round_leaves_room_for_who_is_to_pass_later(residents: int, *, fine: bool) -> None:
+    """Nobody passes yet, so a gate can be made for all three; but no fourth could ever get through."""
+    paths = {f"r{k}": "a b" for k in range(residents)}
+    room = {"a": 2, "b": 2}
+    robots = system(paths, capacity=room, fifo=("a", "b"), starts={"r1": 1})
+    gate = make_gate("certified", robots)
+    _refuse_crowd(gate, robots, room)
+    for way in ("x b y", "a away", "a b"):
+        passing = [[StateId(state) for state in way.split()]]
+        if fine or way == "a b":
+            _refuse_crowd(gate, robots, room, passing)
+        else:
+            with pytest.raises(GateError, match="not everyone"):
+                _refuse_crowd(gate, robots, room, passing)

@@ -12,7 +12,7 @@ of whom want full places of the set: for good.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -54,7 +54,9 @@ class Crowd:
         return len(self.residents) - (self.slots - SPARE)
 
 
-def find_crowd(loops: Sequence[Sequence[int]], slots: Sequence[int]) -> Crowd | None:
+def find_crowd(
+    loops: Sequence[Sequence[int]], slots: Sequence[int], passing: Iterable[Sequence[int]] = ()
+) -> Crowd | None:
     """Return a crossed set of places with too many residents, None if there is none: (S) holds.
 
     Parameters
@@ -63,6 +65,8 @@ def find_crowd(loops: Sequence[Sequence[int]], slots: Sequence[int]) -> Crowd | 
         The places of each robot's loop, in driving order; one entry per robot.
     slots
         How many robots each place holds, two or more; all robots must fit on their loops at once.
+    passing
+        Ways that nobody is on yet: sets of places are crossed by them too, and nobody is a resident by them.
 
     Notes
     -----
@@ -73,8 +77,10 @@ def find_crowd(loops: Sequence[Sequence[int]], slots: Sequence[int]) -> Crowd | 
     numbers = Counter(frozenset(loop) for loop in loops)
     net = _Net(numbers, slots)
     within = net.tight()
+    if not within:
+        return None
     following: dict[int, set[int]] = {}
-    for loop in {tuple(loop) for loop in loops}:
+    for loop in {tuple(way) for ways in (loops, passing) for way in ways}:
         for here, there in zip(loop, (*loop[1:], loop[0]), strict=True):
             if here in within:
                 following.setdefault(here, set()).add(there)
@@ -172,10 +178,13 @@ class _Net:
         return {p for p in self._places if self._node[p] not in reaches_sink}
 
     def least_spare(self, inside: int, outside: int | None = None) -> tuple[int, set[int]]:
-        """Return the fewest slots beyond residents of a set with `inside`, without `outside`; and the set."""
+        """Return the fewest slots beyond residents of a set with `inside`, without `outside`; and the set.
+
+        A place that is on no loop is in none of them.
+        """
         edges = [(n, self._sink, s) for n, s in zip(self._node.values(), self._slots, strict=True)]
         edges.append((0, self._node[inside], self._endless))
-        if outside is not None:
+        if outside in self._node:
             edges.append((self._node[outside], self._sink, self._endless))
         flow, left = self._flow(edges)
         reached = self._reached(left, 0)
