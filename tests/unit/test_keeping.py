@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import shutil
+from collections import OrderedDict
 from contextlib import suppress
 from pathlib import Path
 
@@ -47,6 +48,14 @@ def test_the_oldest_goes_first_and_errors_are_not_kept() -> None:
         with pytest.raises(ZeroDivisionError):
             kept.get(0, lambda: make(0))
     assert made == [1, 2, 3, 2, 0, 0]
+
+
+def test_a_sweep_over_several_networks_reads_each_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Run after run, in whatever order they come."""
+    monkeypatch.setattr(road._KEPT, "_results", OrderedDict())
+    names = [f"{name}.net.xml" for name in ("ring3", "order2", "grid5-priority", "grid5-all-way-stop")]
+    edges = [[RoadNetwork.open(str(NETWORKS / name)).edges for name in names] for _ in range(2)]
+    assert all(one is other for one, other in zip(*edges, strict=True))
 
 
 def test_the_collector_rests_only_meanwhile() -> None:

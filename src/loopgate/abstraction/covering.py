@@ -28,7 +28,7 @@ class Cover:
     """Loops that cover streets, all of which work as queues."""
 
     design: Design
-    """What was to be covered, and what it takes at least."""
+    """The streets to be covered, and the least that it takes."""
     loops: tuple[Loop, ...]
     left_out: dict[str, Reason]
     """Streets that are not covered, and why."""

@@ -77,13 +77,13 @@ class Leg:
     cannot hold a vehicle there reliably) and not past the lane's last 0.1 m: move it upstream to the stop
     line, which only lengthens the state behind it."""
     crossings: tuple[Crossing, ...] = ()
-    """What lies between ``end_m`` and the next leg's ``begin_m``; empty where states touch."""
+    """The crossings between ``end_m`` and the next leg's ``begin_m``; empty where states touch."""
     lane: int | None = None
     """Index of the lane on which the vehicle is; None: the one that its loop names there."""
     guides: tuple[Guide, ...] = ()
-    """What keeps the vehicle to the lanes of its loop between ``end_m`` and the next leg, in order."""
+    """Stops that keep the vehicle to the lanes of its loop between ``end_m`` and the next leg, in order."""
     slot_m: float = 0.0
-    """What the longest vehicle there needs with its gap [m]; 0 where nobody queues."""
+    """The room that the longest vehicle there needs with its gap [m]; 0 where nobody queues."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -25,7 +25,7 @@ REACH_M = 2.2
 """Centre lines nearer than this conflict [m]: cars are 1.8 m wide in SUMO, oncoming lanes lie 3.2 m apart."""
 
 _SIDE_M = 0.4
-"""What two vehicles keep between their sides at least [m]."""
+"""The least distance that two vehicles keep between their sides [m]."""
 
 
 def reach_m(widths_m: Iterable[float]) -> float:

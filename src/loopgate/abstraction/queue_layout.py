@@ -143,7 +143,7 @@ def why_not(
 
 
 class _Plan:
-    """What of the network a set of loops uses as stretches, and how long their vehicles are."""
+    """The parts of the network that a set of loops uses as stretches, and how long their vehicles are."""
 
     def __init__(
         self,

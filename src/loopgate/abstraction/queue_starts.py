@@ -17,7 +17,7 @@ FIRST_M = 7.0
 """Room before the stop line at the start [m]: a vehicle drives for one step before it can be held."""
 
 _SPREAD_M = 0.3
-"""What standing vehicles keep at the start beyond their gaps [m]."""
+"""The room that standing vehicles keep at the start beyond their gaps [m]."""
 
 
 def startable(length_m: float, needed_m: float, capacity: int) -> int:

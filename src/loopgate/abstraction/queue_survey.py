@@ -1,4 +1,4 @@
-"""What the queues abstraction makes of loops: places, crossings with their conflicts, loops it refuses."""
+"""Loops as the queues abstraction sees them: places, crossings with their conflicts, loops it refuses."""
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@ Ints = npt.NDArray[np.int64]
 _X, _Y, _AHEAD_X, _AHEAD_Y, _HALF_M, _WIDE_M, _Z = range(7)
 
 _ABOVE_M = 2.5
-"""What lies so far above another does not touch it [m]."""
+"""Height between two lanes from which on bodies on them do not touch [m]."""
 
 _AT_ONCE = 500_000
 """So many pairs are looked at in one go, for the sake of memory."""

@@ -22,7 +22,7 @@ DEFAULT_RHO_M = 1.25
 """Safe radius [m]: oncoming lanes, 3.2 m apart, do not conflict; crossing, merging and shared lanes do."""
 
 CLEARANCE_M = 1.0
-"""What a state is longer than a standing vehicle and its gap [m]: vehicles stop within centimetres of a line,
+"""The length of a state beyond a standing vehicle and its gap [m]: vehicles stop centimetres off a line,
 and a vehicle's rear leaves a state between two simulation steps."""
 
 

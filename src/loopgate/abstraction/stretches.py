@@ -14,14 +14,14 @@ from loopgate.network.road import RoadNetwork
 from loopgate.network.vehicle_type import VehicleType
 
 CLEARANCE_M = 1.0
-"""What a place is longer than the vehicles and gaps it holds [m]: vehicles stop centimetres off a line."""
+"""The length of a place beyond the vehicles and gaps it holds [m]: vehicles stop centimetres off a line."""
 
 LEAST_CAPACITY = 2
 """A lane that holds fewer joins the crossing it lies in: where every place holds two, one walk along the
 heads of full queues decides liveness (Reveliotis, Lawley, Ferreira 1997)."""
 
 _SPARE_M = 2.5
-"""What the shortest stretch is longer than a vehicle and its gap [m]: one that stands at its end then keeps
+"""The length of the shortest stretch beyond a vehicle and its gap [m]: one that stands at its end then keeps
 its gap to those that wait before the stretch, and they do not keep it from changing lanes."""
 
 _ROOMY_M = 15.0

@@ -1,4 +1,4 @@
-"""What an abstraction makes of loops, in figures: states, shares, who meets whom."""
+"""Loops as an abstraction sees them, in figures: states, shares, who meets whom."""
 
 from __future__ import annotations
 

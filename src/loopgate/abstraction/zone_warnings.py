@@ -1,4 +1,4 @@
-"""What makes loops a bad fit for zones, in lines for the user."""
+"""Reasons why loops are a bad fit for zones, in lines for the user."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whom a vehicle waits for that is refused for want of a slot or a clear way, read off the tables."""
+"""The vehicles for which one waits that is refused for want of a slot or a clear way, read off the tables."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Who holds what, by name: what outlives the tables when vehicles come and go.
+"""The holders of states and crossings, by name: they outlive the tables when vehicles come and go.
 
 Tables are made for the vehicles that there are. When some join or leave they are made anew, and what the
 others hold, ask for and have done goes from the old ones into the new.
@@ -18,7 +18,7 @@ __all__ = ["Books", "carry_over", "read_books", "write_books"]
 _BY_TRACK: Final = frozenset(
     {"name", "loop", "lap_m", "road_at", "roads", "pivot", "leg_at", "legs", "number_at", "numbers"}
 )
-"""What follows from a vehicle's track, and from where things are in the tables."""
+"""The columns that follow from a vehicle's track, and from where things are in the tables."""
 
 _CARRIED: Final = tuple(name for name in Vehicle.__annotations__ if name not in _BY_TRACK)
 

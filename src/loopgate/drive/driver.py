@@ -160,7 +160,7 @@ class Driver:
 
     @property
     def distance_m(self) -> float:
-        """What it has driven since the warm-up [m]."""
+        """The distance it has driven since the warm-up [m]."""
         return self.front_m - self._measured_from_m
 
     def total_hold_s(self, now_s: float) -> float:

@@ -39,7 +39,7 @@ __all__ = ["Gatekeeper"]
 _CHAIN = "chain"
 
 _OUTSIDE = frozenset(number_of(reason) for reason in (Reason.RED, Reason.TRAFFIC, Reason.STOP))
-"""What lifts these refusals happens outside the system."""
+"""Refusals that something outside the system lifts."""
 
 
 class Gatekeeper:
@@ -70,7 +70,7 @@ class Gatekeeper:
         """Times of the decisions by the stage that made them, empty where the gate has none."""
         self.messages = 0
         self.obstacles: tuple[Obstacle, ...] = ()
-        """What else can be in the way; asked in this order, after room and crossings."""
+        """The other things that can be in the way; asked in this order, after room and crossings."""
         self._by_pressure = type(negotiation) is Pressure
         self._granted = False
         """Whether anything has been granted since the requests were collected."""

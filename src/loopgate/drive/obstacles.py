@@ -1,4 +1,4 @@
-"""What besides the vehicles under the gate can be in the way of a request: lights, ordinary traffic."""
+"""Obstacles to a request besides the vehicles under the gate: lights, ordinary traffic."""
 
 from __future__ import annotations
 

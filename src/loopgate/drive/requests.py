@@ -67,8 +67,8 @@ _RED: Final = REASONS.index(Reason.RED)
 _TRAFFIC: Final = REASONS.index(Reason.TRAFFIC)
 
 _PASSING: Final = (NOTHING, CROSSING, RESERVE, SPACING, STOPPING, _RED, _TRAFFIC)
-"""What ends without a word is looked at again every step: vehicles drive on and leave a crossing, time goes
-by, and so does what lies outside of the system, such as lights."""
+"""Refusals that end without a word, looked at again every step: vehicles drive on and leave a crossing, time
+goes by, and so does what lies outside of the system, such as lights."""
 
 
 @kernel

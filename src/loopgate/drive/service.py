@@ -1,4 +1,4 @@
-"""Who must move next, so that one who has waited long enough goes on: the service rule, in the drive.
+"""The service rule, in the drive: the vehicle that must move next, so that one that waited enough goes on.
 
 Past a patience the vehicle with the oldest request is *served*. `loopgate.gates.certified.service` says of
 the model whose move, the *mover's*, brings it nearer to its grant; here nobody can get before that one. On

@@ -25,7 +25,7 @@ _LONG_S = 60.0
 
 @dataclass(slots=True)
 class _Way:
-    """What is left of a vehicle's way between two states: its guides, and where the first state ended [m]."""
+    """The rest of a vehicle's way between two states: its guides, and where the first state ended [m]."""
 
     driver: Driver
     guides: deque[Guide]

@@ -1,4 +1,4 @@
-"""What happens between two steps of the traffic, and the way in from Python.
+"""The work between two steps of the traffic, and the way in from Python.
 
 Nothing here speaks to SUMO: what is to be done to vehicles, and what goes into the trace, are rows for the
 caller, in the order in which they came about.

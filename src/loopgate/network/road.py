@@ -168,7 +168,7 @@ class RoadNetwork:
         return one.link < len(rows) and other.link in rows[one.link]
 
 
-_KEPT: Kept[RoadNetwork] = Kept(2)
+_KEPT: Kept[RoadNetwork] = Kept(8)
 
 
 def _read(name: str, file: Path, content: str) -> RoadNetwork:
