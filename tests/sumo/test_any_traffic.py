@@ -140,6 +140,26 @@ def test_who_has_waited_longest_has_its_turn_where_all_ways_are_crowded(
     assert found[0]["max_depart_delay_s"] < found[1]["max_depart_delay_s"]
 
 
+def test_loops_that_fill_a_ring_leave_room_for_who_passes_later(tmp_path: Path) -> None:
+    """More would go round one block than it holds; trips that come when it is full pass it all the same."""
+    network = netgenerate("--grid --grid.number=4 --grid.length=40", tmp_path / "small.net.xml")
+    ring = "B1C1 C1C2 C2B2 B2B1".split()
+    rows = [
+        f'<vehicle id="l{k}" depart="{k}"><route edges="{" ".join(ring[k % 4 :] + ring[: k % 4])}" repeat="9"/>'
+        "</vehicle>"
+        for k in range(24)
+    ]
+    rows += [
+        f'<vehicle id="t{k}" depart="90"><route edges="{way}"/></vehicle>'
+        for k, way in enumerate(("A1B1 B1C1 C1D1", "D2C2 C2B2 B2A2"))
+    ]
+    routes = tmp_path / "full.rou.xml"
+    routes.write_text(f"<routes>{''.join(rows)}</routes>", encoding="utf-8")
+    summary = run(tmp_path / "out", routes, network=str(network), duration_s=500.0)
+    assert summary["waiting_to_depart"] > 0
+    assert (summary["arrived"], summary["unfinished"]) == (2, 0)
+
+
 def test_two_that_sumo_lets_wait_for_each_other_go_on_all_the_same(tmp_path: Path) -> None:
     """Lights are off, and an ordinary vehicle is far away: each of two has to give way, by SUMO's matrix."""
     ways = {
