@@ -10,6 +10,7 @@ from xml.etree import ElementTree as ET
 
 from loopgate.errors import RouteError
 from loopgate.keeping import Kept
+from loopgate.network.additional import FLEET, demand_beside
 from loopgate.network.clock import time_of
 from loopgate.network.content import content_identity
 from loopgate.network.departures import Flow, depart_s, read_flow
@@ -30,8 +31,6 @@ from loopgate.network.trips import MIDDLE, closes, drives_once, lead_trips
 from loopgate.network.vehicle_type import DEFAULT_TYPE, VehicleType, vehicle_type
 from loopgate.network.xml_file import read_xml
 from loopgate.reading import is_file, refusing, shown
-
-_VEHICLES = frozenset({"vehicle", "flow", "trip"})
 
 _BEYOND_M = 10.0
 """Largest distance of a position beyond its edge [m]: the lanes of an edge differ in length."""
@@ -97,11 +96,15 @@ class RoutesFile:
     vehicles: tuple[LoopVehicle, ...]
     """Vehicles and flows on them, in the file's order; possibly none."""
     types: dict[str, VehicleType]
-    """The vehicle types the file defines, by id."""
+    """The vehicle types that it and its additional files define, by id."""
+    default: VehicleType = DEFAULT_TYPE
+    """That of vehicles of which no type is said: the first of the file itself, else SUMO's."""
     stops: Mapping[str, tuple[Stop, ...]] = field(default_factory=dict)
     """Of routes, by loop: those of whoever drives on it."""
     stop_files: tuple[Path, ...] = ()
     """The additional files that stops name places of."""
+    vehicle_files: tuple[Path, ...] = ()
+    """The additional files that hold some of its vehicles."""
     left_out: tuple[str, ...] = ()
     left_out_of_routes: tuple[str, ...] = ()
     """`left_out` and `left_out_of_routes`: what the file says that is not taken over, a line for each kind of
@@ -114,7 +117,7 @@ class RoutesFile:
 
     def longest_vehicle(self) -> tuple[float, float]:
         """Return length and minimum gap [m], the largest of the file's vehicles; SUMO's if it has none."""
-        kinds = [v.type for v in self.vehicles] or list(self.types.values()) or [DEFAULT_TYPE]
+        kinds = [v.type for v in self.vehicles] or [self.default]
         return max(kind.length_m for kind in kinds), max(kind.min_gap_m for kind in kinds)
 
     def robots(self) -> tuple[list[str], list[Loop], dict[str, float]]:
@@ -129,10 +132,10 @@ class RoutesFile:
         return [v.id for v in self.vehicles], [by_id[v.loop] for v in self.vehicles], starts
 
     def robot_types(self) -> list[VehicleType]:
-        """Return the type of each robot of `robots`: its own, else the file's first, else SUMO's default."""
+        """Return the type of each robot of `robots`: its own, else the file's `default`."""
         if self.vehicles:
             return [vehicle.type for vehicle in self.vehicles]
-        return [next(iter(self.types.values()), DEFAULT_TYPE)] * len(self.loops)
+        return [self.default] * len(self.loops)
 
 
 @dataclass(frozen=True, slots=True)
@@ -187,6 +190,8 @@ def read_loops(
 ) -> RoutesFile:
     """Read the closed routes of a SUMO route file (``.rou.xml``, also gzipped) or of a ``.sumocfg``.
 
+    Types, vehicles and the routes that they name may stand in additional files, too.
+
     Routes stand for themselves or inside a vehicle or flow (the loop then bears its name). A route closes
     if its last edge leads to its first, or is its first (as netedit draws loops); `repeat` is not needed.
 
@@ -196,7 +201,7 @@ def read_loops(
     Parameters
     ----------
     stops
-        Additional files with the places that its stops name, besides those of a configuration.
+        Additional files, with the places that its stops name for example, besides those of a configuration.
     once
         Whether vehicles may drive their routes once. If some have to, since these do not close or are trips,
         all do but those whose route has ``repeat``; trips are led by SUMO's router.
@@ -226,21 +231,23 @@ _KEPT: Kept[RoutesFile] = Kept(8)
 def _read(network: RoadNetwork, path: Path, stops: Sequence[Path], *, once: bool) -> RoutesFile:
     config = read_sumo_config(path) if is_sumo_config(path) else None
     files = config.route_files if config else (path,)
-    if not files:
+    beside = (*config.additional_files, *stops) if config else tuple(stops)
+    own = [(f, read_xml(f, root="routes", what="route file", error=RouteError)) for f in files]
+    more = demand_beside(beside, own)
+    tops = [*own, *more]
+    if not tops:
         msg = f'{path}: the configuration names no route files; expected <route-files value="..."/>'
         raise RouteError(msg)
-    tops = [(f, read_xml(f, root="routes", what="route file", error=RouteError)) for f in files]
-    beside = (*config.additional_files, *stops) if config else tuple(stops)
     asked = any(next(top.iter("stop"), None) is not None for _, top in tops)
     places = read_stopping_places(beside) if asked else {}
-    vehicles = [(source, one) for source, top in tops for one in top if one.tag in _VEHICLES]
+    vehicles = [(source, one) for source, top in tops for one in top if one.tag in FLEET]
     once = once and drives_once(network, tops, vehicles)
     lost: list[str] = []
     if once:
         kinds = [one for _, top in tops for one in top if one.tag in {"vType", "vTypeDistribution"}]
         lost = lead_trips(network, vehicles, kinds, beside)
         for _, top in tops:
-            for one in [one for one in top if one.get("id", "") in lost]:
+            for one in [one for one in top if one.tag in FLEET and one.get("id", "") in lost]:
                 top.remove(one)
     found = _Found(network, places, {}, {}, [], [], {}, once)
     for source, top in tops:
@@ -265,6 +272,7 @@ def _read(network: RoadNetwork, path: Path, stops: Sequence[Path], *, once: bool
         for route in found.routes.values()
         if route.stops
     }
+    own_kinds = (kind for _, top in own for kind in top.iter("vType"))
     used = {stop.name for some in (*at_routes.values(), *(v.stops for v in placed)) for stop in some}
     without = (f"{path}: {len(lost)} vehicles find no way and are left out, first {lost[0]}",) if lost else ()
     return RoutesFile(
@@ -272,8 +280,10 @@ def _read(network: RoadNetwork, path: Path, stops: Sequence[Path], *, once: bool
         tuple(loops),
         placed,
         found.types,
+        default=next((found.types[kind.get("id", "")] for kind in own_kinds), DEFAULT_TYPE),
         stops=at_routes,
         stop_files=tuple(dict.fromkeys(place.file for name, place in places.items() if name in used)),
+        vehicle_files=tuple(file for file, top in more if any(one.tag in FLEET for one in top)),
         left_out=(*without, *left_out(tops, fleet=True, once=once)),
         left_out_of_routes=left_out(tops, fleet=False),
     )
@@ -331,7 +341,7 @@ def _collect_routes(source: Path, top: ET.Element, found: _Found) -> None:
 
 def _collect_vehicles(source: Path, top: ET.Element, found: _Found) -> None:
     for element in top:
-        if element.tag not in _VEHICLES:
+        if element.tag not in FLEET:
             continue
         name = element.get("id", "")
         what = f"{source}: {element.tag} {name}"
@@ -347,7 +357,7 @@ def _collect_vehicles(source: Path, top: ET.Element, found: _Found) -> None:
             )
             raise RouteError(msg)
         if on not in found.routes:
-            msg = f"{what}: its route {on} is not in the file; define it before use"
+            msg = f"{what}: its route {on} is in no route file or additional file; define it"
             raise RouteError(msg)
         route = found.routes[on]
         own = found.stops(element, what, route.cycle_s, since_depart=False)
@@ -373,8 +383,8 @@ def _kind(what: str, name: str, types: Mapping[str, VehicleType]) -> VehicleType
     """Return the type of this name; what a file says of SUMO's own default type holds."""
     if name in types or name == DEFAULT_TYPE.id:
         return types.get(name, DEFAULT_TYPE)
-    known = f"; it defines {', '.join(list(types)[:5])}" if types else ""
-    msg = f"{what}: its type {shown(name)} is no <vType> of the file{known}"
+    known = f"; they define {', '.join(list(types)[:5])}" if types else ""
+    msg = f"{what}: its type {shown(name)} is no <vType> of the route files or additional files{known}"
     raise RouteError(msg)
 
 

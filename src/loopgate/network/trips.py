@@ -12,6 +12,7 @@ from xml.etree import ElementTree as ET
 
 from loopgate.errors import RouteError
 from loopgate.folders import temporary_folder
+from loopgate.network.additional import DEMAND, without
 from loopgate.network.clock import seconds
 from loopgate.network.road import RoadNetwork
 from loopgate.reading import shown
@@ -195,12 +196,13 @@ def _routed(
     with temporary_folder() as folder:
         trips, found = folder / "trips.xml", folder / "routes.xml"
         ET.ElementTree(top).write(trips, encoding="utf-8", xml_declaration=True)
+        more = [without(file, DEMAND, folder / f"{number}.add.xml") for number, file in enumerate(beside)]
         command = [
             *(str(_router()), "--net-file", str(network.file), "--route-files", str(trips)),
             *("--output-file", str(found), "--alternatives-output", os.devnull, "--seed", str(seed)),
             *("--weights.random-factor", f"{disturbed:g}"),
             *("--ignore-errors", "--no-step-log", "--no-warnings", "--xml-validation", "never"),
-            *(("--additional-files", ",".join(map(str, beside))) if beside else ()),
+            *(("--additional-files", ",".join(map(str, more))) if more else ()),
         ]
         try:
             done = subprocess.run(  # noqa: S603  SUMO's own program

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
+from pathlib import Path
 from random import Random
 
 from loopgate.abstraction.itinerary import Itinerary
@@ -20,7 +21,6 @@ from loopgate.network.routes_file import RoutesFile
 from loopgate.network.stops import Stop
 from loopgate.network.sumo_config import is_sumo_config
 from loopgate.network.trips import ways_between
-from loopgate.network.vehicle_type import DEFAULT_TYPE
 from loopgate.simulation.allotment import allot_loops, mixed_types
 from loopgate.simulation.random_loops import random_loops
 from loopgate.simulation.scenario import Scenario
@@ -91,7 +91,8 @@ def read_vehicles(
             raise ScenarioError(msg)
         found = random_loops(scenario, network, count)
         warnings = (f"{found.shortfall}; going on with these",) if found.shortfall else ()
-        return _given_loops(scenario, network, found.loops, {}, {}), warnings, None
+        drawn = RoutesFile(Path(scenario.network), tuple(found.loops), (), {})
+        return _given_loops(scenario, network, drawn, {}), warnings, None
     source, counts = scenario.routes or scenario.network, scenario.counts_vehicles
     file = read_loops(network, source, stops=scenario.stop_files, once=not counts)
     if file.vehicles and not counts:
@@ -121,7 +122,7 @@ def read_vehicles(
     kinds: dict[str, VehicleType] = {}
     for vehicle in file.vehicles:
         kinds.setdefault(vehicle.loop, vehicle.type)
-    given = _given_loops(scenario, network, file.loops, file.types, kinds)
+    given = _given_loops(scenario, network, file, kinds)
     stopping = [
         replace(v, stops=tuple(s.at(begins_s(scenario)) for s in file.stops.get(v.loop.id, ())))
         for v in given
@@ -207,14 +208,13 @@ def _index(text: str | None) -> int | None:
 def _given_loops(
     scenario: Scenario,
     network: RoadNetwork,
-    loops: Sequence[Loop],
-    types: Mapping[str, VehicleType],
+    file: RoutesFile,
     on_loop: Mapping[str, VehicleType],
 ) -> list[Member]:
     """Give loops and types to the vehicles: types as the scenario says, or those that drive on the loop."""
-    chosen = allot_loops(scenario, network, loops)
-    default = next(iter(types.values()), DEFAULT_TYPE)
-    kinds = mixed_types(scenario, types, len(chosen)) or [on_loop.get(loop.id, default) for loop in chosen]
+    chosen = allot_loops(scenario, network, file.loops)
+    kinds = mixed_types(scenario, file.types, len(chosen))
+    kinds = kinds or [on_loop.get(loop.id, file.default) for loop in chosen]
     return [Member(f"v{i}", loop, kind) for i, (loop, kind) in enumerate(zip(chosen, kinds, strict=True), 1)]
 
 
