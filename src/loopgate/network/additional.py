@@ -8,6 +8,7 @@ from xml.etree import ElementTree as ET
 
 from loopgate.disk import writing
 from loopgate.errors import RouteError
+from loopgate.network.spreads import routes_named
 from loopgate.network.xml_file import read_xml
 
 __all__ = ["DEMAND", "FLEET", "demand_beside", "read_additional", "type_names", "without"]
@@ -52,12 +53,15 @@ def demand_beside(
     found = [(file, read_additional(file)) for file in dict.fromkeys(files)]
     vehicles = [one for _, top in (*tops, *found) for one in top if one.tag in FLEET]
     named = {one.get("route", "") for one in vehicles}
+    spreads = [one for _, top in (*tops, *found) for one in top.findall("routeDistribution")]
+    driven = [one for one in spreads if one.get("id") in named]
+    named |= routes_named((*driven, *(one for v in vehicles for one in v.findall("routeDistribution"))))
     demand = []
     for file, top in found:
         mine = ET.Element("routes")
         for one in top:
-            driven = not vehicles or one.get("id") in named
-            if one.tag in FLEET | _TYPES or (one.tag in _ROUTES and driven):
+            is_driven = not vehicles or one.get("id") in named
+            if one.tag in FLEET | _TYPES or (one.tag in _ROUTES and is_driven):
                 mine.append(one)
         if len(mine):
             demand.append((file, mine))

@@ -8,7 +8,6 @@ from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from pathlib import Path
-from random import Random
 
 from loopgate.abstraction.itinerary import Itinerary
 from loopgate.abstraction.stretches import least_change_m
@@ -99,11 +98,7 @@ def read_vehicles(
         by_name = {loop.id: loop for loop in file.loops}
         begin_s = begins_s(scenario, file)
         end_s = begin_s + scenario.warmup_s + scenario.duration_s
-        each = [
-            one
-            for vehicle in file.vehicles
-            for one in vehicle.each(begin_s, end_s, Random(f"{scenario.seed} {vehicle.id}"))
-        ]
+        each = [one for vehicle in file.vehicles for one in vehicle.each(begin_s, end_s, scenario.seed)]
         mine = [
             Member(
                 v.id,
@@ -121,7 +116,8 @@ def read_vehicles(
         return share_lanes(network, mine), (*file.left_out, *_outside(scenario, file, begin_s, end_s)), file
     kinds: dict[str, VehicleType] = {}
     for vehicle in file.vehicles:
-        kinds.setdefault(vehicle.loop, vehicle.type)
+        for way in (vehicle, *(one for one, _ in vehicle.ways)):
+            kinds.setdefault(way.loop, way.type)
     given = _given_loops(scenario, network, file, kinds)
     stopping = [
         replace(v, stops=tuple(s.at(begins_s(scenario)) for s in file.stops.get(v.loop.id, ())))
