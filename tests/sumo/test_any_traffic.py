@@ -257,6 +257,13 @@ def test_stops_on_the_way_are_made_once(tmp_path: Path) -> None:
     assert summary["audit"] == "clean"
 
 
+def test_the_first_to_come_is_let_in_however_short_its_way(tmp_path: Path) -> None:
+    """Nobody is on the road, so no way is crowded."""
+    file = tmp_path / "one.rou.xml"
+    file.write_text('<routes><trip id="a" depart="0" from="A0A1" to="A1B1"/></routes>', encoding="utf-8")
+    assert run(tmp_path / "out", file, duration_s=60.0)["arrived"] == 1
+
+
 @pytest.mark.parametrize("how", ["options", "type", "vehicle"])
 def test_who_has_the_rerouting_device_is_led_another_way_between_places(tmp_path: Path, how: str) -> None:
     """By the gate: SUMO's device would lead them into places that nobody granted; the others keep theirs."""

@@ -44,6 +44,8 @@ VALUES: dict[str, dict[str, str]] = {
     "stop": {"lane": "C2C1_0", "edge": "C2C1", "endPos": "60", "startPos": "20", "friendlyPos": "true"},
     "vType": {"carFollowModel": "IDM", "vClass": "bus", "speedFactor": "1.1"},
 }
+VALUES["vTypeDistribution"] = {"vTypes": "other in", "probabilities": "1 2"}
+VALUES["routeDistribution"] = {"routes": "other d.0", "probabilities": "1 2"}
 VALUES["flow"] |= {"departEdge": "2", "departPos": "30"}
 VALUES["stop"] |= {"duration": "7", "parking": "true", "triggered": "person", "containerTriggered": "true"}
 PLACES = ("busStop", "trainStop", "parkingArea", "chargingStation", "containerStop")
@@ -116,14 +118,25 @@ def _document(element: str, name: str, value: str) -> str:
     rider = ET.SubElement(top, element if element in {"flow", "trip"} else "vehicle")
     rider.attrib.update(said[rider.tag])
     if element in {"route", "routeDistribution"}:
-        rider.set("route", said["route"]["id"] if element == "route" else f"{said[element]['id']}.0")
-    if element in {"vType", "vTypeDistribution"}:
+        rider.set("route", said[element]["id"])
+    if element == "vType":
         rider.set("type", said[element]["id"])
-        if element == "vTypeDistribution":
-            top[0][0].set("id", "in")
     if element == "stop":
         ET.SubElement(rider, "stop", said["stop"])
+    if element.endswith("Distribution"):
+        _spread(top, inside, name)
     return ET.tostring(top, encoding="unicode")
+
+
+def _spread(top: ET.Element, spread: ET.Element, name: str) -> None:
+    """Give a distribution what it can be seen by: shares need names, and its own name another type."""
+    of_types = spread.tag == "vTypeDistribution"
+    if of_types:
+        spread[0].set("id", "in")
+    if of_types and name == "id":
+        ET.SubElement(top, "vType", id="k", color="blue")
+    if name == "probabilities":
+        spread.set(*("vTypes", "other in") if of_types else ("routes", "other d.0"))
 
 
 def _read(folder: Path, element: str, name: str = "", value: str = "") -> RoutesFile:

@@ -97,6 +97,7 @@ def inspect(
     if any(vehicle.once for vehicle in file.vehicles):
         _look_at_trips(network, routes, stops, wanted)
         return
+    file = file.drawn(wanted.seed)
     if abstraction == "queues":
         from loopgate.cli.inspect_queues import look_at_queues
 

@@ -17,7 +17,7 @@ _OF_VEHICLES = {"id", "type", "route", "departEdge", "color", "line", "personNum
 _TAKEN = {
     "routes": set[str](),
     "route": {"id", "edges", "cycleTime"},
-    "routeDistribution": {"id"},
+    "routeDistribution": {"id", "routes", "probabilities"},
     "vTypeDistribution": {"id", "vTypes", "probabilities"},
     "vehicle": {*_OF_VEHICLES, "depart"},
     "trip": {*_OF_VEHICLES, "depart"},
@@ -25,6 +25,9 @@ _TAKEN = {
     "stop": STOP_ATTRIBUTES,
 }
 """Elements, and their attributes, that are read; those of types are passed on as they are."""
+
+_DRAWN = {"routeDistribution": frozenset({"probability", "refId"})}
+"""What is read of the elements inside."""
 
 _FLEET = ("vehicle", "flow", "trip")
 
@@ -87,9 +90,11 @@ def left_out(files: Sequence[tuple[Path, ET.Element]], *, fleet: bool, once: boo
     return tuple(lines)
 
 
-def _untaken(element: ET.Element, *, fleet: bool) -> Iterator[tuple[tuple[str, str], str]]:
+def _untaken(
+    element: ET.Element, *, fleet: bool, drawn: frozenset[str] = frozenset()
+) -> Iterator[tuple[tuple[str, str], str]]:
     """Yield what is left out of an element: its name, how it is shown, and the element that has it."""
-    taken = _TAKEN[element.tag]
+    taken = _TAKEN[element.tag] | drawn
     owner = f"{element.tag} {element.get('id', '')}".strip()
     for name, value in element.attrib.items():
         if name in taken or name.startswith(("xmlns", "{")) or _is_done_anyway(name, value):
@@ -104,7 +109,7 @@ def _untaken(element: ET.Element, *, fleet: bool) -> Iterator[tuple[tuple[str, s
             if fleet or element.tag != "routes":
                 yield (child.tag, f"<{child.tag}>"), owner if element.tag != "routes" else child.get("id", "")
         elif fleet or child.tag not in _FLEET:
-            yield from _untaken(child, fleet=fleet)
+            yield from _untaken(child, fleet=fleet, drawn=_DRAWN.get(element.tag, frozenset()))
 
 
 def _is_done_anyway(name: str, value: str) -> bool:

@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from random import Random
 from xml.etree import ElementTree as ET
 
 from loopgate.errors import RouteError
 from loopgate.keeping import Kept
+from loopgate.network.additional import FLEET, demand_beside
 from loopgate.network.clock import time_of
 from loopgate.network.content import content_identity
-from loopgate.network.departures import Flow, depart_s, read_flow
+from loopgate.network.departures import depart_s, read_flow
 from loopgate.network.lanes import make_loop, make_route
 from loopgate.network.left_out import left_out
 from loopgate.network.loop import Loop
+from loopgate.network.loop_vehicle import LoopVehicle
 from loopgate.network.road import RoadNetwork
+from loopgate.network.spreads import parts, share_of
 from loopgate.network.stops import (
     Stop,
     StoppingPlace,
@@ -26,12 +28,10 @@ from loopgate.network.stops import (
     read_stops,
 )
 from loopgate.network.sumo_config import is_sumo_config, read_sumo_config
-from loopgate.network.trips import MIDDLE, closes, drives_once, lead_trips
+from loopgate.network.trips import MIDDLE, Led, closes, drives_once, lead_trips
 from loopgate.network.vehicle_type import DEFAULT_TYPE, VehicleType, vehicle_type
 from loopgate.network.xml_file import read_xml
 from loopgate.reading import is_file, refusing, shown
-
-_VEHICLES = frozenset({"vehicle", "flow", "trip"})
 
 _BEYOND_M = 10.0
 """Largest distance of a position beyond its edge [m]: the lanes of an edge differ in length."""
@@ -44,50 +44,6 @@ _CARRIED_ONCE = ("departLane", "departSpeed", "arrivalLane", "arrivalPos", "arri
 
 
 @dataclass(frozen=True, slots=True)
-class LoopVehicle:
-    """A vehicle or flow of the file."""
-
-    id: str
-    loop: str
-    type: VehicleType
-    depart_m: float | None = None
-    """Where its front stands when it departs, as arc length on its loop [m], if the file says so by a number
-    (``departPos``, with ``departEdge``)."""
-    depart_s: float = 0.0
-    flow: Flow | None = None
-    """`depart_s` and `flow`: when it departs [s]; for a flow, when its vehicles do."""
-    edge: int = 0
-    """Number of the edge on which it departs, on its loop."""
-    stops: tuple[Stop, ...] = ()
-    """Where it stops in every round, in the order of the loop."""
-    attributes: Mapping[str, str] = field(default_factory=dict, hash=False)
-    parameters: Mapping[str, str] = field(default_factory=dict, hash=False)
-    """`attributes` and `parameters`: what else SUMO is told of it, as the file has it, and its ``<param>``
-    elements by key."""
-    once: bool = False
-    """Whether it drives its route once, and not round and round."""
-
-    def each(self, begin_s: float, end_s: float, rng: Random) -> list[LoopVehicle]:
-        """Return itself, or those of the flow, that depart in a run [s]; who did before is there at first.
-
-        Of those who drive their route once nobody departs before or after that.
-        """
-        if self.once and self.flow is None:
-            return [self] if begin_s <= self.depart_s < end_s else []
-        if self.flow is None:
-            return [self._departing(self.id, max(begin_s, self.depart_s), 0.0)]
-        return [
-            self._departing(f"{self.id}.{number}", max(begin_s, at_s), at_s - self.flow.begin_s)
-            for number, at_s in enumerate(self.flow.departures_s(end_s, rng))
-            if at_s >= begin_s or not self.once
-        ]
-
-    def _departing(self, name: str, at_s: float, later_s: float) -> LoopVehicle:
-        stops = tuple(stop.at(at_s, later_s=later_s) for stop in self.stops)
-        return replace(self, id=name, depart_s=at_s, flow=None, stops=stops)
-
-
-@dataclass(frozen=True, slots=True)
 class RoutesFile:
     """The content of a route file or configuration."""
 
@@ -97,11 +53,15 @@ class RoutesFile:
     vehicles: tuple[LoopVehicle, ...]
     """Vehicles and flows on them, in the file's order; possibly none."""
     types: dict[str, VehicleType]
-    """The vehicle types the file defines, by id."""
+    """The vehicle types that it and its additional files define, by id."""
+    default: VehicleType = DEFAULT_TYPE
+    """That of vehicles of which no type is said: the first of the file itself, else SUMO's."""
     stops: Mapping[str, tuple[Stop, ...]] = field(default_factory=dict)
     """Of routes, by loop: those of whoever drives on it."""
     stop_files: tuple[Path, ...] = ()
     """The additional files that stops name places of."""
+    vehicle_files: tuple[Path, ...] = ()
+    """The additional files that hold some of its vehicles."""
     left_out: tuple[str, ...] = ()
     left_out_of_routes: tuple[str, ...] = ()
     """`left_out` and `left_out_of_routes`: what the file says that is not taken over, a line for each kind of
@@ -114,8 +74,13 @@ class RoutesFile:
 
     def longest_vehicle(self) -> tuple[float, float]:
         """Return length and minimum gap [m], the largest of the file's vehicles; SUMO's if it has none."""
-        kinds = [v.type for v in self.vehicles] or list(self.types.values()) or [DEFAULT_TYPE]
+        drawn = [kind for v in self.vehicles for kind, _ in v.types]
+        kinds = [*drawn, *(v.type for v in self.vehicles)] or [self.default]
         return max(kind.length_m for kind in kinds), max(kind.min_gap_m for kind in kinds)
+
+    def drawn(self, seed: int) -> RoutesFile:
+        """Return the same with what is drawn of each vehicle or flow as a run's seed has it."""
+        return replace(self, vehicles=tuple(one for v in self.vehicles for one in v.drawn(v.id, seed)))
 
     def robots(self) -> tuple[list[str], list[Loop], dict[str, float]]:
         """Return names and loops of the file's vehicles, or else of its loops, one robot on each.
@@ -129,10 +94,10 @@ class RoutesFile:
         return [v.id for v in self.vehicles], [by_id[v.loop] for v in self.vehicles], starts
 
     def robot_types(self) -> list[VehicleType]:
-        """Return the type of each robot of `robots`: its own, else the file's first, else SUMO's default."""
+        """Return the type of each robot of `robots`: its own, else the file's `default`."""
         if self.vehicles:
             return [vehicle.type for vehicle in self.vehicles]
-        return [next(iter(self.types.values()), DEFAULT_TYPE)] * len(self.loops)
+        return [self.default] * len(self.loops)
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,18 +110,43 @@ class _Route:
     again: bool
 
 
+@dataclass(frozen=True, slots=True)
+class _Asked:
+    """A vehicle on each of its ways, with shares, what its type is drawn from, and where it departs."""
+
+    ways: tuple[tuple[LoopVehicle, float], ...]
+    types: tuple[tuple[VehicleType, float], ...]
+    departs: tuple[str, str]
+
+    def placed(self, loops: Mapping[str, Loop], path: Path) -> LoopVehicle:
+        """Return it with where it departs and where it stops."""
+        ways = tuple(
+            (_placed(one, loops[one.loop], f"{path}: vehicle {one.id}", *self.departs), share)
+            for one, share in self.ways
+        )
+        first = ways[0][0]
+        return replace(
+            first,
+            once=any(one.once for one, _ in ways),
+            types=self.types if len(self.types) > 1 else (),
+            ways=ways if len(ways) > 1 or first.vclass else (),
+        )
+
+
 @dataclass(slots=True)
 class _Found:
     """The content of the files read so far; `users` are the types of the first vehicle of each route."""
 
     network: RoadNetwork
     places: Mapping[str, StoppingPlace]
-    types: dict[str, VehicleType]
-    routes: dict[str, _Route]
-    vehicles: list[LoopVehicle]
-    departs: list[tuple[str, str]]
-    users: dict[str, VehicleType]
-    once: bool = False
+    once: bool
+    led: Led
+    types: dict[str, VehicleType] = field(default_factory=dict)
+    drawn_types: dict[str, tuple[tuple[VehicleType, float], ...]] = field(default_factory=dict)
+    routes: dict[str, _Route] = field(default_factory=dict)
+    drawn_routes: dict[str, tuple[tuple[str, float], ...]] = field(default_factory=dict)
+    vehicles: list[_Asked] = field(default_factory=list)
+    users: dict[str, VehicleType] = field(default_factory=dict)
 
     def add(self, source: Path, element: ET.Element, name: str) -> None:
         if name in self.routes:
@@ -187,6 +177,8 @@ def read_loops(
 ) -> RoutesFile:
     """Read the closed routes of a SUMO route file (``.rou.xml``, also gzipped) or of a ``.sumocfg``.
 
+    Types, vehicles and the routes that they name may stand in additional files, too.
+
     Routes stand for themselves or inside a vehicle or flow (the loop then bears its name). A route closes
     if its last edge leads to its first, or is its first (as netedit draws loops); `repeat` is not needed.
 
@@ -196,7 +188,7 @@ def read_loops(
     Parameters
     ----------
     stops
-        Additional files with the places that its stops name, besides those of a configuration.
+        Additional files, with the places that its stops name for example, besides those of a configuration.
     once
         Whether vehicles may drive their routes once. If some have to, since these do not close or are trips,
         all do but those whose route has ``repeat``; trips are led by SUMO's router.
@@ -226,27 +218,27 @@ _KEPT: Kept[RoutesFile] = Kept(8)
 def _read(network: RoadNetwork, path: Path, stops: Sequence[Path], *, once: bool) -> RoutesFile:
     config = read_sumo_config(path) if is_sumo_config(path) else None
     files = config.route_files if config else (path,)
-    if not files:
+    beside = (*config.additional_files, *stops) if config else tuple(stops)
+    own = [(f, read_xml(f, root="routes", what="route file", error=RouteError)) for f in files]
+    more = demand_beside(beside, own)
+    tops = [*own, *more]
+    if not tops:
         msg = f'{path}: the configuration names no route files; expected <route-files value="..."/>'
         raise RouteError(msg)
-    tops = [(f, read_xml(f, root="routes", what="route file", error=RouteError)) for f in files]
-    beside = (*config.additional_files, *stops) if config else tuple(stops)
     asked = any(next(top.iter("stop"), None) is not None for _, top in tops)
     places = read_stopping_places(beside) if asked else {}
-    vehicles = [(source, one) for source, top in tops for one in top if one.tag in _VEHICLES]
+    vehicles = [(source, one) for source, top in tops for one in top if one.tag in FLEET]
     once = once and drives_once(network, tops, vehicles)
-    lost: list[str] = []
+    found = _Found(network, places, once, {})
+    _collect_types([*more, *own], found)
     if once:
-        kinds = [one for _, top in tops for one in top if one.tag in {"vType", "vTypeDistribution"}]
-        lost = lead_trips(network, vehicles, kinds, beside)
-        for _, top in tops:
-            for one in [one for one in top if one.get("id", "") in lost]:
-                top.remove(one)
-    found = _Found(network, places, {}, {}, [], [], {}, once)
-    for source, top in tops:
-        for element in top.iter("vType"):
-            kind = vehicle_type(element, str(source))
-            found.types[kind.id] = kind
+        kinds = [one for _, top in tops for one in top.iter("vType") if one.get("id")]
+        classes = {name: _first_of_class(spread) for name, spread in found.drawn_types.items()}
+        found.led = lead_trips(network, vehicles, kinds, beside, classes=classes)
+    lost = {name for name, ways in found.led.items() if not any(ways.values())}
+    for _, top in tops:
+        for one in [one for one in top if one.tag in FLEET and one.get("id", "") in lost]:
+            top.remove(one)
     for source, top in tops:
         _collect_routes(source, top, found)
     for source, top in tops:
@@ -256,25 +248,25 @@ def _read(network: RoadNetwork, path: Path, stops: Sequence[Path], *, once: bool
         raise RouteError(msg)
     loops = [_loop(network, route, found) for route in found.routes.values()]
     by_id = {loop.id: loop for loop in loops}
-    placed = tuple(
-        _placed(vehicle, by_id[vehicle.loop], f"{path}: vehicle {vehicle.id}", *departs)
-        for vehicle, departs in zip(found.vehicles, found.departs, strict=True)
-    )
+    placed = tuple(vehicle.placed(by_id, path) for vehicle in found.vehicles)
+    ways = [way for vehicle in placed for way in (vehicle, *(one for one, _ in vehicle.ways))]
     at_routes = {
         route.id: on_loop(by_id[route.id], route.stops, f"{route.source}: route {route.id}")
         for route in found.routes.values()
         if route.stops
     }
-    used = {stop.name for some in (*at_routes.values(), *(v.stops for v in placed)) for stop in some}
-    without = (f"{path}: {len(lost)} vehicles find no way and are left out, first {lost[0]}",) if lost else ()
+    own_kinds = (kind.get("id", "") for _, top in own for kind in top.iter("vType"))
+    used = {stop.name for some in (*at_routes.values(), *(v.stops for v in ways)) for stop in some}
     return RoutesFile(
         path,
         tuple(loops),
         placed,
         found.types,
+        default=next((found.types[name] for name in own_kinds if name in found.types), DEFAULT_TYPE),
         stops=at_routes,
         stop_files=tuple(dict.fromkeys(place.file for name, place in places.items() if name in used)),
-        left_out=(*without, *left_out(tops, fleet=True, once=once)),
+        vehicle_files=tuple(file for file, top in more if any(one.tag in FLEET for one in top)),
+        left_out=(*_wayless(path, found.led), *left_out(tops, fleet=True, once=once)),
         left_out_of_routes=left_out(tops, fleet=False),
     )
 
@@ -283,7 +275,8 @@ def _loop(network: RoadNetwork, route: _Route, found: _Found) -> Loop:
     if not route.again:
         vclass = found.users.get(route.id, DEFAULT_TYPE).vclass
         return make_route(network, route.id, route.edges, vclass=vclass, source=str(route.source))
-    stops = [stop for vehicle in found.vehicles if vehicle.loop == route.id for stop in vehicle.stops]
+    ways = (way for vehicle in found.vehicles for way, _ in vehicle.ways)
+    stops = [stop for way in ways if way.loop == route.id for stop in way.stops]
     return make_loop(
         network,
         route.id,
@@ -325,56 +318,147 @@ def _collect_routes(source: Path, top: ET.Element, found: _Found) -> None:
     for number, element in enumerate(top.findall("route")):
         found.add(source, element, element.get("id") or f"route{number}")
     for spread in top.findall("routeDistribution"):
-        for number, element in enumerate(spread.findall("route")):
-            found.add(source, element, element.get("id") or f"{spread.get('id', 'distribution')}.{number}")
+        name = spread.get("id", "distribution")
+        found.drawn_routes[name] = _drawn_routes(source, spread, name, found)
+
+
+def _drawn_routes(
+    source: Path, spread: ET.Element, name: str, found: _Found
+) -> tuple[tuple[str, float], ...]:
+    """Take note of the routes of a distribution; return their names and shares."""
+    what = f"{source}: routeDistribution {name}"
+    drawn: list[tuple[str, float]] = []
+    own = 0
+    for part in parts(spread, what, named="routes", tag="route"):
+        route = part.name
+        if part.element is not None:
+            route = part.name or f"{name}.{own}"
+            own += 1
+            found.add(source, part.element, route)
+        drawn.append((route, 1.0 if part.share is None else part.share))
+    _refuse_nothing(what, [share for _, share in drawn])
+    return tuple(drawn)
+
+
+def _refuse_nothing(what: str, shares: Sequence[float]) -> None:
+    if not any(shares):
+        msg = f"{what}: nothing can be drawn from it; name something with a probability above 0"
+        raise RouteError(msg)
+
+
+def _collect_types(tops: Sequence[tuple[Path, ET.Element]], found: _Found) -> None:
+    """Take note of types, and of their distributions in SUMO's order: one may name those before it."""
+    shares: dict[str, float] = {}
+    for source, top in tops:
+        for element in (one for one in top.iter("vType") if one.get("id")):
+            kind = vehicle_type(element, str(source))
+            found.types[kind.id] = kind
+            shares[kind.id] = share_of(element, f"{source}: vType {kind.id}")
+    for source, top in tops:
+        for spread in top.findall("vTypeDistribution"):
+            name = spread.get("id", "")
+            what = f"{source}: vTypeDistribution {name}"
+            drawn: list[tuple[VehicleType, float]] = []
+            for part in parts(spread, what, named="vTypes", tag="vType"):
+                share = shares.get(part.name, 1.0) if part.share is None else part.share
+                some = _kinds(what, part.name, found)
+                whole = sum(each for _, each in some)
+                drawn += [(kind, share * each / whole) for kind, each in some]
+            _refuse_nothing(what, [share for _, share in drawn])
+            found.drawn_types[name] = tuple(drawn)
+
+
+def _first_of_class(spread: Sequence[tuple[VehicleType, float]]) -> dict[str, str]:
+    """Return the first type of each class of vehicles in a distribution, by class."""
+    return {kind.vclass: kind.id for kind, _ in reversed(spread)}
+
+
+def _wayless(path: Path, led: Led) -> Iterator[str]:
+    """Say which trips are left out since there is no way between their ends."""
+    lost = [name for name, ways in led.items() if not any(ways.values())]
+    if lost:
+        yield f"{path}: {len(lost)} vehicles find no way and are left out, first {lost[0]}"
+    some = [name for name, ways in led.items() if any(ways.values()) and not all(ways.values())]
+    if some:
+        yield (
+            f"{path}: {len(some)} trips or flows find no way for all classes of their type, and are left out "
+            f"where such a one is drawn, first {some[0]}"
+        )
 
 
 def _collect_vehicles(source: Path, top: ET.Element, found: _Found) -> None:
     for element in top:
-        if element.tag not in _VEHICLES:
+        if element.tag not in FLEET:
             continue
         name = element.get("id", "")
         what = f"{source}: {element.tag} {name}"
-        kind = _kind(what, element.get("type", DEFAULT_TYPE.id), found.types)
-        inner = element.find("route")
-        on = element.get("route", "") if inner is None else name
-        if inner is not None:
-            found.add(source, inner, name)
-        if not on:
-            msg = (
-                f"{what}: it has no route, only ends between which SUMO would choose a way; "
-                f"write its route, closed (duarouter computes routes)"
-            )
-            raise RouteError(msg)
-        if on not in found.routes:
-            msg = f"{what}: its route {on} is not in the file; define it before use"
-            raise RouteError(msg)
-        route = found.routes[on]
-        own = found.stops(element, what, route.cycle_s, since_depart=False)
-        carried = _CARRIED if route.again else (*_CARRIED, *_CARRIED_ONCE)
-        found.vehicles.append(
-            LoopVehicle(
+        types = _kinds(what, element.get("type", DEFAULT_TYPE.id), found)
+        flow = read_flow(element, what) if element.tag == "flow" else None
+        at_s = 0.0 if flow else depart_s(element, what)
+        ways = []
+        for on, share, vclass in _ways(source, element, what, found):
+            if on not in found.routes:
+                msg = f"{what}: its route {on} is in no route file or additional file; define it"
+                raise RouteError(msg)
+            route = found.routes[on]
+            own = found.stops(element, what, route.cycle_s, since_depart=False)
+            carried = _CARRIED if route.again else (*_CARRIED, *_CARRIED_ONCE)
+            kind = next(kind for kind, _ in types if vclass in {"", kind.vclass})
+            way = LoopVehicle(
                 name,
                 on,
                 kind,
-                depart_s=0.0 if element.tag == "flow" else depart_s(element, what),
-                flow=read_flow(element, what) if element.tag == "flow" else None,
+                depart_s=at_s,
+                flow=flow,
                 stops=(*route.stops, *own),
                 attributes={name: element.attrib[name] for name in carried if element.get(name)},
                 parameters={one.get("key", ""): one.get("value", "") for one in element.findall("param")},
                 once=not route.again,
+                vclass=vclass,
             )
+            ways.append((way, share))
+            found.users.setdefault(on, kind)
+        departs = element.get("departEdge", ""), element.get("departPos", "")
+        found.vehicles.append(_Asked(tuple(ways), types, departs))
+
+
+def _ways(source: Path, element: ET.Element, what: str, found: _Found) -> Iterator[tuple[str, float, str]]:
+    """Yield the routes of a vehicle: names, shares, and the classes that they are for, if not for all."""
+    name, on = element.get("id", ""), element.get("route", "")
+    inner, spread = element.find("route"), element.find("routeDistribution")
+    if inner is not None:
+        found.add(source, inner, name)
+        yield name, 1.0, ""
+    elif spread is not None:
+        yield from ((one, share, "") for one, share in _drawn_routes(source, spread, name, found))
+    elif on:
+        yield from ((one, share, "") for one, share in found.drawn_routes.get(on, ((on, 1.0),)))
+    elif name in found.led:
+        led = found.led[name]
+        for vclass, edges in led.items():
+            if edges:
+                way = name if len(led) == 1 else f"{name}@{vclass}"
+                found.add(source, ET.Element("route", edges=edges), way)
+                yield way, 1.0, vclass if len(led) > 1 else ""
+    else:
+        msg = (
+            f"{what}: it has no route, only ends between which SUMO would choose a way; "
+            f"write its route, closed (duarouter computes routes)"
         )
-        found.departs.append((element.get("departEdge", ""), element.get("departPos", "")))
-        found.users.setdefault(on, kind)
+        raise RouteError(msg)
+
+
+def _kinds(what: str, name: str, found: _Found) -> tuple[tuple[VehicleType, float], ...]:
+    """Return the types from which that of a vehicle is drawn, with shares: mostly one."""
+    return found.drawn_types.get(name) or ((_kind(what, name, found.types), 1.0),)
 
 
 def _kind(what: str, name: str, types: Mapping[str, VehicleType]) -> VehicleType:
     """Return the type of this name; what a file says of SUMO's own default type holds."""
     if name in types or name == DEFAULT_TYPE.id:
         return types.get(name, DEFAULT_TYPE)
-    known = f"; it defines {', '.join(list(types)[:5])}" if types else ""
-    msg = f"{what}: its type {shown(name)} is no <vType> of the file{known}"
+    known = f"; they define {', '.join(list(types)[:5])}" if types else ""
+    msg = f"{what}: its type {shown(name)} is no <vType> of the route files or additional files{known}"
     raise RouteError(msg)
 
 

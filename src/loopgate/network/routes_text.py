@@ -8,7 +8,7 @@ from xml.sax.saxutils import quoteattr
 
 from loopgate.errors import RouteError
 from loopgate.network.loop import Loop
-from loopgate.network.routes_file import LoopVehicle
+from loopgate.network.loop_vehicle import LoopVehicle
 from loopgate.network.vehicle_type import DEFAULT_TYPE
 
 

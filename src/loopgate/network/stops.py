@@ -10,10 +10,10 @@ from pathlib import Path
 from xml.etree import ElementTree as ET
 
 from loopgate.errors import RouteError
+from loopgate.network.additional import read_additional
 from loopgate.network.clock import as_number, seconds, time_of
 from loopgate.network.loop import Loop
 from loopgate.network.road import RoadNetwork
-from loopgate.network.xml_file import read_xml
 from loopgate.reading import shown
 
 _KINDS = {
@@ -138,8 +138,7 @@ def read_stopping_places(files: Iterable[Path]) -> dict[str, StoppingPlace]:
     """
     found: dict[str, StoppingPlace] = {}
     for file in dict.fromkeys(files):
-        top = read_xml(file, root="additional", what="additional file", error=RouteError)
-        for element in top.iter():
+        for element in read_additional(file).iter():
             name, lane = element.get("id", ""), element.get("lane", "")
             if element.tag not in _KINDS or not name or not lane:
                 continue

@@ -5,15 +5,17 @@ from __future__ import annotations
 import importlib.util
 import os
 import subprocess
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
 from loopgate.errors import RouteError
 from loopgate.folders import temporary_folder
+from loopgate.network.additional import DEMAND, without
 from loopgate.network.clock import seconds
 from loopgate.network.road import RoadNetwork
+from loopgate.network.spreads import routes_named
 from loopgate.reading import shown
 
 _ENDS = (
@@ -31,6 +33,9 @@ _ENDS = (
 MIDDLE = ("via", "viaJunctions", "viaXY", "viaLonLat")
 """Attributes that say where a trip leads in between."""
 
+Led = Mapping[str, Mapping[str, str]]
+"""Edges by trip, and by class of vehicles; none where there is no way."""
+
 _CAR = "passenger"
 
 _DISTURBED = 2.0
@@ -45,22 +50,25 @@ _LONGEST_S = 600.0
 
 def _has_way(element: ET.Element) -> bool:
     """Return whether a vehicle, trip or flow says itself which edges it drives over."""
-    return bool(element.get("route")) or element.find("route") is not None
+    inside = any(element.find(tag) is not None for tag in ("route", "routeDistribution"))
+    return inside or bool(element.get("route"))
 
 
 def drives_once(
     network: RoadNetwork, tops: Sequence[tuple[Path, ET.Element]], vehicles: Sequence[tuple[Path, ET.Element]]
 ) -> bool:
     """Return whether some vehicle has to drive its route once, since that does not close or is to be led."""
+    if not all(_has_way(element) for _, element in vehicles):
+        return True
     routes = {route.get("id", ""): route for _, top in tops for route in top.iter("route")}
-    for _, element in vehicles:
-        if not _has_way(element):
-            return True
-        inner = element.find("route")
-        route = routes.get(element.get("route", "")) if inner is None else inner
-        if route is not None and not closes(network, route.get("edges", "").split()):
-            return True
-    return False
+    named = {element.get("route", "") for _, element in vehicles}
+    spreads = [spread for _, top in tops for spread in top.findall("routeDistribution")]
+    driven = [spread for spread in spreads if spread.get("id") in named]
+    driven += [one for _, element in vehicles for one in element if one.tag in {"route", "routeDistribution"}]
+    named |= routes_named(driven)
+    driven += [route for name, route in routes.items() if name in named]
+    every = (route for one in driven for route in one.iter("route"))
+    return not all(closes(network, route.get("edges", "").split()) for route in every)
 
 
 def closes(network: RoadNetwork, edges: Sequence[str]) -> bool:
@@ -76,9 +84,10 @@ def lead_trips(
     types: Sequence[ET.Element],
     beside: Sequence[Path],
     *,
+    classes: Mapping[str, Mapping[str, str]],
     seed: int = 1,
-) -> list[str]:
-    """Give each element that says only its ends the route that SUMO's router finds: the quickest.
+) -> Led:
+    """Return for each element that says only its ends the route that SUMO's router finds: the quickest.
 
     One for all vehicles of a flow. SUMO itself would take the same one, where roads are empty.
 
@@ -93,43 +102,54 @@ def lead_trips(
         The vehicle types of these files.
     beside
         Additional files, with districts for example.
+    classes
+        Of distributions of types, by name: a type for each class of vehicles in them.
 
     Returns
     -------
-    list of str
-        Names of those for which there is no way.
+    Led
+        The edges of each, by its name, for each class of vehicles from which its type is drawn.
     """
     asked = [(source, element) for source, element in elements if not _has_way(element)]
     if not asked:
-        return []
+        return {}
     top = ET.Element("routes")
     top.extend(types)
+    vclasses = {kind.get("id", ""): kind.get("vClass", _CAR) for kind in types}
+
+    def kinds(element: ET.Element) -> Mapping[str, str]:
+        name = element.get("type", "")
+        return classes.get(name) or {vclasses.get(name, _CAR): name}
+
     for source, element in sorted(asked, key=lambda one: _departs_s(one[1])):
-        what = f"{source}: {element.tag} {element.get('id', '')}"
-        if not any(name in element.attrib for name in _ENDS) and element.find("stop") is None:
-            msg = f"{what}: it has neither a route nor from and to; expected one of them"
-            raise RouteError(msg)
-        for name in ("from", "to", "via"):
-            for edge in element.get(name, "").split():
-                if edge not in network.edges:
-                    msg = f"{what}: {name} is {shown(edge)}, which is no edge of {network.name}"
-                    raise RouteError(msg)
-        said = {name: element.attrib[name] for name in (*_ENDS, *MIDDLE, "type") if name in element.attrib}
-        trip = ET.SubElement(
-            top, "trip", {"id": element.get("id", ""), "depart": f"{_departs_s(element):g}", **said}
-        )
-        trip.extend(element.findall("stop"))
+        _check(network, element, f"{source}: {element.tag} {element.get('id', '')}")
+        said = {name: element.attrib[name] for name in (*_ENDS, *MIDDLE) if name in element.attrib}
+        said["depart"] = f"{_departs_s(element):g}"
+        for vclass, kind in kinds(element).items():
+            more = {"type": kind} if kind else {}
+            trip = ET.SubElement(top, "trip", {"id": f"{element.get('id', '')}@{vclass}", **said, **more})
+            trip.extend(element.findall("stop"))
     routes = _routed(network, top, beside, seed)
-    lost = []
-    classes = {kind.get("id", ""): kind.get("vClass", _CAR) for kind in types}
+    led: dict[str, dict[str, str]] = {}
     for _, element in asked:
-        name, vclass = element.get("id", ""), classes.get(element.get("type", ""), _CAR)
-        edges = routes.get(name)
-        if edges is None or not _leads(network, edges.split(), element.get("to"), vclass):
-            lost.append(name)
-        else:
-            element.insert(0, ET.Element("route", edges=edges))
-    return lost
+        name = element.get("id", "")
+        for vclass in kinds(element):
+            edges = routes.get(f"{name}@{vclass}", "")
+            found = edges and _leads(network, edges.split(), element.get("to"), vclass)
+            led.setdefault(name, {})[vclass] = edges if found else ""
+    return led
+
+
+def _check(network: RoadNetwork, element: ET.Element, what: str) -> None:
+    """Refuse what has no ends, or an edge that is not in the network."""
+    if not any(name in element.attrib for name in _ENDS) and element.find("stop") is None:
+        msg = f"{what}: it has neither a route nor from and to; expected one of them"
+        raise RouteError(msg)
+    for name in ("from", "to", "via"):
+        for edge in element.get(name, "").split():
+            if edge not in network.edges:
+                msg = f"{what}: {name} is {shown(edge)}, which is no edge of {network.name}"
+                raise RouteError(msg)
 
 
 def ways_between(
@@ -195,12 +215,13 @@ def _routed(
     with temporary_folder() as folder:
         trips, found = folder / "trips.xml", folder / "routes.xml"
         ET.ElementTree(top).write(trips, encoding="utf-8", xml_declaration=True)
+        more = [without(file, DEMAND, folder / f"{number}.add.xml") for number, file in enumerate(beside)]
         command = [
             *(str(_router()), "--net-file", str(network.file), "--route-files", str(trips)),
             *("--output-file", str(found), "--alternatives-output", os.devnull, "--seed", str(seed)),
             *("--weights.random-factor", f"{disturbed:g}"),
             *("--ignore-errors", "--no-step-log", "--no-warnings", "--xml-validation", "never"),
-            *(("--additional-files", ",".join(map(str, beside))) if beside else ()),
+            *(("--additional-files", ",".join(map(str, more))) if more else ()),
         ]
         try:
             done = subprocess.run(  # noqa: S603  SUMO's own program

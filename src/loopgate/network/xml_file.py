@@ -23,6 +23,9 @@ _WAYS_OUT = {
 _ALSO = {"configuration": "sumoConfiguration"}
 """The names that SUMO writes today, and those that it reads as well."""
 
+_NOT_ADDITIONAL = frozenset({"osm", "net", "configuration", "sumoConfiguration"})
+"""Root elements that no additional file has; SUMO takes any other."""
+
 _GZIP_MAGIC = b"\x1f\x8b"
 
 
@@ -57,10 +60,14 @@ def check_root(file: Path, *, root: str, what: str, error: type[LoopgateError]) 
             raise error(msg)
         with open_xml(file) as stream:
             _, first = next(iter(ET.iterparse(stream, events=("start",))))  # noqa: S314  as above
-        if first.tag not in {root, _ALSO.get(root)}:
+        if not _is_root(first.tag, root):
             hint = f"; {_WAYS_OUT[first.tag]}" if first.tag in _WAYS_OUT else ""
             msg = f"{file}: the root element is <{shown(first.tag)[1:-1]}>; a SUMO {what} has <{root}>{hint}"
             raise error(msg)
+
+
+def _is_root(tag: str, root: str) -> bool:
+    return tag not in _NOT_ADDITIONAL if root == "additional" else tag in {root, _ALSO.get(root)}
 
 
 def _refusing(file: Path, what: str, error: type[LoopgateError]) -> AbstractContextManager[None]:

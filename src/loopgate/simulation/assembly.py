@@ -74,6 +74,8 @@ class Assembly:
         Where vehicles stop in every round, by vehicle, in the order of its loop.
     stop_files
         Additional files that hold the places of these.
+    vehicle_files
+        Additional files that hold some of the vehicles, among other things.
     begin_s
         When the simulation begins [s].
     ordinary
@@ -94,6 +96,7 @@ class Assembly:
     departures: tuple[Departure, ...] = ()
     stops: Mapping[str, tuple[Stop, ...]] = field(default_factory=dict)
     stop_files: tuple[Path, ...] = ()
+    vehicle_files: tuple[Path, ...] = ()
     begin_s: float = 0.0
     ordinary: tuple[Member, ...] = ()
     anew: Mapping[str, Anew] = field(default_factory=dict)
@@ -200,6 +203,7 @@ def assemble(scenario: Scenario) -> Assembly:
         departures=departures,
         stops=stops,
         stop_files=file.stop_files if file else (),
+        vehicle_files=file.vehicle_files if file else (),
         begin_s=begins_s(scenario, file),
         ordinary=tuple(ordinary),
         anew=anew,

@@ -200,8 +200,8 @@ class GatedDepartures(Departures):
         self._ways: dict[tuple[str, int], npt.NDArray[np.int64]] = {}
         slots = sum(most for place, most in fleet.room.items() if not place.startswith(AWAY))
         loops = any(one.start.loop.closed for one in departures) or bool(fleet.members)
-        self._least = _AT_LEAST * slots * loops
-        """So many vehicles that drive once may be on the road at the same time, whatever they come upon."""
+        self._least = max(1.0, _AT_LEAST * slots * loops)
+        """With fewer on the road who drive once, nobody waits for others to go."""
 
     @property
     def over(self) -> bool:

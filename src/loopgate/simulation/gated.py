@@ -106,10 +106,13 @@ def find_unfit(
     return unfit
 
 
-def write_ordinary(vehicles: Sequence[Member], file: Path) -> None:
-    """Write vehicles as a route file for SUMO, which drives them by its own rules; in order of departure."""
+def write_ordinary(vehicles: Sequence[Member], file: Path, *, known: Collection[str] = ()) -> None:
+    """Write vehicles as a route file for SUMO, which drives them by its own rules; in order of departure.
+
+    Types that SUMO has from additional files are `known`.
+    """
     top = ET.Element("routes")
-    for kind in {v.type.id: v.type for v in vehicles}.values():
+    for kind in {v.type.id: v.type for v in vehicles if v.type.id not in known}.values():
         element = ET.SubElement(top, "vType", {"vClass": kind.vclass, **kind.attributes, "id": kind.id})
         for name, value in kind.parameters.items():
             ET.SubElement(element, "param", key=name, value=value)

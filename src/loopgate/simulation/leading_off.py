@@ -6,9 +6,9 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
-from loopgate.errors import RouteError, ScenarioError
+from loopgate.errors import ScenarioError
 from loopgate.network import Loop
-from loopgate.network.xml_file import read_xml
+from loopgate.network.additional import read_additional
 
 __all__ = ["refuse_what_leads_off"]
 
@@ -26,8 +26,7 @@ def refuse_what_leads_off(files: Iterable[Path], loops: Iterable[Loop]) -> None:
     """
     by_edge = {edge: loop.id for loop in loops for edge in loop.edges}
     for file in files:
-        top = read_xml(file, root="additional", what="additional file", error=RouteError)
-        for element in top.iter():
+        for element in read_additional(file).iter():
             for edge, does in _does(element):
                 if edge in by_edge:
                     what = f"{file}: {element.tag} {element.get('id', '')}"

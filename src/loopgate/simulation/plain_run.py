@@ -12,6 +12,7 @@ from typing import Any
 from loopgate.disk import writing
 from loopgate.errors import ScenarioError
 from loopgate.network import RoadNetwork
+from loopgate.network.additional import type_names
 from loopgate.network.sumo_config import is_sumo_config
 from loopgate.results.columns import FLOW_EVERY_S
 from loopgate.results.recorder import Recorder
@@ -24,7 +25,8 @@ from loopgate.simulation.outcome import Folder, Tally
 from loopgate.simulation.positions import record_positions
 from loopgate.simulation.room import Room
 from loopgate.simulation.scenario import Scenario
-from loopgate.simulation.sumo_options import begins_s, sumo_options
+from loopgate.simulation.sumo_input import without_vehicles
+from loopgate.simulation.sumo_options import SumoOptions, begins_s, sumo_options
 from loopgate.simulation.sumo_start import TRIPS, output_options, plain_options, start_traffic
 from loopgate.simulation.trips import Trip, read_trips
 from loopgate.simulation.vehicles import read_vehicles
@@ -65,7 +67,7 @@ def run_plainly(scenario: Scenario, folder: Folder, tick: Tick, backend: str) ->
     with writing(folder / outcome.SCENARIO):
         scenario.write(folder / outcome.SCENARIO)
     log = folder / outcome.SUMO_LOG
-    files = _own_files(scenario, folder)
+    files = _own_files(scenario, folder, said)
     options = [
         *said.arguments,
         *files,
@@ -102,16 +104,17 @@ def run_plainly(scenario: Scenario, folder: Folder, tick: Tick, backend: str) ->
     return summary
 
 
-def _own_files(scenario: Scenario, folder: Folder) -> list[str]:
+def _own_files(scenario: Scenario, folder: Folder, said: SumoOptions) -> list[str]:
     """Return SUMO's options for network and routes, where no configuration is all that there is."""
     if not scenario.routes:
         return []
     network = RoadNetwork.open(scenario.network)
     vehicles, _, file = read_vehicles(scenario, network)
-    write_ordinary(vehicles, folder / outcome.ORDINARY)
+    beside = tuple(dict.fromkeys((*said.additional_files, *(file.stop_files if file else ()))))
+    write_ordinary(vehicles, folder / outcome.ORDINARY, known=type_names(beside))
     options = ["--net-file", str(network.file), "--route-files", str(folder / outcome.ORDINARY)]
-    beside = ",".join(map(str, file.stop_files if file else ()))
-    options += ["--additional-files", beside] if beside else []
+    beside = without_vehicles(beside, file.vehicle_files if file else (), folder.path)
+    options += ["--additional-files", ",".join(map(str, beside))] if beside else []
     begin = [] if is_sumo_config(scenario.network) else ["--begin", f"{begins_s(scenario, file):g}"]
     return [*options, *begin]
 

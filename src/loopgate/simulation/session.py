@@ -17,6 +17,7 @@ from loopgate.gates import Gate, make_gate
 from loopgate.model import System, write_system
 from loopgate.negotiation.base import Negotiation
 from loopgate.negotiation.registry import make_negotiation
+from loopgate.network.additional import type_names
 from loopgate.network.traffic_file import read_traffic
 from loopgate.results.recorder import Recorder
 from loopgate.simulation import outcome
@@ -33,7 +34,7 @@ from loopgate.simulation.room import Room
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.spacing import Holding, SpeedAdvice
 from loopgate.simulation.stops import Stops
-from loopgate.simulation.sumo_input import write_sumo_input
+from loopgate.simulation.sumo_input import without_vehicles, write_sumo_input
 from loopgate.simulation.sumo_options import SumoOptions, sumo_options
 from loopgate.simulation.sumo_start import output_options, plain_options, start_traffic
 from loopgate.simulation.surroundings import Surroundings
@@ -208,12 +209,13 @@ def _input_options(scenario: Scenario, assembly: Assembly, folder: Folder, said:
         beside, routes = tuple(dict.fromkeys((*beside, *ordinary.additional_files))), ordinary.options()
     if assembly.ordinary:
         file = folder / outcome.ORDINARY
-        write_ordinary(assembly.ordinary, file)
+        write_ordinary(assembly.ordinary, file, known=type_names(beside))
         if scenario.traffic:
             ordinary.check_names(vehicle.id for vehicle in assembly.ordinary)
         routes = ["--route-files", ",".join([*routes[1:], str(file)] if scenario.traffic else [str(file)])]
     if scenario.gated:
         refuse_what_leads_off(beside, assembly.loops)
+    beside = without_vehicles(beside, assembly.vehicle_files, folder.path)
     departing = tuple(departure.start for departure in assembly.departures)
     placed, later = (assembly.starts, departing) if scenario.gated else ((*assembly.starts, *departing), ())
     starts = write_sumo_input(placed, folder.path, beside=beside, begin_s=assembly.begin_s, later=later)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from xml.etree import ElementTree as ET
@@ -12,9 +12,10 @@ from loopgate.disk import writing
 from loopgate.drive.track import Round
 from loopgate.errors import RouteError
 from loopgate.network import Loop, VehicleType
+from loopgate.network.additional import FLEET, without
 from loopgate.traffic.base import Insertion
 
-__all__ = ["Start", "pivot", "round_routes", "rounds", "write_sumo_input"]
+__all__ = ["Start", "pivot", "round_routes", "rounds", "without_vehicles", "write_sumo_input"]
 
 
 _ROUNDING_M = 1e-6
@@ -161,6 +162,20 @@ def write_sumo_input(
     with writing(file):
         ET.ElementTree(top).write(file, encoding="utf-8", xml_declaration=True)
     return ["--additional-files", ",".join(str(one) for one in (*beside, file))]
+
+
+def without_vehicles(files: Sequence[Path], holding: Collection[Path], folder: Path) -> tuple[Path, ...]:
+    """Return additional files for SUMO to load: of those `holding` vehicles copies in `folder` without them.
+
+    Raises
+    ------
+    ResultsError
+        If one cannot be written.
+    """
+    return tuple(
+        without(file, FLEET, folder / f"additional{number}.add.xml") if file in holding else file
+        for number, file in enumerate(files, start=1)
+    )
 
 
 def _add_vehicle(top: ET.Element, start: Start, begin_s: float) -> None:

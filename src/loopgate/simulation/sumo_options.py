@@ -8,11 +8,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from loopgate.errors import RouteError, ScenarioError
+from loopgate.errors import ScenarioError
+from loopgate.network.additional import FLEET, read_additional
 from loopgate.network.clock import seconds
 from loopgate.network.routes_file import RoutesFile
 from loopgate.network.sumo_config import SumoConfig, is_sumo_config, read_sumo_config
-from loopgate.network.xml_file import read_xml
 from loopgate.simulation.settings import check_options, is_on
 from loopgate.simulation.sumo_words import NEVER, REPLACED, own_words
 
@@ -37,8 +37,6 @@ _QUIET = frozenset(
     }
 )
 """Those of them that change nothing about what happens."""
-
-_VEHICLES = ("vehicle", "trip", "flow")
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,7 +83,7 @@ def sumo_options(scenario: Scenario) -> SumoOptions:
         return SumoOptions(tuple(shlex.split(words)), notes=beside)
     if scenario.gated:
         _refuse(config.options, network, scenario.step_s)
-        if traffic != network:
+        if scenario.routes not in {"", network} and traffic != network:
             _without_vehicles(config)
     return SumoOptions(
         ("--configuration-file", str(config.file), *shlex.split(words)),
@@ -127,13 +125,11 @@ def _refuse(options: Mapping[str, str], source: str, step_s: float) -> None:
 
 def _without_vehicles(config: SumoConfig) -> None:
     for file in config.additional_files:
-        top = read_xml(file, root="additional", what="additional file", error=RouteError)
-        for tag in _VEHICLES:
-            found = next(top.iter(tag), None)
-            if found is not None:
+        for one in read_additional(file):
+            if one.tag in FLEET:
                 msg = (
-                    f"{file}: {tag} {found.get('id', '')}: under a gate a vehicle of an additional file is "
-                    f"ordinary traffic that nothing is known of; give the configuration by --traffic too"
+                    f"{file}: {one.tag} {one.get('id', '')}: beside the vehicles of --routes it is ordinary "
+                    f"traffic that nothing is known of; give the configuration by --traffic too"
                 )
                 raise ScenarioError(msg)
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
-from random import Random
+from pathlib import Path
 
 from loopgate.abstraction.itinerary import Itinerary
 from loopgate.abstraction.stretches import least_change_m
@@ -20,7 +20,6 @@ from loopgate.network.routes_file import RoutesFile
 from loopgate.network.stops import Stop
 from loopgate.network.sumo_config import is_sumo_config
 from loopgate.network.trips import ways_between
-from loopgate.network.vehicle_type import DEFAULT_TYPE
 from loopgate.simulation.allotment import allot_loops, mixed_types
 from loopgate.simulation.random_loops import random_loops
 from loopgate.simulation.scenario import Scenario
@@ -91,18 +90,15 @@ def read_vehicles(
             raise ScenarioError(msg)
         found = random_loops(scenario, network, count)
         warnings = (f"{found.shortfall}; going on with these",) if found.shortfall else ()
-        return _given_loops(scenario, network, found.loops, {}, {}), warnings, None
+        drawn = RoutesFile(Path(scenario.network), tuple(found.loops), (), {})
+        return _given_loops(scenario, network, drawn, {}), warnings, None
     source, counts = scenario.routes or scenario.network, scenario.counts_vehicles
     file = read_loops(network, source, stops=scenario.stop_files, once=not counts)
     if file.vehicles and not counts:
         by_name = {loop.id: loop for loop in file.loops}
         begin_s = begins_s(scenario, file)
         end_s = begin_s + scenario.warmup_s + scenario.duration_s
-        each = [
-            one
-            for vehicle in file.vehicles
-            for one in vehicle.each(begin_s, end_s, Random(f"{scenario.seed} {vehicle.id}"))
-        ]
+        each = [one for vehicle in file.vehicles for one in vehicle.each(begin_s, end_s, scenario.seed)]
         mine = [
             Member(
                 v.id,
@@ -120,8 +116,9 @@ def read_vehicles(
         return share_lanes(network, mine), (*file.left_out, *_outside(scenario, file, begin_s, end_s)), file
     kinds: dict[str, VehicleType] = {}
     for vehicle in file.vehicles:
-        kinds.setdefault(vehicle.loop, vehicle.type)
-    given = _given_loops(scenario, network, file.loops, file.types, kinds)
+        for way in (vehicle, *(one for one, _ in vehicle.ways)):
+            kinds.setdefault(way.loop, way.type)
+    given = _given_loops(scenario, network, file, kinds)
     stopping = [
         replace(v, stops=tuple(s.at(begins_s(scenario)) for s in file.stops.get(v.loop.id, ())))
         for v in given
@@ -207,14 +204,13 @@ def _index(text: str | None) -> int | None:
 def _given_loops(
     scenario: Scenario,
     network: RoadNetwork,
-    loops: Sequence[Loop],
-    types: Mapping[str, VehicleType],
+    file: RoutesFile,
     on_loop: Mapping[str, VehicleType],
 ) -> list[Member]:
     """Give loops and types to the vehicles: types as the scenario says, or those that drive on the loop."""
-    chosen = allot_loops(scenario, network, loops)
-    default = next(iter(types.values()), DEFAULT_TYPE)
-    kinds = mixed_types(scenario, types, len(chosen)) or [on_loop.get(loop.id, default) for loop in chosen]
+    chosen = allot_loops(scenario, network, file.loops)
+    kinds = mixed_types(scenario, file.types, len(chosen))
+    kinds = kinds or [on_loop.get(loop.id, file.default) for loop in chosen]
     return [Member(f"v{i}", loop, kind) for i, (loop, kind) in enumerate(zip(chosen, kinds, strict=True), 1)]
 
 

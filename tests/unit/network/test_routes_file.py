@@ -104,7 +104,7 @@ def test_sumo_configuration(tmp_path: Path) -> None:
         ('<route id="r" edges="a b"/><route id="r" edges="a b c"/>', "route r: the id is used twice"),
         ("", "no routes in it"),
         ('<trip id="t" depart="0" from="a" to="b"/>', "trip t: it has no route"),
-        ('<vehicle id="v" depart="0" route="x"/>', "vehicle v: its route x is not in the file"),
+        ('<vehicle id="v" depart="0" route="x"/>', "vehicle v: its route x is in no route file"),
         ('<vType id="t" length="long"/><route id="r" edges="a b"/>', "vType t: length is 'long'; expected m"),
     ],
 )
@@ -236,7 +236,7 @@ def test_a_type_that_is_not_in_the_file_is_refused(tmp_path: Path) -> None:
         encoding="utf-8",
     )
     with pytest.raises(
-        RouteError, match=r"vehicle a: its type 'bus' is no <vType> of the file; it defines car"
+        RouteError, match=r"vehicle a: its type 'bus' is no <vType> of the route files or .*; they define car"
     ):
         read_loops(NET, file)
 

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from random import Random
 
 import pytest
 from roads import roads
 
 from loopgate.errors import RouteError
 from loopgate.network import read_loops
-from loopgate.network.routes_file import LoopVehicle, RoutesFile
+from loopgate.network.loop_vehicle import LoopVehicle
+from loopgate.network.routes_file import RoutesFile
 
 NET = roads(
     {"a": (100, 2), "b": (50, 2), "c": (100, 2)},
@@ -31,7 +31,7 @@ def fleet(
     file.write_text(f"<routes>{inside}</routes>", encoding="utf-8")
     places.write_text(PLACES, encoding="utf-8")
     read = read_loops(NET, file, stops=[places])
-    return read, [one for v in read.vehicles for one in v.each(begin_s, end_s, Random(seed))]
+    return read, [one for v in read.vehicles for one in v.each(begin_s, end_s, seed)]
 
 
 def test_stops_of_routes_and_vehicles_in_the_order_of_the_loop(tmp_path: Path) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from random import Random
 
 import pytest
 
@@ -37,14 +36,14 @@ def test_trips_are_led_by_the_quickest_way(grid: RoadNetwork, tmp_path: Path) ->
     assert all(vehicle.once for vehicle in found.vehicles)
     assert found.first_s == 0.0
     flow = next(vehicle for vehicle in found.vehicles if vehicle.id == "f")
-    assert [one.depart_s for one in flow.each(10.0, 100.0, Random(1))] == [20.0, 40.0]
+    assert [one.depart_s for one in flow.each(10.0, 100.0, 1)] == [20.0, 40.0]
 
 
 def test_who_departs_outside_of_the_run_does_not(grid: RoadNetwork, tmp_path: Path) -> None:
     """As SUMO has it: a run that begins later leaves out who departed before."""
     found = read_loops(grid, file(tmp_path, '<trip id="a" depart="5" from="A0A1" to="A1A2"/>'), once=True)
     for times, departs in {(0, 60): 1, (6, 60): 0, (0, 5): 0}.items():
-        assert len(found.vehicles[0].each(*times, Random(1))) == departs
+        assert len(found.vehicles[0].each(*times, 1)) == departs
 
 
 def test_routes_with_repeat_are_loops_among_them(grid: RoadNetwork, tmp_path: Path) -> None:
@@ -91,3 +90,20 @@ def test_bad_trips(grid: RoadNetwork, tmp_path: Path, text: str, found: str) -> 
     with pytest.raises(RouteError, match=found) as error:
         read_loops(grid, file(tmp_path, text), once=True)
     assert "\n" not in str(error.value)
+
+
+def test_flows_of_a_drawn_type_without_a_way_for_one_class_go_on_without_it(tmp_path: Path) -> None:
+    """Who is drawn to be of that class is left out, and that is said; the others drive."""
+    text = (
+        '<vType id="car"/><vType id="tram" vClass="tram"/><vTypeDistribution id="d" vTypes="car tram"/>'
+        '<flow id="f" type="d" begin="0" end="40" period="1" from="A0A1" to="A1A2"/>'
+    )
+    network = tmp_path / "n.net.xml"
+    lane = '<lane id="A1A2_0" index="0"'
+    source = Path(GRID).read_text(encoding="utf-8")
+    network.write_text(source.replace(lane, f'{lane} disallow="tram"'), encoding="utf-8")
+    found = read_loops(RoadNetwork.open(network), file(tmp_path, text), once=True)
+    assert any("1 trips or flows find no way for all classes of" in line for line in found.left_out)
+    some = found.vehicles[0].each(0.0, 40.0, 1)
+    assert {one.type.id for one in some} == {"car"}
+    assert 10 < len(some) < 30

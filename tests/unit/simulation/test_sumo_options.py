@@ -86,12 +86,13 @@ def test_positions_are_the_only_floating_car_data() -> None:
 
 
 def test_vehicles_of_additional_files_are_not_overlooked(tmp_path: Path) -> None:
-    """Under a gate they are ordinary traffic, and have to be named as that."""
+    """Beside a route file they are ordinary traffic, and have to be named as that; else they are gated."""
     (tmp_path / "more.add.xml").write_text('<additional><flow id="f"/></additional>', encoding="utf-8")
     name = configuration(tmp_path, "additional-files=more.add.xml")
-    with pytest.raises(ScenarioError, match="flow f: under a gate"):
-        sumo_options(Scenario.from_dict({"network": name}))
-    assert sumo_options(Scenario.from_dict({"network": name, "traffic": name})).additional_files
+    with pytest.raises(ScenarioError, match="flow f: beside the vehicles of --routes"):
+        sumo_options(Scenario.from_dict({"network": name, "routes": "x.rou.xml"}))
+    for more in ({"traffic": name, "routes": "x.rou.xml"}, {}, {"routes": name}):
+        assert sumo_options(Scenario.from_dict({"network": name, **more})).additional_files
 
 
 def test_options_of_a_configuration_of_traffic_are_said_to_be_left(tmp_path: Path) -> None:

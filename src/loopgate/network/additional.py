@@ -1,0 +1,104 @@
+"""Additional files: SUMO takes types, routes and vehicles from them too, beside all else that they hold."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Sequence
+from pathlib import Path
+from xml.etree import ElementTree as ET
+
+from loopgate.disk import writing
+from loopgate.errors import RouteError
+from loopgate.network.spreads import routes_named
+from loopgate.network.xml_file import read_xml
+
+__all__ = ["DEMAND", "FLEET", "demand_beside", "read_additional", "type_names", "without"]
+
+FLEET = frozenset({"vehicle", "flow", "trip"})
+"""Elements that are vehicles."""
+
+_TYPES = frozenset({"vType", "vTypeDistribution"})
+_ROUTES = frozenset({"route", "routeDistribution"})
+DEMAND = FLEET | _TYPES | _ROUTES
+"""Elements of route files."""
+
+_PATHS = ("file", "output", "href", "dest", "imgFile", "osgFile")
+"""Attributes with names of files, relative to the one that they are in."""
+
+_NO_PATHS = frozenset({"", "-", "nul", "stdout", "stderr"})
+
+
+def read_additional(file: Path) -> ET.Element:
+    """Parse an additional file; SUMO does not mind what its root element is called.
+
+    Raises `RouteError` if it cannot be read, or is a network or a configuration.
+    """
+    return read_xml(file, root="additional", what="additional file", error=RouteError)
+
+
+def demand_beside(
+    files: Iterable[Path], tops: Sequence[tuple[Path, ET.Element]]
+) -> list[tuple[Path, ET.Element]]:
+    """Return what additional files say of types, routes and vehicles, as if these were route files.
+
+    Of their routes those on which a vehicle drives; the others are rerouters' and the like. All of them where
+    there are no vehicles.
+
+    Parameters
+    ----------
+    files
+        Additional files.
+    tops
+        The route files that belong to them.
+    """
+    found = [(file, read_additional(file)) for file in dict.fromkeys(files)]
+    vehicles = [one for _, top in (*tops, *found) for one in top if one.tag in FLEET]
+    named = {one.get("route", "") for one in vehicles}
+    spreads = [one for _, top in (*tops, *found) for one in top.findall("routeDistribution")]
+    driven = [one for one in spreads if one.get("id") in named]
+    named |= routes_named((*driven, *(one for v in vehicles for one in v.findall("routeDistribution"))))
+    demand = []
+    for file, top in found:
+        mine = ET.Element("routes")
+        for one in top:
+            is_driven = not vehicles or one.get("id") in named
+            if one.tag in FLEET | _TYPES or (one.tag in _ROUTES and is_driven):
+                mine.append(one)
+        if len(mine):
+            demand.append((file, mine))
+    return demand
+
+
+def type_names(files: Iterable[Path]) -> frozenset[str]:
+    """Return the types that additional files define, by name."""
+    return frozenset(
+        one.get("id", "") for file in dict.fromkeys(files) for one in read_additional(file).iter("vType")
+    )
+
+
+def without(file: Path, tags: Collection[str], copy: Path) -> Path:
+    """Return an additional file without some of its elements: a copy that finds what it names as it does.
+
+    The file itself if it has none of them. Raises `RouteError` if it cannot be read, `ResultsError` if the
+    copy cannot be written.
+    """
+    top = read_additional(file)
+    gone = [one for one in top if one.tag in tags]
+    if not gone:
+        return file
+    for one in gone:
+        top.remove(one)
+    for element in top.iter():
+        for name in (name for name in _PATHS if name in element.attrib):
+            element.set(name, _found_anywhere(element.attrib[name], file))
+        if element.tag == "param" and element.get("key") == "file":
+            element.set("value", _found_anywhere(element.get("value", ""), file))
+    with writing(copy):
+        ET.ElementTree(top).write(copy, encoding="utf-8", xml_declaration=True)
+    return copy
+
+
+def _found_anywhere(name: str, file: Path) -> str:
+    """Return the name of a file, relative to another, such that it does not depend on any folder."""
+    if name.lower() in _NO_PATHS or ":" in name:  # a port
+        return name
+    return str(file.resolve().parent / name)

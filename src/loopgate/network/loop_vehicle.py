@@ -1,0 +1,77 @@
+"""Vehicles and flows of a route file, as it has them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from random import Random
+
+from loopgate.network.departures import Flow
+from loopgate.network.spreads import draw
+from loopgate.network.stops import Stop
+from loopgate.network.vehicle_type import VehicleType
+
+__all__ = ["LoopVehicle"]
+
+
+@dataclass(frozen=True, slots=True)
+class LoopVehicle:
+    """A vehicle or flow of the file."""
+
+    id: str
+    loop: str
+    type: VehicleType
+    depart_m: float | None = None
+    """Where its front stands when it departs, as arc length on its loop [m], if the file says so by a number
+    (``departPos``, with ``departEdge``)."""
+    depart_s: float = 0.0
+    flow: Flow | None = None
+    """`depart_s` and `flow`: when it departs [s]; for a flow, when its vehicles do."""
+    edge: int = 0
+    """Number of the edge on which it departs, on its loop."""
+    stops: tuple[Stop, ...] = ()
+    """Where it stops in every round, in the order of the loop."""
+    attributes: Mapping[str, str] = field(default_factory=dict, hash=False)
+    parameters: Mapping[str, str] = field(default_factory=dict, hash=False)
+    """`attributes` and `parameters`: what else SUMO is told of it, as the file has it, and its ``<param>``
+    elements by key."""
+    once: bool = False
+    """Whether it drives its route once, and not round and round."""
+    types: tuple[tuple[VehicleType, float], ...] = ()
+    """What its type is drawn from, with shares; `type` is the first. Empty if it is drawn from nothing."""
+    ways: tuple[tuple[LoopVehicle, float], ...] = ()
+    """The same for its route: itself on each, with shares."""
+    vclass: str = ""
+    """The class of vehicles that it has to be of on this way; empty for all."""
+
+    def each(self, begin_s: float, end_s: float, seed: int) -> list[LoopVehicle]:
+        """Return itself, or those of the flow, that depart in a run [s]; who did before is there at first.
+
+        Of those who drive their route once nobody departs before or after that. What is drawn of a vehicle
+        follows from seed and name.
+        """
+        some = self._each(begin_s, end_s, seed)
+        return [one for one in some if not one.once or begin_s <= one.depart_s < end_s]
+
+    def _each(self, begin_s: float, end_s: float, seed: int) -> Iterator[LoopVehicle]:
+        names, first_s = [(self.id, self.depart_s)], self.depart_s
+        if self.flow is not None:
+            times_s = self.flow.departures_s(end_s, Random(f"{seed} {self.id}"))
+            names, first_s = [(f"{self.id}.{k}", at_s) for k, at_s in enumerate(times_s)], self.flow.begin_s
+        for name, at_s in names:
+            for one in self.drawn(name, seed):
+                depart_s = at_s if one.once else max(begin_s, at_s)
+                stops = tuple(stop.at(depart_s, later_s=at_s - first_s) for stop in one.stops)
+                yield replace(one, depart_s=depart_s, flow=None, stops=stops)
+
+    def drawn(self, name: str, seed: int) -> Iterator[LoopVehicle]:
+        """Yield the vehicle of a name with its type and its way; nobody if it finds no way with that type."""
+        if not self.types and not self.ways:
+            yield replace(self, id=name)
+            return
+        rng = Random(f"{seed} {name}")
+        kind = draw(self.types, rng) if self.types else self.type
+        ways = [(way, share) for way, share in self.ways if way.vclass in {"", kind.vclass}]
+        if ways or not self.ways:
+            way = draw(ways, rng) if ways else self
+            yield replace(way, id=name, type=kind, types=(), ways=())

@@ -1,0 +1,85 @@
+"""Distributions of types and routes: SUMO draws one of them for each vehicle, by their shares."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from random import Random
+from typing import TypeVar
+from xml.etree import ElementTree as ET
+
+from loopgate.errors import RouteError
+from loopgate.network.clock import as_number
+from loopgate.reading import shown
+
+__all__ = ["Part", "draw", "parts", "routes_named", "share_of"]
+
+T = TypeVar("T")
+
+_MOST = 1e9
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """One of those that a distribution draws from: a name, or an element of its own.
+
+    `share` is None where the distribution does not say it.
+    """
+
+    name: str
+    element: ET.Element | None
+    share: float | None
+
+
+def parts(spread: ET.Element, what: str, *, named: str, tag: str) -> list[Part]:
+    """Return what a distribution draws from.
+
+    Raises `RouteError` if a share is none, or their number is not that of the names.
+
+    Parameters
+    ----------
+    spread
+        A ``<vTypeDistribution>`` or ``<routeDistribution>``.
+    what
+        File and element, for messages.
+    named, tag
+        The attribute that lists names, and the tag of elements inside.
+    """
+    names, shares = spread.get(named, "").split(), spread.get("probabilities", "").split()
+    if shares and len(shares) != len(names):
+        msg = f"{what}: it has {len(shares)} probabilities for {len(names)} {named}; give one for each"
+        raise RouteError(msg)
+    found = [Part(name, None, _share(shares[k], what) if shares else None) for k, name in enumerate(names)]
+    for one in spread.findall(tag):
+        said = one.get("probability")
+        share = None if said is None else _share(said, what)
+        other = one.get("refId", "")
+        found.append(Part(other or one.get("id", ""), None if other else one, share))
+    return found
+
+
+def routes_named(elements: Iterable[ET.Element]) -> set[str]:
+    """Return the routes that distributions name, but do not hold themselves."""
+    found: set[str] = set()
+    for spread in elements:
+        found.update(spread.get("routes", "").split(), (one.get("refId", "") for one in spread))
+    return found
+
+
+def share_of(element: ET.Element, what: str) -> float:
+    """Return the share of a type or route in distributions that do not say it; SUMO's default is 1."""
+    said = element.get("probability")
+    return 1.0 if said is None else _share(said, what)
+
+
+def draw(choices: Sequence[tuple[T, float]], rng: Random) -> T:
+    """Return one of these by their shares."""
+    return rng.choices([one for one, _ in choices], [share for _, share in choices])[0]
+
+
+def _share(text: str, what: str) -> float:
+    share = as_number(text)
+    if not 0.0 <= share <= _MOST:
+        msg = f"{what}: a probability is {shown(text)}; expected a share, from 0 and up to {_MOST:g}"
+        raise RouteError(msg)
+    return share
