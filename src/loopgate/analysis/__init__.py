@@ -18,6 +18,7 @@ from loopgate.analysis.course import (
     compute_stuck,
     compute_time_space,
 )
+from loopgate.analysis.delays import compute_trips
 from loopgate.analysis.monitoring import (
     compute_edge_holds,
     compute_edges,
@@ -70,6 +71,7 @@ __all__ = [
     "compute_throughput",
     "compute_time_space",
     "compute_time_to_deadlock",
+    "compute_trips",
     "compute_vehicle_holds",
     "compute_wait_causes",
     "compute_waits",

@@ -114,6 +114,7 @@ def run_row(
         row |= {name: float(longest.get(cause, 0.0)) for cause, name in c.LONGEST_FOR.items()}
     watch = _part(summary, "watch")
     row |= {name: watch.get(name) for name in _OF_WATCH}
+    row[c.ON_RED] = _part(summary, "at_lights").get(c.ON_RED)
     row |= _time(scenario, summary) | _refusals(summary.get(c.REFUSALS))
     all_there = bool(row[c.ARRIVED]) and not row[c.UNFINISHED]  # the run was over, it was not cut off
     if (hours := row[c.DURATION] / 3600) > 0 and row[c.MEASURED] < row[c.DURATION] and not all_there:

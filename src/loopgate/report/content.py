@@ -26,6 +26,7 @@ from loopgate.analysis import (
     compute_ranked,
     compute_survival,
     compute_time_to_deadlock,
+    compute_trips,
 )
 from loopgate.analysis import columns as a
 from loopgate.plots.course import CUMULATIVE, OVER_TIME
@@ -48,6 +49,8 @@ _SINGLE = [*_BY, c.SEED, c.KM_PER_H, c.LAPS_PER_H, c.MEAN_SPEED, c.STOOD, c.MEAN
 _SINGLE += [
     c.ARRIVED,
     c.UNFINISHED,
+    c.MEAN_TIME_LOSS,
+    c.MEAN_DEPART_DELAY,
     c.MEAN_DELAY,
     c.WORST_DELAY,
     c.WORST_IDLENESS,
@@ -151,12 +154,13 @@ def _overall(content: Content, runs: pd.DataFrame, names: list[str]) -> None:
     of = {"runs": "runs"}
     single = None
     if len(runs) <= _MOST_POINTS:
-        known = [name for name in _SINGLE if name in runs or name in {a.DENSITY, a.FLOW, a.SPEED}]
+        known = [name for name in _SINGLE if name not in runs or runs[name].notna().any()]
         single = content.table("runs", "Single runs", compute_fundamental, of, columns=known)
     several = runs.groupby(_BY).size().max() > 1
     bars = "Means over seeds with 95 % intervals (Student's t)." if several else "One run each: no intervals."
     if single is not None and several:
         bars += " Small points are single runs."
+    content.table("trips", "Trips, means over runs", compute_trips, of, options={"by": _BY})
     for name, title, axis, value, more in _MEANS:
         means = content.table(name, title, compute_mean, of, options={"value": value, "by": _BY})
         if means[a.MEAN].notna().any() and name != "laps-per-hour" and len(runs) > 1:

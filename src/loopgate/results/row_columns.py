@@ -58,9 +58,14 @@ ARRIVED: Final = (
     "arrived"  # of vehicles that drive once, those at the end of their route; missing without any
 )
 UNFINISHED: Final = "unfinished"  # the others of these
-MEAN_TIME_LOSS: Final = "mean_time_loss_s"  # lost on the way, mean over those who have departed
-MEAN_DELAY: Final = "mean_delay_s"  # that and the wait to depart, mean over all
+MEAN_TIME_LOSS: Final = "mean_time_loss_s"  # lost on the way, mean over all of these that were due
+MEAN_DEPART_DELAY: Final = (
+    "mean_depart_delay_s"  # wait to depart, mean over the same, or over those on loops if none drives once
+)
+MEAN_DELAY: Final = "mean_delay_s"  # time loss and wait to depart together, mean over the same
 WORST_DELAY: Final = "worst_delay_s"  # the greatest of any
+MEAN_WAITING: Final = "mean_waiting_s"  # standing on the way, own stops left out, mean over all as above
+MEAN_TRIP: Final = "mean_trip_s"  # from departure to arrival, mean over those who have; missing if none has
 OUTCOME: Final = "outcome"  # done or deadlock
 DEADLOCKS: Final = "deadlocks"  # how many
 FIRST_DEADLOCK: Final = "first_deadlock_s"  # simulated time, missing without deadlock
@@ -70,6 +75,9 @@ COLLISIONS: Final = "collisions"  # as SUMO reports them, of gated vehicles
 TELEPORTS: Final = "teleports"  # as SUMO reports them
 OVERRUNS: Final = "overruns"  # held vehicles that could not brake for their line, or did not
 TRESPASSES: Final = "trespasses"  # vehicles that entered a state without a grant
+ON_RED: Final = (
+    "on_red"  # gated vehicles that crossed at red, unable to brake; missing unless lights are obeyed
+)
 STRAYS: Final = "strays"  # vehicles that SUMO took to another lane than their loop's
 KEPT: Final = "clean"  # whether a gated run kept what is promised; missing under no gate
 DECISIONS: Final = "decisions"  # how often the gate was asked

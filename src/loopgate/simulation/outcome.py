@@ -20,6 +20,7 @@ from loopgate.errors import ScenarioError
 from loopgate.folders import FolderLock
 from loopgate.gates import Reason
 from loopgate.results.columns import (
+    ARRIVAL,
     ARRIVED,
     DEPART_DELAY,
     DISTANCE,
@@ -41,6 +42,7 @@ from loopgate.results.columns import (
     TRIP_TIME,
     VEHICLE,
     VEHICLE_COLUMNS,
+    WAITING,
     Event,
     X,
     Y,
@@ -164,7 +166,7 @@ class Folder:
         return self.path / name
 
     def write_vehicles(self, tallies: Sequence[Tally]) -> None:
-        """Write ``vehicles.parquet``, with three columns more where vehicles drive once."""
+        """Write ``vehicles.parquet``, with more columns where vehicles drive once."""
         rows = [
             {
                 VEHICLE: tally.vehicle,
@@ -182,14 +184,12 @@ class Folder:
                 STOPS: tally.stops,
                 STOPPED: tally.stopped_s,
                 DEPART_DELAY: tally.depart_delay_s,
-                TIME_LOSS: tally.trip.time_loss_s if tally.trip else nan,
-                TRIP_TIME: tally.trip.duration_s if tally.trip else nan,
-                ARRIVED: tally.trip is not None and tally.trip.arrived,
+                **_trip_row(tally.trip),
             }
             for tally in tallies
         ]
         columns = [*VEHICLE_COLUMNS, STOOD, STOPS, STOPPED, DEPART_DELAY]
-        columns += [TIME_LOSS, TRIP_TIME, ARRIVED] if any(tally.trip for tally in tallies) else []
+        columns += _trip_row(None) if any(tally.trip for tally in tallies) else []
         with writing(self / VEHICLES):
             frame = pd.DataFrame(rows, columns=columns)
             frame.to_parquet(self / VEHICLES, index=False)
@@ -359,6 +359,17 @@ def _traffic_figures(tallies: Sequence[Tally], duration_s: float) -> dict[str, A
         "longest_wait_s": round(max((t.longest_wait_s for t in tallies), default=0.0), 3),
         "vehicles_without_a_lap": sum(1 for t in tallies if t.laps == 0 and t.trip is None),
         **trip_figures(t.trip for t in tallies if t.trip is not None),
+    }
+
+
+def _trip_row(trip: Trip | None) -> dict[str, Any]:
+    """Return what ``vehicles.parquet`` says of a vehicle's trip; None is for a vehicle on a loop."""
+    return {
+        TIME_LOSS: trip.time_loss_s if trip else nan,
+        WAITING: trip.waiting_s if trip else nan,
+        TRIP_TIME: trip.duration_s if trip else nan,
+        ARRIVAL: trip.arrival_s if trip else nan,
+        ARRIVED: trip is not None and trip.arrived,
     }
 
 

@@ -181,6 +181,7 @@ def _with_trips(
         {tally.vehicle: tally.depart_delay_s for tally in mine},
         {tally.vehicle: tally.stopped_s for tally in mine},
         departures.arrived,
+        departures.wanted_s.keys() - departures.departed_s.keys(),
     )
     return [replace(tally, trip=trips.get(tally.vehicle)) for tally in tallies]
 

@@ -1,9 +1,10 @@
-"""Delays of vehicles that drive once, as SUMO's own tripinfo defines them: gated or not, alike."""
+"""Times of vehicles that drive once, as SUMO's own tripinfo defines them: gated or not, alike."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Container, Iterable, Mapping
 from dataclasses import dataclass, replace
+from math import isnan, nan
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree as ET
@@ -34,9 +35,11 @@ class Trip:
     distance_m
         How far it drove [m].
     waiting_s
-        How long it stood [s], stops of its own left out.
+        How long it stood on its way [s], stops of its own left out.
     stopped_s
         How long it was at stops [s], those of a gate too.
+    arrival_s
+        When it arrived [s]; NaN if it has not.
     """
 
     vehicle: str
@@ -48,6 +51,7 @@ class Trip:
     distance_m: float = 0.0
     waiting_s: float = 0.0
     stopped_s: float = 0.0
+    arrival_s: float = nan
 
     @property
     def delay_s(self) -> float:
@@ -88,9 +92,10 @@ def _trip(element: ET.Element, *, held: bool) -> Trip:
         return max(0.0, float(element.get(name, "0")))
 
     stood_s = figure("stopTime") if held else 0.0
+    arrived = float(element.get("arrival", "-1")) >= 0.0 and not element.get("vaporized")
     return Trip(
         element.get("id", ""),
-        arrived=float(element.get("arrival", "-1")) >= 0.0 and not element.get("vaporized"),
+        arrived=arrived,
         departed=float(element.get("depart", "-1")) >= 0.0,
         depart_delay_s=figure("departDelay"),
         duration_s=figure("duration"),
@@ -98,6 +103,7 @@ def _trip(element: ET.Element, *, held: bool) -> Trip:
         distance_m=figure("routeLength"),
         waiting_s=figure("waitingTime") + stood_s,
         stopped_s=figure("stopTime"),
+        arrival_s=figure("arrival") if arrived else nan,
     )
 
 
@@ -105,7 +111,8 @@ def gated_trips(
     trips: Mapping[str, Trip],
     delays_s: Mapping[str, float],
     stopped_s: Mapping[str, float],
-    arrived: Iterable[str],
+    arrived: Container[str],
+    outside: Container[str] = (),
 ) -> dict[str, Trip]:
     """Return the trips of vehicles under a gate, which puts them in itself.
 
@@ -119,15 +126,19 @@ def gated_trips(
         How long vehicles stood at stops of their own [s].
     arrived
         Those who have.
+    outside
+        Those who still wait to depart; the gate may have put some in and taken them out again.
     """
-    there = frozenset(arrived)
     found = {}
     for vehicle, delay_s in delays_s.items():
-        trip = trips.get(vehicle, Trip(vehicle, arrived=False, departed=False, depart_delay_s=delay_s))
+        trip = Trip(vehicle, arrived=False, departed=False, depart_delay_s=delay_s)
+        if vehicle not in outside:
+            trip = trips.get(vehicle, trip)
         own_s = stopped_s.get(vehicle, 0.0)
         found[vehicle] = replace(
             trip,
-            arrived=vehicle in there,
+            arrived=vehicle in arrived,
+            arrival_s=trip.arrival_s if vehicle in arrived else nan,
             depart_delay_s=delay_s,
             time_loss_s=max(0.0, trip.time_loss_s - own_s),
             waiting_s=max(0.0, trip.waiting_s - own_s),
@@ -136,23 +147,27 @@ def gated_trips(
 
 
 def trip_figures(trips: Iterable[Trip]) -> dict[str, Any]:
-    """Return what ``summary.json`` says of trips; nothing where there are none.
+    """Return what ``summary.json`` says of trips that were due; nothing where there are none.
 
-    Who is still under way, or has not departed, counts with what it has lost so far.
+    Means are over all of them: one that is still under way counts with what it has lost so far, one that has
+    not departed with its wait to depart, and has lost nothing on the way. Only the mean time of a trip is
+    over those that have arrived; it is None if none has.
     """
     every = list(trips)
     if not every:
         return {}
-    on_way = [trip for trip in every if trip.departed]
+    took_s = [trip.duration_s for trip in every if not isnan(trip.arrival_s)]
     worst = max(every, key=lambda trip: trip.delay_s)
     count = sum(trip.arrived for trip in every)
     return {
         "trips": len(every),
         "arrived": count,
         "unfinished": len(every) - count,
-        "mean_time_loss_s": _mean(trip.time_loss_s for trip in on_way),
+        "mean_time_loss_s": _mean(trip.time_loss_s for trip in every),
         "mean_depart_delay_s": _mean(trip.depart_delay_s for trip in every),
         "mean_delay_s": _mean(trip.delay_s for trip in every),
+        "mean_waiting_s": _mean(trip.waiting_s for trip in every),
+        "mean_trip_s": _mean(took_s) if took_s else None,
         "worst_delay_s": round(worst.delay_s, 3),
         "worst_trip": worst.vehicle,
     }
@@ -160,4 +175,4 @@ def trip_figures(trips: Iterable[Trip]) -> dict[str, Any]:
 
 def _mean(values: Iterable[float]) -> float:
     every = list(values)
-    return round(sum(every) / len(every), 3) if every else 0.0
+    return round(sum(every) / len(every), 3)

@@ -313,6 +313,23 @@ def test_what_the_longest_waits_were_for(full: Full) -> None:
     assert drawn.count('fill="#0072b2"') == len(table[table["vehicles"] == 80])
 
 
+def test_trips_are_a_table_where_there_are_any(full: Full) -> None:
+    """Also of runs without loops; on loops the single runs have no empty columns."""
+    results, _ = full
+    names = ["mean_trip_s", "mean_waiting_s", "mean_time_loss_s", "mean_depart_delay_s", "mean_delay_s"]
+    columns = ["arrived", "unfinished", *names, "worst_delay_s"]
+    tables = {table.name: table.table for table in network_sections(results)[0].tables}
+    assert "trips" not in tables
+    assert tables["runs"].notna().any().all()
+    assert not {*columns} & {*tables["runs"]}
+    once = results.runs.assign(**dict.fromkeys(columns, 2.0))
+    once.loc[once["gate"] == "open", "edge_km"] = 0.0
+    tables = {t.name: t.table for t in network_sections(replace(results, runs=once))[0].tables}
+    assert list(tables["trips"]) == ["series", "vehicles", "runs", *columns]
+    assert set(tables["trips"]["series"]) == {"certified", "open"}
+    assert {*columns} - {"mean_trip_s", "mean_waiting_s"} <= {*tables["runs"]}
+
+
 @pytest.mark.usefixtures("undrawn")
 @pytest.mark.parametrize("networks", [["sumo:DRT"], ["sumo:DRT", "sumo:bs3d"]])
 def test_the_code_under_each_table_makes_it(make: Make, tmp_path: Path, networks: list[str]) -> None:
