@@ -21,6 +21,7 @@ from loopgate.results.columns import Event
 from loopgate.results.feed import EventFeed, Happening
 from loopgate.results.recorder import read_events
 from loopgate.simulation.attached_fleet import GONE, AttachedFleet
+from loopgate.simulation.collisions import Collisions
 from loopgate.simulation.devices import LEADING
 from loopgate.simulation.fleet import Rules
 from loopgate.simulation.newcomers import Newcomer
@@ -48,7 +49,7 @@ class Attached:
         self._begin_s = self._traffic.now_s
         self._done = {"laps": 0.0, "distance_m": 0.0, "hold_s": 0.0, "longest_wait_s": 0.0}
         self._collisions = self._collisions_with_others = self._vehicles = 0
-        self._colliding: set[tuple[str, str]] = set()
+        self._colliding = Collisions()
         self._made: AttachedFleet | None = None
         self._final: dict[str, Any] | None = None
         self.events: pd.DataFrame = pd.DataFrame()
@@ -175,20 +176,13 @@ class Attached:
 
     def _note_collisions(self) -> None:
         own, now = self._fleet.members.keys(), self._traffic.now_s
-        under_way: set[tuple[str, str]] = set()
-        for collision in self._traffic.collisions():
-            pair = collision.collider, collision.victim
-            if own.isdisjoint(pair):
-                continue
-            under_way.add(pair)
-            if pair in self._colliding or pair[::-1] in self._colliding:
-                continue
-            if own >= set(pair):
+        theirs = (one for one in self._traffic.collisions() if not own.isdisjoint((one.collider, one.victim)))
+        for collision in self._colliding.begun(theirs):
+            if own >= {collision.collider, collision.victim}:
                 self._collisions += 1
             else:
                 self._collisions_with_others += 1
             self._recorder.note(now, collision.collider, Event.COLLISION, collision.lane, collision.victim)
-        self._colliding = under_way
 
     def _count(self, driver: Driver) -> None:
         """Add what a vehicle has done under the gate."""

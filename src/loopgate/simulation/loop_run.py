@@ -10,6 +10,7 @@ from time import perf_counter
 from loopgate.drive.engine import Engine
 from loopgate.results.columns import Event
 from loopgate.results.recorder import Recorder
+from loopgate.simulation.collisions import Collisions
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.verdicts import Verdict, Verdicts
 from loopgate.simulation.watch import Deadlock, Watch
@@ -142,29 +143,21 @@ class Mishaps:
         self._traffic = traffic
         self.recorder = recorder
         self.course = course
-        self._under_way: set[tuple[str, str]] = set()
+        self._colliding = Collisions()
 
     def note(self) -> None:
         """Look at the last step; a collision counts when it begins."""
         now = self._traffic.now_s
         if self._verdicts is not None:
             self._verdicts.look()
-        collisions = self._traffic.collisions()
-        if collisions or self._under_way:
-            new = {(c.collider, c.victim): c for c in collisions}
-            for pair, collision in new.items():
-                if pair in self._under_way or pair[::-1] in self._under_way:
-                    continue
-                if self._own is not None and self._own.isdisjoint(pair):
-                    self.course.collisions_of_others += 1
-                else:
-                    self.course.collisions += 1
-                    verdict = self._verdicts.judge(collision) if self._verdicts is not None else None
-                    self.course.verdicts += [verdict] if verdict is not None else []
-                    self.recorder.note(
-                        now, collision.collider, Event.COLLISION, collision.lane, collision.victim
-                    )
-            self._under_way = set(new)
+        for collision in self._colliding.begun(self._traffic.collisions()):
+            if self._own is not None and self._own.isdisjoint((collision.collider, collision.victim)):
+                self.course.collisions_of_others += 1
+                continue
+            self.course.collisions += 1
+            verdict = self._verdicts.judge(collision) if self._verdicts is not None else None
+            self.course.verdicts += [verdict] if verdict is not None else []
+            self.recorder.note(now, collision.collider, Event.COLLISION, collision.lane, collision.victim)
         for vehicle in self._traffic.teleports():
             self.course.teleports += 1
             self.recorder.note(now, vehicle, Event.TELEPORT, "")

@@ -1,0 +1,20 @@
+"""Collisions when they begin: SUMO reports them in each step for as long as they last."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from loopgate.traffic.base import Collision
+
+
+class Collisions:
+    """Tells collisions that begin from those that go on."""
+
+    def __init__(self) -> None:
+        self._under_way: set[tuple[str, str]] = set()
+
+    def begun(self, reported: Iterable[Collision]) -> list[Collision]:
+        """Return those of the last step that were not there in the step before, whoever is named first."""
+        before, now = self._under_way, {(one.collider, one.victim): one for one in reported}
+        self._under_way = set(now)
+        return [one for pair, one in now.items() if pair not in before and pair[::-1] not in before]
