@@ -144,11 +144,11 @@ def test_who_has_waited_longest_has_its_turn_where_all_ways_are_crowded(
 def test_loops_that_fill_a_ring_leave_room_for_who_passes_later(tmp_path: Path) -> None:
     """More would go round one block than it holds; trips that come when it is full pass it all the same."""
     network = netgenerate("--grid --grid.number=4 --grid.length=40", tmp_path / "small.net.xml")
-    ring = "B1C1 C1C2 C2B2 B2B1".split()
+    ring = ["B1C1", "C1C2", "C2B2", "B2B1"]
     rows = [
-        f'<vehicle id="l{k}" depart="{k}"><route edges="{" ".join(ring[k % 4 :] + ring[: k % 4])}" repeat="9"/>'
-        "</vehicle>"
+        f'<vehicle id="l{k}" depart="{k}"><route edges="{edges}" repeat="9"/></vehicle>'
         for k in range(24)
+        for edges in (" ".join(ring[k % 4 :] + ring[: k % 4]),)
     ]
     rows += [
         f'<vehicle id="t{k}" depart="90"><route edges="{way}"/></vehicle>'
