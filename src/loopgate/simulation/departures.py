@@ -34,11 +34,6 @@ _CROWDED = 0.2
 a grid of one-lane roads can take, most arrive in an hour where a fifth is taken; 3 % fewer where 0.15 or 0.25
 is, 18 % fewer where a fifth of all slots in the network is looked at instead."""
 
-_STANDING = 0.05
-"""And share of those who have them that stand: where all roll, a stream is dense and not a crowd."""
-
-_STANDING_MPS = 0.1
-
 _AT_LEAST = 0.05
 """Share of all slots up to which those who drive once are let in however crowded their ways are by loops."""
 
@@ -240,13 +235,12 @@ class GatedDepartures(Departures):
         on_road = np.count_nonzero(engine.vehicles["pivot"] == NOBODY)
         engine.wait_outside(self._outside.before_junctions)
         first = self._outside.first()
-        standing = _standing(engine)
         longest = first[0] if first and self._others >= _IN_TURN and now >= first[0].at_s + _LONG_S else None
         for one in first:
             goes_on = one is longest or one.start.loop.closed
             few = on_road + len(self._entering) < self._least
             place = _place(one)
-            if place in places or not (goes_on or few or not self._is_crowded(engine, one, standing)):
+            if place in places or not (goes_on or few or not self._is_crowded(engine, one)):
                 continue
             places.add(place)
             entering = len(self._entering)
@@ -254,11 +248,8 @@ class GatedDepartures(Departures):
             if len(self._entering) > entering:
                 self._others = 0 if one is longest else self._others + 1
 
-    def _is_crowded(self, engine: ChangingEngine, one: Departure, standing: npt.NDArray[np.int64]) -> bool:
-        """Return whether too many slots are taken on the way that a vehicle is to drive, and not in passing.
-
-        `standing`: how many stand in each state.
-        """
+    def _is_crowded(self, engine: ChangingEngine, one: Departure) -> bool:
+        """Return whether too many slots are taken on the way that a vehicle is to drive."""
         track = one.track
         if track is None or self._fleet.keeper is None:
             return False
@@ -271,9 +262,7 @@ class GatedDepartures(Departures):
             if engine.changes_in_place:  # else they may have other numbers next time
                 self._ways[key] = places
         states = cast("Any", engine.tables.states)
-        taken = states["queue"][places].sum()
-        stand = standing[places].sum() >= _STANDING * taken
-        return bool(stand and taken > _CROWDED * states["room"][places].sum())
+        return bool(states["queue"][places].sum() > _CROWDED * states["room"][places].sum())
 
     def _try(self, engine: ChangingEngine, one: Departure, place: str) -> None:
         """Put a vehicle in if there is room for it."""
@@ -340,13 +329,6 @@ class GatedDepartures(Departures):
         tracks = {one.track.vehicle: one.track for one in some if one.track is not None}
         left_m = {v: track.legs[track.start_position].end_m - track.front_m for v, track in tracks.items()}
         return tracks, left_m
-
-
-def _standing(engine: ChangingEngine) -> npt.NDArray[np.int64]:
-    """Return how many vehicles stand in each state, by the last that was granted to them."""
-    v, legs = engine.vehicles, cast("Any", engine.tables.legs)
-    at = (v["leg_at"] + v["granted"] % v["legs"])[v["speed"] < _STANDING_MPS]
-    return np.bincount(legs["state"][at], minlength=len(engine.tables.states))
 
 
 def _queues_at(one: Departure) -> Iterator[str]:
