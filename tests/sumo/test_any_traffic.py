@@ -161,6 +161,16 @@ def test_loops_that_fill_a_ring_leave_room_for_who_passes_later(tmp_path: Path) 
     assert (summary["arrived"], summary["unfinished"]) == (2, 0)
 
 
+def test_a_trip_stops_where_it_ends(tmp_path: Path) -> None:
+    """At the end of its last lane, which is where SUMO has a stop that says only its edge."""
+    routes = tmp_path / "stop.rou.xml"
+    trip = '<trip id="t" depart="0" from="A0B0" to="C0D0"><stop edge="C0D0" duration="20"/></trip>'
+    routes.write_text(f"<routes>{trip}</routes>", encoding="utf-8")
+    summary = run(tmp_path / "out", routes)
+    assert (summary["arrived"], summary["audit"]) == (1, "clean")
+    assert pd.read_parquet(tmp_path / "out" / "vehicles.parquet")["stops"].tolist() == [1]
+
+
 def test_two_that_sumo_lets_wait_for_each_other_go_on_all_the_same(tmp_path: Path) -> None:
     """Lights are off, and an ordinary vehicle is far away: each of two has to give way, by SUMO's matrix."""
     ways = {

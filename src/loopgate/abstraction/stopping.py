@@ -45,9 +45,10 @@ def fit_stops(
 
 def _fit(loop: Loop, itinerary: Itinerary, kind: VehicleType, stop: Stop, what: str) -> Stop:
     lap_m = itinerary.length_m
+    places = itinerary.legs if loop.closed else itinerary.legs[:-1]  # behind the last place it is away
     legs = [
         (leg, (stop.arc_m - leg.begin_m) % lap_m)
-        for leg in itinerary.legs
+        for leg in places
         if _lane(loop, leg).rpartition("_")[0] == stop.edge
     ]
     if not legs:

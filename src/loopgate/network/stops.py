@@ -257,7 +257,8 @@ def _where(
         raise RouteError(msg)
     length_m = _lane_m(network, lane, what)
     end_m = _from_begin(_metres(what, element, "endPos", length_m), length_m)
-    start_m = _from_begin(_metres(what, element, "startPos", max(0.0, end_m - _LEAST_M)), length_m)
+    least_m = max(0.0, end_m - _LEAST_M) if "endPos" in element.attrib else 0.0  # else as far as it gets
+    start_m = _from_begin(_metres(what, element, "startPos", least_m), length_m)
     friendly = element.get("friendlyPos") in {"true", "1"}
     if not friendly and not 0.0 <= start_m < end_m <= length_m:
         msg = f"{what}: from {start_m:g} to {end_m:g} m of lane {lane}, which is {length_m:g} m long"
