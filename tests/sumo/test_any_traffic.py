@@ -314,6 +314,23 @@ def test_stops_on_the_way_are_made_once(tmp_path: Path) -> None:
     assert summary["audit"] == "clean"
 
 
+def test_trips_are_led_over_the_lanes_they_stop_on(tmp_path: Path) -> None:
+    """Straight on, either of two lanes would do: the one named is taken, and any where only the edge is."""
+    net = tmp_path / "lanes.net.xml"
+    netgenerate("--grid --grid.x-number=4 --grid.y-number=2 --grid.length=200 -L 2 --no-turnarounds", net)
+    stops = {"right": 'lane="B0C0_0"', "left": 'lane="B0C0_1"', "any": 'edge="B0C0"', "end": 'edge="C0D0"'}
+    trips = "".join(
+        f'<trip id="{name}" depart="{20 * k}" from="A0B0" to="C0D0"><stop {where} duration="5"/></trip>'
+        for k, (name, where) in enumerate(stops.items())
+    )
+    turns = '<trip id="turn" depart="100" from="A0B0" to="C0C1"><stop edge="C0C1" duration="5"/></trip>'
+    file = tmp_path / "stops.rou.xml"
+    file.write_text(f"<routes>{trips}{turns}</routes>", encoding="utf-8")
+    summary = run(tmp_path / "out", file, network=str(net), positions=True)
+    assert (summary["arrived"], summary["audit"]) == (5, "clean")
+    assert (summary["stops"]["served"], summary["stops"]["missed"]) == (5, 0)
+
+
 def test_the_first_to_come_is_let_in_however_short_its_way(tmp_path: Path) -> None:
     """Nobody is on the road, so no way is crowded."""
     file = tmp_path / "one.rou.xml"

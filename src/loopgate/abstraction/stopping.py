@@ -55,9 +55,11 @@ def _fit(loop: Loop, itinerary: Itinerary, kind: VehicleType, stop: Stop, what: 
         msg = f"{what} is on {stop.lane}, where nobody can wait, since it is too short; move it"
         raise ScenarioError(msg)
     leg, in_m = min(legs, key=lambda found: found[1])
-    if _lane(loop, leg) != stop.lane:
+    if (lane := _lane(loop, leg)) != stop.lane:
+        if stop.any_lane:
+            return _fit(loop, itinerary, kind, replace(stop, name=lane, lane=lane), what)
         msg = (
-            f"{what} is on lane {stop.lane}, but loop {loop.id} leads over {_lane(loop, leg)} there; move "
+            f"{what} is on lane {stop.lane}, but loop {loop.id} leads over {lane} there; move "
             f"the stop, lead the route so that its lane is on the way, or --gate open"
         )
         raise ScenarioError(msg)

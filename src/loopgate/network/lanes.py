@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from loopgate.errors import RouteError
 from loopgate.network.loop import LaneSpan, Loop
@@ -39,6 +39,9 @@ _HURRY = 20.0
 _WISH = 0.35
 """arriving on another lane than the file wants, for which nobody changes lanes;"""
 
+_BESIDE = 100.0
+"""coming onto an edge, or leaving it, on another lane than the one to stop on there;"""
+
 _ELSEWHERE = 2.0
 """as many as use the fullest lane who go elsewhere from this one: behind one that waits all wait;"""
 
@@ -46,6 +49,26 @@ _CROWD = 0.25
 """a lane as full as the fullest; it goes with the fourth power."""
 
 _ANY: Mapping[str, int] = {}
+
+
+@dataclass(frozen=True, slots=True)
+class LaneWishes:
+    """Lanes on which a vehicle that drives once is to be, by index.
+
+    Attributes
+    ----------
+    depart, arrive
+        At the beginning and at the end; None for any. Nobody changes lanes for the second.
+    stop
+        On edges where it stops; -1 for any.
+    """
+
+    depart: int | None = None
+    arrive: int | None = None
+    stop: Mapping[str, int] = field(default_factory=dict)
+
+
+_NO_WISHES = LaneWishes()
 
 
 def make_loop(
@@ -78,7 +101,8 @@ def make_loop(
     source
         File the route comes from, for messages.
     on_lanes
-        Edges on which the vehicle stops, and the lane for it, or -1 for several: kept to if there is a way.
+        Edges on which the vehicle stops, and the lane for it, or -1 for several or any: kept to if there is
+        a way.
     """
     what = f"{source}: route {name}" if source else f"route {name}"
     if not edges:
@@ -109,7 +133,7 @@ def make_route(
     source: str = "",
     load: Mapping[str, int] = _ANY,
     change_m: float = LEAST_CHANGE_M,
-    lanes: tuple[int | None, int | None] = (None, None),
+    wishes: LaneWishes = _NO_WISHES,
 ) -> Loop:
     """Make the way over these edges that is driven once: a loop that is not closed.
 
@@ -127,8 +151,8 @@ def make_route(
         How many vehicles use each lane already, by its id, and from it to an edge, by ``lane>edge``.
     change_m
         The shortest edge on which a vehicle can change lanes [m].
-    lanes
-        On which it is to depart and to arrive, by index; None for any. Nobody changes lanes for the second.
+    wishes
+        Lanes on which it is to be.
     """
     what = f"{source}: route {name}" if source else f"route {name}"
     for edge in edges:
@@ -145,9 +169,12 @@ def make_route(
         for enter, steps in layer.items():
             for number, (cost, step) in enumerate(steps):
                 own = _once(network, cost, step, load, most, short=short)
+                if (lane := wishes.stop.get(edge, -1)) >= 0:
+                    beside = (enter != lane) + (step.onward.from_lane != lane)
+                    own = _add(own, (0, _BESIDE * beside))
                 steps[number] = own, step
                 rest = _FREE if not costs else ahead.get(step.onward.to_lane)
-                if not costs and lanes[1] not in (None, enter):
+                if not costs and wishes.arrive not in (None, enter):
                     rest = (0, _WISH)
                 if rest is not None:
                     total = _add(own, rest)
@@ -158,7 +185,7 @@ def make_route(
         msg = f"{what}: no lanes open to {vclass} lead all the way, though its edges are connected"
         raise RouteError(msg)
     costs.insert(0, dict.fromkeys(range(len(network.edges[edges[-1]].lanes)), _FREE))
-    first = min(ahead, key=lambda lane: (lanes[0] not in (None, lane), ahead[lane], lane))
+    first = min(ahead, key=lambda lane: (wishes.depart not in (None, lane), ahead[lane], lane))
     chosen = _follow(layers, costs[::-1], first)
     ways = _Ways(chosen, [[step] for step in chosen])
     return Loop(name, tuple(edges), tuple(_spans(network, edges, ways)), closed=False)

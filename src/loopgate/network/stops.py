@@ -107,6 +107,8 @@ class Stop:
     """Whether it stands beside the lane."""
     told: tuple[tuple[str, str], ...] = ()
     """More attributes, as SUMO has them."""
+    any_lane: bool = False
+    """Whether only its edge was named: it is made on the lane that is driven there."""
     arc_m: float = 0.0
     """Where the front stands, as arc length on the loop [m]."""
 
@@ -213,6 +215,7 @@ def _stop(
         triggers=triggers,
         parks=kind == "parkingArea" or parking in {"true", "1"},
         told=_told(element, what),
+        any_lane=kind == "lane" and not element.get("lane"),
     )
 
 
@@ -314,8 +317,10 @@ def on_loop(loop: Loop, stops: Sequence[Stop], what: str) -> tuple[Stop, ...]:
 
 
 def lanes_of_stops(stops: Iterable[Stop]) -> dict[str, int]:
-    """Return for edges with stops the lane on which all of these are, by index; -1 if they are on several."""
+    """Return for edges with stops the lane on which all of these are, by index; -1 for several, or any."""
     lanes: dict[str, set[int]] = {}
     for stop in stops:
-        lanes.setdefault(stop.edge, set()).add(int(stop.lane.rpartition("_")[2]))
+        on = lanes.setdefault(stop.edge, set())
+        if not stop.any_lane:
+            on.add(int(stop.lane.rpartition("_")[2]))
     return {edge: min(indices) if len(indices) == 1 else -1 for edge, indices in lanes.items()}

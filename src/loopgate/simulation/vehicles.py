@@ -15,9 +15,9 @@ from loopgate.drive.track import Track
 from loopgate.errors import RouteError, ScenarioError
 from loopgate.network import Loop, RoadNetwork, VehicleType, read_loops
 from loopgate.network.cover.watch import even_starts_m
-from loopgate.network.lanes import make_route
+from loopgate.network.lanes import LaneWishes, make_route
 from loopgate.network.routes_file import RoutesFile
-from loopgate.network.stops import Stop
+from loopgate.network.stops import Stop, lanes_of_stops, on_loop
 from loopgate.network.sumo_config import is_sumo_config
 from loopgate.network.trips import ways_between
 from loopgate.simulation.allotment import allot_loops, mixed_types
@@ -145,7 +145,7 @@ def share_lanes(network: RoadNetwork, vehicles: Sequence[Member]) -> list[Member
     led = {v.id: v.loop for v in vehicles if not v.loop.closed}
     used: dict[str, tuple[str, ...]] = {}
     for vehicle in 2 * sorted((v for v in vehicles if v.id in led), key=lambda v: v.depart_s):
-        kind, wishes = vehicle.type, vehicle.attributes
+        kind, said = vehicle.type, vehicle.attributes
         load.subtract(used.get(vehicle.id, ()))
         way = make_route(
             network,
@@ -154,7 +154,9 @@ def share_lanes(network: RoadNetwork, vehicles: Sequence[Member]) -> list[Member
             vclass=kind.vclass,
             load=load,
             change_m=least_change_m(kind.length_m + kind.min_gap_m),
-            lanes=(_index(wishes.get("departLane")), _index(wishes.get("arrivalLane"))),
+            wishes=LaneWishes(
+                _index(said.get("departLane")), _index(said.get("arrivalLane")), lanes_of_stops(vehicle.stops)
+            ),
         )
         led[vehicle.id], used[vehicle.id] = way, tuple(_counted(way))
         load.update(used[vehicle.id])
@@ -162,8 +164,17 @@ def share_lanes(network: RoadNetwork, vehicles: Sequence[Member]) -> list[Member
     found = {vehicle.id: vehicle for vehicle in vehicles}
     for name, way in led.items():
         key = way.edges, tuple((span.lane_in, span.lane) for span in way.spans if not span.internal)
-        found[name] = replace(found[name], loop=ways.setdefault(key, replace(way, id=f"way{len(ways)}")))
+        found[name] = _led(found[name], ways.setdefault(key, replace(way, id=f"way{len(ways)}")))
     return list(found.values())
+
+
+def _led(vehicle: Member, way: Loop) -> Member:
+    """Return a vehicle led over other lanes of its edges, inside junctions longer or shorter ones."""
+    begin_m, before_m = (
+        [span.begin_m for span in one.spans if not span.internal][vehicle.edge] for one in (way, vehicle.loop)
+    )
+    depart_m = None if vehicle.depart_m is None else vehicle.depart_m - before_m + begin_m
+    return replace(vehicle, loop=way, depart_m=depart_m, stops=on_loop(way, vehicle.stops, vehicle.id))
 
 
 def _counted(way: Loop) -> Iterator[str]:
@@ -191,8 +202,8 @@ def find_other_ways(network: RoadNetwork, vehicles: Sequence[Member]) -> list[Me
                 continue
             known.add((edges, lane, v.type))
             with suppress(RouteError):  # no lanes lead there
-                name, lanes = f"other way{len(found)}", (lane, None)
-                way = make_route(network, name, edges, vclass=v.type.vclass, change_m=change_m, lanes=lanes)
+                name, wishes = f"other way{len(found)}", LaneWishes(depart=lane)
+                way = make_route(network, name, edges, vclass=v.type.vclass, change_m=change_m, wishes=wishes)
                 found.append(Member("", way, v.type))
     return found
 

@@ -8,7 +8,7 @@ import pytest
 from roads import roads
 
 from loopgate.errors import RouteError
-from loopgate.network.lanes import make_route
+from loopgate.network.lanes import LaneWishes, make_route
 
 WIDE = roads({"a": (100, 2), "b": (100, 2), "c": (100, 2)}, ["a_0>b_0", "a_1>b_1", "b_0>c_0", "b_1>c_1"])
 
@@ -59,8 +59,15 @@ def test_lanes_change_where_there_is_room() -> None:
 def test_wishes_of_the_file() -> None:
     """A lane to depart on, and one to arrive on; but nobody changes lanes for that."""
     for wishes, lane in {(1, None): 1, (None, 1): 1, (1, 0): 1}.items():
-        way = make_route(WIDE, "w", ["a", "b", "c"], lanes=wishes)
+        way = make_route(WIDE, "w", ["a", "b", "c"], wishes=LaneWishes(*wishes))
         assert [(span.lane_in, span.lane) for span in way.spans] == [(lane, lane)] * 3
+
+
+def test_lanes_to_stop_on() -> None:
+    """The way leads over them, though that is a change of lanes; -1 stands for any."""
+    for lane in (0, 1):
+        way = make_route(WIDE, "w", ["a", "b", "c"], wishes=LaneWishes(1 - lane, stop={"b": lane, "c": -1}))
+        assert (way.spans[1].lane_in, way.spans[1].lane) == (lane, lane)
 
 
 def test_one_edge_is_a_route() -> None:
