@@ -136,7 +136,7 @@ def write_loops(cell: Cell, roads: RoadNetwork, seed: int, file: Path) -> None:
     if not cell.vehicles:
         laps = [lap * (MARGIN if cell.loops == "margin" else 1.0) for lap in laps_s(roads, loops)]
         vehicles = [
-            LoopVehicle(f"{loop.id}.{k}", loop.id, DEFAULT_TYPE, at)
+            LoopVehicle(f"{loop.id}.{k}", loop, DEFAULT_TYPE, at)
             for loop, number in zip(loops, vehicles_needed(laps, REVISIT_S), strict=True)
             for k, at in enumerate(even_starts_m(roads, loop, number))
         ]

@@ -42,7 +42,7 @@ def test_vehicles_are_spread_over_loops(tmp_path: Path) -> None:
     numbers = [loop["vehicles"] for loop in data["loops"]]
     assert sorted(numbers) == [3, 4]
     read = read_loops(RoadNetwork.open(_NET), file)
-    first = [vehicle for vehicle in read.vehicles if vehicle.loop == "loop0"]
+    first = [vehicle for vehicle in read.vehicles if vehicle.loop.id == "loop0"]
     assert len(first) == numbers[0]
     assert len(read.vehicles) == 7
     assert first[0].depart_m is not None

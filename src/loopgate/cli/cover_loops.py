@@ -104,7 +104,7 @@ def _vehicles(roads: RoadNetwork, made: _Made, wish: LoopsWish, kind: VehicleTyp
     if wish.vehicles is None and wish.revisit_s is None and wish.vclass == VehicleType().vclass:
         return []
     return [
-        LoopVehicle(f"{loop.id}.{k}", loop.id, kind, at)
+        LoopVehicle(f"{loop.id}.{k}", loop, kind, at)
         for loop, number in zip(made.loops, made.patrol.vehicles, strict=True)
         for k, at in enumerate(even_starts_m(roads, loop, number))
     ]

@@ -222,7 +222,7 @@ def _vehicles(made: Sequence[Loop], kind: VehicleType) -> list[LoopVehicle]:
 
     if kind.vclass == "passenger":
         return []
-    return [LoopVehicle(f"{loop.id}.0", loop.id, kind) for loop in made]
+    return [LoopVehicle(f"{loop.id}.0", loop, kind) for loop in made]
 
 
 def _check_together(wish: LoopsWish) -> None:

@@ -1,4 +1,4 @@
-"""Vehicles and flows of a route file, as it has them."""
+"""Vehicles and flows: of a route file, as it has them, and of a run, before they stand anywhere."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from random import Random
 
 from loopgate.network.departures import Flow
+from loopgate.network.loop import Loop
 from loopgate.network.spreads import draw
 from loopgate.network.stops import Stop
 from loopgate.network.vehicle_type import VehicleType
@@ -16,10 +17,10 @@ __all__ = ["LoopVehicle"]
 
 @dataclass(frozen=True, slots=True)
 class LoopVehicle:
-    """A vehicle or flow of the file."""
+    """A vehicle, or a flow of them, on its loop."""
 
     id: str
-    loop: str
+    loop: Loop
     type: VehicleType
     depart_m: float | None = None
     """Where its front stands when it departs, as arc length on its loop [m], if the file says so by a number
@@ -35,14 +36,17 @@ class LoopVehicle:
     parameters: Mapping[str, str] = field(default_factory=dict, hash=False)
     """`attributes` and `parameters`: what else SUMO is told of it, as the file has it, and its ``<param>``
     elements by key."""
-    once: bool = False
-    """Whether it drives its route once, and not round and round."""
     types: tuple[tuple[VehicleType, float], ...] = ()
     """What its type is drawn from, with shares; `type` is the first. Empty if it is drawn from nothing."""
     ways: tuple[tuple[LoopVehicle, float], ...] = ()
     """The same for its route: itself on each, with shares."""
     vclass: str = ""
     """The class of vehicles that it has to be of on this way; empty for all."""
+
+    @property
+    def once(self) -> bool:
+        """Whether it drives its route once, or one of those it is drawn from, and not round and round."""
+        return not self.loop.closed or any(way.once for way, _ in self.ways)
 
     def each(self, begin_s: float, end_s: float, seed: int) -> list[LoopVehicle]:
         """Return itself, or those of the flow, that depart in a run [s]; who did before is there at first.

@@ -12,7 +12,7 @@ from loopgate.keeping import Kept
 from loopgate.network.additional import FLEET, demand_beside
 from loopgate.network.clock import time_of
 from loopgate.network.content import content_identity
-from loopgate.network.departures import depart_s, read_flow
+from loopgate.network.departures import Flow, depart_s, read_flow
 from loopgate.network.lanes import make_loop, make_route
 from loopgate.network.left_out import left_out
 from loopgate.network.loop import Loop
@@ -89,9 +89,8 @@ class RoutesFile:
         """
         if not self.vehicles:
             return [loop.id for loop in self.loops], list(self.loops), {}
-        by_id = {loop.id: loop for loop in self.loops}
         starts = {v.id: v.depart_m for v in self.vehicles if v.depart_m is not None}
-        return [v.id for v in self.vehicles], [by_id[v.loop] for v in self.vehicles], starts
+        return [v.id for v in self.vehicles], [v.loop for v in self.vehicles], starts
 
     def robot_types(self) -> list[VehicleType]:
         """Return the type of each robot of `robots`: its own, else the file's `default`."""
@@ -111,25 +110,56 @@ class _Route:
 
 
 @dataclass(frozen=True, slots=True)
+class _Way:
+    """A route that a vehicle is drawn to, with its share, and its first type and all its stops on it."""
+
+    route: str
+    share: float
+    vclass: str
+    type: VehicleType
+    stops: tuple[Stop, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class _Asked:
-    """A vehicle on each of its ways, with shares, what its type is drawn from, and where it departs."""
+    """A vehicle or flow whose loops are not made yet."""
 
-    ways: tuple[tuple[LoopVehicle, float], ...]
+    element: ET.Element
+    depart_s: float
+    flow: Flow | None
     types: tuple[tuple[VehicleType, float], ...]
-    departs: tuple[str, str]
+    ways: tuple[_Way, ...]
 
-    def placed(self, loops: Mapping[str, Loop], path: Path) -> LoopVehicle:
+    def on_loops(self, loops: Mapping[str, Loop], path: Path) -> LoopVehicle:
         """Return it with where it departs and where it stops."""
-        ways = tuple(
-            (_placed(one, loops[one.loop], f"{path}: vehicle {one.id}", *self.departs), share)
-            for one, share in self.ways
-        )
+        ways = tuple((self._on(loops[way.route], way, path), way.share) for way in self.ways)
         first = ways[0][0]
         return replace(
             first,
-            once=any(one.once for one, _ in ways),
             types=self.types if len(self.types) > 1 else (),
             ways=ways if len(ways) > 1 or first.vclass else (),
+        )
+
+    def _on(self, loop: Loop, way: _Way, path: Path) -> LoopVehicle:
+        name, said = self.element.get("id", ""), self.element.attrib
+        what = f"{path}: vehicle {name}"
+        try:
+            edge = int(said.get("departEdge") or 0) % len(loop.edges)
+        except ValueError:
+            edge = 0  # "random" and the like
+        carried = _CARRIED if loop.closed else (*_CARRIED, *_CARRIED_ONCE)
+        return LoopVehicle(
+            name,
+            loop,
+            way.type,
+            depart_m=_depart(what, loop, edge, said.get("departPos", "")),
+            depart_s=self.depart_s,
+            flow=self.flow,
+            edge=edge,
+            stops=on_loop(loop, way.stops, what),
+            attributes={key: said[key] for key in carried if said.get(key)},
+            parameters={one.get("key", ""): one.get("value", "") for one in self.element.findall("param")},
+            vclass=way.vclass,
         )
 
 
@@ -227,14 +257,14 @@ def _read(network: RoadNetwork, path: Path, stops: Sequence[Path], *, once: bool
         raise RouteError(msg)
     asked = any(next(top.iter("stop"), None) is not None for _, top in tops)
     places = read_stopping_places(beside) if asked else {}
-    vehicles = [(source, one) for source, top in tops for one in top if one.tag in FLEET]
-    once = once and drives_once(network, tops, vehicles)
+    fleet = [(source, one) for source, top in tops for one in top if one.tag in FLEET]
+    once = once and drives_once(network, tops, fleet)
     found = _Found(network, places, once, {})
     _collect_types([*more, *own], found)
     if once:
         kinds = [one for _, top in tops for one in top.iter("vType") if one.get("id")]
         classes = {name: _first_of_class(spread) for name, spread in found.drawn_types.items()}
-        found.led = lead_trips(network, vehicles, kinds, beside, classes=classes)
+        found.led = lead_trips(network, fleet, kinds, beside, classes=classes)
     lost = {name for name, ways in found.led.items() if not any(ways.values())}
     for _, top in tops:
         for one in [one for one in top if one.tag in FLEET and one.get("id", "") in lost]:
@@ -248,8 +278,8 @@ def _read(network: RoadNetwork, path: Path, stops: Sequence[Path], *, once: bool
         raise RouteError(msg)
     loops = [_loop(network, route, found) for route in found.routes.values()]
     by_id = {loop.id: loop for loop in loops}
-    placed = tuple(vehicle.placed(by_id, path) for vehicle in found.vehicles)
-    ways = [way for vehicle in placed for way in (vehicle, *(one for one, _ in vehicle.ways))]
+    vehicles = tuple(vehicle.on_loops(by_id, path) for vehicle in found.vehicles)
+    ways = [way for vehicle in vehicles for way in (vehicle, *(one for one, _ in vehicle.ways))]
     at_routes = {
         route.id: on_loop(by_id[route.id], route.stops, f"{route.source}: route {route.id}")
         for route in found.routes.values()
@@ -260,7 +290,7 @@ def _read(network: RoadNetwork, path: Path, stops: Sequence[Path], *, once: bool
     return RoutesFile(
         path,
         tuple(loops),
-        placed,
+        vehicles,
         found.types,
         default=next((found.types[name] for name in own_kinds if name in found.types), DEFAULT_TYPE),
         stops=at_routes,
@@ -275,8 +305,8 @@ def _loop(network: RoadNetwork, route: _Route, found: _Found) -> Loop:
     if not route.again:
         vclass = found.users.get(route.id, DEFAULT_TYPE).vclass
         return make_route(network, route.id, route.edges, vclass=vclass, source=str(route.source))
-    ways = (way for vehicle in found.vehicles for way, _ in vehicle.ways)
-    stops = [stop for way in ways if way.loop == route.id for stop in way.stops]
+    ways = (way for vehicle in found.vehicles for way in vehicle.ways)
+    stops = [stop for way in ways if way.route == route.id for stop in way.stops]
     return make_loop(
         network,
         route.id,
@@ -284,20 +314,6 @@ def _loop(network: RoadNetwork, route: _Route, found: _Found) -> Loop:
         vclass=found.users.get(route.id, DEFAULT_TYPE).vclass,
         source=str(route.source),
         on_lanes=lanes_of_stops((*route.stops, *stops)),
-    )
-
-
-def _placed(vehicle: LoopVehicle, loop: Loop, what: str, edge_number: str, position: str) -> LoopVehicle:
-    """Return a vehicle with where it departs and where it stops on its loop."""
-    try:
-        edge = int(edge_number or 0) % len(loop.edges)
-    except ValueError:
-        edge = 0  # "random" and the like
-    return replace(
-        vehicle,
-        depart_m=_depart(what, loop, edge, position),
-        edge=edge,
-        stops=on_loop(loop, vehicle.stops, what),
     )
 
 
@@ -402,24 +418,10 @@ def _collect_vehicles(source: Path, top: ET.Element, found: _Found) -> None:
                 raise RouteError(msg)
             route = found.routes[on]
             own = found.stops(element, what, route.cycle_s, since_depart=False)
-            carried = _CARRIED if route.again else (*_CARRIED, *_CARRIED_ONCE)
             kind = next(kind for kind, _ in types if vclass in {"", kind.vclass})
-            way = LoopVehicle(
-                name,
-                on,
-                kind,
-                depart_s=at_s,
-                flow=flow,
-                stops=(*route.stops, *own),
-                attributes={name: element.attrib[name] for name in carried if element.get(name)},
-                parameters={one.get("key", ""): one.get("value", "") for one in element.findall("param")},
-                once=not route.again,
-                vclass=vclass,
-            )
-            ways.append((way, share))
+            ways.append(_Way(on, share, vclass, kind, (*route.stops, *own)))
             found.users.setdefault(on, kind)
-        departs = element.get("departEdge", ""), element.get("departPos", "")
-        found.vehicles.append(_Asked(tuple(ways), types, departs))
+        found.vehicles.append(_Asked(element, at_s, flow, types, tuple(ways)))
 
 
 def _ways(source: Path, element: ET.Element, what: str, found: _Found) -> Iterator[tuple[str, float, str]]:

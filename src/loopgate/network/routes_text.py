@@ -34,17 +34,17 @@ def routes_text(loops: Iterable[Loop], *, note: str = "", vehicles: Sequence[Loo
         f"    <route id={quoteattr(loop.id)} edges={quoteattr(' '.join(loop.edges))}/>"
         for loop in by_id.values()
     ]
-    lines += [_vehicle_line(vehicle, by_id[vehicle.loop]) for vehicle in vehicles]
+    lines += [_vehicle_line(vehicle) for vehicle in vehicles]
     lines.append("</routes>\n")
     return "\n".join(lines)
 
 
-def _vehicle_line(vehicle: LoopVehicle, loop: Loop) -> str:
+def _vehicle_line(vehicle: LoopVehicle) -> str:
     begin = f"    <vehicle id={quoteattr(vehicle.id)} type={quoteattr(vehicle.type.id)} "
-    begin += f'route={quoteattr(loop.id)} depart="0"'
+    begin += f'route={quoteattr(vehicle.loop.id)} depart="0"'
     if vehicle.depart_m is None:
         return f"{begin}/>"
-    roads = [span for span in loop.spans if not span.internal]
+    roads = [span for span in vehicle.loop.spans if not span.internal]
     number = max(k for k, span in enumerate(roads) if k == 0 or span.begin_m <= vehicle.depart_m)
     position = min(vehicle.depart_m - roads[number].begin_m, roads[number].length_m)
     return f'{begin} departEdge="{number}" departPos="{position:.2f}"/>'

@@ -14,7 +14,7 @@ from loopgate.abstraction.segments import make_segments
 from loopgate.abstraction.stopping import fit_stops
 from loopgate.drive.track import Track
 from loopgate.errors import ScenarioError
-from loopgate.network import Loop, RoadNetwork
+from loopgate.network import Loop, LoopVehicle, RoadNetwork
 from loopgate.network.cover.wishes import read_districts, read_weights
 from loopgate.network.stops import Stop
 from loopgate.simulation.devices import Anew, leading_devices, led_anew, without_devices
@@ -28,7 +28,6 @@ from loopgate.simulation.sumo_options import begins_s
 from loopgate.simulation.tracks import make_track
 from loopgate.simulation.vehicles import (
     Departure,
-    Member,
     by_departure,
     departs_at_edge,
     departs_in_place,
@@ -98,7 +97,7 @@ class Assembly:
     stop_files: tuple[Path, ...] = ()
     vehicle_files: tuple[Path, ...] = ()
     begin_s: float = 0.0
-    ordinary: tuple[Member, ...] = ()
+    ordinary: tuple[LoopVehicle, ...] = ()
     anew: Mapping[str, Anew] = field(default_factory=dict)
     other_ways: tuple[Departure, ...] = ()
 
@@ -134,8 +133,8 @@ def assemble(scenario: Scenario) -> Assembly:
     everybody, warnings, file = read_vehicles(scenario, network)
     everybody, ordinary = choose_gated(scenario, everybody) if scenario.gated else (everybody, [])
     vehicles, later, moved = by_departure(scenario, everybody, file)
-    unfit: dict[str, list[Member]] = {}
-    others: list[Member] = []
+    unfit: dict[str, list[LoopVehicle]] = {}
+    others: list[LoopVehicle] = []
     anew = led_anew(scenario, later) if scenario.gated else {}
     if scenario.rule_for_starts == "even":
         vehicles = evenly_round(network, vehicles)
@@ -212,8 +211,11 @@ def assemble(scenario: Scenario) -> Assembly:
 
 
 def _unfit(
-    network: RoadNetwork, closed: Sequence[Member], once: Sequence[Member], others: Sequence[Member]
-) -> tuple[dict[str, list[Member]], list[Member]]:
+    network: RoadNetwork,
+    closed: Sequence[LoopVehicle],
+    once: Sequence[LoopVehicle],
+    others: Sequence[LoopVehicle],
+) -> tuple[dict[str, list[LoopVehicle]], list[LoopVehicle]]:
     """Return who of those that drive once cannot be gated, by reason, and the other ways that work."""
     found = find_unfit(network, closed, [*once, *others])
     no_way = {(v.loop.id, v.type) for some in found.values() for v in some}
@@ -227,7 +229,7 @@ def _driven(start: Start, devices: Collection[str], *, advised: bool) -> Start:
     return replace(bare, type=advised_type(bare.type)) if advised else bare
 
 
-def _left_out(unfit: Mapping[str, Sequence[Member]]) -> Iterator[str]:
+def _left_out(unfit: Mapping[str, Sequence[LoopVehicle]]) -> Iterator[str]:
     """Say who cannot be under the gate, a line for each reason."""
     for reason, some in unfit.items():
         count, first = len(some), some[0]
@@ -238,7 +240,7 @@ def _left_out(unfit: Mapping[str, Sequence[Member]]) -> Iterator[str]:
 
 
 def _stops(
-    scenario: Scenario, vehicles: Sequence[Member], abstraction: Abstraction | None
+    scenario: Scenario, vehicles: Sequence[LoopVehicle], abstraction: Abstraction | None
 ) -> dict[str, tuple[Stop, ...]]:
     """Return the stops of each vehicle, as it makes them under a gate."""
     stops = {vehicle.id: vehicle.stops for vehicle in vehicles if vehicle.stops}
@@ -270,7 +272,7 @@ def _wishes(scenario: Scenario, network: RoadNetwork, classes: Sequence[str]) ->
     )
 
 
-def _peculiar(scenario: Scenario, network: RoadNetwork, vehicles: Sequence[Member]) -> tuple[str, ...]:
+def _peculiar(scenario: Scenario, network: RoadNetwork, vehicles: Sequence[LoopVehicle]) -> tuple[str, ...]:
     """Refuse types that no gate can drive; return what is peculiar about those that it can."""
     kinds = [vehicle.type for vehicle in vehicles]
     check_types(kinds, step_s=scenario.step_s, source=scenario.routes or scenario.network)
@@ -285,7 +287,7 @@ def _start_lanes(abstraction: Abstraction) -> list[int | None]:
 
 
 def _abstraction(
-    scenario: Scenario, network: RoadNetwork, vehicles: Sequence[Member], later: Sequence[Member]
+    scenario: Scenario, network: RoadNetwork, vehicles: Sequence[LoopVehicle], later: Sequence[LoopVehicle]
 ) -> Abstraction:
     loops = [vehicle.loop for vehicle in vehicles]
     given = {v.id: v.depart_m for v in vehicles if v.depart_m is not None}

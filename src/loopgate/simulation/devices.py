@@ -9,6 +9,7 @@ from math import inf
 from random import Random
 
 from loopgate.errors import ScenarioError
+from loopgate.network import LoopVehicle
 from loopgate.network.clock import seconds
 from loopgate.network.sumo_config import is_sumo_config, read_sumo_config
 from loopgate.network.trips import MIDDLE
@@ -17,7 +18,6 @@ from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.settings import is_on
 from loopgate.simulation.sumo_input import Start
 from loopgate.simulation.sumo_words import own_words
-from loopgate.simulation.vehicles import Member
 
 __all__ = ["LEADING", "Anew", "has_device", "leading_devices", "led_anew", "without_devices"]
 
@@ -52,7 +52,7 @@ class Anew:
     least_s: float
 
 
-def led_anew(scenario: Scenario, vehicles: Sequence[Member]) -> dict[str, Anew]:
+def led_anew(scenario: Scenario, vehicles: Sequence[LoopVehicle]) -> dict[str, Anew]:
     """Return who is to be led another way where that is quicker, as SUMO's rerouting device would.
 
     Those who drive once, without stops or edges to drive over in between.
@@ -93,7 +93,7 @@ def _number(scenario: Scenario, said: Mapping[str, str], name: str, default: flo
 
 
 def leading_devices(
-    scenario: Scenario, vehicles: Sequence[Member], rerouted: AbstractSet[str] = frozenset()
+    scenario: Scenario, vehicles: Sequence[LoopVehicle], rerouted: AbstractSet[str] = frozenset()
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Return which of these devices gated vehicles would have, and what to say of it.
 

@@ -11,11 +11,10 @@ from loopgate.abstraction.queue_layout import lay_out_queues, why_not
 from loopgate.abstraction.stretches import narrow_lanes
 from loopgate.disk import writing
 from loopgate.errors import Refusal, RefusedLoopError, ScenarioError
-from loopgate.network import Loop, RoadNetwork, VehicleType
+from loopgate.network import Loop, LoopVehicle, RoadNetwork, VehicleType
 from loopgate.network.trips import MIDDLE
 from loopgate.reading import is_file, refusing, shown
 from loopgate.simulation.scenario import Scenario
-from loopgate.simulation.vehicles import Member
 
 __all__ = ["choose_gated", "find_unfit", "write_ordinary"]
 
@@ -25,7 +24,9 @@ _ROUNDS = "1000"
 """So often SUMO by itself drives round a loop."""
 
 
-def choose_gated(scenario: Scenario, vehicles: Sequence[Member]) -> tuple[list[Member], list[Member]]:
+def choose_gated(
+    scenario: Scenario, vehicles: Sequence[LoopVehicle]
+) -> tuple[list[LoopVehicle], list[LoopVehicle]]:
     """Return those under the gate, and ordinary ones; who drives on a loop is always under it.
 
     Raises
@@ -45,7 +46,7 @@ def choose_gated(scenario: Scenario, vehicles: Sequence[Member]) -> tuple[list[M
     return mine, [v for v in once if v.id not in gated]
 
 
-def _named(who: str, vehicles: Sequence[Member]) -> Collection[str]:
+def _named(who: str, vehicles: Sequence[LoopVehicle]) -> Collection[str]:
     kinds = list(dict.fromkeys(v.type.id for v in vehicles))
     if not is_file(who):
         listed = ", ".join(kinds[:_MOST_SHOWN]) + (", ..." if len(kinds) > _MOST_SHOWN else "")
@@ -67,8 +68,8 @@ def _named(who: str, vehicles: Sequence[Member]) -> Collection[str]:
 
 
 def find_unfit(
-    network: RoadNetwork, staying: Sequence[Member], once: Sequence[Member]
-) -> dict[str, list[Member]]:
+    network: RoadNetwork, staying: Sequence[LoopVehicle], once: Sequence[LoopVehicle]
+) -> dict[str, list[LoopVehicle]]:
     """Return, by reason, those of `once` whose ways do not work as queues beside all others.
 
     Raises
@@ -76,7 +77,7 @@ def find_unfit(
     RefusedLoopError
         If one of those `staying` does not.
     """
-    unfit: dict[str, list[Member]] = {}
+    unfit: dict[str, list[LoopVehicle]] = {}
     alone: dict[tuple[Loop, VehicleType], Refusal | None] = {(v.loop, v.type): None for v in once}
     edges = dict.fromkeys(span.edge for loop, _ in alone for span in loop.spans if not span.internal)
     lanes = [lane.id for edge in edges for lane in network.edges[edge].lanes]
@@ -106,7 +107,7 @@ def find_unfit(
     return unfit
 
 
-def write_ordinary(vehicles: Sequence[Member], file: Path, *, known: Collection[str] = ()) -> None:
+def write_ordinary(vehicles: Sequence[LoopVehicle], file: Path, *, known: Collection[str] = ()) -> None:
     """Write vehicles as a route file for SUMO, which drives them by its own rules; in order of departure.
 
     Types that SUMO has from additional files are `known`.

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -13,11 +13,11 @@ from loopgate.abstraction.itinerary import Itinerary
 from loopgate.abstraction.stretches import least_change_m
 from loopgate.drive.track import Track
 from loopgate.errors import RouteError, ScenarioError
-from loopgate.network import Loop, RoadNetwork, VehicleType, read_loops
+from loopgate.network import Loop, LoopVehicle, RoadNetwork, VehicleType, read_loops
 from loopgate.network.cover.watch import even_starts_m
 from loopgate.network.lanes import LaneWishes, make_route
 from loopgate.network.routes_file import RoutesFile
-from loopgate.network.stops import Stop, lanes_of_stops, on_loop
+from loopgate.network.stops import lanes_of_stops, on_loop
 from loopgate.network.sumo_config import is_sumo_config
 from loopgate.network.trips import ways_between
 from loopgate.simulation.allotment import allot_loops, mixed_types
@@ -29,7 +29,6 @@ from loopgate.simulation.tracks import make_track
 
 __all__ = [
     "Departure",
-    "Member",
     "by_departure",
     "departs_at_edge",
     "departs_in_place",
@@ -49,27 +48,6 @@ _LEAST_M = 0.5
 
 
 @dataclass(frozen=True, slots=True)
-class Member:
-    """A vehicle of a run, before it stands anywhere: see `LoopVehicle`."""
-
-    id: str
-    loop: Loop
-    type: VehicleType
-    depart_m: float | None = None
-    stops: tuple[Stop, ...] = ()
-    attributes: Mapping[str, str] = field(default_factory=dict)
-    parameters: Mapping[str, str] = field(default_factory=dict)
-    depart_s: float = 0.0
-    edge: int = 0
-
-    def start(self, front_m: float, lane: int | None) -> Start:
-        """Return its start there, when it departs later."""
-        return Start(
-            self.id, self.loop, front_m, self.type, lane, self.attributes, self.parameters, self.depart_s
-        )
-
-
-@dataclass(frozen=True, slots=True)
 class Departure:
     """A vehicle that departs later: where, on which track under a gate, and when at the earliest [s]."""
 
@@ -80,7 +58,7 @@ class Departure:
 
 def read_vehicles(
     scenario: Scenario, network: RoadNetwork
-) -> tuple[list[Member], tuple[str, ...], RoutesFile | None]:
+) -> tuple[list[LoopVehicle], tuple[str, ...], RoutesFile | None]:
     """Return the vehicles: the route file's, unless a number of them is asked for; warnings; the file."""
     own = is_sumo_config(scenario.network) and scenario.traffic != scenario.network
     if not scenario.routes and not own:
@@ -95,29 +73,14 @@ def read_vehicles(
     source, counts = scenario.routes or scenario.network, scenario.counts_vehicles
     file = read_loops(network, source, stops=scenario.stop_files, once=not counts)
     if file.vehicles and not counts:
-        by_name = {loop.id: loop for loop in file.loops}
         begin_s = begins_s(scenario, file)
         end_s = begin_s + scenario.warmup_s + scenario.duration_s
-        each = [one for vehicle in file.vehicles for one in vehicle.each(begin_s, end_s, scenario.seed)]
-        mine = [
-            Member(
-                v.id,
-                by_name[v.loop],
-                v.type,
-                v.depart_m,
-                v.stops,
-                v.attributes,
-                v.parameters,
-                v.depart_s,
-                v.edge,
-            )
-            for v in each
-        ]
+        mine = [one for vehicle in file.vehicles for one in vehicle.each(begin_s, end_s, scenario.seed)]
         return share_lanes(network, mine), (*file.left_out, *_outside(scenario, file, begin_s, end_s)), file
     kinds: dict[str, VehicleType] = {}
     for vehicle in file.vehicles:
         for way in (vehicle, *(one for one, _ in vehicle.ways)):
-            kinds.setdefault(way.loop, way.type)
+            kinds.setdefault(way.loop.id, way.type)
     given = _given_loops(scenario, network, file, kinds)
     stopping = [
         replace(v, stops=tuple(s.at(begins_s(scenario)) for s in file.stops.get(v.loop.id, ())))
@@ -135,7 +98,7 @@ def _outside(scenario: Scenario, file: RoutesFile, begin_s: float, end_s: float)
     return (f"{what}: they depart before {begin_s:g} s or after {end_s:g} s, when the run is over",)
 
 
-def share_lanes(network: RoadNetwork, vehicles: Sequence[Member]) -> list[Member]:
+def share_lanes(network: RoadNetwork, vehicles: Sequence[LoopVehicle]) -> list[LoopVehicle]:
     """Lead those who drive once over lanes so that parallel ones share the traffic, in order of departure.
 
     Each is led twice, the second time knowing how all others are. Who drives over the same lanes has the same
@@ -168,7 +131,7 @@ def share_lanes(network: RoadNetwork, vehicles: Sequence[Member]) -> list[Member
     return list(found.values())
 
 
-def _led(vehicle: Member, way: Loop) -> Member:
+def _led(vehicle: LoopVehicle, way: Loop) -> LoopVehicle:
     """Return a vehicle led over other lanes of its edges, inside junctions longer or shorter ones."""
     begin_m, before_m = (
         [span.begin_m for span in one.spans if not span.internal][vehicle.edge] for one in (way, vehicle.loop)
@@ -186,7 +149,7 @@ def _counted(way: Loop) -> Iterator[str]:
         yield f"{span.lane_id}>{after.edge}"
 
 
-def find_other_ways(network: RoadNetwork, vehicles: Sequence[Member]) -> list[Member]:
+def find_other_ways(network: RoadNetwork, vehicles: Sequence[LoopVehicle]) -> list[LoopVehicle]:
     """Return one of no name on each further way between the ends of vehicles that may be led another way.
 
     It begins on the lane on which they do.
@@ -194,7 +157,7 @@ def find_other_ways(network: RoadNetwork, vehicles: Sequence[Member]) -> list[Me
     asked = {v.id: (v.loop.edges[0], v.loop.edges[-1], v.type.vclass) for v in vehicles}
     ways = ways_between(network, list(dict.fromkeys(asked.values())))
     known = {(v.loop.edges, v.loop.spans[0].lane, v.type) for v in vehicles}
-    found: list[Member] = []
+    found: list[LoopVehicle] = []
     for v in vehicles:
         lane, change_m = v.loop.spans[0].lane, least_change_m(v.type.length_m + v.type.min_gap_m)
         for edges in ways[asked[v.id]]:
@@ -204,7 +167,7 @@ def find_other_ways(network: RoadNetwork, vehicles: Sequence[Member]) -> list[Me
             with suppress(RouteError):  # no lanes lead there
                 name, wishes = f"other way{len(found)}", LaneWishes(depart=lane)
                 way = make_route(network, name, edges, vclass=v.type.vclass, change_m=change_m, wishes=wishes)
-                found.append(Member("", way, v.type))
+                found.append(LoopVehicle("", way, v.type))
     return found
 
 
@@ -217,15 +180,17 @@ def _given_loops(
     network: RoadNetwork,
     file: RoutesFile,
     on_loop: Mapping[str, VehicleType],
-) -> list[Member]:
+) -> list[LoopVehicle]:
     """Give loops and types to the vehicles: types as the scenario says, or those that drive on the loop."""
     chosen = allot_loops(scenario, network, file.loops)
     kinds = mixed_types(scenario, file.types, len(chosen))
     kinds = kinds or [on_loop.get(loop.id, file.default) for loop in chosen]
-    return [Member(f"v{i}", loop, kind) for i, (loop, kind) in enumerate(zip(chosen, kinds, strict=True), 1)]
+    return [
+        LoopVehicle(f"v{i}", loop, kind) for i, (loop, kind) in enumerate(zip(chosen, kinds, strict=True), 1)
+    ]
 
 
-def evenly_round(network: RoadNetwork, vehicles: Sequence[Member]) -> list[Member]:
+def evenly_round(network: RoadNetwork, vehicles: Sequence[LoopVehicle]) -> list[LoopVehicle]:
     """Start the vehicles of each loop evenly round it, in time at the speeds allowed."""
     numbers = Counter(vehicle.loop.id for vehicle in vehicles)
     loops = {vehicle.loop.id: vehicle.loop for vehicle in vehicles}
@@ -234,8 +199,8 @@ def evenly_round(network: RoadNetwork, vehicles: Sequence[Member]) -> list[Membe
 
 
 def by_departure(
-    scenario: Scenario, vehicles: Sequence[Member], file: RoutesFile | None
-) -> tuple[list[Member], list[Member], tuple[str, ...]]:
+    scenario: Scenario, vehicles: Sequence[LoopVehicle], file: RoutesFile | None
+) -> tuple[list[LoopVehicle], list[LoopVehicle], tuple[str, ...]]:
     """Return those who are there from the beginning, those who depart later, in order, and warnings."""
     twice = next((name for name, times in Counter(v.id for v in vehicles).items() if times > 1), None)
     if twice is not None:
@@ -262,15 +227,21 @@ def by_departure(
     return [v for v in vehicles if v.id not in gone], later, ()
 
 
-def departs_at_edge(vehicle: Member) -> Departure:
+def _start(vehicle: LoopVehicle, front_m: float, lane: int | None) -> Start:
+    """Return the start of a vehicle that departs later."""
+    said = vehicle.attributes, vehicle.parameters
+    return Start(vehicle.id, vehicle.loop, front_m, vehicle.type, lane, *said, vehicle.depart_s)
+
+
+def departs_at_edge(vehicle: LoopVehicle) -> Departure:
     """Return where SUMO is to put a vehicle by itself: where its file says, or else as far back as it can."""
     begin_m = [span.begin_m for span in vehicle.loop.spans if not span.internal][vehicle.edge]
     least_m = begin_m + vehicle.type.length_m
     front_m = least_m if vehicle.depart_m is None else vehicle.depart_m
-    return Departure(vehicle.start(front_m, None), None, vehicle.depart_s)
+    return Departure(_start(vehicle, front_m, None), None, vehicle.depart_s)
 
 
-def _arrival(vehicle: Member, way: Itinerary) -> dict[str, str]:
+def _arrival(vehicle: LoopVehicle, way: Itinerary) -> dict[str, str]:
     """Return where a vehicle goes off the road: where its file wants it, but not beyond its last line."""
     last = [span for span in vehicle.loop.spans if not span.internal][-1]
     most_m = way.legs[-1].begin_m - last.begin_m
@@ -289,7 +260,7 @@ def _roomiest(loop: Loop, way: Itinerary, first: int) -> int:
     return max(own, key=lambda k: (way.legs[k].end_m - way.legs[k].begin_m, -k), default=first)
 
 
-def departs_in_place(network: RoadNetwork, vehicle: Member, way: Itinerary) -> Departure:
+def departs_in_place(network: RoadNetwork, vehicle: LoopVehicle, way: Itinerary) -> Departure:
     """Return where a vehicle departs under a gate: as a whole within the place where its file wants it."""
     roads = [span.begin_m for span in vehicle.loop.spans if not span.internal]
     wish_m = roads[vehicle.edge] if vehicle.depart_m is None else vehicle.depart_m
@@ -305,5 +276,5 @@ def departs_in_place(network: RoadNetwork, vehicle: Member, way: Itinerary) -> D
     front_m = max(first_m, min(near_m, last_m))
     if not vehicle.loop.closed:
         vehicle = replace(vehicle, attributes={**vehicle.attributes, **_arrival(vehicle, way)})
-    start = vehicle.start(front_m, leg.lane)
+    start = _start(vehicle, front_m, leg.lane)
     return Departure(start, make_track(network, start, way, position, keeps_lane=True), vehicle.depart_s)

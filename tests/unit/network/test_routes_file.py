@@ -63,7 +63,7 @@ def test_vehicles_keep_type_and_place(tmp_path: Path) -> None:
     assert one.type == VehicleType(
         "van", 7.0, 1.5, attributes={"id": "van", "length": "7", "minGap": "1.5", "color": "red"}
     )
-    assert (one.loop, one.depart_m, two.depart_m) == ("r", 170.0, None)
+    assert (one.loop.id, one.depart_m, two.depart_m) == ("r", 170.0, None)
     assert found.longest_vehicle() == (7.0, 2.5)
 
 
