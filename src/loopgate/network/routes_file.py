@@ -5,42 +5,23 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from xml.etree import ElementTree as ET
 
 from loopgate.errors import RouteError
 from loopgate.keeping import Kept
 from loopgate.network.additional import FLEET, demand_beside
-from loopgate.network.clock import time_of
 from loopgate.network.content import content_identity
-from loopgate.network.departures import Flow, depart_s, read_flow
-from loopgate.network.lanes import make_loop, make_route
+from loopgate.network.found_routes import FoundRoutes
+from loopgate.network.found_vehicles import FoundVehicles
 from loopgate.network.left_out import left_out
 from loopgate.network.loop import Loop
 from loopgate.network.loop_vehicle import LoopVehicle
 from loopgate.network.road import RoadNetwork
-from loopgate.network.spreads import parts, share_of
-from loopgate.network.stops import (
-    Stop,
-    StoppingPlace,
-    lanes_of_stops,
-    on_loop,
-    read_stopping_places,
-    read_stops,
-)
+from loopgate.network.stops import Stop, on_loop, read_stopping_places
 from loopgate.network.sumo_config import is_sumo_config, read_sumo_config
-from loopgate.network.trips import MIDDLE, Led, closes, drives_once, lead_trips
-from loopgate.network.vehicle_type import DEFAULT_TYPE, VehicleType, vehicle_type
+from loopgate.network.trips import Led, drives_once, lead_trips
+from loopgate.network.vehicle_type import DEFAULT_TYPE, VehicleType
 from loopgate.network.xml_file import read_xml
-from loopgate.reading import is_file, refusing, shown
-
-_BEYOND_M = 10.0
-"""Largest distance of a position beyond its edge [m]: the lanes of an edge differ in length."""
-
-_CARRIED = ("color", "line", "personNumber", "containerNumber")
-"""Attributes of vehicles that SUMO is told as they are."""
-
-_CARRIED_ONCE = ("departLane", "departSpeed", "arrivalLane", "arrivalPos", "arrivalSpeed", *MIDDLE)
-"""The same, of those who drive once."""
+from loopgate.reading import is_file, refusing
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,109 +78,6 @@ class RoutesFile:
         if self.vehicles:
             return [vehicle.type for vehicle in self.vehicles]
         return [self.default] * len(self.loops)
-
-
-@dataclass(frozen=True, slots=True)
-class _Route:
-    id: str
-    edges: tuple[str, ...]
-    source: Path
-    stops: tuple[Stop, ...]
-    cycle_s: float
-    again: bool
-
-
-@dataclass(frozen=True, slots=True)
-class _Way:
-    """A route that a vehicle is drawn to, with its share, and its first type and all its stops on it."""
-
-    route: str
-    share: float
-    vclass: str
-    type: VehicleType
-    stops: tuple[Stop, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class _Asked:
-    """A vehicle or flow whose loops are not made yet."""
-
-    element: ET.Element
-    depart_s: float
-    flow: Flow | None
-    types: tuple[tuple[VehicleType, float], ...]
-    ways: tuple[_Way, ...]
-
-    def on_loops(self, loops: Mapping[str, Loop], path: Path) -> LoopVehicle:
-        """Return it with where it departs and where it stops."""
-        ways = tuple((self._on(loops[way.route], way, path), way.share) for way in self.ways)
-        first = ways[0][0]
-        return replace(
-            first,
-            types=self.types if len(self.types) > 1 else (),
-            ways=ways if len(ways) > 1 or first.vclass else (),
-        )
-
-    def _on(self, loop: Loop, way: _Way, path: Path) -> LoopVehicle:
-        name, said = self.element.get("id", ""), self.element.attrib
-        what = f"{path}: vehicle {name}"
-        try:
-            edge = int(said.get("departEdge") or 0) % len(loop.edges)
-        except ValueError:
-            edge = 0  # "random" and the like
-        carried = _CARRIED if loop.closed else (*_CARRIED, *_CARRIED_ONCE)
-        return LoopVehicle(
-            name,
-            loop,
-            way.type,
-            depart_m=_depart(what, loop, edge, said.get("departPos", "")),
-            depart_s=self.depart_s,
-            flow=self.flow,
-            edge=edge,
-            stops=on_loop(loop, way.stops, what),
-            attributes={key: said[key] for key in carried if said.get(key)},
-            parameters={one.get("key", ""): one.get("value", "") for one in self.element.findall("param")},
-            vclass=way.vclass,
-        )
-
-
-@dataclass(slots=True)
-class _Found:
-    """The content of the files read so far; `users` are the types of the first vehicle of each route."""
-
-    network: RoadNetwork
-    places: Mapping[str, StoppingPlace]
-    once: bool
-    led: Led
-    types: dict[str, VehicleType] = field(default_factory=dict)
-    drawn_types: dict[str, tuple[tuple[VehicleType, float], ...]] = field(default_factory=dict)
-    routes: dict[str, _Route] = field(default_factory=dict)
-    drawn_routes: dict[str, tuple[tuple[str, float], ...]] = field(default_factory=dict)
-    vehicles: list[_Asked] = field(default_factory=list)
-    users: dict[str, VehicleType] = field(default_factory=dict)
-
-    def add(self, source: Path, element: ET.Element, name: str) -> None:
-        if name in self.routes:
-            other = self.routes[name].source
-            msg = f"{source}: route {name}: the id is used twice (also in {other}); rename one"
-            raise RouteError(msg)
-        edges = tuple(element.get("edges", "").split())
-        if not edges:
-            msg = f"{source}: route {name}: it lists no edges"
-            raise RouteError(msg)
-        what = f"{source}: route {name}"
-        cycle_s = time_of(element, "cycleTime", what) or 0.0
-        stops = self.stops(element, what, cycle_s, since_depart=True)
-        again = not self.once or (element.get("repeat", "0") != "0" and closes(self.network, edges))
-        self.routes[name] = _Route(name, edges, source, stops, cycle_s, again)
-
-    def stops(
-        self, element: ET.Element, what: str, cycle_s: float, *, since_depart: bool
-    ) -> tuple[Stop, ...]:
-        found = element.findall("stop")
-        return read_stops(
-            self.network, found, self.places, what=what, cycle_s=cycle_s, since_depart=since_depart
-        )
 
 
 def read_loops(
@@ -259,8 +137,9 @@ def _read(network: RoadNetwork, path: Path, stops: Sequence[Path], *, once: bool
     places = read_stopping_places(beside) if asked else {}
     fleet = [(source, one) for source, top in tops for one in top if one.tag in FLEET]
     once = once and drives_once(network, tops, fleet)
-    found = _Found(network, places, once, {})
-    _collect_types([*more, *own], found)
+    routes = FoundRoutes(network, places, once)
+    found = FoundVehicles(routes)
+    found.collect_types([*more, *own])
     if once:
         kinds = [one for _, top in tops for one in top.iter("vType") if one.get("id")]
         classes = {name: _first_of_class(spread) for name, spread in found.drawn_types.items()}
@@ -270,19 +149,19 @@ def _read(network: RoadNetwork, path: Path, stops: Sequence[Path], *, once: bool
         for one in [one for one in top if one.tag in FLEET and one.get("id", "") in lost]:
             top.remove(one)
     for source, top in tops:
-        _collect_routes(source, top, found)
+        routes.collect(source, top)
     for source, top in tops:
-        _collect_vehicles(source, top, found)
-    if not found.routes:
+        found.collect(source, top)
+    if not routes.by_name:
         msg = f"{path}: no routes in it; expected <route> elements whose last edge leads to the first"
         raise RouteError(msg)
-    loops = [_loop(network, route, found) for route in found.routes.values()]
+    loops = found.make_loops()
     by_id = {loop.id: loop for loop in loops}
-    vehicles = tuple(vehicle.on_loops(by_id, path) for vehicle in found.vehicles)
+    vehicles = found.on_loops(by_id, path)
     ways = [way for vehicle in vehicles for way in (vehicle, *(one for one, _ in vehicle.ways))]
     at_routes = {
         route.id: on_loop(by_id[route.id], route.stops, f"{route.source}: route {route.id}")
-        for route in found.routes.values()
+        for route in routes.by_name.values()
         if route.stops
     }
     own_kinds = (kind.get("id", "") for _, top in own for kind in top.iter("vType"))
@@ -301,89 +180,6 @@ def _read(network: RoadNetwork, path: Path, stops: Sequence[Path], *, once: bool
     )
 
 
-def _loop(network: RoadNetwork, route: _Route, found: _Found) -> Loop:
-    if not route.again:
-        vclass = found.users.get(route.id, DEFAULT_TYPE).vclass
-        return make_route(network, route.id, route.edges, vclass=vclass, source=str(route.source))
-    ways = (way for vehicle in found.vehicles for way in vehicle.ways)
-    stops = [stop for way in ways if way.route == route.id for stop in way.stops]
-    return make_loop(
-        network,
-        route.id,
-        one_round(route.edges),
-        vclass=found.users.get(route.id, DEFAULT_TYPE).vclass,
-        source=str(route.source),
-        on_lanes=lanes_of_stops((*route.stops, *stops)),
-    )
-
-
-def _depart(what: str, loop: Loop, edge: int, position: str) -> float | None:
-    """Return the arc length of a position on an edge by number, or None if it is no number."""
-    try:
-        position_m = float(position)
-    except ValueError:
-        return None  # "base", "random", "free": SUMO would choose
-    span = [span for span in loop.spans if not span.internal][edge]
-    if not abs(position_m) <= span.length_m + _BEYOND_M:
-        msg = f"{what}: departPos is {shown(position)}; edge {span.edge} is {span.length_m:g} m long"
-        raise RouteError(msg)
-    return span.begin_m + (position_m if position_m >= 0 else span.length_m + position_m)
-
-
-def _collect_routes(source: Path, top: ET.Element, found: _Found) -> None:
-    for number, element in enumerate(top.findall("route")):
-        found.add(source, element, element.get("id") or f"route{number}")
-    for spread in top.findall("routeDistribution"):
-        name = spread.get("id", "distribution")
-        found.drawn_routes[name] = _drawn_routes(source, spread, name, found)
-
-
-def _drawn_routes(
-    source: Path, spread: ET.Element, name: str, found: _Found
-) -> tuple[tuple[str, float], ...]:
-    """Take note of the routes of a distribution; return their names and shares."""
-    what = f"{source}: routeDistribution {name}"
-    drawn: list[tuple[str, float]] = []
-    own = 0
-    for part in parts(spread, what, named="routes", tag="route"):
-        route = part.name
-        if part.element is not None:
-            route = part.name or f"{name}.{own}"
-            own += 1
-            found.add(source, part.element, route)
-        drawn.append((route, 1.0 if part.share is None else part.share))
-    _refuse_nothing(what, [share for _, share in drawn])
-    return tuple(drawn)
-
-
-def _refuse_nothing(what: str, shares: Sequence[float]) -> None:
-    if not any(shares):
-        msg = f"{what}: nothing can be drawn from it; name something with a probability above 0"
-        raise RouteError(msg)
-
-
-def _collect_types(tops: Sequence[tuple[Path, ET.Element]], found: _Found) -> None:
-    """Take note of types, and of their distributions in SUMO's order: one may name those before it."""
-    shares: dict[str, float] = {}
-    for source, top in tops:
-        for element in (one for one in top.iter("vType") if one.get("id")):
-            kind = vehicle_type(element, str(source))
-            found.types[kind.id] = kind
-            shares[kind.id] = share_of(element, f"{source}: vType {kind.id}")
-    for source, top in tops:
-        for spread in top.findall("vTypeDistribution"):
-            name = spread.get("id", "")
-            what = f"{source}: vTypeDistribution {name}"
-            drawn: list[tuple[VehicleType, float]] = []
-            for part in parts(spread, what, named="vTypes", tag="vType"):
-                share = shares.get(part.name, 1.0) if part.share is None else part.share
-                some = _kinds(what, part.name, found)
-                whole = sum(each for _, each in some)
-                drawn += [(kind, share * each / whole) for kind, each in some]
-            _refuse_nothing(what, [share for _, share in drawn])
-            found.drawn_types[name] = tuple(drawn)
-
-
 def _first_of_class(spread: Sequence[tuple[VehicleType, float]]) -> dict[str, str]:
     """Return the first type of each class of vehicles in a distribution, by class."""
     return {kind.vclass: kind.id for kind, _ in reversed(spread)}
@@ -400,74 +196,3 @@ def _wayless(path: Path, led: Led) -> Iterator[str]:
             f"{path}: {len(some)} trips or flows find no way for all classes of their type, and are left out "
             f"where such a one is drawn, first {some[0]}"
         )
-
-
-def _collect_vehicles(source: Path, top: ET.Element, found: _Found) -> None:
-    for element in top:
-        if element.tag not in FLEET:
-            continue
-        name = element.get("id", "")
-        what = f"{source}: {element.tag} {name}"
-        types = _kinds(what, element.get("type", DEFAULT_TYPE.id), found)
-        flow = read_flow(element, what) if element.tag == "flow" else None
-        at_s = 0.0 if flow else depart_s(element, what)
-        ways = []
-        for on, share, vclass in _ways(source, element, what, found):
-            if on not in found.routes:
-                msg = f"{what}: its route {on} is in no route file or additional file; define it"
-                raise RouteError(msg)
-            route = found.routes[on]
-            own = found.stops(element, what, route.cycle_s, since_depart=False)
-            kind = next(kind for kind, _ in types if vclass in {"", kind.vclass})
-            ways.append(_Way(on, share, vclass, kind, (*route.stops, *own)))
-            found.users.setdefault(on, kind)
-        found.vehicles.append(_Asked(element, at_s, flow, types, tuple(ways)))
-
-
-def _ways(source: Path, element: ET.Element, what: str, found: _Found) -> Iterator[tuple[str, float, str]]:
-    """Yield the routes of a vehicle: names, shares, and the classes that they are for, if not for all."""
-    name, on = element.get("id", ""), element.get("route", "")
-    inner, spread = element.find("route"), element.find("routeDistribution")
-    if inner is not None:
-        found.add(source, inner, name)
-        yield name, 1.0, ""
-    elif spread is not None:
-        yield from ((one, share, "") for one, share in _drawn_routes(source, spread, name, found))
-    elif on:
-        yield from ((one, share, "") for one, share in found.drawn_routes.get(on, ((on, 1.0),)))
-    elif name in found.led:
-        led = found.led[name]
-        for vclass, edges in led.items():
-            if edges:
-                way = name if len(led) == 1 else f"{name}@{vclass}"
-                found.add(source, ET.Element("route", edges=edges), way)
-                yield way, 1.0, vclass if len(led) > 1 else ""
-    else:
-        msg = (
-            f"{what}: it has no route, only ends between which SUMO would choose a way; "
-            f"write its route, closed (duarouter computes routes)"
-        )
-        raise RouteError(msg)
-
-
-def _kinds(what: str, name: str, found: _Found) -> tuple[tuple[VehicleType, float], ...]:
-    """Return the types from which that of a vehicle is drawn, with shares: mostly one."""
-    return found.drawn_types.get(name) or ((_kind(what, name, found.types), 1.0),)
-
-
-def _kind(what: str, name: str, types: Mapping[str, VehicleType]) -> VehicleType:
-    """Return the type of this name; what a file says of SUMO's own default type holds."""
-    if name in types or name == DEFAULT_TYPE.id:
-        return types.get(name, DEFAULT_TYPE)
-    known = f"; they define {', '.join(list(types)[:5])}" if types else ""
-    msg = f"{what}: its type {shown(name)} is no <vType> of the route files or additional files{known}"
-    raise RouteError(msg)
-
-
-def one_round(edges: Sequence[str]) -> tuple[str, ...]:
-    """Return one round of a route: without the first edge at its end, and without whole repetitions."""
-    once = tuple(edges[:-1]) if len(edges) > 1 and edges[0] == edges[-1] else tuple(edges)
-    for length in range(1, len(once) // 2 + 1):
-        if len(once) % length == 0 and once == once[:length] * (len(once) // length):
-            return once[:length]
-    return once

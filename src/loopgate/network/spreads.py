@@ -12,7 +12,7 @@ from loopgate.errors import RouteError
 from loopgate.network.clock import as_number
 from loopgate.reading import shown
 
-__all__ = ["Part", "draw", "parts", "routes_named", "share_of"]
+__all__ = ["Part", "draw", "parts", "refuse_nothing", "routes_named", "share_of"]
 
 T = TypeVar("T")
 
@@ -70,6 +70,13 @@ def share_of(element: ET.Element, what: str) -> float:
     """Return the share of a type or route in distributions that do not say it; SUMO's default is 1."""
     said = element.get("probability")
     return 1.0 if said is None else _share(said, what)
+
+
+def refuse_nothing(shares: Iterable[float], what: str) -> None:
+    """Raise `RouteError` if nothing can be drawn by these shares."""
+    if not any(shares):
+        msg = f"{what}: nothing can be drawn from it; name something with a probability above 0"
+        raise RouteError(msg)
 
 
 def draw(choices: Sequence[tuple[T, float]], rng: Random) -> T:
