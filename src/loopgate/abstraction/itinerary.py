@@ -84,6 +84,8 @@ class Leg:
     """Stops that keep the vehicle to the lanes of its loop between ``end_m`` and the next leg, in order."""
     slot_m: float = 0.0
     """The room that the longest vehicle there needs with its gap [m]; 0 where nobody queues."""
+    away: bool = False
+    """Whether it is behind the end of a route that is driven once: never full, and not on the road."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -29,9 +29,6 @@ from loopgate.network.records import Connection
 from loopgate.network.road import RoadNetwork
 from loopgate.network.vehicle_type import DEFAULT_TYPE, VehicleType
 
-AWAY = "away "
-"""Names of the places of those who have arrived begin with it; the lane follows on which they did."""
-
 _MANY = 1_000_000
 """As many vehicles as anybody may have."""
 
@@ -120,7 +117,7 @@ def _places_on(pieces: Iterable[Piece]) -> dict[str, Part]:
     """Return where on each lane the first place begins and the last one ends."""
     found: dict[str, Part] = {}
     for piece in pieces:
-        if piece.place is not None and not piece.away:
+        if piece.place is not None and not piece.place.away:
             lane, begin_m = f"{piece.edge}_{piece.lane}", piece.at_m - piece.length_m
             known = found.get(lane, Part(begin_m, piece.at_m))
             found[lane] = Part(min(known.begin_m, begin_m), max(known.end_m, piece.at_m))
@@ -185,8 +182,8 @@ class _Plan:
         In a place nobody arrives beyond its line, where others could touch those who do.
         """
         at_m = piece.at_m if piece.place is not None else last.length_m
-        place = QueuePlace(f"{AWAY}{last.lane_id}", AWAY_M, self._needs(last))
-        return Piece(last.begin_m + at_m, AWAY_M, last.edge, last.lane, at_m, place=place, away=True)
+        place = QueuePlace(f"away {last.lane_id}", AWAY_M, self._needs(last), away=True)
+        return Piece(last.begin_m + at_m, AWAY_M, last.edge, last.lane, at_m, place=place)
 
     def _needs(self, span: LaneSpan) -> tuple[tuple[float, int], ...]:
         return self._needed[span.edge if span.edge in self.stretches else span.lane_id]

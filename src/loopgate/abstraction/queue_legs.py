@@ -28,6 +28,8 @@ class QueuePlace:
     needs: tuple[tuple[float, int], ...]
     """Lengths of the vehicles that visit it, with their gaps [m], and how many there are of each at most,
     longest first."""
+    away: bool = False
+    """Whether it is no place on the road, but where all are who have driven a route to its end."""
 
     @property
     def needed_m(self) -> float:
@@ -52,8 +54,7 @@ class QueuePlace:
 class Piece:
     """A part of a loop: a place, a passage over a stretch, a movement, or a lane too short to wait on.
 
-    `begin_m` is an arc length on the loop, `at_m` where on its edge the piece ends [m]. Behind the end of a
-    route that is driven once all are `away`: a place that is never full.
+    `begin_m` is an arc length on the loop, `at_m` where on its edge the piece ends [m].
     """
 
     begin_m: float
@@ -64,7 +65,6 @@ class Piece:
     place: QueuePlace | None = None
     passage: Passage | None = None
     movement: Connection | None = None
-    away: bool = False
 
 
 def ways_on(chain: Sequence[Piece]) -> Iterator[tuple[Piece, list[Piece], Piece]]:
@@ -94,7 +94,7 @@ def course_of(loop: Loop, here: Piece, between: Sequence[Piece], after: Piece) -
         elif passage is not None and passage.changes:
             yield Target(piece.edge, piece.lane, piece.at_m, ahead, passage.to_lane)
     # Who arrives is never past its last lane: what leads to that has done its work where the lane begins.
-    on_lane_m = after.at_m if after.away else 0.0
+    on_lane_m = after.at_m if after.place and after.place.away else 0.0
     yield Target(after.edge, after.lane, after.at_m, _ahead_m(loop, here, after) - on_lane_m)
 
 
@@ -153,6 +153,7 @@ def legs_of(
             lane=here.lane,
             guides=() if isinstance(guides, Connection) else guides,
             slot_m=here.place.needed_m if here.place else 0.0,
+            away=bool(here.place and here.place.away),
         )
 
 

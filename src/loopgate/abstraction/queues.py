@@ -6,7 +6,7 @@ import random
 from collections.abc import Mapping, Sequence
 
 from loopgate.abstraction.itinerary import Abstraction, Itinerary
-from loopgate.abstraction.queue_layout import AWAY, QueueLayout, lay_out_queues
+from loopgate.abstraction.queue_layout import QueueLayout, lay_out_queues
 from loopgate.abstraction.queue_starts import ABSTRACTION, choose_places, slots_m, startable
 from loopgate.errors import TooManyVehiclesError
 from loopgate.model import Robot, RobotId, StateId, System
@@ -85,9 +85,7 @@ def make_queues(
         for name, itinerary, position in zip(called, itineraries, positions, strict=True)
     ]
     everybody = len(loops) + len(later) + _NEVER_FULL
-    room = {
-        name: everybody if name.startswith(AWAY) else place.capacity for name, place in layout.places.items()
-    }
+    room = {name: everybody if place.away else place.capacity for name, place in layout.places.items()}
     visited = {state for robot in robots for state in robot.path}
     capacity = {StateId(name): most for name, most in room.items() if name in visited}
     return Abstraction(

@@ -7,7 +7,6 @@ from typing import Any
 
 import click
 
-from loopgate.abstraction.queue_layout import AWAY
 from loopgate.cli.inspect_shared import print_warnings
 from loopgate.cli.tables import console, counted, print_table
 from loopgate.simulation.assembly import Assembly, assemble
@@ -45,8 +44,9 @@ def _data(assembly: Assembly) -> dict[str, Any]:
     abstraction = assembly.abstraction
     ways = (*abstraction.itineraries, *abstraction.later) if abstraction else ()
     legs = {way.loop: len(way.legs) for way in ways}
-    room = {str(s): most for s, most in (abstraction.room if abstraction else {}).items()}
-    slots = [most for state, most in room.items() if not state.startswith(AWAY)]
+    room = abstraction.room if abstraction else {}
+    away = {leg.state for way in ways for leg in way.legs[-1:] if leg.away}
+    slots = [most for state, most in room.items() if state not in away]
     return {
         "vehicles": [
             {

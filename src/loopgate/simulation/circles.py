@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from loopgate.abstraction.queue_layout import AWAY
 from loopgate.drive.driver import Driver
 from loopgate.drive.gatekeeper import Gatekeeper
 from loopgate.network import RoadNetwork
@@ -76,7 +75,7 @@ class Circles:
         leg = driver.granted if back else driver.granted + 1
         here = "" if back else str(driver.leg(driver.granted).state)
         target = str(driver.leg(leg).state)
-        if target.startswith(AWAY):
+        if driver.leg(leg).away:
             return False  # who arrives leaves room
         circle: list[str] = []
         state, length_m, holes, crowded = target, driver.length_m, 0.0, False

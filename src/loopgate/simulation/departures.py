@@ -11,7 +11,6 @@ from typing import Any, cast
 import numpy as np
 import numpy.typing as npt
 
-from loopgate.abstraction.queue_layout import AWAY
 from loopgate.drive.changing import ChangingEngine
 from loopgate.drive.tables import NOBODY
 from loopgate.errors import TrafficError
@@ -198,9 +197,8 @@ class GatedDepartures(Departures):
         self._others = 0
         """How many were let in since it was the turn of who has waited longest."""
         self._ways: dict[tuple[str, int], npt.NDArray[np.int64]] = {}
-        slots = sum(most for place, most in fleet.room.items() if not place.startswith(AWAY))
         loops = any(one.start.loop.closed for one in departures) or bool(fleet.members)
-        self._least = max(1.0, _AT_LEAST * slots * loops)
+        self._least = max(1.0, _AT_LEAST * fleet.slots * loops)
         """With fewer on the road who drive once, nobody waits for others to go."""
 
     @property
@@ -256,8 +254,8 @@ class GatedDepartures(Departures):
         key = one.start.loop.id, track.start_position
         places = self._ways.get(key)
         if places is None:
-            names = dict.fromkeys(leg.state for leg in track.legs[track.start_position :])
-            known = (self._fleet.keeper.number(name) for name in names if not name.startswith(AWAY))
+            names = dict.fromkeys(leg.state for leg in track.legs[track.start_position :] if not leg.away)
+            known = (self._fleet.keeper.number(name) for name in names)
             places = np.array([number for number in known if number is not None], dtype=np.int64)
             if engine.changes_in_place:  # else they may have other numbers next time
                 self._ways[key] = places

@@ -89,6 +89,8 @@ class Fleet:
         """The states of each way that is driven once, by whoever comes."""
         self.room: Mapping[str, int] = {}
         """How many vehicles a state holds, by name."""
+        self.slots = 0
+        """How many all states on the road hold."""
         self.keeper: Gatekeeper | None = None
         self.engine: ChangingEngine | None = None
         self.around: Surroundings | None = None
@@ -126,6 +128,8 @@ class Fleet:
             How many vehicles a state holds, by name.
         """
         self._itineraries, self._ways, self.room = itineraries, ways, room
+        away = {leg.state for way in itineraries for leg in way.legs[-1:] if leg.away}
+        self.slots = sum(most for state, most in room.items() if state not in away)
         once = {id(way.legs): way.legs for way in ways if not way.rounds}
         self._passing = [tuple(leg.state for leg in legs) for legs in once.values()]
         if self.around is not None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from loopgate.abstraction.queue_layout import AWAY, lay_out_queues
+from loopgate.abstraction.queue_layout import lay_out_queues
 from loopgate.abstraction.queues import make_queues
 from loopgate.errors import RefusedLoopError
 from loopgate.gates import make_gate
@@ -20,7 +20,8 @@ LOOP = make_loop(GRID, "l", ["A0A1", "A1B1", "B1B0", "B0A0"])
 def test_places_and_then_away() -> None:
     """One leg per edge and one behind the end, in which nobody is held; the last place has no crossing."""
     way = lay_out_queues(GRID, [(WAY, DEFAULT_TYPE)]).itineraries["w"]
-    assert [leg.state for leg in way.legs] == ["A0A1_0", "A1A2_0", "A2A3_0", f"{AWAY}A2A3_0"]
+    assert [leg.state for leg in way.legs] == ["A0A1_0", "A1A2_0", "A2A3_0", "away A2A3_0"]
+    assert [leg.away for leg in way.legs] == [False, False, False, True]
     assert [len(leg.crossings) for leg in way.legs] == [1, 1, 0, 0]
     assert way.legs[-1].begin_m <= WAY.length_m < way.legs[-1].end_m < way.length_m
     assert way.legs[-1].begin_m == pytest.approx(way.legs[-2].end_m + 0.1)
@@ -30,7 +31,7 @@ def test_away_has_room_for_everybody() -> None:
     """It is never full, whoever arrives: so it closes no circle."""
     later = [(WAY, DEFAULT_TYPE)] * 30
     made = make_queues(GRID, [LOOP], [DEFAULT_TYPE], later=later)
-    assert made.room[f"{AWAY}A2A3_0"] > 30
+    assert made.room["away A2A3_0"] > 30
     assert made.room["A2A3_0"] < 30
     gate = make_gate("certified", made.system)
     assert getattr(gate, "promise", "") == "everyone"

@@ -74,7 +74,7 @@ class Ring:
             track=SimpleNamespace(loop=state),
             length_m=5.0,
             front_m=24.0 - 7.5 * place,
-            leg=lambda number: SimpleNamespace(state=way[number]),
+            leg=lambda number: SimpleNamespace(state=way[number], away=False),
             end_m=lambda number: 24.0 * (number + 1),
         )
 
@@ -130,7 +130,7 @@ def test_one_that_is_first_and_leaves_opens_the_circle() -> None:
 def test_one_that_stands_on_a_crossing_goes_before_the_first_of_the_place(where: str) -> None:
     """That of c leaves the circle, but an ordinary vehicle stands in its way and is to go on round."""
     ring = Ring(a=2, b=3, c=2)
-    ring.drivers[ring.lines["c"][0]].leg = lambda _: SimpleNamespace(state="d")
+    ring.drivers[ring.lines["c"][0]].leg = lambda _: SimpleNamespace(state="d", away=False)
     assert not ring.tight(must_move=True)
     ring.put("o", where, 3.0, "a b")
     ring.put("p", "c", 9.0, "elsewhere")
@@ -158,7 +158,7 @@ def test_who_arrives_is_never_in_anybodys_way() -> None:
     """Behind its last line is room for all there are, and no ordinary vehicle on its lane takes any of it."""
     ring = Ring()
     last = ring.drivers[0]
-    last.leg = lambda number: SimpleNamespace(state="away d_0" if number else "d")
+    last.leg = lambda number: SimpleNamespace(state="away d_0" if number else "d", away=bool(number))
     keeper: Any = ring.circles._keeper
     keeper.number, keeper.slots, keeper.line = (lambda _: 0), (lambda _: 2000), (lambda _: [])
     ring.circles.plan({"d": Place("d_0", 0.0, 24.0, ()), "away d_0": Place("d_0", -976.0, 24.0, ())})
