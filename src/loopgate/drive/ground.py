@@ -43,8 +43,8 @@ class Ground:
     """Tables for ways that are known, on which vehicles come and go one by one: only their rows are made.
 
     The vehicles are the first rows of a table with room for all; where one leaves, the last takes its row.
-    What depends on the ways alone is made once, and so are the rows of vehicles that are known to come. Lists
-    and rows have room for everybody from the beginning on: memory that nobody writes to costs nothing.
+    What depends on the ways alone is made once. Lists and rows have room for everybody from the beginning on:
+    memory that nobody writes to costs nothing, and that is all beyond those who are there at once.
 
     Parameters
     ----------
@@ -75,14 +75,12 @@ class Ground:
         tables = tables_of(legs, self._roads, states, moves_of(legs, states, lists), code, step_s)
         self._numbers_at = lists.end
         self._bare = tables
-        self._coming = {id(track): number for number, track in enumerate(ways)}
-        self._ways = ways  # so that no other track gets the id of one of these
-        self._rows = vehicle_rows(ways, self._roads, code)
+        self._most = len(ways)
         self.clear()
 
     def clear(self) -> None:
         """Begin anew, with nobody there; tables that were given out stay as they are."""
-        most = len(self._rows)
+        most = self._most
         fresh = {name: getattr(self._bare, name).copy() for name in _CHANGED}
         self._count = 0
         self._every = table(Vehicle, length=most)
@@ -106,18 +104,11 @@ class Ground:
         """Make a row for a vehicle that stands where its track begins; return its number."""
         robot = self._count
         row = self._every[robot]
-        self._every[robot] = self._row_of(track)
+        self._every[robot] = vehicle_rows([track], self._roads, self._code)[0]
         row["leg_at"] = self._legs[id(track.legs)][1]
         row["numbers"], row["number_at"] = _NUMBERS, self._numbers_at + robot * _NUMBERS
         self._count += 1
         return robot
-
-    def _row_of(self, track: Track) -> Any:  # noqa: ANN401  a row
-        """Return the row of a vehicle that stands where its track begins."""
-        number = self._coming.get(id(track))
-        if number is not None:
-            return self._rows[number]
-        return vehicle_rows([track], self._roads, self._code)[0]
 
     def turn_off(self, driver: Driver, track: Track, position: int) -> None:
         """Let a vehicle that holds one place and nothing else go on by another way from there on.
@@ -127,7 +118,7 @@ class Ground:
         row, before = driver.row, driver.granted
         by_m = track.legs[position].end_m - driver.end_m(before)
         track = replace(track, vehicle=driver.id, start_m=driver.front_m + by_m, start_position=position)
-        fresh = self._row_of(track)
+        fresh = vehicle_rows([track], self._roads, self._code)[0]
         for name in _OF_THE_WAY:
             row[name] = fresh[name]
         row["leg_at"] = self._legs[id(track.legs)][1]
