@@ -19,8 +19,9 @@ import pytest
 from service_cases import CASES
 
 from loopgate.drive import requests, service
+from loopgate.drive.codes import NOBODY
 from loopgate.drive.gatekeeper import Gatekeeper
-from loopgate.drive.tables import NOBODY, Tables
+from loopgate.drive.tables import Tables
 
 Function = Callable[..., Any]
 

@@ -7,10 +7,10 @@ from collections.abc import Sequence
 from typing import Any, cast
 
 from loopgate.abstraction.itinerary import Leg
-from loopgate.drive import requests
+from loopgate.drive import holdings, requests
 from loopgate.drive.build import make_tables
+from loopgate.drive.codes import REASONS
 from loopgate.drive.gatekeeper import Gatekeeper
-from loopgate.drive.tables import REASONS
 from loopgate.drive.track import Round, Track
 from loopgate.gates import Gate
 from loopgate.model import System
@@ -75,11 +75,11 @@ class Books(Gatekeeper):
 
     def left(self, robot: int, state: int) -> None:
         """Let the rear of a vehicle leave a state."""
-        requests.left(robot, state, self.tables)
+        holdings.left(robot, state, self.tables)
 
     def cleared(self, robot: int, leg: int) -> None:
         """Let the rear of a vehicle pass what lies behind a leg."""
-        requests.cleared(robot, leg, self.tables)
+        holdings.cleared(robot, leg, self.tables)
 
     def decide(self, now_s: float) -> list[tuple[int, bool, str]]:
         """Answer the requests; return who was told what."""

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from typing import Any, cast
 
-from loopgate.drive.tables import CROSSING, NOBODY, OCCUPIED, SERVICE, Tables
+from loopgate.drive.codes import CROSSING, NOBODY, OCCUPIED, SERVICE
+from loopgate.drive.tables import Tables
 
 __all__ = ["blockers", "in_circle"]
 

@@ -12,23 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from loopgate.abstraction import itinerary
+from loopgate.drive.codes import NOBODY, REASONS
 from loopgate.drive.rows import table
 from loopgate.drive.step import FULL
-from loopgate.drive.tables import (
-    NOBODY,
-    REASONS,
-    Entry,
-    Foe,
-    Leg,
-    Move,
-    Pass,
-    Road,
-    Run,
-    State,
-    Tables,
-    Vehicle,
-    Why,
-)
+from loopgate.drive.tables import Entry, Foe, Leg, Move, Pass, Road, Run, State, Tables, Vehicle, Why
 from loopgate.drive.track import Track
 from loopgate.model import System
 from loopgate.results.columns import Event

@@ -14,11 +14,11 @@ import numpy as np
 
 from loopgate.drive import step as drive
 from loopgate.drive.books import Books, carry_over, read_books, write_books
+from loopgate.drive.codes import NOBODY
 from loopgate.drive.driver import Driver
 from loopgate.drive.engine import Engine
 from loopgate.drive.gatekeeper import Gatekeeper
 from loopgate.drive.ground import Ground
-from loopgate.drive.tables import NOBODY
 from loopgate.drive.track import Track
 from loopgate.errors import TrafficError
 from loopgate.gates import Gate

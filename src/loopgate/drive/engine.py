@@ -12,11 +12,12 @@ from numpy.typing import NDArray
 
 from loopgate.drive import step as drive
 from loopgate.drive.build import make_tables, movements_of, roads_of
+from loopgate.drive.codes import BRAKE, RELEASE, STEER, STOP
 from loopgate.drive.driver import Driver
 from loopgate.drive.gatekeeper import Gatekeeper
 from loopgate.drive.steering import Steering
 from loopgate.drive.step import Step
-from loopgate.drive.tables import BRAKE, RELEASE, STEER, STOP, Tables
+from loopgate.drive.tables import Tables
 from loopgate.drive.track import StopLine, Track
 from loopgate.drive.worn import WornStops
 from loopgate.errors import TrafficError

@@ -12,11 +12,7 @@ import numpy as np
 
 from loopgate.drive import step as drive
 from loopgate.drive.blocking import blockers, in_circle
-from loopgate.drive.histogram import Histogram
-from loopgate.drive.obstacles import Obstacle
-from loopgate.drive.requests import REASK_S
-from loopgate.drive.step import Step
-from loopgate.drive.tables import (
+from loopgate.drive.codes import (
     CROSSING,
     NOTHING,
     OCCUPIED,
@@ -25,9 +21,13 @@ from loopgate.drive.tables import (
     SERVICE,
     SPACING,
     STOPPING,
-    Tables,
     number_of,
 )
+from loopgate.drive.histogram import Histogram
+from loopgate.drive.obstacles import Obstacle
+from loopgate.drive.requests import REASK_S
+from loopgate.drive.step import Step
+from loopgate.drive.tables import Tables
 from loopgate.gates import Decision, FollowingGate, Gate, Reason
 from loopgate.gates.certified import CertifiedGate
 from loopgate.model import Configuration, System

@@ -16,8 +16,10 @@ from __future__ import annotations
 
 from typing import Final
 
+from loopgate.drive.codes import NOBODY, STOPPING
 from loopgate.drive.gaps import end_m, leg_of, state_of
-from loopgate.drive.tables import NOBODY, STOPPING, Tables
+from loopgate.drive.holdings import wanted_state
+from loopgate.drive.tables import Tables
 from loopgate.kernel_cache import kernel, part
 
 __all__ = ["bars", "serve", "stops_here"]
@@ -113,11 +115,6 @@ def _begin(anew: bool, t: Tables) -> None:  # noqa: FBT001  compiled
             t.states[s].served = NOBODY
 
 
-@kernel
-def _wanted(i: int, t: Tables) -> int:
-    return state_of(i, t.vehicles[i].granted + 1, t)
-
-
 @part
 def _head(state: int, t: Tables) -> int:
     return int(t.lists[t.states[state].line])
@@ -137,7 +134,7 @@ def _mover(served: int, t: Tables) -> int:
     here = state_of(served, t.vehicles[served].granted, t)
     head = served
     for _ in range(len(t.states) + 1):
-        there = _wanted(head, t)
+        there = wanted_state(head, t)
         if t.states[here].mover != NOBODY or t.states[there].mover != NOBODY:
             return NOBODY
         t.states[here].served = served
@@ -160,7 +157,7 @@ def _last_of_circle(head: int, left: int, filled: int, t: Tables) -> int:
     place = filled
     for _ in range(len(t.states)):
         last = _head(place, t)
-        place = _wanted(last, t)
+        place = wanted_state(last, t)
         if place == filled:
             return last
         if place == left or not _full(place, t):
@@ -174,7 +171,7 @@ def _clear_way(mover: int, t: Tables) -> None:
     one = t.vehicles[mover]
     if not one.pending or (one.shut and t.run[0].now_s - one.named_s < _THROUGH_RED_S):
         return
-    wanted = t.states[_wanted(mover, t)]
+    wanted = t.states[wanted_state(mover, t)]
     if wanted.held_by >= wanted.room:
         return  # who leaves it is still in it; then the slot is the mover's
     j = leg_of(mover, one.granted, t)

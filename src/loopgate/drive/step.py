@@ -11,20 +11,11 @@ from typing import Any, Final
 
 import numpy as np
 
-from loopgate.drive import requests
+from loopgate.drive import holdings, requests
+from loopgate.drive.codes import BRAKE, NOBODY, PIVOT, RELEASE, STEER, STOP
 from loopgate.drive.gaps import begin_m, end_m, leg_of, state_of
 from loopgate.drive.sense import MUST_ASK, PIVOTED, REAR_PASSED, RUNS_THROUGH, TRESPASS, must_ask, note, sense
-from loopgate.drive.tables import (
-    BRAKE,
-    NOBODY,
-    PIVOT,
-    RELEASE,
-    STEER,
-    STOP,
-    Floats,
-    Numbers,
-    Tables,
-)
+from loopgate.drive.tables import Floats, Numbers, Tables
 from loopgate.kernel_cache import kernel, part
 
 __all__ = [
@@ -86,7 +77,7 @@ def _aim_rear(i: int, t: Tables) -> None:
         if one.tail == one.crossed:
             # Nobody waits for a slot while there are others: one look for slot and crossing together.
             left_m = end_m(i, one.crossed, t) + one.length_m
-            target = max(target, left_m) if requests.room(state_of(i, one.crossed, t), t) > 0 else left_m
+            target = max(target, left_m) if holdings.room(state_of(i, one.crossed, t), t) > 0 else left_m
     one.rear_m = target
 
 
@@ -108,11 +99,11 @@ def _free_behind(i: int, t: Tables) -> None:
     while one.tail != one.granted and rear_m >= end_m(i, one.tail, t):
         state = state_of(i, one.tail, t)
         one.tail += 1
-        requests.left(i, state, t)
+        holdings.left(i, state, t)
         _note(i, t.run[0].leave, one.tail - 1, t)
     while one.crossed != one.tail and rear_m >= begin_m(i, one.crossed + 1, t):
         one.crossed += 1
-        requests.cleared(i, one.crossed - 1, t)
+        holdings.cleared(i, one.crossed - 1, t)
     _aim_rear(i, t)
 
 
@@ -165,7 +156,7 @@ def _ask(i: int, t: Tables) -> None:
     t.vehicles[i].asking = False
     if t.vehicles[i].steered:
         return  # it is considered when it is on its lane
-    first = requests.first_before(i, t)
+    first = holdings.first_before(i, t)
     if first == NOBODY:
         requests.asks(i, t)
     elif math.isnan(t.vehicles[first].halted_s):
@@ -202,7 +193,7 @@ def _go(i: int, t: Tables) -> None:
             one.halted_s = math.nan
             _note(i, run.go, one.granted, t)
     wanted = state_of(i, one.granted, t)
-    if requests.room(wanted, t) <= 0:  # each slot of it is given back as soon as the rear is out of it now
+    if holdings.room(wanted, t) <= 0:  # each slot of it is given back as soon as the rear is out of it now
         place = t.states[wanted]
         for n in range(place.holders, place.holders + place.held_by):
             other = t.lists[n]
@@ -229,8 +220,8 @@ def _join(i: int, t: Tables) -> None:
     one = t.vehicles[i]
     one.held = True
     one.line_m = one.held_m = end_m(i, one.granted, t)
-    requests.joins(i, t)
-    if requests.first_before(i, t) == NOBODY:
+    holdings.joins(i, t)
+    if holdings.first_before(i, t) == NOBODY:
         _consider(i, t)
 
 
@@ -238,11 +229,11 @@ def _join(i: int, t: Tables) -> None:
 def _leave(i: int, last: int, t: Tables) -> None:
     """Let a vehicle go, and whoever is first behind it then ask; another one is to have its number."""
     place = t.states[state_of(i, t.vehicles[i].granted, t)]
-    requests.leaves(i, t)
+    holdings.leaves(i, t)
     if place.queue > 0:
         _consider(int(t.lists[place.line]), t)
     if last != i:
-        requests.rename(last, i, t)
+        holdings.rename(last, i, t)
 
 
 @part

@@ -3,30 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Final, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from loopgate.gates import Reason
-
 __all__ = [
-    "BRAKE",
-    "CROSSING",
-    "DEADLOCK",
-    "FREE",
-    "NOBODY",
-    "NOTHING",
-    "OCCUPIED",
-    "PIVOT",
-    "REASONS",
-    "RELEASE",
-    "RESERVE",
-    "SERVICE",
-    "SPACING",
-    "STEER",
-    "STOP",
-    "STOPPING",
     "Codes",
     "Entry",
     "Floats",
@@ -41,40 +23,11 @@ __all__ = [
     "Tables",
     "Vehicle",
     "Why",
-    "number_of",
 ]
 
 Floats = NDArray[np.float64]
 Numbers = NDArray[np.int64]
 Codes = NDArray[np.int32]
-
-NOBODY: Final = -1
-
-REASONS: Final = (None, *Reason)
-"""Reasons by number; 0 is none."""
-
-
-def number_of(reason: Reason) -> int:
-    """Return the number of a reason."""
-    return REASONS.index(reason)
-
-
-NOTHING: Final = 0
-FREE: Final = number_of(Reason.FREE)
-OCCUPIED: Final = number_of(Reason.OCCUPIED)
-CROSSING: Final = number_of(Reason.CROSSING)
-DEADLOCK: Final = number_of(Reason.DEADLOCK)
-RESERVE: Final = number_of(Reason.RESERVE)
-SERVICE: Final = number_of(Reason.SERVICE)
-SPACING: Final = number_of(Reason.SPACING)
-STOPPING: Final = number_of(Reason.STOP)
-
-# What is to be done to a vehicle.
-STOP: Final = 0
-RELEASE: Final = 1
-STEER: Final = 2
-PIVOT: Final = 3
-BRAKE: Final = 4
 
 
 class Vehicle:
@@ -404,7 +357,8 @@ class Tables(NamedTuple):
     rows
         For the trace, of one step: vehicle, event, place, reason and stage by number.
     acts
-        What is to be done to vehicles after it: vehicle, one of the constants above, the leg granted to it.
+        What is to be done to vehicles after it: vehicle, which act (`loopgate.drive.codes`), the leg granted
+        to it.
     calls
         Room for `loopgate.drive.sense`: vehicle, and some of its constants, added up.
     lists

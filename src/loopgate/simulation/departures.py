@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from loopgate.drive.changing import ChangingEngine
-from loopgate.drive.tables import NOBODY
+from loopgate.drive.codes import NOBODY
 from loopgate.errors import TrafficError
 from loopgate.network import RoadNetwork
 from loopgate.simulation.fleet import Fleet
