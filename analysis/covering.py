@@ -14,7 +14,7 @@ from collections import Counter
 from loopgate.abstraction.covering import cover_streets
 from loopgate.errors import RouteError
 from loopgate.network import RoadNetwork
-from loopgate.network.cover.design import Task
+from loopgate.network.cover.design import CoverTask
 
 COUNTS = 1, 5, 20, 40
 
@@ -29,7 +29,7 @@ def main(names: list[str]) -> None:
         for count in COUNTS:
             began = time.process_time()
             try:
-                cover = cover_streets(network, Task(), count)
+                cover = cover_streets(network, CoverTask(), count)
             except RouteError as error:
                 left[name] = str(error)
                 break

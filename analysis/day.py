@@ -31,7 +31,7 @@ from loopgate.results.columns import (
     X,
 )
 from loopgate.runs.run import read_run
-from loopgate.simulation.loop_run import Course
+from loopgate.simulation.loop_run import RunCourse
 from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario
 from loopgate.sweep.memory import peak_memory_mb, reset_peak_memory
@@ -134,7 +134,7 @@ def main() -> int:
     memory = Memory()
     with show_progress(f"{given.hours:g} h of {given.network}", total=round(scenario.duration_s)) as report:
 
-        def tick(now_s: float, _course: Course) -> None:
+        def tick(now_s: float, _course: RunCourse) -> None:
             memory.look(now_s)
             report(round(now_s))
 

@@ -19,7 +19,7 @@ from scipy.sparse import csr_array, vstack
 from scipy.sparse.csgraph import breadth_first_order, connected_components, maximum_flow
 
 from loopgate.network import RoadNetwork
-from loopgate.network.cover.design import Task, make_design
+from loopgate.network.cover.design import CoverTask, make_design
 from loopgate.network.cover.lane_graph import LaneGraph, lane_graph
 
 Mask = npt.NDArray[np.bool_]
@@ -104,7 +104,7 @@ def main() -> None:
     words.add_argument("--rounds", type=int, default=20, help="of cuts at most; the bound holds at each")
     given = words.parse_args()
     network = RoadNetwork.open(str(given.network))
-    design = make_design(network, Task())
+    design = make_design(network, CoverTask())
     graph = lane_graph(
         network, vclass=design.task.vclass, u_turns=design.task.u_turns, change_m=design.task.change_m
     )

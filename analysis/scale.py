@@ -28,7 +28,7 @@ from loopgate.cli.frame_table import frame_table
 from loopgate.cli.progress import show_progress
 from loopgate.results.columns import ON_ROAD
 from loopgate.runs.run import read_run
-from loopgate.simulation.loop_run import Course
+from loopgate.simulation.loop_run import RunCourse
 from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario
 
@@ -88,7 +88,7 @@ def measure(row: str) -> dict[str, object]:
     """Run a scenario and return its row."""
     memory = Memory(MEMORY_EVERY_S)
 
-    def tick(now_s: float, _course: Course) -> None:
+    def tick(now_s: float, _course: RunCourse) -> None:
         memory.look(now_s)
 
     summary = simulate(ROWS[row], OUT / row, tick=tick, overwrite=True)

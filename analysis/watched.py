@@ -30,7 +30,7 @@ from loopgate.abstraction.queue_layout import why_not
 from loopgate.cli.progress import show_progress
 from loopgate.errors import LoopgateError
 from loopgate.network import Loop, LoopVehicle, RoadNetwork, generate_loops, read_loops
-from loopgate.network.cover.design import Task
+from loopgate.network.cover.design import CoverTask
 from loopgate.network.cover.watch import even_starts_m, laps_s, vehicles_needed
 from loopgate.network.routes_text import routes_text, write_text
 from loopgate.network.vehicle_type import DEFAULT_TYPE
@@ -121,7 +121,7 @@ def make_loops(network: str, kind: str, count: int, seed: int) -> tuple[Loop, ..
     if kind == "random":
         admits = lambda loop: not why_not(roads, loop)  # noqa: E731  a word for what follows
         return tuple(generate_loops(roads, count, seed=seed, admits=admits))
-    task = replace(Task(), by_time=kind == "revisit")
+    task = replace(CoverTask(), by_time=kind == "revisit")
     return tuple(cover_streets(roads, task, count, seed=seed).loops)
 
 

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from roads import roads
 
-from loopgate.network.cover.design import Task, make_design, walks_of
+from loopgate.network.cover.design import CoverTask, make_design, walks_of
 
 
 @settings(max_examples=60, deadline=None)
@@ -27,7 +27,7 @@ def test_loops_cover_what_can_be_covered(data: st.DataObject) -> None:
     parts = [p for p in nx.strongly_connected_components(graph) if len(p) > 1 or graph.has_edge(*list(p) * 2)]
     if not parts:
         return
-    design = make_design(network, Task())
+    design = make_design(network, CoverTask())
     largest = max(map(len, parts))
     assert {f"e{k}" for k in range(size)} == set(design.required) | set(design.left_out)
     assert len(design.required) == largest

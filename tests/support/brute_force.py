@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from loopgate.gates import Gate, Reason
 from loopgate.gates.deadlocks import deadlocked_robots, homes_decide_liveness
 from loopgate.model import Configuration, System
-from loopgate.research.state_space import Counterexample, Exploration, Verification
+from loopgate.research.state_space import Counterexample, ExplorationFigures, Verification
 from loopgate.research.theory.oracle import Oracle
 from loopgate.research.theory.orders import Orders
 
@@ -88,7 +88,7 @@ def visits(system: System, gate: Gate) -> list[_Visit]:
     return found
 
 
-def explore_plainly(system: System, gate: Gate) -> Exploration:
+def explore_plainly(system: System, gate: Gate) -> ExplorationFigures:
     """Find what `loopgate.research.state_space.explore` finds, with a counterexample."""
     safe, live = judge_of(system, gate), Oracle(system).live
     orders, ordered = Orders(system), homes_decide_liveness(system)
@@ -107,7 +107,7 @@ def explore_plainly(system: System, gate: Gate) -> Exploration:
         if counterexample is None and (is_stuck or not safe(here)):
             names = tuple(system.robots[i].id for i in visit.way)
             counterexample = Counterexample("stuck" if safe(here) else "unsafe", names, system.describe(here))
-    return Exploration(
+    return ExplorationFigures(
         configurations=len(every),
         transitions=sum(len(visit.admitted) for visit in every),
         live=sum(live(visit.here) for visit in every),

@@ -12,10 +12,10 @@ from loopgate.abstraction.stretches import least_change_m, least_place_m
 from loopgate.abstraction.surveying import refused_queues
 from loopgate.errors import RouteError
 from loopgate.network import Loop, RoadNetwork, make_loop
-from loopgate.network.cover.design import Design, Task, make_design, walks_of
+from loopgate.network.cover.design import CoverTask, Design, make_design, walks_of
 from loopgate.network.cover.lane_graph import LaneGraph
-from loopgate.network.cover.reasons import Reason
-from loopgate.network.cover.search import ROUNDS, Plan
+from loopgate.network.cover.reasons import CoverReason
+from loopgate.network.cover.search import ROUNDS, TourPlan
 from loopgate.network.vehicle_type import DEFAULT_TYPE, VehicleType
 
 _MENDS, _SHARED = 20, 2
@@ -30,7 +30,7 @@ class Cover:
     design: Design
     """The streets to be covered, and the least that it takes."""
     loops: tuple[Loop, ...]
-    left_out: dict[str, Reason]
+    left_out: dict[str, CoverReason]
     """Streets that are not covered, and why."""
     finished: bool = True
     """Whether the search was let come to its end."""
@@ -44,7 +44,7 @@ class Cover:
 
 def cover_streets(
     network: RoadNetwork,
-    task: Task,
+    task: CoverTask,
     count: int,
     *,
     kind: VehicleType = DEFAULT_TYPE,
@@ -73,7 +73,7 @@ def cover_streets(
     progress
         Called with rounds done and rounds in all.
     """
-    kept_off: dict[str, Reason] = {}
+    kept_off: dict[str, CoverReason] = {}
     needed_m = kind.length_m + kind.min_gap_m
     task = replace(task, change_m=least_change_m(needed_m), place_m=least_place_m(needed_m))
     while True:
@@ -98,11 +98,12 @@ def cover_streets(
             if not refused and len(other.lost) <= len(mender.lost) and other.longest < mender.longest:
                 loops, mender = again, other
         if not bad and not loops:
-            msg = f"{network.name}: no covering loop works as queues: {Reason.QUEUES}; cover more streets"
+            why = CoverReason.QUEUES
+            msg = f"{network.name}: no covering loop works as queues: {why}; cover more streets"
             raise RouteError(msg)
         if not bad:
             return Cover(design, loops, design.left_out | mender.lost, finished)
-        kept_off |= dict.fromkeys(bad, Reason.QUEUES)
+        kept_off |= dict.fromkeys(bad, CoverReason.QUEUES)
 
 
 def _best(
@@ -110,8 +111,8 @@ def _best(
     count: int,
     seed: int,
     progress: Callable[[int, int | None], None] | None,
-    begun: Plan | None = None,
-) -> tuple[Plan | None, bool]:
+    begun: TourPlan | None = None,
+) -> tuple[TourPlan | None, bool]:
     plan = begun
     try:
         better_and_better = design.plans(count, seed=seed, begun=begun)
@@ -135,7 +136,7 @@ class _Mender:
     """
 
     def __init__(self, network: RoadNetwork, design: Design, kind: VehicleType, name: str) -> None:
-        self.lost: dict[str, Reason] = {}
+        self.lost: dict[str, CoverReason] = {}
         """Streets that no mended walk covers."""
         self.detours: dict[str, float] = {}
         """Streets that walks had to be led over, and what that cost."""
@@ -193,7 +194,7 @@ class _Mender:
 
     def _lose(self, edges: Sequence[str]) -> None:
         required = set(self._design.required)
-        self.lost |= {edge: Reason.QUEUES for edge in edges if edge in required}
+        self.lost |= {edge: CoverReason.QUEUES for edge in edges if edge in required}
 
     def _without_ring(self, walks: list[Walk], number: int, edge: str) -> bool:
         """Take the shortest way from an edge back to it out of a walk; return whether there is one."""

@@ -8,7 +8,7 @@ from typing import NamedTuple
 from networkx.utils import UnionFind
 
 from loopgate.abstraction.segments import DEFAULT_RHO_M, needed_length_m
-from loopgate.abstraction.zones import Visit, cover
+from loopgate.abstraction.zones import ZoneVisit, cover
 from loopgate.network.contacts import lane_contacts
 from loopgate.network.loop import Loop
 from loopgate.network.road import RoadNetwork
@@ -114,7 +114,7 @@ class SharingBound:
 
     def share(self, loop: Loop, stretches: Iterable[tuple[float, float]]) -> float:
         """Return the share of a loop that lies in zones, given the stretches where others are near."""
-        visits = [Visit(begin, end, k) for k, (begin, end) in enumerate(sorted(set(stretches)))]
+        visits = [ZoneVisit(begin, end, k) for k, (begin, end) in enumerate(sorted(set(stretches)))]
         if not visits:
             return 0.0
         grown = cover(loop, visits, self._need_m, UnionFind(range(len(visits))))

@@ -12,7 +12,7 @@ from loopgate.model import StateId
 from loopgate.network.loop import HOLD_MARGIN_M, Loop
 
 
-class Start(NamedTuple):
+class StartPosition(NamedTuple):
     """Position on the path, and arc length of the vehicle's front [m]."""
 
     position: int
@@ -27,7 +27,7 @@ def choose_starts(
     vehicle_length_m: float,
     rng: random.Random,
     given_m: Mapping[str, float],
-) -> list[Start]:
+) -> list[StartPosition]:
     """Choose a start for each vehicle: no two in one state, in private states wherever there is one.
 
     Raises `ScenarioError` if two vehicles would start in one zone, a given place lies across two states, or a
@@ -46,13 +46,13 @@ def choose_starts(
     for i, itinerary in enumerate(itineraries):
         for leg in itinerary.legs:
             visitors.setdefault(leg.state, set()).add(i)
-    choices: list[list[Start]] = []
+    choices: list[list[StartPosition]] = []
     for loop, itinerary, name in zip(loops, itineraries, names, strict=True):
         if name in given_m:
             choices.append([_given(itinerary, name, given_m[name], vehicle_length_m)])
             continue
         places = [
-            Start(position, front)
+            StartPosition(position, front)
             for position, leg in enumerate(itinerary.legs)
             if (front := _place_within(loop, leg, vehicle_length_m)) is not None
         ]
@@ -69,13 +69,13 @@ def choose_starts(
 
 
 def _match(
-    itineraries: Sequence[Itinerary], names: Sequence[str], choices: Sequence[Sequence[Start]]
-) -> list[Start]:
+    itineraries: Sequence[Itinerary], names: Sequence[str], choices: Sequence[Sequence[StartPosition]]
+) -> list[StartPosition]:
     """Give each vehicle one of its choices so that no state is used twice (augmenting paths)."""
     holder: dict[StateId, int] = {}
-    chosen: dict[int, Start] = {}
+    chosen: dict[int, StartPosition] = {}
 
-    def state(i: int, start: Start) -> StateId:
+    def state(i: int, start: StartPosition) -> StateId:
         return itineraries[i].legs[start.position].state
 
     def place(i: int, seen: set[StateId]) -> bool:
@@ -101,12 +101,12 @@ def _match(
     return [chosen[i] for i in range(len(names))]
 
 
-def _given(itinerary: Itinerary, name: str, front_m: float, vehicle_length_m: float) -> Start:
+def _given(itinerary: Itinerary, name: str, front_m: float, vehicle_length_m: float) -> StartPosition:
     lap = itinerary.length_m
     for position, leg in enumerate(itinerary.legs):
         for front in (front_m % lap, front_m % lap - lap):
             if leg.begin_m + vehicle_length_m <= front <= leg.end_m:
-                return Start(position, front)
+                return StartPosition(position, front)
     msg = (
         f"vehicle {name}: at {front_m:.1f} m on {itinerary.loop} it stands across two states; "
         f"move it by its length (departPos) or leave the place open"

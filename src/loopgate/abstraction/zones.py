@@ -17,7 +17,7 @@ _TOUCH_M = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
-class Visit:
+class ZoneVisit:
     """One passage of a path through a zone, in arc length [m]; ``end_m`` may lie beyond the loop's length."""
 
     begin_m: float
@@ -34,7 +34,7 @@ class Visit:
 class Zones:
     """The collision states of all paths."""
 
-    visits: tuple[tuple[Visit, ...], ...]
+    visits: tuple[tuple[ZoneVisit, ...], ...]
     """For each loop its visits in driving order, disjoint; they may touch. Zones are numbered from 0 in the
     order in which the loops meet them."""
     merged: tuple[tuple[str, ...], ...]
@@ -72,7 +72,9 @@ def make_zones(loops: Sequence[Loop], segments: CollisionSegments, need_m: float
         paths = names
 
 
-def cover(loop: Loop, visits: Iterable[Visit], need_m: float, union: UnionFind[int]) -> tuple[Visit, ...]:
+def cover(
+    loop: Loop, visits: Iterable[ZoneVisit], need_m: float, union: UnionFind[int]
+) -> tuple[ZoneVisit, ...]:
     """Let the visits on one path grow until each can be kept by vehicles that stop before them.
 
     A vehicle that waits stands with its front where a state ends, so states end where SUMO can hold a
@@ -100,11 +102,11 @@ def cover(loop: Loop, visits: Iterable[Visit], need_m: float, union: UnionFind[i
         path = grown
 
 
-def _where(visit: Visit) -> tuple[float, float]:
+def _where(visit: ZoneVisit) -> tuple[float, float]:
     return visit.begin_m, visit.end_m
 
 
-def _same(one: Sequence[Visit], other: Sequence[Visit]) -> bool:
+def _same(one: Sequence[ZoneVisit], other: Sequence[ZoneVisit]) -> bool:
     return len(one) == len(other) and all(
         a.zone == b.zone and abs(a.begin_m - b.begin_m) < _TOUCH_M and abs(a.end_m - b.end_m) < _TOUCH_M
         for a, b in zip(one, other, strict=True)
@@ -113,7 +115,7 @@ def _same(one: Sequence[Visit], other: Sequence[Visit]) -> bool:
 
 def _overlaps(
     loops: Sequence[Loop], segments: CollisionSegments
-) -> tuple[UnionFind[int], list[tuple[Visit, ...]]]:
+) -> tuple[UnionFind[int], list[tuple[ZoneVisit, ...]]]:
     """Unite segments that overlap on one path, and the segments of each pair."""
     # A negative distance: segments that merely touch, being related to different robots, stay two.
     row, begin, end, path = merge_intervals(
@@ -123,16 +125,16 @@ def _overlaps(
     links = np.unique(row[segments.pairs], axis=0) if len(segments.pairs) else segments.pairs
     for one, other in links.tolist():
         union.union(one, other)
-    paths: list[list[Visit]] = [[] for _ in loops]
+    paths: list[list[ZoneVisit]] = [[] for _ in loops]
     for k, (b, e, i) in enumerate(zip(begin.tolist(), end.tolist(), path.tolist(), strict=True)):
-        paths[i].append(Visit(b, e, k))
+        paths[i].append(ZoneVisit(b, e, k))
     return union, [tuple(found) for found in paths]
 
 
-def _join(loop: Loop, path: Iterable[Visit], union: UnionFind[int]) -> list[Visit]:
+def _join(loop: Loop, path: Iterable[ZoneVisit], union: UnionFind[int]) -> list[ZoneVisit]:
     """Make one of visits that overlap, and of visits of one zone that touch; sort by beginning."""
     lap = loop.length_m
-    found: list[Visit] = []
+    found: list[ZoneVisit] = []
     for visit in sorted((_first_lap(v, lap) for v in path), key=_where):
         if found and _belong(found[-1], visit, union):
             found[-1] = _united(found[-1], visit, union)
@@ -146,34 +148,34 @@ def _join(loop: Loop, path: Iterable[Visit], union: UnionFind[int]) -> list[Visi
         del found[0]
     if len(found) == 1 and found[0].length_m > lap - _TOUCH_M:
         end = loop.hold_before(lap)
-        return [Visit(end - lap, end, union[found[0].zone])]
+        return [ZoneVisit(end - lap, end, union[found[0].zone])]
     return [replace(v, zone=union[v.zone]) for v in found]
 
 
-def _first_lap(visit: Visit, lap_m: float) -> Visit:
+def _first_lap(visit: ZoneVisit, lap_m: float) -> ZoneVisit:
     if visit.length_m > lap_m - _TOUCH_M or 0.0 <= visit.begin_m < lap_m:
         return visit
     shift = visit.begin_m % lap_m - visit.begin_m
     return replace(visit, begin_m=visit.begin_m + shift, end_m=visit.end_m + shift)
 
 
-def _belong(one: Visit, following: Visit, union: UnionFind[int]) -> bool:
+def _belong(one: ZoneVisit, following: ZoneVisit, union: UnionFind[int]) -> bool:
     if following.begin_m < one.end_m - _TOUCH_M:
         return True
     return following.begin_m <= one.end_m + _TOUCH_M and union[one.zone] == union[following.zone]
 
 
-def _united(one: Visit, following: Visit, union: UnionFind[int]) -> Visit:
+def _united(one: ZoneVisit, following: ZoneVisit, union: UnionFind[int]) -> ZoneVisit:
     union.union(one.zone, following.zone)
     return replace(one, end_m=max(one.end_m, following.end_m))
 
 
-def _round_out(loop: Loop, path: list[Visit], need_m: float, union: UnionFind[int]) -> list[Visit]:
+def _round_out(loop: Loop, path: list[ZoneVisit], need_m: float, union: UnionFind[int]) -> list[ZoneVisit]:
     del need_m, union
     return [replace(v, begin_m=loop.hold_before(v.begin_m), end_m=loop.hold_after(v.end_m)) for v in path]
 
 
-def _close_gaps(loop: Loop, path: list[Visit], need_m: float, union: UnionFind[int]) -> list[Visit]:
+def _close_gaps(loop: Loop, path: list[ZoneVisit], need_m: float, union: UnionFind[int]) -> list[ZoneVisit]:
     del union
     found = []
     for number, visit in enumerate(path):
@@ -183,7 +185,7 @@ def _close_gaps(loop: Loop, path: list[Visit], need_m: float, union: UnionFind[i
     return found
 
 
-def _lengthen(loop: Loop, path: list[Visit], need_m: float, union: UnionFind[int]) -> list[Visit]:
+def _lengthen(loop: Loop, path: list[ZoneVisit], need_m: float, union: UnionFind[int]) -> list[ZoneVisit]:
     """Let the first visit that is too short grow; the caller comes back until none is."""
     for number, visit in enumerate(path):
         missing = need_m - visit.length_m
@@ -208,14 +210,14 @@ def _lengthen(loop: Loop, path: list[Visit], need_m: float, union: UnionFind[int
     return path
 
 
-def _free_before(loop: Loop, path: list[Visit], number: int) -> float:
+def _free_before(loop: Loop, path: list[ZoneVisit], number: int) -> float:
     """Return the length of private road between a visit and the one before it, going round [m]."""
     before = path[number - 1].end_m - (loop.length_m if number == 0 else 0.0)
     return path[number].begin_m - before
 
 
 def _proposition_1(
-    loops: Sequence[Loop], paths: Sequence[Sequence[Visit]], union: UnionFind[int]
+    loops: Sequence[Loop], paths: Sequence[Sequence[ZoneVisit]], union: UnionFind[int]
 ) -> list[tuple[str, ...]]:
     """Unite zones that follow each other on two paths; return the loops concerned."""
     colours: dict[tuple[int, int], list[int]] = {}
@@ -234,7 +236,7 @@ def _proposition_1(
     return merged
 
 
-def _numbered(paths: Sequence[Sequence[Visit]], merged: Sequence[tuple[str, ...]]) -> Zones:
+def _numbered(paths: Sequence[Sequence[ZoneVisit]], merged: Sequence[tuple[str, ...]]) -> Zones:
     number: dict[int, int] = {}
     visits = tuple(
         tuple(replace(v, zone=number.setdefault(v.zone, len(number))) for v in path) for path in paths

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
-from loopgate.audit.drawn_bodies import NEAR_M, Body, Way, draw_bodies, drawn_alike, find_ways
+from loopgate.audit.drawn_bodies import NEAR_M, Body, LaneOnWay, draw_bodies, drawn_alike, find_ways
 from loopgate.audit.layout import Layout
 
 _LEAST_M = 0.1
@@ -140,7 +140,7 @@ def _by_kind(columns: _Bodies, pairs: _Ints) -> Iterator[tuple[_Bodies, _Bodies]
 
 
 def _meet_all(
-    ways: Sequence[Way],
+    ways: Sequence[LaneOnWay],
     roads: _Roads,
     names: Sequence[str],
     alike: tuple[Sequence[int], Sequence[int]],
@@ -191,7 +191,7 @@ def _overlap(boxes: _Boxes, box: _Boxes) -> _Flags:
 
 
 def _zones(
-    mine: Way, theirs: Way, names: Sequence[str], bodies: tuple[_Bodies, _Bodies], pairs: _Ints
+    mine: LaneOnWay, theirs: LaneOnWay, names: Sequence[str], bodies: tuple[_Bodies, _Bodies], pairs: _Ints
 ) -> Iterator[tuple[Side, Side]]:
     """Yield the pairs in groups that hang together: two lanes can meet at both of their ends."""
     for part in _runs(bodies[0].at_m, pairs):
@@ -237,7 +237,7 @@ def _meet(one: Side, other: Side) -> bool:
     return last.begin_m - (first.begin_m + first.fronts_m) <= _APART_M
 
 
-def _side(way: Way, names: Sequence[str], bodies: _Bodies, some: _Ints) -> Side:
+def _side(way: LaneOnWay, names: Sequence[str], bodies: _Bodies, some: _Ints) -> Side:
     fronts, length_m = bodies.at_m[some], bodies.length_m
     return Side(
         loop=next(iter(way.loops)),
@@ -264,7 +264,7 @@ class _Roads(NamedTuple):
     unregulated: AbstractSet[int]
 
 
-def _follow(mine: Way, theirs: Way, roads: _Roads, one: _Bodies, other: _Bodies) -> _Flags:
+def _follow(mine: LaneOnWay, theirs: LaneOnWay, roads: _Roads, one: _Bodies, other: _Bodies) -> _Flags:
     """Return in which pairs one of the bodies comes behind the other on a way that both take, close to it.
 
     Either on one way, with all of the first ahead of the second; or where both have just left one lane.
@@ -292,7 +292,7 @@ def _follow(mine: Way, theirs: Way, roads: _Roads, one: _Bodies, other: _Bodies)
     return follow
 
 
-def _kept_apart(way: Way, roads: _Roads, lane: int) -> float:
+def _kept_apart(way: LaneOnWay, roads: _Roads, lane: int) -> float:
     """Return how far behind a lane SUMO looks at who left it another way [m]: as far as the road behind.
 
     Infinite if the front is not there yet; not at all where the junction is unregulated.
@@ -306,7 +306,7 @@ def _kept_apart(way: Way, roads: _Roads, lane: int) -> float:
     )
 
 
-def _is_behind_tail(its: Way, behind: Way, first: _Bodies, last: _Bodies) -> _Flags:
+def _is_behind_tail(its: LaneOnWay, behind: LaneOnWay, first: _Bodies, last: _Bodies) -> _Flags:
     """Return in which pairs the rear of the first is on a lane of the way behind, close ahead of that front.
 
     Wherever the first goes: SUMO's drivers follow whatever still lies on their lanes.

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
-from loopgate.audit.layout import Layout, LoopWay, Span
+from loopgate.audit.layout import Layout, LoopSpan, LoopWay
 
 _EVERY_M = 0.5
 """How far apart the fronts are at which bodies are drawn [m]."""
@@ -27,7 +27,7 @@ _Floats = npt.NDArray[np.float64]
 
 
 @dataclass(slots=True)
-class Way:
+class LaneOnWay:
     """A lane as part of a way: where it and the lanes behind and ahead begin [m], and their lengths."""
 
     lane: int
@@ -61,14 +61,14 @@ class Body(NamedTuple):
     waits: bool
 
 
-def find_ways(layout: Layout, numbers: dict[str, int]) -> list[Way]:
+def find_ways(layout: Layout, numbers: dict[str, int]) -> list[LaneOnWay]:
     """Return each lane once for each different way over it."""
     sizes: dict[str, dict[tuple[float, bool], float]] = {name: {} for name in layout.loops}
     for body in layout.vehicles.values():
         widths, size = sizes[body.loop], (body.length_m, body.jointed)
         widths[size] = max(body.width_m, widths.get(size, 0.0))
     longest = max((body.length_m for body in layout.vehicles.values()), default=0.0)
-    found: dict[tuple[tuple[int, float], ...], Way] = {}
+    found: dict[tuple[tuple[int, float], ...], LaneOnWay] = {}
     for name, loop in layout.loops.items():
         departs_m = loop.legs[0].begin_m if _once(loop) else -np.inf
         lanes = [
@@ -92,7 +92,7 @@ def find_ways(layout: Layout, numbers: dict[str, int]) -> list[Way]:
             way = found.get(key)
             if way is None:
                 points, arcs = _path(layout, lanes, k, longest)
-                way = found[key] = Way(
+                way = found[key] = LaneOnWay(
                     numbers[lane], window, lengths, points, arcs, length_m, *used[k], rear_m
                 )
             way.loops.setdefault(name, begin_m)
@@ -101,7 +101,7 @@ def find_ways(layout: Layout, numbers: dict[str, int]) -> list[Way]:
     return list(found.values())
 
 
-def drawn_alike(layout: Layout, ways: Sequence[Way]) -> list[list[int]]:
+def drawn_alike(layout: Layout, ways: Sequence[LaneOnWay]) -> list[list[int]]:
     """Return the ways by number, those together on which bodies look the same: where they lie, and wait."""
     found: dict[object, list[int]] = {}
     for number, way in enumerate(ways):
@@ -114,7 +114,7 @@ def drawn_alike(layout: Layout, ways: Sequence[Way]) -> list[list[int]]:
     return list(found.values())
 
 
-def driven(loop: LoopWay, span: Span, before: Span) -> list[tuple[float, float]]:
+def driven(loop: LoopWay, span: LoopSpan, before: LoopSpan) -> list[tuple[float, float]]:
     """Return where vehicles are on each lane of a span that they drive on [m]: all along, unless they change.
 
     They change between the place before and the one behind, if these lie on the span. Without lanes inside
@@ -140,7 +140,7 @@ def _once(loop: LoopWay) -> bool:
     return loop.length_m > loop.spans[-1].end_m + NEAR_M
 
 
-def jumps(before: Span, span: Span) -> bool:
+def jumps(before: LoopSpan, span: LoopSpan) -> bool:
     """Return whether vehicles get from one lane to another with no lane inside a junction between."""
     return not before.internal and not span.internal
 
@@ -185,7 +185,7 @@ def _path(
     return np.concatenate([p for p, _ in reversed(parts)]), np.concatenate([a for _, a in reversed(parts)])
 
 
-def draw_bodies(layout: Layout, ways: Sequence[Way]) -> tuple[list[Body], Any]:
+def draw_bodies(layout: Layout, ways: Sequence[LaneOnWay]) -> tuple[list[Body], Any]:
     """Return bodies, or parts of them, and their rectangles."""
     bodies: list[Body] = []
     corners: list[npt.NDArray[np.float64]] = []
@@ -209,7 +209,7 @@ def draw_bodies(layout: Layout, ways: Sequence[Way]) -> tuple[list[Body], Any]:
 
 
 def _rectangles(
-    way: Way, front_m: _Floats, rear_m: _Floats, length_m: float, width_m: float, *, jointed: bool
+    way: LaneOnWay, front_m: _Floats, rear_m: _Floats, length_m: float, width_m: float, *, jointed: bool
 ) -> tuple[npt.NDArray[np.bool_], _Floats]:
     """Return which rectangles there are from front to rear, and their corners, shape (n, 4, 2) [m].
 
@@ -227,7 +227,7 @@ def _rectangles(
     return known, np.stack((front[known] + side, front[known] - side, tail - side, tail + side), axis=1)
 
 
-def _described(layout: Layout, number: int, way: Way, at_m: _Floats, length_m: float) -> list[Body]:
+def _described(layout: Layout, number: int, way: LaneOnWay, at_m: _Floats, length_m: float) -> list[Body]:
     rear_m = at_m - length_m + _ROUNDING_M
     waits = np.zeros(len(at_m), dtype=bool)
     for begin, end in _places(layout, way, length_m):
@@ -242,7 +242,7 @@ def _described(layout: Layout, number: int, way: Way, at_m: _Floats, length_m: f
     return [Body(number, front, length_m, lane, wait) for front, lane, wait in columns]
 
 
-def _places(layout: Layout, way: Way, length_m: float) -> list[tuple[float, float]]:
+def _places(layout: Layout, way: LaneOnWay, length_m: float) -> list[tuple[float, float]]:
     """Return from where to where there are places within reach of bodies of a length on a way [m]."""
     loop, begin_m = next(iter(way.loops.items()))
     lap_m = layout.loops[loop].length_m

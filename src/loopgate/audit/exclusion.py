@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from loopgate.audit.stretches import Group
+from loopgate.audit.stretches import StretchGroup
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -102,7 +102,7 @@ class Exclusion:
     bodies on the stretch that they share, however many.
     """
 
-    def __init__(self, groups: Sequence[Group]) -> None:
+    def __init__(self, groups: Sequence[StretchGroup]) -> None:
         self._groups = groups
         self._is_place = np.array([group.kind == "place" for group in groups], dtype=bool)
         self._is_drawn = np.array([group.kind == "drawn" for group in groups], dtype=bool)

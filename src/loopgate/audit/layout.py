@@ -28,7 +28,7 @@ Stretch = tuple[float, float]
 
 
 @dataclass(frozen=True, slots=True)
-class Span:
+class LoopSpan:
     """A lane of a loop: arc length [m] at its beginning and end, and the lanes a vehicle may be on there.
 
     The first of these is the one on which it leaves; `entered` names the one on which it comes, if that is
@@ -52,7 +52,7 @@ class Span:
 
 
 @dataclass(frozen=True, slots=True)
-class Leg:
+class LoopLeg:
     """A state on a loop, and the crossings behind it."""
 
     state: str
@@ -69,8 +69,8 @@ class LoopWay:
     """A loop: its length [m], its lanes and its states in driving order."""
 
     length_m: float
-    spans: tuple[Span, ...]
-    legs: tuple[Leg, ...]
+    spans: tuple[LoopSpan, ...]
+    legs: tuple[LoopLeg, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -161,7 +161,7 @@ def _check(layout: Layout) -> None:
         if not (loop.spans and _SHORTEST_LOOP_M <= loop.length_m <= _LONGEST_LOOP_M):
             msg = f"loop {name}: it has {len(loop.spans)} lanes and is {loop.length_m:g} m long"
             raise ValueError(msg)
-        parts: list[Span | Leg] = [*loop.spans, *loop.legs]
+        parts: list[LoopSpan | LoopLeg] = [*loop.spans, *loop.legs]
         ends = [m for part in parts for m in (part.begin_m, part.end_m)]
         if max(map(abs, ends)) > _MOST_LAPS * loop.length_m:
             msg = f"loop {name}: it has parts that do not lie on it"
@@ -182,11 +182,11 @@ def _loop(data: Mapping[str, Any]) -> LoopWay:
     return LoopWay(
         length_m=_number(data["length_m"]),
         spans=tuple(
-            Span(_number(s["begin_m"]), _number(s["end_m"]), _lanes(s["lanes"]), _text(s["entered"]))
+            LoopSpan(_number(s["begin_m"]), _number(s["end_m"]), _lanes(s["lanes"]), _text(s["entered"]))
             for s in data["spans"]
         ),
         legs=tuple(
-            Leg(
+            LoopLeg(
                 _text(leg["state"]),
                 _number(leg["begin_m"]),
                 _number(leg["end_m"]),

@@ -19,7 +19,7 @@ ROUNDING_M = 0.02
 
 
 @dataclass(frozen=True, slots=True)
-class Group:
+class StretchGroup:
     """What the stretches of one group have in common."""
 
     kind: str
@@ -51,7 +51,7 @@ class Stretches:
     `count`: how many stretches there are in all.
     """
 
-    groups: tuple[Group, ...]
+    groups: tuple[StretchGroup, ...]
     loops: Mapping[str, LoopStretches]
     count: int
 
@@ -61,7 +61,7 @@ def lay_stretches(layout: Layout, drawn: Mapping[str, list[DrawnConflict]]) -> S
 
     `drawn`: by loop, see `loopgate.audit.drawing.find_drawn`.
     """
-    numbers: dict[Group, int] = {}
+    numbers: dict[StretchGroup, int] = {}
     loops: dict[str, LoopStretches] = {}
     count = 0
     for name, loop in layout.loops.items():
@@ -77,14 +77,14 @@ def lay_stretches(layout: Layout, drawn: Mapping[str, list[DrawnConflict]]) -> S
     return Stretches(tuple(numbers), loops, count)
 
 
-_Row = tuple[Group, int, float, float]
+_Row = tuple[StretchGroup, int, float, float]
 
 
 def _places(layout: Layout, loop: LoopWay) -> Iterator[_Row]:
     for leg in loop.legs:
         room = layout.room.get(leg.state)
         if room is not None:
-            yield Group("place", (leg.state,), room), 0, leg.begin_m, leg.end_m
+            yield StretchGroup("place", (leg.state,), room), 0, leg.begin_m, leg.end_m
 
 
 def _crossings(loop: LoopWay) -> Iterator[_Row]:
@@ -102,5 +102,5 @@ def _drawn(conflicts: list[DrawnConflict]) -> Iterator[_Row]:
         yield _pair("drawn", c.movement, c.foe, c.zone), int(c.movement > c.foe), c.begin_m, c.end_m
 
 
-def _pair(kind: str, one: str, other: str, zone: int = 0) -> Group:
-    return Group(kind, (min(one, other), max(one, other)), zone=zone)
+def _pair(kind: str, one: str, other: str, zone: int = 0) -> StretchGroup:
+    return StretchGroup(kind, (min(one, other), max(one, other)), zone=zone)

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 
 from loopgate.audit.drawing import Drawn, Side
-from loopgate.audit.layout import Layout, Leg
+from loopgate.audit.layout import Layout, LoopLeg
 
 _BESIDE_M = 0.5
 """How far a drawn stretch may reach beyond the one that the abstraction says [m]."""
@@ -52,7 +52,7 @@ def _foes(layout: Layout, one: Side, other: Side) -> Iterator[tuple[Stretch, Str
                     yield foes[foe], back[movement]
 
 
-def _under_way(layout: Layout, side: Side) -> list[Leg]:
+def _under_way(layout: Layout, side: Side) -> list[LoopLeg]:
     """Return the legs behind whose places a body is somewhere on a stretch."""
     loop = layout.loops[side.loop]
     legs = []

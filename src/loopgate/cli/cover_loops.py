@@ -15,7 +15,7 @@ from loopgate.cli.loops import LoopsWish
 from loopgate.cli.progress import show_progress
 from loopgate.cli.tables import counted
 from loopgate.network import Loop, LoopVehicle, RoadNetwork, VehicleType
-from loopgate.network.cover.design import Task
+from loopgate.network.cover.design import CoverTask
 from loopgate.network.cover.watch import Patrol, allot, even_starts_m, laps_s, patrol, vehicles_needed
 from loopgate.network.cover.wishes import read_streets, read_weights
 from loopgate.network.routes_text import routes_text
@@ -73,7 +73,7 @@ def _covers(roads: RoadNetwork, wish: LoopsWish, kind: VehicleType) -> tuple[lis
     classes: dict[float, list[str]] = {} if every else {1.0: []}  # what is wrong is said by the design
     for edge in every:
         classes.setdefault(weights.get(edge, 1.0), []).append(edge)
-    task = Task(
+    task = CoverTask(
         vclass=wish.vclass,
         u_turns=wish.u_turns,
         either_way=wish.either_way,

@@ -23,7 +23,7 @@ from loopgate.simulation.scenario import (
 )
 
 if TYPE_CHECKING:
-    from loopgate.simulation.loop_run import Course
+    from loopgate.simulation.loop_run import RunCourse
 
 
 @click.command(
@@ -148,7 +148,7 @@ def run(
     seconds = int(scenario.warmup_s + scenario.duration_s)
     with show_progress(f"{scenario.gate} on {network}, simulated seconds", total=seconds) as report:
 
-        def tick(now_s: float, course: Course) -> None:
+        def tick(now_s: float, course: RunCourse) -> None:
             report(min(seconds, int(now_s - course.begin_s + scenario.warmup_s)))
 
         summary = simulate(scenario, out, tick=tick, backend=backend, overwrite=overwrite)

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from typing import Any, Final
 
 from loopgate.drive.driver import Driver
-from loopgate.drive.tables import Tables, Vehicle
+from loopgate.drive.tables import Tables, VehicleRow
 
 __all__ = ["Books", "carry_over", "read_books", "write_books"]
 
@@ -20,7 +20,7 @@ _BY_TRACK: Final = frozenset(
 )
 """The columns that follow from a vehicle's track, and from where things are in the tables."""
 
-_CARRIED: Final = tuple(name for name in Vehicle.__annotations__ if name not in _BY_TRACK)
+_CARRIED: Final = tuple(name for name in VehicleRow.__annotations__ if name not in _BY_TRACK)
 
 _OF_RUN: Final = ("now_s", "version", "grants", "turn", "decided_s", "overruns", "trespasses", "decisions")
 

@@ -15,16 +15,28 @@ from loopgate.abstraction import itinerary
 from loopgate.drive.codes import NOBODY, REASONS
 from loopgate.drive.rows import table
 from loopgate.drive.step import FULL
-from loopgate.drive.tables import Entry, Foe, Leg, Move, Pass, Road, Run, State, Tables, Vehicle, Why
+from loopgate.drive.tables import (
+    DriveRow,
+    EntryRow,
+    FoeRow,
+    LegRow,
+    MoveRow,
+    PassRow,
+    ReasonRow,
+    RoadRow,
+    StateRow,
+    Tables,
+    VehicleRow,
+)
 from loopgate.drive.track import Track
 from loopgate.model import System
 from loopgate.results.columns import Event
 
 __all__ = [
     "Code",
-    "Legs",
+    "LegRows",
     "Lists",
-    "Roads",
+    "RoadRows",
     "make_tables",
     "movements_of",
     "moves_of",
@@ -76,8 +88,8 @@ def make_tables(tracks: Sequence[Track], system: System | None, code: Code, *, s
         Length of a simulation step [s].
     """
     lists = Lists()
-    legs = Legs(system.states if system else (), tracks)
-    roads = Roads(code)
+    legs = LegRows(system.states if system else (), tracks)
+    roads = RoadRows(code)
     first = [legs.add(track.legs) for track in tracks]
     numbers = [_LAPS * len(track.legs) for track in tracks]
     vehicles = vehicle_rows(tracks, roads, code)
@@ -98,33 +110,33 @@ def make_tables(tracks: Sequence[Track], system: System | None, code: Code, *, s
 
 
 def tables_of(
-    legs: Legs,
-    roads: Roads,
+    legs: LegRows,
+    roads: RoadRows,
     states: NDArray[np.void],
     moves: NDArray[np.void],
     code: Code,
     step_s: float,
 ) -> Tables:
     """Return the tables of no vehicle."""
-    run = table(Run, length=1)
+    run = table(DriveRow, length=1)
     run["step_s"] = step_s
     run["decided_s"] = -math.inf
     run["serve_after_s"] = math.inf
     for name, word in _WORDS.items():
-        if name in Run.__annotations__:
+        if name in DriveRow.__annotations__:
             run[name] = code(word)
     reasons = [code(reason.value) if reason else 0 for reason in REASONS]
     return Tables(
         run=cast("Any", run),  # row by row they are what `Tables` says
-        vehicles=cast("Any", table(Vehicle, length=0)),
+        vehicles=cast("Any", table(VehicleRow, length=0)),
         roads=cast("Any", roads.table()),
-        legs=cast("Any", _filled(Leg, legs.legs)),
-        passes=cast("Any", _filled(Pass, legs.passes)),
-        foes=cast("Any", _filled(Foe, legs.foes)),
+        legs=cast("Any", _filled(LegRow, legs.legs)),
+        passes=cast("Any", _filled(PassRow, legs.passes)),
+        foes=cast("Any", _filled(FoeRow, legs.foes)),
         states=cast("Any", states),
         moves=cast("Any", moves),
-        reasons=cast("Any", table(Why, {"word": reasons})),
-        entries=cast("Any", table(Entry, length=0)),
+        reasons=cast("Any", table(ReasonRow, {"word": reasons})),
+        entries=cast("Any", table(EntryRow, length=0)),
         rows=np.zeros((0, 5), dtype=np.int32),
         acts=np.zeros((0, 3), dtype=np.int64),
         calls=np.zeros((0, 2), dtype=np.int64),
@@ -136,7 +148,7 @@ def with_room(count: int, tables: Tables, *, vehicles: NDArray[np.void], lists: 
     """Return the tables with lists for so many vehicles."""
     return tables._replace(
         vehicles=cast("Any", vehicles),
-        entries=cast("Any", table(Entry, length=count)),
+        entries=cast("Any", table(EntryRow, length=count)),
         rows=np.zeros((FULL * count, 5), dtype=np.int32),
         acts=np.zeros((FULL * count, 3), dtype=np.int64),
         calls=np.zeros((count, 2), dtype=np.int64),
@@ -144,7 +156,7 @@ def with_room(count: int, tables: Tables, *, vehicles: NDArray[np.void], lists: 
     )
 
 
-def vehicle_rows(tracks: Sequence[Track], roads: Roads, code: Code) -> NDArray[np.void]:
+def vehicle_rows(tracks: Sequence[Track], roads: RoadRows, code: Code) -> NDArray[np.void]:
     """Return a row for each vehicle, which stands where its track begins; its legs are not in it yet."""
     front = np.array([track.front_m for track in tracks], dtype=np.float64)
     lap_m = np.array([track.lap_m for track in tracks], dtype=np.float64)
@@ -182,7 +194,7 @@ def vehicle_rows(tracks: Sequence[Track], roads: Roads, code: Code) -> NDArray[n
         "crossed": start,
         "halted_s": math.nan,
     }
-    return table(Vehicle, columns, length=len(tracks))
+    return table(VehicleRow, columns, length=len(tracks))
 
 
 class Lists:
@@ -203,7 +215,7 @@ class Lists:
         return np.zeros(self.end, dtype=np.int64)
 
 
-class Roads:
+class RoadRows:
     """Edges, once for all vehicles of a loop."""
 
     def __init__(self, code: Code) -> None:
@@ -220,10 +232,10 @@ class Roads:
 
     def table(self) -> NDArray[np.void]:
         """Return the rows."""
-        return _filled(Road, self._rows)
+        return _filled(RoadRow, self._rows)
 
 
-class Legs:
+class LegRows:
     """Legs, once for all vehicles of a loop, their crossings and the foes of these, one after the other."""
 
     def __init__(self, states: Sequence[str], tracks: Sequence[Track]) -> None:
@@ -278,7 +290,7 @@ def _states_of(system: System | None, lists: Lists, code: Code) -> NDArray[np.vo
     In any other there may be one more than it holds: a vehicle that joined in it (`loopgate.drive.books`).
     """
     if system is None:
-        return table(State, length=0)
+        return table(StateRow, length=0)
     everybody = len(system.robots)
     fifo = set(system.fifo_states)
     room = [everybody if private else room for private, room in zip(system.private, system.room, strict=True)]
@@ -307,10 +319,10 @@ def states_of(
         "served": NOBODY,
         "mover": NOBODY,
     }
-    return table(State, columns, length=len(room))
+    return table(StateRow, columns, length=len(room))
 
 
-def moves_of(legs: Legs, states: NDArray[np.void], lists: Lists) -> NDArray[np.void]:
+def moves_of(legs: LegRows, states: NDArray[np.void], lists: Lists) -> NDArray[np.void]:
     """Each vehicle on a movement has a slot in the state behind its leg, which may cross it several times."""
     times: list[Counter[int]] = [Counter() for _ in legs.moves]
     lanes: dict[int, int] = {}
@@ -330,7 +342,7 @@ def moves_of(legs: Legs, states: NDArray[np.void], lists: Lists) -> NDArray[np.v
     for moves in out_of.values():
         beside[moves] = [*moves[1:], *moves[:1]]
     columns = {"most": most, "passing": lists.add(most), "way": NOBODY, "beside": beside}
-    return table(Move, columns, length=len(most))
+    return table(MoveRow, columns, length=len(most))
 
 
 def _take_places(system: System, states: NDArray[np.void], lists: NDArray[np.int64]) -> None:

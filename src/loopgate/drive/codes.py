@@ -26,6 +26,8 @@ RESERVE: Final = number_of(Reason.RESERVE)
 SERVICE: Final = number_of(Reason.SERVICE)
 SPACING: Final = number_of(Reason.SPACING)
 STOPPING: Final = number_of(Reason.STOP)
+RED: Final = number_of(Reason.RED)
+TRAFFIC: Final = number_of(Reason.TRAFFIC)
 
 # What is to be done to a vehicle.
 STOP: Final = 0

@@ -11,9 +11,9 @@ import numpy as np
 
 from loopgate.drive.build import (
     Code,
-    Legs,
+    LegRows,
     Lists,
-    Roads,
+    RoadRows,
     movements_of,
     moves_of,
     roads_of,
@@ -24,7 +24,7 @@ from loopgate.drive.build import (
 )
 from loopgate.drive.driver import Driver
 from loopgate.drive.rows import table
-from loopgate.drive.tables import Tables, Vehicle
+from loopgate.drive.tables import Tables, VehicleRow
 from loopgate.drive.track import Track
 
 __all__ = ["Ground"]
@@ -65,7 +65,7 @@ class Ground:
         self.states = tuple(dict.fromkeys(leg.state for track in ways for leg in track.legs))
         """Names of the states by number."""
         lists = Lists()
-        legs, self._roads = Legs(self.states, ways), Roads(code)
+        legs, self._roads = LegRows(self.states, ways), RoadRows(code)
         self._legs = {id(track.legs): (track.legs, legs.add(track.legs)) for track in ways}
         self._edges = {track.edges: self._roads.add(track.edges) for track in ways}
         rooms = [room[state] for state in self.states]
@@ -83,7 +83,7 @@ class Ground:
         most = self._most
         fresh = {name: getattr(self._bare, name).copy() for name in _CHANGED}
         self._count = 0
-        self._every = table(Vehicle, length=most)
+        self._every = table(VehicleRow, length=most)
         self._tables = with_room(
             most,
             self._bare._replace(**fresh),

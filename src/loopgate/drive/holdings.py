@@ -7,21 +7,6 @@ from loopgate.drive.gaps import leg_of, state_of
 from loopgate.drive.tables import Numbers, Tables
 from loopgate.kernel_cache import kernel, part
 
-__all__ = [
-    "append",
-    "cleared",
-    "first_before",
-    "joins",
-    "last_state",
-    "leaves",
-    "left",
-    "remove",
-    "rename",
-    "room",
-    "strike",
-    "wanted_state",
-]
-
 
 @kernel
 def last_state(i: int, t: Tables) -> int:

@@ -17,17 +17,17 @@ from loopgate.drive.codes import (
     NOBODY,
     NOTHING,
     OCCUPIED,
-    REASONS,
+    RED,
     RESERVE,
     SERVICE,
     SPACING,
     STOPPING,
+    TRAFFIC,
 )
 from loopgate.drive.gaps import IN_THE_WAY, PAST, begin_m, leg_of, relation, together
 from loopgate.drive.holdings import append, first_before, last_state, remove, room, strike, wanted_state
 from loopgate.drive.patience import keep_for_late, sort_ready
 from loopgate.drive.tables import Tables
-from loopgate.gates import Reason
 from loopgate.kernel_cache import kernel, part
 
 __all__ = [
@@ -44,10 +44,7 @@ __all__ = [
 REASK_S: Final = 1.0
 """A refusal that any change may lift is asked again at most this often [s]."""
 
-_RED: Final = REASONS.index(Reason.RED)
-_TRAFFIC: Final = REASONS.index(Reason.TRAFFIC)
-
-_PASSING: Final = (NOTHING, CROSSING, RESERVE, SPACING, STOPPING, _RED, _TRAFFIC)
+_PASSING: Final = (NOTHING, CROSSING, RESERVE, SPACING, STOPPING, RED, TRAFFIC)
 """Refusals that end without a word, looked at again every step: vehicles drive on and leave a crossing, time
 goes by, and so does what lies outside of the system, such as lights."""
 

@@ -8,29 +8,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = [
-    "Codes",
-    "Entry",
-    "Floats",
-    "Foe",
-    "Leg",
-    "Move",
-    "Numbers",
-    "Pass",
-    "Road",
-    "Run",
-    "State",
-    "Tables",
-    "Vehicle",
-    "Why",
-]
-
 Floats = NDArray[np.float64]
 Numbers = NDArray[np.int64]
 Codes = NDArray[np.int32]
 
 
-class Vehicle:
+class VehicleRow:
     """A vehicle. Leg ``j`` of its endless way is leg ``j % legs`` of its loop in lap ``j // legs``.
 
     It holds the legs `tail` to `granted`, and the crossings behind the legs `crossed` to ``granted - 1``.
@@ -139,14 +122,14 @@ class Vehicle:
     turned: bool
 
 
-class Road:
+class RoadRow:
     """Where an edge of a loop begins [m], and its name by number."""
 
     begin_m: float
     name: int
 
 
-class Leg:
+class LegRow:
     """A leg: the stretch of its loop, what the longest vehicle needs there, and what is behind it.
 
     That is its state, whether guides follow, and the passes.
@@ -161,7 +144,7 @@ class Leg:
     pass_end: int
 
 
-class Pass:
+class PassRow:
     """A crossing behind a leg: its movement, lowest limit [m/s], `Crossing.wait_m`, and its foes."""
 
     movement: int
@@ -171,7 +154,7 @@ class Pass:
     foe_end: int
 
 
-class Foe:
+class FoeRow:
     """A foe of a pass: its movement, and the stretch that both use, as `Crossing.overlaps` has it [m].
 
     Not a number where there is none: the foe is in the way all along. Then the least time at the limits from
@@ -187,7 +170,7 @@ class Foe:
     mean_mps: float
 
 
-class State:
+class StateRow:
     """A state.
 
     Attributes
@@ -232,7 +215,7 @@ class State:
     mover: int
 
 
-class Move:
+class MoveRow:
     """A movement over a junction.
 
     Attributes
@@ -255,14 +238,14 @@ class Move:
     beside: int
 
 
-class Why:
+class ReasonRow:
     """A reason: its word by number, and how often it was given for a refusal."""
 
     word: int
     refused: int
 
 
-class Entry:
+class EntryRow:
     """The n-th entry of each of these lists of vehicles.
 
     Attributes
@@ -284,7 +267,7 @@ class Entry:
     answered: int
 
 
-class Run:
+class DriveRow:
     """The one row about the run: its clock and its settings, how long the lists are, and words by number.
 
     Attributes
@@ -365,16 +348,16 @@ class Tables(NamedTuple):
         Lists of vehicles, and of the numbers of grants.
     """
 
-    run: Sequence[Run]
-    vehicles: Sequence[Vehicle]
-    roads: Sequence[Road]
-    legs: Sequence[Leg]
-    passes: Sequence[Pass]
-    foes: Sequence[Foe]
-    states: Sequence[State]
-    moves: Sequence[Move]
-    reasons: Sequence[Why]
-    entries: Sequence[Entry]
+    run: Sequence[DriveRow]
+    vehicles: Sequence[VehicleRow]
+    roads: Sequence[RoadRow]
+    legs: Sequence[LegRow]
+    passes: Sequence[PassRow]
+    foes: Sequence[FoeRow]
+    states: Sequence[StateRow]
+    moves: Sequence[MoveRow]
+    reasons: Sequence[ReasonRow]
+    entries: Sequence[EntryRow]
     rows: Codes
     acts: Numbers
     calls: Numbers

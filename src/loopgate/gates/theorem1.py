@@ -29,7 +29,7 @@ class Condition(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class Verdict:
+class CircuitVerdict:
     """What Theorem 1 says of a circuit.
 
     Attributes
@@ -89,7 +89,7 @@ def movable_walks(system: System, configuration: Configuration, circuit: Circuit
 
 def theorem1(
     system: System, configuration: Configuration, circuit: Circuit, *, lookahead: int = 1
-) -> Verdict:
+) -> CircuitVerdict:
     """Judge by Theorem 1 whether a circuit is live.
 
     Parameters
@@ -107,33 +107,33 @@ def theorem1(
     robots; where Prop. 1 does not hold it may have two. O(lookahead * m^2 * length) set operations.
     """
     if circuit.is_deadlock_cycle:
-        return Verdict(live=False, condition=Condition.DEADLOCK_CYCLE)
+        return CircuitVerdict(live=False, condition=Condition.DEADLOCK_CYCLE)
     if len(circuit.intermediate) > len(circuit.walks) - 3:
-        return Verdict(live=True, condition=Condition.TOO_MANY_STATES)
+        return CircuitVerdict(live=True, condition=Condition.TOO_MANY_STATES)
     if not lemma1(system, circuit):
-        return Verdict(live=True, condition=Condition.UNSHARED_STATE)
+        return CircuitVerdict(live=True, condition=Condition.UNSHARED_STATE)
     for index in movable_walks(system, configuration, circuit):
         verdict = _condition2(system, configuration, circuit, index, lookahead)
         if verdict is not None:
             return verdict
-    return Verdict(live=False, condition=Condition.NONE)
+    return CircuitVerdict(live=False, condition=Condition.NONE)
 
 
 def _condition2(
     system: System, configuration: Configuration, circuit: Circuit, index: int, lookahead: int
-) -> Verdict | None:
+) -> CircuitVerdict | None:
     """Return the verdict that up to `lookahead` steps of the robot of walk `index` lead to, if any."""
     mover = circuit.walks[index].robot
     left = circuit
     for step in range(1, lookahead + 1):
         smaller = sub_circuit(left, index if step == 1 else 0)
         if smaller is None:
-            return Verdict(live=True, condition=Condition.BREAKS_UP, mover=mover, steps=step)
+            return CircuitVerdict(live=True, condition=Condition.BREAKS_UP, mover=mover, steps=step)
         left = smaller
         if len(left.intermediate) > len(left.walks) - 3 and not left.is_deadlock_cycle:
-            return Verdict(live=True, condition=Condition.SUB_TOO_MANY_STATES, mover=mover, steps=step)
+            return CircuitVerdict(live=True, condition=Condition.SUB_TOO_MANY_STATES, mover=mover, steps=step)
         if not lemma1(system, left):
-            return Verdict(live=True, condition=Condition.SUB_UNSHARED_STATE, mover=mover, steps=step)
+            return CircuitVerdict(live=True, condition=Condition.SUB_UNSHARED_STATE, mover=mover, steps=step)
         if 0 not in movable_walks(system, configuration, left):
             break
     return None

@@ -32,7 +32,7 @@ _CARRIED_ONCE = ("departLane", "departSpeed", "arrivalLane", "arrivalPos", "arri
 
 
 @dataclass(frozen=True, slots=True)
-class _Way:
+class _RouteChoice:
     """A route that a vehicle is drawn to, with its share, and its first type and all its stops on it."""
 
     route: str
@@ -50,7 +50,7 @@ class _Asked:
     depart_s: float
     flow: Flow | None
     types: tuple[tuple[VehicleType, float], ...]
-    ways: tuple[_Way, ...]
+    ways: tuple[_RouteChoice, ...]
 
     def on_loops(self, loops: Mapping[str, Loop], path: Path) -> LoopVehicle:
         """Return it with where it departs and where it stops."""
@@ -62,7 +62,7 @@ class _Asked:
             ways=ways if len(ways) > 1 or first.vclass else (),
         )
 
-    def _on(self, loop: Loop, way: _Way, path: Path) -> LoopVehicle:
+    def _on(self, loop: Loop, way: _RouteChoice, path: Path) -> LoopVehicle:
         name, said = self.element.get("id", ""), self.element.attrib
         what = f"{path}: vehicle {name}"
         try:
@@ -135,7 +135,7 @@ class FoundVehicles:
                 route = self.routes.by_name[on]
                 own = self.routes.stops(element, what, route.cycle_s, since_depart=False)
                 kind = next(kind for kind, _ in types if vclass in {"", kind.vclass})
-                ways.append(_Way(on, share, vclass, kind, (*route.stops, *own)))
+                ways.append(_RouteChoice(on, share, vclass, kind, (*route.stops, *own)))
             self._asked.append(_Asked(element, at_s, flow, types, tuple(ways)))
 
     def _ways(self, source: Path, element: ET.Element, what: str) -> Iterator[tuple[str, float, str]]:

@@ -22,7 +22,7 @@ _SHORTEST_HOLD_LANE_M = 0.5
 _ROUNDING_M = 1e-6
 
 
-class Place(NamedTuple):
+class LanePosition(NamedTuple):
     """A position on the road: edge, lane index, position on the lane [m]."""
 
     edge: str
@@ -117,10 +117,10 @@ class Loop:
         """Return the lane at an arc length, taken modulo the loop's length; O(log spans)."""
         return self.spans[self._number_at(arc_m)]
 
-    def locate(self, arc_m: float) -> Place:
+    def locate(self, arc_m: float) -> LanePosition:
         """Return where on the road an arc length is; it is taken modulo the loop's length."""
         span = self.span_at(arc_m)
-        return Place(span.edge, span.lane, min(arc_m % self.lap_m - span.begin_m, span.length_m))
+        return LanePosition(span.edge, span.lane, min(arc_m % self.lap_m - span.begin_m, span.length_m))
 
     def arc(self, edge: str, position_m: float, *, after_m: float = 0.0) -> float:
         """Return the first arc length, at or after `after_m` going round, of a position on an edge.

@@ -12,7 +12,7 @@ from loopgate.errors import RouteError
 from loopgate.network.clock import as_number
 from loopgate.reading import shown
 
-__all__ = ["Part", "draw", "parts", "refuse_nothing", "routes_named", "share_of"]
+__all__ = ["Choice", "draw", "parts", "refuse_nothing", "routes_named", "share_of"]
 
 T = TypeVar("T")
 
@@ -20,7 +20,7 @@ _MOST = 1e9
 
 
 @dataclass(frozen=True, slots=True)
-class Part:
+class Choice:
     """One of those that a distribution draws from: a name, or an element of its own.
 
     `share` is None where the distribution does not say it.
@@ -31,7 +31,7 @@ class Part:
     share: float | None
 
 
-def parts(spread: ET.Element, what: str, *, named: str, tag: str) -> list[Part]:
+def parts(spread: ET.Element, what: str, *, named: str, tag: str) -> list[Choice]:
     """Return what a distribution draws from.
 
     Raises `RouteError` if a share is none, or their number is not that of the names.
@@ -49,12 +49,12 @@ def parts(spread: ET.Element, what: str, *, named: str, tag: str) -> list[Part]:
     if shares and len(shares) != len(names):
         msg = f"{what}: it has {len(shares)} probabilities for {len(names)} {named}; give one for each"
         raise RouteError(msg)
-    found = [Part(name, None, _share(shares[k], what) if shares else None) for k, name in enumerate(names)]
+    found = [Choice(name, None, _share(shares[k], what) if shares else None) for k, name in enumerate(names)]
     for one in spread.findall(tag):
         said = one.get("probability")
         share = None if said is None else _share(said, what)
         other = one.get("refId", "")
-        found.append(Part(other or one.get("id", ""), None if other else one, share))
+        found.append(Choice(other or one.get("id", ""), None if other else one, share))
     return found
 
 

@@ -42,7 +42,7 @@ _MOVED_M = 2.0
 """A circle of waiting vehicles is over when one of them has moved farther than this [m]."""
 
 
-class Span(NamedTuple):
+class TimeSpan(NamedTuple):
     """Something that lasted: of which place, way or reason, whose, from which step up to which."""
 
     what: int
@@ -65,13 +65,13 @@ class Circle:
 class Happenings:
     """All that happened, in numbers of places, links, reasons, vehicles and steps."""
 
-    visits: list[Span] = field(default_factory=list)
+    visits: list[TimeSpan] = field(default_factory=list)
     """Who held a slot of which place."""
-    passages: list[Span] = field(default_factory=list)
+    passages: list[TimeSpan] = field(default_factory=list)
     """Who had which link: from the grant until its rear was in the place behind."""
-    refusals: list[Span] = field(default_factory=list)
+    refusals: list[TimeSpan] = field(default_factory=list)
     """Who was refused on which link, and why (a number in `WHY`)."""
-    holds: list[Span] = field(default_factory=list)
+    holds: list[TimeSpan] = field(default_factory=list)
     """Who stood at a gate; `what` is 0."""
     laps: list[tuple[int, int]] = field(default_factory=list)
     mishaps: list[tuple[int, int, str]] = field(default_factory=list)
@@ -160,20 +160,20 @@ class _Reader:
             self._refused[vehicle] = (self._link(vehicle), frame, self._why.get(reason, -1))
         elif event == Event.ENTER and self._passing[vehicle]:
             link, begin = self._passing[vehicle].pop(0)
-            self._found.passages.append(Span(link, vehicle, begin, self._rear_in(vehicle, frame)))
+            self._found.passages.append(TimeSpan(link, vehicle, begin, self._rear_in(vehicle, frame)))
         elif event == Event.LEAVE:
             at = next((k for k, (here, _) in enumerate(self._inside[vehicle]) if here == place), None)
             if at is not None:
                 _, begin = self._inside[vehicle].pop(at)
-                self._found.visits.append(Span(place, vehicle, begin, frame))
+                self._found.visits.append(TimeSpan(place, vehicle, begin, frame))
 
     def close(self) -> None:
         """End what was under way when the run ended, and see how long its deadlocks lasted."""
         last = self._tracks.frames
         for vehicle, inside in enumerate(self._inside):
-            self._found.visits.extend(Span(place, vehicle, begin, last) for place, begin in inside)
+            self._found.visits.extend(TimeSpan(place, vehicle, begin, last) for place, begin in inside)
         for vehicle, passing in enumerate(self._passing):
-            self._found.passages.extend(Span(link, vehicle, begin, last) for link, begin in passing)
+            self._found.passages.extend(TimeSpan(link, vehicle, begin, last) for link, begin in passing)
         for vehicle in list(self._refused):
             self._answered(vehicle, last)
         for vehicle in list(self._held):
@@ -190,12 +190,12 @@ class _Reader:
         before = self._refused.pop(vehicle, None)
         if before is not None:
             link, begin, why = before
-            self._found.refusals.append(Span(link, vehicle, begin, frame, why))
+            self._found.refusals.append(TimeSpan(link, vehicle, begin, frame, why))
 
     def _go(self, vehicle: int, frame: int) -> None:
         begin = self._held.pop(vehicle, None)
         if begin is not None:
-            self._found.holds.append(Span(0, vehicle, begin, frame))
+            self._found.holds.append(TimeSpan(0, vehicle, begin, frame))
 
     def _rear_in(self, vehicle: int, frame: int) -> int:
         """Return the step in which the rear follows the front that came in at `frame`."""
@@ -219,7 +219,7 @@ class _Reader:
         return frame
 
 
-def _visits_as_driven(tracks: Tracks, layout: Layout, places: dict[str, int]) -> Iterable[Span]:
+def _visits_as_driven(tracks: Tracks, layout: Layout, places: dict[str, int]) -> Iterable[TimeSpan]:
     """Yield who was in which place, from the distance that each vehicle had driven on its loop."""
     rows_of = tracks.rows_of()
     for vehicle, body in enumerate(layout.vehicles.values()):
@@ -231,7 +231,7 @@ def _visits_as_driven(tracks: Tracks, layout: Layout, places: dict[str, int]) ->
             arc = tracks.odometer_m[rows] - began + body.start_m
             leg, first, last = _rounds(loop, arc, body.length_m)
             for k, come, gone in zip(leg.tolist(), first.tolist(), last.tolist(), strict=True):
-                yield Span(int(numbers[k]), vehicle, begin + come, begin + gone)
+                yield TimeSpan(int(numbers[k]), vehicle, begin + come, begin + gone)
 
 
 def _rounds(

@@ -14,7 +14,7 @@ Line = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
-class Link:
+class PlaceLink:
     """The way from a place to the next: its crossings, and where it lies."""
 
     crossings: tuple[str, ...]
@@ -29,7 +29,7 @@ class DrawnLines:
     """Line of each loop, by name [m]."""
     places: dict[str, Line]
     """Line of each place, by name [m]."""
-    links: tuple[Link, ...]
+    links: tuple[PlaceLink, ...]
     """The ways between places."""
     after: dict[str, tuple[int, ...]]
     """For each loop the numbers of the links behind its legs."""
@@ -45,7 +45,7 @@ def find_lines(layout: Layout) -> DrawnLines:
     loops: dict[str, Line] = {}
     places: dict[str, Line] = {}
     links: dict[tuple[str, str, tuple[str, ...]], int] = {}
-    drawn: list[Link] = []
+    drawn: list[PlaceLink] = []
     after: dict[str, tuple[int, ...]] = {}
     passing: dict[str, list[int]] = {}
     excluded: list[set[str]] = []
@@ -62,7 +62,7 @@ def find_lines(layout: Layout) -> DrawnLines:
                 links[key] = len(drawn)
                 to_m = leg.end_m + gap(loop.length_m, leg.end_m, behind.begin_m)
                 line = cut_curve(points, arcs, loop.length_m, leg.end_m, to_m)
-                drawn.append(Link(crossings, line))
+                drawn.append(PlaceLink(crossings, line))
                 excluded.append({foe for _, foes in leg.crossings for foe in foes})
                 for crossing in crossings:
                     passing.setdefault(crossing, []).append(links[key])

@@ -14,7 +14,7 @@ from loopgate.audit.layout import Layout, read_layout
 from loopgate.errors import ResultsError
 from loopgate.reading import read_object, read_toml, refusing
 from loopgate.replay.fronts import read_fronts
-from loopgate.replay.happenings import WHY, Happenings, Span, find_happenings
+from loopgate.replay.happenings import WHY, Happenings, TimeSpan, find_happenings
 from loopgate.replay.lines import DrawnLines, find_lines
 from loopgate.replay.pack import Pack
 from loopgate.replay.streets import Box, draw_streets, flat, open_network
@@ -171,8 +171,8 @@ def _box(tracks: Tracks) -> Box:
     )
 
 
-def _columns(pack: Pack, spans: Sequence[Span]) -> list[list[int]]:
+def _columns(pack: Pack, spans: Sequence[TimeSpan]) -> list[list[int]]:
     """Return what, whose, first step, how many steps, and why, as columns."""
-    table = np.array(spans, dtype=np.int64).reshape(-1, len(Span._fields))
+    table = np.array(spans, dtype=np.int64).reshape(-1, len(TimeSpan._fields))
     table[:, 3] -= table[:, 2]
     return [pack.column(column) for column in table.T]

@@ -12,17 +12,17 @@ from loopgate.results.columns import Event
 from loopgate.results.recorder import Recorder
 from loopgate.simulation.collisions import Collisions
 from loopgate.simulation.scenario import Scenario
-from loopgate.simulation.verdicts import Verdict, Verdicts
+from loopgate.simulation.verdicts import CollisionVerdict, Verdicts
 from loopgate.simulation.watch import Deadlock, Watch
 from loopgate.traffic.base import Traffic
 
-__all__ = ["Course", "Mishaps", "Tick", "drive", "note_deadlock"]
+__all__ = ["Mishaps", "RunCourse", "Tick", "drive", "note_deadlock"]
 
 _WATCH_EVERY_S = 10.0
 
 
 @dataclass(slots=True)
-class Course:
+class RunCourse:
     """How a run went.
 
     Attributes
@@ -49,13 +49,13 @@ class Course:
     deadlocks: list[Deadlock] = field(default_factory=list)
     collisions: int = 0
     collisions_of_others: int = 0
-    verdicts: list[Verdict] = field(default_factory=list)
+    verdicts: list[CollisionVerdict] = field(default_factory=list)
     teleports: int = 0
     sumo_s: float = 0.0
     total_s: float = 0.0
 
 
-Tick = Callable[[float, Course], None]
+Tick = Callable[[float, RunCourse], None]
 """Called every ten simulated seconds with the simulated time [s] and the course so far."""
 
 
@@ -69,7 +69,7 @@ def drive(
     tick: Tick,
     each_step: Sequence[Callable[[], None]] = (),
     over: Callable[[], bool] = lambda: False,
-) -> Course:
+) -> RunCourse:
     """Run until the time is over, all have arrived, a deadlock ends the run, or the user interrupts.
 
     Parameters
@@ -134,7 +134,7 @@ class Mishaps:
         self,
         traffic: Traffic,
         recorder: Recorder,
-        course: Course,
+        course: RunCourse,
         *,
         own: AbstractSet[str] | None = None,
         verdicts: Verdicts | None = None,
@@ -163,7 +163,7 @@ class Mishaps:
             self.recorder.note(now, vehicle, Event.TELEPORT, "")
 
 
-def note_deadlock(deadlock: Deadlock, course: Course, recorder: Recorder) -> None:
+def note_deadlock(deadlock: Deadlock, course: RunCourse, recorder: Recorder) -> None:
     """Enter a deadlock into the course and the events: each vehicle with the one it waits for."""
     course.deadlocks.append(deadlock)
     course.outcome = "deadlock"

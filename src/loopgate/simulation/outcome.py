@@ -48,7 +48,7 @@ from loopgate.results.columns import (
     Y,
 )
 from loopgate.results.recorder import read_events
-from loopgate.simulation.loop_run import Course
+from loopgate.simulation.loop_run import RunCourse
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.trips import Trip, trip_figures
 from loopgate.simulation.watch import Deadlock
@@ -231,7 +231,7 @@ _PROMISE_OF = {
 
 def summary(
     scenario: Scenario,
-    course: Course,
+    course: RunCourse,
     tallies: Sequence[Tally],
     *,
     loops: int,
@@ -303,7 +303,7 @@ def _promise(keeper: Gatekeeper | None) -> dict[str, str]:
     return {"promise": promise, "promise_of": _PROMISE_OF.get(promise, "")}
 
 
-def waits(folder: Folder, course: Course) -> dict[str, Any]:
+def waits(folder: Folder, course: RunCourse) -> dict[str, Any]:
     """Return what the trace of a gated run says of the longest waits, and what they were for."""
     if course.end_s <= course.begin_s:
         return wait_figures(None)

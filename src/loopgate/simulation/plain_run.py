@@ -19,7 +19,7 @@ from loopgate.results.recorder import Recorder
 from loopgate.simulation import outcome
 from loopgate.simulation.flow import STANDING_MPS, Row, flow_table
 from loopgate.simulation.gated import write_ordinary
-from loopgate.simulation.loop_run import Course, Mishaps, Tick, note_deadlock
+from loopgate.simulation.loop_run import Mishaps, RunCourse, Tick, note_deadlock
 from loopgate.simulation.monitoring import monitoring_figures
 from loopgate.simulation.outcome import Folder, Tally
 from loopgate.simulation.positions import record_positions
@@ -82,7 +82,7 @@ def run_plainly(scenario: Scenario, folder: Folder, tick: Tick, backend: str) ->
         stack.callback(traffic.close)
         recorder = Recorder(folder / outcome.EVENTS)
         stack.callback(recorder.close)
-        course = Course(begin_s=traffic.now_s)
+        course = RunCourse(begin_s=traffic.now_s)
         watch = Watch(traffic, after_s=scenario.deadlock_after_s)
         try:
             _drive(scenario, traffic, watch, recorder, course, tick, rows, folder)
@@ -124,7 +124,7 @@ def _drive(
     traffic: Traffic,
     watch: Watch,
     recorder: Recorder,
-    course: Course,
+    course: RunCourse,
     tick: Tick,
     rows: list[Row],
     folder: Folder,

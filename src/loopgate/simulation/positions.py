@@ -9,7 +9,7 @@ from pathlib import Path
 from statistics import fmean
 
 from loopgate.abstraction.itinerary import Abstraction, Crossing, Itinerary
-from loopgate.audit.layout import Layout, Leg, LoopWay, Span, VehicleBody
+from loopgate.audit.layout import Layout, LoopLeg, LoopSpan, LoopWay, VehicleBody
 from loopgate.audit.position_table import ATTRIBUTES
 from loopgate.model import StateId
 from loopgate.network import LaneSpan, Loop
@@ -99,14 +99,14 @@ def _room(abstraction: Abstraction, others: Sequence[Departure]) -> dict[str, in
     return {name: room for name, room in abstraction.room.items() if visitors[StateId(name)] > 1}
 
 
-def _span(span: LaneSpan) -> Span:
+def _span(span: LaneSpan) -> LoopSpan:
     changed = not span.internal and span.lane_in != span.lane
-    return Span(span.begin_m, span.end_m, span.lane_ids, f"{span.edge}_{span.lane_in}" if changed else "")
+    return LoopSpan(span.begin_m, span.end_m, span.lane_ids, f"{span.edge}_{span.lane_in}" if changed else "")
 
 
-def _legs(itinerary: Itinerary) -> tuple[Leg, ...]:
+def _legs(itinerary: Itinerary) -> tuple[LoopLeg, ...]:
     return tuple(
-        Leg(leg.state, leg.begin_m, leg.end_m, tuple((c.id, _foes(c, leg.end_m)) for c in leg.crossings))
+        LoopLeg(leg.state, leg.begin_m, leg.end_m, tuple((c.id, _foes(c, leg.end_m)) for c in leg.crossings))
         for leg in itinerary.legs
     )
 

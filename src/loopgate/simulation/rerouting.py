@@ -17,7 +17,7 @@ from loopgate.drive.track import Track
 from loopgate.simulation.assembly import Assembly
 from loopgate.traffic.base import Traffic
 
-__all__ = ["Rerouting", "Turn"]
+__all__ = ["Rerouting", "TurnOff"]
 
 _SAMPLE_EVERY_S = 10.0
 _SAMPLES = 18
@@ -31,7 +31,7 @@ _SAME_M = 0.1
 
 
 @dataclass(frozen=True, slots=True)
-class Turn:
+class TurnOff:
     """A vehicle went on by another way: from which leg of the one it was on, which way, from which of its."""
 
     leg: int
@@ -79,7 +79,7 @@ class Rerouting:
         self._waiting = set(self._anew)
         """Those who have not departed."""
         self._changes = -1
-        self.turns: defaultdict[str, list[Turn]] = defaultdict(list)
+        self.turns: defaultdict[str, list[TurnOff]] = defaultdict(list)
         """What vehicles did, by name."""
 
     def _take(self, kind: str, track: Track) -> None:
@@ -138,7 +138,7 @@ class Rerouting:
             return
         way = ways[best]
         if self._engine.turn_off(driver, way.track, way.position):
-            self.turns[vehicle].append(Turn(leg, way.track.loop, way.position))
+            self.turns[vehicle].append(TurnOff(leg, way.track.loop, way.position))
 
     def _own(self, driver: Driver, leg: int) -> float:
         """Return how long its own way takes from here on [s]."""

@@ -22,7 +22,7 @@ from loopgate.simulation.checking import audit_run
 from loopgate.simulation.departures import Departures
 from loopgate.simulation.flow import FlowMeter, flow_table, loop_table
 from loopgate.simulation.fronts import FrontRecorder
-from loopgate.simulation.loop_run import Course, Mishaps, Tick, drive
+from loopgate.simulation.loop_run import Mishaps, RunCourse, Tick, drive
 from loopgate.simulation.monitoring import monitoring_figures, shape_text, write_streets
 from loopgate.simulation.outcome import Folder, Tally
 from loopgate.simulation.plain_run import run_plainly
@@ -125,7 +125,7 @@ def _run(
             engine,
             traffic,
             watch,
-            Mishaps(traffic, recorder, Course(), own=own, verdicts=verdicts),
+            Mishaps(traffic, recorder, RunCourse(), own=own, verdicts=verdicts),
             scenario=scenario,
             tick=tick,
             each_step=[*session.each_step, flow.look, fronts.look],
@@ -172,7 +172,7 @@ def _run(
 
 
 def _with_trips(
-    assembly: Assembly, departures: Departures, tallies: Sequence[Tally], folder: Folder, course: Course
+    assembly: Assembly, departures: Departures, tallies: Sequence[Tally], folder: Folder, course: RunCourse
 ) -> list[Tally]:
     """Return what each vehicle did, with what SUMO says of those that drive once."""
     mine = [tally for tally in tallies if tally.vehicle in assembly.trips]
@@ -200,7 +200,7 @@ def is_plain(scenario: Scenario) -> bool:
     return any(vehicle.once for vehicle in file.vehicles)
 
 
-def _tallies(assembly: Assembly, session: Session, watch: Watch, course: Course) -> list[Tally]:
+def _tallies(assembly: Assembly, session: Session, watch: Watch, course: RunCourse) -> list[Tally]:
     """Return what each vehicle did; one that has not departed did nothing."""
     now, drivers, departures = course.end_s, session.engine.driver_of, session.departures
     on_road = set(session.traffic.vehicles())
@@ -241,7 +241,7 @@ def _summary(
     scenario: Scenario,
     assembly: Assembly,
     keeper: Gatekeeper | None,
-    course: Course,
+    course: RunCourse,
     tallies: list[Tally],
     folder: Folder,
     stood_s: Mapping[str, float],

@@ -14,7 +14,7 @@ from loopgate.network.records import Connection
 from loopgate.simulation.trails import Trails
 from loopgate.traffic.base import Collision, Traffic
 
-__all__ = ["Verdict", "Verdicts"]
+__all__ = ["CollisionVerdict", "Verdicts"]
 
 _REMEMBERED_S = 20.0
 
@@ -28,7 +28,7 @@ _RED = frozenset("ru")
 
 
 @dataclass(frozen=True, slots=True)
-class Verdict:
+class CollisionVerdict:
     """Who erred in a collision.
 
     Attributes
@@ -134,7 +134,7 @@ class Verdicts:
         light, link = movement.signal
         return self._traffic.light(light).state[link]
 
-    def judge(self, collision: Collision) -> Verdict | None:
+    def judge(self, collision: Collision) -> CollisionVerdict | None:
         """Return who erred; None if none of the two is under the gate, or both are."""
         pair = collision.collider, collision.victim
         own = [vehicle for vehicle in pair if vehicle in self._drivers]
@@ -143,7 +143,7 @@ class Verdicts:
         gated = own[0]
         ordinary = pair[1] if gated == pair[0] else pair[0]
         erred, why = self._erred(gated, ordinary, collision)
-        return Verdict(
+        return CollisionVerdict(
             at_s=self._traffic.now_s,
             lane=collision.lane,
             gated=gated,

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from loopgate.audit.layout import Layout, Leg, LoopWay, Span
-from loopgate.simulation.rerouting import Turn
+from loopgate.audit.layout import Layout, LoopLeg, LoopSpan, LoopWay
+from loopgate.simulation.rerouting import TurnOff
 
 __all__ = ["as_driven", "continued"]
 
@@ -28,7 +28,7 @@ def continued(way: LoopWay, leg: int, other: LoopWay, position: int) -> LoopWay:
     return LoopWay(other.length_m + by_m, (*before, *behind), legs)
 
 
-def as_driven(layout: Layout, turns: Mapping[str, Sequence[Turn]]) -> Layout:
+def as_driven(layout: Layout, turns: Mapping[str, Sequence[TurnOff]]) -> Layout:
     """Return a layout in which each vehicle has one way, the one it drove, under a name of its own.
 
     Parameters
@@ -55,22 +55,22 @@ def as_driven(layout: Layout, turns: Mapping[str, Sequence[Turn]]) -> Layout:
     )
 
 
-def _moved(span: Span, by_m: float) -> Span:
+def _moved(span: LoopSpan, by_m: float) -> LoopSpan:
     return replace(span, begin_m=span.begin_m + by_m, end_m=span.end_m + by_m)
 
 
-def _entered_as(one: Span, other: Span) -> Span:
+def _entered_as(one: LoopSpan, other: LoopSpan) -> LoopSpan:
     """Return the road where a vehicle turns to another way: it comes as on one and leaves as on the other.
 
     Between the two it may have to change lanes.
     """
     came, lanes = one.driven[0], tuple(dict.fromkeys((*other.lanes, *one.lanes)))
-    return Span(one.begin_m, other.end_m, lanes, came if came != lanes[0] else "")
+    return LoopSpan(one.begin_m, other.end_m, lanes, came if came != lanes[0] else "")
 
 
-def _leg_moved(leg: Leg, by_m: float) -> Leg:
+def _leg_moved(leg: LoopLeg, by_m: float) -> LoopLeg:
     crossings = tuple(
         (name, {foe: (at[0] + by_m, at[1] + by_m) if at else None for foe, at in foes.items()})
         for name, foes in leg.crossings
     )
-    return Leg(leg.state, leg.begin_m + by_m, leg.end_m + by_m, crossings)
+    return LoopLeg(leg.state, leg.begin_m + by_m, leg.end_m + by_m, crossings)

@@ -7,8 +7,8 @@ from roads import roads
 from loopgate.abstraction.covering import cover_streets
 from loopgate.abstraction.surveying import survey_queues
 from loopgate.network import make_loop
-from loopgate.network.cover.design import Task
-from loopgate.network.cover.reasons import Reason
+from loopgate.network.cover.design import CoverTask
+from loopgate.network.cover.reasons import CoverReason
 from loopgate.network.vehicle_type import DEFAULT_TYPE
 
 _LENGTHS = {"a": (100, 1), "c": (100, 1), "s": (5, 1), "t": (5, 1)}
@@ -18,15 +18,15 @@ _RING = ["a_0>c_0", "c_0>a_0", "a_0>s_0", "s_0>t_0", "t_0>a_0"]
 
 def test_a_ring_without_another_place_is_left_out() -> None:
     """Nobody can wait between a and a, so s and t are not covered, and it is said why."""
-    cover = cover_streets(roads(_LENGTHS, _RING), Task(), 1)
+    cover = cover_streets(roads(_LENGTHS, _RING), CoverTask(), 1)
     assert [sorted(loop.edges) for loop in cover.loops] == [["a", "c"]]
-    assert cover.left_out == {"s": Reason.QUEUES, "t": Reason.QUEUES}
+    assert cover.left_out == {"s": CoverReason.QUEUES, "t": CoverReason.QUEUES}
     assert set(cover.covered) == {"a", "c"}
 
 
 def test_a_ring_is_led_over_from_one_place_to_another() -> None:
     """From t a way leads to c as well, so s and t lie between a and c."""
-    cover = cover_streets(roads(_LENGTHS, [*_RING, "t_0>c_0"]), Task(), 1)
+    cover = cover_streets(roads(_LENGTHS, [*_RING, "t_0>c_0"]), CoverTask(), 1)
     assert not cover.left_out
     (loop,) = cover.loops
     round_twice = " ".join(loop.edges * 2)
@@ -37,14 +37,14 @@ def test_a_ring_is_led_over_from_one_place_to_another() -> None:
 def test_what_no_loop_can_do_does_not_keep_it_from_the_rest() -> None:
     """From t ways lead to c, and over u back to a alone: s and t lie between a and c, and u is left out."""
     ring = ["a_0>c_0", "c_0>a_0", "a_0>s_0", "s_0>t_0", "t_0>c_0", "t_0>u_0", "u_0>a_0"]
-    cover = cover_streets(roads({**_LENGTHS, "u": (5, 1)}, ring), Task(), 1)
+    cover = cover_streets(roads({**_LENGTHS, "u": (5, 1)}, ring), CoverTask(), 1)
     assert set(cover.covered) == {"a", "c", "s", "t"}
-    assert cover.left_out == {"u": Reason.QUEUES}
+    assert cover.left_out == {"u": CoverReason.QUEUES}
 
 
 def test_loops_with_a_single_place_are_joined() -> None:
     """Two loops were asked for, a c and a s t, and on the second is one place: one loop drives both."""
-    cover = cover_streets(roads(_LENGTHS, _RING), Task(), 2)
+    cover = cover_streets(roads(_LENGTHS, _RING), CoverTask(), 2)
     assert [sorted(loop.edges) for loop in cover.loops] == [["a", "c"]]
     assert set(cover.left_out) == {"s", "t"}
 
@@ -55,7 +55,7 @@ def test_loops_that_need_a_second_place_have_it() -> None:
         {"a": (100, 1), "b": (100, 1), "s": (5, 1), "t": (5, 1)},
         ["a_0>s_0", "b_0>s_0", "s_0>t_0", "t_0>a_0", "t_0>b_0"],
     )
-    cover = cover_streets(network, Task(), 2)
+    cover = cover_streets(network, CoverTask(), 2)
     assert [sorted(loop.edges) for loop in cover.loops] == [["a", "b", "s", "s", "t", "t"]] * 2
 
 

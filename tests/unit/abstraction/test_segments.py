@@ -12,7 +12,7 @@ from loopgate.abstraction.collision_segments import collision_segments
 from loopgate.abstraction.itinerary import Abstraction, Itinerary
 from loopgate.abstraction.segments import lay_out_segments, make_segments
 from loopgate.abstraction.survey import survey
-from loopgate.abstraction.zones import Visit, cover
+from loopgate.abstraction.zones import ZoneVisit, cover
 from loopgate.errors import RouteError, ScenarioError
 
 # Two squares of 100 m whose sides cross at right angles in (50, 100) and (100, 50).
@@ -246,14 +246,14 @@ def test_loops_that_meet_nobody_are_private() -> None:
 def test_a_visit_boxed_in_joins_the_shorter_neighbour() -> None:
     """Three visits that touch, the middle one too short: it joins the shorter of the two beside it."""
     union: UnionFind[int] = UnionFind(range(3))
-    found = cover(ONE, [Visit(10, 40, 0), Visit(40, 44, 1), Visit(44, 60, 2)], 8.5, union)
+    found = cover(ONE, [ZoneVisit(10, 40, 0), ZoneVisit(40, 44, 1), ZoneVisit(44, 60, 2)], 8.5, union)
     assert [(v.begin_m, v.end_m) for v in found] == [(10, 40), (40, 60)]
     assert union[1] == union[2] != union[0]
 
 
 def test_a_visit_grows_downstream_when_there_is_no_room_upstream() -> None:
     """4 m long, touching the visit before it: 4.5 m are taken from the private road after it."""
-    found = cover(ONE, [Visit(10, 40, 0), Visit(40, 44, 1)], 8.5, UnionFind(range(2)))
+    found = cover(ONE, [ZoneVisit(10, 40, 0), ZoneVisit(40, 44, 1)], 8.5, UnionFind(range(2)))
     assert [(v.begin_m, v.end_m) for v in found] == [(10, 40), (40, pytest.approx(48.5))]
 
 

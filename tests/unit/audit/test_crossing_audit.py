@@ -14,7 +14,7 @@ from loopgate.audit import Layout, PositionAudit, audit_positions, position_tabl
 from loopgate.audit.bodies import bends, overlapping
 from loopgate.audit.drawing import Meeting, Side, conflicts_by_loop, find_meetings, lies_above
 from loopgate.audit.drawn_bodies import driven
-from loopgate.audit.layout import Leg, LoopWay, Span, VehicleBody
+from loopgate.audit.layout import LoopLeg, LoopSpan, LoopWay, VehicleBody
 from loopgate.audit.position_table import Positions
 from loopgate.errors import ResultsError
 from loopgate.results.columns import EVENT_COLUMNS
@@ -34,14 +34,14 @@ def loop(first: str, second: str, number: int, foes: dict[str, tuple[float, floa
     return LoopWay(
         120.0,
         (
-            Span(0.0, 50.0, (first,)),
-            Span(50.0, 60.0, (f":J_{number}_0",)),
-            Span(60.0, 110.0, (second,)),
-            Span(110.0, 120.0, (f":K_{number}_0",)),
+            LoopSpan(0.0, 50.0, (first,)),
+            LoopSpan(50.0, 60.0, (f":J_{number}_0",)),
+            LoopSpan(60.0, 110.0, (second,)),
+            LoopSpan(110.0, 120.0, (f":K_{number}_0",)),
         ),
         (
-            Leg(first, 0.0, 49.9, ((f"{first}>{second}", foes),)),
-            Leg(second, 60.0, 109.9, ((f"{second}>{first}", {}),)),
+            LoopLeg(first, 0.0, 49.9, ((f"{first}>{second}", foes),)),
+            LoopLeg(second, 60.0, 109.9, ((f"{second}>{first}", {}),)),
         ),
     )
 
@@ -392,9 +392,9 @@ def test_lanes_touched_on_different_ways_to_them_are_told_apart() -> None:
 
 def test_a_vehicle_changes_lanes_between_its_places() -> None:
     """Before the first of them it is on the one lane, behind the last on the other."""
-    span = Span(10.0, 110.0, ("E_1", "E_0"), entered="E_0")
-    places = (Leg("E_0", 30.0, 60.0), Leg("E_1", 80.0, 108.0))
-    way = LoopWay(300.0, (span, Span(110.0, 310.0, ("F_0",))), places)
+    span = LoopSpan(10.0, 110.0, ("E_1", "E_0"), entered="E_0")
+    places = (LoopLeg("E_0", 30.0, 60.0), LoopLeg("E_1", 80.0, 108.0))
+    way = LoopWay(300.0, (span, LoopSpan(110.0, 310.0, ("F_0",))), places)
     assert driven(way, span, way.spans[1]) == [(1e-6, 70.0), (50.0, 100.0)]
 
 
@@ -404,10 +404,10 @@ def test_nobody_is_drawn_before_the_place_where_who_drives_once_departs(
 ) -> None:
     """Its road crosses the way of others 6 m behind its beginning; the first place can begin beyond that."""
     plan = layout()
-    legs = (Leg("E_0", begins_m, 49.9), Leg("away E_0", 50.0, 1049.9))
+    legs = (LoopLeg("E_0", begins_m, 49.9), LoopLeg("away E_0", 50.0, 1049.9))
     plan = dataclasses.replace(
         plan,
-        loops={**plan.loops, "once": LoopWay(1050.0, (Span(0.0, 50.0, ("E_0",)),), legs)},
+        loops={**plan.loops, "once": LoopWay(1050.0, (LoopSpan(0.0, 50.0, ("E_0",)),), legs)},
         vehicles={**plan.vehicles, "v4": VehicleBody("once", 5.0, 1.8, 30.0, 0)},
         shapes={**plan.shapes, "E_0": ((0.0, -6.0), (0.0, 44.0))},
     )

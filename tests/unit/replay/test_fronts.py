@@ -7,7 +7,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from loopgate.audit.layout import Layout, Leg, LoopWay, Span, VehicleBody
+from loopgate.audit.layout import Layout, LoopLeg, LoopSpan, LoopWay, VehicleBody
 from loopgate.errors import ResultsError
 from loopgate.replay.fronts import read_fronts
 from loopgate.results.columns import FRONT, TIME, VEHICLE
@@ -17,11 +17,11 @@ def square(side_m: float = 100.0) -> Layout:
     """Return a loop driven east, north, west, south; `v` starts 20 m from its beginning."""
     corners = [(0.0, 0.0), (side_m, 0.0), (side_m, side_m), (0.0, side_m), (0.0, 0.0)]
     lap_m = 4 * side_m
-    spans = tuple(Span(side_m * k, side_m * (k + 1), (f"s{k}",)) for k in range(4))
+    spans = tuple(LoopSpan(side_m * k, side_m * (k + 1), (f"s{k}",)) for k in range(4))
     return Layout(
         step_s=0.5,
         room={"A": 5},
-        loops={"square": LoopWay(lap_m, spans, (Leg("A", 0.0, lap_m, ()),))},
+        loops={"square": LoopWay(lap_m, spans, (LoopLeg("A", 0.0, lap_m, ()),))},
         vehicles={
             "v": VehicleBody("square", 5.0, 1.8, 20.0, 0),
             "w": VehicleBody("square", 5.0, 1.8, 250.0, 0),

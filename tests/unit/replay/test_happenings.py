@@ -4,8 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from loopgate.audit.layout import Layout, Leg, LoopWay, VehicleBody
-from loopgate.audit.layout import Span as LaneSpan
+from loopgate.audit.layout import Layout, LoopLeg, LoopSpan, LoopWay, VehicleBody
 from loopgate.gates import Reason
 from loopgate.replay.happenings import WHY, Happenings, find_happenings
 from loopgate.replay.lines import DrawnLines, find_lines
@@ -23,10 +22,10 @@ def layout() -> Layout:
         "b": ((50.0, 0.0), (0.0, 0.0)),
     }
     legs = (
-        Leg("A", 0.0, 40.0, (("a>b", {"b>a": None}),)),
-        Leg("B", 50.0, 90.0, (("b>a", {"a>b": (0.0, 1.0)}),)),
+        LoopLeg("A", 0.0, 40.0, (("a>b", {"b>a": None}),)),
+        LoopLeg("B", 50.0, 90.0, (("b>a", {"a>b": (0.0, 1.0)}),)),
     )
-    spans = (LaneSpan(0.0, 50.0, ("a",)), LaneSpan(50.0, 100.0, ("b",)))
+    spans = (LoopSpan(0.0, 50.0, ("a",)), LoopSpan(50.0, 100.0, ("b",)))
     body = VehicleBody("ring", 5.0, 1.8, 20.0, 0)
     return Layout(
         step_s=1.0,

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from loopgate.audit.layout import Layout, Leg, LoopWay, Span, VehicleBody
-from loopgate.simulation.rerouting import Turn
+from loopgate.audit.layout import Layout, LoopLeg, LoopSpan, LoopWay, VehicleBody
+from loopgate.simulation.rerouting import TurnOff
 from loopgate.simulation.ways_driven import as_driven
 
 
 def way(*edges: str) -> LoopWay:
     """Return a way of edges of 100 m, each of which is a place, with a crossing behind it."""
-    spans = tuple(Span(100.0 * k, 100.0 * k + 100.0, (f"{edge}_0",)) for k, edge in enumerate(edges))
+    spans = tuple(LoopSpan(100.0 * k, 100.0 * k + 100.0, (f"{edge}_0",)) for k, edge in enumerate(edges))
     legs = tuple(
-        Leg(edge, span.begin_m, span.end_m - 1.0, ((f"{edge}>", {"foe": (span.end_m, span.end_m + 5.0)}),))
+        LoopLeg(
+            edge, span.begin_m, span.end_m - 1.0, ((f"{edge}>", {"foe": (span.end_m, span.end_m + 5.0)}),)
+        )
         for edge, span in zip(edges, spans, strict=True)
     )
     return LoopWay(100.0 * len(edges), spans, legs)
@@ -26,7 +28,7 @@ def test_it_leads_over_the_first_and_then_the_others_in_one_arc_length() -> None
     }
     bodies = {name: VehicleBody("first", 5.0, 1.8, 10.0, 0) for name in ("led", "other")}
     layout = Layout(1.0, {}, loops, bodies, {}, {})
-    turns = {"led": [Turn(1, "second", 0), Turn(1, "third", 2)]}
+    turns = {"led": [TurnOff(1, "second", 0), TurnOff(1, "third", 2)]}
     led = as_driven(layout, turns)
     assert set(led.loops) == {"first", led.vehicles["led"].loop}
     assert led.vehicles["other"].loop == "first"
@@ -54,12 +56,12 @@ def test_on_the_road_where_it_turns_it_comes_on_one_lane_and_leaves_on_another()
     """As where the other way changes lanes behind the place."""
     first = way("a", "b", "c")
     second = LoopWay(
-        200.0, (Span(0.0, 100.0, ("b_1", "b_0"), "b_0"), *way("b", "d").spans[1:]), way("b", "d").legs
+        200.0, (LoopSpan(0.0, 100.0, ("b_1", "b_0"), "b_0"), *way("b", "d").spans[1:]), way("b", "d").legs
     )
     layout = Layout(
         1.0, {}, {"first": first, "second": second}, {"v": VehicleBody("first", 5.0, 1.8, 10.0, 0)}, {}, {}
     )
-    led = as_driven(layout, {"v": [Turn(1, "second", 0)]})
+    led = as_driven(layout, {"v": [TurnOff(1, "second", 0)]})
     spans = led.loops[led.vehicles["v"].loop].spans
-    assert spans[1] == Span(100.0, 200.0, ("b_1", "b_0"), "b_0")
+    assert spans[1] == LoopSpan(100.0, 200.0, ("b_1", "b_0"), "b_0")
     assert [span.lanes[0] for span in spans] == ["a_0", "b_1", "d_0"]

@@ -13,8 +13,8 @@ from loopgate.errors import RouteError
 from loopgate.network.cover.circulation import Circulation, circulate, least_circulation
 from loopgate.network.cover.distances import Ways, shortest_ways
 from loopgate.network.cover.lane_graph import LaneGraph, lane_graph
-from loopgate.network.cover.reasons import Reason, why_not_covered
-from loopgate.network.cover.search import Plan, search
+from loopgate.network.cover.reasons import CoverReason, why_not_covered
+from loopgate.network.cover.search import TourPlan, search
 from loopgate.network.cover.tours import joined
 from loopgate.network.lanes import LEAST_CHANGE_M
 from loopgate.network.records import Edge
@@ -25,7 +25,7 @@ _STARTS, _COUNTED = 20, 100
 
 
 @dataclass(frozen=True, slots=True)
-class Task:
+class CoverTask:
     """What is to be covered, and how."""
 
     edges: tuple[str, ...] | None = None
@@ -51,7 +51,7 @@ class Task:
 class Design:
     """Streets that can be covered, ready to be given to loops."""
 
-    task: Task
+    task: CoverTask
     graph: LaneGraph
     """Lanes and turns, all of which can be reached from each other."""
     ways: Ways
@@ -65,7 +65,7 @@ class Design:
     """One tour through all of them."""
     required: tuple[str, ...]
     """Edges to be covered."""
-    left_out: dict[str, Reason]
+    left_out: dict[str, CoverReason]
     """Edges that cannot be covered, and why."""
 
     def bound(self, count: int) -> float:
@@ -79,7 +79,7 @@ class Design:
             cost[:, rank] += more.get(self.graph.edges[node], 0.0)
         return replace(self, ways=replace(self.ways, cost=cost))
 
-    def plans(self, count: int, *, seed: int, begun: Plan | None = None) -> Iterator[Plan]:
+    def plans(self, count: int, *, seed: int, begun: TourPlan | None = None) -> Iterator[TourPlan]:
         """Yield ever better plans for so many loops, or for more where none may be longer than so much.
 
         With `begun`, a plan that was found before, the search goes on with that.
@@ -99,7 +99,7 @@ class Design:
             count += max(1, count // 20)
 
 
-def walks_of(design: Design, plan: Plan) -> list[tuple[int, ...]]:
+def walks_of(design: Design, plan: TourPlan) -> list[tuple[int, ...]]:
     """Return the closed walks of a plan, as nodes of the graph, led over the start if there is one."""
     walks = [design.ways.walk(tour.tolist()) for tour in plan.tours]
     if design.task.start is None:
@@ -122,7 +122,9 @@ def _led_over(design: Design, walk: tuple[int, ...], hubs: Sequence[int]) -> tup
     return (*walk[:at], *detour, *walk[at:])
 
 
-def make_design(network: RoadNetwork, task: Task, *, without: dict[str, Reason] | None = None) -> Design:
+def make_design(
+    network: RoadNetwork, task: CoverTask, *, without: dict[str, CoverReason] | None = None
+) -> Design:
     """Look at what can be covered, and what it takes at least.
 
     Raises `NetworkError` if an edge of the task is not in the network; `RouteError` if not one of the streets
@@ -150,7 +152,7 @@ def make_design(network: RoadNetwork, task: Task, *, without: dict[str, Reason] 
     cost = _cost(graph, task)
     if math.isfinite(task.max_length_m):
         too_long = _too_long(graph, cost, nodes, required, task.max_length_m)
-        left_out |= dict.fromkeys(too_long, Reason.TOO_LONG)
+        left_out |= dict.fromkeys(too_long, CoverReason.TOO_LONG)
         required = [edge for edge in required if edge not in too_long]
     if not required:
         raise _nothing(network, task, left_out)
@@ -182,11 +184,13 @@ def _choices(streets: Sequence[Sequence[str]], nodes: Mapping[str, Sequence[int]
     return [[node for edge in street for node in nodes[edge]] for street in streets]
 
 
-def _cost(graph: LaneGraph, task: Task) -> npt.NDArray[np.float64]:
+def _cost(graph: LaneGraph, task: CoverTask) -> npt.NDArray[np.float64]:
     return graph.seconds if task.by_time else graph.length_m
 
 
-def _part(network: RoadNetwork, task: Task, wanted: Sequence[str], without: dict[str, Reason]) -> LaneGraph:
+def _part(
+    network: RoadNetwork, task: CoverTask, wanted: Sequence[str], without: dict[str, CoverReason]
+) -> LaneGraph:
     """Return the part of the network in which most of the wanted edges can be reached from each other."""
     graph = lane_graph(
         network, vclass=task.vclass, u_turns=task.u_turns, change_m=task.change_m, without=without
@@ -204,7 +208,7 @@ def _part(network: RoadNetwork, task: Task, wanted: Sequence[str], without: dict
     return graph.within(max(parts, key=lambda part: len({graph.edges[node] for node in part} & of_task)))
 
 
-def _nothing(network: RoadNetwork, task: Task, left_out: dict[str, Reason]) -> RouteError:
+def _nothing(network: RoadNetwork, task: CoverTask, left_out: dict[str, CoverReason]) -> RouteError:
     if not any(edge.allows(task.vclass) for edge in network.edges.values()):
         return RouteError(f"{network.name}: no edge is open to {task.vclass}; name a class of SUMO's")
     counted = {reason: list(left_out.values()).count(reason) for reason in dict.fromkeys(left_out.values())}

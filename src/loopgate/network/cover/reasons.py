@@ -10,7 +10,7 @@ import networkx as nx
 from loopgate.network.road import RoadNetwork
 
 
-class Reason(StrEnum):
+class CoverReason(StrEnum):
     """Why a street cannot be covered."""
 
     CLOSED = "closed to the class"
@@ -26,7 +26,7 @@ class Reason(StrEnum):
 
 def why_not_covered(
     network: RoadNetwork, covered: Iterable[str], wanted: Iterable[str], *, vclass: str, u_turns: bool
-) -> dict[str, Reason]:
+) -> dict[str, CoverReason]:
     """Return for each wanted edge that is not covered the reason; O(edges + connections).
 
     Parameters
@@ -41,8 +41,8 @@ def why_not_covered(
     core = set(covered)
     left = [edge for edge in wanted if edge not in core]
     if not left or not core:
-        return {edge: Reason.CLOSED for edge in left if not network.edges[edge].allows(vclass)} | {
-            edge: Reason.U_TURN if not u_turns else Reason.EXIT
+        return {edge: CoverReason.CLOSED for edge in left if not network.edges[edge].allows(vclass)} | {
+            edge: CoverReason.U_TURN if not u_turns else CoverReason.EXIT
             for edge in left
             if network.edges[edge].allows(vclass)
         }
@@ -63,16 +63,16 @@ def why_not_covered(
     hub = min(core)
     # The first that holds is the reason.
     tests = {
-        Reason.LANES: _with(straight, hub),
-        Reason.U_TURN: _with(turning, hub),
-        Reason.TURN_BAN: _with(anyhow, hub),
-        Reason.EXIT: nx.descendants(straight, hub),
-        Reason.ENTRY: nx.ancestors(straight, hub),
+        CoverReason.LANES: _with(straight, hub),
+        CoverReason.U_TURN: _with(turning, hub),
+        CoverReason.TURN_BAN: _with(anyhow, hub),
+        CoverReason.EXIT: nx.descendants(straight, hub),
+        CoverReason.ENTRY: nx.ancestors(straight, hub),
     }
     return {
-        name: next((reason for reason, edges in tests.items() if name in edges), Reason.APART)
+        name: next((reason for reason, edges in tests.items() if name in edges), CoverReason.APART)
         if network.edges[name].allows(vclass)
-        else Reason.CLOSED
+        else CoverReason.CLOSED
         for name in left
     }
 

@@ -39,7 +39,7 @@ _FEWEST = 3
 
 
 @dataclass(frozen=True, slots=True)
-class Plan:
+class TourPlan:
     """Closed tours through required streets, which go by their rank, with their lengths."""
 
     tours: tuple[Ints, ...]
@@ -56,7 +56,7 @@ class Plan:
         return sum(self.lengths)
 
 
-def search(cost: Floats, tours: Sequence[Ints], count: int, bound: float, *, seed: int) -> Iterator[Plan]:
+def search(cost: Floats, tours: Sequence[Ints], count: int, bound: float, *, seed: int) -> Iterator[TourPlan]:
     """Yield ever better plans, `ROUNDS` and one in all; the last is the best found.
 
     First a tour through all is cut; tours that are several are gone on with, in half as many rounds. Then, in
@@ -99,11 +99,11 @@ def _length(cost: Floats, tour: Ints) -> float:
     return float(cost[tour, np.roll(tour, -1)].sum())
 
 
-def _plan(cost: Floats, tours: Sequence[Ints]) -> Plan:
-    return Plan(tuple(tours), tuple(_length(cost, tour) for tour in tours))
+def _plan(cost: Floats, tours: Sequence[Ints]) -> TourPlan:
+    return TourPlan(tuple(tours), tuple(_length(cost, tour) for tour in tours))
 
 
-def _begin(cost: Floats, tour: Ints, count: int, bound: float) -> Plan:
+def _begin(cost: Floats, tour: Ints, count: int, bound: float) -> TourPlan:
     tours = split(cost, tour, count, bound)
     while len(tours) < min(count, len(cost)):
         tours.sort(key=lambda t: (len(t) > 1, _length(cost, t)))
@@ -122,12 +122,14 @@ def _neighbours(cost: Floats) -> tuple[Ints, Ints]:
     return near, nearest(either, min(_AROUND, len(cost)))
 
 
-def _better(one: Plan, other: Plan, bound: float) -> bool:
+def _better(one: TourPlan, other: TourPlan, bound: float) -> bool:
     least = bound * (1.0 + _AT_BOUND)
     return (max(one.longest, least), one.total) < (max(other.longest, least), other.total)
 
 
-def _moved(cost: Floats, near: Ints, around: Ints, plan: Plan, bound: float, heat: float, seed: int) -> Plan:
+def _moved(
+    cost: Floats, near: Ints, around: Ints, plan: TourPlan, bound: float, heat: float, seed: int
+) -> TourPlan:
     links = np.empty((2, len(cost)), dtype=np.int64)
     on = np.empty(len(cost), dtype=np.int64)
     for number, tour in enumerate(plan.tours):
@@ -157,7 +159,7 @@ def _moved(cost: Floats, near: Ints, around: Ints, plan: Plan, bound: float, hea
     return _plan(cost, tours)
 
 
-def _given_up(cost: Floats, plan: Plan, bound: float) -> Plan:
+def _given_up(cost: Floats, plan: TourPlan, bound: float) -> TourPlan:
     """Return a plan in which the shortest tour is given up to the others, and the longest is cut in two.
 
     Strings move between neighbours only, so a tour that is short because little lies about it would stay so.
@@ -184,7 +186,7 @@ def _worths(lengths: Floats, scale: float) -> Floats:
     return np.array([worth(length, scale, _SHARE) for length in lengths])
 
 
-def _paired(cost: Floats, plan: Plan, bound: float, heat: float, rng: np.random.Generator) -> Plan:
+def _paired(cost: Floats, plan: TourPlan, bound: float, heat: float, rng: np.random.Generator) -> TourPlan:
     tours, lengths, best = list(plan.tours), list(plan.lengths), plan
     scale = plan.longest
 
@@ -203,7 +205,7 @@ def _paired(cost: Floats, plan: Plan, bound: float, heat: float, rng: np.random.
         if change < 0.0 or rng.random() < math.exp(-change / heat):
             for number, tour in zip((one, other), made, strict=True):
                 tours[number], lengths[number] = tour, _length(cost, tour)
-            now = Plan(tuple(tours), tuple(lengths))
+            now = TourPlan(tuple(tours), tuple(lengths))
             best = now if _better(now, best, bound) else best
     return best
 

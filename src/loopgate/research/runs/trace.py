@@ -32,7 +32,7 @@ class RefusedMove:
 
 
 @dataclass(frozen=True, slots=True)
-class Step:
+class TraceStep:
     """One configuration of a run."""
 
     step: int
@@ -64,14 +64,14 @@ class Step:
         }
 
 
-def trace_moves(system: System, gate: Gate, moves: Iterable[RobotId]) -> list[Step]:
+def trace_moves(system: System, gate: Gate, moves: Iterable[RobotId]) -> list[TraceStep]:
     """Make `moves` from the start and say at each step what the gate answers every robot.
 
     Raises `SystemModelError` if a move names no robot of the system; `IllegalMoveError` if the gate refuses a
     move; the text says why.
     """
     here = system.initial
-    steps: list[Step] = []
+    steps: list[TraceStep] = []
     orders = Orders(system, limit=_MOST_ORDERS)
     for name in moves:
         robot = system.robot_number(name)
@@ -91,7 +91,7 @@ def trace_moves(system: System, gate: Gate, moves: Iterable[RobotId]) -> list[St
 
 def _step(
     system: System, gate: Gate, here: Configuration, number: int, mover: int | None, orders: Orders
-) -> Step:
+) -> TraceStep:
     admitted: list[RobotId] = []
     refused: dict[RobotId, RefusedMove] = {}
     for robot, entry in enumerate(system.robots):
@@ -107,7 +107,7 @@ def _step(
             reason = Reason.OCCUPIED if decision.admitted else decision.reason
             refused[entry.id] = RefusedMove(reason, decision.detail or _why(system, here, robot, reason))
     moved = None if mover is None else system.robots[mover].id
-    return Step(number, system.describe(here), tuple(admitted), refused, moved)
+    return TraceStep(number, system.describe(here), tuple(admitted), refused, moved)
 
 
 def _why(system: System, here: Configuration, robot: int, reason: Reason) -> str:

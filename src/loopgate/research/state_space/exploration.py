@@ -20,7 +20,7 @@ from loopgate.research.theory.orders import Orders
 
 
 @dataclass(frozen=True, slots=True)
-class Exploration:
+class ExplorationFigures:
     """Figures of all configurations that are reachable from the start under a gate."""
 
     configurations: int
@@ -59,7 +59,7 @@ def explore(
     memory_gb: float = 4.0,
     limit: int | None = None,
     progress: Callable[[int], None] = lambda _: None,
-) -> Exploration:
+) -> ExplorationFigures:
     """Explore all configurations reachable from the start under `gate`.
 
     Raises `ExplorationLimitError` if memory or limit do not suffice.
@@ -103,7 +103,7 @@ def explore(
         names = tuple(system.robots[i].id for i in reach.way(int(bad[0])))
         where = system.describe(space.configuration(int(bad[0])))
         found = Counterexample("stuck" if good[bad[0]] else "unsafe", names, where)
-    return Exploration(
+    return ExplorationFigures(
         configurations=len(order),
         transitions=int(reach.ways.sum(dtype=np.int64)),
         live=int(live[order].sum()),

@@ -7,9 +7,9 @@ from roads import roads
 
 from loopgate.errors import RouteError
 from loopgate.network import RoadNetwork
-from loopgate.network.cover.design import Design, Task, make_design, walks_of
-from loopgate.network.cover.reasons import Reason
-from loopgate.network.cover.search import Plan
+from loopgate.network.cover.design import CoverTask, Design, make_design, walks_of
+from loopgate.network.cover.reasons import CoverReason
+from loopgate.network.cover.search import TourPlan
 
 _TWO_RINGS = roads(
     {"s": (100, 1), "a": (200, 1), "b": (300, 1)}, ["s_0>a_0", "a_0>s_0", "s_0>b_0", "b_0>s_0"]
@@ -17,18 +17,18 @@ _TWO_RINGS = roads(
 """Two rings with the edge s in common."""
 
 
-def best(design: Design, count: int) -> Plan:
+def best(design: Design, count: int) -> TourPlan:
     *_, last = design.plans(count, seed=1)
     return last
 
 
-def edges(design: Design, plan: Plan) -> list[list[str]]:
+def edges(design: Design, plan: TourPlan) -> list[list[str]]:
     return [[design.graph.edges[node] for node in walk] for walk in walks_of(design, plan)]
 
 
 def test_one_loop_drives_the_shared_edge_twice() -> None:
     """Round both rings: 100 + 200 + 100 + 300 m, and nothing is shorter."""
-    design = make_design(_TWO_RINGS, Task())
+    design = make_design(_TWO_RINGS, CoverTask())
     assert design.circulation == pytest.approx(700, abs=0.1)
     plan = best(design, 1)
     assert plan.total == pytest.approx(700, abs=0.1)
@@ -42,7 +42,7 @@ def test_streets_of_which_no_two_fit_on_a_short_loop_make_the_longest_longer() -
         {"s": (100, 1), "a": (200, 1), "b": (200, 1), "c": (300, 1)},
         [f"{one}_0>{other}_0" for ring in "abc" for one, other in (("s", ring), (ring, "s"))],
     )
-    design = make_design(rings, Task())
+    design = make_design(rings, CoverTask())
     assert design.bound(2) == pytest.approx(600, abs=0.1)
     assert design.bound(3) == pytest.approx(400, abs=0.1)
     assert best(design, 2).longest == pytest.approx(600, abs=0.1)
@@ -50,7 +50,7 @@ def test_streets_of_which_no_two_fit_on_a_short_loop_make_the_longest_longer() -
 
 def test_two_loops_are_one_ring_each() -> None:
     """The longer ring is the bound: half of 700 m is less than its 400 m."""
-    design = make_design(_TWO_RINGS, Task())
+    design = make_design(_TWO_RINGS, CoverTask())
     plan = best(design, 2)
     assert design.bound(2) == pytest.approx(400, abs=0.1)
     assert sorted(plan.lengths) == pytest.approx([300, 400], abs=0.1)
@@ -58,7 +58,7 @@ def test_two_loops_are_one_ring_each() -> None:
 
 def test_of_more_loops_than_needed_the_total_is_small() -> None:
     """A third loop shortens nothing; it takes the cheapest: the shorter ring again, or s with it."""
-    design = make_design(_TWO_RINGS, Task())
+    design = make_design(_TWO_RINGS, CoverTask())
     plan = best(design, 3)
     assert plan.longest == pytest.approx(400, abs=0.1)
     assert plan.total == pytest.approx(1000, abs=0.1)
@@ -79,7 +79,7 @@ def test_circulations_that_fall_apart_are_joined() -> None:
             "back_0>a_0",
         ],
     )
-    design = make_design(apart, Task(edges=("a", "b", "c", "d")))
+    design = make_design(apart, CoverTask(edges=("a", "b", "c", "d")))
     assert design.circulation == pytest.approx(200, abs=0.1)
     assert best(design, 1).total == pytest.approx(1200, abs=0.1)
     assert best(design, 2).longest == pytest.approx(100, abs=0.1)
@@ -91,7 +91,7 @@ _SHORT_RING = ["a_0>c_0", "c_0>a_0", "a_0>s_0", "s_0>a_0"]
 def test_no_loop_comes_back_to_an_edge_with_no_place_between() -> None:
     """From a over s back to a is shorter, 110 m; from a over s to c and back to a it is 310 m and works."""
     network = roads({"a": (100, 1), "c": (200, 1), "s": (10, 1)}, [*_SHORT_RING, "s_0>c_0"])
-    either, queued = make_design(network, Task()), make_design(network, Task(place_m=20))
+    either, queued = make_design(network, CoverTask()), make_design(network, CoverTask(place_m=20))
     assert best(either, 2).total == pytest.approx(300 + 110, abs=0.1)
     (loop,) = edges(queued, best(queued, 1))
     assert sorted(loop) == ["a", "c", "s"]
@@ -102,17 +102,17 @@ def test_no_loop_comes_back_to_an_edge_with_no_place_between() -> None:
 def test_a_ring_stays_where_its_streets_cannot_be_covered_otherwise() -> None:
     """What is to be done about it is for who lays out the loops to say."""
     network = roads({"a": (100, 1), "c": (200, 1), "s": (10, 1)}, _SHORT_RING)
-    design = make_design(network, Task(place_m=20))
+    design = make_design(network, CoverTask(place_m=20))
     assert design.required == ("a", "c", "s")
     assert not design.left_out
 
 
 def test_no_loop_is_longer_than_allowed() -> None:
     """At most 450 m: two loops, though one was asked for; 350 m is less than the longer ring takes."""
-    design = make_design(_TWO_RINGS, Task(max_length_m=450))
+    design = make_design(_TWO_RINGS, CoverTask(max_length_m=450))
     assert best(design, 1).longest < 450
-    short = make_design(_TWO_RINGS, Task(max_length_m=350))
-    assert short.left_out == {"b": Reason.TOO_LONG}
+    short = make_design(_TWO_RINGS, CoverTask(max_length_m=350))
+    assert short.left_out == {"b": CoverReason.TOO_LONG}
     assert short.required == ("s", "a")
 
 
@@ -122,16 +122,16 @@ def test_every_loop_leads_over_the_start() -> None:
         dict.fromkeys("abcd", (100, 1)),
         ["a_0>b_0", "b_0>a_0", "b_0>c_0", "c_0>b_0", "c_0>d_0", "d_0>c_0"],
     )
-    design = make_design(chain, Task(start="a"))
+    design = make_design(chain, CoverTask(start="a"))
     assert all("a" in loop for loop in edges(design, best(design, 2)))
     with pytest.raises(RouteError, match="no loop leads over the start x"):
-        make_design(roads({"x": (9, 1), "y": (9, 1)}, ["y_0>y_0"]), Task(start="x"))
+        make_design(roads({"x": (9, 1), "y": (9, 1)}, ["y_0>y_0"]), CoverTask(start="x"))
 
 
 def test_either_way_is_enough() -> None:
     """Two streets with both directions: of each one is driven, round the block."""
     block = RoadNetwork.open("networks/grid5-priority.net.xml")
-    both, either = make_design(block, Task()), make_design(block, Task(either_way=True))
+    both, either = make_design(block, CoverTask()), make_design(block, CoverTask(either_way=True))
     assert len(either.ways.nodes) == len(both.ways.nodes) / 2
     assert either.circulation < 0.8 * both.circulation
 
@@ -139,9 +139,13 @@ def test_either_way_is_enough() -> None:
 def test_lanes_are_changed_on_long_edges_only() -> None:
     """From lane 0 to lane 1 of 9 m no way leads, on 11 m one does; a lane beside it makes the difference."""
     ways = ["in_0>m_0", "m_1>out_0", "out_0>in_0", "out_0>side_0", "side_0>out_0"]
-    short = make_design(roads({"in": (50, 1), "m": (9, 2), "out": (50, 1), "side": (50, 1)}, ways), Task())
-    long = make_design(roads({"in": (50, 1), "m": (11, 2), "out": (50, 1), "side": (50, 1)}, ways), Task())
-    assert short.left_out == {"in": Reason.LANES, "m": Reason.LANES}
+    short = make_design(
+        roads({"in": (50, 1), "m": (9, 2), "out": (50, 1), "side": (50, 1)}, ways), CoverTask()
+    )
+    long = make_design(
+        roads({"in": (50, 1), "m": (11, 2), "out": (50, 1), "side": (50, 1)}, ways), CoverTask()
+    )
+    assert short.left_out == {"in": CoverReason.LANES, "m": CoverReason.LANES}
     assert (short.required, long.required) == (("out", "side"), ("in", "m", "out", "side"))
 
 
@@ -152,27 +156,32 @@ def test_why_streets_cannot_be_covered() -> None:
         ["a_0>b_0", "b_0>a_0", "in_0>a_0", "b_0>out_0", "x_0>y_0", "b_0>bus_0", "bus_0>a_0"],
         buses_only=["bus_0"],
     )
-    with_bus = Task(edges=tuple(network.edges))
+    with_bus = CoverTask(edges=tuple(network.edges))
     reasons = make_design(network, with_bus).left_out
-    assert reasons.pop("bus") == Reason.CLOSED
+    assert reasons.pop("bus") == CoverReason.CLOSED
     # All edges begin and end at one junction here, so a turn would help each of them.
     assert set(reasons) == {"in", "out", "x", "y"}
-    bremen = make_design(RoadNetwork.open("sumo:bs3d"), Task())
+    bremen = make_design(RoadNetwork.open("sumo:bs3d"), CoverTask())
     counted = {
         reason: list(bremen.left_out.values()).count(reason) for reason in set(bremen.left_out.values())
     }
-    assert counted == {Reason.U_TURN: 56, Reason.EXIT: 14, Reason.ENTRY: 5, Reason.APART: 2}
+    assert counted == {
+        CoverReason.U_TURN: 56,
+        CoverReason.EXIT: 14,
+        CoverReason.ENTRY: 5,
+        CoverReason.APART: 2,
+    }
 
 
 def test_a_network_without_a_way_round() -> None:
     """Is an error that says what may help."""
     with pytest.raises(RouteError, match=r"no street can be covered.*--u-turns"):
-        make_design(RoadNetwork.open("sumo:fokr_bs_demo"), Task())
+        make_design(RoadNetwork.open("sumo:fokr_bs_demo"), CoverTask())
 
 
 def test_the_same_seed_makes_the_same_loops() -> None:
     """And another one others, that are about as good."""
-    design = make_design(RoadNetwork.open("sumo:bs3d"), Task())
+    design = make_design(RoadNetwork.open("sumo:bs3d"), CoverTask())
     one, again = best(design, 4), best(design, 4)
     assert [tour.tolist() for tour in one.tours] == [tour.tolist() for tour in again.tours]
 
@@ -180,7 +189,7 @@ def test_the_same_seed_makes_the_same_loops() -> None:
 @pytest.mark.parametrize(("count", "over"), [(1, 0.01), (5, 0.05), (20, 0.1)])
 def test_loops_are_near_the_bound(count: int, over: float) -> None:
     """On `bs3d`: 97 edges, within 1, 5 and 10 % of what no plan can be below."""
-    design = make_design(RoadNetwork.open("sumo:bs3d"), Task())
+    design = make_design(RoadNetwork.open("sumo:bs3d"), CoverTask())
     plan = best(design, count)
     assert plan.longest <= (1 + over) * design.bound(count)
     assert count > 5 or plan.total <= 1.04 * design.circulation
@@ -188,7 +197,7 @@ def test_loops_are_near_the_bound(count: int, over: float) -> None:
 
 def test_a_detour_that_is_known_is_shared() -> None:
     """On `bs3d` with a street that costs 400 m more the search goes on, and the longest grows by less."""
-    design = make_design(RoadNetwork.open("sumo:bs3d"), Task())
+    design = make_design(RoadNetwork.open("sumo:bs3d"), CoverTask())
     plan = best(design, 4)
     dear = max(plan.tours, key=len)[0]
     street = design.graph.edges[design.ways.nodes[dear]]
