@@ -155,17 +155,16 @@ class _Plan:
         self.stretches, self.narrow = lay_stretches(network, users, self._parts, reach_m=wide_m, near=near)
         needs: dict[str, Counter[float]] = {}
         for (loop, kind), count in counts.items():
-            for span in loop.spans:
-                if not span.internal:
-                    # A stretch cuts all lanes of its edge at the same places, so the edge's longest counts.
-                    on = span.edge if span.edge in self.stretches else span.lane_id
-                    needs.setdefault(on, Counter())[kind.length_m + kind.min_gap_m] += count
+            for span in loop.roads:
+                # A stretch cuts all lanes of its edge at the same places, so the edge's longest counts.
+                on = span.edge if span.edge in self.stretches else span.lane_id
+                needs.setdefault(on, Counter())[kind.length_m + kind.min_gap_m] += count
         self._needed = {on: tuple(sorted(some.items(), reverse=True)) for on, some in needs.items()}
 
     def chain(self, loop: Loop) -> list[Piece]:
         """Cut a loop into pieces, in driving order from its beginning."""
         pieces: list[Piece] = []
-        movements, roads = _movements(self._network, loop), _roads(loop)
+        movements, roads = _movements(self._network, loop), loop.roads
         for movement, span in zip(movements, roads, strict=loop.closed):
             pieces += self._on_edge(span)
             length = sum(self._network.lanes[lane].length_m for lane in movement.via)
@@ -223,7 +222,7 @@ class _Plan:
 
     def why_not(self, loop: Loop, chain: Sequence[Piece], kind: VehicleType) -> Refusal | None:
         """Return what keeps a loop from working as queues; None if nothing does."""
-        for span in _roads(loop):
+        for span in loop.roads:
             needed = kind.length_m + kind.min_gap_m
             if span.lane_in != span.lane and span.length_m < least_change_m(needed):
                 return Refusal(
@@ -249,10 +248,6 @@ class _Plan:
                     guides.from_edge,
                 )
         return None
-
-
-def _roads(loop: Loop) -> list[LaneSpan]:
-    return [span for span in loop.spans if not span.internal]
 
 
 def _movements(network: RoadNetwork, loop: Loop) -> list[Connection]:

@@ -77,7 +77,7 @@ def write_shapes(
         _add_crossing(top, names, loop, leg, after)
     for loop, reason, edge in refused:
         _add_loop(top, names, loop, _REFUSED, reason=reason)
-        spans = (span for span in loop.spans if span.edge == edge and not span.internal)
+        spans = (span for span in loop.roads if span.edge == edge)
         at = next((span.shapes[0][-1] for span in spans), tuple(loop.curve()[0][0]))
         _poi(
             top, names.new("refused", loop.id), at, _REFUSED, "loopgate.refused", loop=loop.id, reason=reason

@@ -45,7 +45,7 @@ def measure_coverage(network: RoadNetwork, loops: Iterable[Loop], *, vclass: str
         if vclass in lane.allowed
     }
     edges = {network.lanes[lane].edge for lane in lanes}
-    spans = [span for loop in loops for span in loop.spans if not span.internal]
+    spans = [span for loop in loops for span in loop.roads]
     visited = {lane for span in spans for lane in span.lane_ids} & lanes.keys()
     return Coverage(
         edges=len(edges),

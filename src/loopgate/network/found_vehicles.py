@@ -201,7 +201,7 @@ def _depart(what: str, loop: Loop, edge: int, position: str) -> float | None:
         position_m = float(position)
     except ValueError:
         return None  # "base", "random", "free": SUMO would choose
-    span = [span for span in loop.spans if not span.internal][edge]
+    span = loop.roads[edge]
     if not abs(position_m) <= span.length_m + _BEYOND_M:
         msg = f"{what}: departPos is {shown(position)}; edge {span.edge} is {span.length_m:g} m long"
         raise RouteError(msg)

@@ -104,6 +104,11 @@ class Loop:
         object.__setattr__(self, "_ends", tuple(span.end_m for span in self.spans))
 
     @property
+    def roads(self) -> list[LaneSpan]:
+        """Its lanes outside of junctions: one for each of its `edges`."""
+        return [span for span in self.spans if not span.internal]
+
+    @property
     def length_m(self) -> float:
         """Length of its lanes [m]: of one lap, if it is closed."""
         return self._ends[-1]

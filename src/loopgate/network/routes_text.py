@@ -44,7 +44,7 @@ def _vehicle_line(vehicle: LoopVehicle) -> str:
     begin += f'route={quoteattr(vehicle.loop.id)} depart="0"'
     if vehicle.depart_m is None:
         return f"{begin}/>"
-    roads = [span for span in vehicle.loop.spans if not span.internal]
+    roads = vehicle.loop.roads
     number = max(k for k, span in enumerate(roads) if k == 0 or span.begin_m <= vehicle.depart_m)
     position = min(vehicle.depart_m - roads[number].begin_m, roads[number].length_m)
     return f'{begin} departEdge="{number}" departPos="{position:.2f}"/>'

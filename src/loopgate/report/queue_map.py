@@ -188,7 +188,7 @@ def _refused(axes: Axes, refusals: Sequence[RefusedLoop], width: float, scale: f
     for refusal in refusals:
         at = refusal.loop.curve()[0][0]  # where no edge is to blame the label stands at the loop's beginning
         if refusal.edge is not None:
-            spans = (span for span in refusal.loop.spans if span.edge == refusal.edge and not span.internal)
+            spans = (span for span in refusal.loop.roads if span.edge == refusal.edge)
             at = np.asarray(next(spans).shapes[0][-1], dtype=np.float64)
             axes.plot(*at, "X", color=_REFUSED, markersize=10, markeredgecolor="white", zorder=11)
         near = next((names for where, names in labels if np.hypot(*(where - at)) * scale < _NEAR_PT), None)

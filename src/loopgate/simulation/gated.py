@@ -79,7 +79,7 @@ def find_unfit(
     """
     unfit: dict[str, list[LoopVehicle]] = {}
     alone: dict[tuple[Loop, VehicleType], Refusal | None] = {(v.loop, v.type): None for v in once}
-    edges = dict.fromkeys(span.edge for loop, _ in alone for span in loop.spans if not span.internal)
+    edges = dict.fromkeys(span.edge for loop, _ in alone for span in loop.roads)
     lanes = [lane.id for edge in edges for lane in network.edges[edge].lanes]
     near = {
         width_m: narrow_lanes(network, lanes, reach_m=reach_m((width_m,)))
@@ -123,8 +123,7 @@ def write_ordinary(vehicles: Sequence[LoopVehicle], file: Path, *, known: Collec
         if v.edge:
             said["departEdge"] = f"{v.edge}"
         if v.depart_m is not None:
-            begin_m = [span.begin_m for span in v.loop.spans if not span.internal][v.edge]
-            said["departPos"] = f"{v.depart_m - begin_m:g}"
+            said["departPos"] = f"{v.depart_m - v.loop.roads[v.edge].begin_m:g}"
         element = ET.SubElement(top, "vehicle", said)
         again = {"repeat": _ROUNDS} if v.loop.closed else {}
         ET.SubElement(element, "route", edges=" ".join(v.loop.edges), attrib=again)

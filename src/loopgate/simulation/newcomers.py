@@ -96,8 +96,7 @@ class Newcomer:
             if lane.startswith(":"):
                 return math.nan  # where it goes on is told by the next road
             number = self._edge_number(traffic, edge)
-            begins = [span.begin_m for span in self.loop.spans if not span.internal]
-            return begins[number] + at_m
+            return self.loop.roads[number].begin_m + at_m
         lap_m = self.loop.length_m
         return min(arcs, key=lambda arc: abs((arc - self.arc_m + lap_m / 2) % lap_m - lap_m / 2))
 
@@ -117,7 +116,7 @@ class Newcomer:
     def _hold(self, traffic: Traffic, track: Track) -> None:
         """Give it a route for the next rounds, and a stop at the end of the first place where it can be."""
         edges = self.loop.edges
-        begins = [span.begin_m for span in self.loop.spans if not span.internal]
+        begins = [span.begin_m for span in self.loop.roads]
         here = max(n for n, begin in enumerate(begins) if n == 0 or begin <= self.arc_m)
         left = {position: self._left_m(track, position) for position in range(len(track.legs))}
         decel = traffic.dynamics(self.vehicle).decel_mps2

@@ -146,10 +146,7 @@ def _run(
         tallies = _with_trips(assembly, session.departures, tallies, folder, course)
         surrounded.pop("mean_depart_delay_s", None)  # that of trips is told with their other delays
     folder.write_table(flow_table(flow.rows), outcome.FLOW)
-    ways = {
-        loop.id: [(span.begin_m, span.edge) for span in loop.spans if not span.internal]
-        for loop in assembly.loops
-    }
+    ways = {loop.id: [(span.begin_m, span.edge) for span in loop.roads] for loop in assembly.loops}
     folder.write_table(loop_table(ways), outcome.LOOPS)
     summary = _summary(scenario, assembly, keeper, course, tallies, folder, flow.edges_s(), departed)
     summary |= {name: getattr(engine, name) for name in ("overruns", "trespasses", "strays")}

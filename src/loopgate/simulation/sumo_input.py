@@ -55,9 +55,10 @@ class Start:
     @property
     def edge(self) -> int:
         """Number of the edge on which it stands, on its loop."""
-        roads = [span for span in self.loop.spans if not span.internal]
         at_m = self.front_m % self.loop.lap_m + _ROUNDING_M
-        return max(number for number, span in enumerate(roads) if not number or span.begin_m <= at_m)
+        return max(
+            number for number, span in enumerate(self.loop.roads) if not number or span.begin_m <= at_m
+        )
 
     @property
     def position_m(self) -> float:
@@ -96,8 +97,7 @@ class Start:
 
     def at(self, position_m: float) -> Start:
         """Return the same one elsewhere on its edge [m]."""
-        roads = [span for span in self.loop.spans if not span.internal]
-        return replace(self, front_m=roads[self.edge].begin_m + position_m)
+        return replace(self, front_m=self.loop.roads[self.edge].begin_m + position_m)
 
     @property
     def way(self) -> tuple[str, ...]:

@@ -42,7 +42,7 @@ def make_track(
         start_m=start.front_m,
         top_speed_mps=max(network.lanes[span.lane_id].speed_mps for span in loop.spans),
         rounds=rounds(loop) if loop.closed else (),
-        edges=tuple((span.begin_m, span.edge) for span in loop.spans if not span.internal),
+        edges=tuple((span.begin_m, span.edge) for span in loop.roads),
         legs=legs,
         stop_lines=tuple(_stop_line(loop, leg) for leg in legs),
         start_position=position,

@@ -126,26 +126,23 @@ def share_lanes(network: RoadNetwork, vehicles: Sequence[LoopVehicle]) -> list[L
     ways: dict[tuple[object, ...], Loop] = {}
     found = {vehicle.id: vehicle for vehicle in vehicles}
     for name, way in led.items():
-        key = way.edges, tuple((span.lane_in, span.lane) for span in way.spans if not span.internal)
+        key = way.edges, tuple((span.lane_in, span.lane) for span in way.roads)
         found[name] = _led(found[name], ways.setdefault(key, replace(way, id=f"way{len(ways)}")))
     return list(found.values())
 
 
 def _led(vehicle: LoopVehicle, way: Loop) -> LoopVehicle:
     """Return a vehicle led over other lanes of its edges, inside junctions longer or shorter ones."""
-    begin_m, before_m = (
-        [span.begin_m for span in one.spans if not span.internal][vehicle.edge] for one in (way, vehicle.loop)
-    )
+    begin_m, before_m = (one.roads[vehicle.edge].begin_m for one in (way, vehicle.loop))
     depart_m = None if vehicle.depart_m is None else vehicle.depart_m - before_m + begin_m
     return replace(vehicle, loop=way, depart_m=depart_m, stops=on_loop(way, vehicle.stops, vehicle.id))
 
 
 def _counted(way: Loop) -> Iterator[str]:
     """Yield what a vehicle adds to the load: its lanes, and where it goes from them."""
-    roads = [span for span in way.spans if not span.internal]
-    for span in roads:
+    for span in way.roads:
         yield span.lane_id
-    for span, after in pairwise(roads):
+    for span, after in pairwise(way.roads):
         yield f"{span.lane_id}>{after.edge}"
 
 
@@ -235,15 +232,14 @@ def _start(vehicle: LoopVehicle, front_m: float, lane: int | None) -> Start:
 
 def departs_at_edge(vehicle: LoopVehicle) -> Departure:
     """Return where SUMO is to put a vehicle by itself: where its file says, or else as far back as it can."""
-    begin_m = [span.begin_m for span in vehicle.loop.spans if not span.internal][vehicle.edge]
-    least_m = begin_m + vehicle.type.length_m
+    least_m = vehicle.loop.roads[vehicle.edge].begin_m + vehicle.type.length_m
     front_m = least_m if vehicle.depart_m is None else vehicle.depart_m
     return Departure(_start(vehicle, front_m, None), None, vehicle.depart_s)
 
 
 def _arrival(vehicle: LoopVehicle, way: Itinerary) -> dict[str, str]:
     """Return where a vehicle goes off the road: where its file wants it, but not beyond its last line."""
-    last = [span for span in vehicle.loop.spans if not span.internal][-1]
+    last = vehicle.loop.roads[-1]
     most_m = way.legs[-1].begin_m - last.begin_m
     try:
         wish_m = float(vehicle.attributes.get("arrivalPos", ""))
@@ -262,8 +258,7 @@ def _roomiest(loop: Loop, way: Itinerary, first: int) -> int:
 
 def departs_in_place(network: RoadNetwork, vehicle: LoopVehicle, way: Itinerary) -> Departure:
     """Return where a vehicle departs under a gate: as a whole within the place where its file wants it."""
-    roads = [span.begin_m for span in vehicle.loop.spans if not span.internal]
-    wish_m = roads[vehicle.edge] if vehicle.depart_m is None else vehicle.depart_m
+    wish_m = vehicle.loop.roads[vehicle.edge].begin_m if vehicle.depart_m is None else vehicle.depart_m
     lap_m = way.length_m
     places = len(way.legs) - (0 if vehicle.loop.closed else 1)
     position = min(range(places), key=lambda k: (way.legs[k].end_m - _LEAST_M - wish_m) % lap_m)
