@@ -118,7 +118,19 @@ def test_who_comes_upon_a_crowd_waits_outside_and_nobody_else_does(tmp_path: Pat
     streams = vehicles.filter(regex="s|t", axis="index")
     assert vehicles["depart_delay_s"].filter(like="c").max() < 5.0
     assert streams["depart_delay_s"].max() > 10.0
-    assert streams["time_loss_s"].max() < 60.0
+    assert streams["time_loss_s"].max() < 100.0  # 127 s, and 58 s in the mean, if nobody waits outside
+    assert streams["time_loss_s"].mean() < 25.0
+
+
+def test_a_dense_stream_that_rolls_is_no_crowd(tmp_path: Path) -> None:
+    """Every three seconds one sets out on a long way that nobody crosses: a fourth of its slots are taken."""
+    way = "A0B0 B0C0 C0D0 D0E0 E0E1 E1E2 E2E3 E3E4"
+    rows = [f'<vehicle id="v{k}" depart="{3 * k}"><route edges="{way}"/></vehicle>' for k in range(80)]
+    routes = tmp_path / "stream.rou.xml"
+    routes.write_text(f"<routes>{''.join(rows)}</routes>", encoding="utf-8")
+    summary = run(tmp_path / "out", routes)
+    assert summary["arrived"] == len(rows)
+    assert summary["max_depart_delay_s"] < 10.0
 
 
 def test_who_has_waited_longest_has_its_turn_where_all_ways_are_crowded(

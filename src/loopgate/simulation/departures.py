@@ -6,15 +6,15 @@ from bisect import insort
 from collections import Counter, deque
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from loopgate.drive.changing import ChangingEngine
 from loopgate.drive.codes import NOBODY
 from loopgate.errors import TrafficError
 from loopgate.network import RoadNetwork
+from loopgate.simulation.crowds import Crowds
 from loopgate.simulation.fleet import Fleet
 from loopgate.simulation.tracks import make_track
 from loopgate.simulation.vehicles import Departure
@@ -27,11 +27,6 @@ _ARRIVED = "arrived"
 
 _AGAIN_S = 1.0
 """Who was refused by the gate is looked at again after this time [s]."""
-
-_CROWDED = 0.2
-"""Share of the slots on its way from which on one more makes less traffic: with three times as many trips as
-a grid of one-lane roads can take, most arrive in an hour where a fifth is taken; 3 % fewer where 0.15 or 0.25
-is, 18 % fewer where a fifth of all slots in the network is looked at instead."""
 
 _AT_LEAST = 0.05
 """Share of all slots up to which those who drive once are let in however crowded their ways are by loops."""
@@ -183,11 +178,13 @@ class GatedDepartures(Departures):
     ----------
     departures
         In the order in which they want to.
-    traffic, fleet
+    network, traffic, fleet
         The run's; the fleet has begun.
     """
 
-    def __init__(self, departures: Sequence[Departure], traffic: Traffic, fleet: Fleet) -> None:
+    def __init__(
+        self, departures: Sequence[Departure], network: RoadNetwork, traffic: Traffic, fleet: Fleet
+    ) -> None:
         super().__init__(departures)
         self._traffic, self._fleet = traffic, fleet
         self._outside = _Outside(departures)
@@ -196,7 +193,7 @@ class GatedDepartures(Departures):
         self._how = {one.start.vehicle: one.start.insertion for one in departures}
         self._others = 0
         """How many were let in since it was the turn of who has waited longest."""
-        self._ways: dict[tuple[str, int], npt.NDArray[np.int64]] = {}
+        self._crowds = Crowds(network)
         loops = any(one.start.loop.closed for one in departures) or bool(fleet.members)
         self._least = max(1.0, _AT_LEAST * fleet.slots * loops)
         """With fewer on the road who drive once, nobody waits for others to go."""
@@ -247,20 +244,11 @@ class GatedDepartures(Departures):
                 self._others = 0 if one is longest else self._others + 1
 
     def _is_crowded(self, engine: ChangingEngine, one: Departure) -> bool:
-        """Return whether too many slots are taken on the way that a vehicle is to drive."""
-        track = one.track
-        if track is None or self._fleet.keeper is None:
+        """Return whether one more makes less traffic on the way that a vehicle is to drive."""
+        track, keeper = one.track, self._fleet.keeper
+        if track is None or keeper is None:
             return False
-        key = one.start.loop.id, track.start_position
-        places = self._ways.get(key)
-        if places is None:
-            names = dict.fromkeys(leg.state for leg in track.legs[track.start_position :] if not leg.away)
-            known = (self._fleet.keeper.number(name) for name in names)
-            places = np.array([number for number in known if number is not None], dtype=np.int64)
-            if engine.changes_in_place:  # else they may have other numbers next time
-                self._ways[key] = places
-        states = cast("Any", engine.tables.states)
-        return bool(states["queue"][places].sum() > _CROWDED * states["room"][places].sum())
+        return self._crowds.hinder(track, engine, keeper, self._traffic.now_s)
 
     def _try(self, engine: ChangingEngine, one: Departure, place: str) -> None:
         """Put a vehicle in if there is room for it."""

@@ -185,7 +185,7 @@ def _departures(
     assembly: Assembly, traffic: Traffic, engine: ChangingEngine, fleet: Fleet | None
 ) -> Departures:
     if fleet is not None:
-        return GatedDepartures(assembly.departures, traffic, fleet)
+        return GatedDepartures(assembly.departures, assembly.network, traffic, fleet)
     return OpenDepartures(assembly.departures, assembly.network, traffic, engine)
 
 
