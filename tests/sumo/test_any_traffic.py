@@ -326,6 +326,18 @@ def test_stops_on_the_way_are_made_once(tmp_path: Path) -> None:
     assert summary["audit"] == "clean"
 
 
+def test_the_same_trips_among_ordinary_traffic_with_a_gate_and_without(tmp_path: Path) -> None:
+    """Figures are of the trips, in both; others are counted beside them."""
+    others = tmp_path / "others.rou.xml"
+    flow = '<flow id="o" begin="0" end="100" period="10" from="A1B1" to="D1E1"/>'
+    others.write_text(f"<routes>{flow}</routes>", encoding="utf-8")
+    routes = demand(tmp_path, loops=0)
+    for gate in ("certified", "open"):
+        summary = run(tmp_path / gate, routes, gate=gate, traffic=str(others))
+        assert (summary["trips"], summary["arrived"], summary["outcome"]) == (TRIPS, TRIPS, "done")
+        assert summary["others"]["vehicles"] == 10
+
+
 def test_trips_are_led_over_the_lanes_they_stop_on(tmp_path: Path) -> None:
     """Straight on, either of two lanes would do: the one named is taken, and any where only the edge is."""
     net = tmp_path / "lanes.net.xml"

@@ -139,7 +139,7 @@ class Mishaps:
         own: AbstractSet[str] | None = None,
         verdicts: Verdicts | None = None,
     ) -> None:
-        self._own, self._verdicts = own, verdicts
+        self.own, self._verdicts = own, verdicts
         self._traffic = traffic
         self.recorder = recorder
         self.course = course
@@ -151,7 +151,7 @@ class Mishaps:
         if self._verdicts is not None:
             self._verdicts.look()
         for collision in self._colliding.begun(self._traffic.collisions()):
-            if self._own is not None and self._own.isdisjoint((collision.collider, collision.victim)):
+            if self.own is not None and self.own.isdisjoint((collision.collider, collision.victim)):
                 self.course.collisions_of_others += 1
                 continue
             self.course.collisions += 1

@@ -14,6 +14,7 @@ from loopgate.errors import ScenarioError
 from loopgate.network import RoadNetwork
 from loopgate.network.additional import type_names
 from loopgate.network.sumo_config import is_sumo_config
+from loopgate.network.traffic_file import read_traffic
 from loopgate.results.columns import FLOW_EVERY_S
 from loopgate.results.recorder import Recorder
 from loopgate.simulation import outcome
@@ -42,10 +43,10 @@ _GONE = (0.0, (nan, nan))
 def run_plainly(scenario: Scenario, folder: Folder, tick: Tick, backend: str) -> dict[str, Any]:
     """Run the configuration's own vehicles under SUMO's own rules; return what ``summary.json`` holds.
 
-    The run ends with the configuration's own end, when its last vehicle has arrived, after the scenario's
-    duration, or in a deadlock. Options that hide trouble are off (see `plain_options`); all else is as the
-    configuration says. Vehicles may come and go; each trip is a row of ``vehicles.parquet``, with no loop
-    and no laps.
+    The run ends with the configuration's own end, when its last vehicle has arrived (ordinary traffic beside
+    it aside), after the scenario's duration, or in a deadlock. Options that hide trouble are off (see
+    `plain_options`); all else is as the configuration says. Vehicles may come and go; each trip is a row of
+    ``vehicles.parquet``, with no loop and no laps.
 
     Parameters
     ----------
@@ -67,7 +68,7 @@ def run_plainly(scenario: Scenario, folder: Folder, tick: Tick, backend: str) ->
     with writing(folder / outcome.SCENARIO):
         scenario.write(folder / outcome.SCENARIO)
     log = folder / outcome.SUMO_LOG
-    files = _own_files(scenario, folder, said)
+    files, own = _own_files(scenario, folder, said)
     options = [
         *said.arguments,
         *files,
@@ -83,9 +84,10 @@ def run_plainly(scenario: Scenario, folder: Folder, tick: Tick, backend: str) ->
         recorder = Recorder(folder / outcome.EVENTS)
         stack.callback(recorder.close)
         course = RunCourse(begin_s=traffic.now_s)
-        watch = Watch(traffic, after_s=scenario.deadlock_after_s)
+        watch = Watch(traffic, after_s=scenario.deadlock_after_s, own=own)
+        mishaps = Mishaps(traffic, recorder, course, own=own)
         try:
-            _drive(scenario, traffic, watch, recorder, course, tick, rows, folder)
+            _drive(scenario, traffic, watch, mishaps, tick, rows, folder)
             standing = {v: (watch.standing_s(v), traffic.position(v)) for v in traffic.vehicles()}
         except KeyboardInterrupt:
             course.outcome = "interrupted"
@@ -93,60 +95,76 @@ def run_plainly(scenario: Scenario, folder: Folder, tick: Tick, backend: str) ->
     course.total_s = perf_counter() - began
     folder.write_table(flow_table(rows), outcome.FLOW)
     duration = course.end_s - course.begin_s
-    found = read_trips(folder / TRIPS, interrupted=course.outcome == "interrupted").values()
+    everybody = read_trips(folder / TRIPS, interrupted=course.outcome == "interrupted").values()
+    found = [trip for trip in everybody if own is None or trip.vehicle in own]
     tallies = [_tally(trip, standing, duration) for trip in found]
     folder.write_vehicles([tally for tally in tallies if tally.trip and tally.trip.departed])
     folder.write_edges([], begin_s=course.begin_s, end_s=max(course.end_s, course.begin_s + 1.0))
     summary = outcome.summary(scenario, course, tallies, loops=0, folder=folder, warnings=said.notes)
     summary["vehicles"] = sum(trip.departed for trip in found)
     summary |= monitoring_figures(None, None)
+    if own is not None:
+        others = sum(trip.departed for trip in everybody) - summary["vehicles"]
+        summary["others"] = {"vehicles": others, "collisions": course.collisions_of_others}
     folder.write_summary(summary)
     return summary
 
 
-def _own_files(scenario: Scenario, folder: Folder, said: SumoOptions) -> list[str]:
-    """Return SUMO's options for network and routes, where no configuration is all that there is."""
+def _own_files(
+    scenario: Scenario, folder: Folder, said: SumoOptions
+) -> tuple[list[str], frozenset[str] | None]:
+    """Return SUMO's options for network and routes, where no configuration is all that there is.
+
+    And whose trips are told of, where there is ordinary traffic beside them.
+    """
     if not scenario.routes:
-        return []
+        return [], None
     network = RoadNetwork.open(scenario.network)
     vehicles, _, file = read_vehicles(scenario, network)
     beside = tuple(dict.fromkeys((*said.additional_files, *(file.stop_files if file else ()))))
     write_ordinary(vehicles, folder / outcome.ORDINARY, known=type_names(beside))
-    options = ["--net-file", str(network.file), "--route-files", str(folder / outcome.ORDINARY)]
+    own, routes = None, [str(folder / outcome.ORDINARY)]
+    if scenario.traffic:
+        ordinary, own = read_traffic(scenario.traffic), frozenset(vehicle.id for vehicle in vehicles)
+        ordinary.check_names(own)
+        beside = tuple(dict.fromkeys((*beside, *ordinary.additional_files)))
+        routes += map(str, ordinary.route_files)
+    options = ["--net-file", str(network.file), "--route-files", ",".join(routes)]
     beside = without_vehicles(beside, file.vehicle_files if file else (), folder.path)
     options += ["--additional-files", ",".join(map(str, beside))] if beside else []
     begin = [] if is_sumo_config(scenario.network) else ["--begin", f"{begins_s(scenario, file):g}"]
-    return [*options, *begin]
+    return [*options, *begin], own
 
 
 def _drive(
     scenario: Scenario,
     traffic: Traffic,
     watch: Watch,
-    recorder: Recorder,
-    course: RunCourse,
+    mishaps: Mishaps,
     tick: Tick,
     rows: list[Row],
     folder: Folder,
 ) -> None:
     room = Room(folder / outcome.POSITIONS) if scenario.positions else None
-    mishaps = Mishaps(traffic, recorder, course)
+    recorder, course, own = mishaps.recorder, mishaps.course, mishaps.own
+    left = set(own or ())
     configured = traffic.configured_end_s()
     end = course.begin_s + scenario.duration_s
     if configured is not None:
         end = min(end, configured)
     next_watch = course.begin_s + FLOW_EVERY_S
-    while traffic.now_s < end and traffic.expects_more():
+    while traffic.now_s < end and traffic.expects_more() and (own is None or left):
         begin = perf_counter()
         traffic.step()
         course.sumo_s += perf_counter() - begin
+        left.difference_update(traffic.arrived())
         mishaps.note()
         if room is not None:
             room.check()
         if traffic.now_s < next_watch:
             continue
         next_watch += FLOW_EVERY_S
-        speeds = [traffic.speed(vehicle) for vehicle in traffic.vehicles()]
+        speeds = [traffic.speed(vehicle) for vehicle in traffic.vehicles() if own is None or vehicle in own]
         still = sum(speed < STANDING_MPS for speed in speeds)
         # Of those that come and go only the speed of the moment is known.
         rows.append((traffic.now_s, len(speeds), still, sum(speeds) * FLOW_EVERY_S, 0))

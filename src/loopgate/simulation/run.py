@@ -188,10 +188,10 @@ def is_plain(scenario: Scenario) -> bool:
 
     Those of a ``.sumocfg`` under ``open``, or of a route file under ``open`` that drive their routes once.
     """
-    if scenario.gated or scenario.traffic or scenario.loops or scenario.counts_vehicles:
+    if scenario.gated or scenario.loops or scenario.counts_vehicles:
         return False
     if not scenario.routes:
-        return is_sumo_config(scenario.network)
+        return is_sumo_config(scenario.network) and not scenario.traffic
     network = RoadNetwork.open(scenario.network)
     file = read_loops(network, scenario.routes, stops=scenario.stop_files, once=True)
     return any(vehicle.once for vehicle in file.vehicles)
