@@ -160,7 +160,10 @@ class _Outside:
     def remove(self, one: Departure) -> None:
         """Let the first at a place wait no longer."""
         self._at[_place(one), one.start.loop.closed].remove(one)
-        self.before_junctions.subtract(_queues_at(one))
+        for place in _queues_at(one):
+            self.before_junctions[place] -= 1
+            if not self.before_junctions[place]:
+                del self.before_junctions[place]
 
     def first(self) -> list[Departure]:
         """Return who is first at each place, of loops and of those who drive once."""

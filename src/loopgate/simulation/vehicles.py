@@ -107,13 +107,15 @@ def share_lanes(network: RoadNetwork, vehicles: Sequence[LoopVehicle]) -> list[L
     load: Counter[str] = Counter()
     led = {v.id: v.loop for v in vehicles if not v.loop.closed}
     used: dict[str, tuple[str, ...]] = {}
+    alone: dict[tuple[tuple[str, ...], str], Loop] = {}  # where there are no lanes to choose between
     for vehicle in 2 * sorted((v for v in vehicles if v.id in led), key=lambda v: v.depart_s):
         kind, said = vehicle.type, vehicle.attributes
+        edges = vehicle.loop.edges
         load.subtract(used.get(vehicle.id, ()))
-        way = make_route(
+        way = alone.get((edges, kind.vclass)) or make_route(
             network,
             vehicle.loop.id,
-            vehicle.loop.edges,
+            edges,
             vclass=kind.vclass,
             load=load,
             change_m=least_change_m(kind.length_m + kind.min_gap_m),
@@ -121,6 +123,8 @@ def share_lanes(network: RoadNetwork, vehicles: Sequence[LoopVehicle]) -> list[L
                 _index(said.get("departLane")), _index(said.get("arrivalLane")), lanes_of_stops(vehicle.stops)
             ),
         )
+        if all(len(network.edges[edge].lanes) == 1 for edge in edges):
+            alone[edges, kind.vclass] = way
         led[vehicle.id], used[vehicle.id] = way, tuple(_counted(way))
         load.update(used[vehicle.id])
     ways: dict[tuple[object, ...], Loop] = {}
