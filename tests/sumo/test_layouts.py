@@ -119,6 +119,32 @@ def test_vehicles_in_additional_files_beside_a_route_file(tmp_path: Path) -> Non
         assert (summary["trips"], summary["arrived"]) == (5, 5)
 
 
+def test_files_that_files_include(tmp_path: Path) -> None:
+    """Trips of a route file, types and vehicles of an additional one, in a folder of their own; and wrong."""
+    config = configuration(
+        tmp_path,
+        '<include href="more/trips.rou.xml"/>',
+        '<additional><include href="more/types.xml"/><include href="more/beside.add.xml"/></additional>',
+    )
+    (tmp_path / "more").mkdir()
+    trips = tmp_path / "more" / "trips.rou.xml"
+    trip = '<trip id="mine" type="car" depart="0" from="C0C1" to="C1D1"/>'
+    trips.write_text(f"<routes>{trip}</routes>", encoding="utf-8")
+    (tmp_path / "more" / "types.xml").write_text(f"<routes>{CARS}</routes>", encoding="utf-8")
+    (tmp_path / "more" / "beside.add.xml").write_text(BESIDE.replace(CARS, ""), encoding="utf-8")
+    for gate in ("certified", "open"):
+        summary = run(tmp_path / gate, config, gate=gate)
+        assert (summary["trips"], summary["arrived"]) == (5, 5)
+        assert "others" not in summary
+    for name, why in (
+        ("trips.rou.xml", "and that includes it again"),
+        ("none.xml", "and there is no such file"),
+    ):
+        trips.write_text(f'<routes><include href="{name}"/></routes>', encoding="utf-8")
+        with pytest.raises(RouteError, match=f"it includes '{name}', {why}; correct href"):
+            run(tmp_path / "wrong", config)
+
+
 def test_loops_in_additional_files(tmp_path: Path) -> None:
     """Closed routes are loops there too; of routes that nobody drives there nothing is said."""
     loops = (

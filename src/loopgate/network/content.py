@@ -6,6 +6,7 @@ import hashlib
 from pathlib import Path
 
 from loopgate.network.sumo_config import is_sumo_config, read_sumo_config
+from loopgate.network.xml_file import included
 
 
 def content_identity(path: Path) -> str:
@@ -18,9 +19,10 @@ def content_identity(path: Path) -> str:
 
 
 def members(path: Path) -> list[Path]:
-    """Return the file and those without which it means nothing: what a ``.sumocfg`` names."""
+    """Return the file and those without which it means nothing: named by a ``.sumocfg``, or included."""
     path = path.resolve()
     if not is_sumo_config(path):
-        return [path]
+        return [path] if ".net.xml" in path.name else [path, *included(path)]  # networks are large
     config = read_sumo_config(path)
-    return [path, *(p.resolve() for p in (config.net_file, *config.route_files, *config.additional_files))]
+    beside = [one.resolve() for one in (*config.route_files, *config.additional_files)]
+    return [path, config.net_file.resolve(), *(one for file in beside for one in (file, *included(file)))]

@@ -50,7 +50,6 @@ _MEANS = {
     "personFlow": "give persons in the file with the stops, or of ordinary traffic",
     "container": "give containers in the file with the stops",
     "containerFlow": "give containers in the file with the stops",
-    "include": "name that file itself",
     "repeat": "every loop is driven round and round",
     "index": "stops are made in the order of the loop",
     "started": "it is what SUMO writes",

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import gzip
-from contextlib import AbstractContextManager
+import zlib
+from contextlib import AbstractContextManager, suppress
 from pathlib import Path
 from typing import IO, cast
 from xml.etree import ElementTree as ET
@@ -30,7 +31,9 @@ _GZIP_MAGIC = b"\x1f\x8b"
 
 
 def read_xml(file: Path, *, root: str, what: str, error: type[LoopgateError]) -> ET.Element:
-    """Parse a whole file and return its root element.
+    """Parse a whole file and return its root element, with what it includes in place, as SUMO has it.
+
+    Raises `error` if it cannot be read, or includes itself.
 
     Parameters
     ----------
@@ -42,8 +45,45 @@ def read_xml(file: Path, *, root: str, what: str, error: type[LoopgateError]) ->
         What the file should be, for messages: "route file".
     """
     check_root(file, root=root, what=what, error=error)
+    top = _parse(file, what, error)
+    _include(top, (file,), what, error)
+    return top
+
+
+def included(file: Path) -> list[Path]:
+    """Return the files that a file includes, and those that they do; what is wrong is left to `read_xml`."""
+    found: dict[Path, None] = {file: None}
+    ahead = [file]
+    while ahead:
+        one = ahead.pop()
+        with suppress(OSError, EOFError, zlib.error, ET.ParseError):
+            with open_xml(one) as stream:
+                content = stream.read()
+            if b"<include" not in content:
+                continue
+            names = (each.get("href", "") for each in ET.fromstring(content).iter("include"))  # noqa: S314
+            more = [one.parent / name for name in names]
+            ahead += [each for each in more if each.is_file() and each not in found]
+            found |= dict.fromkeys(ahead)
+    return list(found)[1:]
+
+
+def _parse(file: Path, what: str, error: type[LoopgateError]) -> ET.Element:
     with _refusing(file, what, error), open_xml(file) as stream:
         return ET.parse(stream).getroot()  # noqa: S314  expat refuses entities that grow without bounds
+
+
+def _include(top: ET.Element, within: tuple[Path, ...], what: str, error: type[LoopgateError]) -> None:
+    """Put what other files hold in place of the ``<include>`` elements that name them."""
+    for at in reversed([number for number, one in enumerate(top) if one.tag == "include"]):
+        file = within[-1].parent / top[at].get("href", "")
+        if file in within or not file.is_file():
+            why = "and that includes it again" if file in within else "and there is no such file"
+            msg = f"{within[-1]}: it includes {shown(top[at].get('href', ''))}, {why}; correct href"
+            raise error(msg)
+        inner = _parse(file, what, error)
+        _include(inner, (*within, file), what, error)
+        top[at : at + 1] = list(inner)
 
 
 def check_root(file: Path, *, root: str, what: str, error: type[LoopgateError]) -> None:
