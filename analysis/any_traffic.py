@@ -249,7 +249,7 @@ def main() -> int:
     table = pd.DataFrame(rows)
     means = table.groupby(["demand", "rule"], sort=False)[list(SHOWN)].mean().reset_index()
     columns = {"demand": "demand", "rule": "rule", **SHOWN}
-    Console(width=170).print(frame_table(means, columns, title="Means over seeds"))
+    Console(width=230).print(frame_table(means, columns, title="Means over seeds"))
     table.to_csv(given.out / "runs.csv", index=False)
     gate = table[table["rule"].isin(("gate", "gate, lights obeyed"))]
     return int(bool(gate[["unfinished", "collisions", "deadlocks", "audit"]].to_numpy().sum()))
