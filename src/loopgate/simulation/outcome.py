@@ -131,9 +131,10 @@ class Folder:
 
     def __init__(self, path: Path, *, overwrite: bool) -> None:
         self.path = path
-        if ":" in str(path.relative_to(path.anchor)):
-            msg = f"{path}: SUMO takes what follows a colon for a port; choose a folder without one"
-            raise ScenarioError(msg)
+        for mark, what in {":": "a colon for a port", ",": "a comma for another file"}.items():
+            if mark in str(path.relative_to(path.anchor)):
+                msg = f"{path}: SUMO takes what follows {what}; choose a folder without one"
+                raise ScenarioError(msg)
         self._lock = FolderLock(path)
         try:
             path.mkdir(parents=True, exist_ok=True)

@@ -35,6 +35,14 @@ def test_a_folder_that_is_refused_is_not_left_locked(tmp_path: Path) -> None:
         pass
 
 
+def test_names_that_sumo_reads_otherwise_are_refused(tmp_path: Path) -> None:
+    """In one line, before anything is written."""
+    for name in ("a:b", "a,b"):
+        with pytest.raises(ScenarioError, match=f"{name}: SUMO takes what follows a co.* choose a folder"):
+            Folder(tmp_path / name, overwrite=False)
+    assert not list(tmp_path.iterdir())
+
+
 def test_a_full_disk_leaves_no_half_files(tmp_path: Path) -> None:
     """The line names the file; a folder with a summary is complete."""
     with Folder(tmp_path, overwrite=False) as folder, no_file_beyond(300):
