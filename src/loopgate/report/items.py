@@ -116,8 +116,9 @@ class Content:
         return made
 
     def figure(self, name: str, title: str, caption: str, chart: Chart, table: str = "") -> None:
-        """Add a figure that shows a table, of its own name if no other is given."""
-        self.figures.append(FigureItem(name, title, caption, chart, table or name))
+        """Add a figure that shows a table, of its own name if no other is given; none of a table left out."""
+        if (table or name) in self.tables:
+            self.figures.append(FigureItem(name, title, caption, chart, table or name))
 
     def drop(self, name: str) -> None:
         """Leave out a figure that another one shows better."""

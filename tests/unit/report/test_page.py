@@ -328,6 +328,9 @@ def test_trips_are_a_table_where_there_are_any(full: Full) -> None:
     assert list(tables["trips"]) == ["series", "vehicles", "runs", *columns]
     assert set(tables["trips"]["series"]) == {"certified", "open"}
     assert {*columns} - {"mean_trip_s", "mean_waiting_s"} <= {*tables["runs"]}
+    [section] = network_sections(replace(results, runs=once.assign(edge_km=0.0)))
+    assert "fundamental" not in {table.name for table in section.tables}  # no loops: no length to be dense on
+    assert {figure.table for figure in section.figures} <= {table.name for table in section.tables}
 
 
 @pytest.mark.usefixtures("undrawn")
