@@ -104,6 +104,11 @@ def shown(value: object) -> str:
     return text if len(text) <= _LONGEST_VALUE else f"{text[: _LONGEST_VALUE - 4]} ..."
 
 
+def counted(number: int, what: str) -> str:
+    """Return number and noun, as in ``3 loops``."""
+    return f"{number} {what}" if number == 1 else f"{number} {what}s"
+
+
 def listed(names: Iterable[str], most: int = 6) -> str:
     """Return the first names, and how many more there are."""
     every = list(names)

@@ -290,7 +290,7 @@ def test_who_fits_in_no_place_is_ordinary_and_named(tmp_path: Path) -> None:
     long = '<vType id="long" length="150"/><trip id="huge" type="long" depart="9" from="A0A1" to="A3A4"/>'
     routes.write_text(routes.read_text(encoding="utf-8").replace("</routes>", f"{long}</routes>"), "utf-8")
     summary = run(tmp_path / "out", routes)
-    assert any("1 vehicles are ordinary traffic, first huge" in line for line in summary["warnings"])
+    assert any("1 vehicle in ordinary traffic, first huge" in line for line in summary["warnings"])
     assert summary["trips"] == TRIPS
     assert json.loads((tmp_path / "out" / "summary.json").read_text())["others"]["trips"] == 1
 

@@ -13,14 +13,13 @@ from loopgate.abstraction.covering import Cover, cover_streets
 from loopgate.abstraction.queue_layout import lay_out_queues
 from loopgate.cli.loops import LoopsWish
 from loopgate.cli.progress import show_progress
-from loopgate.cli.tables import counted
 from loopgate.network import Loop, LoopVehicle, RoadNetwork, VehicleType
 from loopgate.network.cover.design import CoverTask
 from loopgate.network.cover.watch import Patrol, allot, even_starts_m, laps_s, patrol, vehicles_needed
 from loopgate.network.cover.wishes import read_streets, read_weights
 from loopgate.network.routes_text import routes_text
 from loopgate.network.vehicle_type import type_of_class
-from loopgate.reading import listed
+from loopgate.reading import counted, listed
 
 _EXAMPLES = 3
 

@@ -22,12 +22,12 @@ from loopgate.cli.inspect_shared import (
     print_reach,
     print_warnings,
 )
-from loopgate.cli.tables import console, counted, print_table
+from loopgate.cli.tables import console, print_table
 from loopgate.errors import ScenarioError
 from loopgate.model import write_system
 from loopgate.network import Loop, RoadNetwork, RoutesFile
 from loopgate.network.coverage import Coverage, measure_coverage
-from loopgate.reading import listed
+from loopgate.reading import counted, listed
 
 
 @dataclass(frozen=True, slots=True)

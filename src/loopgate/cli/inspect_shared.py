@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from loopgate.cli.tables import counted, print_table
-from loopgate.reading import listed
+from loopgate.cli.tables import print_table
+from loopgate.reading import counted, listed
 
 if TYPE_CHECKING:
     from rich.console import Console

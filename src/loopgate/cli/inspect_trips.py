@@ -8,7 +8,8 @@ from typing import Any
 import click
 
 from loopgate.cli.inspect_shared import print_warnings
-from loopgate.cli.tables import console, counted, print_table
+from loopgate.cli.tables import console, print_table
+from loopgate.reading import counted
 from loopgate.simulation.assembly import Assembly, assemble
 from loopgate.simulation.scenario import Scenario
 

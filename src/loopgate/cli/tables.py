@@ -37,8 +37,3 @@ def print_table(
     to.print(table)
     if most is not None and len(every) > most:
         to.print(f"... and {len(every) - most} more rows (--all prints all, --json lists all)")
-
-
-def counted(number: int, what: str) -> str:
-    """Return number and noun, as in ``3 loops``."""
-    return f"{number} {what}" if number == 1 else f"{number} {what}s"

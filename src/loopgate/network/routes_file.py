@@ -21,7 +21,7 @@ from loopgate.network.sumo_config import is_sumo_config, read_sumo_config
 from loopgate.network.trips import Led, drives_once, lead_trips
 from loopgate.network.vehicle_type import DEFAULT_TYPE, VehicleType
 from loopgate.network.xml_file import read_xml
-from loopgate.reading import is_file, refusing
+from loopgate.reading import counted, is_file, refusing
 
 
 @dataclass(frozen=True, slots=True)
@@ -189,7 +189,7 @@ def _wayless(path: Path, led: Led) -> Iterator[str]:
     """Say which trips are left out since there is no way between their ends."""
     lost = [name for name, ways in led.items() if not any(ways.values())]
     if lost:
-        yield f"{path}: {len(lost)} vehicles find no way and are left out, first {lost[0]}"
+        yield f"{path}: {counted(len(lost), 'vehicle')} left out for want of a way, first {lost[0]}"
     some = [name for name, ways in led.items() if any(ways.values()) and not all(ways.values())]
     if some:
         yield (

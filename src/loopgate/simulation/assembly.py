@@ -17,6 +17,7 @@ from loopgate.errors import ScenarioError
 from loopgate.network import Loop, LoopVehicle, RoadNetwork
 from loopgate.network.cover.wishes import read_districts, read_weights
 from loopgate.network.stops import Stop
+from loopgate.reading import counted
 from loopgate.simulation.devices import Anew, leading_devices, led_anew, without_devices
 from loopgate.simulation.gated import choose_gated, find_unfit
 from loopgate.simulation.placing import spread
@@ -234,8 +235,8 @@ def _left_out(unfit: Mapping[str, Sequence[LoopVehicle]]) -> Iterator[str]:
     for reason, some in unfit.items():
         count, first = len(some), some[0]
         yield (
-            f"{count} vehicles are ordinary traffic, first {first.id}: its way from {first.loop.edges[0]} "
-            f"to {first.loop.edges[-1]} {reason}"
+            f"{counted(count, 'vehicle')} in ordinary traffic, first {first.id}: "
+            f"its way from {first.loop.edges[0]} to {first.loop.edges[-1]} {reason}"
         )
 
 

@@ -20,6 +20,7 @@ from loopgate.network.routes_file import RoutesFile
 from loopgate.network.stops import lanes_of_stops, on_loop
 from loopgate.network.sumo_config import is_sumo_config
 from loopgate.network.trips import ways_between
+from loopgate.reading import counted
 from loopgate.simulation.allotment import allot_loops, mixed_types
 from loopgate.simulation.random_loops import random_loops
 from loopgate.simulation.scenario import Scenario
@@ -94,8 +95,10 @@ def _outside(scenario: Scenario, file: RoutesFile, begin_s: float, end_s: float)
     late = [v for v in file.vehicles if v.once and not v.flow and not begin_s <= v.depart_s < end_s]
     if not late:
         return ()
-    what = f"{scenario.routes or scenario.network}: {len(late)} vehicles are left out, first {late[0].id}"
-    return (f"{what}: they depart before {begin_s:g} s or after {end_s:g} s, when the run is over",)
+    what = (
+        f"{scenario.routes or scenario.network}: {counted(len(late), 'vehicle')} left out, first {late[0].id}"
+    )
+    return (f"{what}: departing before {begin_s:g} s or after {end_s:g} s, when the run is over",)
 
 
 def share_lanes(network: RoadNetwork, vehicles: Sequence[LoopVehicle]) -> list[LoopVehicle]:

@@ -71,7 +71,7 @@ def test_who_finds_no_way_is_told(grid: RoadNetwork, tmp_path: Path) -> None:
     closed = grid.without(["A1A2"])
     found = read_loops(closed, file(tmp_path, text), once=True)
     assert [vehicle.id for vehicle in found.vehicles] == ["a"]
-    assert any("1 vehicles find no way and are left out, first t" in line for line in found.left_out)
+    assert any("1 vehicle left out for want of a way, first t" in line for line in found.left_out)
 
 
 @pytest.mark.parametrize(
