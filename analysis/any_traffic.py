@@ -125,10 +125,22 @@ def drawn_trips(net: Path, per_s: float, seed: int, file: Path) -> Path:
         return file
     drawn = file.with_name(f"drawn-{file.name}")
     script = Path(sumo.SUMO_HOME) / "tools" / "randomTrips.py"
-    words = ["-n", str(net), "-e", "3600", "-p", f"{1.0 / per_s:g}", "--seed", str(seed), "-o", str(drawn)]
+    words = [
+        "-n",
+        str(net.resolve()),
+        "-e",
+        "3600",
+        "-p",
+        f"{1.0 / per_s:g}",
+        "--seed",
+        str(seed),
+        "-o",
+        drawn.name,
+    ]
     words += ["--min-distance", "300", "--fringe-factor", "5", "--validate"]
     command = [sys.executable, str(script), *words]
-    subprocess.run(command, check=True, capture_output=True, env={"SUMO_HOME": sumo.SUMO_HOME})
+    home = {"SUMO_HOME": sumo.SUMO_HOME}
+    subprocess.run(command, check=True, capture_output=True, env=home, cwd=file.parent)  # leaves files there
     leave_out(unfit(net, drawn), drawn)
     return drawn.rename(file)
 

@@ -81,7 +81,8 @@ def prepare() -> None:
 
 
 def _call(*command: str) -> None:
-    subprocess.run(command, check=True, capture_output=True, env={"SUMO_HOME": sumo.SUMO_HOME})
+    home = {"SUMO_HOME": sumo.SUMO_HOME}
+    subprocess.run(command, check=True, capture_output=True, env=home, cwd=OUT)  # the tools leave files there
 
 
 def measure(row: str) -> dict[str, object]:
