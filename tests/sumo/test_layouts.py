@@ -137,7 +137,7 @@ def test_files_that_files_include(tmp_path: Path) -> None:
         assert (summary["trips"], summary["arrived"]) == (5, 5)
         assert "others" not in summary
     for name, why in (
-        ("trips.rou.xml", "and that includes it again"),
+        ("../more/trips.rou.xml", "and that includes it again"),
         ("none.xml", "and there is no such file"),
     ):
         trips.write_text(f'<routes><include href="{name}"/></routes>', encoding="utf-8")

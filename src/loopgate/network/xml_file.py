@@ -46,14 +46,14 @@ def read_xml(file: Path, *, root: str, what: str, error: type[LoopgateError]) ->
     """
     check_root(file, root=root, what=what, error=error)
     top = _parse(file, what, error)
-    _include(top, (file,), what, error)
+    _include(top, (file.resolve(),), what, error)
     return top
 
 
 def included(file: Path) -> list[Path]:
     """Return the files that a file includes, and those that they do; what is wrong is left to `read_xml`."""
-    found: dict[Path, None] = {file: None}
-    ahead = [file]
+    found: dict[Path, None] = {file.resolve(): None}
+    ahead = [file.resolve()]
     while ahead:
         one = ahead.pop()
         with suppress(OSError, EOFError, zlib.error, ET.ParseError):
@@ -61,8 +61,8 @@ def included(file: Path) -> list[Path]:
                 content = stream.read()
             if b"<include" not in content:
                 continue
-            names = (each.get("href", "") for each in ET.fromstring(content).iter("include"))  # noqa: S314
-            more = [one.parent / name for name in names]
+            names = (each.get("href", "") for each in ET.fromstring(content).findall("include"))  # noqa: S314
+            more = [(one.parent / name).resolve() for name in names]
             ahead += [each for each in more if each.is_file() and each not in found]
             found |= dict.fromkeys(ahead)
     return list(found)[1:]
@@ -76,7 +76,7 @@ def _parse(file: Path, what: str, error: type[LoopgateError]) -> ET.Element:
 def _include(top: ET.Element, within: tuple[Path, ...], what: str, error: type[LoopgateError]) -> None:
     """Put what other files hold in place of the ``<include>`` elements that name them."""
     for at in reversed([number for number, one in enumerate(top) if one.tag == "include"]):
-        file = within[-1].parent / top[at].get("href", "")
+        file = (within[-1].parent / top[at].get("href", "")).resolve()
         if file in within or not file.is_file():
             why = "and that includes it again" if file in within else "and there is no such file"
             msg = f"{within[-1]}: it includes {shown(top[at].get('href', ''))}, {why}; correct href"
