@@ -10,10 +10,12 @@ the gated run over that of SUMO stepping the same vehicles by its own rules with
 
 from __future__ import annotations
 
-import dataclasses
+import math
 import statistics
 import subprocess
+import sys
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
 
@@ -34,7 +36,10 @@ from loopgate.simulation.sumo_start import plain_options, start_traffic
 ROOT = Path(__file__).resolve().parent.parent
 OUT = ROOT / "out" / "bench"
 GRID = OUT / "grid20.net.xml"
-LONG_GRID = OUT / "grid20-long.net.xml"
+LONG_GRID, LIGHTS_GRID = OUT / "grid20-long.net.xml", OUT / "grid20-lights.net.xml"
+QUARTER_S = 900.0
+TRIPS, TRIP_EVERY_S = OUT / "trips.rou.xml", 3.0
+"""Of ordinary traffic: some 75 vehicles at a time."""
 SCENARIO = Scenario(
     network=str(GRID),
     routes=str(OUT / "grid20.rou.xml"),
@@ -44,12 +49,30 @@ SCENARIO = Scenario(
 )
 VEHICLES = (10, 50, 100)
 GATES = ("algorithm2", "certified")
+OTHER_GATES = ("collision", "one-step", "banker", "agents")
+"""With the most vehicles only."""
 QUEUES = {
-    "grid 200 m": Scenario(network=str(LONG_GRID), loops=40, duration_s=900.0, lights="off"),
+    "grid 200 m": Scenario(network=str(LONG_GRID), loops=40, duration_s=QUARTER_S, lights="off"),
     # Everybody has a place of its own then, so the exact stage decides instead of the chain rule, in Python.
-    "grid 200 m, a loop each": Scenario(network=str(LONG_GRID), loops=100, duration_s=900.0, lights="off"),
-    "sumo:DRT": Scenario(network="sumo:DRT", loops=60, duration_s=900.0, lights="off"),
+    "grid 200 m, a loop each": Scenario(
+        network=str(LONG_GRID), loops=100, duration_s=QUARTER_S, lights="off"
+    ),
+    "sumo:DRT": Scenario(network="sumo:DRT", loops=60, duration_s=QUARTER_S, lights="off"),
 }
+ON_QUEUES = replace(QUEUES["grid 200 m"], vehicles=100)
+ELSEWISE = {
+    **{f"gate {gate}": replace(ON_QUEUES, gate=gate) for gate in ("collision", "one-step", "algorithm2")},
+    "gate banker": replace(ON_QUEUES, gate="banker"),
+    **{
+        f"negotiation {name}": replace(ON_QUEUES, negotiation=name)
+        for name in ("oldest", "random", "platoon")
+    },
+    "lights obeyed": replace(ON_QUEUES, network=str(LIGHTS_GRID), lights="obey"),
+    "sumo:DRT, lights obeyed": replace(QUEUES["sumo:DRT"], vehicles=100, lights="obey"),
+    "ordinary traffic": replace(ON_QUEUES, traffic=str(TRIPS)),
+    "sumo:DRT, spaced": replace(QUEUES["sumo:DRT"], vehicles=100, spacing="hold"),
+}
+"""What is asked in Python between the parts of the compiled step: other gates, negotiations, surroundings."""
 QUEUED = (
     ("grid 200 m", 100),
     ("grid 200 m", 1000),
@@ -80,16 +103,21 @@ def prepare() -> None:
     OUT.mkdir(parents=True, exist_ok=True)
     _generate(GRID, 100)
     _generate(LONG_GRID, 200)
+    _generate(LIGHTS_GRID, 200, "--default-junction-type=traffic_light")
+    tool = Path(sumo.SUMO_HOME) / "tools" / "randomTrips.py"
+    trips = (f"--net-file={LONG_GRID}", f"--route-file={TRIPS}", f"--output-trip-file={OUT / 'trips.xml'}")
+    often = (f"--period={TRIP_EVERY_S}", f"--end={QUARTER_S}", "--validate", "--seed=1")
+    subprocess.run([sys.executable, tool, *trips, *often], check=True, capture_output=True, cwd=OUT)
     network = RoadNetwork.open(GRID)
     bound = SharingBound(network, MAX_SHARED, rho_m=SCENARIO.rho_m)
     loops = generate_loops(network, max(VEHICLES), length_m=(400.0, 1200.0), seed=1, admits=bound.admits)
     write_loops(loops, SCENARIO.routes)
 
 
-def _generate(file: Path, length_m: int) -> None:
+def _generate(file: Path, length_m: int, *words: str) -> None:
     grid = ("--grid", "--grid.number=20", "--default.lanenumber=1", "--no-turnarounds")
     tool = Path(sumo.SUMO_HOME) / "bin" / "netgenerate"
-    options = (*grid, f"--grid.length={length_m}", f"--output-file={file}")
+    options = (*grid, f"--grid.length={length_m}", f"--output-file={file}", *words)
     subprocess.run([tool, *options], check=True, capture_output=True)
 
 
@@ -114,12 +142,12 @@ def plain_stepping_s(scenario: Scenario) -> float:
             traffic.close()
 
 
-def measure(name: str, scenario: Scenario) -> dict[str, object]:
-    """Return the row of one scenario."""
+def measure(name: str, scenario: Scenario, *, beside: bool = True) -> dict[str, object]:
+    """Return the row of one scenario, with SUMO by itself `beside` it or not."""
     plain, steps, rest = [], [], []
     summary = {}
     for _ in range(REPEATS):
-        plain.append(plain_stepping_s(scenario))
+        plain.append(plain_stepping_s(scenario) if beside else math.nan)
         summary = simulate(scenario)
         steps.append(summary["wall_s"]["sumo"])
         rest.append(summary["wall_s"]["gate"])
@@ -143,23 +171,28 @@ def main() -> None:
     """Measure and print."""
     prepare()
     segments = [
-        ("grid 100 m", dataclasses.replace(SCENARIO, vehicles=vehicles, gate=gate))
+        ("grid 100 m", replace(SCENARIO, vehicles=vehicles, gate=gate))
         for vehicles in VEHICLES
-        for gate in GATES
+        for gate in (*GATES, *(OTHER_GATES if vehicles == max(VEHICLES) else ()))
     ]
-    queues = [(name, dataclasses.replace(QUEUES[name], vehicles=vehicles)) for name, vehicles in QUEUED]
+    queues = [(name, replace(QUEUES[name], vehicles=vehicles)) for name, vehicles in QUEUED]
+    points = [*segments, *queues, *ELSEWISE.items()]
     rows = []
-    with show_progress("gated against plain SUMO", total=len(segments) + len(queues)) as report:
-        for point in segments + queues:
-            rows.append(measure(*point))
+    with show_progress("gated against plain SUMO", total=len(points)) as report:
+        for point in points:
+            rows.append(measure(*point, beside=point[0] not in ELSEWISE))
             report(len(rows))
     table = pd.DataFrame(rows)
     console = Console(width=max(Console().width, 120))
     title = f"segments, 100 loops, one simulated hour, median of {REPEATS} runs"
     console.print(frame_table(table[: len(segments)], HEADINGS, title=title))
-    title = f"queues, certified, a quarter of a simulated hour, median of {REPEATS} runs"
     headings = {column: heading for column, heading in HEADINGS.items() if column != "gate"}
-    console.print(frame_table(table[len(segments) :], headings, title=title))
+    alone = {column: heading for column, heading in headings.items() if column not in ("plain_s", "ratio")}
+    first, last = table[len(segments) : -len(ELSEWISE)], table[-len(ELSEWISE) :]
+    tables = ("certified by pressure", first, headings), ("what is asked in Python", last, alone)
+    for what, some, its in tables:
+        title = f"queues, {what}, a quarter of a simulated hour, median of {REPEATS} runs"
+        console.print(frame_table(some, its, title=title))
 
 
 if __name__ == "__main__":

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from loopgate.drive.sense import TOLERANCE_M, braking_m
+from loopgate.drive.sense import braking_m
 from loopgate.drive.track import Track
 from loopgate.errors import TrafficError
 from loopgate.network import Loop, VehicleType
@@ -20,7 +20,10 @@ _SAME_M = 0.5
 
 
 _REACHED_M = 0.05
-"""So far behind a line a vehicle can be held there that stands; farther, SUMO lets it drive on [m]."""
+"""So far behind a line a vehicle can be held there that stands, or that cannot brake but for so much [m].
+
+Farther, SUMO lets it drive on, without a word.
+"""
 
 
 @dataclass(slots=True, eq=False)
@@ -120,14 +123,14 @@ class Newcomer:
         here = max(n for n, begin in enumerate(begins) if n == 0 or begin <= self.arc_m)
         left = {position: self._left_m(track, position) for position in range(len(track.legs))}
         decel = traffic.dynamics(self.vehicle).decel_mps2
-        needed_m = braking_m(traffic.speed(self.vehicle), decel, traffic.step_s) - TOLERANCE_M
+        needed_m = braking_m(traffic.speed(self.vehicle), decel, traffic.step_s)
         try:
             traffic.lead(self.vehicle, (*edges[here:], *edges, *edges, *edges[: pivot(self.loop) + 1]))
         except TrafficError:
             return  # not from here
         for position in sorted(left, key=lambda p: left[p]):
             line = track.stop_lines[position]
-            if left[position] < max(needed_m, -_REACHED_M):
+            if left[position] < needed_m - _REACHED_M:
                 continue  # SUMO looks at that where both are on one edge only, and never behind a line
             try:
                 held = traffic.hold(self.vehicle, line.edge, line.lane_index, line.position_m)

@@ -101,6 +101,18 @@ def test_where_it_cannot_be_held_it_is_at_the_next(why: str, scene: tuple[Newcom
     assert newcomer.left_m > 60.0
 
 
+@pytest.mark.parametrize(("left_m", "edge"), [(3.7, "B1C1"), (3.54, "C1C2")])
+def test_it_is_held_where_it_can_brake_for_that(
+    left_m: float, edge: str, scene: tuple[Newcomer, Any, Plan]
+) -> None:
+    """SUMO takes a stop that is nearer than the braking distance, 3.67 m here, and drives on past it."""
+    newcomer, road, plan = scene
+    line_m = plan.track("v", "block", front_m=0.0, position=0).stop_lines[0].position_m
+    road.at, road.speed_mps = ("B1C1_0", line_m - left_m), 8.17
+    newcomer.look(road, plan)
+    assert road.holds == [edge]
+
+
 def test_past_its_line_it_is_held_anew(scene: tuple[Newcomer, Any, Plan]) -> None:
     """Somebody has let it go, or it has not stopped."""
     newcomer, road, plan = scene
