@@ -26,6 +26,8 @@ AFTER_S = 20.0
 class Red:
     """A light that is red for some vehicles."""
 
+    heeds_grants = True
+
     def __init__(self, *robots: int) -> None:
         self.robots = set(robots)
 

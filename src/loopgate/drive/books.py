@@ -22,7 +22,10 @@ _BY_TRACK: Final = frozenset(
 
 _CARRIED: Final = tuple(name for name in VehicleRow.__annotations__ if name not in _BY_TRACK)
 
-_OF_RUN: Final = ("now_s", "version", "grants", "turn", "decided_s", "overruns", "trespasses", "decisions")
+_OF_RUN: Final = (
+    *("now_s", "version", "grants", "turn", "decided_s", "overruns", "trespasses", "decisions"),
+    *("standing", "driven_m", "counts"),
+)
 
 
 @dataclass(slots=True)

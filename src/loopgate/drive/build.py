@@ -227,7 +227,7 @@ class RoadRows:
         """Add the edges of a loop; return the number of the first."""
         if edges not in self._at:
             self._at[edges] = len(self._rows)
-            self._rows += [(begin_m, self._code(name)) for begin_m, name in edges]
+            self._rows += [(begin_m, self._code(name), 0.0) for begin_m, name in edges]
         return self._at[edges]
 
     def table(self) -> NDArray[np.void]:

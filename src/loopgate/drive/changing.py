@@ -46,6 +46,9 @@ class ChangingEngine(Engine):
     _laid: Ground | None = None
     """The same, whether they drive on it or not."""
 
+    _shut = False
+    """Whether any state is shut."""
+
     def drive_by(self, ways: Sequence[Track], room: Mapping[str, int]) -> None:
         """Make ready for all ways on which vehicles will come.
 
@@ -146,7 +149,7 @@ class ChangingEngine(Engine):
         self.drivers.append(driver)
         self._ids.append(driver.id)
         self.driver_of[driver.id] = driver
-        self._run["now_s"] = self._traffic.now_s
+        self.run["now_s"] = self._traffic.now_s
         self._take_in(driver)
         self._step(drive.JOIN, robot)
         self._carry_out(self._traffic.now_s)
@@ -184,7 +187,7 @@ class ChangingEngine(Engine):
         before, count = self.tables, len(self.drivers)
         self._make([*(driver.track for driver in self.drivers), *tracks])
         carry_over(before, self.tables, {robot: robot for robot in range(count)})
-        self._run["now_s"] = self._traffic.now_s
+        self.run["now_s"] = self._traffic.now_s
         for driver in self.drivers[count:]:
             self._take_in(driver)
 
@@ -192,13 +195,13 @@ class ChangingEngine(Engine):
         """Let nobody into a state, until `open_up` or the next change."""
         number = self._keeper.number(state)
         if number is not None:  # else nobody comes there
-            cast("Any", self.tables.states)["shut"][number] = True
+            cast("Any", self.tables.states)["shut"][number] = self._shut = True
 
     def open_up(self) -> None:
         """Let vehicles into all states again."""
-        shut = cast("Any", self.tables.states)["shut"]
-        self._run["version"] += int(shut.any())
-        shut[:] = False
+        if self._shut:
+            self.run["version"] += 1
+            cast("Any", self.tables.states)["shut"][:] = self._shut = False
 
     def wait_outside(self, numbers: Mapping[str, int]) -> None:
         """Take note of how many wait to depart into each state: they count as queues there."""
@@ -223,7 +226,7 @@ class ChangingEngine(Engine):
         """Let those ask who are first in their states now, and nobody who is not."""
         later = {vehicle for line in books.lines.values() for vehicle in line[1:]}
         self._let_wait([self.driver_of[vehicle] for vehicle in later])
-        self._run["now_s"] = self._traffic.now_s
+        self.run["now_s"] = self._traffic.now_s
         off = later | self.beside
         first = [d.robot for d in self.drivers if d.id not in off and not d.row["steered"]]
         self._step(drive.CONSIDER, robots=np.array(first, dtype=np.int64))
@@ -313,7 +316,7 @@ class ChangingEngine(Engine):
             self._traffic.now_s, driver.id, Event.REROUTE, driver.leg(position).state, track.loop
         )
         self.changes += 1
-        self._run["version"] += 1
+        self.run["version"] += 1
         self._let_first_ask(state)
         self.answer()
         return True
@@ -381,7 +384,7 @@ class ChangingEngine(Engine):
         row = cast("Any", self.tables.states)[state]
         self.tables.lists[row[begin] : row[begin] + len(robots)] = robots
         row[length] = len(robots)
-        self._run["version"] += 1
+        self.run["version"] += 1
 
     def _let_first_ask(self, state: int) -> None:
         """Let the first in a state ask in time, and those behind it hold back."""

@@ -12,9 +12,12 @@ REASONS: Final = (None, *Reason)
 """Reasons by number; 0 is none."""
 
 
+_NUMBERS: Final = {reason: number for number, reason in enumerate(REASONS)}
+
+
 def number_of(reason: Reason) -> int:
     """Return the number of a reason."""
-    return REASONS.index(reason)
+    return _NUMBERS[reason]
 
 
 NOTHING: Final = 0

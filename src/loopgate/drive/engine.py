@@ -15,6 +15,7 @@ from loopgate.drive.build import make_tables, movements_of, roads_of
 from loopgate.drive.codes import BRAKE, RELEASE, STEER, STOP
 from loopgate.drive.driver import Driver
 from loopgate.drive.gatekeeper import Gatekeeper
+from loopgate.drive.sense import STANDING_MPS
 from loopgate.drive.steering import Steering
 from loopgate.drive.step import Step
 from loopgate.drive.tables import Tables
@@ -26,8 +27,6 @@ from loopgate.results.recorder import Recorder
 from loopgate.traffic.base import Traffic
 
 __all__ = ["Engine"]
-
-_STANDING_MPS = 0.1
 
 _LOOK_EVERY_S = 10.0
 """How often those that stand are asked for their lane [s]."""
@@ -113,8 +112,9 @@ class Engine:
         self.changes += 1
         keeper = self._gatekeeper
         self.tables = tables
-        self._run = cast("Any", tables.run)
-        self._run["foresees"] = self.foresees and not self._traffic.gives_way
+        self.run = cast("Any", tables.run)
+        """The table of the run, one row, by column."""
+        self.run["foresees"] = self.foresees and not self._traffic.gives_way
         self.vehicles = cast("NDArray[np.void]", tables.vehicles)
         """The table of vehicles, by column."""
         self._step = keeper.take_over(tables, self._recorder.code, states) if keeper else Step(tables)
@@ -165,7 +165,7 @@ class Engine:
                 f"SUMO could not insert {len(missing)} of {len(self.drivers)} vehicles at the start: {names}"
             )
             raise TrafficError(msg)
-        now = self._run["now_s"] = traffic.now_s
+        now = self.run["now_s"] = traffic.now_s
         for driver in self.drivers:
             self._take_in(driver)
         if keeper:
@@ -182,7 +182,7 @@ class Engine:
 
     def after_step(self) -> None:
         """Do what is due after a step of the traffic."""
-        now = self._run["now_s"] = self._traffic.now_s
+        now = self.run["now_s"] = self._traffic.now_s
         if self._once:
             self._take_leave()
         self._turn(now)
@@ -219,7 +219,7 @@ class Engine:
         self._carry_out(now)
 
     def _read(self) -> NDArray[np.float64]:
-        """Return what the odometers read, by vehicle [m]; who has arrived stays where it was."""
+        """Return what the odometers read, by vehicle [m]; not a number for one that has arrived."""
         if not self.arrived:
             return np.fromiter(self._traffic.odometers(self._ids), dtype=np.float64, count=len(self._ids))
         there = list(self._ids)
@@ -227,12 +227,11 @@ class Engine:
         for robot in reversed(gone):
             del there[robot]
         read = np.fromiter(self._traffic.odometers(there), dtype=np.float64, count=len(there))
-        stay = self.vehicles["front"][gone] - self.vehicles["offset"][gone]
-        return np.insert(read, np.array(gone) - np.arange(len(gone)), stay)
+        return np.insert(read, np.array(gone) - np.arange(len(gone)), np.nan)
 
     def asks_anew(self, driver: Driver) -> None:
         """Let a vehicle that has made its stop ask as of now: before, it did not wait for anybody."""
-        row, run = driver.row, self._run
+        row, run = driver.row, self.run
         run["version"] += 1
         if self._gatekeeper is None or not row["pending"]:
             return
@@ -244,9 +243,9 @@ class Engine:
         for driver in drivers:
             driver.row["pending"] = False
         pending, queue = self.vehicles["pending"], cast("Any", self.tables.entries)["waiting"]
-        still = [robot for robot in queue[: self._run["waiting"][0]].tolist() if pending[robot]]
+        still = [robot for robot in queue[: self.run["waiting"][0]].tolist() if pending[robot]]
         queue[: len(still)] = still
-        self._run["waiting"] = len(still)
+        self.run["waiting"] = len(still)
 
     def measure_from_now(self) -> None:
         """Let all figures begin now: the warm-up is over."""
@@ -279,24 +278,26 @@ class Engine:
     @property
     def overruns(self) -> int:
         """Refused vehicles that could not brake for their line, or did not: should be none."""
-        return int(self._run["overruns"][0])
+        return int(self.run["overruns"][0])
 
     @property
     def trespasses(self) -> int:
         """Vehicles seen with their front in a state that was not granted to them: should be none."""
-        return int(self._run["trespasses"][0])
+        return int(self.run["trespasses"][0])
 
     def settle(self) -> None:
         """Write what is not yet written: after Ctrl-C there may be rows of a step not carried out."""
-        rows = int(self._run["rows"][0])
+        rows = int(self.run["rows"][0])
         if rows:
             self._recorder.passed(self._traffic.now_s, self.tables.rows[:rows])
-            self._run["rows"] = 0
+            self.run["rows"] = 0
 
     def _carry_out(self, now: float) -> None:
         """Write rows to the trace, and tell the traffic whom to hold and whom to let go."""
-        run = self._run[0]
+        run = self.run[0]
         rows, acts, lost = int(run["rows"]), int(run["acts"]), int(run["lost"])
+        if not (rows or acts or lost):
+            return
         if lost:
             msg = f"{lost} events of one step at {now:g} s found no room; take shorter steps"
             raise TrafficError(msg)
@@ -331,7 +332,7 @@ class Engine:
             TrafficError
         ):  # it is stopped whatever the simulator makes of its stop, as in the compiled step
             driver.row["held_m"] = np.inf
-            self._run["overruns"] += 1
+            self.run["overruns"] += 1
             self._recorder.note(self._traffic.now_s, driver.id, Event.OVERRUN, driver.leg(leg + 1).state)
             self._traffic.brake(driver.id)
         else:
@@ -358,7 +359,7 @@ class Engine:
         SUMO's lanes are looked at only here, where vehicles are held, and where a stop leads to one.
         """
         v, arrived = self.vehicles, set(self.arrived)
-        for robot in np.flatnonzero((v["speed"] < _STANDING_MPS) & ~v["held"] & ~v["steered"]).tolist():
+        for robot in np.flatnonzero((v["speed"] < STANDING_MPS) & ~v["held"] & ~v["steered"]).tolist():
             driver = self.drivers[robot]
             if driver.id in arrived:
                 continue

@@ -113,7 +113,11 @@ class Gatekeeper:
         self._step = Step(tables)
         self._code = code
         self._tables = tables
-        self._vehicles = cast("Any", tables.vehicles)
+        self._vehicles = v = cast("Any", tables.vehicles)
+        # Read by column: a number of a row costs ten times as much.
+        self._granted_leg, self._leg_at, self._legs = v["granted"], v["leg_at"], v["legs"]
+        self._since_s, self._asked_at_s, self._decided = v["since_s"], v["asked_at_s"], v["decided"]
+        self._reason, self._going = v["reason"], v["going"]
         if tables.states is self._known:
             return self._step  # only vehicles have come or gone
         self._known = tables.states
@@ -122,6 +126,7 @@ class Gatekeeper:
         )
         self._held_by, self._rooms = self._states["held_by"], self._states["room"]
         self._outside = self._states["outside"]
+        self._state_behind = cast("Any", tables.legs)["state"]
         self._run["serve_after_s"] = self._serve_after_s
         self._run["at_once"] = not self.obstacles
         negotiation = self.negotiation
@@ -168,8 +173,8 @@ class Gatekeeper:
 
     def _state(self, robot: int, ahead: int) -> int:
         """Return a state of the way of `robot`, so many legs ahead of the last that was granted."""
-        one, legs = self._vehicles[robot], cast("Any", self._tables.legs)
-        return int(legs[one["leg_at"] + (one["granted"] + ahead) % one["legs"]]["state"])
+        leg = self._leg_at[robot] + (self._granted_leg[robot] + ahead) % self._legs[robot]
+        return int(self._state_behind[leg])
 
     def holders(self, state: int) -> list[int]:
         """Return the robots that hold `state`, in the order in which they took it."""
@@ -217,7 +222,8 @@ class Gatekeeper:
         There is no clock in compiled code: each decision counts as long as, on average, those of the last
         step in which decisions alone were timed.
         """
-        self.decision_us[_CHAIN].add(self._decision_us, times=decided)
+        if decided:
+            self.decision_us[_CHAIN].add(self._decision_us, times=decided)
 
     def _time(self, answer: Callable[[], object]) -> int:
         before, began = self.decided, perf_counter_ns()
@@ -243,8 +249,11 @@ class Gatekeeper:
         requests = [self._request(robot) for robot in robots if self._is_due(robot, now_s)]
         if requests:
             ordered = self._ordered(requests, now_s)
-            if self._by_chain and not self.obstacles:
-                self._decide_by_chain([request.robot for request in ordered])
+            if self._by_chain and not any(obstacle.heeds_grants for obstacle in self.obstacles):
+                robots = [request.robot for request in ordered]
+                self._decide_by_chain(robots)
+                for robot in robots:
+                    self._note_grant(robot)
             else:
                 for request in ordered:
                     self._decide_one(request.robot)
@@ -264,6 +273,8 @@ class Gatekeeper:
 
     def _ordered(self, requests: list[Request], now_s: float) -> Sequence[Request]:
         """Put the requests in order: whoever must move next goes before all others, whatever these say."""
+        if not self._run["serving"][0]:
+            return self.negotiation.order(requests, self, now_s)
         first = self._vehicles["mover"]
         movers = [request for request in requests if first[request.robot]]
         if not movers:
@@ -275,21 +286,21 @@ class Gatekeeper:
         """Return whether it is for the negotiation and the gate to say."""
         if self._obstructed(robot):
             return False
-        one = self._vehicles[robot]
-        return not one["decided"] or now_s - one["asked_at_s"] >= REASK_S
+        return not self._decided[robot] or now_s - self._asked_at_s[robot] >= REASK_S
 
     def _obstructed(self, robot: int) -> bool:
         """Refuse the robot if an obstacle is in its way."""
         for obstacle in self.obstacles:
             reason = obstacle.in_the_way(robot)
             if reason is not None:
-                self._step(drive.REFUSE, robot, 0, number_of(reason))
+                number = number_of(reason)
+                if self._reason[robot] != number:
+                    self._step(drive.REFUSE, robot, 0, number)
                 return True
         return False
 
     def _request(self, robot: int) -> Request:
-        since_s = float(self._vehicles[robot]["since_s"])
-        return Request(robot, self._state(robot, 0), self._state(robot, 1), since_s)
+        return Request(robot, self._state(robot, 0), self._state(robot, 1), float(self._since_s[robot]))
 
     def _decide_by_chain(self, robots: list[int]) -> None:
         self.count_decisions(
@@ -303,10 +314,15 @@ class Gatekeeper:
             self._decide_by_chain([robot])
         else:
             self._ask_gate(robot)
-        if self._vehicles["going"][robot]:
-            self._granted = True
+        self._granted |= self._note_grant(robot)
+
+    def _note_grant(self, robot: int) -> bool:
+        """Tell the obstacles of a grant, if there was one; return whether there was."""
+        granted = bool(self._going[robot])
+        if granted:
             for obstacle in self.obstacles:
                 obstacle.granted(robot)
+        return granted
 
     def _ask_gate(self, robot: int) -> None:
         begin = perf_counter_ns()

@@ -128,7 +128,7 @@ class Ground:
         for name in ("offset", "front", "rear_m", "line_m", "held_m", "stop_m"):
             row[name] += by_m
         row["moved_m"] += by_m
-        row["note_m"] = -np.inf
+        row["note_m"] = row["red_until_s"] = -np.inf  # another light is ahead
         lists = self._tables.lists
         at = int(row["number_at"])
         lists[at + position % _NUMBERS] = lists[at + before % _NUMBERS]

@@ -213,6 +213,8 @@ def _possible(i: int, t: Tables) -> bool:
     why = _in_the_way(i, t)
     if why == NOTHING and run.now_s - one.since_s < one.spare_s and t.states[last_state(i, t)].queue == 1:
         why = SPACING  # nobody waits behind it
+    if why == NOTHING and run.now_s < one.red_until_s:
+        why = RED
     if why != NOTHING:
         refuse(i, why, 0, t)
         return False

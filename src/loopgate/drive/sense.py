@@ -15,6 +15,7 @@ __all__ = [
     "PIVOTED",
     "REAR_PASSED",
     "RUNS_THROUGH",
+    "STANDING_MPS",
     "TOLERANCE_M",
     "TRESPASS",
     "braking_m",
@@ -29,6 +30,9 @@ MARGIN_M: Final = 1.0
 
 TOLERANCE_M: Final = 0.5
 """Rounding allowed before a front beyond its leg counts as one [m]; stop lines keep more than this clear."""
+
+STANDING_MPS: Final = 0.1
+"""A slower vehicle stands, as with SUMO's waiting time [m/s]."""
 
 MOST_ROWS: Final = 16
 """So many edges, laps and legs per vehicle are noted in a step; what is more waits for the next."""
@@ -129,16 +133,28 @@ def _pass(i: int, t: Tables) -> bool:
 
 
 @kernel
+def _stands(i: int, t: Tables) -> None:
+    """Count that the vehicle stood in this step, for itself and the edge that it is on."""
+    run, one = t.run[0], t.vehicles[i]
+    run.standing += 1
+    if run.counts:
+        one.stood_s += run.step_s
+        t.roads[one.road_at + (one.road - 1) % one.roads].stood_s += run.step_s  # `road` is the next
+
+
+@kernel
 def sense(odometer: Floats, t: Tables) -> int:
     """Bring all vehicles up to date with what their odometers read [m]; return how many `calls` there are.
 
-    What finds no room among the rows is noted in the next step.
+    One that has arrived has no odometer: it is not a number, and the vehicle stays where it was. What finds
+    no room among the rows is noted in the next step.
     """
     step_s = t.run[0].step_s
     called = 0
     for i in range(odometer.size):
         one = t.vehicles[i]
-        front = odometer[i] + one.offset
+        arrived = math.isnan(odometer[i])
+        front = one.front if arrived else odometer[i] + one.offset
         one.speed = (front - one.front) / step_s
         one.front = front
         why = 0
@@ -152,6 +168,9 @@ def sense(odometer: Floats, t: Tables) -> int:
             why |= RUNS_THROUGH
         if one.asking and must_ask(i, t):
             why |= MUST_ASK
+        t.run[0].driven_m += one.speed * step_s
+        if one.speed < STANDING_MPS and not arrived:
+            _stands(i, t)
         if why:
             t.calls[called, 0], t.calls[called, 1] = i, why
             called += 1

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 from loopgate.abstraction.itinerary import Guide
 from loopgate.drive.driver import Driver
+from loopgate.drive.sense import STANDING_MPS
 from loopgate.errors import TrafficError
 from loopgate.results.columns import Event
 from loopgate.results.recorder import Recorder
@@ -16,7 +17,6 @@ from loopgate.traffic.base import Traffic
 
 __all__ = ["Steering"]
 
-_STANDING_MPS = 0.1
 _AT_GUIDE_M = 1.0
 
 _LONG_S = 60.0
@@ -152,7 +152,7 @@ class Steering:
             return True  # its way went on from where it was
         if self._traffic.lane_index(driver.id) == to_lane:
             return True
-        standing = driver.speed_mps < _STANDING_MPS
+        standing = driver.speed_mps < STANDING_MPS
         if not way.still and standing and self._at(driver, way.guides[0]):
             way.still = True
             self._traffic.release(driver.id)

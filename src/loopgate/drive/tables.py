@@ -61,6 +61,8 @@ class VehicleRow:
     stop_m, parks
         Where its front stands at the next stop of its own [m], infinity for none; whether it leaves its lane
         for that.
+    red_until_s
+        Until when the light at its line is red for certain [s].
     spare_s
         For how long its request may be passed over so that it falls back to the middle between its neighbours
         on its loop [s]; below 0 it is behind that already, and others soon let it pass.
@@ -117,16 +119,18 @@ class VehicleRow:
     named_s: float
     stop_m: float
     parks: bool
+    red_until_s: float
     spare_s: float
     shut: bool
     turned: bool
 
 
 class RoadRow:
-    """Where an edge of a loop begins [m], and its name by number."""
+    """Where an edge of a loop begins [m], its name by number, and how long vehicles have stood on it [s]."""
 
     begin_m: float
     name: int
+    stood_s: float
 
 
 class LegRow:
@@ -292,6 +296,9 @@ class DriveRow:
         How many there are of this step, and how many found no room.
     overruns, trespasses, decisions
         So far; decisions of the chain rule only.
+    standing, driven_m, counts
+        How many vehicles stood, step by step, and how far all have driven [m], since somebody last took these
+        figures; whether standing counts by now for vehicles and edges.
     edge, lap, enter, leave, hold, go, grant, refuse, overrun, not_granted, chain
         Words for the trace.
     """
@@ -319,6 +326,9 @@ class DriveRow:
     overruns: int
     trespasses: int
     decisions: int
+    standing: int
+    driven_m: float
+    counts: bool
     edge: int
     lap: int
     enter: int

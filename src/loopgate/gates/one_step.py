@@ -22,10 +22,10 @@ class OneStepGate:
     def decide(self, configuration: Configuration, robot: int) -> Decision:
         """Decide the next move of `robot`; the blockers are the robots that it would lock up.
 
-        O(robots^2 * occupants).
+        O(robots^2 * occupants) where the move fills a state, or the robot behind finds none with room.
         """
         first = collision_decision(self._system, configuration, robot)
-        if not first.admitted:
+        if not first.admitted or not self._may_lock(configuration, robot):
             return first
         before = deadlocked_robots(self._system, configuration)
         after = deadlocked_robots(self._system, self._system.moved(configuration, robot))
@@ -33,6 +33,14 @@ class OneStepGate:
         if not locked:
             return first
         return Decision(admitted=False, reason=Reason.DEADLOCK, blockers=tuple(sorted(locked)))
+
+    def _may_lock(self, configuration: Configuration, robot: int) -> bool:
+        """Return whether somebody waits after the move who did not: for the robot, or as the next head."""
+        system, after = self._system, self._system.moved(configuration, robot)
+        if not system.has_room(after, system.state_at(after, robot)):
+            return True
+        head = system.head(after, system.state_at(configuration, robot))
+        return head is not None and not system.enabled(after, head)
 
     def moved(self, configuration: Configuration, robot: int) -> None:
         """Do nothing: the gate has no memory."""

@@ -217,6 +217,9 @@ class System:
         """Return whether one more robot fits into `state`: for capacity 1, ``Sign(state) == 0``."""
         if self.private[state]:
             return True
+        q = self._queue_of.get(state)
+        if q is not None:
+            return len(configuration.queues[q]) < self.room[state]
         count = 0
         for i in self.visitors[state]:
             count += self.paths[i][configuration.positions[i]] == state

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any, cast
 
 import numpy as np
 import pandas as pd
@@ -11,10 +12,7 @@ from loopgate.drive.engine import Engine
 from loopgate.results.columns import FLOW_COLUMNS, FLOW_EVERY_S, LOOP_COLUMNS
 from loopgate.traffic.base import Traffic
 
-__all__ = ["STANDING_MPS", "FlowMeter", "Row", "flow_table", "loop_table"]
-
-STANDING_MPS = 0.1
-"""Who is slower stands, as with SUMO's waiting time."""
+__all__ = ["FlowMeter", "Row", "flow_table", "loop_table"]
 
 Row = tuple[float, int, float, float, int]
 
@@ -31,12 +29,12 @@ def loop_table(ways: Mapping[str, Sequence[tuple[float, str]]]) -> pd.DataFrame:
 
 
 class FlowMeter:
-    """Looks at every vehicle's speed after each step, gate or no gate.
+    """Takes down how all vehicles together get on, which the drive counts in each step, gate or no gate.
 
     Parameters
     ----------
     traffic, engine
-        The run's.
+        The run's; it has not begun.
     warmup_s
         Standing before that counts neither for a vehicle nor for an edge [s]; the rows begin with the run.
     """
@@ -47,17 +45,17 @@ class FlowMeter:
         self._warmup_s = warmup_s
         self._begin_s: float | None = None
         self._next_s = 0.0
-        self._steps = self._standing = self._laps = 0
-        self._distance_m = 0.0
+        self._steps = self._laps = 0
         self.rows: list[Row] = []
         """For `flow_table`."""
         self._edges: dict[str, float] = {}
         self._begin_roads()
+        self._engine.run["counts"] = warmup_s <= 0.0
 
     def _begin_roads(self) -> None:
         """Begin with the roads as the engine numbers them now."""
         self._roads = self._engine.roads
-        self._roads_s = np.zeros(len(self._roads))
+        self._roads_s = cast("Any", self._engine.tables.roads)["stood_s"]
 
     def _settle(self) -> None:
         """Add up what was counted by number since the last time."""
@@ -71,27 +69,21 @@ class FlowMeter:
         if self._roads is not self._engine.roads:
             self._settle()
             self._begin_roads()
-        v, now, step_s = self._engine.vehicles, self._traffic.now_s, self._traffic.step_s
+        now, step_s = self._traffic.now_s, self._traffic.step_s
         if self._begin_s is None:
             self._begin_s = now - step_s + self._warmup_s
             self._next_s = now - step_s + FLOW_EVERY_S
-        standing = np.flatnonzero(v["speed"] < STANDING_MPS)
+        if now <= self._begin_s:
+            self._engine.run["counts"] = now + step_s > self._begin_s
         self._steps += 1
-        self._standing += standing.size
-        self._distance_m += float(v["speed"].sum()) * step_s
-        if now > self._begin_s:
-            v["stood_s"][standing] += step_s
-            # The table names the edge that comes next.
-            at = v["road_at"][standing] + (v["road"][standing] - 1) % v["roads"][standing]
-            np.add.at(self._roads_s, at, step_s)
         if now >= self._next_s:
             self._next_s += FLOW_EVERY_S
+            v, run = self._engine.vehicles, self._engine.run[0]
             laps = int(v["laps"].sum())
-            on_road = len(v)
-            self.rows.append(
-                (now, on_road, self._standing / self._steps, self._distance_m, laps - self._laps)
-            )
-            self._laps, self._steps, self._standing, self._distance_m = laps, 0, 0, 0.0
+            standing = int(run["standing"]) / self._steps
+            self.rows.append((now, len(v), standing, float(run["driven_m"]), laps - self._laps))
+            self._laps, self._steps = laps, 0
+            run["standing"], run["driven_m"] = 0, 0.0
 
     def edges_s(self) -> dict[str, float]:
         """Return for how long vehicles stood on each edge [s]; those on which nobody stood may be missing."""

@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 from loopgate.abstraction.itinerary import Itinerary, Leg
 from loopgate.drive.driver import Driver
 from loopgate.drive.motion import time_s
-from loopgate.drive.sense import braking_m
+from loopgate.drive.sense import STANDING_MPS, braking_m
 from loopgate.gates import Reason
 from loopgate.network import RoadNetwork
 from loopgate.network.records import Connection
@@ -29,8 +29,6 @@ for a green that lasts until it is there [s]: lights that are never green togeth
 _FAR_M = 50.0
 """What a light shows that is farther than this from where vehicles are held is of no account to who sets out
 there [m]: it is too early to tell, and an actuated one waits for somebody to come near."""
-
-_STANDING_MPS = 0.1
 
 _RED = frozenset("ru")
 
@@ -73,6 +71,14 @@ class Signal:
 
 Signals = Mapping[str, tuple[tuple[Signal, ...], ...]]
 """By loop, then position: the lights on the crossings that follow the leg, in driving order."""
+
+
+class _Red(NamedTuple):
+    """How long a vehicle waits for green, as far as can be known, since when [s], and before which light."""
+
+    waited_s: float = 0.0
+    since_s: float = 0.0
+    signal: Signal | None = None
 
 
 def signals_of(network: RoadNetwork, itineraries: Sequence[Itinerary]) -> Signals:
@@ -146,6 +152,8 @@ class Lights:
         What the lights show.
     """
 
+    heeds_grants = False
+
     def __init__(
         self,
         traffic: Traffic,
@@ -159,7 +167,7 @@ class Lights:
         self._timetable = timetable
         self._red_since: dict[str, float] = {}
         self._under_way: list[_Passage] = []
-        self._longest = (0.0, "", "")
+        self._longest = _Red()
         self._grants = 0
         self._stood = 0
         self._stood_s = 0.0
@@ -177,15 +185,30 @@ class Lights:
             return None
         if since is None:
             since = self._red_since[driver.id] = now_s
-        if now_s - since > self._longest[0]:
-            self._longest = now_s - since, signals[0].movement, signals[0].light
+        until_s, first = now_s, signals[0]
+        if first.at_line:
+            showing = self._timetable.next(first.light, first.link)
+            if not showing.is_open:
+                driver.row["red_until_s"] = showing.until_s
+                until_s = max(
+                    now_s, showing.until_s - self._traffic.step_s
+                )  # it is asked for again only then
+        if until_s - since > self._longest.waited_s:
+            self._longest = _Red(until_s - since, since, first)
         return Reason.RED
+
+    def _longest_s(self) -> float:
+        """Return the longest wait for green so far [s]."""
+        return max(0.0, min(self._longest.waited_s, self._traffic.now_s - self._longest.since_s))
 
     def _behind(self, driver: Driver, leg: int) -> Sequence[Signal]:
         return self._signals[driver.track.loop][leg % len(driver.track.legs)]
 
     def _lets_pass(self, driver: Driver, signals: Sequence[Signal], *, patient: bool) -> bool:
         opens = self._timetable
+        first = signals[0]
+        if first.at_line and not opens.next(first.light, first.link).is_open:
+            return False
         speed = driver.speed_mps
         to_end_m = driver.line_m - driver.front_m
         for signal in signals:
@@ -195,10 +218,8 @@ class Lights:
             slow_s = _slow_s(driver, signal, distance_m)
             if signal.at_line:
                 showing = opens.next(signal.light, signal.link)
-                if not showing.is_open:
-                    return False
                 spare_s = _ARROW_STOP_S if showing.letter == _ARROW else _BEFORE_RED_S
-                may_pass = slow_s + spare_s <= showing.red_s
+                may_pass = self._traffic.now_s + slow_s + spare_s <= showing.red_at_s
             else:
                 fast_s = time_s(distance_m, speed, driver.accel_mps2, driver.top_mps)
                 may_pass = opens.may_be_open(signal.light, signal.link, fast_s, _START_S + slow_s)
@@ -248,23 +269,23 @@ class Lights:
                 self._on_red += self._timetable.shows(signal.light, signal.link) in _RED
                 continue
             still.append(passage)
-            if passage.was_open and not showing.is_open and self._stops(passage, showing.red_s):
+            if passage.was_open and not showing.is_open and self._stops(passage, showing.red_at_s):
                 self._commit(passage, committed=False)
             passage.was_open |= showing.is_open
-            if driver.speed_mps < _STANDING_MPS and not showing.is_open:
+            if driver.speed_mps < STANDING_MPS and not showing.is_open:
                 self._stood_s += self._traffic.step_s
                 if not passage.stands:
                     passage.stands = True
                     self._stood += 1
         self._under_way = still
 
-    def _stops(self, passage: _Passage, red_s: float) -> bool:
+    def _stops(self, passage: _Passage, red_at_s: float) -> bool:
         """Return whether a vehicle whose light has closed can still stop, and may be late if it does not."""
         driver = passage.driver
         left_m = passage.line_m - driver.front_m
         if left_m < braking_m(driver.speed_mps, float(driver.row["decel"]), self._traffic.step_s):
             return False
-        return _slow_s(driver, passage.signal, left_m) > red_s
+        return self._traffic.now_s + _slow_s(driver, passage.signal, left_m) > red_at_s
 
     def figures(self) -> dict[str, Any]:
         """Return what ``summary.json`` says of lights that are obeyed."""
@@ -273,8 +294,8 @@ class Lights:
             "stood": self._stood,
             "stood_s": round(self._stood_s, 3),
             "on_red": self._on_red,
-            "longest_red_s": round(self._longest[0], 3),
-            "longest_red_at": self._longest[1],
+            "longest_red_s": round(self._longest_s(), 3),
+            "longest_red_at": self._longest.signal.movement if self._longest.signal else "",
         }
 
     def warnings(self) -> list[str]:
@@ -303,9 +324,10 @@ class Lights:
                 f"lights: {len(rarely)} of {len(used)} movements with a light stay red for more than "
                 f"{_LONG_RED_S:.0f} s, first {rarely[0]}: what stands there is no deadlock; try --lights off"
             )
-        seconds, movement, light = self._longest
-        if seconds > _LONG_RED_S and not lines:
+        seconds, signal = self._longest_s(), self._longest.signal
+        if signal is not None and seconds > _LONG_RED_S and not lines:
             lines.append(
-                f"lights: a vehicle waited {seconds:.0f} s for green at movement {movement} (light {light})"
+                f"lights: a vehicle waited {seconds:.0f} s for green at movement {signal.movement} "
+                f"(light {signal.light})"
             )
         return lines

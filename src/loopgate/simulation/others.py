@@ -55,6 +55,8 @@ class Others:
         Where ordinary vehicles are, who of them comes, and whom there is room for.
     """
 
+    heeds_grants = True
+
     def __init__(
         self,
         drivers: Sequence[Driver],

@@ -10,6 +10,7 @@ from time import perf_counter
 from typing import Any
 
 from loopgate.disk import writing
+from loopgate.drive.sense import STANDING_MPS
 from loopgate.errors import ScenarioError
 from loopgate.network import RoadNetwork
 from loopgate.network.additional import type_names
@@ -18,7 +19,7 @@ from loopgate.network.traffic_file import read_traffic
 from loopgate.results.columns import FLOW_EVERY_S
 from loopgate.results.recorder import Recorder
 from loopgate.simulation import outcome
-from loopgate.simulation.flow import STANDING_MPS, Row, flow_table
+from loopgate.simulation.flow import Row, flow_table
 from loopgate.simulation.gated import write_ordinary
 from loopgate.simulation.loop_run import Mishaps, RunCourse, Tick, note_deadlock
 from loopgate.simulation.monitoring import monitoring_figures

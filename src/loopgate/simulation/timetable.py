@@ -25,13 +25,16 @@ class Showing:
         SUMO's letter.
     is_open
         Whether a vehicle may drive.
-    red_s
-        How long it is until red, after the rest of the green and the amber [s]; 0 if it is red.
+    red_at_s
+        When it turns red, after the rest of the green and the amber [s]; now if it is red.
+    until_s
+        Until when that is known [s].
     """
 
     letter: str
     is_open: bool
-    red_s: float
+    red_at_s: float
+    until_s: float
 
 
 class Timetable:
@@ -46,6 +49,7 @@ class Timetable:
     def __init__(self, traffic: Traffic) -> None:
         self._traffic = traffic
         self._seen: dict[str, tuple[float, Light]] = {}
+        self._next: dict[tuple[str, int], Showing] = {}
         self._programs: dict[tuple[str, str], Program] = {}
 
     def shows(self, light: str, link: int) -> str:
@@ -62,23 +66,31 @@ class Timetable:
         That is certain where the program is fixed. Others are taken to end what they show as soon as they
         may: whoever counts on more stands at a red with its grant now and then, in the way of all others.
         """
+        found = self._next.get((light, link))
+        if found is None or self._traffic.now_s >= found.until_s:
+            found = self._next[light, link] = self._find_next(light, link)
+        return found
+
+    def _find_next(self, light: str, link: int) -> Showing:
         shown = self._now(light)
         program = self._program(light, shown)
-        state, phase, left_s = shown.state, shown.phase, max(0.0, shown.changes_s - self._traffic.now_s)
-        if program.fixed and left_s <= 0.0:
+        now_s, state, phase = self._traffic.now_s, shown.state, shown.phase
+        until_s = shown.changes_s if shown.changes_s > now_s else now_s + self._traffic.step_s / 2
+        change_s = max(now_s, shown.changes_s)
+        if program.fixed and change_s <= now_s:
             phase = program.phases[phase].following
-            state, left_s = program.phases[phase].state, left_s + program.phases[phase].longest_s
+            state, change_s = program.phases[phase].state, change_s + program.phases[phase].longest_s
         letter = state[link]
-        is_open, red_s = letter in _OPEN, 0.0
+        is_open, red_at_s = letter in _OPEN, now_s
         for _ in range(len(program.phases) + 1):
             if state[link] not in _OPEN and state[link] not in _AMBER:
-                return Showing(letter, is_open, red_s)
-            red_s = left_s
+                return Showing(letter, is_open, red_at_s, until_s)
+            red_at_s = change_s
             if not program.phases:
                 break
             phase = program.phases[phase].following
-            state, left_s = program.phases[phase].state, left_s + program.phases[phase].longest_s
-        return Showing(letter, is_open, math.inf)
+            state, change_s = program.phases[phase].state, change_s + program.phases[phase].longest_s
+        return Showing(letter, is_open, math.inf, until_s)
 
     def may_be_open(self, light: str, link: int, from_s: float, to_s: float) -> bool:
         """Return whether the link is open all the time between two times, as far as can be known.

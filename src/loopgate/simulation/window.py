@@ -8,6 +8,7 @@ from typing import Protocol
 import numpy as np
 
 from loopgate.drive.engine import Engine
+from loopgate.drive.sense import STANDING_MPS
 from loopgate.network import Loop
 
 __all__ = ["COLOURS", "Shown", "Window"]
@@ -16,7 +17,6 @@ COLOURS = ((22, 104, 184), (224, 138, 0), (107, 111, 118), (194, 18, 75))
 """Of those who drive, are held at a gate, stand otherwise, and have stood for long: as in the replay."""
 
 _DRIVES, _HELD, _STANDS, _JAM = range(4)
-_STANDING_MPS = 0.1
 _JAM_S = 180.0
 _MARGIN_M = 40.0
 
@@ -76,7 +76,7 @@ class Window:
         if self._changes != self._engine.changes:
             self._number()
         table, now = self._engine.vehicles, self._traffic.now_s
-        drives = table["speed"] >= _STANDING_MPS
+        drives = table["speed"] >= STANDING_MPS
         self._drove_s[drives] = now
         state = np.where(table["held"] & ~np.isnan(table["halted_s"]), _HELD, _STANDS)
         state[now - self._drove_s >= _JAM_S] = _JAM

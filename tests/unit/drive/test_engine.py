@@ -62,11 +62,11 @@ def test_nothing_is_foreseen_where_vehicles_give_way_or_drive_otherwise() -> Non
     engine, traffic, notes = world(120.0)
     keeper = engine._gatekeeper
     tracks = [driver.track for driver in engine.drivers]
-    assert engine._run["foresees"][0]
+    assert engine.run["foresees"][0]
     other = Engine(traffic, tracks, keeper, notes, foresees=False)  # type: ignore[arg-type]  # as in `world`
-    assert not other._run["foresees"][0]
+    assert not other.run["foresees"][0]
     traffic.gives_way = True
-    assert not Engine(traffic, tracks, keeper, notes)._run["foresees"][0]  # type: ignore[arg-type]  # as in `world`
+    assert not Engine(traffic, tracks, keeper, notes).run["foresees"][0]  # type: ignore[arg-type]  # as in `world`
 
 
 def test_a_refused_vehicle_rests_before_its_line_and_counts_its_hold() -> None:

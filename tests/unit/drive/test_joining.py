@@ -101,11 +101,11 @@ def test_nobody_is_left() -> None:
     """Counts stay; the next who joins is the first."""
     engine, traffic, _ = world(120.0)
     drive(engine, traffic, 50.0)
-    grants = int(engine._run["grants"][0])
+    grants = int(engine.run["grants"][0])
     engine.clear()
     assert engine.drivers == []
     engine.step()
-    assert int(engine._run["grants"][0]) == grants > 0
+    assert int(engine.run["grants"][0]) == grants > 0
 
 
 def test_who_is_nearer_to_the_end_comes_first_in_line() -> None:

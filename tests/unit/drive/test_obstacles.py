@@ -21,6 +21,8 @@ class Barrier:
     names: Sequence[Sequence[str]] = ()
     granted_to: list[int] = field(default_factory=list)
 
+    heeds_grants = True
+
     def in_the_way(self, robot: int) -> Reason | None:
         """Say what a test wants."""
         del robot

@@ -77,6 +77,8 @@ def test_after_a_minute_nobody_may_set_out_across_its_way(late: bool) -> None:  
 class Red:
     """A light that is red for one robot."""
 
+    heeds_grants = True
+
     def __init__(self, robot: int) -> None:
         self.robot = robot
 
@@ -120,6 +122,8 @@ def test_one_step_never_sends_two_across_each_others_way() -> None:
 
 class Once(Red):
     """A light that turns red with the first grant."""
+
+    heeds_grants = True
 
     def in_the_way(self, robot: int) -> Reason | None:
         """Refuse all but the first."""

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from random import Random
+
 from builders import ring_of_three, system
 from loopgate.gates import Decision, Reason
+from loopgate.gates.deadlocks import deadlocked_robots
 from loopgate.gates.one_step import OneStepGate
+from loopgate.research.theory.variety import any_system
 
 
 def test_the_move_that_closes_a_circle_is_refused() -> None:
@@ -45,3 +49,23 @@ def test_who_joins_an_old_deadlock_locks_nobody_up() -> None:
         {"r1": "p1 a b", "r2": "p2 b c", "r3": "p3 c a", "r4": "p4 q a"}, starts={"r1": 1, "r2": 1, "r3": 1}
     )
     assert OneStepGate(s).decide(s.initial, 3).admitted
+
+
+def test_looking_near_the_move_is_enough() -> None:
+    """On walks through small systems, deadlocks and all, the answers are those of the definition."""
+    rng, refused = Random(1), 0
+    for seed in range(400):
+        s = any_system(seed)
+        gate, c = OneStepGate(s), s.initial
+        for _ in range(20):
+            movable = [robot for robot in range(len(s.robots)) if s.enabled(c, robot)]
+            for robot in movable:
+                locked = deadlocked_robots(s, s.moved(c, robot)) - deadlocked_robots(s, c) - {robot}
+                decision = gate.decide(c, robot)
+                assert decision.admitted == (not locked)
+                assert set(decision.blockers) == locked
+                refused += bool(locked)
+            if not movable:
+                break
+            c = s.moved(c, rng.choice(movable))
+    assert refused > 100

@@ -53,9 +53,10 @@ def test_of_a_program_that_follows_traffic_only_the_latest_end_is_known(
 @pytest.mark.parametrize(
     ("changes_s", "link", "expected"),
     [
-        (8.0, 0, Showing("G", is_open=True, red_s=11.0)),  # 8 s of green and 3 of amber
-        (8.0, 1, Showing("r", is_open=False, red_s=0.0)),
-        (0.0, 0, Showing("y", is_open=False, red_s=3.0)),  # it changes at the beginning of the next step
+        (8.0, 0, Showing("G", is_open=True, red_at_s=11.0, until_s=8.0)),  # 8 s of green and 3 of amber
+        (8.0, 1, Showing("r", is_open=False, red_at_s=0.0, until_s=8.0)),
+        # It changes at the beginning of the next step.
+        (0.0, 0, Showing("y", is_open=False, red_at_s=3.0, until_s=0.5)),
     ],
 )
 def test_the_next_step_of_a_fixed_program_is_known(changes_s: float, link: int, expected: Showing) -> None:
@@ -68,16 +69,16 @@ def test_a_green_that_is_due_counts_already() -> None:
     """Whoever waits for it sets out in the step in which it comes."""
     timetable, traffic = cross(fixed=True)
     traffic.lights["t"] = Light("yr", 0.0, "p", 1)
-    assert timetable.next("t", 1) == Showing("G", is_open=True, red_s=33.0)
-    assert timetable.next("t", 0) == Showing("r", is_open=False, red_s=0.0)
+    assert timetable.next("t", 1) == Showing("G", is_open=True, red_at_s=33.0, until_s=0.5)
+    assert timetable.next("t", 0) == Showing("r", is_open=False, red_at_s=0.0, until_s=0.5)
 
 
 def test_a_program_that_follows_traffic_is_taken_to_change_as_soon_as_it_may() -> None:
     """It may change in 2 s, or already; then comes its amber."""
     timetable, traffic = cross(fixed=False, changes_s=2.0)
-    assert timetable.next("t", 0) == Showing("G", is_open=True, red_s=5.0)
+    assert timetable.next("t", 0) == Showing("G", is_open=True, red_at_s=5.0, until_s=2.0)
     traffic.now_s = 30.0
-    assert timetable.next("t", 0) == Showing("G", is_open=True, red_s=3.0)
+    assert timetable.next("t", 0) == Showing("G", is_open=True, red_at_s=33.0, until_s=30.5)
 
 
 def test_a_light_is_read_again_only_when_it_can_have_changed() -> None:
@@ -114,4 +115,4 @@ def test_lights_that_are_off_let_everybody_pass() -> None:
     timetable = Timetable(traffic)
     assert timetable.is_open("t", 0)
     assert timetable.may_be_open("t", 1, 0.0, 1e6)
-    assert timetable.next("t", 0) == Showing("O", is_open=True, red_s=math.inf)
+    assert timetable.next("t", 0) == Showing("O", is_open=True, red_at_s=math.inf, until_s=0.5)
