@@ -142,8 +142,11 @@ class ChangingEngine(Engine):
         """Take in a vehicle that is held at the end of its state, behind all others there; see `seats`."""
         if self._ground is None:
             return
-        robot = self._ground.take(track)
+        robot, lists = self._ground.take(track), self.tables.lists
         self._use(self._ground.tables, self._ground.states)
+        if self.tables.lists is not lists:  # there was no room
+            for driver in self.drivers:
+                driver.goes_on(driver.robot, driver.track, self.tables)
         self._once |= not track.rounds
         driver = Driver(robot, track, self.tables)
         self.drivers.append(driver)

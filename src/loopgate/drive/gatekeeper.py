@@ -118,11 +118,12 @@ class Gatekeeper:
         self._granted_leg, self._leg_at, self._legs = v["granted"], v["leg_at"], v["legs"]
         self._since_s, self._asked_at_s, self._decided = v["since_s"], v["asked_at_s"], v["decided"]
         self._reason, self._going = v["reason"], v["going"]
+        self._entries = cast("Any", tables.entries)
         if tables.states is self._known:
             return self._step  # only vehicles have come or gone
         self._known = tables.states
-        self._run, self._states, self._entries, self._reasons = (
-            cast("Any", table) for table in (tables.run, tables.states, tables.entries, tables.reasons)
+        self._run, self._states, self._reasons = (
+            cast("Any", table) for table in (tables.run, tables.states, tables.reasons)
         )
         self._held_by, self._rooms = self._states["held_by"], self._states["room"]
         self._outside = self._states["outside"]

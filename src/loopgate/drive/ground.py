@@ -32,6 +32,12 @@ __all__ = ["Ground"]
 _NUMBERS = 64
 """On fewer crossings at once is a vehicle that comes and goes: each is longer than a place of two."""
 
+_AT_FIRST = 256
+"""Room for so many vehicles; twice as many whenever that is not enough."""
+
+_OF_VEHICLES = ("vehicles", "entries", "rows", "acts", "lists")
+"""Tables that grow with the vehicles."""
+
 _CHANGED = ("run", "states", "moves", "reasons")
 """Tables of the ways in which something changes while vehicles drive."""
 
@@ -42,14 +48,13 @@ _OF_THE_WAY = ("loop", "lap_m", "next_lap_m", "road_at", "roads", "road", "road_
 class Ground:
     """Tables for ways that are known, on which vehicles come and go one by one: only their rows are made.
 
-    The vehicles are the first rows of a table with room for all; where one leaves, the last takes its row.
-    What depends on the ways alone is made once. Lists and rows have room for everybody from the beginning on:
-    memory that nobody writes to costs nothing, and that is all beyond those who are there at once.
+    The vehicles are the first rows of a table; where one leaves, the last takes its row. There is room for as
+    many as there were at once, or up to twice as many. What depends on the ways alone is made once.
 
     Parameters
     ----------
     ways
-        One track at least of each way, and one for each vehicle that comes.
+        One track at least of each way, and one for each vehicle that ends on it.
     room
         How many vehicles the states on them hold, by name; all are left in order.
     code
@@ -75,21 +80,23 @@ class Ground:
         tables = tables_of(legs, self._roads, states, moves_of(legs, states, lists), code, step_s)
         self._numbers_at = lists.end
         self._bare = tables
-        self._most = len(ways)
         self.clear()
 
     def clear(self) -> None:
         """Begin anew, with nobody there; tables that were given out stay as they are."""
-        most = self._most
         fresh = {name: getattr(self._bare, name).copy() for name in _CHANGED}
         self._count = 0
+        self._tables = self._bare._replace(**fresh)
+        self._make_room(_AT_FIRST)
+
+    def _make_room(self, most: int) -> None:
+        """Make room for so many vehicles at once."""
         self._every = table(VehicleRow, length=most)
-        self._tables = with_room(
-            most,
-            self._bare._replace(**fresh),
-            vehicles=self._every,
-            lists=np.zeros(self._numbers_at + most * _NUMBERS, dtype=np.int64),
-        )
+        lists = np.zeros(self._numbers_at + most * _NUMBERS, dtype=np.int64)
+        before, self._tables = self._tables, with_room(most, self._tables, vehicles=self._every, lists=lists)
+        for name in _OF_VEHICLES:
+            was: Any = getattr(before, name)
+            getattr(self._tables, name)[: len(was)] = was
 
     @property
     def tables(self) -> Tables:
@@ -101,8 +108,13 @@ class Ground:
         return id(track.legs) in self._legs and track.edges in self._edges
 
     def take(self, track: Track) -> int:
-        """Make a row for a vehicle that stands where its track begins; return its number."""
+        """Make a row for a vehicle that stands where its track begins; return its number.
+
+        Tables that were given out before are old ones if there was no room in them.
+        """
         robot = self._count
+        if robot == len(self._every):
+            self._make_room(2 * robot)
         row = self._every[robot]
         self._every[robot] = vehicle_rows([track], self._roads, self._code)[0]
         row["leg_at"] = self._legs[id(track.legs)][1]

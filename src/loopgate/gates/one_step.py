@@ -25,18 +25,21 @@ class OneStepGate:
         O(robots^2 * occupants) where the move fills a state, or the robot behind finds none with room.
         """
         first = collision_decision(self._system, configuration, robot)
-        if not first.admitted or not self._may_lock(configuration, robot):
+        if not first.admitted:
+            return first
+        moved = self._system.moved(configuration, robot)
+        if not self._may_lock(configuration, moved, robot):
             return first
         before = deadlocked_robots(self._system, configuration)
-        after = deadlocked_robots(self._system, self._system.moved(configuration, robot))
+        after = deadlocked_robots(self._system, moved)
         locked = after - before - {robot}
         if not locked:
             return first
         return Decision(admitted=False, reason=Reason.DEADLOCK, blockers=tuple(sorted(locked)))
 
-    def _may_lock(self, configuration: Configuration, robot: int) -> bool:
+    def _may_lock(self, configuration: Configuration, after: Configuration, robot: int) -> bool:
         """Return whether somebody waits after the move who did not: for the robot, or as the next head."""
-        system, after = self._system, self._system.moved(configuration, robot)
+        system = self._system
         if not system.has_room(after, system.state_at(after, robot)):
             return True
         head = system.head(after, system.state_at(configuration, robot))

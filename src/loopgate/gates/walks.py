@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 
 from loopgate.model import Configuration, System
 
@@ -75,17 +76,20 @@ class Holders:
     def __init__(self, system: System, configuration: Configuration) -> None:
         self._system = system
         self._here = configuration
-        self._standing = {
-            path[p]: i for i, (path, p) in enumerate(zip(system.paths, configuration.positions, strict=True))
-        }
         self._known: dict[int, tuple[int, ...]] = {}
+
+    @cached_property
+    def _standing(self) -> dict[int, int]:
+        """The robot in each state of capacity 1 with one in it; some robot in larger ones."""
+        paths = zip(self._system.paths, self._here.positions, strict=True)
+        return {path[p]: robot for robot, (path, p) in enumerate(paths)}
 
     def of(self, state: int) -> tuple[int, ...]:
         """Return the robots one of which must leave `state` before another can enter; () if it has room."""
-        if state not in self._standing or self._system.private[state]:
+        if self._system.private[state]:
             return ()
         if self._system.room[state] == 1:
-            return (self._standing[state],)
+            return (self._standing[state],) if state in self._standing else ()
         if state not in self._known:
             self._follow(state)
         return self._known[state]

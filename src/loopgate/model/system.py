@@ -258,14 +258,14 @@ class System:
         positions = (*configuration.positions[:robot], q, *configuration.positions[robot + 1 :])
         if not self.fifo_states:
             return Configuration(positions)
-        queues = configuration.queues
+        queues = list(configuration.queues)
         left = self._queue_of.get(self.paths[robot][p])
         if left is not None:
-            queues = (*queues[:left], queues[left][1:], *queues[left + 1 :])
+            queues[left] = queues[left][1:]
         entered = self._queue_of.get(self.paths[robot][q])
         if entered is not None:
-            queues = (*queues[:entered], (*queues[entered], robot), *queues[entered + 1 :])
-        return Configuration(positions, queues)
+            queues[entered] = (*queues[entered], robot)
+        return Configuration(positions, tuple(queues))
 
     def describe(self, configuration: Configuration) -> tuple[StateId, ...]:
         """Return the names of the states in which the robots stand, robot by robot."""
