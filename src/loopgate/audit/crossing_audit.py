@@ -326,7 +326,7 @@ def _times(
     for events in pieces:
         for kind, times in zip(kinds, found, strict=True):
             rows = events[events[EVENT] == kind.value]
-            for name, group in rows.groupby(VEHICLE, sort=False)[TIME]:
+            for name, group in rows.groupby(VEHICLE, sort=False, observed=True)[TIME]:
                 times.setdefault(str(name), []).append(group.to_numpy(dtype=np.float64))
     return [{name: np.concatenate(parts) for name, parts in times.items()} for times in found]
 
