@@ -108,7 +108,17 @@ class Layout:
 
 
 def write_layout(layout: Layout, file: Path) -> None:
-    """Write ``layout.json``; raise `ResultsError` if it cannot be written."""
+    """Write ``layout.json``; raise `ResultsError` if it cannot be written.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from loopgate.audit import Layout, read_layout, write_layout
+    >>> layout = Layout(step_s=1.0, room={"s": 2}, loops={}, vehicles={}, movements={}, shapes={})
+    >>> write_layout(layout, Path("layout.json"))
+    >>> read_layout(Path("layout.json")) == layout
+    True
+    """
     with writing(file):
         file.write_text(json.dumps(layout, default=_by_field) + "\n", encoding="utf-8")
 
@@ -122,6 +132,17 @@ def read_layout(file: Path) -> Layout:
     """Read ``layout.json``.
 
     Raises `ResultsError` if it cannot be read or is no layout.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from loopgate import Scenario, run
+    >>> from loopgate.audit import read_layout
+    >>> roads = {"network": "networks/ring3.net.xml", "routes": "routes/ring3.rou.xml"}
+    >>> made = run(Scenario(**roads, duration_s=60), "out/laid")
+    >>> layout = read_layout(Path("out/laid/layout.json"))
+    >>> layout.vehicles["v1"].loop, layout.vehicles["v1"].length_m
+    ('loop1', 5.0)
     """
     data = read_object(file, "layout of a run", ResultsError)
     with refusing(file, "layout of a run", ResultsError, wrong="no layout of a run"):

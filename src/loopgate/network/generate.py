@@ -258,6 +258,14 @@ def generate_loops(
     """Make as many loops as asked for; parameters as for `find_loops`.
 
     Raises `RouteError` if not enough loops were found; the text says how many there are.
+
+    Examples
+    --------
+    >>> from loopgate import RoadNetwork
+    >>> from loopgate.network import generate_loops
+    >>> network = RoadNetwork.open("networks/grid5-priority.net.xml")
+    >>> [loop.id for loop in generate_loops(network, 2, length_m=(500, 900), seed=2)]
+    ['loop0', 'loop1']
     """
     found = find_loops(network, count, ease=ease, progress=progress, **options)
     if found.shortfall:

@@ -103,6 +103,15 @@ def make_loop(
     on_lanes
         Edges on which the vehicle stops, and the lane for it, or -1 for several or any: kept to if there is
         a way.
+
+    Examples
+    --------
+    >>> from loopgate import RoadNetwork
+    >>> from loopgate.network import make_loop
+    >>> network = RoadNetwork.open("networks/ring3.net.xml")
+    >>> loop = make_loop(network, "mine", ["p1b", "p1c", "s1", "l1", "s2", "p1a"])
+    >>> round(loop.length_m, 2), len(loop.spans)
+    (628.44, 12)
     """
     what = f"{source}: route {name}" if source else f"route {name}"
     if not edges:

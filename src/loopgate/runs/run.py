@@ -54,6 +54,18 @@ class Run:
         `LOOP_COLUMNS`: the edges of each loop; empty where there are none.
     folder
         Where the files are; None if none were kept.
+
+    Examples
+    --------
+    >>> from loopgate import Scenario, run
+    >>> roads = {"network": "networks/order2.net.xml", "routes": "routes/order2.rou.xml"}
+    >>> made = run(Scenario(**roads, duration_s=60), "out/figures")
+    >>> made.summary["outcome"], made.vehicles["vehicle"].to_list()
+    ('done', ['v1', 'v2', 'v3', 'v4', 'v5'])
+    >>> sorted(made.figures)
+    ['idleness', 'laps', 'over-time', 'seen', 'standing', 'unwatched']
+    >>> made.replay().write("out/figures.html").name
+    'figures.html'
     """
 
     summary: Mapping[str, Any] = field(repr=False)
