@@ -52,7 +52,7 @@ class _Parked(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class PositionAudit:
-    """What was found, and figures for the summary."""
+    """The findings, and figures for the summary."""
 
     findings: Sequence[Finding]
     figures: dict[str, Any]
@@ -84,7 +84,7 @@ def audit_positions(
     Parameters
     ----------
     file
-        What SUMO recorded, see `loopgate.audit.position_table`.
+        The positions that SUMO recorded, see `loopgate.audit.position_table`.
     layout
         States, crossings and vehicles.
     events

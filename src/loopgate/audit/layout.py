@@ -1,4 +1,4 @@
-"""What the abstraction says about the roads, written beside a run for the audit of positions."""
+"""The abstraction's view of the roads, written beside a run for the audit of positions."""
 
 from __future__ import annotations
 

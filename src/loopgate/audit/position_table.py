@@ -19,7 +19,7 @@ Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 
 ATTRIBUTES = ("id", "lane", "pos", "speed", "odometer", "x", "y", "angle")
-"""What SUMO is asked to write of every vehicle at every step."""
+"""Attributes that SUMO is asked to write of every vehicle at every step."""
 
 _BLOCK_BYTES = 8_000_000
 _LARGEST = 1e10

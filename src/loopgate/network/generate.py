@@ -39,7 +39,7 @@ class FoundLoops:
     shortfall: str = ""
     """One line: how many of how many, and whether there are more; empty if nothing is missing."""
     way_out: str = ""
-    """What the user may do to get more; empty if nothing is missing."""
+    """Advice on how to get more; empty if nothing is missing."""
 
 
 class LoopSearch:
@@ -214,7 +214,7 @@ def find_loops(
     network, count
         Where, and how many; `LoopSearch` says how they are found.
     ease
-        What the user may do about `admits`, for the message; may be empty.
+        Advice on what to do about `admits`, for the message; may be empty.
     progress
         Called with the number of loops found so far.
 

@@ -31,7 +31,7 @@ _TWO_WAY_LANES = 1000
 _FREE: _Cost = (0, 0.0)
 
 _CHANGE = 0.4
-"""What counts for the lanes of those who drive once: each lane changed;"""
+"""Costs that choose the lanes of vehicles that drive once: each lane changed;"""
 
 _HURRY = 20.0
 """each lane changed per metre of the edge;"""

@@ -49,7 +49,7 @@ def plot_against(  # noqa: PLR0913 - what a figure of lines may have; all but th
     zero, percent
         Whether the axis begins at 0; whether it shows shares in percent.
     names
-        What the report calls the two tables.
+        The report's names of the two tables.
     among
         All series, where the table has only some: each looks the same in every figure.
 

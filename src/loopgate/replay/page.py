@@ -32,7 +32,7 @@ class Replay:
     Attributes
     ----------
     title
-        What was run.
+        The networks and gates that were run.
     html
         The page. It needs nothing else.
 

@@ -26,7 +26,7 @@ _STARTS, _COUNTED = 20, 100
 
 @dataclass(frozen=True, slots=True)
 class CoverTask:
-    """What is to be covered, and how."""
+    """Streets to be covered, and how."""
 
     edges: tuple[str, ...] | None = None
     """The streets; every edge open to the class if None."""

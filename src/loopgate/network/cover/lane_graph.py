@@ -33,7 +33,7 @@ class LaneGraph:
     length_m: npt.NDArray[np.float64]
     """Of each arc: the way through the junction and over the edge it leads to [m]."""
     seconds: npt.NDArray[np.float64]
-    """What that takes at the speeds allowed [s]."""
+    """Of each arc: the time for that at the speeds allowed [s]."""
 
     def components(self) -> list[list[int]]:
         """Return the nodes that can be reached from each other, those with most nodes first."""
