@@ -20,15 +20,12 @@ from loopgate.audit.layout import Layout
 from loopgate.audit.position_table import Positions, read_positions
 from loopgate.audit.stretches import lay_stretches
 from loopgate.audit.trace_audit import Finding
-from loopgate.audit.travel import LoopTable, Traveller
+from loopgate.audit.travel import TOLERANCE_M, LoopTable, Traveller
 from loopgate.audit.unsaid import unsaid
 from loopgate.results.columns import EVENT, PLACE, TIME, VEHICLE, Event
 
 _MOST_FINDINGS = 200
 """Findings of one rule that are told in full; the rest are counted."""
-
-_TOLERANCE_M = 0.1
-"""How far a front may be beyond the end of its leg [m]: SUMO's own tolerance for stops."""
 
 _LAST_STEPS = 1.5
 """So many steps after its last row a vehicle has gone off the road."""
@@ -236,7 +233,7 @@ class _Audit:
         if time[-1] >= traveller.end_s - _LAST_STEPS * self._layout.step_s:
             left.append(traveller.gone(traveller.end_s))
         for rule, (at, by) in (
-            ("ahead", traveller.ungranted(time, arcs, _TOLERANCE_M)),
+            ("ahead", traveller.ungranted(time, arcs, TOLERANCE_M)),
             ("behind", traveller.left_too_early(time, arcs)),
         ):
             for k, metres in zip(at.tolist(), by.tolist(), strict=True):
@@ -316,7 +313,7 @@ class _Audit:
         """
         for row in (a, b):
             length_m = self._length_m[positions.vehicle[row]]
-            if positions.lane_name[row] in self._jumped_to and positions.pos_m[row] < length_m + _TOLERANCE_M:
+            if positions.lane_name[row] in self._jumped_to and positions.pos_m[row] < length_m + TOLERANCE_M:
                 return True  # without lanes inside junctions there is no direction while it gets over
         if positions.lane_name[a] != positions.lane_name[b]:
             return False

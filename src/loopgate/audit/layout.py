@@ -6,7 +6,7 @@ import json
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from loopgate.disk import writing
 from loopgate.errors import ResultsError
@@ -25,6 +25,7 @@ _WIDEST_M = 100.0
 _FEWEST_POINTS = 2
 
 Stretch = tuple[float, float]
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, slots=True)
@@ -230,8 +231,8 @@ def _body(data: Mapping[str, Any]) -> VehicleBody:
         length_m=_number(data["length_m"]),
         width_m=_number(data["width_m"]),
         start_m=_number(data["start_m"]),
-        leg=_whole(data["leg"]),
-        jointed=_flag(data["jointed"]),
+        leg=_of(int, data["leg"], "a whole number"),
+        jointed=_of(bool, data["jointed"], "true or false"),
     )
 
 
@@ -250,22 +251,8 @@ def _number(value: object) -> float:
     raise ValueError(msg)
 
 
-def _whole(value: object) -> int:
-    if isinstance(value, int) and not isinstance(value, bool):
-        return value
-    msg = f"{shown(value)} stands where a whole number is expected"
-    raise ValueError(msg)
-
-
-def _flag(value: object) -> bool:
-    if isinstance(value, bool):
-        return value
-    msg = f"{shown(value)} stands where true or false is expected"
-    raise ValueError(msg)
-
-
 def _room(value: object) -> int:
-    room = _whole(value)
+    room = _of(int, value, "a whole number")
     if 1 <= room <= LARGEST_CAPACITY:
         return room
     msg = f"{shown(value)} stands where a capacity from 1 to {LARGEST_CAPACITY} is expected"
@@ -273,7 +260,11 @@ def _room(value: object) -> int:
 
 
 def _text(value: object) -> str:
-    if isinstance(value, str):
+    return _of(str, value, "a name")
+
+
+def _of(kind: type[T], value: object, expected: str) -> T:
+    if isinstance(value, kind) and isinstance(value, bool) == (kind is bool):
         return value
-    msg = f"{shown(value)} stands where a name is expected"
+    msg = f"{shown(value)} stands where {expected} is expected"
     raise ValueError(msg)
