@@ -93,11 +93,21 @@ class LoopSearch:
     def __iter__(self) -> Iterator[Loop]:
         return self._loops
 
-    def shortfall(self, found: int, count: int, *, dropped: str = "") -> str:
-        """Return that `found` of `count` were found, and whether there are others.
+    def result(self, loops: Sequence[Loop], count: int, *, dropped: str, ease: str = "") -> FoundLoops:
+        """Return the loops found, and where they are fewer than asked for, why that is.
 
-        `dropped` says in words which `admits` did not take; empty if none.
+        `dropped` says in words which `admits` did not take, empty if none; `ease` what to do about those.
+        Raises `RouteError` if there is not a single one.
         """
+        if len(loops) == count:
+            return FoundLoops(tuple(loops))
+        shortfall, way_out = self._shortfall(len(loops), count, dropped), self._way_out(ease)
+        if not loops:
+            raise RouteError("; ".join(text for text in (shortfall, way_out) if text))
+        return FoundLoops(tuple(loops), shortfall, way_out)
+
+    def _shortfall(self, found: int, count: int, dropped: str) -> str:
+        """Return that `found` of `count` were found, and whether there are others."""
         name, low, high = self.network.name, *self.length_m
         if not self._parts:
             what = (
@@ -116,8 +126,8 @@ class LoopSearch:
         besides = f", besides {dropped}" if dropped else ""
         return f"{name}: found {found} of {wanted}{others}{besides}"
 
-    def way_out(self, *, ease: str = "") -> str:
-        """Return what the user may do to get more; `ease` is what may be done about `admits`."""
+    def _way_out(self, ease: str) -> str:
+        """Return what the user may do to get more."""
         turning = parts_with_loops(self.network, vclass=self.vclass, u_turns=True)
         helps = not self._u_turns and sum(p.movements for p in turning) > sum(
             p.movements for p in self._parts
@@ -237,14 +247,8 @@ def find_loops(
         loops.append(loop)
         if progress:
             progress(len(loops))
-    if len(loops) == count:
-        return FoundLoops(tuple(loops))
     dropped = f"{search.dropped} that share{'s' * (search.dropped == 1)} too much" if search.dropped else ""
-    shortfall = search.shortfall(len(loops), count, dropped=dropped)
-    way_out = search.way_out(ease=ease)
-    if not loops:
-        raise RouteError("; ".join(text for text in (shortfall, way_out) if text))
-    return FoundLoops(tuple(loops), shortfall, way_out)
+    return search.result(loops, count, dropped=dropped, ease=ease)
 
 
 def generate_loops(
