@@ -33,7 +33,7 @@ def writing(file: Path | str, *, keep: bool = False) -> Iterator[None]:
     Parameters
     ----------
     file
-        What is written there.
+        The file that is written.
     keep
         Whether a file that a full disk cut short stays; else there is none, rather than half of one.
     """

@@ -29,9 +29,9 @@ from loopgate.simulation.session import Session, open_session
 Observation = NDArray[np.float32]
 
 OBSERVED = ("speed", "lap", "to_line", "asks", "waited", "here", "ahead")
-"""What an agent observes, each from 0 to 1: its speed as a share of its top speed; how much of its lap it has
-driven; how far the end of its last grant is, in units of 100 m; whether it has a request; for how long, in
-units of a minute; how full the state is in which that ends, and the one that it wants."""
+"""An agent's observations, each from 0 to 1: its speed as a share of its top speed; how much of its lap it
+has driven; how far the end of its last grant is, in units of 100 m; whether it has a request; for how long,
+in units of a minute; how full the state is in which that ends, and the one that it wants."""
 
 _NEAR_M, _LONG_S = 100.0, 60.0
 
@@ -56,7 +56,7 @@ class LoopgateEnv(ParallelEnv[str, Observation, NDArray[np.float32]]):  # type: 
     Parameters
     ----------
     scenario
-        What is run, under a gate; its negotiation is the agents'. An episode lasts for its warm-up and its
+        The run, under a gate; its negotiation is the agents'. An episode lasts for its warm-up and its
         duration. The first one has its seed, each later one the next, unless `reset` is told another.
     every_s
         Time between two actions [s].

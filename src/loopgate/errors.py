@@ -20,7 +20,17 @@ _LONGEST = 2_000
 
 
 class LoopgateError(Exception):
-    """Base of all errors that the package raises on purpose; whatever names come into it, one line."""
+    """Base of all errors that the package raises on purpose; whatever names come into it, one line.
+
+    Examples
+    --------
+    >>> from loopgate import LoopgateError, RoadNetwork
+    >>> try:
+    ...     RoadNetwork.open("networks/nowhere.net.xml")
+    ... except LoopgateError as error:
+    ...     print(error)
+    networks/nowhere.net.xml: there is no such file; expected a SUMO network
+    """
 
     def __str__(self) -> str:
         text = UNPRINTABLE.sub(_printable, super().__str__())

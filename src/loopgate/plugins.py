@@ -55,7 +55,7 @@ class FilePlugin(NamedTuple):
     file: str
     """As it is written."""
     rest: str
-    """What it names there, with options."""
+    """The thing that it names there, with options."""
 
 
 def in_file(spec: object) -> FilePlugin | None:
@@ -104,7 +104,7 @@ def make_plugin(
     Parameters
     ----------
     kind
-        What it is, for messages: "gate", "negotiation".
+        The kind of thing, for messages: "gate", "negotiation".
     group
         The entry-point group.
     spec

@@ -30,9 +30,9 @@ def refusing(file: Path | str, what: str, error: type[LoopgateError], *, wrong: 
     Parameters
     ----------
     what
-        What it should be, for messages: "system file".
+        The kind of file that it should be, for messages: "system file".
     wrong
-        What it is instead, if it can be opened; "no readable WHAT" by default.
+        The words for what it is instead, if it can be opened; "no readable WHAT" by default.
     """
     try:
         yield

@@ -5,7 +5,7 @@ from __future__ import annotations
 from importlib.metadata import version
 
 DISTRIBUTION = "sumo-loopgate"
-"""What pip knows the package as."""
+"""The package's name for pip."""
 
 
 def versions(*others: str) -> dict[str, str]:

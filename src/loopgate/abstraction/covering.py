@@ -65,7 +65,7 @@ def cover_streets(
     count
         How many loops; fewer where there are fewer streets, more where none may be longer than so much.
     kind
-        Who drives; of the task's class.
+        The type of the vehicles; of the task's class.
     seed
         The same seed makes the same loops.
     name

@@ -111,7 +111,7 @@ def lay_stretches(
     reach_m
         How near lanes of different edges make a street narrow.
     near
-        What `narrow_lanes` finds for these lanes, and others perhaps, if that is known.
+        The result of `narrow_lanes` for these lanes, and others perhaps, if that is known.
 
     Returns
     -------

@@ -88,7 +88,7 @@ def cover(
     visits
         In any order.
     need_m
-        What a standing vehicle takes [m].
+        Length that a standing vehicle takes [m].
     union
         Says which zones are one, and is told which become one.
     """

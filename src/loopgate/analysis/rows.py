@@ -47,7 +47,7 @@ _OF_WATCH = (
     c.IF_EVEN,
     c.WORST_IF_EVEN,
 )
-"""What a summary says of all streets, under ``watch``."""
+"""Columns about all streets, in a summary under ``watch``."""
 
 _NEEDED = (
     *(c.NETWORK, c.GATE, c.VEHICLES, c.LOOPS, c.SEED, c.DURATION),

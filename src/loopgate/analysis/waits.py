@@ -1,4 +1,4 @@
-"""What vehicles waited for at their gates, by cause."""
+"""Waits of vehicles at their gates, by cause."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What of a district was seen, and how evenly: all streets, those on no loop included.
+"""How much of a district was seen, and how evenly: all streets, those on no loop included.
 
 Idleness is that of `loopgate.analysis.monitoring`; a street that is never entered is idle from time 0 on. The
 coefficient of variation of the intervals between visits is 0 where vehicles come evenly and 1 where they come

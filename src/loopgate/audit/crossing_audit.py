@@ -20,15 +20,12 @@ from loopgate.audit.layout import Layout
 from loopgate.audit.position_table import Positions, read_positions
 from loopgate.audit.stretches import lay_stretches
 from loopgate.audit.trace_audit import Finding
-from loopgate.audit.travel import LoopTable, Traveller
+from loopgate.audit.travel import TOLERANCE_M, LoopTable, Traveller
 from loopgate.audit.unsaid import unsaid
 from loopgate.results.columns import EVENT, PLACE, TIME, VEHICLE, Event
 
 _MOST_FINDINGS = 200
 """Findings of one rule that are told in full; the rest are counted."""
-
-_TOLERANCE_M = 0.1
-"""How far a front may be beyond the end of its leg [m]: SUMO's own tolerance for stops."""
 
 _LAST_STEPS = 1.5
 """So many steps after its last row a vehicle has gone off the road."""
@@ -52,7 +49,7 @@ class _Parked(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class PositionAudit:
-    """What was found, and figures for the summary."""
+    """The findings, and figures for the summary."""
 
     findings: Sequence[Finding]
     figures: dict[str, Any]
@@ -84,7 +81,7 @@ def audit_positions(
     Parameters
     ----------
     file
-        What SUMO recorded, see `loopgate.audit.position_table`.
+        The positions that SUMO recorded, see `loopgate.audit.position_table`.
     layout
         States, crossings and vehicles.
     events
@@ -97,6 +94,18 @@ def audit_positions(
     PositionAudit
         Findings in the order of time, the conflicts first. Time O(n log n) in rows; memory does not grow
         with the length of the run.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from loopgate import Scenario, run
+    >>> from loopgate.audit import audit_positions, read_layout
+    >>> roads = {"network": "networks/ring3.net.xml", "routes": "routes/ring3.rou.xml"}
+    >>> made = run(Scenario(**roads, duration_s=60, positions=True), "out/ring3")
+    >>> layout = read_layout(Path("out/ring3/layout.json"))
+    >>> audit = audit_positions(Path("out/ring3/positions.csv.gz"), layout, made.events)
+    >>> audit.findings, audit.figures["rows"]
+    ([], 183)
     """
     pieces = [events] if isinstance(events, pd.DataFrame) else events
     return _Audit(layout, pieces).check(file, tick or (lambda _time_s: None))
@@ -224,7 +233,7 @@ class _Audit:
         if time[-1] >= traveller.end_s - _LAST_STEPS * self._layout.step_s:
             left.append(traveller.gone(traveller.end_s))
         for rule, (at, by) in (
-            ("ahead", traveller.ungranted(time, arcs, _TOLERANCE_M)),
+            ("ahead", traveller.ungranted(time, arcs, TOLERANCE_M)),
             ("behind", traveller.left_too_early(time, arcs)),
         ):
             for k, metres in zip(at.tolist(), by.tolist(), strict=True):
@@ -304,7 +313,7 @@ class _Audit:
         """
         for row in (a, b):
             length_m = self._length_m[positions.vehicle[row]]
-            if positions.lane_name[row] in self._jumped_to and positions.pos_m[row] < length_m + _TOLERANCE_M:
+            if positions.lane_name[row] in self._jumped_to and positions.pos_m[row] < length_m + TOLERANCE_M:
                 return True  # without lanes inside junctions there is no direction while it gets over
         if positions.lane_name[a] != positions.lane_name[b]:
             return False
@@ -326,7 +335,7 @@ def _times(
     for events in pieces:
         for kind, times in zip(kinds, found, strict=True):
             rows = events[events[EVENT] == kind.value]
-            for name, group in rows.groupby(VEHICLE, sort=False)[TIME]:
+            for name, group in rows.groupby(VEHICLE, sort=False, observed=True)[TIME]:
                 times.setdefault(str(name), []).append(group.to_numpy(dtype=np.float64))
     return [{name: np.concatenate(parts) for name, parts in times.items()} for times in found]
 

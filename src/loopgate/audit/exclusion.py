@@ -1,4 +1,4 @@
-"""Who was on which stretch when: exclusion and room, judged from times of entering and leaving."""
+"""The vehicles on each stretch over time: exclusion and room, judged from times of entering and leaving."""
 
 from __future__ import annotations
 

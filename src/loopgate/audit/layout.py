@@ -1,4 +1,4 @@
-"""What the abstraction says about the roads, written beside a run for the audit of positions."""
+"""The abstraction's view of the roads, written beside a run for the audit of positions."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import json
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from loopgate.disk import writing
 from loopgate.errors import ResultsError
@@ -25,6 +25,7 @@ _WIDEST_M = 100.0
 _FEWEST_POINTS = 2
 
 Stretch = tuple[float, float]
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,7 +109,17 @@ class Layout:
 
 
 def write_layout(layout: Layout, file: Path) -> None:
-    """Write ``layout.json``; raise `ResultsError` if it cannot be written."""
+    """Write ``layout.json``; raise `ResultsError` if it cannot be written.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from loopgate.audit import Layout, read_layout, write_layout
+    >>> layout = Layout(step_s=1.0, room={"s": 2}, loops={}, vehicles={}, movements={}, shapes={})
+    >>> write_layout(layout, Path("layout.json"))
+    >>> read_layout(Path("layout.json")) == layout
+    True
+    """
     with writing(file):
         file.write_text(json.dumps(layout, default=_by_field) + "\n", encoding="utf-8")
 
@@ -122,6 +133,17 @@ def read_layout(file: Path) -> Layout:
     """Read ``layout.json``.
 
     Raises `ResultsError` if it cannot be read or is no layout.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from loopgate import Scenario, run
+    >>> from loopgate.audit import read_layout
+    >>> roads = {"network": "networks/ring3.net.xml", "routes": "routes/ring3.rou.xml"}
+    >>> made = run(Scenario(**roads, duration_s=60), "out/laid")
+    >>> layout = read_layout(Path("out/laid/layout.json"))
+    >>> layout.vehicles["v1"].loop, layout.vehicles["v1"].length_m
+    ('loop1', 5.0)
     """
     data = read_object(file, "layout of a run", ResultsError)
     with refusing(file, "layout of a run", ResultsError, wrong="no layout of a run"):
@@ -209,8 +231,8 @@ def _body(data: Mapping[str, Any]) -> VehicleBody:
         length_m=_number(data["length_m"]),
         width_m=_number(data["width_m"]),
         start_m=_number(data["start_m"]),
-        leg=_whole(data["leg"]),
-        jointed=_flag(data["jointed"]),
+        leg=_of(int, data["leg"], "a whole number"),
+        jointed=_of(bool, data["jointed"], "true or false"),
     )
 
 
@@ -229,22 +251,8 @@ def _number(value: object) -> float:
     raise ValueError(msg)
 
 
-def _whole(value: object) -> int:
-    if isinstance(value, int) and not isinstance(value, bool):
-        return value
-    msg = f"{shown(value)} stands where a whole number is expected"
-    raise ValueError(msg)
-
-
-def _flag(value: object) -> bool:
-    if isinstance(value, bool):
-        return value
-    msg = f"{shown(value)} stands where true or false is expected"
-    raise ValueError(msg)
-
-
 def _room(value: object) -> int:
-    room = _whole(value)
+    room = _of(int, value, "a whole number")
     if 1 <= room <= LARGEST_CAPACITY:
         return room
     msg = f"{shown(value)} stands where a capacity from 1 to {LARGEST_CAPACITY} is expected"
@@ -252,7 +260,11 @@ def _room(value: object) -> int:
 
 
 def _text(value: object) -> str:
-    if isinstance(value, str):
+    return _of(str, value, "a name")
+
+
+def _of(kind: type[T], value: object, expected: str) -> T:
+    if isinstance(value, kind) and isinstance(value, bool) == (kind is bool):
         return value
-    msg = f"{shown(value)} stands where a name is expected"
+    msg = f"{shown(value)} stands where {expected} is expected"
     raise ValueError(msg)

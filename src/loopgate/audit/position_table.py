@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -19,18 +19,13 @@ Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 
 ATTRIBUTES = ("id", "lane", "pos", "speed", "odometer", "x", "y", "angle")
-"""What SUMO is asked to write of every vehicle at every step."""
+"""Attributes that SUMO is asked to write of every vehicle at every step."""
 
 _BLOCK_BYTES = 8_000_000
 _LARGEST = 1e10
 """Of any figure; in metres, some years of driving."""
-_WORD = pa.dictionary(pa.int32(), pa.string())
-_TYPES = {
-    "timestep_time": pa.float64(),
-    "vehicle_id": _WORD,
-    "vehicle_lane": _WORD,
-    **{f"vehicle_{name}": pa.float64() for name in ("pos", "speed", "odometer", "x", "y", "angle")},
-}
+_WORDS = ("vehicle_id", "vehicle_lane")
+_NUMBERS = ("timestep_time", *(f"vehicle_{name}" for name in ("pos", "speed", "odometer", "x", "y", "angle")))
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,10 +76,10 @@ def read_positions(
     """
     with refusing(file, "positions", ResultsError):
         rest: pd.DataFrame | None = None
-        with _open(file) as reader:
+        with open_positions(file, (*_WORDS, *_NUMBERS)) as reader:
             for batch in reader:
                 frame = batch.to_pandas()
-                for name in ("vehicle_id", "vehicle_lane"):
+                for name in _WORDS:
                     frame[name] = frame[name].astype("category")
                 if rest is not None and len(rest):
                     frame = pd.concat([_plain(rest), _plain(frame)], ignore_index=True)
@@ -97,17 +92,20 @@ def read_positions(
             yield _positions(rest, vehicles, lanes, step_s)
 
 
-def _open(file: Path) -> pyarrow.csv.CSVStreamingReader:
+def open_positions(file: Path, columns: Iterable[str]) -> pyarrow.csv.CSVStreamingReader:
+    """Open some columns of what SUMO wrote, to be read in pieces."""
+    word = pa.dictionary(pa.int32(), pa.string())
+    types = {name: word if name in _WORDS else pa.float64() for name in columns}
     return pyarrow.csv.open_csv(
         file,
         read_options=pyarrow.csv.ReadOptions(block_size=_BLOCK_BYTES, use_threads=False),
         parse_options=pyarrow.csv.ParseOptions(delimiter=";"),
-        convert_options=pyarrow.csv.ConvertOptions(column_types=_TYPES, include_columns=list(_TYPES)),
+        convert_options=pyarrow.csv.ConvertOptions(column_types=types, include_columns=list(types)),
     )
 
 
 def _plain(frame: pd.DataFrame) -> pd.DataFrame:
-    return frame.astype({"vehicle_id": object, "vehicle_lane": object})
+    return frame.astype(dict.fromkeys(_WORDS, object))
 
 
 def _positions(

@@ -20,7 +20,7 @@ ROUNDING_M = 0.02
 
 @dataclass(frozen=True, slots=True)
 class StretchGroup:
-    """What the stretches of one group have in common."""
+    """Properties that the stretches of one group have in common."""
 
     kind: str
     """``place``, ``crossing`` (as the abstraction says) or ``drawn`` (as the lanes are drawn)."""

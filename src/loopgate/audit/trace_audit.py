@@ -75,6 +75,19 @@ def audit_events(
     -------
     list of Finding
         Empty if the run is clean. O(events).
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> from loopgate import Robot, System
+    >>> from loopgate.audit import audit_events
+    >>> from loopgate.results.columns import EVENT_COLUMNS
+    >>> system = System([Robot("a", ("a1", "s")), Robot("b", ("b1", "s"))])
+    >>> happened = [(0, "a", "start", "a1"), (0, "b", "start", "b1")]
+    >>> happened += [(1, "a", "grant", "s"), (2, "b", "grant", "s")]
+    >>> events = pd.DataFrame([(*row, "", "") for row in happened], columns=EVENT_COLUMNS)
+    >>> [(finding.rule, finding.vehicle, finding.at_s) for finding in audit_events(events, system)]
+    [('capacity', 'b', 2)]
     """
     pieces = [events] if isinstance(events, pd.DataFrame) else events
     return _Books(system, joined, room).check(pieces, laps or {}, starved_after_s)

@@ -18,8 +18,8 @@ _MOST_PASSAGES = 5_000_000
 """More than a vehicle makes in a piece of its record, which has some ten thousand rows."""
 
 _LAPS = 1 << 20  # more laps than a vehicle drives: numbers of passages are counted in this base
-_TOLERANCE_M = 0.1
-"""How far a front may be beyond its leg without being in the crossing [m]: SUMO's own for stops."""
+TOLERANCE_M = 0.1
+"""How far a front may be beyond the end of its leg [m]: SUMO's own tolerance for stops."""
 
 
 class LoopTable:
@@ -40,9 +40,9 @@ class LoopTable:
         following = [*loop.legs[1:], *loop.legs[:1]]
         laps = [0.0] * (len(loop.legs) - 1) + [loop.length_m]
         gaps = [
-            (leg.end_m + _TOLERANCE_M, after.begin_m + lap)
+            (leg.end_m + TOLERANCE_M, after.begin_m + lap)
             for leg, after, lap in zip(loop.legs, following, laps, strict=True)
-            if after.begin_m + lap - leg.end_m > 2 * _TOLERANCE_M
+            if after.begin_m + lap - leg.end_m > 2 * TOLERANCE_M
         ]
         around = [(b + k * self.lap_m, e + k * self.lap_m) for k in (-1, 0, 1, 2) for b, e in gaps]
         table = np.array(sorted(around), dtype=np.float64).reshape(-1, 2)

@@ -1,4 +1,4 @@
-"""What the drawing shows and the abstraction does not say: conflicts forgotten, or told too short."""
+"""Conflicts that the drawing shows and the abstraction does not name: forgotten, or told too short."""
 
 from __future__ import annotations
 

@@ -56,7 +56,7 @@ class _Seen:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What the user should know of the loops, and of what else the file says."""
+        """Warnings for the user about the loops and all else that the file says."""
         return (*self.file.left_out, *(self.placed.warnings if self.placed else ()))
 
 

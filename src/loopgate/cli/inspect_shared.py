@@ -1,4 +1,4 @@
-"""What `loopgate inspect` takes and shows whatever the roads become."""
+"""Input and output of `loopgate inspect` that do not depend on the abstraction."""
 
 from __future__ import annotations
 

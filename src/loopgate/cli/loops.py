@@ -122,7 +122,7 @@ def loops(**given: Any) -> None:  # noqa: ANN401  click has checked them
 
 @dataclass(frozen=True, slots=True)
 class LoopsWish:
-    """What the options say."""
+    """The wishes that the options state."""
 
     network: str
     count: int | None

@@ -39,7 +39,7 @@ _GROUPS = {
     "Drive": ("example", "loops", "inspect", "run", "replay", "sweep", "report"),
     "Study gates": ("explore", "trace", "montecarlo", "verify", "check-certificate", "paper"),
 }
-"""What the help shows together, in the order in which one needs it."""
+"""Groups of commands in the help, in the order in which one needs them."""
 
 _WHOLE = 500
 """So many letters of a first sentence are shown: all."""

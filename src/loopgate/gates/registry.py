@@ -24,7 +24,14 @@ _GROUP = "loopgate.gates"
 
 
 def gate_names() -> list[str]:
-    """Return the names of all installed gates, sorted."""
+    """Return the names of all installed gates, sorted.
+
+    Examples
+    --------
+    >>> from loopgate.gates import gate_names
+    >>> "certified" in gate_names()
+    True
+    """
     return sorted({point.name for point in entry_points(group=_GROUP)})
 
 
@@ -35,6 +42,13 @@ def name_gate(gate: object) -> str:
     ------
     GateError
         If it is neither, nor a name.
+
+    Examples
+    --------
+    >>> from loopgate.gates import name_gate
+    >>> from loopgate.gates.banker import BankerGate
+    >>> name_gate(BankerGate)
+    'banker'
     """
     if isinstance(gate, Gate) and not isinstance(gate, type):
         msg = f"gate {type(gate).__name__}: a run makes its gate for its own system; give the class"
@@ -55,6 +69,17 @@ def check_gate(spec: str) -> None:
     ------
     GateError
         If no gate has that name, the gate has no such option, or an option has no such value.
+
+    Examples
+    --------
+    >>> from loopgate import LoopgateError
+    >>> from loopgate.gates import check_gate
+    >>> check_gate("certified:promise=everyone")
+    >>> try:
+    ...     check_gate("certified:speed=fast")
+    ... except LoopgateError as error:
+    ...     print(error)
+    gate certified: unknown option 'speed'; its options are promise, budget, patience, budget_ms
     """
 
     def check(factory: Callable[..., object], options: Mapping[str, object]) -> None:
@@ -76,7 +101,7 @@ def make_gate(gate: object, system: System, clock: Callable[[], float] | None = 
     gate
         A name (``name`` or ``name:option=value,...``), or a class or function as for `name_gate`.
     system
-        What it decides on.
+        The system on which it decides.
     clock
         Tells the time [s] to a gate with a budget of time; without one its time has no limit.
 

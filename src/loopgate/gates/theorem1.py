@@ -30,7 +30,7 @@ class Condition(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class CircuitVerdict:
-    """What Theorem 1 says of a circuit.
+    """The verdict of Theorem 1 on a circuit.
 
     Attributes
     ----------

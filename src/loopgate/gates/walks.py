@@ -24,7 +24,7 @@ class Walk:
     Attributes
     ----------
     robot
-        Whose walk it is.
+        The robot that makes the walk.
     states
         State numbers from the tail, where the robot stands, to the head.
     """

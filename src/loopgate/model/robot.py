@@ -28,6 +28,14 @@ class Robot:
         robot stays for good.
     start
         Position on the path at the beginning, ``0 <= start < len(path)``.
+
+    Examples
+    --------
+    >>> from loopgate import Robot
+    >>> Robot("a", ("s1", "s2", "s3")).next_position(2)
+    0
+    >>> Robot("b", ("s1", "s2", "s3"), closed=False).next_position(2) is None
+    True
     """
 
     id: RobotId

@@ -50,6 +50,15 @@ def write_system(system: System, file: Path | str, *, note: str = "") -> None:
     """Write a system file that `read_system` reads back to an equal system, making its folder.
 
     Raises `SystemFileError` if the file cannot be written.
+
+    Examples
+    --------
+    >>> from loopgate import Robot, System, read_system
+    >>> from loopgate.model import write_system
+    >>> system = System([Robot("a", ("s1", "s2")), Robot("b", ("s2", "s3"))])
+    >>> write_system(system, "systems/two.json", note="made by hand")
+    >>> read_system("systems/two.json").robots == system.robots
+    True
     """
     data = system_to_dict(system)
     if note:
@@ -64,7 +73,15 @@ def write_system(system: System, file: Path | str, *, note: str = "") -> None:
 
 
 def system_to_dict(system: System) -> dict[str, Any]:
-    """Return the system as the JSON object of a system file."""
+    """Return the system as the JSON object of a system file.
+
+    Examples
+    --------
+    >>> from loopgate import Robot, System
+    >>> from loopgate.model import system_to_dict
+    >>> system_to_dict(System([Robot("a", ("s1", "s2"))], {"s2": 2}))
+    {'robots': [{'id': 'a', 'path': ['s1', 's2'], 'closed': True, 'start': 0}], 'capacity': {'s2': 2}}
+    """
     data: dict[str, Any] = {
         "robots": [
             {"id": robot.id, "path": list(robot.path), "closed": robot.closed, "start": robot.start}
@@ -83,6 +100,13 @@ def system_from_dict(data: object) -> System:
 
     Raises `SystemModelError` if keys are unknown or missing, values have the wrong type, or the model refuses
     the system.
+
+    Examples
+    --------
+    >>> from loopgate.model import system_from_dict
+    >>> robots = [{"id": "a", "path": ["s1", "s2"]}, {"id": "b", "path": ["s2", "s3"]}]
+    >>> system_from_dict({"robots": robots, "capacity": {"s2": 2}}).room
+    (1, 2, 1)
     """
     top = _keys(data, "the system", allowed=_SYSTEM_KEYS, needed={"robots"})
     robots = [_robot(entry, number) for number, entry in enumerate(_list(top["robots"], "robots"))]

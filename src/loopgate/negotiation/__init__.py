@@ -1,1 +1,1 @@
-"""Who goes first among the vehicles that may go: strategies by name."""
+"""Negotiations decide which of the vehicles that may go goes first: strategies by name."""

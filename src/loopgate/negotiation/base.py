@@ -1,4 +1,4 @@
-"""What a negotiation is: it puts simultaneous requests in order."""
+"""The interface of negotiations: they put simultaneous requests in order."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Request(NamedTuple):
 
 
 class View(Protocol):
-    """What a negotiation may look at: how full the states are, as the vehicles really stand."""
+    """The view that a negotiation has: how full the states are, as the vehicles really stand."""
 
     def held(self, state: int) -> int:
         """Return how many vehicles occupy `state`."""

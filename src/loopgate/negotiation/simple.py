@@ -22,7 +22,7 @@ class RandomDelay:
 
 
 class OldestFirst:
-    """Who has asked longest goes first; ties go by robot number."""
+    """The robot that has asked longest goes first; ties go by robot number."""
 
     def __init__(self, rng: Random) -> None:
         del rng

@@ -9,9 +9,10 @@ from xml.etree import ElementTree as ET
 
 from loopgate.errors import RouteError
 from loopgate.network.clock import time_of
-from loopgate.network.lanes import make_loop, make_route
+from loopgate.network.lanes import make_loop
 from loopgate.network.loop import Loop
 from loopgate.network.road import RoadNetwork
+from loopgate.network.route_lanes import make_route
 from loopgate.network.spreads import parts, refuse_nothing
 from loopgate.network.stops import Stop, StoppingPlace, lanes_of_stops, read_stops
 from loopgate.network.trips import closes

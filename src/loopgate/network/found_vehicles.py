@@ -166,7 +166,7 @@ class FoundVehicles:
     def _kinds(self, what: str, name: str) -> tuple[tuple[VehicleType, float], ...]:
         """Return the types from which that of a vehicle is drawn, with shares: mostly one.
 
-        What a file says of SUMO's own default type holds.
+        Where a file describes SUMO's own default type, that counts.
         """
         if name in self.drawn_types:
             return self.drawn_types[name]

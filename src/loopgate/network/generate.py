@@ -39,7 +39,7 @@ class FoundLoops:
     shortfall: str = ""
     """One line: how many of how many, and whether there are more; empty if nothing is missing."""
     way_out: str = ""
-    """What the user may do to get more; empty if nothing is missing."""
+    """Advice on how to get more; empty if nothing is missing."""
 
 
 class LoopSearch:
@@ -93,11 +93,21 @@ class LoopSearch:
     def __iter__(self) -> Iterator[Loop]:
         return self._loops
 
-    def shortfall(self, found: int, count: int, *, dropped: str = "") -> str:
-        """Return that `found` of `count` were found, and whether there are others.
+    def result(self, loops: Sequence[Loop], count: int, *, dropped: str, ease: str = "") -> FoundLoops:
+        """Return the loops found, and where they are fewer than asked for, why that is.
 
-        `dropped` says in words which `admits` did not take; empty if none.
+        `dropped` says in words which `admits` did not take, empty if none; `ease` what to do about those.
+        Raises `RouteError` if there is not a single one.
         """
+        if len(loops) == count:
+            return FoundLoops(tuple(loops))
+        shortfall, way_out = self._shortfall(len(loops), count, dropped), self._way_out(ease)
+        if not loops:
+            raise RouteError("; ".join(text for text in (shortfall, way_out) if text))
+        return FoundLoops(tuple(loops), shortfall, way_out)
+
+    def _shortfall(self, found: int, count: int, dropped: str) -> str:
+        """Return that `found` of `count` were found, and whether there are others."""
         name, low, high = self.network.name, *self.length_m
         if not self._parts:
             what = (
@@ -116,8 +126,8 @@ class LoopSearch:
         besides = f", besides {dropped}" if dropped else ""
         return f"{name}: found {found} of {wanted}{others}{besides}"
 
-    def way_out(self, *, ease: str = "") -> str:
-        """Return what the user may do to get more; `ease` is what may be done about `admits`."""
+    def _way_out(self, ease: str) -> str:
+        """Return what the user may do to get more."""
         turning = parts_with_loops(self.network, vclass=self.vclass, u_turns=True)
         helps = not self._u_turns and sum(p.movements for p in turning) > sum(
             p.movements for p in self._parts
@@ -214,7 +224,7 @@ def find_loops(
     network, count
         Where, and how many; `LoopSearch` says how they are found.
     ease
-        What the user may do about `admits`, for the message; may be empty.
+        Advice on what to do about `admits`, for the message; may be empty.
     progress
         Called with the number of loops found so far.
 
@@ -237,14 +247,8 @@ def find_loops(
         loops.append(loop)
         if progress:
             progress(len(loops))
-    if len(loops) == count:
-        return FoundLoops(tuple(loops))
     dropped = f"{search.dropped} that share{'s' * (search.dropped == 1)} too much" if search.dropped else ""
-    shortfall = search.shortfall(len(loops), count, dropped=dropped)
-    way_out = search.way_out(ease=ease)
-    if not loops:
-        raise RouteError("; ".join(text for text in (shortfall, way_out) if text))
-    return FoundLoops(tuple(loops), shortfall, way_out)
+    return search.result(loops, count, dropped=dropped, ease=ease)
 
 
 def generate_loops(
@@ -258,6 +262,14 @@ def generate_loops(
     """Make as many loops as asked for; parameters as for `find_loops`.
 
     Raises `RouteError` if not enough loops were found; the text says how many there are.
+
+    Examples
+    --------
+    >>> from loopgate import RoadNetwork
+    >>> from loopgate.network import generate_loops
+    >>> network = RoadNetwork.open("networks/grid5-priority.net.xml")
+    >>> [loop.id for loop in generate_loops(network, 2, length_m=(500, 900), seed=2)]
+    ['loop0', 'loop1']
     """
     found = find_loops(network, count, ease=ease, progress=progress, **options)
     if found.shortfall:

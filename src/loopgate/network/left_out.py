@@ -1,4 +1,4 @@
-"""What a route file says that loops and their vehicles do not take over: one line for each kind of thing."""
+"""Parts of a route file that loops and their vehicles do not take over: one line for each kind of thing."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _TAKEN = {
 """Elements, and their attributes, that are read; those of types are passed on as they are."""
 
 _DRAWN = {"routeDistribution": frozenset({"probability", "refId"})}
-"""What is read of the elements inside."""
+"""Attributes that are read of the elements inside."""
 
 _FLEET = ("vehicle", "flow", "trip")
 
@@ -36,7 +36,7 @@ _ONCE = frozenset(
     | {"fromXY", "toXY", "viaXY", "fromLonLat", "toLonLat", "viaLonLat"}
     | {"departLane", "departSpeed", "arrivalLane", "arrivalPos", "arrivalSpeed", "arrival"}
 )
-"""What is taken of those as well that drive their routes once."""
+"""Attributes that are read of vehicles that drive their routes once as well."""
 
 _AS_IT_IS = {"departSpeed": 0.0}
 """Attributes with a value that describes what is done anyway."""

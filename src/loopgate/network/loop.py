@@ -86,6 +86,21 @@ class Loop:
     closed
         Whether it is driven round and round. A route that is not is driven once: its vehicles go off the
         road at its end.
+
+    Examples
+    --------
+    >>> from loopgate import RoadNetwork, read_loops
+    >>> network = RoadNetwork.open("networks/ring3.net.xml")
+    >>> loop = read_loops(network, "routes/ring3.rou.xml").loops[0]
+    >>> loop.arc("s1", 10.0)
+    386.22
+    >>> loop.locate(386.0).edge, loop.locate(386.0 + loop.length_m).edge
+    ('s1', 's1')
+    >>> loop.span_at(430.0).internal, round(loop.hold_before(430.0), 2), round(loop.hold_after(430.0), 2)
+    (True, 426.92, 436.32)
+    >>> points, arcs_m = loop.curve()
+    >>> round(float(arcs_m[-1]), 2) == round(loop.length_m, 2)
+    True
     """
 
     id: str

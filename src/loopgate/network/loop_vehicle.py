@@ -37,7 +37,7 @@ class LoopVehicle:
     """`attributes` and `parameters`: what else SUMO is told of it, as the file has it, and its ``<param>``
     elements by key."""
     types: tuple[tuple[VehicleType, float], ...] = ()
-    """What its type is drawn from, with shares; `type` is the first. Empty if it is drawn from nothing."""
+    """The types from which its own is drawn, with shares; `type` is the first. Empty if none is drawn."""
     ways: tuple[tuple[LoopVehicle, float], ...] = ()
     """The same for its route: itself on each, with shares."""
     vclass: str = ""

@@ -50,6 +50,20 @@ class RoadNetwork:
         Movements between normal edges, in the file's order.
     content
         SHA-256 of the file; empty if there is none.
+
+    Examples
+    --------
+    >>> from loopgate import RoadNetwork
+    >>> network = RoadNetwork.open("networks/ring3.net.xml")
+    >>> network.edge("s1").lanes[0].length_m
+    50.8
+    >>> [connection.to_edge for connection in network.outgoing("s1")]
+    ['p3a', 'l1']
+    >>> (movement,) = network.between("s1", "l1")
+    >>> movement.junction, network.allows(movement, "pedestrian")
+    ('D1', True)
+    >>> network.without(["l1"]).between("s1", "l1")
+    ()
     """
 
     __slots__ = (
@@ -190,7 +204,14 @@ def _read(name: str, file: Path, content: str) -> RoadNetwork:
 
 
 def packaged_networks() -> dict[str, Path]:
-    """Return the networks that ship in the SUMO package (its folder ``tools/game``), by name."""
+    """Return the networks that ship in the SUMO package (its folder ``tools/game``), by name.
+
+    Examples
+    --------
+    >>> from loopgate.network import packaged_networks
+    >>> packaged_networks()["DRT"].name
+    'osm.net.xml'
+    """
     spec = importlib.util.find_spec("sumo")
     if spec is None or not spec.submodule_search_locations:
         return {}

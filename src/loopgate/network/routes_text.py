@@ -16,6 +16,16 @@ def write_loops(loops: Iterable[Loop], file: Path | str, *, note: str = "") -> N
     """Write loops as an ordinary SUMO route file that netedit, sumo-gui and `read_loops` open.
 
     `note` becomes a comment at the top: how the file was made. Raises `RouteError` if it cannot be written.
+
+    Examples
+    --------
+    >>> from loopgate import RoadNetwork, find_loops, read_loops
+    >>> from loopgate.network import write_loops
+    >>> network = RoadNetwork.open("networks/grid5-priority.net.xml")
+    >>> loops = find_loops(network, 3, seed=2).loops
+    >>> write_loops(loops, "mine.rou.xml", note="three random loops")
+    >>> read_loops(network, "mine.rou.xml").loops == loops
+    True
     """
     write_text(routes_text(loops, note=note), file)
 

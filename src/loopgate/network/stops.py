@@ -102,7 +102,7 @@ class Stop:
     since_depart: bool = False
     """Whether `until_s` is counted from the vehicle's departure."""
     triggers: tuple[str, ...] = ()
-    """What has to come aboard before it goes on: ``person``, ``container``."""
+    """Kinds of things that have to come aboard before it goes on: ``person``, ``container``."""
     parks: bool = False
     """Whether it stands beside the lane."""
     told: tuple[tuple[str, str], ...] = ()

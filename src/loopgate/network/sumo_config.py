@@ -46,6 +46,17 @@ def read_sumo_config(file: Path | str) -> SumoConfig:
     """Read a SUMO configuration; the files it names are relative to its folder.
 
     Raises `RouteError` if it cannot be read or names no network.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from loopgate.network import read_sumo_config
+    >>> text = '<configuration><net-file value="town.net.xml"/><end value="3600"/></configuration>'
+    >>> Path("town.sumocfg").write_text(text) > 0
+    True
+    >>> config = read_sumo_config("town.sumocfg")
+    >>> config.net_file.name, config.options["end"]
+    ('town.net.xml', '3600')
     """
     path = Path(file)
     top = read_xml(path, root="configuration", what="configuration", error=RouteError)

@@ -43,7 +43,7 @@ _JOINTED_CLASSES = (
     "trailer",
     "tram",
 )
-"""What SUMO draws in parts, each in a direction of its own."""
+"""Shapes and classes that SUMO draws in parts, each in a direction of its own."""
 
 
 _ABOVE_0 = math.ulp(0.0)

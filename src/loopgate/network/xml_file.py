@@ -19,7 +19,7 @@ _WAYS_OUT = {
     "additional": "this one holds additional elements, such as stops: name it in a .sumocfg",
     "configuration": "this one is a configuration: its name should end in .sumocfg",
 }
-"""What to do with files that are often taken for others, by their root element."""
+"""Advice on files that are often taken for others, by their root element."""
 
 _ALSO = {"configuration": "sumoConfiguration"}
 """The names that SUMO writes today, and those that it reads as well."""
@@ -42,7 +42,7 @@ def read_xml(file: Path, *, root: str, what: str, error: type[LoopgateError]) ->
     root
         The root element it must have.
     what
-        What the file should be, for messages: "route file".
+        The kind of file that it should be, for messages: "route file".
     """
     check_root(file, root=root, what=what, error=error)
     top = _parse(file, what, error)

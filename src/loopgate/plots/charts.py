@@ -1,4 +1,4 @@
-"""What all figures share: their data, their series, and how they become files."""
+"""The common parts of all figures: their data, their series, and how they become files."""
 
 from __future__ import annotations
 

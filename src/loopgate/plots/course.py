@@ -47,7 +47,7 @@ def plot_flow(
     deadlocks
         When deadlocks were recognised [s]: upright lines.
     name, among
-        What the report calls the table; all series, where it has only some.
+        The report's name of the table; all series, where it has only some.
 
     Examples
     --------
@@ -98,7 +98,7 @@ def plot_ranked(
     series
         The column that names series, side by side; none for a single one.
     name, among
-        What the report calls the table; all series, where it has only some.
+        The report's name of the table; all series, where it has only some.
 
     Examples
     --------

@@ -15,8 +15,6 @@ from loopgate.results import row_columns as c
 _SPREAD = 0.008
 """Distance between neighbouring series, as a share of the axis: intervals must not hide each other."""
 
-_VEHICLES = "vehicles"
-
 
 def plot_against(  # noqa: PLR0913 - what a figure of lines may have; all but the table by name
     table: pd.DataFrame,
@@ -49,7 +47,7 @@ def plot_against(  # noqa: PLR0913 - what a figure of lines may have; all but th
     zero, percent
         Whether the axis begins at 0; whether it shows shares in percent.
     names
-        What the report calls the two tables.
+        The report's names of the two tables.
     among
         All series, where the table has only some: each looks the same in every figure.
 
@@ -144,7 +142,7 @@ def plot_mean(
         y=a.MEAN,
         low=a.LOW,
         high=a.HIGH,
-        labels=(_VEHICLES, label),
+        labels=("", label),
         series=series,
         single=single,
         single_y=value,
@@ -172,7 +170,7 @@ def plot_deadlock_rate(
         y=a.RATE,
         low=a.LOW,
         high=a.HIGH,
-        labels=(_VEHICLES, "runs that lock up"),
+        labels=("", "runs that lock up"),
         series=series,
         percent=True,
         names=(name, ""),
@@ -200,7 +198,7 @@ def plot_paired(
         y=a.DIFFERENCE,
         low=a.LOW,
         high=a.HIGH,
-        labels=(_VEHICLES, label or f"difference to {paired[a.BASELINE].iloc[0]}"),
+        labels=("", label or f"difference to {paired[a.BASELINE].iloc[0]}"),
         series=series,
         names=(name, ""),
         among=among,
@@ -231,7 +229,7 @@ def plot_decision_time(
         y=c.DECISION_MEDIAN,
         low=c.DECISION_MEDIAN,
         high=c.DECISION_P99,
-        labels=(_VEHICLES, "decision time [µs]"),
+        labels=("", "decision time [µs]"),
         series=series,
         names=(name, ""),
         among=among,

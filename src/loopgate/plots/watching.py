@@ -1,4 +1,4 @@
-"""What of a district was seen: the map of its streets, and how soon they were seen again."""
+"""Figures of a watched district: the map of its streets, and how soon they were seen again."""
 
 from __future__ import annotations
 

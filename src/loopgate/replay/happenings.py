@@ -1,4 +1,4 @@
-"""What happened, as spans of time: who held which place and way, who was refused, who stood at a gate.
+"""The events of a run, as spans of time: who held which place and way, who was refused, who stood at a gate.
 
 Under a gate the events say so. Where SUMO's own rules ruled there are no grants; who was in which place is
 then read off the distance driven.
@@ -66,13 +66,13 @@ class Happenings:
     """All that happened, in numbers of places, links, reasons, vehicles and steps."""
 
     visits: list[TimeSpan] = field(default_factory=list)
-    """Who held a slot of which place."""
+    """Times in which a vehicle held a slot of a place."""
     passages: list[TimeSpan] = field(default_factory=list)
-    """Who had which link: from the grant until its rear was in the place behind."""
+    """Times in which a vehicle had a link: from the grant until its rear was in the place behind."""
     refusals: list[TimeSpan] = field(default_factory=list)
-    """Who was refused on which link, and why (a number in `WHY`)."""
+    """Times in which a vehicle was refused on a link, and why (a number in `WHY`)."""
     holds: list[TimeSpan] = field(default_factory=list)
-    """Who stood at a gate; `what` is 0."""
+    """Times in which a vehicle stood at a gate; `what` is 0."""
     laps: list[tuple[int, int]] = field(default_factory=list)
     mishaps: list[tuple[int, int, str]] = field(default_factory=list)
     """`laps` and `mishaps`: vehicle and step; of a mishap also what it was."""
@@ -92,7 +92,7 @@ def find_happenings(
     tracks
         Its vehicles are those of the layout first.
     layout, ways
-        What is known of places and ways; without them there are laps, holds, mishaps and deadlocks only.
+        Places and ways, as far as known; without them there are laps, holds, mishaps and deadlocks only.
     """
     found = Happenings()
     reader = _Reader(tracks, layout, ways, found)

@@ -23,7 +23,7 @@ class PlaceLink:
 
 @dataclass(frozen=True, slots=True)
 class DrawnLines:
-    """What of a layout is drawn."""
+    """Lines of a layout that are drawn."""
 
     loops: dict[str, Line]
     """Line of each loop, by name [m]."""

@@ -32,9 +32,19 @@ class Replay:
     Attributes
     ----------
     title
-        What was run.
+        The networks and gates that were run.
     html
         The page. It needs nothing else.
+
+    Examples
+    --------
+    >>> from loopgate import Scenario, run
+    >>> roads = {"network": "networks/order2.net.xml", "routes": "routes/order2.rou.xml"}
+    >>> replay = run(Scenario(**roads, duration_s=60), "out/moving").replay()
+    >>> replay.title
+    'order2: loopgate, certified'
+    >>> replay.write("out/moving.html").stat().st_size == len(replay.html.encode())
+    True
     """
 
     title: str

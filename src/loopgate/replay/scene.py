@@ -37,7 +37,7 @@ class Scene:
     """A run, ready to be shown."""
 
     summary: Mapping[str, Any]
-    """What ``summary.json`` holds."""
+    """The contents of ``summary.json``."""
     tracks: Tracks
     layout: Layout | None
     ways: DrawnLines
@@ -53,7 +53,7 @@ class Scene:
 
     @property
     def name(self) -> str:
-        """Who decided who may go: SUMO, or a gate."""
+        """The rules by which vehicles drove: SUMO's own, or those of a gate."""
         gate = str(self.summary["gate"])
         return "SUMO's own rules" if gate == "open" else f"loopgate, {gate}"
 

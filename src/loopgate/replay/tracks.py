@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 import pyarrow as pa
-import pyarrow.csv
 
+from loopgate.audit.position_table import open_positions
 from loopgate.errors import ResultsError
 from loopgate.reading import refusing
 
@@ -29,12 +29,10 @@ LARGEST_M = 1e8
 MOST_STEPS = 1e9
 """No run is longer."""
 
-_BLOCK_BYTES = 8_000_000
 _LONGEST_LEAP_M = 200.0
 """A vehicle that goes farther in a step has been put somewhere else [m]."""
 
-_WORD = pa.dictionary(pa.int32(), pa.string())
-_NUMBERS = ("timestep_time", "vehicle_x", "vehicle_y", "vehicle_angle", "vehicle_odometer")
+_COLUMNS = ("vehicle_id", "timestep_time", "vehicle_x", "vehicle_y", "vehicle_angle", "vehicle_odometer")
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,7 +97,7 @@ def read_tracks(
     pieces: list[tuple[Ints, ...]] = []
     driven: list[Floats] = []
     rows = 0
-    with refusing(file, "positions", ResultsError), _open(file) as reader:
+    with refusing(file, "positions", ResultsError), open_positions(file, _COLUMNS) as reader:
         for batch in reader:
             table = pa.Table.from_batches([batch]).drop_null()  # SUMO leaves fields empty where nobody is
             piece = _piece(table, numbers, step_s)
@@ -145,16 +143,6 @@ def make_tracks(
         y=y,
         heading=heading,
         odometer_m=odometer_m[order],
-    )
-
-
-def _open(file: Path) -> pyarrow.csv.CSVStreamingReader:
-    types = {"vehicle_id": _WORD, **{name: pa.float64() for name in _NUMBERS}}
-    return pyarrow.csv.open_csv(
-        file,
-        read_options=pyarrow.csv.ReadOptions(block_size=_BLOCK_BYTES, use_threads=False),
-        parse_options=pyarrow.csv.ParseOptions(delimiter=";"),
-        convert_options=pyarrow.csv.ConvertOptions(column_types=types, include_columns=list(types)),
     )
 
 

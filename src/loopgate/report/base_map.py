@@ -44,7 +44,7 @@ def base_map(
     Parameters
     ----------
     loops
-        What must be on the page; the whole network if there are none.
+        The loops that must be on the page; the whole network if there are none.
     file
         The picture; the name's ending says which format (PNG, SVG, PDF).
     title

@@ -1,4 +1,4 @@
-"""What a page holds besides its text: figures as Vega-Lite, tables as files, and the library that draws."""
+"""Parts of a page besides its text: figures as Vega-Lite, tables as files, and the library that draws."""
 
 from __future__ import annotations
 

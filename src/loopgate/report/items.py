@@ -93,7 +93,7 @@ class Content:
 
     def __init__(self, known: Mapping[str, Any], names: Sequence[str]) -> None:
         self.style: dict[str, Any] = {"series": SERIES, "among": names}
-        """What figures are told about series."""
+        """The arguments of figures that concern series."""
         self.known = dict(known)
         """The values of the expressions that commands are made of."""
         self.tables: dict[str, TableItem] = {}

@@ -1,4 +1,4 @@
-"""What only a single run can tell: causes of waiting, a loop over time, and who is stuck."""
+"""Items that only a single run has: causes of waiting, a loop over time, and who is stuck."""
 
 from __future__ import annotations
 

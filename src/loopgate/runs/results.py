@@ -27,7 +27,19 @@ _READ_TRIES = 3  # a sweep that is running may merge files between listing and r
 
 @dataclass(frozen=True, slots=True)
 class Results:
-    """Many runs."""
+    """Many runs.
+
+    Examples
+    --------
+    >>> from loopgate import Scenario, read_results, run
+    >>> roads = {"network": "networks/order2.net.xml", "routes": "routes/order2.rou.xml", "gate": "open"}
+    >>> made = [run(Scenario(**roads, seed=n, duration_s=60), f"many/seed{n}") for n in (1, 2)]
+    >>> results = read_results("many")
+    >>> results.runs[["seed", "outcome"]].values.tolist()
+    [[1, 'done'], [2, 'done']]
+    >>> int(results.read_flow(results.runs)["vehicles"].max())
+    5
+    """
 
     folders: tuple[Path, ...]
     """The folders that they were read from."""

@@ -37,7 +37,7 @@ class Run:
     Attributes
     ----------
     summary
-        What ``summary.json`` holds.
+        The contents of ``summary.json``.
     events
         `EVENT_COLUMNS`: what happened to whom, where and when.
     vehicles
@@ -47,13 +47,25 @@ class Run:
     streets
         `STREET_COLUMNS`: how well every street was watched, those on no loop included; None if not known.
     scenario
-        What ``scenario.toml`` holds; empty where there is none.
+        The contents of ``scenario.toml``; empty where there is none.
     flow
         `FLOW_COLUMNS`: how many vehicles stand and how far all drive, every ten seconds; may be empty.
     loops
         `LOOP_COLUMNS`: the edges of each loop; empty where there are none.
     folder
         Where the files are; None if none were kept.
+
+    Examples
+    --------
+    >>> from loopgate import Scenario, run
+    >>> roads = {"network": "networks/order2.net.xml", "routes": "routes/order2.rou.xml"}
+    >>> made = run(Scenario(**roads, duration_s=60), "out/figures")
+    >>> made.summary["outcome"], made.vehicles["vehicle"].to_list()
+    ('done', ['v1', 'v2', 'v3', 'v4', 'v5'])
+    >>> sorted(made.figures)
+    ['idleness', 'laps', 'over-time', 'seen', 'standing', 'unwatched']
+    >>> made.replay().write("out/figures.html").name
+    'figures.html'
     """
 
     summary: Mapping[str, Any] = field(repr=False)
@@ -70,7 +82,7 @@ class Run:
     def figures(self) -> dict[str, Chart]:
         """The figures of one run: over time, lap times, where vehicles stood, which roads went unwatched.
 
-        Those for which there is nothing to show are left out.
+        Figures without anything to show are left out.
         """
         row, edges = run_row(
             scenario=self.scenario, summary=self.summary, events=self.events, edges=self.edges

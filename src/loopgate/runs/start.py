@@ -33,7 +33,7 @@ def run(
     Parameters
     ----------
     scenario
-        What to run.
+        The scenario to run.
     out
         The run folder to leave; None keeps no files.
     gate

@@ -50,7 +50,7 @@ class Wishes:
 
 @dataclass(frozen=True)
 class Assembly:
-    """What a run consists of before SUMO starts.
+    """The parts of a run before SUMO starts.
 
     Attributes
     ----------
@@ -63,11 +63,11 @@ class Assembly:
     abstraction
         The states; None where vehicles drive under no gate and no abstraction placed them.
     warnings
-        What the user should know of how it was put together.
+        Warnings for the user about how it was put together.
     foresees
         Whether it can be told when a vehicle will be past a crossing; see `unforeseen`.
     wishes
-        What the user wants of the watch.
+        The user's wishes for the watch.
     departures
         Vehicles that depart later, in that order.
     stops
@@ -81,8 +81,8 @@ class Assembly:
     ordinary
         Vehicles of the route file that are not under the gate.
     anew, other_ways
-        Who of those that drive once is led another way where that is quicker, by name; and one of no name on
-        each further way that there is for that.
+        The vehicles that drive once and are led another way where that is quicker, by name; and one of no
+        name on each further way that there is for that.
     """
 
     network: RoadNetwork
@@ -104,7 +104,7 @@ class Assembly:
 
     @cached_property
     def trips(self) -> frozenset[str]:
-        """Those who drive their route once."""
+        """The vehicles that drive their route once."""
         return frozenset(start.vehicle for start in self.everybody if not start.loop.closed)
 
     @cached_property

@@ -16,7 +16,7 @@ from loopgate.simulation.scenario import Scenario
 __all__ = ["audit_run"]
 
 _ALWAYS = ("places", "capacities", "progress", "entries")
-"""What the trace of every gated run shows."""
+"""Checks for which the trace of a gated run is enough."""
 
 
 def audit_run(

@@ -1,4 +1,4 @@
-"""What lies before a gated vehicle at the end of each state, where ordinary traffic could be in its way."""
+"""Crossings before gated vehicles at the end of each state, where ordinary traffic could be in the way."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class Movement:
     across
         Lanes inside the junction on which nobody may be when a vehicle sets out.
     unseen
-        Those of them on which SUMO does not see who is in its way: it would drive on.
+        The lanes among them on which SUMO does not see who is in its way: it would drive on.
     approaches
         Ways over the junction of which nobody may be about to come: those with the right of way, since SUMO's
         drivers set out before them, or wait for them inside the junction, so near that they are hit; those
@@ -98,14 +98,14 @@ class Place:
 
 @dataclass(frozen=True, slots=True)
 class Way:
-    """What lies before a vehicle at the end of a state.
+    """The crossing that lies before a vehicle at the end of a state.
 
     Attributes
     ----------
     lane, line_m
         Where it would be held: lane, and position on it [m].
     movements
-        Those of the crossing behind it, in order.
+        Movements of the crossing behind it, in order.
     between
         The lanes between the junctions of the crossing, on which nobody may be either when it sets out.
     next

@@ -26,7 +26,7 @@ _ARRIVED = "arrived"
 """Why a vehicle is under the gate no longer."""
 
 _AGAIN_S = 1.0
-"""Who was refused by the gate is looked at again after this time [s]."""
+"""Time after which a vehicle that the gate refused is looked at again [s]."""
 
 _AT_LEAST = 0.05
 """Share of all slots up to which those who drive once are let in however crowded their ways are by loops."""
@@ -37,12 +37,13 @@ _IN_TURN = 20
 half more trips than a grid can take the worst waits a third less, and as many arrive."""
 
 _PATIENCE_S = 20.0
-"""Who has waited so long for others to drive into its place keeps them out for as long, now and then [s]."""
+"""A vehicle that has waited so long for others to drive into its place keeps them out for as long, now and
+then [s]."""
 
 
 @dataclass(frozen=True, slots=True)
 class Arrived:
-    """What is known of a vehicle that has arrived.
+    """The facts about a vehicle that has arrived.
 
     Attributes
     ----------
@@ -75,7 +76,7 @@ class Departures:
         self.departed_s: dict[str, float] = {}
         """When vehicles departed [s]."""
         self.arrived: dict[str, Arrived] = {}
-        """Those who have driven their routes to the end."""
+        """The vehicles that have driven their routes to the end."""
 
     @property
     def over(self) -> bool:
@@ -138,7 +139,7 @@ class OpenDepartures(Departures):
 
 
 class _Outside:
-    """Those who wait to depart, by the place: who wanted to first is first."""
+    """The vehicles that wait to depart, by the place: the one that wanted to first is first."""
 
     def __init__(self, departures: Sequence[Departure]) -> None:
         self._turn = {one.start.vehicle: turn for turn, one in enumerate(departures)}

@@ -26,7 +26,7 @@ LEADING = {
     "taxi": "lead them wherever they are called",
     "toc": "slow or stop them anywhere while nobody drives",
 }
-"""What each such device would do."""
+"""The effect that each such device would have."""
 
 _REROUTING = "rerouting"
 
@@ -55,7 +55,7 @@ class Anew:
 def led_anew(scenario: Scenario, vehicles: Sequence[LoopVehicle]) -> dict[str, Anew]:
     """Return who is to be led another way where that is quicker, as SUMO's rerouting device would.
 
-    Those who drive once, without stops or edges to drive over in between.
+    These are vehicles that drive once, without stops or edges to drive over in between.
 
     Raises
     ------
@@ -97,7 +97,7 @@ def leading_devices(
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Return which of these devices gated vehicles would have, and what to say of it.
 
-    Those who are `rerouted` go without SUMO's device for that, too.
+    Vehicles that are `rerouted` go without SUMO's device for that, too.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Who of those that drive once is under the gate, and who is ordinary traffic."""
+"""Which vehicles that drive once are under the gate, and which are ordinary traffic."""
 
 from __future__ import annotations
 

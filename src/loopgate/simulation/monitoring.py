@@ -140,26 +140,14 @@ def _either_way(
         end_s=end_s,
         bound_s={street[0]: min(bounds[edge] for edge in street) for street in streets},
     )
-    seen = table[table[VISITS] > 0]
-    figures = {
-        "streets": len(table),
-        "never_seen": len(table) - len(seen),
-        "idleness_s": rounded(table[IDLENESS].mean()),
-        "idleness_of_seen_s": rounded(seen[IDLENESS].mean()),
-        "worst_idleness_of_seen_s": rounded(seen[WORST_IDLENESS].max()),
-    }
+    figures = _idleness(table, table[table[VISITS] > 0])
     return figures | ({"within": rounded(table[WITHIN].mean())} if np.isfinite(table[BOUND]).all() else {})
 
 
 def watch_figures(table: pd.DataFrame, *, bound_s: float) -> dict[str, Any]:
     """Return what a summary says of the streets in ``streets.parquet``; all streets count alike."""
     seen = table[table[VISITS] > 0]
-    figures: dict[str, Any] = {
-        "streets": len(table),
-        "never_seen": len(table) - len(seen),
-        "idleness_s": rounded(table[IDLENESS].mean()),
-        "idleness_of_seen_s": rounded(seen[IDLENESS].mean()),
-        "worst_idleness_of_seen_s": rounded(seen[WORST_IDLENESS].max()),
+    figures = _idleness(table, seen) | {
         "weighted_revisit_s": rounded(seen[WEIGHTED_REVISIT].mean()),
         "headway_cv": rounded(seen[HEADWAY_CV].mean()),
         "bunched": rounded(seen[BUNCHED].mean()),
@@ -176,6 +164,16 @@ def watch_figures(table: pd.DataFrame, *, bound_s: float) -> dict[str, Any]:
             "broken": _ranked(broken.loc[order]),
         }
     return figures
+
+
+def _idleness(table: pd.DataFrame, seen: pd.DataFrame) -> dict[str, Any]:
+    return {
+        "streets": len(table),
+        "never_seen": len(table) - len(seen),
+        "idleness_s": rounded(table[IDLENESS].mean()),
+        "idleness_of_seen_s": rounded(seen[IDLENESS].mean()),
+        "worst_idleness_of_seen_s": rounded(seen[WORST_IDLENESS].max()),
+    }
 
 
 def _ranked(streets: pd.DataFrame) -> list[dict[str, Any]]:

@@ -90,7 +90,7 @@ ORDINARY = "ordinary.rou.xml"
 
 @dataclass(frozen=True, slots=True)
 class Tally:
-    """What one vehicle did in the measured time: laps, distance and times, as in ``vehicles.parquet``.
+    """The record of one vehicle in the measured time: laps, distance and times, as in ``vehicles.parquet``.
 
     `driven_s` is how much of it the vehicle was there [s]; `trip` what SUMO says of one that drives once.
     """
@@ -246,7 +246,7 @@ def summary(
     Parameters
     ----------
     scenario, course, tallies
-        What was run, how it went, what the vehicles did.
+        The run, its course, and what each vehicle did.
     loops
         Number of loops.
     folder
@@ -254,9 +254,9 @@ def summary(
     keeper
         The gatekeeper of a gated run.
     findings
-        What the audit of a gated run found.
+        Findings of the audit of a gated run.
     warnings
-        Those about loops and abstraction.
+        Warnings about loops and abstraction.
     """
     duration = max(0.0, course.end_s - course.begin_s)
     times = keeper.decision_us if keeper else {}

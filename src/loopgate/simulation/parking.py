@@ -22,10 +22,11 @@ _LONGER_STEPS = 5
 """For so many steps more it is told to stay."""
 
 _GAP_M, _REACTION_S = 2.5, 1.0
-"""What drivers keep free when they stand [m], and in which time they react [s]: SUMO's defaults."""
+"""Gap that drivers keep when they stand [m], and time in which they react [s]: SUMO's defaults."""
 
 _PATIENCE_S = 20.0
-"""Who has waited so long for its way back keeps others out of its place for as long, now and then [s]."""
+"""A vehicle that has waited so long for its way back keeps others out of its place for as long, now and
+then [s]."""
 
 
 class Parking:
@@ -49,7 +50,7 @@ class Parking:
     ) -> None:
         self._traffic, self._engine, self._has_room = traffic, engine, has_room
         self._coming: set[str] = set()
-        """Those that have a slot again and are not on the road yet."""
+        """The vehicles that have a slot again and are not on the road yet."""
         self._since_s: dict[str, float] = {}
         """Since when those wait whose stops are over [s]."""
         self._late_s = 0.0

@@ -53,7 +53,7 @@ class Plan:
 
     @property
     def itineraries(self) -> list[Itinerary]:
-        """Those of all loops."""
+        """The itineraries of all loops."""
         return list(self.layout.itineraries.values())
 
     @property

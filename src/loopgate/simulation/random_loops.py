@@ -7,7 +7,7 @@ from itertools import islice
 
 from loopgate.abstraction.queue_layout import lay_out_queues, why_not
 from loopgate.abstraction.sharing import SharingBound
-from loopgate.errors import LoopgateError, Refusal, RefusedLoopError, RouteError
+from loopgate.errors import LoopgateError, Refusal, RefusedLoopError
 from loopgate.keeping import Kept
 from loopgate.network import FoundLoops, Loop, RoadNetwork, find_loops
 from loopgate.network.generate import LoopSearch
@@ -80,13 +80,7 @@ def _for_queues(scenario: Scenario, network: RoadNetwork, count: int) -> FoundLo
         if spare:
             spare -= 1
             loops += islice(search, 1)
-    if len(loops) == count:
-        return FoundLoops(tuple(loops))
-    shortfall = search.shortfall(len(loops), count, dropped=_dropped(refused))
-    way_out = search.way_out()
-    if not loops:
-        raise RouteError("; ".join(text for text in (shortfall, way_out) if text))
-    return FoundLoops(tuple(loops), shortfall, way_out)
+    return search.result(loops, count, dropped=_dropped(refused))
 
 
 def _dropped(reasons: Sequence[str]) -> str:

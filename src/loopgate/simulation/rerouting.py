@@ -77,10 +77,10 @@ class Rerouting:
         self._next_sample_s = 0.0
         self._due_s: dict[str, float] = {}
         self._waiting = set(self._anew)
-        """Those who have not departed."""
+        """The vehicles that have not departed."""
         self._changes = -1
         self.turns: defaultdict[str, list[TurnOff]] = defaultdict(list)
-        """What vehicles did, by name."""
+        """The turns that vehicles took, by name."""
 
     def _take(self, kind: str, track: Track) -> None:
         begins = [begin_m for begin_m, _ in track.edges]

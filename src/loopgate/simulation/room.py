@@ -21,7 +21,7 @@ class Room:
     Parameters
     ----------
     file
-        What SUMO writes. Looking costs a microsecond or two, so it can be done at every step.
+        The file that SUMO writes. Looking costs a microsecond or two, so it can be done at every step.
     """
 
     def __init__(self, file: Path) -> None:

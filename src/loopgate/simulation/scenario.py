@@ -223,17 +223,17 @@ class Scenario:
 
     @property
     def rule_for_lights(self) -> str:
-        """What happens to traffic lights: ``off``, ``keep`` or ``obey``."""
+        """The treatment of traffic lights: ``off``, ``keep`` or ``obey``."""
         return self.lights or ("off" if self.gated else "keep")
 
     @property
     def rule_for_gated(self) -> str:
-        """Who of those that drive once is under the gate: ``all``, ``loops``, a type or a file."""
+        """The vehicles under the gate of those that drive once: ``all``, ``loops``, a type or a file."""
         return self.who or "all"
 
     @property
     def rule_for_spacing(self) -> str:
-        """What is done so that vehicles on a loop are evenly spaced: ``none``, ``hold`` or ``advice``."""
+        """The means by which vehicles on a loop are evenly spaced: ``none``, ``hold`` or ``advice``."""
         return self.spacing or ("hold" if self.gated and self.revisit_s else "none")
 
     @property
@@ -248,7 +248,7 @@ class Scenario:
 
     @property
     def rule_for_negotiation(self) -> str:
-        """Who goes first among those who may: a negotiation's name, with options behind a colon."""
+        """Name of the negotiation that says who goes first of all who may, with options behind a colon."""
         return self.negotiation or ("oldest" if self.abstraction == "segments" else "pressure")
 
     @classmethod

@@ -1,4 +1,4 @@
-"""What SUMO may be set to under a gate, which counts on drivers that keep clear of each other.
+"""Settings that SUMO may have under a gate, which counts on drivers that keep clear of each other.
 
 What is taken, and what is foreseen of it, was measured: `docs/studies/queues.md` has the table.
 """
@@ -28,7 +28,7 @@ _LETS = {
     "timeToTeleport": (0.0, "it jump over others, of which no gate is told"),
     "timeToTeleportBidi": (0.0, "it jump over others, of which no gate is told"),
 }
-"""What an attribute lets happen above a value."""
+"""The highest harmless value of an attribute, and what a vehicle may do above it."""
 
 _FORESEEN = ("Krauss", "KraussOrig1", "KraussPS", "KraussX", "Daniel1")
 """Models of following with which it can be told when a vehicle will be past a crossing; SUMO's own first."""
@@ -37,7 +37,7 @@ _UNFORESEEN = ("IDM", "IDMM", "EIDM", "ACC", "Wiedemann", "BKerner")
 """Models that keep clear of what is before them, but may be slower over a crossing than expected."""
 
 _SUMO = {_TAU: 1.0, "accel": 2.6, "sigma": 0.5, "speedFactor": 1.0, "speedDev": 0.1}
-"""What SUMO takes where a type of a car says nothing."""
+"""SUMO's values where a type of a car has none."""
 
 _LEAST_GAP_M = 0.5
 _MOST_DAWDLING_MPS2 = 1.75
@@ -86,7 +86,7 @@ def check_options(read: Callable[[str], str], *, step_s: float, source: str, way
     source
         Where the options are set, for the message.
     way_out
-        What else can be done, for the message.
+        Advice on what else can be done, for the message.
 
     Raises
     ------
@@ -118,7 +118,7 @@ def check_types(kinds: Iterable[VehicleType], *, step_s: float, source: str) -> 
     Parameters
     ----------
     kinds
-        Those of the vehicles under the gate.
+        Types of the vehicles under the gate.
     step_s
         Length of a simulation step [s].
     source

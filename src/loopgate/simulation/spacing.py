@@ -72,7 +72,7 @@ def lead(times_s: Floats, laps_s: Floats, loops: Numbers) -> Floats:
 
 
 class Leads:
-    """Who is ahead of the middle between its neighbours, and by how much, as `lead` has it.
+    """The vehicles ahead of the middle between their neighbours, and by how much, as `lead` has it.
 
     Parameters
     ----------

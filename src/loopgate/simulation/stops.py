@@ -59,7 +59,7 @@ class _Way:
     since_m
         For each, how far before it the vehicle passes the same place before [m].
     ahead
-        Those of the next round, nearest first.
+        The stops of the next round, nearest first.
     told
         Of how many of them SUMO knows.
     served, missed, stood_s

@@ -38,7 +38,7 @@ class Start:
     lane
         Index of the lane it stands on; None: the one that its loop names there.
     attributes, parameters
-        What else SUMO is told of it: as XML has it, and as ``<param>`` elements by key.
+        All else that SUMO is told of it: as XML has it, and as ``<param>`` elements by key.
     depart_s
         When it departs [s]; None for when the simulation begins.
     """
@@ -121,10 +121,9 @@ def write_sumo_input(
     A vehicle's first route leads from its start past an edge of its loop that the loop passes once; a
     rerouter on that edge gives it two rounds that end on the same edge, again and again. So routes keep a
     constant length however long the vehicle drives, and there is always a whole round of it ahead, on which
-    the vehicle can be held. Each loop has vehicle types of its own, since a
-    rerouter is bound to vehicles by their type. SUMO loads the additional files `beside` first.
-    Those without a time of departure are there when the simulation begins, at `begin_s` [s]. Of those put in
-    `later` only types and routes are written.
+    the vehicle can be held. Each loop has vehicle types of its own, since a rerouter is bound to vehicles by
+    their type. SUMO loads the additional files `beside` first. Vehicles without a time of departure are there
+    when the simulation begins, at `begin_s` [s]. Of those put in `later` only types and routes are written.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""What SUMO itself is told: by a configuration and by a scenario's own words, nothing dropped in silence."""
+"""SUMO's own options: by a configuration and by a scenario's own words, nothing dropped in silence."""
 
 from __future__ import annotations
 
@@ -36,12 +36,12 @@ _QUIET = frozenset(
         "log",
     }
 )
-"""Those of them that change nothing about what happens."""
+"""The options among them that change nothing about what happens."""
 
 
 @dataclass(frozen=True, slots=True)
 class SumoOptions:
-    """What SUMO is told besides what a run tells it anyway.
+    """Options for SUMO besides those that a run gives it anyway.
 
     Attributes
     ----------
@@ -50,7 +50,7 @@ class SumoOptions:
     additional_files
         Of the configuration.
     notes
-        What is not taken over, a line for each.
+        Lines about what is not taken over, one for each.
     begin_s
         When the simulation begins [s].
     configured

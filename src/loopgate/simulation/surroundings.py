@@ -1,4 +1,4 @@
-"""What surrounds the gated vehicles of a run: lights they obey, traffic under no gate."""
+"""The surroundings of the gated vehicles of a run: lights they obey, traffic under no gate."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ class Surroundings:
 
     @property
     def each_step(self) -> list[Callable[[], None]]:
-        """What is to be called after each step."""
+        """Functions to be called after each step."""
         return [one.look for one in (self._lights, self._others) if one is not None]
 
     def report(self) -> dict[str, Any]:

@@ -16,7 +16,7 @@ __all__ = ["Trip", "gated_trips", "read_trips", "trip_figures"]
 
 @dataclass(frozen=True, slots=True)
 class Trip:
-    """What SUMO says of one vehicle.
+    """SUMO's figures of one vehicle.
 
     Attributes
     ----------
@@ -31,7 +31,7 @@ class Trip:
     duration_s
         Time under way [s].
     time_loss_s
-        What it lost of that against driving at its ideal speed all the way [s]; stops of its own are none.
+        Time lost of that against driving at its ideal speed all the way [s]; stops of its own are none.
     distance_m
         How far it drove [m].
     waiting_s
@@ -125,9 +125,9 @@ def gated_trips(
     stopped_s
         How long vehicles stood at stops of their own [s].
     arrived
-        Those who have.
+        The vehicles that have arrived.
     outside
-        Those who still wait to depart; the gate may have put some in and taken them out again.
+        The vehicles that still wait to depart; the gate may have put some in and taken them out again.
     """
     found = {}
     for vehicle, delay_s in delays_s.items():

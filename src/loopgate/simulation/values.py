@@ -1,4 +1,4 @@
-"""What values the keys of a scenario may have: stated once, beside each field, and checked in one place."""
+"""Values that the keys of a scenario may have: stated once, beside each field, and checked in one place."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Rule:
     Attributes
     ----------
     expected
-        What is expected, for messages.
+        The values expected, in words for messages.
     accept
         Returns a value as it is kept; raises TypeError or ValueError if it is none of this kind.
     """

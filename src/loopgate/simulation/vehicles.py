@@ -15,7 +15,7 @@ from loopgate.drive.track import Track
 from loopgate.errors import RouteError, ScenarioError
 from loopgate.network import Loop, LoopVehicle, RoadNetwork, VehicleType, read_loops
 from loopgate.network.cover.watch import even_starts_m
-from loopgate.network.lanes import LaneWishes, make_route
+from loopgate.network.route_lanes import LaneWishes, make_route
 from loopgate.network.routes_file import RoutesFile
 from loopgate.network.stops import lanes_of_stops, on_loop
 from loopgate.network.sumo_config import is_sumo_config

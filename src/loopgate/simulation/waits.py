@@ -34,7 +34,7 @@ def circular_wait(waits: WaitFor, stuck: AbstractSet[str]) -> list[str]:
     waits
         The wait-for graph.
     stuck
-        What `deadlocked` returned for it; not empty.
+        The result of `deadlocked` for it; not empty.
 
     Notes
     -----

@@ -41,9 +41,9 @@ class Deadlock:
         ``gated`` if vehicles on loops would wait for each other without any others, ``ordinary`` if those
         would without them, ``both`` if it takes both; empty where there are no others.
     last
-        Who of those that stand there came last onto the lanes of the circle, and when [s]: an ordinary
-        vehicle when it drove onto them, a gated one when it was let go to; and whether it is gated. None
-        where nobody took note.
+        The vehicle that, of those that stand there, came last onto the lanes of the circle, and when [s]: an
+        ordinary vehicle when it drove onto them, a gated one when it was let go to; and whether it is gated.
+        None where nobody took note.
     """
 
     at_s: float
@@ -74,7 +74,7 @@ class Watch:
     after_s
         How long a vehicle has to stand before it can be part of a deadlock [s].
     at_gate
-        What tells whom a vehicle waits for at its gate (of each set, some vehicle must move on) and for which
+        Tells whom a vehicle waits for at its gate (of each set, some vehicle must move on) and for which
         place; None for a vehicle that is not refused by a gate.
     own
         All vehicles on loops; None if there are no others.
@@ -101,7 +101,7 @@ class Watch:
         self._still_since_s = 0.0
         """Since when nobody has moved [s]."""
         self._red: set[str] | None = None
-        """Who has been at a red light, or at a stop, at each check since then; None where somebody moved."""
+        """Vehicles that were at a red light, or at a stop, at each check since then; None where one moved."""
 
     def check(self) -> Deadlock | None:
         """Return a deadlock that was not known before, or None. Call every few seconds."""

@@ -36,7 +36,7 @@ def as_driven(layout: Layout, turns: Mapping[str, Sequence[TurnOff]]) -> Layout:
     layout
         As it was before the run; all ways are in it.
     turns
-        What vehicles did, by name.
+        The turns that vehicles took, by name.
     """
     loops, vehicles = dict(layout.loops), dict(layout.vehicles)
     for vehicle, some in turns.items():

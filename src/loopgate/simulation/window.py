@@ -52,7 +52,7 @@ class Window:
     engine
         Drives the vehicles.
     loops
-        What the view has to fit.
+        Loops that the view has to fit.
     """
 
     def __init__(self, traffic: Shown, engine: Engine, loops: Sequence[Loop]) -> None:

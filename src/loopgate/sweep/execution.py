@@ -77,7 +77,7 @@ def run_sweep(  # noqa: PLR0913 - each is a choice of the caller's, all but two 
     Parameters
     ----------
     sweep
-        What to run.
+        The sweep to run.
     executor
         Any `concurrent.futures.Executor`, on this machine or others; it is not shut down. Default: a
         `LocalExecutor` with `workers` processes and `timeout_s` [s] per run.

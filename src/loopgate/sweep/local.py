@@ -46,6 +46,14 @@ class LocalExecutor(Executor):
         Number of processes; default: the processors this process may use.
     timeout_s
         Longest wall time of a call [s]; a worker that takes longer is ended. Default: no limit.
+
+    Examples
+    --------
+    >>> import math
+    >>> from loopgate import LocalExecutor
+    >>> with LocalExecutor(workers=1, timeout_s=60) as executor:
+    ...     executor.submit(math.hypot, 3.0, 4.0).result()
+    5.0
     """
 
     def __init__(self, workers: int | None = None, *, timeout_s: float | None = None) -> None:

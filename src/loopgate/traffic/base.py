@@ -37,7 +37,7 @@ class Insertion:
 
 @dataclass(frozen=True, slots=True)
 class Dynamics:
-    """What a vehicle can do: length [m], acceleration and deceleration [m/s2], factor on speed limits [1]."""
+    """Data of a vehicle: length [m], acceleration and deceleration [m/s2], factor on speed limits [1]."""
 
     length_m: float
     accel_mps2: float
@@ -47,7 +47,7 @@ class Dynamics:
 
 @dataclass(frozen=True, slots=True)
 class Light:
-    """What a traffic light shows."""
+    """The state of a traffic light."""
 
     state: str
     """SUMO's letter for each link: ``G`` and ``g`` green, ``y`` yellow, ``r`` red, ``o`` and ``O`` off."""

@@ -8,7 +8,7 @@ from typing import Any
 import libsumo
 
 ERROR: tuple[type[Exception], ...] = (libsumo.TraCIException, libsumo.FatalTraCIError)
-"""What libsumo raises: on what it cannot do, and where it stops."""
+"""Errors that libsumo raises: on what it cannot do, and where it stops."""
 
 
 _wrapped = libsumo.libsumo._libsumo  # noqa: SLF001  what is underneath has no other name

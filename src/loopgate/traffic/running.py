@@ -1,4 +1,4 @@
-"""What can be asked of a SUMO that somebody else has started: how it is set, and how its vehicles drive."""
+"""Questions to a SUMO that somebody else has started: how it is set, and how its vehicles drive."""
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ YIELDING_SPEED_MODE = 31
 """SUMO's right of way holds too: where there is traffic that relies on it."""
 
 _ANY_LIGHT = ~16
-"""What a speed mode loses for a vehicle that drives on whatever the lights show."""
+"""Mask that takes the lights out of a speed mode, for a vehicle that drives on whatever they show."""
 
 _LANE_CHANGE_FOR_ROUTE_ONLY = 0b01_00_00_00_01
 """Change lanes only where the route demands it, and never into an occupied gap."""
@@ -60,7 +60,7 @@ class SumoTraffic(SumoStops, SumoLights):
         self._speed_mode = YIELDING_SPEED_MODE if yields else GATED_SPEED_MODE
         self._heedless: set[str] = set()
         self._first: set[str] = set()
-        """Those who keep no right of way."""
+        """The vehicles that keep no right of way."""
         self._running = True
         self._odometer: Callable[[str], float] = odometer or api.vehicle.getDistance
         self._now = float(api.simulation.getTime())

@@ -1,4 +1,4 @@
-"""Whom a standing vehicle waits for on SUMO's roads: its leader, or foes at the junction."""
+"""The vehicles for which one that stands on SUMO's roads waits: its leader, or foes at the junction."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class RoadWaits:
     api
         The libsumo module or a traci connection, started.
     held
-        Those that are to stand somewhere until they are released: neither they nor those behind come.
+        The vehicles that are to stand somewhere until they are released: neither they nor those behind come.
     """
 
     def __init__(self, api: Any, held: Container[str] = ()) -> None:  # noqa: ANN401  neither API has types

@@ -27,7 +27,7 @@ _TRIES, _BETWEEN_TRIES_S = 600, 0.1
 """How long SUMO may take to read a large network: a minute."""
 
 ERROR: tuple[type[Exception], ...] = (traci.main.TraCIException, traci.main.FatalTraCIError)
-"""What traci raises: on what SUMO cannot do, and where it stops.
+"""Errors that traci raises: on what SUMO cannot do, and where it stops.
 
 Not by their names in ``traci.exceptions``: libsumo puts a class of its own there when it is imported.
 """

@@ -9,7 +9,7 @@ from loopgate.abstraction.queues import make_queues
 from loopgate.errors import RefusedLoopError
 from loopgate.gates import make_gate
 from loopgate.network import RoadNetwork, make_loop
-from loopgate.network.lanes import make_route
+from loopgate.network.route_lanes import make_route
 from loopgate.network.vehicle_type import DEFAULT_TYPE, VehicleType
 
 GRID = RoadNetwork.open("networks/grid5-priority.net.xml")

@@ -17,7 +17,7 @@ from loopgate.audit.drawn_bodies import driven
 from loopgate.audit.layout import LoopLeg, LoopSpan, LoopWay, VehicleBody
 from loopgate.audit.position_table import Positions
 from loopgate.errors import ResultsError
-from loopgate.results.columns import EVENT_COLUMNS
+from loopgate.results.columns import EVENT_COLUMNS, VEHICLE
 
 Arc = Callable[[float], float]
 """Where a front is on its loop [m] at a time [s]."""
@@ -119,7 +119,8 @@ def audit(
     file = folder / "positions.csv"
     file.write_text("\n".join((head, *rows)) + "\n", encoding="utf-8")
     trace = pd.DataFrame([(*event, "", "") for event in events], columns=list(EVENT_COLUMNS))
-    return audit_positions(file, plan, trace)
+    kinds = pd.CategoricalDtype(list(plan.vehicles))  # as in the events of a run
+    return audit_positions(file, plan, trace.astype({VEHICLE: kinds}))
 
 
 def rules(found: PositionAudit) -> list[str]:

@@ -8,7 +8,7 @@ import pytest
 from roads import roads
 
 from loopgate.errors import RouteError
-from loopgate.network.lanes import LaneWishes, make_route
+from loopgate.network.route_lanes import LaneWishes, make_route
 
 WIDE = roads({"a": (100, 2), "b": (100, 2), "c": (100, 2)}, ["a_0>b_0", "a_1>b_1", "b_0>c_0", "b_1>c_1"])
 

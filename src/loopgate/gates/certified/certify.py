@@ -23,7 +23,7 @@ from loopgate.model import Configuration, System
 __all__ = ["Keeper", "certify"]
 
 Keeper: TypeAlias = Homes | Exploration | FreeSlots | ChainRule
-"""What holds the witness of a gate's promise."""
+"""The rule that holds the witness of a gate's promise."""
 
 _PROOF_LINES = 100_000
 

@@ -9,7 +9,7 @@ __all__ = ["Standing", "closes_by_entering", "leads_round"]
 
 
 class Standing(Protocol):
-    """Who stands where, and what they want next."""
+    """The places in which robots stand, and those that they want next."""
 
     def line(self, state: int, /) -> Sequence[int]:
         """Return the robots whose last grant is a state, first one first."""
@@ -30,7 +30,7 @@ def closes_by_entering(standing: Standing, state: int, *, room: int, wanted: int
     Parameters
     ----------
     standing
-        Those who are there already.
+        The robots that are there already.
     state
         The state that is entered.
     room

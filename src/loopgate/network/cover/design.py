@@ -16,9 +16,9 @@ from loopgate.network.cover.lane_graph import LaneGraph, lane_graph
 from loopgate.network.cover.reasons import CoverReason, why_not_covered
 from loopgate.network.cover.search import TourPlan, search
 from loopgate.network.cover.tours import joined
-from loopgate.network.lanes import LEAST_CHANGE_M
 from loopgate.network.records import Edge
 from loopgate.network.road import RoadNetwork
+from loopgate.network.route_lanes import LEAST_CHANGE_M
 
 _STARTS, _COUNTED = 20, 100
 """Bounds on the longest are sought from so many streets, for so many loops at most."""
@@ -26,7 +26,7 @@ _STARTS, _COUNTED = 20, 100
 
 @dataclass(frozen=True, slots=True)
 class CoverTask:
-    """What is to be covered, and how."""
+    """Streets to be covered, and how."""
 
     edges: tuple[str, ...] | None = None
     """The streets; every edge open to the class if None."""

@@ -9,9 +9,10 @@ import networkx as nx
 import numpy as np
 import numpy.typing as npt
 
-from loopgate.network.lanes import LEAST_CHANGE_M, movements_made
+from loopgate.network.lane_steps import movements_made
 from loopgate.network.records import Connection, Edge
 from loopgate.network.road import RoadNetwork
+from loopgate.network.route_lanes import LEAST_CHANGE_M
 
 _SPARE_M = 1e-3
 """Each lane counts as so much longer [m], so that of ways equally long that over fewer edges is taken."""
@@ -33,7 +34,7 @@ class LaneGraph:
     length_m: npt.NDArray[np.float64]
     """Of each arc: the way through the junction and over the edge it leads to [m]."""
     seconds: npt.NDArray[np.float64]
-    """What that takes at the speeds allowed [s]."""
+    """Of each arc: the time for that at the speeds allowed [s]."""
 
     def components(self) -> list[list[int]]:
         """Return the nodes that can be reached from each other, those with most nodes first."""

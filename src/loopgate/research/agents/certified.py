@@ -17,7 +17,7 @@ from loopgate.research.agents.network import Link, MessageNetwork
 
 @dataclass(slots=True)
 class CertifiedRun:
-    """What a run of certified agents came to."""
+    """The result of a run of certified agents."""
 
     moves: list[tuple[int, int]] = field(default_factory=list)
     """Robots in the order in which they moved, with the time [ticks]."""

@@ -68,7 +68,7 @@ def decide_by_messages(
     Parameters
     ----------
     system, configuration, robot
-        Who asks, and where everyone stands.
+        The robot that asks, and where everyone stands.
     link, sensing
         How messages fare and how far robots see; without loss and everything needed if not given.
     patience

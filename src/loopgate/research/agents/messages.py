@@ -1,4 +1,4 @@
-"""What robots say to each other."""
+"""Messages between robots."""
 
 from __future__ import annotations
 
@@ -96,7 +96,7 @@ class Claim:
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """What the robots of a component agree on."""
+    """The data on which the robots of a component agree."""
 
     version: int
     term: int

@@ -22,7 +22,7 @@ _NEGOTIATE = 20.0
 
 @dataclass(frozen=True, slots=True)
 class DistributedRun:
-    """What a run came to."""
+    """The result of a run."""
 
     moves: tuple[tuple[Configuration, int], ...]
     """Robots in the order in which they moved, with the configuration they moved in."""

@@ -1,4 +1,4 @@
-"""What a robot sees by itself: the signals of its own collision states within range."""
+"""The sight of a robot: the signals of its own collision states within range."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What Zhou et al. 2020 print."""
+"""Figures and tables that Zhou et al. 2020 print."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ ADMITTED: Final = {
     1: ("r2", "r5", "r6", "r7", "r8"),
     2: ("r2", "r5", "r6", "r8"),
 }
-"""Who may move, by the number of moves made, where the text says."""
+"""Robots that may move, by the number of moves made, where the text names them."""
 
 SNAPSHOTS: Final = {
     "a": (1, ("s1", "s6", "s5", "s10", "s11", "s12", "s13", "s14")),

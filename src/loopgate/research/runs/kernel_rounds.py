@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from loopgate.kernel_cache import kernel
 
 Numbers = NDArray[np.int64]
 
 
-@njit(cache=True)
+@kernel
 def count_live_rounds(
     rounds: int, seed: int, start: Numbers, after: Numbers, state: Numbers, room: Numbers
 ) -> int:

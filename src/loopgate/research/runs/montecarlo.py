@@ -19,7 +19,7 @@ _Z95 = 1.959964
 
 @dataclass(frozen=True, slots=True)
 class RoundCounts:
-    """What came of a number of rounds."""
+    """The outcomes of a number of rounds."""
 
     rounds: int
     seed: int

@@ -38,7 +38,8 @@ def change_path(
     system, configuration
         The old system, and where everyone stands.
     robot, path, closed
-        Whose path to change, to what. The robot starts at the first visit of the state in which it stands.
+        The robot whose path to change, and its new path; it starts at the first visit of the state in which
+        it stands.
     """
     number = system.robot_number(robot)
     here = system.states[system.state_at(configuration, number)]

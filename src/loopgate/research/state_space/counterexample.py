@@ -24,6 +24,6 @@ class Counterexample:
 def promise_of(gate: Gate) -> str:
     """Return what `gate` is judged by: ``everyone`` or ``somebody`` can go on for ever.
 
-    What its attribute ``promise`` says; a gate that does not say is taken to promise everyone.
+    Its attribute ``promise`` says which; a gate that does not say is taken to promise everyone.
     """
     return str(getattr(gate, "promise", "everyone"))

@@ -67,8 +67,8 @@ def explore(
     Parameters
     ----------
     system, gate
-        What to explore. The gate's decisions must depend on the configuration alone; `Gate.moved` is not
-        called.
+        The system to explore, and its gate, whose decisions must depend on the configuration alone;
+        `Gate.moved` is not called.
     counterexample
         Whether to look for a shortest counterexample.
     limit

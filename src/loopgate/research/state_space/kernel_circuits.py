@@ -7,8 +7,9 @@ it begins, counted from where the robot stands, and how many intermediate states
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from loopgate.kernel_cache import kernel, part
 
 Words = NDArray[np.uint64]
 Numbers = NDArray[np.int64]
@@ -26,7 +27,7 @@ def scratch_for(robots: int) -> tuple[Numbers, Words, Numbers]:
     )
 
 
-@njit(cache=True, inline="always")
+@part
 def _bits(word: np.uint64) -> int:
     count = 0
     while word != _NONE:
@@ -35,7 +36,7 @@ def _bits(word: np.uint64) -> int:
     return count
 
 
-@njit(cache=True)
+@kernel
 def _legs_of(
     robot: int, most: int, after: Numbers, state: Numbers, at: Numbers, owner: Numbers,
     legs: Numbers, between: Words,
@@ -63,7 +64,7 @@ def _legs_of(
     return found
 
 
-@njit(cache=True)
+@kernel
 def _state_after(robot: int, steps: int, after: Numbers, state: Numbers, at: Numbers) -> int:
     p = at[robot]
     for _ in range(steps):
@@ -71,7 +72,7 @@ def _state_after(robot: int, steps: int, after: Numbers, state: Numbers, at: Num
     return int(state[robot, p])
 
 
-@njit(cache=True)
+@kernel
 def _condition1(robots: Numbers, count: int, union: np.uint64, visits: Words) -> bool:
     if _bits(union) > count - 3:
         return True
@@ -82,7 +83,7 @@ def _condition1(robots: Numbers, count: int, union: np.uint64, visits: Words) ->
     return bool(union & ~twice)
 
 
-@njit(cache=True)
+@kernel
 def _step_frees(
     index: int, count: int, lookahead: int, after: Numbers, state: Numbers, at: Numbers, owner: Numbers,
     visits: Words, chain: Numbers,
@@ -127,7 +128,7 @@ def _step_frees(
     return False
 
 
-@njit(cache=True)
+@kernel
 def all_live(
     robot: int, most: int, lookahead: int, after: Numbers, state: Numbers, at: Numbers, owner: Numbers,
     visits: Words, legs: Numbers, between: Words, chain: Numbers,

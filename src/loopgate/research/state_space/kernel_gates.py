@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Final
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from loopgate.kernel_cache import kernel
 from loopgate.research.state_space.encoding import Arrays
 from loopgate.research.state_space.kernel_circuits import all_live
 from loopgate.research.state_space.kernels import stand
@@ -19,7 +19,7 @@ BANKER: Final = 1
 ALGORITHM2: Final = 2
 
 
-@njit(cache=True)
+@kernel
 def _is_safe_walk(robot: int, q: int, arrays: Arrays, inside: Numbers, at: Numbers) -> bool:
     """Return whether all states from position `q` to the next private one have room.
 
@@ -43,7 +43,7 @@ def _is_safe_walk(robot: int, q: int, arrays: Arrays, inside: Numbers, at: Numbe
     return True
 
 
-@njit(cache=True)
+@kernel
 def _is_live(
     i: int, q: int, gate: Numbers, arrays: Arrays, at: Numbers, owner: Numbers, visits: Words,
     legs: Numbers, between: Words, chain: Numbers,
@@ -67,7 +67,7 @@ def _is_live(
     return bool(live)
 
 
-@njit(cache=True)
+@kernel
 def ask(
     numbers: NDArray[np.int32],
     keys: Words,

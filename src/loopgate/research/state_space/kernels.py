@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Final
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from loopgate.kernel_cache import kernel
 from loopgate.research.state_space.encoding import Arrays
 
 Words = NDArray[np.uint64]
@@ -25,7 +25,7 @@ def new_slots(log2_slots: int) -> Small:
     return np.full(1 << log2_slots, -1, np.int32)
 
 
-@njit(cache=True)
+@kernel
 def _slot(slots: Small, keys: Words, key: Words) -> np.uint64:
     """Return the slot that holds the number of `key`, or the empty slot where it belongs."""
     last = np.uint64(slots.size - 1)
@@ -46,20 +46,20 @@ def _slot(slots: Small, keys: Words, key: Words) -> np.uint64:
         slot = (slot + _ONE) & last
 
 
-@njit(cache=True)
+@kernel
 def find(slots: Small, keys: Words, key: Words) -> int:
     """Return the number of the configuration with the words `key`, or -1."""
     return int(slots[_slot(slots, keys, key)])
 
 
-@njit(cache=True)
+@kernel
 def rehash(slots: Small, keys: Words, count: int) -> None:
     """Enter the first `count` configurations into an empty table."""
     for k in range(count):
         slots[_slot(slots, keys, keys[k])] = k
 
 
-@njit(cache=True)
+@kernel
 def stand(key: Words, arrays: Arrays, at: Numbers, line: Numbers, inside: Numbers, head: Numbers) -> None:
     """Fill in positions and robots before each robot, and how many stand in each state and who is its head.
 
@@ -78,7 +78,7 @@ def stand(key: Words, arrays: Arrays, at: Numbers, line: Numbers, inside: Number
                 head[s] = i
 
 
-@njit(cache=True)
+@kernel
 def _locked(arrays: Arrays, waits: Numbers, front: Numbers, at: Numbers, head: Numbers, left: int) -> bool:
     """Return whether robots wait for one another for ever (Def. 3); changes `waits`.
 
@@ -108,7 +108,7 @@ def _locked(arrays: Arrays, waits: Numbers, front: Numbers, at: Numbers, head: N
     return left > 0
 
 
-@njit(cache=True)
+@kernel
 def expand(
     begin: int,
     end: int,
@@ -183,7 +183,7 @@ def expand(
     return count
 
 
-@njit(cache=True)
+@kernel
 def spread_back(good: Flags, first: Numbers, targets: Small, backwards: bool) -> bool:  # noqa: FBT001
     """Mark in `good` what has a move to something marked, in one sweep; return whether anything was marked.
 
@@ -203,7 +203,7 @@ def spread_back(good: Flags, first: Numbers, targets: Small, backwards: bool) ->
     return changed
 
 
-@njit(cache=True)
+@kernel
 def keep_moving(good: Flags, done: Flags, first: Numbers, targets: Small, backwards: bool) -> bool:  # noqa: FBT001
     """Strike out of `good` what is not done and has no move to something in it, in one sweep.
 
@@ -223,7 +223,7 @@ def keep_moving(good: Flags, done: Flags, first: Numbers, targets: Small, backwa
     return changed
 
 
-@njit(cache=True)
+@kernel
 def advance(
     begin: int,
     end: int,

@@ -1,4 +1,4 @@
-"""What a gate lets come about: one breadth-first search, which asks the gate in blocks."""
+"""The configurations that a gate lets come about: one breadth-first search, which asks the gate in blocks."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from loopgate.research.state_space.space import StateSpace
 Ask = Callable[[NDArray[np.int32], NDArray[np.bool_]], None]
 """Writes which moves out of the configurations with these numbers are admitted, move by move."""
 Each = Callable[[Configuration, int, Decision, bool], None]
-"""What is called with each decision and whether the move is possible at all."""
+"""A function that is called with each decision and whether the move is possible at all."""
 
 _CHUNK = 1 << 14
 _BITS = 64
@@ -34,7 +34,7 @@ class Reach:
     Parameters
     ----------
     asked
-        What asks the gate; if nothing does, all moves are admitted.
+        The function that asks the gate; without one all moves are admitted.
     progress
         Called now and then with the number of configurations found.
     within

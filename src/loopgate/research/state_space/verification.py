@@ -17,7 +17,7 @@ from loopgate.research.state_space.reach import Reach, ask_gate
 from loopgate.research.state_space.space import StateSpace
 
 Each = Callable[[Gate, Configuration, int], None]
-"""What is called with the gate, the configuration and the robot of a decision."""
+"""A function that is called with the gate, the configuration and the robot of a decision."""
 
 
 def nothing(gate: Gate, configuration: Configuration, robot: int) -> None:
@@ -27,7 +27,7 @@ def nothing(gate: Gate, configuration: Configuration, robot: int) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Verification:
-    """What a check of a gate found; adding two adds their counts."""
+    """The findings of a check of a gate; adding two adds their counts."""
 
     method: str
     """``exhaustive`` or ``walks``."""
@@ -145,7 +145,7 @@ def verify_space(
     make, progress, each
         As there.
     promise
-        What counts as safe: ``everyone``, a configuration from which every robot can go on for ever;
+        The meaning of safe: ``everyone``, a configuration from which every robot can go on for ever;
         ``somebody``, one from which somebody can always move on without any circular wait ever. By default
         what the gate promises, see `promise_of`.
     """

@@ -13,7 +13,7 @@ _TRIES = 40
 
 @dataclass(frozen=True, slots=True)
 class Shape:
-    """What random systems have in common.
+    """Properties that random systems have in common.
 
     Raises `SystemModelError` if a number is out of range.
 

@@ -20,7 +20,7 @@ class Roads:
     """Closed loops over places where vehicles queue."""
 
     name: str
-    """What it is."""
+    """A description in a few words."""
     loops: Mapping[str, tuple[str, ...]]
     """The places of each loop, in driving order."""
     narrow: frozenset[str] = frozenset()

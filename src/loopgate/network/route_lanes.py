@@ -1,0 +1,134 @@
+"""The lanes that a vehicle takes on a route that it drives once, from its beginning to its end."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+from loopgate.errors import RouteError
+from loopgate.network.lane_steps import (
+    TWO_WAY_LANES,
+    Cost,
+    Step,
+    Ways,
+    check_route,
+    find_costs,
+    find_layers,
+    follow,
+    make_spans,
+)
+from loopgate.network.loop import Loop
+from loopgate.network.road import RoadNetwork
+
+LEAST_CHANGE_M = 10.0
+"""The shortest edge on which a car can change lanes [m]: its length and gap, and some to spare."""
+
+_CHANGE = 0.4
+"""Costs that choose the lanes of vehicles that drive once: each lane changed;"""
+
+_HURRY = 20.0
+"""each lane changed per metre of the edge;"""
+
+_WISH = 0.35
+"""arriving on another lane than the file wants, for which nobody changes lanes;"""
+
+_BESIDE = 100.0
+"""coming onto an edge, or leaving it, on another lane than the one to stop on there;"""
+
+_ELSEWHERE = 2.0
+"""as many as use the fullest lane who go elsewhere from this one: behind one that waits all wait;"""
+
+_CROWD = 0.25
+"""a lane as full as the fullest; it goes with the fourth power."""
+
+_ANY: Mapping[str, int] = {}
+
+
+@dataclass(frozen=True, slots=True)
+class LaneWishes:
+    """Lanes on which a vehicle that drives once is to be, by index.
+
+    Attributes
+    ----------
+    depart, arrive
+        At the beginning and at the end; None for any. Nobody changes lanes for the second.
+    stop
+        On edges where it stops; -1 for any.
+    """
+
+    depart: int | None = None
+    arrive: int | None = None
+    stop: Mapping[str, int] = field(default_factory=dict)
+
+
+_NO_WISHES = LaneWishes()
+
+
+def make_route(
+    network: RoadNetwork,
+    name: str,
+    edges: Sequence[str],
+    *,
+    vclass: str = "passenger",
+    source: str = "",
+    load: Mapping[str, int] = _ANY,
+    change_m: float = LEAST_CHANGE_M,
+    wishes: LaneWishes = _NO_WISHES,
+) -> Loop:
+    """Make the way over these edges that is driven once: a loop that is not closed.
+
+    Few changes of lanes, on long edges, are weighed against a lane that many others use, above all those who
+    go elsewhere from it. Two-way lanes, and changes on edges too short for them, come last of all.
+
+    Raises `RouteError` if an edge is missing or closed to the class, two edges are not connected, or no lanes
+    lead there.
+
+    Parameters
+    ----------
+    network, name, edges, vclass, source
+        As for `make_loop`; the last edge need not lead anywhere.
+    load
+        How many vehicles use each lane already, by its id, and from it to an edge, by ``lane>edge``.
+    change_m
+        The shortest edge on which a vehicle can change lanes [m].
+    wishes
+        Lanes on which it is to be.
+    """
+    what = f"{source}: route {name}" if source else f"route {name}"
+    check_route(network, edges, vclass=vclass, what=what, closed=False)
+    layers = find_layers(network, edges, vclass, closed=False)
+    most = max(1, max(load.values(), default=1))
+    for edge, layer in zip(edges, layers, strict=True):
+        short = network.edges[edge].length_m < change_m
+        lane = wishes.stop.get(edge, -1)
+        for enter, steps in layer.items():
+            for number, (cost, step) in enumerate(steps):
+                own = _once(network, cost, step, load, most, short=short)
+                if lane >= 0:
+                    own = own[0], own[1] + _BESIDE * ((enter != lane) + (step.onward.from_lane != lane))
+                if layer is layers[-1] and wishes.arrive not in (None, enter):
+                    own = own[0], own[1] + _WISH
+                steps[number] = own, step
+    costs = find_costs(layers, layers[-1] if layers else ())
+    ahead = costs[0]
+    if not ahead:
+        msg = f"{what}: no lanes open to {vclass} lead all the way, though its edges are connected"
+        raise RouteError(msg)
+    first = min(ahead, key=lambda lane: (wishes.depart not in (None, lane), ahead[lane], lane))
+    chosen = follow(layers, costs, first)
+    ways = Ways(chosen, [[step] for step in chosen])
+    return Loop(name, tuple(edges), tuple(make_spans(network, edges, ways)), closed=False)
+
+
+def _once(
+    network: RoadNetwork, cost: Cost, step: Step, load: Mapping[str, int], most: int, *, short: bool
+) -> Cost:
+    """Return what passing an edge costs who drives once, first of all what is done only where it must be."""
+    onward, lanes = step.onward, network.edges[step.onward.from_edge].lanes
+    two_way, changes = divmod(cost[0], TWO_WAY_LANES)
+    lane = lanes[onward.from_lane].id
+    entered, left = load.get(lanes[step.enter].id, 0), load.get(lane, 0)
+    elsewhere = left - load.get(f"{lane}>{onward.to_edge}", 0) if onward.to_edge else 0
+    worth = _CHANGE * changes + _HURRY * cost[1] + _ELSEWHERE * elsewhere / most
+    worst = two_way + TWO_WAY_LANES * changes * short
+    return TWO_WAY_LANES * worst, worth + _CROWD * ((entered + left) / (2 * most)) ** 4
