@@ -130,7 +130,7 @@ class Circles:
         """Return an ordinary vehicle that stands on a crossing, in the way of who is before it."""
         across = (lane for movement in way.movements for lane in movement.across)
         there = (seen for lane in (*way.between, *across) for seen in self._sight.on.get(lane, ()))
-        return next((seen for seen in there if self._sight.speed(seen) < _STANDING_MPS), None)
+        return next((seen for seen in there if seen.speed_mps < _STANDING_MPS), None)
 
     def _sought(self, other: Seen) -> tuple[str, float] | None:
         """Return the next state on the route of an ordinary vehicle, and its length [m]; None for none."""
@@ -148,7 +148,7 @@ class Circles:
         edges = {place.lane.rpartition("_")[0] for place in places}
         inside = {seen.vehicle for place in places for seen in self._sight.inside(place)}
         count = 0
-        for seen in (one for lane in self._sight.on.values() for one in lane):
+        for seen in self._sight.seen:
             if seen.vehicle not in inside:
                 route, at = self._sight.route(seen)
                 count += not edges.isdisjoint(route[at + 1 : at + 1 + _AHEAD])

@@ -4,8 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import chain
+
+import numpy as np
 
 from loopgate.drive.driver import Driver
+from loopgate.drive.engine import Engine
 from loopgate.drive.motion import time_s
 from loopgate.drive.sense import MARGIN_M, braking_m, safe_mps
 from loopgate.simulation.coming import Arrival, Coming
@@ -39,6 +43,9 @@ _HELD_UP_S = 5.0
 _APART_S = 1.0
 """Time to spare between a gated vehicle leaving and one with the right of way getting there [s]."""
 
+_Ahead = tuple[Movement, float, float]
+"""A movement before a vehicle, how far it is before that, and before where it may stand [m]."""
+
 
 class Yielding:
     """Tells whether somebody comes, and keeps vehicles that have their grants out of junctions meanwhile.
@@ -55,8 +62,8 @@ class Yielding:
     ----------
     traffic
         The running simulation.
-    drivers
-        Of all robots: their grants, and where they are.
+    engine
+        Drives the gated vehicles: their grants, and where they are.
     ways
         By loop, then position.
     timetable
@@ -68,15 +75,16 @@ class Yielding:
     def __init__(
         self,
         traffic: Traffic,
-        drivers: Sequence[Driver],
+        engine: Engine,
         ways: Mapping[str, Sequence[Way]],
         timetable: Timetable,
         sight: Sight,
         coming: Coming,
     ) -> None:
-        self._traffic, self._drivers, self._ways = traffic, drivers, ways
+        self._traffic, self._engine, self._ways = traffic, engine, ways
         self._timetable, self._sight, self._coming = timetable, sight, coming
-        self._arrivals: dict[tuple[str, str], list[Arrival]] | None = None
+        self._looked = False
+        """Whether it has been seen who comes now."""
         self._since_s: dict[str, float] = {}
         """Since when vehicles with grants are before a junction with somebody in their way [s]."""
         self._kept: dict[str, float] = {}
@@ -95,7 +103,7 @@ class Yielding:
     def look_around(self) -> None:
         """See who comes now."""
         if self._sight.look():
-            self._arrivals = None
+            self._looked = False
 
     def look(self) -> None:
         """Keep those out of the next junction who can stop before it and must not drive into it."""
@@ -105,18 +113,22 @@ class Yielding:
         clear, self._clear = self._clear, {}
         freed, self._freed = self._freed, {}
         standing_s, self._standing_s = self._standing_s, {}
-        for driver in self._drivers:
-            if driver.row["crossed"] < driver.row["granted"] and not driver.row["steered"]:
-                self._go_on(driver, clear.get(driver.id), first)
-                speed = self._speed(driver, before=driver.id in since_s)
-                if speed is None:
-                    if self._is_free(driver, freed.get(driver.id), standing_s.get(driver.id, now)):
-                        first.add(driver.id)
-                    continue
-                self._since_s[driver.id] = since_s.get(driver.id, now)
-                if now - self._since_s[driver.id] < _MOST_KEPT_S:
-                    kept[driver.id] = speed
-        here = {driver.id for driver in self._drivers}
+        vehicles, drivers = self._engine.vehicles, self._engine.drivers
+        going = (vehicles["crossed"] < vehicles["granted"]) & ~vehicles["steered"]
+        for robot in np.flatnonzero(going).tolist():
+            driver = drivers[robot]
+            name, ahead = driver.id, [*self._ahead(driver)]
+            if name in clear:
+                self._go_on(driver, clear[name], ahead, first)
+            speed = self._speed(driver, ahead, before=name in since_s)
+            if speed is None:
+                if self._is_free(driver, ahead, freed.get(name), standing_s.get(name, now)):
+                    first.add(name)
+                continue
+            self._since_s[name] = since_s.get(name, now)
+            if now - self._since_s[name] < _MOST_KEPT_S:
+                kept[name] = speed
+        here = self._engine.driver_of.keys()
         for vehicle in sorted((self._kept.keys() | kept) & here):
             if self._kept.get(vehicle) != kept.get(vehicle):
                 self._traffic.keep_to(vehicle, kept.get(vehicle))
@@ -125,17 +137,19 @@ class Yielding:
             self._traffic.give_way(vehicle, gives=vehicle not in first)
         self._first = first
 
-    def _go_on(self, driver: Driver, clear: Movement | None, first: set[str]) -> None:
+    def _go_on(self, driver: Driver, clear: Movement, ahead: Sequence[_Ahead], first: set[str]) -> None:
         """Take note of one that drives onto a clear movement, as long as it could have to wait there."""
-        for movement, left_m, _ in self._ahead(driver):
+        for movement, left_m, _ in ahead:
             if movement is clear and left_m > -movement.wait_m:
                 self._clear[driver.id] = movement
                 if left_m < 0.0 and not self._is_late(movement):
                     first.add(driver.id)
 
-    def _is_free(self, driver: Driver, freed: Movement | None, since_s: float) -> bool:
+    def _is_free(
+        self, driver: Driver, ahead: Sequence[_Ahead], freed: Movement | None, since_s: float
+    ) -> bool:
         """Return whether a vehicle goes on without giving way, as nobody is in its way who has no grant."""
-        for movement, left_m, line_m in self._ahead(driver):
+        for movement, left_m, line_m in ahead:
             if left_m < -movement.length_m:
                 continue
             goes = movement is freed
@@ -154,18 +168,18 @@ class Yielding:
         comers = (one for approach in movement.approaches for one in self._arriving(approach))
         return any(arrival.near for arrival in comers)
 
-    def _ahead(self, driver: Driver) -> Iterator[tuple[Movement, float, float]]:
-        """Yield its next movements, how far it is before each, and before where it may stand [m]."""
-        ways = self._ways[driver.track.loop]
+    def _ahead(self, driver: Driver) -> Iterator[_Ahead]:
+        """Yield the next movements of a vehicle."""
+        ways, front_m = self._ways[driver.track.loop], driver.front_m
         for leg in range(int(driver.row["crossed"]), driver.granted):
-            line_m = driver.end_m(leg) - driver.front_m
+            line_m = driver.end_m(leg) - front_m
             for number, movement in enumerate(ways[leg % len(ways)].movements):
                 left_m = line_m + movement.from_m
                 yield movement, left_m, left_m if number else line_m
 
-    def _speed(self, driver: Driver, *, before: bool) -> float | None:
+    def _speed(self, driver: Driver, ahead: Sequence[_Ahead], *, before: bool) -> float | None:
         """Return how fast a vehicle may drive that is to be kept out of a junction [m/s]; else None."""
-        for movement, left_m, line_m in self._ahead(driver):
+        for movement, left_m, line_m in ahead:
             if left_m < -BEYOND_M:
                 continue
             if driver.speed_mps < _STANDING_MPS:
@@ -196,7 +210,9 @@ class Yielding:
 
     def comes(self, driver: Driver, movement: Movement, left_m: float) -> bool:
         """Return whether somebody would get in the way of one that is so far before a junction."""
-        if not movement.approaches:
+        coming = (one for approach in movement.approaches for one in self._arriving(approach))
+        next_one = next(coming, None)
+        if next_one is None:
             return False
         speed, accel = driver.speed_mps, driver.accel_mps2
         top = min(driver.top_mps, movement.speed_mps)
@@ -209,16 +225,16 @@ class Yielding:
             arrival.last_s > there_s - _PASSED_S
             and arrival.first_s < over_s
             and (not arrival.stands or self._sets_out(arrival.stands))
-            for approach in movement.approaches
-            for arrival in self._arriving(approach)
+            for arrival in chain((next_one,), coming)
         )
 
     def _arriving(self, approach: Approach) -> Sequence[Arrival]:
         if approach.signal is not None and not self._timetable.is_open(*approach.signal):
             return ()
-        if self._arrivals is None:
-            self._arrivals = self._coming.arrivals()
-        return self._arrivals.get((approach.from_edge, approach.to_edge), ())
+        if not self._looked:
+            self._looked = True
+            self._coming.look()
+        return self._coming.arrivals(approach.from_edge, approach.to_edge)
 
     def _sets_out(self, vehicle: str) -> bool:
         """Return whether one that stands at its line, and may drive, is about to set out."""

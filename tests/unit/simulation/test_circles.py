@@ -5,6 +5,7 @@ from typing import Any
 from unittest.mock import Mock
 
 import pytest
+from fake_traffic import whereabouts
 
 from builders import system
 from loopgate.simulation.circles import Circles
@@ -34,10 +35,8 @@ class Ring:
         self.routes: dict[str, list[str]] = {}
         traffic = Mock(
             now_s=0.0,
-            vehicles=lambda: list(self.on),
-            lane=lambda v: self.on[v],
+            whereabouts=lambda: whereabouts(**{v: (*at, 0.0) for v, at in self.on.items()}),
             parks=lambda _: False,
-            speed=lambda _: 0.0,
             dynamics=lambda _: Dynamics(5.0, 2.6, 4.5, 1.0),
             route=lambda v: (self.routes[v], 0),
         )
