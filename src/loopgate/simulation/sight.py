@@ -79,8 +79,8 @@ class Sight:
         self._names: set[str] = set()
         """Those seen so far; not who was about to come under the gate."""
         self._seen_s = -math.inf
-        self._routes: dict[str, tuple[_Route, float]] = {}
-        """Routes, and until when they are taken to be so [s]."""
+        self._routes: dict[str, tuple[_Route, float, str]] = {}
+        """Routes, until when they are taken to be so [s], and the lane of the vehicle then."""
 
     @property
     def count(self) -> int:
@@ -177,19 +177,22 @@ class Sight:
 
         The edges are the same object as long as they are the same.
         """
-        now = self._traffic.now_s
+        now, lane = self._seen_s, one.lane
         known = self._routes.get(one.vehicle)
         if known is not None and now < known[1]:
-            (edges, at), until_s = known
-            edge = one.lane.rpartition("_")[0]
-            if one.lane.startswith(":") or edges[at] == edge:
+            route, until_s, was = known
+            if lane == was:
+                return route
+            edges, at = route
+            edge = lane.rpartition("_")[0]
+            if not lane.startswith(":") and edges[at] != edge:
+                at += 1
+            if lane.startswith(":") or (at < len(edges) and edges[at] == edge):
+                self._routes[one.vehicle] = (edges, at), until_s, lane
                 return edges, at
-            if at + 1 < len(edges) and edges[at + 1] == edge:
-                self._routes[one.vehicle] = (edges, at + 1), until_s
-                return edges, at + 1
-        route, at = self._traffic.route(one.vehicle)
-        edges = tuple(route)
+        read, at = self._traffic.route(one.vehicle)
+        edges = tuple(read)
         if known is not None and known[0][0] == edges:
             edges = known[0][0]
-        self._routes[one.vehicle] = (edges, at), now + _AGAIN_S
+        self._routes[one.vehicle] = (edges, at), now + _AGAIN_S, ""
         return edges, at

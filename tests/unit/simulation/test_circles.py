@@ -9,7 +9,7 @@ from fake_traffic import whereabouts
 
 from builders import system
 from loopgate.simulation.circles import Circles
-from loopgate.simulation.crossing_ways import Place
+from loopgate.simulation.crossing_ways import Place, Way
 from loopgate.simulation.sight import Sight
 from loopgate.traffic.base import Dynamics
 
@@ -52,9 +52,9 @@ class Ring:
             ]
         )
         self.sight = Sight(network, traffic, self.drivers)
-        across = SimpleNamespace(across=("foe_0",))
+        across: Any = SimpleNamespace(across=("foe_0",))
         ways: Any = {
-            state: [SimpleNamespace(between=(f"behind-{state}_0",), movements=(across,))]
+            state: [Way("", 0.0, (across,), (f"behind-{state}_0",), next=Place("", 0.0, 0.0, ()))]
             for state in LEADS_TO
         }
         self.circles = Circles(network, keeper, self.drivers, ways, self.sight)
