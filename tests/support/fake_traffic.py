@@ -6,7 +6,13 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from loopgate.network.stops import Stop
-from loopgate.traffic.base import Collision, Dynamics, Insertion, Light, Program
+from loopgate.traffic.base import Collision, Dynamics, Insertion, Light, Program, Whereabouts
+
+
+def whereabouts(**at: tuple[str, float, float]) -> Whereabouts:
+    """Return where vehicles are, each on a lane, with a position on it [m] and a speed [m/s]."""
+    columns = zip(*at.values(), strict=True) if at else ((), (), ())
+    return Whereabouts(tuple(at), *columns)
 
 
 @dataclass
@@ -115,6 +121,10 @@ class FakeTraffic:
                 return f"{name}_{self.fleet[vehicle].lane}", at
             at -= length
         raise AssertionError(vehicle)
+
+    def whereabouts(self) -> Whereabouts:
+        """Return where all are."""
+        return whereabouts(**{name: (*self.lane(name), self.speed(name)) for name in self.fleet})
 
     def mean_speed(self, edge: str) -> float:  # noqa: ARG002  the protocol's
         """Nobody is there."""

@@ -1,6 +1,7 @@
 """A gated vehicle before a junction, and ordinary vehicles about it, without SUMO."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 from unittest.mock import Mock
 
@@ -79,8 +80,12 @@ class Scene:
         drivers[1].drives_like(Dynamics(5.0, 2.6, 4.5, 1.0))
         sight = Sight(Mock(connections=()), self.traffic, drivers)
         self.ways = ways = {"loop": [way, way]}
-        coming: Any = Mock(arrivals=lambda: {("priority", "after"): self.arrivals})
-        self.yielding = Yielding(self.traffic, drivers, ways, Timetable(self.traffic), sight, coming)
+        coming: Any = Mock(arrivals=lambda *between: {("priority", "after"): self.arrivals}[between])
+        self.vehicles: Any = tables.vehicles
+        engine: Any = SimpleNamespace(
+            drivers=drivers, vehicles=self.vehicles, driver_of={one.id: one for one in drivers}
+        )
+        self.yielding = Yielding(self.traffic, engine, ways, Timetable(self.traffic), sight, coming)
         circles: Any = Mock(too_tight=lambda _: self.tight)
         self.others = Others(drivers, ways, keeper, sight, self.yielding, circles)
         self.drivers = drivers

@@ -83,8 +83,11 @@ class Circles:
             number = self._number(state)
             if number is None:
                 return crowded
-            line, slots = self._keeper.line(number), self._keeper.slots(number)
-            free = min(slots - len(line), self._sight.fit(self._places[state], line, length_m))
+            line, slots, place = self._keeper.line(number), self._keeper.slots(number), self._places[state]
+            others = self._sight.inside(place)
+            free: float = slots - len(line)
+            if others:
+                free = min(free, self._sight.fit(place, line, length_m))
             if state == target:
                 free -= 1
                 crowded = not driver.row["mover"] and free < (slots + 2) // _SHARE
@@ -92,9 +95,9 @@ class Circles:
             circle.append(state)
             if line:
                 head = self._drivers[line[0]]
-                following = self._following(state, head, head.granted)
+                following = self._following(place, others, head, head.granted)
             else:
-                following = self._following(state, driver if state == target else None, leg)
+                following = self._following(place, others, driver if state == target else None, leg)
             if following is None:
                 return crowded
             state, length_m = following
@@ -108,29 +111,32 @@ class Circles:
         """Return the number of a state; None if no gated vehicle visits it."""
         return self._keeper.number(state)
 
-    def _following(self, state: str, head: Driver | None, leg: int) -> tuple[str, float] | None:
+    def _following(
+        self, place: Place, others: Sequence[Seen], head: Driver | None, leg: int
+    ) -> tuple[str, float] | None:
         """Return where the first in a state wants to go, and its length [m]; None if it comes to no place.
 
-        The first is the gated vehicle that is, in a leg of its way, or an ordinary one before that: in the
-        state, or standing on the crossing behind it.
+        The first is the gated vehicle that is, in a leg of its way, or one of the `others` inside before
+        that: in the state, or standing on the crossing behind it.
         """
-        place = self._places[state]
-        here = (seen for seen in self._sight.inside(place) if seen.lane == place.lane)
+        here = (seen for seen in others if seen.lane == place.lane)
         other = max(here, key=lambda seen: seen.position_m, default=None)
-        if head is not None:
-            left_m = head.end_m(leg) - head.front_m
-            if other is None or left_m <= place.end_m - other.position_m:
-                ways = self._ways[head.track.loop]
-                other = self._in_the_way(ways[leg % len(ways)])
-                if other is None:
-                    return str(head.leg(leg + 1).state), head.length_m
+        if head is not None and (
+            other is None or head.end_m(leg) - head.front_m <= place.end_m - other.position_m
+        ):
+            ways = self._ways[head.track.loop]
+            other = self._in_the_way(ways[leg % len(ways)])
+            if other is None:
+                return str(head.leg(leg + 1).state), head.length_m
         return None if other is None else self._sought(other)
 
     def _in_the_way(self, way: Way) -> Seen | None:
         """Return an ordinary vehicle that stands on a crossing, in the way of who is before it."""
+        if self._sight.busy.isdisjoint(way.across):
+            return None
         across = (lane for movement in way.movements for lane in movement.across)
         there = (seen for lane in (*way.between, *across) for seen in self._sight.on.get(lane, ()))
-        return next((seen for seen in there if self._sight.speed(seen) < _STANDING_MPS), None)
+        return next((seen for seen in there if seen.speed_mps < _STANDING_MPS), None)
 
     def _sought(self, other: Seen) -> tuple[str, float] | None:
         """Return the next state on the route of an ordinary vehicle, and its length [m]; None for none."""
@@ -148,7 +154,7 @@ class Circles:
         edges = {place.lane.rpartition("_")[0] for place in places}
         inside = {seen.vehicle for place in places for seen in self._sight.inside(place)}
         count = 0
-        for seen in (one for lane in self._sight.on.values() for one in lane):
+        for seen in self._sight.seen:
             if seen.vehicle not in inside:
                 route, at = self._sight.route(seen)
                 count += not edges.isdisjoint(route[at + 1 : at + 1 + _AHEAD])

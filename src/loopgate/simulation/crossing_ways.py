@@ -110,6 +110,8 @@ class Way:
         The lanes between the junctions of the crossing, on which nobody may be either when it sets out.
     next
         Where the next state is.
+    across
+        All lanes on which nobody may be when it sets out.
     """
 
     lane: str
@@ -117,6 +119,12 @@ class Way:
     movements: tuple[Movement, ...]
     between: tuple[str, ...]
     next: Place
+    across: frozenset[str] = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Put the lanes together."""
+        across = (lane for movement in self.movements for lane in movement.across)
+        object.__setattr__(self, "across", frozenset((*across, *self.between)))
 
 
 class CrossingWays:

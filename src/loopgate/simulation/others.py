@@ -70,6 +70,10 @@ class Others:
         self._ways = ways
         self._keeper = keeper
         self._sight, self._yielding, self._circles = sight, yielding, circles
+        self._on: object = None
+        """What was in sight when it was looked last."""
+        self._met: dict[str, tuple[Way, float, bool]] = {}
+        """Which way those who have asked since then were on, how far before its line [m], and the answer."""
 
     def in_the_way(self, robot: int) -> Reason | None:
         """Return TRAFFIC while an ordinary vehicle is in the way of `robot`."""
@@ -77,12 +81,8 @@ class Others:
         if not self._sight.on:
             return None
         way = self._way(robot)
-        if self._too_full(robot, way) or self._before(robot, way) or self._across(way):
-            return Reason.TRAFFIC
-        driver = self._drivers[robot]
-        left_m = driver.line_m - driver.front_m
-        near = any(self._yielding.comes(driver, one, left_m + one.from_m) for one in way.movements)
-        return Reason.TRAFFIC if near or self._circles.too_tight(robot) else None
+        shut = self._too_full(robot, way) or self._meets(robot, way) or self._circles.too_tight(robot)
+        return Reason.TRAFFIC if shut else None
 
     def has_room(self, driver: Driver) -> bool:
         """Return whether one that comes back from beside the road has room in its place and in its circle."""
@@ -126,6 +126,25 @@ class Others:
         driver = self._drivers[robot]
         return self._ways[driver.track.loop][driver.granted % len(driver.track.legs)]
 
+    def _meets(self, robot: int, way: Way) -> bool:
+        """Return whether somebody is before `robot` on its lane, across its way, or comes there.
+
+        That is so all step long, however often it asks in that, as it does after each grant to another one.
+        """
+        if self._on is not self._sight.on:
+            self._on = self._sight.on
+            self._met.clear()
+        driver = self._drivers[robot]
+        left_m = driver.line_m - driver.front_m
+        asked = self._met.get(driver.id)
+        if asked is not None and asked[0] is way and asked[1] == left_m:
+            return asked[2]
+        meets = bool(self._before(robot, way) or self._across(way)) or any(
+            self._yielding.comes(driver, one, left_m + one.from_m) for one in way.movements
+        )
+        self._met[driver.id] = way, left_m, meets
+        return meets
+
     def _before(self, robot: int, way: Way) -> list[str]:
         """Return the ordinary vehicles between `robot` and its line."""
         seen = self._sight.on.get(way.lane, ())
@@ -136,10 +155,14 @@ class Others:
         return [s.vehicle for s in seen if here_m < s.position_m <= way.line_m + BEYOND_M]
 
     def _across(self, way: Way) -> list[str]:
+        if self._sight.busy.isdisjoint(way.across):
+            return []
         there = [seen for movement in way.movements for seen in self._sight.across(movement)]
         there += (seen for lane in way.between for seen in self._sight.upon(lane))
         return list(dict.fromkeys(seen.vehicle for seen in there))
 
     def _too_full(self, robot: int, way: Way) -> bool:
+        if not self._sight.inside(way.next):
+            return False
         holders = self._keeper.holders(self._keeper.wanted(robot))
         return self._sight.fit(way.next, holders, self._drivers[robot].length_m) < 1

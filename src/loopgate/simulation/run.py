@@ -113,7 +113,7 @@ def _run(
         among = bool(scenario.traffic or assembly.ordinary)
         mixed = own if among else None
         judged = among and session.keeper is not None
-        verdicts = Verdicts(assembly.network, traffic, engine.driver_of) if judged else None
+        verdicts = Verdicts(assembly.network, traffic, engine) if judged else None
         watch = watch_class(
             traffic,
             after_s=scenario.deadlock_after_s,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Set as AbstractSet
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -23,17 +24,20 @@ BEYOND_M = 0.3
 _GAP_M = 2.5
 """What a vehicle keeps free before it when it stands: SUMO's default [m]."""
 
+_STANDING_MPS = 0.1
+
 _AGAIN_S = 5.0
 """So long a route is taken to be as it was [s]: SUMO may lead vehicles another way."""
 
 
 class Seen(NamedTuple):
-    """A vehicle, the lane and the position of its front on it [m], and its length [m]."""
+    """A vehicle, the lane and the position of its front on it [m], its length [m], and its speed [m/s]."""
 
     vehicle: str
     lane: str
     position_m: float
     length_m: float
+    speed_mps: float
 
 
 class _Rear(NamedTuple):
@@ -66,13 +70,17 @@ class Sight:
         """By the lane on which their fronts are."""
         self._over: Mapping[str, Sequence[_Rear]] = {}
         """By the lanes behind that, on which the rest of them is."""
+        self.seen: Sequence[Seen] = ()
+        """All of them, lane by lane."""
+        self.busy: AbstractSet[str] = frozenset()
+        """The lanes on which they are with some part."""
         self.kinds: Mapping[str, Dynamics] = {}
         """What they can do."""
         self._names: set[str] = set()
         """Those seen so far; not who was about to come under the gate."""
         self._seen_s = -math.inf
-        self._routes: dict[str, tuple[_Route, float]] = {}
-        """Routes, and until when they are taken to be so [s]."""
+        self._routes: dict[str, tuple[_Route, float, str]] = {}
+        """Routes, until when they are taken to be so [s], and the lane of the vehicle then."""
 
     @property
     def count(self) -> int:
@@ -89,7 +97,7 @@ class Sight:
         self._names -= gated
         on: dict[str, list[Seen]] = {}
         kinds: dict[str, Dynamics] = {}
-        for vehicle in traffic.vehicles():
+        for vehicle, lane, position_m, speed_mps in zip(*traffic.whereabouts(), strict=True):
             if vehicle in gated:
                 continue
             kind = self.kinds.get(vehicle)
@@ -97,24 +105,25 @@ class Sight:
                 kind = traffic.dynamics(vehicle)
                 self._names.add(vehicle)
             kinds[vehicle] = kind
-            if traffic.parks(vehicle):
+            if speed_mps <= _STANDING_MPS and traffic.parks(vehicle):
                 continue
-            lane, position_m = traffic.lane(vehicle)
-            on.setdefault(lane, []).append(Seen(vehicle, lane, position_m, kind.length_m))
-        self._routes = {vehicle: known for vehicle, known in self._routes.items() if vehicle in kinds}
+            on.setdefault(lane, []).append(Seen(vehicle, lane, position_m, kind.length_m, speed_mps))
+        for vehicle in self._routes.keys() - kinds.keys():
+            del self._routes[vehicle]
         self.kinds, self.on = kinds, on
+        self.seen = [one for lane in on.values() for one in lane]
         over: dict[str, list[_Rear]] = {}
-        for one in (seen for lane in on.values() for seen in lane):
-            for lane, rear_m in self._lanes_behind(one):
-                over.setdefault(lane, []).append(_Rear(one, rear_m))
+        for one in self.seen:
+            if one.length_m > one.position_m:
+                for lane, rear_m in self._lanes_behind(one):
+                    over.setdefault(lane, []).append(_Rear(one, rear_m))
         self._over = over
+        self.busy = on.keys() | over.keys()
         return True
 
     def _lanes_behind(self, one: Seen) -> Iterator[tuple[str, float]]:
         """Yield the lanes on which a vehicle is that its front has left, and where its rear is [m]."""
         lane, left_m = one.lane, one.length_m - one.position_m
-        if left_m <= 0:
-            return
         edges, at = self.route(one)
         while left_m > 0:
             edge = lane.rpartition("_")[0]
@@ -138,6 +147,8 @@ class Sight:
     def across(self, movement: Movement, lanes: Iterable[str] | None = None) -> list[Seen]:
         """Return those inside the junction who are in the way of a movement; on `lanes` if given."""
         among = movement.across if lanes is None else lanes
+        if self.busy.isdisjoint(among):
+            return []
         return [seen for lane in among for seen in self.upon(lane, movement.past_m.get(lane, math.inf))]
 
     def inside(self, place: Place) -> list[Seen]:
@@ -161,22 +172,27 @@ class Sight:
         left_m = place.end_m - place.begin_m - sum(lengths) - _GAP_M * len(lengths)
         return max(0, math.floor(left_m / (length_m + _GAP_M)))
 
-    def speed(self, one: Seen) -> float:
-        """Return its speed [m/s]."""
-        return self._traffic.speed(one.vehicle)
-
     def route(self, one: Seen) -> _Route:
-        """Return the edges of its route, and the number of the one that it is on or has just left."""
-        now = self._traffic.now_s
+        """Return the edges of its route, and the number of the one that it is on or has just left.
+
+        The edges are the same object as long as they are the same.
+        """
+        now, lane = self._seen_s, one.lane
         known = self._routes.get(one.vehicle)
         if known is not None and now < known[1]:
-            (edges, at), until_s = known
-            edge = one.lane.rpartition("_")[0]
-            if one.lane.startswith(":") or edges[at] == edge:
+            route, until_s, was = known
+            if lane == was:
+                return route
+            edges, at = route
+            edge = lane.rpartition("_")[0]
+            if not lane.startswith(":") and edges[at] != edge:
+                at += 1
+            if lane.startswith(":") or (at < len(edges) and edges[at] == edge):
+                self._routes[one.vehicle] = (edges, at), until_s, lane
                 return edges, at
-            if at + 1 < len(edges) and edges[at + 1] == edge:
-                self._routes[one.vehicle] = (edges, at + 1), until_s
-                return edges, at + 1
-        route, at = self._traffic.route(one.vehicle)
-        self._routes[one.vehicle] = (tuple(route), at), now + _AGAIN_S
-        return tuple(route), at
+        read, at = self._traffic.route(one.vehicle)
+        edges = tuple(read)
+        if known is not None and known[0][0] == edges:
+            edges = known[0][0]
+        self._routes[one.vehicle] = (edges, at), now + _AGAIN_S, ""
+        return edges, at

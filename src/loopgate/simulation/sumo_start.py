@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -98,7 +98,7 @@ def start_traffic(
     TrafficError
         If SUMO does not accept its input.
     """
-    start, kind, odometer = _backend(backend)
+    start, kind, reads = _backend(backend)
     try:
         running = start(options)
     except Exception as error:  # the backends raise what they like at the start
@@ -107,19 +107,19 @@ def start_traffic(
             why = f"it does not take the options {words}; 'sumo --help' lists all"
         msg = f"SUMO does not start: {why}"
         raise TrafficError(msg) from error
-    return SumoTraffic(running, kind, yields=yields, odometer=odometer)
+    return SumoTraffic(running, kind, yields=yields, reads=reads)
 
 
 def _backend(
     name: str,
-) -> tuple[Callable[[Sequence[str]], Any], tuple[type[Exception], ...], Callable[[str], float] | None]:
+) -> tuple[Callable[[Sequence[str]], Any], tuple[type[Exception], ...], Mapping[str, Callable[[str], Any]]]:
     if name == "libsumo":
         from loopgate.traffic import libsumo_backend  # noqa: PLC0415  loads SUMO into the process
 
-        return libsumo_backend.start, libsumo_backend.ERROR, libsumo_backend.ODOMETER
+        return libsumo_backend.start, libsumo_backend.ERROR, libsumo_backend.READS
     from loopgate.traffic import traci_backend  # noqa: PLC0415  as above
 
-    return partial(traci_backend.start, gui=name == "gui"), traci_backend.ERROR, None
+    return partial(traci_backend.start, gui=name == "gui"), traci_backend.ERROR, {}
 
 
 def _last_error(log: Path) -> str:

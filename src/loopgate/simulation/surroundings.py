@@ -61,7 +61,7 @@ class Surroundings:
                 self._ways,
                 keeper,
                 sight,
-                Yielding(traffic, engine.drivers, self._ways, timetable, sight, Coming(network, sight)),
+                Yielding(traffic, engine, self._ways, timetable, sight, Coming(network, sight)),
                 self._circles,
             )
             if others

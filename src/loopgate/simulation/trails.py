@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable
 
-from loopgate.drive.driver import Driver
+from loopgate.drive.engine import Engine
 
 __all__ = ["Trails"]
 
@@ -18,27 +18,31 @@ class Trails:
 
     Parameters
     ----------
-    drivers
-        Of all vehicles under the gate, by name.
+    engine
+        Drives the vehicles under the gate.
     """
 
-    def __init__(self, drivers: Mapping[str, Driver]) -> None:
-        self._drivers = drivers
+    def __init__(self, engine: Engine) -> None:
+        self._engine = engine
+        self._granted: dict[str, int] = {}
+        """The last legs granted when it was looked last."""
         self._lanes: dict[str, deque[tuple[float, str]]] = {}
         self._grants: dict[str, deque[tuple[float, int]]] = {}
 
-    def look(self, now: float, lanes: Iterable[tuple[str, str]]) -> None:
-        """Take note on which lanes vehicles are; once a step."""
-        known, self._lanes = self._lanes, {}
-        for vehicle, lane in lanes:
-            trail = self._lanes[vehicle] = known.get(vehicle) or deque(maxlen=_KEPT)
-            if not trail or trail[-1][1] != lane:
-                trail.append((now, lane))
-        for name, driver in self._drivers.items():
-            grants = self._grants.setdefault(name, deque(maxlen=_KEPT))
-            granted = driver.granted
-            if not grants or grants[-1][1] != granted:
-                grants.append((now, granted))
+    def look(self, now: float, moved: Iterable[tuple[str, str]], gone: Iterable[str] = ()) -> None:
+        """Take note of the lanes onto which vehicles have come, and of who is gone; once a step."""
+        for vehicle in gone:
+            del self._lanes[vehicle]
+        for vehicle, lane in moved:
+            self._lanes.setdefault(vehicle, deque(maxlen=_KEPT)).append((now, lane))
+        granted = self._engine.vehicles["granted"].tolist()
+        names = (driver.id for driver in self._engine.drivers)
+        before, self._granted = self._granted, dict(zip(names, granted, strict=True))
+        for name, leg in self._granted.items():
+            if before.get(name) != leg:
+                grants = self._grants.setdefault(name, deque(maxlen=_KEPT))
+                if not grants or grants[-1][1] != leg:  # else it has only been away
+                    grants.append((now, leg))
 
     def came_s(self, vehicle: str, lanes: Collection[str]) -> float:
         """Return since when a vehicle has been on some lanes, or inside junctions about them [s].

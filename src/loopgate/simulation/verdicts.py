@@ -8,11 +8,11 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any, NamedTuple
 
-from loopgate.drive.driver import Driver
+from loopgate.drive.engine import Engine
 from loopgate.network import RoadNetwork
 from loopgate.network.records import Connection
 from loopgate.simulation.trails import Trails
-from loopgate.traffic.base import Collision, Traffic
+from loopgate.traffic.base import Collision, Traffic, Whereabouts
 
 __all__ = ["CollisionVerdict", "Verdicts"]
 
@@ -93,40 +93,46 @@ class Verdicts:
     ----------
     network, traffic
         The roads, and the running simulation.
-    drivers
-        Of all vehicles under the gate, by name.
+    engine
+        Drives the vehicles under the gate.
     """
 
-    def __init__(self, network: RoadNetwork, traffic: Traffic, drivers: Mapping[str, Driver]) -> None:
-        self.trails = Trails(drivers)
+    def __init__(self, network: RoadNetwork, traffic: Traffic, engine: Engine) -> None:
+        self.trails = Trails(engine)
         """Over which lanes they came."""
-        self._network, self._traffic, self._drivers = network, traffic, drivers
-        self._moments: deque[tuple[float, dict[str, _Moment]]] = deque()
+        self._network, self._traffic, self._drivers = network, traffic, engine.driver_of
+        self._moments: deque[tuple[float, Whereabouts]] = deque()
+        self._lanes: dict[str, str] = {}
+        """On which lane everybody was when it was looked last."""
         self._entries: dict[str, _Entry] = {}
         self._inside = {lane: movement for movement in network.connections for lane in movement.via}
         self._between = {(m.from_edge, m.to_edge): m for m in network.connections}
 
     def look(self) -> None:
         """Remember where everybody is; once a step. O(vehicles)."""
-        traffic, now = self._traffic, self._traffic.now_s
-        before = self._moments[-1][1] if self._moments else {}
-        here = {v: _Moment(*traffic.lane(v), traffic.speed(v)) for v in traffic.vehicles()}
-        self._entries = {v: entry for v, entry in self._entries.items() if v in here}
-        for vehicle, moment in here.items():
-            was = before.get(vehicle)
-            if was is None or was.lane == moment.lane:
-                continue
-            edges = _edge(was.lane), _edge(moment.lane)
-            movement = self._inside.get(moment.lane) or self._between.get(edges)
-            if movement is not None and was.lane not in movement.via:
-                self._entries[vehicle] = _Entry(now, movement, self._letter(movement))
-            entry = self._entries.get(vehicle)
-            if entry is not None and math.isinf(entry.past_s) and moment.lane not in entry.movement.via[:-1]:
-                self._entries[vehicle] = entry._replace(past_s=now)
-        self.trails.look(now, ((vehicle, moment.lane) for vehicle, moment in here.items()))
+        now, here, before = self._traffic.now_s, self._traffic.whereabouts(), self._lanes
+        lanes = self._lanes = dict(zip(here.vehicles, here.lanes, strict=True))
+        moved = [(vehicle, lane) for vehicle, lane in lanes.items() if before.get(vehicle) != lane]
+        gone = before.keys() - lanes.keys()
+        for vehicle in gone:
+            self._entries.pop(vehicle, None)
+        for vehicle, lane in moved:
+            if vehicle in before:
+                self._note_move(vehicle, before[vehicle], lane)
+        self.trails.look(now, moved, gone)
         self._moments.append((now, here))
         while now - self._moments[0][0] > _REMEMBERED_S:
             self._moments.popleft()
+
+    def _note_move(self, vehicle: str, was: str, lane: str) -> None:
+        """Take note of a vehicle that has come from one lane to another."""
+        now = self._traffic.now_s
+        movement = self._inside.get(lane) or self._between.get((_edge(was), _edge(lane)))
+        if movement is not None and was not in movement.via:
+            self._entries[vehicle] = _Entry(now, movement, self._letter(movement))
+        entry = self._entries.get(vehicle)
+        if entry is not None and math.isinf(entry.past_s) and lane not in entry.movement.via[:-1]:
+            self._entries[vehicle] = entry._replace(past_s=now)
 
     def _letter(self, movement: Connection) -> str:
         if movement.signal is None:
@@ -156,7 +162,7 @@ class Verdicts:
     def _erred(self, gated: str, ordinary: str, collision: Collision) -> tuple[str, str]:
         if self._drivers[gated].row["trespassing"]:
             return gated, f"{gated} was where it had no grant for"
-        if ordinary not in self._moments[-1][1]:
+        if ordinary not in self._lanes:
             return gated, f"{ordinary} is on foot"
         entries = [self._entries.get(gated), self._entries.get(ordinary)]
         one, other = entries
@@ -202,7 +208,7 @@ class Verdicts:
         """Return whether a vehicle could still have stopped before the junction that it drove into later."""
         if entry.at_s <= at_s:
             return False
-        then = next((here for now, here in self._moments if now >= at_s), {}).get(vehicle)
+        then = next((_moment(here, vehicle) for now, here in self._moments if now >= at_s), None)
         if then is None or _edge(then.lane) != entry.movement.from_edge:
             return True  # farther away
         left_m = self._network.lanes[then.lane].length_m - then.position_m
@@ -210,14 +216,21 @@ class Verdicts:
 
     def _departed_s(self, vehicle: str) -> float | None:
         """Return when a vehicle came onto the road, if that is remembered [s]."""
-        there = [(now, vehicle in here) for now, here in self._moments]
+        there = [(now, vehicle in here.vehicles) for now, here in self._moments]
         return None if there[0][1] else next((now for now, is_there in there if is_there), None)
 
     def _before(self, vehicle: str) -> tuple[str, float, float]:
         now = self._traffic.now_s
-        seen = (here[vehicle] for at, here in self._moments if at >= now - _TOLD_S and vehicle in here)
-        lane, position_m, speed_mps = next(seen, _Moment("", 0.0, 0.0))
+        seen = (_moment(here, vehicle) for at, here in self._moments if at >= now - _TOLD_S)
+        lane, position_m, speed_mps = next(filter(None, seen), _Moment("", 0.0, 0.0))
         return lane, round(position_m, 2), round(speed_mps, 2)
+
+
+def _moment(here: Whereabouts, vehicle: str) -> _Moment | None:
+    if vehicle not in here.vehicles:
+        return None
+    at = here.vehicles.index(vehicle)
+    return _Moment(here.lanes[at], here.positions_m[at], here.speeds_mps[at])
 
 
 def _edge(lane: str) -> str:

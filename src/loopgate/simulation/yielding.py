@@ -4,8 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import chain
+from typing import NamedTuple
+
+import numpy as np
 
 from loopgate.drive.driver import Driver
+from loopgate.drive.engine import Engine
 from loopgate.drive.motion import time_s
 from loopgate.drive.sense import MARGIN_M, braking_m, safe_mps
 from loopgate.simulation.coming import Arrival, Coming
@@ -39,6 +44,28 @@ _HELD_UP_S = 5.0
 _APART_S = 1.0
 """Time to spare between a gated vehicle leaving and one with the right of way getting there [s]."""
 
+_COLUMNS = ("crossed", "granted", "front", "speed", "top", "accel", "decel")
+"""What is read of the table of vehicles for all with grants at once: one by one takes ten times as long."""
+
+
+class _Going(NamedTuple):
+    """A vehicle with a grant, what the table says of it, and what is before it.
+
+    Attributes
+    ----------
+    driver, ahead
+        The vehicle, and its next movements: how far it is before each, and before where it may stand [m].
+    speed_mps, top_mps, accel_mps2, decel_mps2
+        Its speed and its top speed [m/s], acceleration and deceleration [m/s2].
+    """
+
+    driver: Driver
+    ahead: Sequence[tuple[Movement, float, float]]
+    speed_mps: float
+    top_mps: float
+    accel_mps2: float
+    decel_mps2: float
+
 
 class Yielding:
     """Tells whether somebody comes, and keeps vehicles that have their grants out of junctions meanwhile.
@@ -55,8 +82,8 @@ class Yielding:
     ----------
     traffic
         The running simulation.
-    drivers
-        Of all robots: their grants, and where they are.
+    engine
+        Drives the gated vehicles: their grants, and where they are.
     ways
         By loop, then position.
     timetable
@@ -68,15 +95,16 @@ class Yielding:
     def __init__(
         self,
         traffic: Traffic,
-        drivers: Sequence[Driver],
+        engine: Engine,
         ways: Mapping[str, Sequence[Way]],
         timetable: Timetable,
         sight: Sight,
         coming: Coming,
     ) -> None:
-        self._traffic, self._drivers, self._ways = traffic, drivers, ways
+        self._traffic, self._engine, self._ways = traffic, engine, ways
         self._timetable, self._sight, self._coming = timetable, sight, coming
-        self._arrivals: dict[tuple[str, str], list[Arrival]] | None = None
+        self._looked = False
+        """Whether it has been seen who comes now."""
         self._since_s: dict[str, float] = {}
         """Since when vehicles with grants are before a junction with somebody in their way [s]."""
         self._kept: dict[str, float] = {}
@@ -95,7 +123,7 @@ class Yielding:
     def look_around(self) -> None:
         """See who comes now."""
         if self._sight.look():
-            self._arrivals = None
+            self._looked = False
 
     def look(self) -> None:
         """Keep those out of the next junction who can stop before it and must not drive into it."""
@@ -105,18 +133,19 @@ class Yielding:
         clear, self._clear = self._clear, {}
         freed, self._freed = self._freed, {}
         standing_s, self._standing_s = self._standing_s, {}
-        for driver in self._drivers:
-            if driver.row["crossed"] < driver.row["granted"] and not driver.row["steered"]:
-                self._go_on(driver, clear.get(driver.id), first)
-                speed = self._speed(driver, before=driver.id in since_s)
-                if speed is None:
-                    if self._is_free(driver, freed.get(driver.id), standing_s.get(driver.id, now)):
-                        first.add(driver.id)
-                    continue
-                self._since_s[driver.id] = since_s.get(driver.id, now)
-                if now - self._since_s[driver.id] < _MOST_KEPT_S:
-                    kept[driver.id] = speed
-        here = {driver.id for driver in self._drivers}
+        for one in self._going():
+            name = one.driver.id
+            if name in clear:
+                self._go_on(one, clear[name], first)
+            speed = self._speed(one, before=name in since_s)
+            if speed is None:
+                if self._is_free(one, freed.get(name), standing_s.get(name, now)):
+                    first.add(name)
+                continue
+            self._since_s[name] = since_s.get(name, now)
+            if now - self._since_s[name] < _MOST_KEPT_S:
+                kept[name] = speed
+        here = self._engine.driver_of.keys()
         for vehicle in sorted((self._kept.keys() | kept) & here):
             if self._kept.get(vehicle) != kept.get(vehicle):
                 self._traffic.keep_to(vehicle, kept.get(vehicle))
@@ -125,25 +154,40 @@ class Yielding:
             self._traffic.give_way(vehicle, gives=vehicle not in first)
         self._first = first
 
-    def _go_on(self, driver: Driver, clear: Movement | None, first: set[str]) -> None:
-        """Take note of one that drives onto a clear movement, as long as it could have to wait there."""
-        for movement, left_m, _ in self._ahead(driver):
-            if movement is clear and left_m > -movement.wait_m:
-                self._clear[driver.id] = movement
-                if left_m < 0.0 and not self._is_late(movement):
-                    first.add(driver.id)
+    def _going(self) -> Iterator[_Going]:
+        """Yield those with grants that they have not driven by, and that are not steered."""
+        vehicles, drivers = self._engine.vehicles, self._engine.drivers
+        robots = np.flatnonzero((vehicles["crossed"] < vehicles["granted"]) & ~vehicles["steered"])
+        columns = (vehicles[name][robots].tolist() for name in _COLUMNS)
+        for robot, crossed, granted, front_m, *figures in zip(robots.tolist(), *columns, strict=True):
+            driver = drivers[robot]
+            ways, ahead = self._ways[driver.track.loop], []
+            for leg in range(crossed, granted):
+                line_m = driver.end_m(leg) - front_m
+                for number, movement in enumerate(ways[leg % len(ways)].movements):
+                    left_m = line_m + movement.from_m
+                    ahead.append((movement, left_m, left_m if number else line_m))
+            yield _Going(driver, ahead, *figures)
 
-    def _is_free(self, driver: Driver, freed: Movement | None, since_s: float) -> bool:
+    def _go_on(self, one: _Going, clear: Movement, first: set[str]) -> None:
+        """Take note of one that drives onto a clear movement, as long as it could have to wait there."""
+        for movement, left_m, _ in one.ahead:
+            if movement is clear and left_m > -movement.wait_m:
+                self._clear[one.driver.id] = movement
+                if left_m < 0.0 and not self._is_late(movement):
+                    first.add(one.driver.id)
+
+    def _is_free(self, one: _Going, freed: Movement | None, since_s: float) -> bool:
         """Return whether a vehicle goes on without giving way, as nobody is in its way who has no grant."""
-        for movement, left_m, line_m in self._ahead(driver):
+        for movement, left_m, line_m in one.ahead:
             if left_m < -movement.length_m:
                 continue
             goes = movement is freed
-            if left_m >= 0.0 and line_m <= _AT_LINE_M and driver.speed_mps < _STANDING_MPS:
-                self._standing_s[driver.id] = since_s
+            if left_m >= 0.0 and line_m <= _AT_LINE_M and one.speed_mps < _STANDING_MPS:
+                self._standing_s[one.driver.id] = since_s
                 goes |= self._traffic.now_s - since_s >= _HELD_UP_S
             if goes and not self._is_late(movement):
-                self._freed[driver.id] = movement
+                self._freed[one.driver.id] = movement
                 return True
             return False
         return False
@@ -154,49 +198,42 @@ class Yielding:
         comers = (one for approach in movement.approaches for one in self._arriving(approach))
         return any(arrival.near for arrival in comers)
 
-    def _ahead(self, driver: Driver) -> Iterator[tuple[Movement, float, float]]:
-        """Yield its next movements, how far it is before each, and before where it may stand [m]."""
-        ways = self._ways[driver.track.loop]
-        for leg in range(int(driver.row["crossed"]), driver.granted):
-            line_m = driver.end_m(leg) - driver.front_m
-            for number, movement in enumerate(ways[leg % len(ways)].movements):
-                left_m = line_m + movement.from_m
-                yield movement, left_m, left_m if number else line_m
-
-    def _speed(self, driver: Driver, *, before: bool) -> float | None:
+    def _speed(self, one: _Going, *, before: bool) -> float | None:
         """Return how fast a vehicle may drive that is to be kept out of a junction [m/s]; else None."""
-        for movement, left_m, line_m in self._ahead(driver):
+        for movement, left_m, line_m in one.ahead:
             if left_m < -BEYOND_M:
                 continue
-            if driver.speed_mps < _STANDING_MPS:
-                return 0.0 if line_m <= _AT_LINE_M and self._is_closed(driver, movement, left_m) else None
-            return self._slowed(driver, movement, left_m, before=before)
+            if one.speed_mps < _STANDING_MPS:
+                return 0.0 if line_m <= _AT_LINE_M and self._is_closed(one, movement, left_m) else None
+            return self._slowed(one, movement, left_m, before=before)
         return None
 
-    def _slowed(self, driver: Driver, movement: Movement, left_m: float, *, before: bool) -> float | None:
+    def _slowed(self, one: _Going, movement: Movement, left_m: float, *, before: bool) -> float | None:
         """Return how fast a vehicle may drive that is under way to a junction [m/s]; None for at will."""
-        speed, decel, step_s = driver.speed_mps, float(driver.row["decel"]), self._traffic.step_s
+        speed, decel, step_s = one.speed_mps, one.decel_mps2, self._traffic.step_s
         room_m = max(0.0, left_m - _SHORT_OF_M)
-        fast = min(driver.top_mps, speed + driver.accel_mps2 * step_s)
+        fast = min(one.top_mps, speed + one.accel_mps2 * step_s)
         late = room_m < fast * step_s + braking_m(fast, decel, step_s) + MARGIN_M
         if not (late or before) or left_m < braking_m(speed, decel, step_s):
             return None
-        return safe_mps(room_m, decel, step_s) if self._is_closed(driver, movement, left_m) else None
+        return safe_mps(room_m, decel, step_s) if self._is_closed(one, movement, left_m) else None
 
-    def _is_closed(self, driver: Driver, movement: Movement, left_m: float) -> bool:
+    def _is_closed(self, one: _Going, movement: Movement, left_m: float) -> bool:
         """Return whether somebody is in the way of a vehicle that is so far before a junction, or comes."""
         self.look_around()
-        waits = movement.wait_m > 0.0 or driver.speed_mps < _STANDING_MPS
+        waits = movement.wait_m > 0.0 or one.speed_mps < _STANDING_MPS
         inside = self._sight.across(movement, movement.across if waits else movement.unseen)
-        closed = bool(inside) or self.comes(driver, movement, left_m)
-        self._clear.pop(driver.id, None)
+        closed = bool(inside) or self.comes(one.driver, movement, left_m)
+        self._clear.pop(one.driver.id, None)
         if movement.waits_in_way and not closed:
-            self._clear[driver.id] = movement
+            self._clear[one.driver.id] = movement
         return closed
 
     def comes(self, driver: Driver, movement: Movement, left_m: float) -> bool:
         """Return whether somebody would get in the way of one that is so far before a junction."""
-        if not movement.approaches:
+        coming = (one for approach in movement.approaches for one in self._arriving(approach))
+        next_one = next(coming, None)
+        if next_one is None:
             return False
         speed, accel = driver.speed_mps, driver.accel_mps2
         top = min(driver.top_mps, movement.speed_mps)
@@ -209,16 +246,16 @@ class Yielding:
             arrival.last_s > there_s - _PASSED_S
             and arrival.first_s < over_s
             and (not arrival.stands or self._sets_out(arrival.stands))
-            for approach in movement.approaches
-            for arrival in self._arriving(approach)
+            for arrival in chain((next_one,), coming)
         )
 
     def _arriving(self, approach: Approach) -> Sequence[Arrival]:
         if approach.signal is not None and not self._timetable.is_open(*approach.signal):
             return ()
-        if self._arrivals is None:
-            self._arrivals = self._coming.arrivals()
-        return self._arrivals.get((approach.from_edge, approach.to_edge), ())
+        if not self._looked:
+            self._looked = True
+            self._coming.look()
+        return self._coming.arrivals(approach.from_edge, approach.to_edge)
 
     def _sets_out(self, vehicle: str) -> bool:
         """Return whether one that stands at its line, and may drive, is about to set out."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 from loopgate.network.stops import Stop
 
@@ -77,6 +77,15 @@ class Program:
     fixed: bool
 
 
+class Whereabouts(NamedTuple):
+    """Vehicles, and of each the lane that its front is on, where on that [m], and its speed [m/s]."""
+
+    vehicles: Sequence[str] = ()
+    lanes: Sequence[str] = ()
+    positions_m: Sequence[float] = ()
+    speeds_mps: Sequence[float] = ()
+
+
 class Traffic(Protocol):
     """A running simulation of vehicles on roads. Positions in metres, speeds in m/s, times in seconds."""
 
@@ -115,6 +124,9 @@ class Traffic(Protocol):
 
     def odometers(self, vehicles: Sequence[str]) -> Iterator[float]:
         """Return the odometers [m] of `vehicles`, in their order."""
+
+    def whereabouts(self) -> Whereabouts:
+        """Return where all vehicles on the road are, in the order of `vehicles`; read once a step."""
 
     def lane(self, vehicle: str) -> tuple[str, float]:
         """Return lane id and position of the front on that lane [m]."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree as ET
@@ -27,10 +27,10 @@ class RunningSumo:
     def __init__(self, api: Any) -> None:  # noqa: ANN401  neither API has types
         self._api = api
         self._types: dict[str, ET.Element] | None = None
-        self.error, odometer = _backend(api)
+        self.error, reads = _backend(api)
         wrong: tuple[type[Exception], ...] = (AttributeError, *self.error)
         try:
-            self.traffic = SumoTraffic(api, self.error, yields=True, odometer=odometer)
+            self.traffic = SumoTraffic(api, self.error, yields=True, reads=reads)
         except wrong as error:
             msg = f"{getattr(api, '__name__', api)}: no simulation is running; call its start() first"
             raise TrafficError(msg) from error
@@ -95,15 +95,15 @@ class RunningSumo:
         return self._types.get(name) or self._types.get(name.partition("@")[0])
 
 
-def _backend(api: object) -> tuple[tuple[type[Exception], ...], Callable[[str], float] | None]:
-    """Return what it raises, and its quickest way to read an odometer."""
+def _backend(api: object) -> tuple[tuple[type[Exception], ...], Mapping[str, Callable[[str], Any]]]:
+    """Return what it raises, and quicker ways to read vehicles."""
     if getattr(api, "__name__", "") == "libsumo":
         from loopgate.traffic import libsumo_backend
 
-        return libsumo_backend.ERROR, libsumo_backend.ODOMETER
+        return libsumo_backend.ERROR, libsumo_backend.READS
     from loopgate.traffic import traci_backend
 
-    return traci_backend.ERROR, None
+    return traci_backend.ERROR, {}
 
 
 def _vehicle_types(file: Path) -> Iterable[ET.Element]:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
+from math import inf
 from typing import Any
 
 from loopgate.errors import TrafficError
-from loopgate.traffic.base import Collision, Dynamics, Insertion
+from loopgate.traffic.base import Collision, Dynamics, Insertion, Whereabouts
 from loopgate.traffic.sumo_lights import SumoLights
 from loopgate.traffic.sumo_stops import SumoStops
 from loopgate.traffic.sumo_waits import RoadWaits
@@ -43,8 +44,8 @@ class SumoTraffic(SumoStops, SumoLights):
         The exception types that `api` raises.
     yields
         Whether vehicles under the gate keep to SUMO's right of way as well: there is traffic that does.
-    odometer
-        Reads how far a vehicle has driven [m], if there is a quicker way than that of `api`.
+    reads
+        Quicker ways to read vehicles than those of ``api.vehicle``, by their names there.
     """
 
     def __init__(
@@ -53,7 +54,7 @@ class SumoTraffic(SumoStops, SumoLights):
         error: type[Exception] | tuple[type[Exception], ...],
         *,
         yields: bool = False,
-        odometer: Callable[[str], float] | None = None,
+        reads: Mapping[str, Callable[[str], Any]] | None = None,
     ) -> None:
         super().__init__(api, error)
         self._yields = yields
@@ -62,7 +63,12 @@ class SumoTraffic(SumoStops, SumoLights):
         self._first: set[str] = set()
         """The vehicles that keep no right of way."""
         self._running = True
-        self._odometer: Callable[[str], float] = odometer or api.vehicle.getDistance
+        reads = reads or {}
+        self._odometer, *self._reads = (
+            reads.get(name, getattr(api.vehicle, name))
+            for name in ("getDistance", "getLaneID", "getLanePosition", "getSpeed")
+        )
+        self._seen, self._seen_s = Whereabouts(), -inf
         self._now = float(api.simulation.getTime())
         self._step_s = float(api.simulation.getDeltaT())
         self._waits = RoadWaits(api, self._holds)
@@ -134,7 +140,7 @@ class SumoTraffic(SumoStops, SumoLights):
             self._vehicle.remove(vehicle)
 
     def odometer(self, vehicle: str) -> float:
-        return self._odometer(vehicle)
+        return float(self._odometer(vehicle))
 
     def odometers(self, vehicles: Sequence[str]) -> Iterator[float]:
         try:
@@ -145,6 +151,14 @@ class SumoTraffic(SumoStops, SumoLights):
                 f"loops alone; give them vTypes"
             )
             raise TrafficError(msg) from error
+
+    def whereabouts(self) -> Whereabouts:
+        """Return where all vehicles are; read anew where some are gone since."""
+        vehicles = self.vehicles()
+        if self._seen_s != self._now or self._seen.vehicles != vehicles:
+            self._seen_s = self._now
+            self._seen = Whereabouts(vehicles, *([*map(read, vehicles)] for read in self._reads))
+        return self._seen
 
     def lane(self, vehicle: str) -> tuple[str, float]:
         return self._vehicle.getLaneID(vehicle), float(self._vehicle.getLanePosition(vehicle))
@@ -232,6 +246,7 @@ class SumoTraffic(SumoStops, SumoLights):
             get.moveTo(vehicle, lane, front_m)
         except self._error:
             return False
+        self._seen_s = -inf
         return True
 
     def keep_to(self, vehicle: str, speed_mps: float | None) -> None:
@@ -320,6 +335,7 @@ class SumoTraffic(SumoStops, SumoLights):
                     get.moveTo(vehicle, f"{edge}_{index}", length)
                 except self._error:
                     continue
+                self._seen_s = -inf
                 return skipped
         return None
 

@@ -5,10 +5,11 @@ from typing import Any
 from unittest.mock import Mock
 
 import pytest
+from fake_traffic import whereabouts
 
 from builders import system
 from loopgate.simulation.circles import Circles
-from loopgate.simulation.crossing_ways import Place
+from loopgate.simulation.crossing_ways import Place, Way
 from loopgate.simulation.sight import Sight
 from loopgate.traffic.base import Dynamics
 
@@ -34,10 +35,8 @@ class Ring:
         self.routes: dict[str, list[str]] = {}
         traffic = Mock(
             now_s=0.0,
-            vehicles=lambda: list(self.on),
-            lane=lambda v: self.on[v],
+            whereabouts=lambda: whereabouts(**{v: (*at, 0.0) for v, at in self.on.items()}),
             parks=lambda _: False,
-            speed=lambda _: 0.0,
             dynamics=lambda _: Dynamics(5.0, 2.6, 4.5, 1.0),
             route=lambda v: (self.routes[v], 0),
         )
@@ -53,9 +52,9 @@ class Ring:
             ]
         )
         self.sight = Sight(network, traffic, self.drivers)
-        across = SimpleNamespace(across=("foe_0",))
+        across: Any = SimpleNamespace(across=("foe_0",))
         ways: Any = {
-            state: [SimpleNamespace(between=(f"behind-{state}_0",), movements=(across,))]
+            state: [Way("", 0.0, (across,), (f"behind-{state}_0",), next=Place("", 0.0, 0.0, ()))]
             for state in LEADS_TO
         }
         self.circles = Circles(network, keeper, self.drivers, ways, self.sight)

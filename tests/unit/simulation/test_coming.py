@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from itertools import pairwise
 from unittest.mock import Mock
 
 import pytest
+from fake_traffic import whereabouts
 
 from loopgate.network import RoadNetwork, generate_loops
 from loopgate.network.vehicle_type import DEFAULT_TYPE
-from loopgate.simulation.coming import Coming
+from loopgate.simulation.coming import Arrival, Coming
 from loopgate.simulation.crossing_ways import CrossingWays
 from loopgate.simulation.plan import Plan
 from loopgate.simulation.sight import Sight
@@ -38,17 +40,20 @@ def test_vehicles_come_to_the_junctions_on_their_routes() -> None:
     }
     traffic = Mock(
         now_s=0.0,
-        vehicles=lambda: list(lanes),
-        lane=lanes.__getitem__,
+        whereabouts=lambda: whereabouts(**{v: (*at, speeds[v]) for v, at in lanes.items()}),
         dynamics=lambda _: CAR,
         parks=lambda _: False,
-        speed=speeds.__getitem__,
         route=lambda _: (loop.edges, 0),
     )
     sight = Sight(network, traffic, [])
     coming = Coming(network, sight)
-    assert sight.look()
-    found = coming.arrivals()
+
+    def arrivals() -> dict[tuple[str, str], Sequence[Arrival]]:
+        assert sight.look()
+        coming.look()
+        return {b: some for b in pairwise(loop.edges) if (some := coming.arrivals(*b))}
+
+    found = arrivals()
     one, queued = found[first, second]
     assert (queued.stands, queued.last_s) == ("queues", math.inf)
     assert one.last_s == pytest.approx(2.0)
@@ -60,9 +65,7 @@ def test_vehicles_come_to_the_junctions_on_their_routes() -> None:
     traffic.now_s, traffic.route = 1.0, Mock(side_effect=AssertionError)
     lanes.clear()
     lanes["moves"] = f"{second}_0", 0.0
-    assert sight.look()
-    again = coming.arrivals()
-    assert set(again) <= set(pairwise(loop.edges))
+    again = arrivals()
     assert (first, second) not in again
     assert fourth in loop.edges
 

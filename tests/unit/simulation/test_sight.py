@@ -3,6 +3,7 @@
 from unittest.mock import Mock
 
 import pytest
+from fake_traffic import whereabouts
 
 from loopgate.network import RoadNetwork, generate_loops
 from loopgate.network.vehicle_type import DEFAULT_TYPE
@@ -22,8 +23,7 @@ def test_a_long_vehicle_is_on_the_lanes_behind_its_front() -> None:
     lanes = {"bus": (way[-1], 2.0), "parked": (way[-1], 2.0)}
     traffic = Mock(
         now_s=0.0,
-        vehicles=lambda: list(lanes),
-        lane=lanes.__getitem__,
+        whereabouts=lambda: whereabouts(**{v: (*at, 0.0) for v, at in lanes.items()}),
         parks=lambda vehicle: vehicle == "parked",
         dynamics=lambda _: Dynamics(length_m, 1.2, 4.5, 1.0),
         route=lambda _: (loop.edges, 1),
@@ -50,8 +50,7 @@ def test_a_rear_past_the_way_leaves_room(rear_m: float) -> None:
     left_m = network.lanes[":1560224186_13_0"].length_m - rear_m
     traffic = Mock(
         now_s=0.0,
-        vehicles=lambda: ["o"],
-        lane=lambda _: (f"{there.to_edge}_{there.to_lane}", front_m),
+        whereabouts=lambda: whereabouts(o=(f"{there.to_edge}_{there.to_lane}", front_m, 0.0)),
         parks=lambda _: False,
         dynamics=lambda _: Dynamics(front_m + left_m, 2.6, 4.5, 1.0),
         route=lambda _: ((there.from_edge, there.to_edge), 1),

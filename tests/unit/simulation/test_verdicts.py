@@ -5,7 +5,9 @@ from types import SimpleNamespace
 from typing import Any
 from unittest.mock import Mock
 
+import numpy as np
 import pytest
+from fake_traffic import whereabouts
 
 from loopgate.network.records import Connection
 from loopgate.simulation.verdicts import Verdicts
@@ -30,13 +32,14 @@ class Junction:
         self.traffic = Mock(
             now_s=0.0,
             step_s=1.0,
-            vehicles=lambda: list(self.at),
-            lane=lambda v: self.at[v][:2],
-            speed=lambda v: self.at[v][2],
+            whereabouts=lambda: whereabouts(**self.at),
             light=lambda _: Light(shown, 10.0),
         )
-        driver: Any = SimpleNamespace(row={"trespassing": trespassing}, granted=0)
-        self.verdicts = Verdicts(network, self.traffic, {"g": driver})
+        driver = SimpleNamespace(id="g", row={"trespassing": trespassing})
+        engine: Any = SimpleNamespace(
+            drivers=[driver], driver_of={"g": driver}, vehicles={"granted": np.array([0])}
+        )
+        self.verdicts = Verdicts(network, self.traffic, engine)
 
     def step(self, **at: tuple[str, float, float]) -> None:
         """Let a second pass, after which vehicles are there."""

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from types import SimpleNamespace
 from typing import Any, cast
 
+import numpy as np
 import pytest
 
 from loopgate.simulation.trails import Trails
@@ -168,12 +169,13 @@ def test_whose_deadlock_it_is(waits: dict[str, list[str]], own: str, by: str) ->
 def test_who_came_last_into_the_circle_is_told() -> None:
     """And whether it is gated; the places of who is not in the circle do not count."""
     traffic = Standing({"a": ["b"], "b": ["a"], "c": ["a"]})
-    drivers: dict[str, Any] = {"b": SimpleNamespace(granted=0)}
-    trails = Trails(drivers)
+    granted = np.array([0])
+    engine: Any = SimpleNamespace(drivers=[SimpleNamespace(id="b")], vehicles={"granted": granted})
+    trails = Trails(engine)
     trails.look(1.0, [("a", "lane of a"), ("b", "far")])
-    drivers["b"].granted = 1
-    trails.look(2.0, [("a", "lane of a"), ("b", "far"), ("c", "far")])
-    trails.look(3.0, [("a", "lane of a"), ("b", "lane of b"), ("c", "lane of c")])
+    granted[0] = 1
+    trails.look(2.0, [("c", "far")])
+    trails.look(3.0, [("b", "lane of b"), ("c", "lane of c")])
     watch = Watch(cast("Traffic", traffic), after_s=60.0, own="b", trails=trails)
     assert next(named(watch, traffic)).last == ("b", 2.0, True)
 

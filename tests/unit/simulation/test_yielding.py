@@ -17,6 +17,14 @@ class Way(Scene):
         self.row["granted"] = 1
         self.put("o", "priority", 60.0)
 
+    def change_numbers(self) -> None:
+        """Let the two vehicles have each other's rows."""
+        self.vehicles[[0, 1]] = self.vehicles[[1, 0]]
+        self.drivers.reverse()
+        for robot, driver in enumerate(self.drivers):
+            driver.robot, driver.row = robot, self.vehicles[robot]
+        self.row = self.vehicles[1]
+
     def look(self, arrivals: list[Arrival], *, front_m: float, speed_mps: float) -> list[float | None]:
         """Return what the vehicle is told in a step."""
         self.slowed.clear()
@@ -37,7 +45,7 @@ def test_who_stands_at_its_line_sets_out_when_nobody_comes() -> None:
     assert way.look([], front_m=98.0, speed_mps=0.0) == [None]
     assert way.look(COMES, front_m=60.0, speed_mps=0.0) == []
     assert way.look(COMES, front_m=98.0, speed_mps=0.0) == [0.0]
-    way.drivers.reverse()
+    way.change_numbers()
     assert way.look([], front_m=98.0, speed_mps=0.0) == [None]
     assert way.look(COMES, front_m=98.0, speed_mps=0.0) == [0.0]
     way.traffic.now_s += 60.0
