@@ -26,8 +26,8 @@ from loopgate.network import write_loops
 from loopgate.results import row_columns as c
 from loopgate.simulation.assembly import assemble
 from loopgate.simulation.scenario import Scenario
-from loopgate.simulation.sumo_input import Start, write_sumo_input
-from loopgate.simulation.sumo_start import plain_options, start_traffic
+from loopgate.simulation.sumo.input import Start, write_sumo_input
+from loopgate.simulation.sumo.start import plain_options, start_traffic
 
 
 class Case(NamedTuple):

@@ -36,9 +36,9 @@ from loopgate.cli.progress import show_progress
 from loopgate.errors import RouteError
 from loopgate.network import RoadNetwork
 from loopgate.network.xml_file import read_xml
+from loopgate.simulation.demand.vehicles import read_vehicles
 from loopgate.simulation.run import simulate
-from loopgate.simulation.sumo_start import TRIPS
-from loopgate.simulation.vehicles import read_vehicles
+from loopgate.simulation.sumo.start import TRIPS
 
 ROOT = Path(__file__).resolve().parent.parent
 DRAWN = {"grid": (str(ROOT / "networks" / "grid5-priority.net.xml"), 2.0), "drt": ("sumo:DRT", 1.0)}

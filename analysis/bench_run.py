@@ -30,8 +30,8 @@ from loopgate.network import RoadNetwork, generate_loops, write_loops
 from loopgate.simulation.assembly import assemble
 from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario
-from loopgate.simulation.sumo_input import write_sumo_input
-from loopgate.simulation.sumo_start import plain_options, start_traffic
+from loopgate.simulation.sumo.input import write_sumo_input
+from loopgate.simulation.sumo.start import plain_options, start_traffic
 
 ROOT = Path(__file__).resolve().parent.parent
 OUT = ROOT / "out" / "bench"

@@ -26,7 +26,7 @@ from loopgate.errors import LoopgateError
 from loopgate.network import generate_loops
 from loopgate.network.cover.watch import laps_s
 from loopgate.network.vehicle_type import DEFAULT_TYPE, type_of_class
-from loopgate.simulation.plan import Plan
+from loopgate.simulation.attaching.plan import Plan
 
 ROOT = Path(__file__).resolve().parent.parent
 NETWORK = "sumo:DRT"

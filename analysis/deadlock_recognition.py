@@ -20,7 +20,7 @@ import pandas as pd
 
 from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario
-from loopgate.simulation.watch import Deadlock, Watch
+from loopgate.simulation.watching.watch import Deadlock, Watch
 
 CASES: tuple[tuple[str, int, dict[str, Any]], ...] = (
     ("networks/grid5-priority.net.xml", 180, {}),

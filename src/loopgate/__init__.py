@@ -25,8 +25,8 @@ if TYPE_CHECKING:
     from loopgate.runs.results import Results, read_results
     from loopgate.runs.run import Run, read_run
     from loopgate.runs.start import run
-    from loopgate.simulation.attach import attach
-    from loopgate.simulation.attached import Attached
+    from loopgate.simulation.attaching.attach import attach
+    from loopgate.simulation.attaching.attached import Attached
     from loopgate.simulation.scenario import Scenario, read_scenario
     from loopgate.sweep import LocalExecutor, Sweep, SweepOutcome, read_sweep, run_sweep
 
@@ -40,8 +40,8 @@ _MODULES = {
     "loopgate.runs.results": ("Results", "read_results"),
     "loopgate.runs.run": ("Run", "read_run"),
     "loopgate.runs.start": ("run",),
-    "loopgate.simulation.attach": ("attach",),
-    "loopgate.simulation.attached": ("Attached",),
+    "loopgate.simulation.attaching.attach": ("attach",),
+    "loopgate.simulation.attaching.attached": ("Attached",),
     "loopgate.simulation.scenario": ("Scenario", "read_scenario"),
     "loopgate.sweep": ("LocalExecutor", "Sweep", "SweepOutcome", "read_sweep", "run_sweep"),
     "loopgate.research.state_space": ("explore",),

@@ -26,7 +26,7 @@ MAIN = "from loopgate.cli.main import main; main()"
 DRIVING = """
 import os
 from pathlib import Path
-from loopgate.simulation.watch import Watch
+from loopgate.simulation.watching.watch import Watch
 
 check = Watch.check
 

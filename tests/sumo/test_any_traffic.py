@@ -18,7 +18,7 @@ from loopgate.analysis.rows import read_run_row
 from loopgate.drive import ground
 from loopgate.errors import ScenarioError
 from loopgate.network import RoadNetwork
-from loopgate.simulation import departures
+from loopgate.simulation.fleet import departures
 from loopgate.simulation.run import simulate
 
 pytestmark = pytest.mark.sumo

@@ -15,7 +15,7 @@ from loopgate.errors import LoopgateError, ScenarioError
 from loopgate.network import RoadNetwork
 from loopgate.network.routes_file import RoutesFile, read_loops
 from loopgate.simulation.settings import check_types
-from loopgate.simulation.sumo_input import Start, write_sumo_input
+from loopgate.simulation.sumo.input import Start, write_sumo_input
 
 pytestmark = pytest.mark.sumo
 

@@ -25,7 +25,7 @@ from loopgate.network import RoadNetwork, generate_loops
 from loopgate.results.recorder import read_events
 from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario
-from loopgate.simulation.watch import Deadlock, Watch
+from loopgate.simulation.watching.watch import Deadlock, Watch
 from loopgate.traffic.sumo import SumoTraffic
 
 pytestmark = pytest.mark.sumo

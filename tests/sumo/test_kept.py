@@ -10,7 +10,7 @@ import pytest
 from loopgate.abstraction import queue_layout, segments
 from loopgate.keeping import Kept
 from loopgate.network import road, routes_file
-from loopgate.simulation import random_loops
+from loopgate.simulation.demand import random_loops
 from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario
 

@@ -10,7 +10,7 @@ import pytest
 
 from loopgate.network import RoadNetwork, write_loops
 from loopgate.simulation import assembly
-from loopgate.simulation.random_loops import random_loops
+from loopgate.simulation.demand.random_loops import random_loops
 from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario
 

@@ -15,12 +15,12 @@ from loopgate.drive.track import Round, Track
 from loopgate.gates import Reason
 from loopgate.model import StateId
 from loopgate.results.recorder import Recorder
-from loopgate.simulation.coming import Arrival
-from loopgate.simulation.crossing_ways import Approach, Movement, Place, Way
-from loopgate.simulation.others import Others
-from loopgate.simulation.sight import Sight
-from loopgate.simulation.timetable import Timetable
-from loopgate.simulation.yielding import Yielding
+from loopgate.simulation.around.coming import Arrival
+from loopgate.simulation.around.crossing_ways import Approach, Movement, Place, Way
+from loopgate.simulation.around.others import Others
+from loopgate.simulation.around.sight import Sight
+from loopgate.simulation.around.timetable import Timetable
+from loopgate.simulation.around.yielding import Yielding
 from loopgate.traffic.base import Dynamics
 
 STREET = [("before", 100.0), ("junction", 20.0), ("after", 50.0), ("foe", 20.0), ("priority", 100.0)]

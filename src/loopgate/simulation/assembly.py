@@ -18,16 +18,10 @@ from loopgate.network import Loop, LoopVehicle, RoadNetwork
 from loopgate.network.cover.wishes import read_districts, read_weights
 from loopgate.network.stops import Stop
 from loopgate.reading import counted
-from loopgate.simulation.devices import Anew, leading_devices, led_anew, without_devices
-from loopgate.simulation.gated import choose_gated, find_unfit
-from loopgate.simulation.placing import spread
-from loopgate.simulation.scenario import Scenario
-from loopgate.simulation.settings import check_types, unforeseen
-from loopgate.simulation.spacing import advised_type
-from loopgate.simulation.sumo_input import Start
-from loopgate.simulation.sumo_options import begins_s
-from loopgate.simulation.tracks import make_track
-from loopgate.simulation.vehicles import (
+from loopgate.simulation.demand.gated import choose_gated, find_unfit
+from loopgate.simulation.demand.placing import spread
+from loopgate.simulation.demand.tracks import make_track
+from loopgate.simulation.demand.vehicles import (
     Departure,
     by_departure,
     departs_at_edge,
@@ -36,6 +30,12 @@ from loopgate.simulation.vehicles import (
     find_other_ways,
     read_vehicles,
 )
+from loopgate.simulation.fleet.spacing import advised_type
+from loopgate.simulation.scenario import Scenario
+from loopgate.simulation.settings import check_types, unforeseen
+from loopgate.simulation.sumo.devices import Anew, leading_devices, led_anew, without_devices
+from loopgate.simulation.sumo.input import Start
+from loopgate.simulation.sumo_options import begins_s
 
 __all__ = ["Assembly", "assemble"]
 

@@ -10,10 +10,10 @@ from time import perf_counter
 from loopgate.drive.engine import Engine
 from loopgate.results.columns import Event
 from loopgate.results.recorder import Recorder
-from loopgate.simulation.collisions import Collisions
 from loopgate.simulation.scenario import Scenario
-from loopgate.simulation.verdicts import CollisionVerdict, Verdicts
-from loopgate.simulation.watch import Deadlock, Watch
+from loopgate.simulation.watching.collisions import Collisions
+from loopgate.simulation.watching.verdicts import CollisionVerdict, Verdicts
+from loopgate.simulation.watching.watch import Deadlock, Watch
 from loopgate.traffic.base import Traffic
 
 __all__ = ["Mishaps", "RunCourse", "Tick", "drive", "note_deadlock"]

@@ -14,7 +14,7 @@ from loopgate.audit.position_table import ATTRIBUTES
 from loopgate.model import StateId
 from loopgate.network import LaneSpan, Loop
 from loopgate.simulation.assembly import Assembly
-from loopgate.simulation.vehicles import Departure
+from loopgate.simulation.demand.vehicles import Departure
 
 __all__ = ["make_layout", "record_positions"]
 

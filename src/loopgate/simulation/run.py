@@ -19,19 +19,19 @@ from loopgate.network.sumo_config import is_sumo_config
 from loopgate.simulation import outcome
 from loopgate.simulation.assembly import Assembly, assemble
 from loopgate.simulation.checking import audit_run
-from loopgate.simulation.departures import Departures
-from loopgate.simulation.flow import FlowMeter, flow_table, loop_table
-from loopgate.simulation.fronts import FrontRecorder
+from loopgate.simulation.fleet.departures import Departures
 from loopgate.simulation.loop_run import Mishaps, RunCourse, Tick, drive
 from loopgate.simulation.monitoring import monitoring_figures, shape_text, write_streets
 from loopgate.simulation.outcome import Folder, Tally
 from loopgate.simulation.plain_run import run_plainly
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.session import Session, open_session
-from loopgate.simulation.sumo_start import TRIPS, check_backend, check_outputs
-from loopgate.simulation.trips import gated_trips, read_trips, trip_figures
-from loopgate.simulation.verdicts import Verdicts
-from loopgate.simulation.watch import Watch
+from loopgate.simulation.sumo.start import TRIPS, check_backend, check_outputs
+from loopgate.simulation.watching.flow import FlowMeter, flow_table, loop_table
+from loopgate.simulation.watching.fronts import FrontRecorder
+from loopgate.simulation.watching.trips import gated_trips, read_trips, trip_figures
+from loopgate.simulation.watching.verdicts import Verdicts
+from loopgate.simulation.watching.watch import Watch
 from loopgate.simulation.ways_driven import as_driven
 
 __all__ = ["simulate"]

@@ -21,24 +21,24 @@ from loopgate.network.additional import type_names
 from loopgate.network.traffic_file import read_traffic
 from loopgate.results.recorder import Recorder
 from loopgate.simulation import outcome
+from loopgate.simulation.around.surroundings import Surroundings
 from loopgate.simulation.assembly import Assembly
-from loopgate.simulation.departures import Departures, GatedDepartures, OpenDepartures
-from loopgate.simulation.fleet import Fleet, Rules
-from loopgate.simulation.gated import write_ordinary
-from loopgate.simulation.leading_off import refuse_what_leads_off
+from loopgate.simulation.demand.gated import write_ordinary
+from loopgate.simulation.fleet.departures import Departures, GatedDepartures, OpenDepartures
+from loopgate.simulation.fleet.fleet import Fleet, Rules
+from loopgate.simulation.fleet.parking import Parking
+from loopgate.simulation.fleet.spacing import Holding, SpeedAdvice
+from loopgate.simulation.fleet.stops import Stops
 from loopgate.simulation.outcome import Folder
-from loopgate.simulation.parking import Parking
 from loopgate.simulation.positions import make_layout, record_positions
 from loopgate.simulation.rerouting import Rerouting
-from loopgate.simulation.room import Room
 from loopgate.simulation.scenario import Scenario
-from loopgate.simulation.spacing import Holding, SpeedAdvice
-from loopgate.simulation.stops import Stops
-from loopgate.simulation.sumo_input import without_vehicles, write_sumo_input
+from loopgate.simulation.sumo.input import without_vehicles, write_sumo_input
+from loopgate.simulation.sumo.leading_off import refuse_what_leads_off
+from loopgate.simulation.sumo.room import Room
+from loopgate.simulation.sumo.start import output_options, plain_options, start_traffic
 from loopgate.simulation.sumo_options import SumoOptions, sumo_options
-from loopgate.simulation.sumo_start import output_options, plain_options, start_traffic
-from loopgate.simulation.surroundings import Surroundings
-from loopgate.simulation.window import Window
+from loopgate.simulation.watching.window import Window
 from loopgate.traffic.base import Traffic
 
 __all__ = ["Session", "open_session"]

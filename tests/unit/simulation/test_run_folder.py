@@ -7,7 +7,7 @@ from limits import no_file_beyond
 
 from loopgate.errors import ResultsError, ScenarioError
 from loopgate.simulation.outcome import Folder, Tally
-from loopgate.simulation.room import Room
+from loopgate.simulation.sumo.room import Room
 
 TALLY = Tally("v", "l", 100.0, 1, 100.0, 0.0, 0.0, 0.0)
 

@@ -1,0 +1,1 @@
+"""The front door for simulations of somebody else's: a gate over some of their vehicles."""

@@ -1,0 +1,102 @@
+"""Puts vehicles of a simulation that somebody else has started and steps under a gate."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from loopgate.errors import ScenarioError
+from loopgate.gates.registry import check_gate, name_gate
+from loopgate.negotiation.registry import name_negotiation
+from loopgate.network import RoadNetwork
+from loopgate.simulation.attaching.attached import Attached
+from loopgate.simulation.scenario import LONGEST_GATED_STEP_S
+from loopgate.simulation.settings import check_options
+from loopgate.traffic.running import RunningSumo
+
+__all__ = ["attach"]
+
+_LIGHTS = ("obey", "keep")
+
+
+def attach(
+    sumo: Any,  # noqa: ANN401  neither libsumo nor traci has types
+    *,
+    gate: object = "certified",
+    negotiation: object = "pressure",
+    lights: str = "obey",
+    seed: int = 1,
+) -> Attached:
+    """Put vehicles of a running simulation under a gate.
+
+    Parameters
+    ----------
+    sumo
+        The module ``libsumo`` or ``traci``, or a connection of traci; its simulation has been started.
+    gate
+        A gate's name, with options behind a colon, or a class that is called with a `System`.
+    negotiation
+        A negotiation's name, with options behind a colon, a class, or a negotiation that is made already.
+    lights
+        ``obey``: nobody is let go into red; ``keep``: vehicles take their crossing, and then wait for green.
+    seed
+        Of the negotiation.
+
+    Returns
+    -------
+    Attached
+        To be used in a ``with`` statement: `Attached.add` takes vehicles in, `Attached.after_step` is called
+        after each step, `Attached.leave` lets vehicles go.
+
+    Raises
+    ------
+    LoopgateError
+        If no simulation is running, or it is set so that no gate could keep vehicles apart; the text names
+        the setting.
+
+    Examples
+    --------
+    >>> import libsumo
+    >>> import loopgate
+    >>> files = ["-n", "networks/grid5-priority.net.xml", "-r", "routes/grid5.rou.xml"]
+    >>> _ = libsumo.start(["sumo", *files, "--no-step-log", "--no-warnings"])
+    >>> for bus in ("bus1", "bus2"):
+    ...     libsumo.vehicle.add(bus, "loop0")
+    >>> with loopgate.attach(libsumo) as gate:
+    ...     gate.add("bus1", "bus2")
+    ...     while libsumo.simulation.getTime() < 120:
+    ...         libsumo.simulationStep()
+    ...         happened = gate.after_step()
+    >>> libsumo.close()
+    >>> gate.summary["vehicles"], gate.summary["trespasses"]
+    (2, 0)
+    """
+    running = RunningSumo(sumo)
+    _check_settings(running)
+    gate_name, negotiation_name = name_gate(gate), name_negotiation(negotiation)
+    check_gate(gate_name)
+    if gate_name == "open":
+        msg = "gate open: it leaves all to SUMO's right of way, so there is nothing to attach"
+        raise ScenarioError(msg)
+    if lights not in _LIGHTS:
+        msg = f"lights is {lights!r}; expected one of {', '.join(_LIGHTS)}"
+        raise ScenarioError(msg)
+    return Attached(
+        running,
+        RoadNetwork.open(running.setting("net-file")),
+        gate=gate_name,
+        negotiation=negotiation_name,
+        lights=lights,
+        seed=seed,
+    )
+
+
+def _check_settings(running: RunningSumo) -> None:
+    """Refuse what makes vehicles drive otherwise than a gate counts on."""
+    step_s = running.traffic.step_s
+    if step_s > LONGEST_GATED_STEP_S:
+        msg = (
+            f"step-length is {step_s:g}; expected at most {LONGEST_GATED_STEP_S:g} under a gate, or vehicles "
+            "drive into each other"
+        )
+        raise ScenarioError(msg)
+    check_options(running.setting, step_s=step_s, source="the running simulation")

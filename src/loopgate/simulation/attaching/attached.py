@@ -1,0 +1,255 @@
+"""A gate over vehicles of a simulation that somebody else has started and steps."""
+
+from __future__ import annotations
+
+from contextlib import ExitStack, suppress
+from itertools import chain, count, pairwise
+from random import Random
+from types import TracebackType
+from typing import Any, Self
+
+import pandas as pd
+
+from loopgate.drive.driver import Driver
+from loopgate.drive.histogram import Histogram
+from loopgate.errors import ScenarioError, TrafficError
+from loopgate.folders import temporary_folder
+from loopgate.negotiation.registry import make_negotiation
+from loopgate.network import Loop, RoadNetwork, VehicleType, make_loop
+from loopgate.network.found_routes import one_round
+from loopgate.results.columns import Event
+from loopgate.results.feed import EventFeed, Happening
+from loopgate.results.recorder import read_events
+from loopgate.simulation.attaching.attached_fleet import GONE, AttachedFleet
+from loopgate.simulation.attaching.newcomers import Newcomer
+from loopgate.simulation.fleet.fleet import Rules
+from loopgate.simulation.outcome import EVENTS
+from loopgate.simulation.settings import why_unsafe
+from loopgate.simulation.sumo.devices import LEADING
+from loopgate.simulation.sumo.input import round_routes
+from loopgate.simulation.watching.collisions import Collisions
+from loopgate.traffic.running import RunningSumo
+
+__all__ = ["Attached"]
+
+
+class Attached:
+    """A gate over vehicles of a running simulation; made by `attach`, to be used in a ``with`` statement."""
+
+    def __init__(
+        self, sumo: RunningSumo, network: RoadNetwork, *, gate: str, negotiation: str, lights: str, seed: int
+    ) -> None:
+        self._sumo, self._traffic, self._network = sumo, sumo.traffic, network
+        self._settings = {"gate": gate, "negotiation": negotiation, "lights": lights, "seed": seed}
+        self._negotiation = make_negotiation(negotiation, Random(seed))
+        self._stack = ExitStack()
+        self._loops: dict[tuple[tuple[str, ...], str], Loop] = {}
+        self._ends: dict[str, str] = {}
+        """Where the routes ended that vehicles had."""
+        self._begin_s = self._traffic.now_s
+        self._done = {"laps": 0.0, "distance_m": 0.0, "hold_s": 0.0, "longest_wait_s": 0.0}
+        self._collisions = self._collisions_with_others = self._vehicles = 0
+        self._colliding = Collisions()
+        self._made: AttachedFleet | None = None
+        self._final: dict[str, Any] | None = None
+        self.events: pd.DataFrame = pd.DataFrame()
+        """`EVENT_COLUMNS`: what happened to whom, where and when; there at the end."""
+
+    @property
+    def _fleet(self) -> AttachedFleet:
+        if self._made is None:
+            msg = "attach: use what it returns in a with statement"
+            raise TrafficError(msg)
+        return self._made
+
+    def add(self, *vehicles: str) -> None:
+        """Take vehicles under the gate as soon as that can be; until then they are held back.
+
+        Parameters
+        ----------
+        vehicles
+            On the road, or still to depart. The route of each is one round of its loop, or several: its last
+            edge leads to the first, or is the first.
+
+        Raises
+        ------
+        LoopgateError
+            If SUMO knows no such vehicle, its route is not closed, its loop cannot work, or it drives in a
+            way that no gate can count on; the text says which vehicle, and why. Then none is added.
+        """
+        known = self._fleet.members.keys() | self._fleet.newcomers.keys()
+        newcomers = [self._newcomer(vehicle) for vehicle in dict.fromkeys(vehicles) if vehicle not in known]
+        self._fleet.add(newcomers)
+        self._ends.update((n.vehicle, self._traffic.route(n.vehicle)[0][-1]) for n in newcomers)
+
+    def _newcomer(self, vehicle: str) -> Newcomer:
+        if not self._sumo.knows(vehicle):
+            msg = f"vehicle {vehicle}: SUMO knows none of that name now; add it when it has departed"
+            raise TrafficError(msg)
+        kind = self._sumo.kind(vehicle)
+        reason = why_unsafe(kind, self._traffic.step_s)
+        if reason:
+            msg = f"vehicle {vehicle}: vType {kind.id}: {reason}"
+            raise ScenarioError(msg)
+        for device, would in LEADING.items():
+            if self._sumo.has(vehicle, device):
+                msg = f"vehicle {vehicle}: it has a {device} device, which would {would}; start it without"
+                raise ScenarioError(msg)
+        return Newcomer(vehicle, self._loop(vehicle, kind), kind, self._traffic.now_s)
+
+    def _loop(self, vehicle: str, kind: VehicleType) -> Loop:
+        """Return the loop that the vehicle's route is: one that is known, if it is that or a part of it."""
+        route = self._traffic.route(vehicle)[0]
+        edges = one_round(route)
+        first = edges.index(min(edges))
+        key = (edges[first:] + edges[:first], kind.vclass)
+        for (once, vclass), loop in self._loops.items():
+            steps = set(zip(once, once[1:] + once[:1], strict=True))
+            if (once, vclass) == key or (vclass == kind.vclass and steps.issuperset(pairwise(route))):
+                return loop
+        self._loops[key] = self._new_loop(vehicle, *key)
+        return self._loops[key]
+
+    def _new_loop(self, vehicle: str, edges: tuple[str, ...], vclass: str) -> Loop:
+        """Make a loop, and the routes by which the drive keeps vehicles on it."""
+        taken = self._sumo.route_names()
+        numbered = (f"{vehicle}/{number}" for number in count(2))
+        names = chain((self._sumo.route_name(vehicle), vehicle), numbered)
+        name = next(one for one in names if f"round@{one}" not in taken)
+        loop = make_loop(self._network, name, edges, vclass=vclass, source=f"vehicle {vehicle}")
+        for route, its in round_routes(loop).items():
+            self._traffic.add_route(route, its)
+        return loop
+
+    def leave(self, *vehicles: str) -> None:
+        """Let vehicles go: they drive on by SUMO's rules, to the end of the route they had.
+
+        Raises
+        ------
+        TrafficError
+            If one is not under the gate, and does not wait to be.
+        """
+        for vehicle in vehicles:
+            if vehicle not in self._fleet.members and vehicle not in self._fleet.newcomers:
+                msg = f"vehicle {vehicle}: it is not under the gate; add it first"
+                raise TrafficError(msg)
+        self._fleet.drop(vehicles, "left")
+        for vehicle in vehicles:
+            self._send_home(vehicle)
+
+    def _send_home(self, vehicle: str) -> None:
+        """Let the vehicle's route end where it ended before it came under the gate."""
+        with suppress(TrafficError, *self._sumo.error):
+            edges, at = self._traffic.route(vehicle)
+            end = self._ends.pop(vehicle, "")
+            if end in edges[at:]:
+                self._traffic.lead(vehicle, edges[at : edges.index(end, at) + 1])
+
+    def after_step(self) -> list[Happening]:
+        """Do what is due after a step of the simulation, and return what happened in it, in order.
+
+        Call it once after each ``simulationStep``.
+
+        Raises
+        ------
+        TrafficError
+            If SUMO refuses what the gate needs.
+        """
+        self._traffic.look_at_clock()
+        self._note_collisions()
+        self._fleet.after_step()
+        fresh, self._recorder.fresh = self._recorder.fresh, []
+        for row in fresh:
+            if (row.event, row.reason) == (Event.END, GONE):
+                self._ends.pop(row.vehicle, None)
+        return fresh
+
+    @property
+    def vehicles(self) -> tuple[str, ...]:
+        """Those under the gate."""
+        return tuple(sorted(self._fleet.members))
+
+    @property
+    def waiting(self) -> tuple[str, ...]:
+        """Those that wait to come under it."""
+        return tuple(sorted(self._fleet.newcomers))
+
+    def _note_collisions(self) -> None:
+        own, now = self._fleet.members.keys(), self._traffic.now_s
+        theirs = (one for one in self._traffic.collisions() if not own.isdisjoint((one.collider, one.victim)))
+        for collision in self._colliding.begun(theirs):
+            if own >= {collision.collider, collision.victim}:
+                self._collisions += 1
+            else:
+                self._collisions_with_others += 1
+            self._recorder.note(now, collision.collider, Event.COLLISION, collision.lane, collision.victim)
+
+    def _count(self, driver: Driver) -> None:
+        """Add what a vehicle has done under the gate."""
+        self._add_up(self._done, driver)
+        self._vehicles += 1
+
+    def _add_up(self, figures: dict[str, float], driver: Driver) -> None:
+        now = self._traffic.now_s
+        figures["laps"] += driver.laps
+        figures["distance_m"] += driver.distance_m
+        figures["hold_s"] += driver.total_hold_s(now)
+        figures["longest_wait_s"] = max(figures["longest_wait_s"], driver.worst_wait_s(now))
+
+    @property
+    def summary(self) -> dict[str, Any]:
+        """Figures so far; by the names of ``summary.json`` where that has them."""
+        if self._final is not None:
+            return self._final
+        return self._figures() | (self._fleet.around.report() if self._fleet.around else {})
+
+    def _figures(self) -> dict[str, Any]:
+        figures = dict(self._done)
+        for driver in self._fleet.members.values():
+            self._add_up(figures, driver)
+        engine, keeper = self._fleet.engine, self._fleet.keeper
+        times = Histogram(keeper.decision_us.values() if keeper else ())
+        return {
+            **self._settings,
+            "duration_s": round(self._traffic.now_s - self._begin_s, 3),
+            "vehicles": len(self._fleet.members),
+            "waiting": len(self._fleet.newcomers),
+            "left": self._vehicles,
+            "changes": self._fleet.changes,
+            "loops": len(self._loops),
+            "laps": int(figures["laps"]),
+            "distance_km": round(figures["distance_m"] / 1000.0, 6),
+            "hold_s": round(figures["hold_s"], 3),
+            "longest_wait_s": round(figures["longest_wait_s"], 3),
+            "collisions": self._collisions,
+            "collisions_with_others": self._collisions_with_others,
+            **{name: getattr(engine, name, 0) for name in ("overruns", "trespasses", "strays")},
+            "decisions": times.count,
+            "refusals": dict(sorted(keeper.refusals.items())) if keeper else {},
+            "decision_us": times.summary(),
+        }
+
+    def __enter__(self) -> Self:
+        self._folder = self._stack.enter_context(temporary_folder())
+        self._recorder = EventFeed(self._folder / EVENTS)
+        self._stack.callback(self._recorder.close)
+        settings = self._settings
+        rules = Rules(settings["gate"], self._negotiation, lights=settings["lights"] == "obey")
+        self._made = AttachedFleet(self._network, self._traffic, self._recorder, rules)
+        self._made.on_leaving = self._count
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        with self._stack:
+            final = self._figures()
+            with suppress(TrafficError, *self._sumo.error):  # it may have been ended already
+                final |= self._fleet.around.report() if self._fleet.around else {}
+                self._fleet.drop([*self._fleet.members, *self._fleet.newcomers], "end")
+            self._recorder.close()
+            self.events = read_events(self._folder / EVENTS)
+            self._final = final

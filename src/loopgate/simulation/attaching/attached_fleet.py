@@ -1,0 +1,212 @@
+"""Vehicles of somebody else's simulation under a gate: they join, are interfered with, and leave."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import numpy as np
+
+from loopgate.drive.changing import ChangingEngine
+from loopgate.drive.driver import Driver
+from loopgate.drive.track import Track
+from loopgate.gates import Gate, Reason
+from loopgate.model import System
+from loopgate.network import RoadNetwork
+from loopgate.results.recorder import Recorder
+from loopgate.simulation.attaching.newcomers import Newcomer
+from loopgate.simulation.attaching.plan import Plan
+from loopgate.simulation.fleet.fleet import Fleet, Rules
+from loopgate.traffic.base import Traffic
+
+__all__ = ["GONE", "AttachedFleet"]
+
+GONE = "gone"
+"""Why a vehicle left that is on the road no longer."""
+
+_AGAIN_S = 1.0
+"""A newcomer that was refused is looked at again after this time [s]."""
+
+_MOVED_M = 3.0
+"""A vehicle further than this from where its odometer puts it has been moved [m]."""
+
+
+class _Orders:
+    """An obstacle: what the owner of the vehicles wants of them.
+
+    Nobody is granted anything while the plan is to change, nor while it is to stop before it gets there: it
+    would keep a crossing from others meanwhile.
+    """
+
+    heeds_grants = False
+
+    def __init__(self, traffic: Traffic) -> None:
+        self._traffic = traffic
+        self.pause = False
+        self.drivers: Sequence[Driver] = ()
+
+    def in_the_way(self, robot: int) -> Reason | None:
+        """Return TRAFFIC for newcomers, which are no more than that so far, and STOP."""
+        if self.pause:
+            return Reason.TRAFFIC
+        driver = self.drivers[robot]
+        line = driver.track.stop_lines[driver.granted % len(driver.track.legs)]
+        stops = self._traffic.stops_before(driver.id, line.edge, line.position_m)
+        return Reason.STOP if stops else None
+
+    def granted(self, robot: int) -> None:
+        """Do nothing."""
+
+    def blockers(self, robot: int) -> Sequence[Sequence[str]]:
+        """Return nobody: it ends by itself."""
+        del robot
+        return ()
+
+
+class AttachedFleet(Fleet):
+    """The vehicles under a gate, and those that wait to be; somebody else makes the steps of the traffic.
+
+    Parameters
+    ----------
+    network, traffic, recorder, rules
+        See `Fleet`.
+
+    Notes
+    -----
+    Who is refused waits. A place in which a newcomer stands may so hold one more than it has slots for.
+
+    A loop that is new changes the plan. Where the others' places stay as they are they drive on. Else all
+    grants are withheld until each vehicle holds one place only; then all join anew, by the new plan.
+    """
+
+    def __init__(
+        self,
+        network: RoadNetwork,
+        traffic: Traffic,
+        recorder: Recorder,
+        rules: Rules,
+    ) -> None:
+        super().__init__(network, traffic, recorder, rules)
+        self.plan = Plan(network, ())
+        self._next: Plan | None = None
+        self._orders = _Orders(traffic)
+        self._obstacles = (self._orders,)
+        self.newcomers: dict[str, Newcomer] = {}
+
+    def add(self, newcomers: Sequence[Newcomer]) -> None:
+        """Take vehicles in as soon as they can be.
+
+        Raises
+        ------
+        RefusedLoopError
+            If a loop of theirs cannot work as queues; then none is added.
+        """
+        plan = (self._next or self.plan).extended((n.loop, n.kind) for n in newcomers)
+        if plan is not self.plan:
+            self._next = plan
+        self.newcomers.update((newcomer.vehicle, newcomer) for newcomer in newcomers)
+
+    def drop(self, vehicles: Iterable[str], reason: str) -> None:
+        """Let vehicles go, whether they are under the gate or wait to be."""
+        gone = set(vehicles)
+        for vehicle in sorted(gone & self.newcomers.keys()):
+            del self.newcomers[vehicle]
+            self._traffic.leave_gate(vehicle)
+        super().drop(sorted(gone), reason)
+
+    def after_step(self) -> None:
+        """Do what is due after a step of the traffic."""
+        self._notice()
+        if self.engine is not None and self.members:
+            self._heed_speeds(self.engine.vehicles)
+            self.engine.after_step()
+        self._take_in()
+
+    def _heed_speeds(self, vehicles: Any) -> None:  # noqa: ANN401  a table, by column
+        """Count on it that vehicles go on as fast as they are told to drive, beyond any limit."""
+        faster = vehicles["speed"] + vehicles["accel"] * self._traffic.step_s
+        told = vehicles["speed"] > vehicles["top"]
+        vehicles["top"] = np.where(told, faster, vehicles["top"])
+
+    def _notice(self) -> None:
+        """Let go of those that are gone, and take those for newcomers that are elsewhere than they drove."""
+        if not self.members and not self.newcomers:
+            return
+        present = set(self._traffic.vehicles())
+        self.drop([n.vehicle for n in self.newcomers.values() if n.seen and n.vehicle not in present], GONE)
+        self.drop(self.members.keys() - present, GONE)
+        moved = [vehicle for vehicle, driver in self.members.items() if self._is_moved(driver)]
+        self._rejoin(moved, "moved")
+        for newcomer in self.newcomers.values():
+            newcomer.seen |= newcomer.vehicle in present
+
+    def _rejoin(self, vehicles: Sequence[str], reason: str) -> None:
+        kinds = {loop.id: (loop, kind) for loop, kind in self.plan.users}
+        now = self._traffic.now_s
+        again = [Newcomer(v, *kinds[self.members[v].track.loop], now, seen=True) for v in vehicles]
+        self.drop(vehicles, reason)
+        self.newcomers = {newcomer.vehicle: newcomer for newcomer in again} | self.newcomers  # they go first
+
+    def _is_moved(self, driver: Driver) -> bool:
+        lane, at_m = self._traffic.lane(driver.id)
+        if lane.startswith(":"):
+            return False
+        edge = lane.rpartition("_")[0]
+        if all(name != edge for _, name in driver.track.edges):
+            return True
+        front_m = self._traffic.odometer(driver.id) + float(driver.row["offset"])
+        return abs(driver.track.near(edge, at_m, front_m) - front_m) > _MOVED_M
+
+    def _take_in(self) -> None:
+        """Hold newcomers back, and take in those who can be."""
+        if self._next is not None and not self._replan(self._next):
+            return
+        now = self._traffic.now_s
+        on_road = [newcomer for newcomer in self.newcomers.values() if newcomer.seen]
+        for newcomer in on_road:
+            newcomer.look(self._traffic, self.plan)
+        ready = [n for n in on_road if n.inside and now >= n.tried_s + _AGAIN_S]
+        if not ready or self._try(ready) or len(ready) == 1:
+            return
+        for newcomer in ready:
+            self._try([newcomer])
+
+    def _replan(self, plan: Plan) -> bool:
+        """Go over to another plan if that can be done now; else see to it that it can be soon."""
+        goes_on = not self.members or plan.goes_on_with(self.plan)
+        if not goes_on and not (self.engine is not None and self.engine.settled):
+            self._orders.pause = True
+            return False
+        self._orders.pause = False
+        for newcomer in self.newcomers.values():
+            newcomer.let_go(self._traffic)
+        if not goes_on:
+            self._rejoin(list(self.members), "another plan")
+        self._next, self.plan = None, plan
+        self.drive_by(plan.itineraries, plan.tracks, plan.room)
+        if self.engine is not None and self.members:
+            self._change(self.engine.books())
+        return True
+
+    def _try(self, newcomers: Sequence[Newcomer]) -> bool:
+        """Take newcomers in together if places and gate allow it."""
+        tracks: dict[str, Track] = {}
+        for newcomer in newcomers:
+            newcomer.tried_s = self._traffic.now_s
+            tracks[newcomer.vehicle] = self.plan.track(
+                newcomer.vehicle, newcomer.loop.id, front_m=newcomer.arc_m, position=newcomer.position or 0
+            )
+        if not self.take_in(tracks, {n.vehicle: n.left_m for n in newcomers}, beyond=1):
+            return False
+        for vehicle in tracks:
+            del self.newcomers[vehicle]
+        return True
+
+    def _on(self, track: Track) -> Track:
+        return self.plan.on(track)
+
+    def begin(self, system: System, gate: Gate, tracks: Sequence[Track]) -> ChangingEngine:
+        """Begin, usually with nobody, for vehicles that are about to join."""
+        engine = super().begin(system, gate, tracks)
+        self._orders.drivers = engine.drivers
+        return engine

@@ -1,0 +1,102 @@
+"""The loops that vehicles under the gate drive on, cut into places and crossings; more loops may come."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+
+from loopgate.abstraction.itinerary import Crossing, Itinerary, Leg
+from loopgate.abstraction.queue_layout import QueueLayout, lay_out_queues
+from loopgate.drive.track import Track
+from loopgate.network import Loop, RoadNetwork, VehicleType
+from loopgate.simulation.demand.tracks import make_track
+from loopgate.simulation.sumo.input import Start
+
+__all__ = ["Plan"]
+
+
+class Plan:
+    """Loops, the types of vehicles on them, and the queues that follow from both.
+
+    Parameters
+    ----------
+    network
+        The roads.
+    users
+        Each loop with each type of vehicle on it.
+
+    Raises
+    ------
+    RefusedLoopError
+        If a loop cannot work as queues.
+    """
+
+    def __init__(self, network: RoadNetwork, users: tuple[tuple[Loop, VehicleType], ...]) -> None:
+        self.network = network
+        self.users = users
+        self.layout: QueueLayout = lay_out_queues(network, users)
+        loops = {loop.id: (loop, kind) for loop, kind in users}
+        self._tracks = {
+            name: make_track(network, Start("", loop, 0.0, kind), self.layout.itineraries[name])
+            for name, (loop, kind) in loops.items()
+        }
+
+    def extended(self, users: Iterable[tuple[Loop, VehicleType]]) -> Plan:
+        """Return the plan with other loops, or other types on them; the same one if it knows all."""
+        every = tuple(dict.fromkeys((*self.users, *users)))
+        return self if len(every) == len(self.users) else Plan(self.network, every)
+
+    @property
+    def room(self) -> dict[str, int]:
+        """How many vehicles a place holds, by name."""
+        return {name: place.capacity for name, place in self.layout.places.items()}
+
+    @property
+    def itineraries(self) -> list[Itinerary]:
+        """The itineraries of all loops."""
+        return list(self.layout.itineraries.values())
+
+    @property
+    def tracks(self) -> list[Track]:
+        """One of each loop, of no vehicle."""
+        return list(self._tracks.values())
+
+    def track(self, vehicle: str, loop: str, *, front_m: float, position: int) -> Track:
+        """Return the track of a vehicle that stands in a position of its loop's itinerary."""
+        known = self._tracks[loop]
+        return replace(
+            known,
+            vehicle=vehicle,
+            start_m=front_m,
+            start_position=position,
+            keeps_lane=True,
+            renews=True,
+        )
+
+    def on(self, track: Track) -> Track:
+        """Return the track of a vehicle, which was made by an earlier plan that this one goes on with."""
+        known = self._tracks[track.loop]
+        return replace(track, legs=known.legs, stop_lines=known.stop_lines)
+
+    def goes_on_with(self, earlier: Plan) -> bool:
+        """Return whether vehicles that drive by an earlier plan can drive by this one from now on.
+
+        They can if their places, and what lies between these, are the same: only among the movements that
+        are new may there be conflicts that were none.
+        """
+        before, now = earlier.layout, self.layout
+        movements = {c.id for way in earlier.itineraries for leg in way.legs for c in leg.crossings}
+        return all(now.places.get(name) == place for name, place in before.places.items()) and all(
+            _among(movements, way.legs) == _among(movements, now.itineraries[name].legs)
+            for name, way in before.itineraries.items()
+        )
+
+
+def _among(movements: set[str], legs: tuple[Leg, ...]) -> list[Leg]:
+    """Return the legs, with no other conflicts than those among these movements."""
+    return [replace(leg, crossings=tuple(_without(movements, c) for c in leg.crossings)) for leg in legs]
+
+
+def _without(movements: set[str], crossing: Crossing) -> Crossing:
+    overlaps = {foe: where for foe, where in crossing.overlaps.items() if foe in movements}
+    return replace(crossing, foes=crossing.foes & movements, overlaps=overlaps)

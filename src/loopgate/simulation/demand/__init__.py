@@ -1,0 +1,1 @@
+"""Which vehicles there are, on which ways, and where they begin."""

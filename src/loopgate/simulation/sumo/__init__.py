@@ -1,0 +1,1 @@
+"""What SUMO is given to start with, and what it leaves on the disk."""

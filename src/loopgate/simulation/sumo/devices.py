@@ -1,0 +1,141 @@
+"""Devices by which SUMO would lead a gated vehicle off its way: it goes without them, and that is said."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Set as AbstractSet
+from dataclasses import dataclass, replace
+from math import inf
+from random import Random
+
+from loopgate.errors import ScenarioError
+from loopgate.network import LoopVehicle
+from loopgate.network.clock import seconds
+from loopgate.network.sumo_config import is_sumo_config, read_sumo_config
+from loopgate.network.trips import MIDDLE
+from loopgate.reading import shown
+from loopgate.simulation.scenario import Scenario
+from loopgate.simulation.settings import is_on
+from loopgate.simulation.sumo.input import Start
+from loopgate.simulation.sumo_words import own_words
+
+__all__ = ["LEADING", "Anew", "has_device", "leading_devices", "led_anew", "without_devices"]
+
+LEADING = {
+    "rerouting": "lead them another way than the gate knows (SUMO's duaIterate.py leads them beforehand)",
+    "taxi": "lead them wherever they are called",
+    "toc": "slow or stop them anywhere while nobody drives",
+}
+"""The effect that each such device would have."""
+
+_REROUTING = "rerouting"
+
+
+def has_device(name: str) -> str:
+    """Return the parameter of vehicles and types that says whether they have a device.
+
+    >>> has_device("rerouting")
+    'has.rerouting.device'
+    """
+    return f"has.{name}.device"
+
+
+@dataclass(frozen=True, slots=True)
+class Anew:
+    """When a vehicle is led another way: every so many seconds [s], infinity for at departure only.
+
+    And only where that way takes less than its own: times `factor` and `least_s` less [s].
+    """
+
+    every_s: float
+    factor: float
+    least_s: float
+
+
+def led_anew(scenario: Scenario, vehicles: Sequence[LoopVehicle]) -> dict[str, Anew]:
+    """Return who is to be led another way where that is quicker, as SUMO's rerouting device would.
+
+    These are vehicles that drive once, without stops or edges to drive over in between.
+
+    Raises
+    ------
+    ScenarioError
+        If a share, period or threshold is none.
+    """
+    options = dict(_options(scenario, configured=is_sumo_config(scenario.network)))
+    share = _number(scenario, options, "probability", 0.0)
+    found = {}
+    for v in vehicles:
+        if v.loop.closed or v.stops or any(name in v.attributes for name in MIDDLE):
+            continue
+        said = {**options, **v.type.parameters, **v.parameters}
+        has = said.get(has_device(_REROUTING))
+        chosen = (
+            Random(f"{scenario.seed} {_REROUTING} {v.id}").random() < share if has is None else is_on(has)
+        )
+        if chosen:
+            found[v.id] = Anew(
+                _number(scenario, said, "period", 0.0) or inf,
+                _number(scenario, said, "threshold.factor", 1.0),
+                _number(scenario, said, "threshold.constant", 0.0),
+            )
+    return found
+
+
+def _number(scenario: Scenario, said: Mapping[str, str], name: str, default: float) -> float:
+    """Return what is said of rerouting, a share or a time [s]."""
+    word = f"device.{_REROUTING}.{name}"
+    try:
+        return max(0.0, seconds(said[word])) if word in said else default
+    except ValueError as error:
+        msg = f"{scenario.routes or scenario.network}: {word} is {shown(said[word])}; expected a number"
+        raise ScenarioError(msg) from error
+
+
+def leading_devices(
+    scenario: Scenario, vehicles: Sequence[LoopVehicle], rerouted: AbstractSet[str] = frozenset()
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return which of these devices gated vehicles would have, and what to say of it.
+
+    Vehicles that are `rerouted` go without SUMO's device for that, too.
+
+    Raises
+    ------
+    ScenarioError
+        If SUMO's options give one to them by their names: it cannot be taken from these.
+    """
+    configured = is_sumo_config(scenario.network)
+    source = scenario.network if configured else scenario.routes or scenario.network
+    options = dict(_options(scenario, configured=configured))
+    names = {vehicle.id for vehicle in vehicles}
+    found, told = {}, set(LEADING)
+    for device, would in LEADING.items():
+        by_name = f"device.{device}.explicit"
+        if named := sorted(names & set(options.get(by_name, "").split(","))):
+            msg = f"{source}: {by_name} {named[0]} does not go with a gate: it would {would}; leave it out"
+            raise ScenarioError(msg)
+        share, has = options.get(f"device.{device}.probability", ""), has_device(device)
+        having = [
+            v.id
+            for v in vehicles
+            if is_on(share) or is_on(v.parameters.get(has, "")) or is_on(v.type.parameters.get(has, ""))
+        ]
+        if having:
+            found[device] = f"{source}: gated vehicles go without {device} devices, which would {would}"
+        if device == _REROUTING and rerouted >= set(having):
+            told.discard(device)
+    return tuple(found), tuple(found[device] for device in found if device in told)
+
+
+def without_devices(start: Start, devices: Collection[str]) -> Start:
+    """Return a vehicle, and its type, without devices; SUMO takes none from a vehicle that is there."""
+    off = {has_device(device): "false" for device in devices}
+    kind = replace(start.type, parameters={**start.type.parameters, **off})
+    own = {name: value for name, value in start.parameters.items() if name not in off}
+    return replace(start, type=kind, parameters=own)
+
+
+def _options(scenario: Scenario, *, configured: bool) -> Iterator[tuple[str, str]]:
+    if configured:
+        yield from read_sumo_config(scenario.network).options.items()
+    yield from own_words(scenario.sumo)

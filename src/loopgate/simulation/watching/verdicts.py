@@ -1,0 +1,241 @@
+"""Who erred where a gated vehicle and an ordinary one collide: read off what both did before."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any, NamedTuple
+
+from loopgate.drive.engine import Engine
+from loopgate.network import RoadNetwork
+from loopgate.network.records import Connection
+from loopgate.simulation.watching.trails import Trails
+from loopgate.traffic.base import Collision, Traffic, Whereabouts
+
+__all__ = ["CollisionVerdict", "Verdicts"]
+
+_REMEMBERED_S = 20.0
+
+_TOLD_S = 5.0
+"""So long before a collision it is told where the two were [s]."""
+
+_DECEL_MPS2 = 4.5
+"""SUMO's cars brake so hard if they have to [m/s2]."""
+
+_RED = frozenset("ru")
+
+
+@dataclass(frozen=True, slots=True)
+class CollisionVerdict:
+    """Who erred in a collision.
+
+    Attributes
+    ----------
+    at_s, lane
+        When and where SUMO noticed it.
+    gated, ordinary
+        The two.
+    erred
+        ``gated`` or ``ordinary``.
+    why
+        By which rule, in words.
+    before
+        Where each was five seconds earlier, or first seen after that: lane, position [m], speed [m/s].
+    """
+
+    at_s: float
+    lane: str
+    gated: str
+    ordinary: str
+    erred: str
+    why: str
+    before: Mapping[str, tuple[str, float, float]]
+
+    def figures(self) -> dict[str, Any]:
+        """Return it for ``summary.json``."""
+        return asdict(self)
+
+
+class _Moment(NamedTuple):
+    lane: str
+    position_m: float
+    speed_mps: float
+
+
+class _Entry(NamedTuple):
+    """When a vehicle drove into a junction, on which movement, and what its light showed; empty for none.
+
+    And when it was past where SUMO lets it wait inside for others, if it has been.
+    """
+
+    at_s: float
+    movement: Connection
+    letter: str
+    past_s: float = math.inf
+
+
+class Verdicts:
+    """Remembers for some seconds where all vehicles were, and judges collisions by that.
+
+    In this order, where it applies:
+
+    1. a gated vehicle where it was granted nothing erred, and one that hits somebody on foot;
+    2. of two on ways out of one lane, or on one lane, the one behind;
+    3. who drove into the junction at red;
+    4. who has to yield by the junction's request matrix, unless it was inside, and past where it may wait for
+       others there, when the other one could still have stopped before the junction, or could itself not stop
+       any more before the junction when the other one departed: then that one;
+    5. where neither or both have to, the one that came later.
+
+    Parameters
+    ----------
+    network, traffic
+        The roads, and the running simulation.
+    engine
+        Drives the vehicles under the gate.
+    """
+
+    def __init__(self, network: RoadNetwork, traffic: Traffic, engine: Engine) -> None:
+        self.trails = Trails(engine)
+        """Over which lanes they came."""
+        self._network, self._traffic, self._drivers = network, traffic, engine.driver_of
+        self._moments: deque[tuple[float, Whereabouts]] = deque()
+        self._lanes: dict[str, str] = {}
+        """On which lane everybody was when it was looked last."""
+        self._entries: dict[str, _Entry] = {}
+        self._inside = {lane: movement for movement in network.connections for lane in movement.via}
+        self._between = {(m.from_edge, m.to_edge): m for m in network.connections}
+
+    def look(self) -> None:
+        """Remember where everybody is; once a step. O(vehicles)."""
+        now, here, before = self._traffic.now_s, self._traffic.whereabouts(), self._lanes
+        lanes = self._lanes = dict(zip(here.vehicles, here.lanes, strict=True))
+        moved = [(vehicle, lane) for vehicle, lane in lanes.items() if before.get(vehicle) != lane]
+        gone = before.keys() - lanes.keys()
+        for vehicle in gone:
+            self._entries.pop(vehicle, None)
+        for vehicle, lane in moved:
+            if vehicle in before:
+                self._note_move(vehicle, before[vehicle], lane)
+        self.trails.look(now, moved, gone)
+        self._moments.append((now, here))
+        while now - self._moments[0][0] > _REMEMBERED_S:
+            self._moments.popleft()
+
+    def _note_move(self, vehicle: str, was: str, lane: str) -> None:
+        """Take note of a vehicle that has come from one lane to another."""
+        now = self._traffic.now_s
+        movement = self._inside.get(lane) or self._between.get((_edge(was), _edge(lane)))
+        if movement is not None and was not in movement.via:
+            self._entries[vehicle] = _Entry(now, movement, self._letter(movement))
+        entry = self._entries.get(vehicle)
+        if entry is not None and math.isinf(entry.past_s) and lane not in entry.movement.via[:-1]:
+            self._entries[vehicle] = entry._replace(past_s=now)
+
+    def _letter(self, movement: Connection) -> str:
+        if movement.signal is None:
+            return ""
+        light, link = movement.signal
+        return self._traffic.light(light).state[link]
+
+    def judge(self, collision: Collision) -> CollisionVerdict | None:
+        """Return who erred; None if none of the two is under the gate, or both are."""
+        pair = collision.collider, collision.victim
+        own = [vehicle for vehicle in pair if vehicle in self._drivers]
+        if len(own) != 1:
+            return None
+        gated = own[0]
+        ordinary = pair[1] if gated == pair[0] else pair[0]
+        erred, why = self._erred(gated, ordinary, collision)
+        return CollisionVerdict(
+            at_s=self._traffic.now_s,
+            lane=collision.lane,
+            gated=gated,
+            ordinary=ordinary,
+            erred="gated" if erred == gated else "ordinary",
+            why=why,
+            before={vehicle: self._before(vehicle) for vehicle in (gated, ordinary)},
+        )
+
+    def _erred(self, gated: str, ordinary: str, collision: Collision) -> tuple[str, str]:
+        if self._drivers[gated].row["trespassing"]:
+            return gated, f"{gated} was where it had no grant for"
+        if ordinary not in self._lanes:
+            return gated, f"{ordinary} is on foot"
+        entries = [self._entries.get(gated), self._entries.get(ordinary)]
+        one, other = entries
+        if one is None or other is None or _from(one) == _from(other) or not self._near(one, other):
+            return collision.collider, f"{collision.collider} ran into {collision.victim} from behind"
+        return self._erred_at_junction((gated, ordinary), (one, other))
+
+    def _erred_at_junction(self, names: tuple[str, str], came: tuple[_Entry, _Entry]) -> tuple[str, str]:
+        for vehicle, entry in zip(names, came, strict=True):
+            if entry.letter and entry.letter in _RED:
+                return vehicle, f"{vehicle} drove in at red"
+        one, other = came
+        yields = self._yields(one.movement, other.movement), self._yields(other.movement, one.movement)
+        first = 0 if one.at_s <= other.at_s else 1
+        later = 1 - first
+        said = f"{names[first]} was inside {came[later].at_s - came[first].at_s:g} s before"
+        if yields[0] == yields[1]:
+            return names[later], f"{said}, and neither had the right of way"
+        must = 0 if yields[0] else 1
+        departed_s = self._departed_s(names[1 - must])
+        if departed_s is not None and not self._could_stop(names[must], came[must], departed_s):
+            return names[1 - must], f"{names[1 - must]} departed when {names[must]} could not stop any more"
+        past_s, other_s = came[must].past_s, came[1 - must].at_s
+        if past_s <= other_s and self._could_stop(names[1 - must], came[1 - must], past_s):
+            said = f"{names[must]} was on its way across {other_s - past_s:g} s before {names[1 - must]}"
+            return names[1 - must], f"{said}, which could have stopped then"
+        if math.isinf(past_s):
+            said = f"it waited inside, in the way of {names[1 - must]}"
+        elif must == first:
+            said = f"{names[later]} could not stop any more"
+        return names[must], f"{names[must]} had to yield; {said}"
+
+    def _near(self, one: _Entry, other: _Entry) -> bool:
+        """Return whether the two entries are of one passage, not of junctions passed long before."""
+        lately = self._traffic.now_s - _REMEMBERED_S
+        return one.movement.junction == other.movement.junction and max(one.at_s, other.at_s) > lately
+
+    def _yields(self, movement: Connection, other: Connection) -> bool:
+        rows = self._network.junctions[movement.junction].yields_to
+        return 0 <= movement.link < len(rows) and other.link in rows[movement.link]
+
+    def _could_stop(self, vehicle: str, entry: _Entry, at_s: float) -> bool:
+        """Return whether a vehicle could still have stopped before the junction that it drove into later."""
+        if entry.at_s <= at_s:
+            return False
+        then = next((_moment(here, vehicle) for now, here in self._moments if now >= at_s), None)
+        if then is None or _edge(then.lane) != entry.movement.from_edge:
+            return True  # farther away
+        left_m = self._network.lanes[then.lane].length_m - then.position_m
+        return then.speed_mps**2 / (2 * _DECEL_MPS2) + then.speed_mps * self._traffic.step_s < left_m
+
+    def _departed_s(self, vehicle: str) -> float | None:
+        """Return when a vehicle came onto the road, if that is remembered [s]."""
+        there = [(now, vehicle in here.vehicles) for now, here in self._moments]
+        return None if there[0][1] else next((now for now, is_there in there if is_there), None)
+
+    def _before(self, vehicle: str) -> tuple[str, float, float]:
+        now = self._traffic.now_s
+        seen = (_moment(here, vehicle) for at, here in self._moments if at >= now - _TOLD_S)
+        lane, position_m, speed_mps = next(filter(None, seen), _Moment("", 0.0, 0.0))
+        return lane, round(position_m, 2), round(speed_mps, 2)
+
+
+def _moment(here: Whereabouts, vehicle: str) -> _Moment | None:
+    if vehicle not in here.vehicles:
+        return None
+    at = here.vehicles.index(vehicle)
+    return _Moment(here.lanes[at], here.positions_m[at], here.speeds_mps[at])
+
+
+def _edge(lane: str) -> str:
+    return lane.rpartition("_")[0]
+
+
+def _from(entry: _Entry) -> tuple[str, int]:
+    return entry.movement.from_edge, entry.movement.from_lane

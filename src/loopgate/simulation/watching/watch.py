@@ -1,0 +1,190 @@
+"""Recognises deadlocks on any road: circles of standing vehicles that wait for each other."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Container, Sequence
+from collections.abc import Set as AbstractSet
+from dataclasses import dataclass
+
+from loopgate.simulation.watching.trails import Trails
+from loopgate.simulation.watching.waits import WaitFor, circular_wait, deadlocked
+from loopgate.traffic.base import Traffic
+
+__all__ = ["Deadlock", "ToldRefusal", "Watch"]
+
+_MOVED_M = 0.5
+"""Creeping less than this between two checks counts as standing [m]."""
+
+_STANDSTILL_S = 600.0
+"""Where everybody has stood for so long, for whatever reason but one light that is always red, nobody will
+ever move again: lights turn green before that, stops end, and gates look again each step [s]."""
+
+_GUESS_AFTER_S = 60.0
+"""Where SUMO gives no reason why a vehicle stands, one is guessed only after this much longer [s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Deadlock:
+    """A circular wait.
+
+    Attributes
+    ----------
+    at_s
+        When it was recognised [s].
+    vehicles
+        The circle: each waits for the next, the last for the first.
+    places
+        Where each of them wants to go on: the state it waits for under a gate, else the lane it stands on.
+    held_up
+        How many vehicles can never move again because of it, those of the circle included.
+    by
+        ``gated`` if vehicles on loops would wait for each other without any others, ``ordinary`` if those
+        would without them, ``both`` if it takes both; empty where there are no others.
+    last
+        The vehicle that, of those that stand there, came last onto the lanes of the circle, and when [s]: an
+        ordinary vehicle when it drove onto them, a gated one when it was let go to; and whether it is gated.
+        None where nobody took note.
+    """
+
+    at_s: float
+    vehicles: tuple[str, ...]
+    places: tuple[str, ...]
+    held_up: int
+    by: str = ""
+    last: tuple[str, float, bool] | None = None
+
+
+ToldRefusal = Callable[[], tuple[Sequence[Sequence[str]], str]]
+"""Tells whom a refused vehicle waits for, and for which place."""
+
+
+class Watch:
+    """Looks at the vehicles now and then and names each circular wait once.
+
+    A vehicle that has stood for at least `after_s` is asked whom it waits for: at a gate the gate's
+    refusal says it, on the road the leader or the foes at the junction do. Those that wait, directly or
+    not, only for each other are in deadlock. A vehicle for whose standing no reason is found counts as
+    able to go on, and so does one at a red light, and one that its gate has let go a short while ago; but
+    where nobody at all has moved for ten minutes, who stands without a reason waits for anybody to move.
+
+    Parameters
+    ----------
+    traffic
+        The running simulation.
+    after_s
+        How long a vehicle has to stand before it can be part of a deadlock [s].
+    at_gate
+        Tells whom a vehicle waits for at its gate (of each set, some vehicle must move on) and for which
+        place; None for a vehicle that is not refused by a gate.
+    own
+        All vehicles on loops; None if there are no others.
+    trails
+        Over which lanes vehicles came, if that is noted.
+    """
+
+    def __init__(
+        self,
+        traffic: Traffic,
+        *,
+        after_s: float,
+        at_gate: Callable[[str], ToldRefusal | None] | None = None,
+        own: Container[str] | None = None,
+        trails: Trails | None = None,
+    ) -> None:
+        self._own, self._trails = own, trails
+        self._traffic = traffic
+        self._after_s = after_s
+        self._at_gate = at_gate
+        self._last: dict[str, tuple[float, float]] = {}
+        self._refused_at: dict[str, float] = {}
+        self._known: set[str] = set()
+        self._still_since_s = 0.0
+        """Since when nobody has moved [s]."""
+        self._red: set[str] | None = None
+        """Vehicles that were at a red light, or at a stop, at each check since then; None where one moved."""
+
+    def check(self) -> Deadlock | None:
+        """Return a deadlock that was not known before, or None. Call every few seconds."""
+        now = self._traffic.now_s
+        last: dict[str, tuple[float, float]] = {}
+        still: list[str] = []
+        vehicles = self._traffic.vehicles()
+        for vehicle, at in zip(vehicles, self._traffic.odometers(vehicles), strict=True):
+            before = self._last.get(vehicle)
+            if before is None or at - before[0] > _MOVED_M:
+                last[vehicle] = (at, now)
+            else:
+                last[vehicle] = before
+                still.append(vehicle)
+        self._last = last
+        standstill = self._stands_still(still, len(vehicles), now)
+        standing = sorted(v for v in still if self._waits_long(v, now) and now - last[v][1] >= self._after_s)
+        self._known.intersection_update(standing)
+        if len(standing) < 2 or self._known.issuperset(standing):  # noqa: PLR2004  a circle has two at least
+            return None
+        places: dict[str, str] = {}
+        waits = {
+            vehicle: self._waits(
+                vehicle, places, guess=now - last[vehicle][1] >= self._after_s + _GUESS_AFTER_S
+            )
+            for vehicle in standing
+        }
+        if standstill and set(still) == set(standing):
+            waits = {v: sets or [[w for w in standing if w != v]] for v, sets in waits.items()}
+        stuck = deadlocked(waits)
+        new = deadlocked({v: waits[v] for v in stuck - self._known})
+        self._known |= stuck
+        if not new:  # nobody else, or newcomers who could go on if those did that have been named
+            return None
+        circle = circular_wait(waits, new)
+        wanted = tuple(places[v] for v in circle)
+        lanes = {self._traffic.lane(vehicle)[0] for vehicle in circle}
+        came = None
+        if self._trails is not None and self._own is not None:
+            vehicle, at_s = self._trails.last(stuck, lanes)
+            came = vehicle, at_s, vehicle in self._own
+        return Deadlock(now, tuple(circle), wanted, len(stuck), self._by(waits, new), came)
+
+    def _stands_still(self, still: Sequence[str], count: int, now: float) -> bool:
+        """Return whether nobody has moved for long, or is at a stop or a light that is always red."""
+        if len(still) < count:
+            self._red, self._still_since_s = None, now
+            return False
+        red = {vehicle for vehicle in still if self._traffic.pauses(vehicle)}
+        self._red = red if self._red is None else self._red & red
+        return not self._red and now - self._still_since_s >= _STANDSTILL_S
+
+    def _by(self, waits: WaitFor, stuck: AbstractSet[str]) -> str:
+        """Return whose deadlock it is: of those without whom nobody would be stuck."""
+        own = self._own
+        if own is None:
+            return ""
+        if deadlocked({v: waits[v] for v in stuck if v in own}):
+            return "gated"
+        return "ordinary" if deadlocked({v: waits[v] for v in stuck if v not in own}) else "both"
+
+    def _waits_long(self, vehicle: str, now: float) -> bool:
+        """Return whether a standing vehicle is refused, or has had time to go on since it was let go."""
+        if self._at_gate is None:
+            return True
+        if self._at_gate(vehicle) is not None:
+            self._refused_at[vehicle] = now
+            return True
+        return now - self._refused_at.get(vehicle, -self._after_s) >= self._after_s
+
+    @property
+    def held_up(self) -> frozenset[str]:
+        """The vehicles known never to move again by themselves."""
+        return frozenset(self._known)
+
+    def standing_s(self, vehicle: str) -> float:
+        """Return for how long `vehicle` had been standing at the last check [s]."""
+        return self._traffic.now_s - self._last[vehicle][1] if vehicle in self._last else 0.0
+
+    def _waits(self, vehicle: str, places: dict[str, str], *, guess: bool) -> list[list[str]]:
+        refused = self._at_gate(vehicle) if self._at_gate else None
+        if refused is not None:
+            sets, places[vehicle] = refused()
+            return [list(some) for some in sets]
+        places[vehicle] = self._traffic.lane(vehicle)[0]
+        return [[other] for other in self._traffic.waits_for(vehicle, guess=guess)]

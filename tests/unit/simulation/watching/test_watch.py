@@ -1,0 +1,191 @@
+"""The watch names circular waits, and only those."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+import pytest
+
+from loopgate.simulation.watching.trails import Trails
+from loopgate.simulation.watching.watch import Deadlock, ToldRefusal, Watch
+from loopgate.traffic.base import Traffic
+
+LONG_S = 300.0
+
+
+class Standing:
+    """Traffic in which nobody moves; `waits` says who waits for whom on the road."""
+
+    def __init__(self, waits: dict[str, list[str]]) -> None:
+        self.waits = waits
+        self.now_s = 0.0
+        self.at_m = dict.fromkeys(waits, 0.0)
+        self.pausing: set[str] = set()
+
+    def vehicles(self) -> Sequence[str]:
+        return list(self.waits)
+
+    def odometers(self, vehicles: Sequence[str]) -> Iterator[float]:
+        return iter([self.at_m[vehicle] for vehicle in vehicles])
+
+    def lane(self, vehicle: str) -> tuple[str, float]:
+        return f"lane of {vehicle}", 0.0
+
+    def pauses(self, vehicle: str) -> bool:
+        return vehicle in self.pausing
+
+    def waits_for(self, vehicle: str, *, guess: bool = False) -> Sequence[str]:
+        del guess
+        return self.waits[vehicle]
+
+
+class Gates:
+    """Who is refused by a gate, and by whom."""
+
+    def __init__(self, refused: dict[str, list[str]]) -> None:
+        self.refused = refused
+
+    def __call__(self, vehicle: str) -> ToldRefusal | None:
+        others = self.refused.get(vehicle)
+        return None if others is None else lambda: ([others], f"state {vehicle} wants")
+
+
+def named(
+    watch: Watch,
+    traffic: Standing,
+    *,
+    at_s: float = math.inf,
+    change: Callable[[], object] = list,
+    until_s: float = LONG_S,
+) -> Iterator[Deadlock]:
+    """Check every ten seconds, with a change of the traffic before one check; yield what is found."""
+    while traffic.now_s < until_s:
+        traffic.now_s += 10.0
+        if traffic.now_s == at_s:
+            change()
+        deadlock = watch.check()
+        if deadlock is not None:
+            yield deadlock
+
+
+def watched(traffic: Standing, gates: Gates | None = None) -> list[tuple[float, tuple[str, ...]]]:
+    """Return time and circle of what is found."""
+    watch = Watch(cast("Traffic", traffic), after_s=60.0, at_gate=gates)
+    return [(deadlock.at_s, deadlock.vehicles) for deadlock in named(watch, traffic)]
+
+
+def test_a_circle_on_the_road_is_named_once() -> None:
+    """Three wait for each other, a fourth behind them; they stand from the first check at 10 s on."""
+    traffic = Standing({"a": ["b"], "b": ["c"], "c": ["a"], "d": ["a"]})
+    assert watched(traffic) == [(70.0, ("a", "b", "c"))]
+
+
+def test_a_standstill_of_all_is_a_deadlock_without_a_reason_too() -> None:
+    """The head stands for no reason that anybody sees, and after ten minutes nobody has moved."""
+    traffic = Standing({"a": ["b"], "b": ["c"], "c": []})
+    watch = Watch(cast("Traffic", traffic), after_s=60.0)
+    found = [(d.at_s, d.vehicles, d.held_up) for d in named(watch, traffic, until_s=2000.0)]
+    assert found == [(610.0, ("a", "b", "c"), 3)]
+
+
+def test_who_pauses_keeps_a_standstill_from_being_one() -> None:
+    """At a stop of its own, or a light that never turns green; but not a light that does."""
+    traffic = Standing({"a": ["b"], "b": []})
+    traffic.pausing = {"b"}
+    watch = Watch(cast("Traffic", traffic), after_s=60.0)
+    assert not list(named(watch, traffic, until_s=2000.0))
+    lit = Standing({"a": ["b"], "b": []})
+    lit.pausing = {"b"}
+    watch = Watch(cast("Traffic", lit), after_s=60.0)
+    assert [d.at_s for d in named(watch, lit, at_s=500.0, change=lit.pausing.clear, until_s=2000.0)] == [
+        610.0
+    ]
+
+
+def test_a_queue_is_no_deadlock() -> None:
+    """The head waits for nobody."""
+    assert watched(Standing({"a": ["b"], "b": ["c"], "c": []})) == []
+
+
+def test_a_circle_may_lead_through_gates_and_road() -> None:
+    """A is refused because of b, and b stands behind a on the road."""
+    assert watched(Standing({"a": [], "b": ["a"]}), Gates({"a": ["b"]})) == [(70.0, ("a", "b"))]
+
+
+@pytest.mark.parametrize("let_go_s", [70.0, 100.0])
+def test_who_was_let_go_just_now_is_not_stuck(let_go_s: float) -> None:
+    """B stood at its gate for long; let go, it yields to a for a moment, while a is refused because of b.
+
+    Only if b still stands there a minute after it was last refused do the two block each other.
+    """
+    traffic = Standing({"a": [], "b": ["a"]})
+    gates = Gates({"a": ["b"], "b": ["somebody who drives"]})
+    watch = Watch(cast("Traffic", traffic), after_s=60.0, at_gate=gates)
+    found = named(watch, traffic, at_s=let_go_s, change=lambda: gates.refused.pop("b"))
+    assert [deadlock.at_s for deadlock in found] == [let_go_s + 50.0]
+
+
+def test_newcomers_behind_a_named_circle_are_not_named_again() -> None:
+    """A vehicle that joins the queue later is held up by the same circle."""
+    traffic = Standing({"a": ["b"], "b": ["a"], "c": []})
+    watch = Watch(cast("Traffic", traffic), after_s=60.0)
+    found = named(watch, traffic, at_s=150.0, change=lambda: traffic.waits.update(c=["a"]))
+    assert [deadlock.vehicles for deadlock in found] == [("a", "b")]
+    assert watch.held_up == {"a", "b", "c"}
+
+
+def test_a_circle_that_a_named_one_holds_up_is_not_named() -> None:
+    """Two ordinary vehicles stand for good; one of them waits for a gated one too, which waits for them."""
+    traffic = Standing({"a": ["b"], "b": ["a"], "c": []})
+    watch = Watch(cast("Traffic", traffic), after_s=60.0, own="c")
+    found = named(
+        watch, traffic, at_s=150.0, change=lambda: traffic.waits.update({"a": ["c", "b"], "c": ["b"]})
+    )
+    assert [(deadlock.vehicles, deadlock.by) for deadlock in found] == [(("a", "b"), "ordinary")]
+    assert watch.held_up == {"a", "b", "c"}
+
+
+@pytest.mark.parametrize(
+    ("waits", "own", "by"),
+    [
+        ({"a": ["b"], "b": ["a"]}, "ab", "gated"),
+        ({"a": ["b"], "b": ["a"]}, "a", "both"),
+        ({"a": ["b"], "b": ["a"]}, "", "ordinary"),
+        ({"a": ["b"], "b": ["c"], "c": ["b"]}, "a", "ordinary"),
+        ({"a": ["b"], "b": ["a"], "c": ["a"]}, "ab", "gated"),
+    ],
+)
+def test_whose_deadlock_it_is(waits: dict[str, list[str]], own: str, by: str) -> None:
+    """Of those who would be stuck without the others, or of both."""
+    traffic = Standing(waits)
+    watch = Watch(cast("Traffic", traffic), after_s=60.0, own=own)
+    assert next(named(watch, traffic)).by == by
+
+
+def test_who_came_last_into_the_circle_is_told() -> None:
+    """And whether it is gated; the places of who is not in the circle do not count."""
+    traffic = Standing({"a": ["b"], "b": ["a"], "c": ["a"]})
+    granted = np.array([0])
+    engine: Any = SimpleNamespace(drivers=[SimpleNamespace(id="b")], vehicles={"granted": granted})
+    trails = Trails(engine)
+    trails.look(1.0, [("a", "lane of a"), ("b", "far")])
+    granted[0] = 1
+    trails.look(2.0, [("c", "far")])
+    trails.look(3.0, [("b", "lane of b"), ("c", "lane of c")])
+    watch = Watch(cast("Traffic", traffic), after_s=60.0, own="b", trails=trails)
+    assert next(named(watch, traffic)).last == ("b", 2.0, True)
+
+
+def test_a_later_deadlock_is_not_put_down_to_an_earlier_one() -> None:
+    """Two ordinary vehicles stand for good when two gated ones close a circle of their own."""
+    traffic = Standing({"a": ["b"], "b": ["a"], "c": [], "d": ["c"]})
+    watch = Watch(cast("Traffic", traffic), after_s=60.0, own="cd")
+    found = named(watch, traffic, at_s=150.0, change=lambda: traffic.waits.update(c=["d"]))
+    assert [(deadlock.vehicles, deadlock.by) for deadlock in found] == [
+        (("a", "b"), "ordinary"),
+        (("c", "d"), "gated"),
+    ]
