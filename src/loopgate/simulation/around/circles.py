@@ -119,8 +119,8 @@ class Circles:
         The first is the gated vehicle that is, in a leg of its way, or one of the `others` inside before
         that: in the state, or standing on the crossing behind it.
         """
-        here = (seen for seen in others if seen.lane == place.lane)
-        other = max(here, key=lambda seen: seen.position_m, default=None)
+        here = [seen for seen in others if seen.lane == place.lane]
+        other = max(here, key=lambda seen: seen.position_m) if here else None
         if head is not None and (
             other is None or head.end_m(leg) - head.front_m <= place.end_m - other.position_m
         ):

@@ -46,18 +46,6 @@ class Arrival(NamedTuple):
     near: bool = False
 
 
-class _Comer(NamedTuple):
-    """A vehicle that may come to a junction, its number among all, and its route from some edge on.
-
-    That is the one on which it is, or which it comes to next.
-    """
-
-    number: int
-    seen: Seen
-    edges: tuple[str, ...]
-    at: int
-
-
 class Coming:
     """The junctions that ordinary vehicles come to within some time, by their routes.
 
@@ -85,23 +73,22 @@ class Coming:
         """Edges, and where they end on the way from the first [m]."""
         self._over: dict[_Between, set[tuple[str, int]]] = {}
         """Whose routes lead over a junction, passed or not, and behind which of their edges."""
-        self._comers: dict[str, _Comer] = {}
+        self._seen: dict[str, tuple[int, Seen]] = {}
+        """All vehicles by name, each with its number."""
         self._arrivals: dict[str, Sequence[Arrival]] = {}
         """Of those asked for in this step, at the junctions before them, one by one."""
 
     def look(self) -> None:
-        """See who drives, or is near a line; once a step, before it is asked."""
-        self._comers.clear()
+        """See where they are; once a step, before it is asked who comes."""
+        self._seen = {one.vehicle: (number, one) for number, one in enumerate(self._sight.seen)}
         self._arrivals.clear()
-        for number, one in enumerate(self._sight.seen):
-            inside = one.lane.startswith(":")
-            if one.speed_mps > _STANDING_MPS or (not inside and self._left_m(one) <= _AT_LINE_M):
-                edges, at = self._sight.route(one)
-                self._comers[one.vehicle] = _Comer(number, one, edges, at + inside)
-                known = self._routes.get(one.vehicle)
-                if known is None or known[0] is not edges:
-                    self._forget(one.vehicle)
-                    self._note(one.vehicle, edges)
+        for one in self._sight.turned:
+            if self._comes(one):
+                self._sight.route(one)
+        for vehicle, edges in self._sight.led.items():
+            self._forget(vehicle)
+            self._note(vehicle, edges)
+        self._sight.led.clear()
         for vehicle in self._routes.keys() - self._sight.kinds.keys():
             self._forget(vehicle)
 
@@ -113,11 +100,18 @@ class Coming:
         top = self._roads.get(from_edge, _NO_ROAD)[1]
         found = []
         for vehicle, edge in over:
-            comer = self._comers.get(vehicle)
-            if comer is not None and self._may_come(comer, edge, top):
-                arrivals = self._of(comer)[edge - comer.at :]
-                found += [(comer.number, edge, arrival) for arrival in arrivals[:1]]
+            number, one = self._seen.get(vehicle, (0, None))
+            if one is not None and self._comes(one):
+                at = self._sight.route(one)[1] + one.lane.startswith(":")
+                if edge >= at and self._is_near(one, at, edge, top):
+                    found += [(number, edge, arrival) for arrival in self._of(one, at)[edge - at :][:1]]
         return [arrival for _, _, arrival in sorted(found)]
+
+    def _comes(self, one: Seen) -> bool:
+        """Return whether a vehicle drives, or stands near its line."""
+        if one.speed_mps > _STANDING_MPS:
+            return True
+        return not one.lane.startswith(":") and self._left_m(one) <= _AT_LINE_M
 
     def _note(self, vehicle: str, edges: tuple[str, ...]) -> None:
         self._routes[vehicle] = edges, [*accumulate(map(self._behind_m, edges, edges[1:]), initial=0.0)]
@@ -133,27 +127,24 @@ class Coming:
         """Return how far it is from the end of an edge to that of the next [m]."""
         return self._through_m.get((from_edge, to_edge), 0.0) + self._roads.get(to_edge, _NO_ROAD)[0]
 
-    def _may_come(self, comer: _Comer, edge: int, top_mps: float) -> bool:
-        """Return whether an edge ends before a vehicle, not too far away at the top speed there."""
-        if edge < comer.at:
-            return False
-        ends_m = self._routes[comer.seen.vehicle][1]
-        far_m = _HORIZON_S * max(comer.seen.speed_mps, top_mps) + _ROUNDING_M
-        return not ends_m[edge] - ends_m[comer.at] > far_m
+    def _is_near(self, one: Seen, at: int, edge: int, top_mps: float) -> bool:
+        """Return whether an edge may end within the horizon, at the top speed there; it comes from `at`."""
+        ends_m = self._routes[one.vehicle][1]
+        far_m = _HORIZON_S * max(one.speed_mps, top_mps) + _ROUNDING_M
+        return not ends_m[edge] - ends_m[at] > far_m  # which is no number behind what is no road
 
     def _left_m(self, one: Seen) -> float:
         return self._network.lanes[one.lane].length_m - one.position_m
 
-    def _of(self, comer: _Comer) -> Sequence[Arrival]:
-        """Return when a vehicle comes to the junctions before it."""
-        one = comer.seen
+    def _of(self, one: Seen, at: int) -> Sequence[Arrival]:
+        """Return when a vehicle comes to the junctions before it: behind that edge of its route, and on."""
         if one.vehicle not in self._arrivals:
             stands = one.speed_mps <= _STANDING_MPS
-            self._arrivals[one.vehicle] = (self._standing(one),) if stands else [*self._driving(comer)]
+            self._arrivals[one.vehicle] = (self._standing(one),) if stands else [*self._driving(one, at)]
         return self._arrivals[one.vehicle]
 
-    def _driving(self, comer: _Comer) -> Iterator[Arrival]:
-        _, one, edges, at = comer
+    def _driving(self, one: Seen, at: int) -> Iterator[Arrival]:
+        edges = self._sight.route(one)[0]
         speed, left_m, kind = one.speed_mps, self._left_m(one), self._sight.kinds[one.vehicle]
         if one.lane.startswith(":"):
             left_m += self._roads.get(edges[at], _NO_ROAD)[0] if at < len(edges) else math.inf

@@ -72,6 +72,10 @@ class Sight:
         """By the lanes behind that, on which the rest of them is."""
         self.seen: Sequence[Seen] = ()
         """All of them, lane by lane."""
+        self.turned: Sequence[Seen] = ()
+        """Those whose routes were not known when it was looked, or not for long enough, or for that lane."""
+        self.led: dict[str, tuple[str, ...]] = {}
+        """Routes that have been read, and were not so before, until somebody has taken note."""
         self.busy: AbstractSet[str] = frozenset()
         """The lanes on which they are with some part."""
         self.kinds: Mapping[str, Dynamics] = {}
@@ -96,6 +100,7 @@ class Sight:
         gated = {driver.id for driver in self._drivers}
         self._names -= gated
         on: dict[str, list[Seen]] = {}
+        turned: list[Seen] = []
         kinds: dict[str, Dynamics] = {}
         for vehicle, lane, position_m, speed_mps in zip(*traffic.whereabouts(), strict=True):
             if vehicle in gated:
@@ -107,19 +112,26 @@ class Sight:
             kinds[vehicle] = kind
             if speed_mps <= _STANDING_MPS and traffic.parks(vehicle):
                 continue
-            on.setdefault(lane, []).append(Seen(vehicle, lane, position_m, kind.length_m, speed_mps))
+            one = Seen(vehicle, lane, position_m, kind.length_m, speed_mps)
+            on.setdefault(lane, []).append(one)
+            known = self._routes.get(vehicle)
+            if known is None or known[1] <= self._seen_s or known[2] != lane:
+                turned.append(one)
         for vehicle in self._routes.keys() - kinds.keys():
             del self._routes[vehicle]
-        self.kinds, self.on = kinds, on
+        self.kinds, self.on, self.turned = kinds, on, turned
         self.seen = [one for lane in on.values() for one in lane]
+        self._over = self._rears()
+        self.busy = on.keys() | self._over.keys()
+        return True
+
+    def _rears(self) -> dict[str, list[_Rear]]:
         over: dict[str, list[_Rear]] = {}
         for one in self.seen:
             if one.length_m > one.position_m:
                 for lane, rear_m in self._lanes_behind(one):
                     over.setdefault(lane, []).append(_Rear(one, rear_m))
-        self._over = over
-        self.busy = on.keys() | over.keys()
-        return True
+        return over
 
     def _lanes_behind(self, one: Seen) -> Iterator[tuple[str, float]]:
         """Yield the lanes on which a vehicle is that its front has left, and where its rear is [m]."""
@@ -156,7 +168,8 @@ class Sight:
         here = self.on.get(place.lane, ())
         inside = [s for s in here if place.begin_m <= s.position_m <= place.end_m + BEYOND_M]
         for lane in place.into:
-            inside += self.on.get(lane, ())
+            if lane in self.on:
+                inside += self.on[lane]
         return inside
 
     def fit(self, place: Place, robots: Sequence[int], length_m: float) -> float:
@@ -173,10 +186,7 @@ class Sight:
         return max(0, math.floor(left_m / (length_m + _GAP_M)))
 
     def route(self, one: Seen) -> _Route:
-        """Return the edges of its route, and the number of the one that it is on or has just left.
-
-        The edges are the same object as long as they are the same.
-        """
+        """Return the edges of its route, and the number of the one that it is on or has just left."""
         now, lane = self._seen_s, one.lane
         known = self._routes.get(one.vehicle)
         if known is not None and now < known[1]:
@@ -192,7 +202,7 @@ class Sight:
                 return edges, at
         read, at = self._traffic.route(one.vehicle)
         edges = tuple(read)
-        if known is not None and known[0][0] == edges:
-            edges = known[0][0]
+        if known is None or known[0][0] != edges:
+            self.led[one.vehicle] = edges
         self._routes[one.vehicle] = (edges, at), now + _AGAIN_S, ""
         return edges, at
