@@ -16,6 +16,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
+import numpy as np
 from numba import config, njit
 from numba.core import event
 
@@ -99,6 +100,20 @@ event.register("numba:compile", _Announcer())  # type: ignore[no-untyped-call]
 def kernel(function: F) -> F:
     """Compile a function when it is first called, and keep it."""
     return cast("F", njit(cache=True, error_model="numpy")(function))
+
+
+def inner(function: F) -> F:
+    """Compile a function as a `kernel` that only compiled ones call: a way in from Python costs seconds."""
+    settings: dict[str, Any] = {"no_cfunc_wrapper": True, "no_cpython_wrapper": True}
+    return cast("F", njit(cache=True, error_model="numpy", **settings)(function))
+
+
+def constant(value: int) -> int:
+    """Return a number that compiled code takes for any number.
+
+    Of each function that is called with a plain constant it makes a version for that one.
+    """
+    return cast("int", np.int64(value))
 
 
 def part(function: F) -> F:

@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import Final
 
 from loopgate.gates import Reason
+from loopgate.kernel_cache import constant
 
-NOBODY: Final = -1
+NOBODY: Final = constant(-1)
 
 REASONS: Final = (None, *Reason)
 """Reasons by number; 0 is none."""
@@ -20,21 +21,21 @@ def number_of(reason: Reason) -> int:
     return _NUMBERS[reason]
 
 
-NOTHING: Final = 0
-FREE: Final = number_of(Reason.FREE)
-OCCUPIED: Final = number_of(Reason.OCCUPIED)
-CROSSING: Final = number_of(Reason.CROSSING)
-DEADLOCK: Final = number_of(Reason.DEADLOCK)
-RESERVE: Final = number_of(Reason.RESERVE)
-SERVICE: Final = number_of(Reason.SERVICE)
-SPACING: Final = number_of(Reason.SPACING)
-STOPPING: Final = number_of(Reason.STOP)
-RED: Final = number_of(Reason.RED)
-TRAFFIC: Final = number_of(Reason.TRAFFIC)
+NOTHING: Final = constant(0)
+FREE: Final = constant(number_of(Reason.FREE))
+OCCUPIED: Final = constant(number_of(Reason.OCCUPIED))
+CROSSING: Final = constant(number_of(Reason.CROSSING))
+DEADLOCK: Final = constant(number_of(Reason.DEADLOCK))
+RESERVE: Final = constant(number_of(Reason.RESERVE))
+SERVICE: Final = constant(number_of(Reason.SERVICE))
+SPACING: Final = constant(number_of(Reason.SPACING))
+STOPPING: Final = constant(number_of(Reason.STOP))
+RED: Final = constant(number_of(Reason.RED))
+TRAFFIC: Final = constant(number_of(Reason.TRAFFIC))
 
 # What is to be done to a vehicle.
-STOP: Final = 0
-RELEASE: Final = 1
-STEER: Final = 2
-PIVOT: Final = 3
-BRAKE: Final = 4
+STOP: Final = constant(0)
+RELEASE: Final = constant(1)
+STEER: Final = constant(2)
+PIVOT: Final = constant(3)
+BRAKE: Final = constant(4)

@@ -85,7 +85,7 @@ class Engine:
         """Vehicles that the simulator took off the road in the last step, at the ends of their routes."""
         self._ids: list[str] = []
         self._make(tracks)
-        self._step(drive.NOTHING)  # so that compiling, or loading what was compiled, is no part of the run
+        self._step(drive.IDLE)  # so that compiling, or loading what was compiled, is no part of the run
         self._steering = Steering(traffic, recorder)
         self._worn = WornStops(traffic)
         self._next_look_s = 0.0

@@ -21,9 +21,10 @@ from __future__ import annotations
 import math
 from typing import Final
 
+from loopgate.drive.codes import NOBODY
 from loopgate.drive.motion import braking_time_s, time_s
 from loopgate.drive.tables import Tables
-from loopgate.kernel_cache import kernel, part
+from loopgate.kernel_cache import constant, inner, part
 
 __all__ = [
     "BEFORE",
@@ -39,10 +40,10 @@ __all__ = [
 ]
 
 # What a vehicle under way is to one that wants to set out.
-PAST: Final = 0
-BEFORE: Final = 1
-LATER: Final = 2
-IN_THE_WAY: Final = 3
+PAST: Final = constant(0)
+BEFORE: Final = constant(1)
+LATER: Final = constant(2)
+IN_THE_WAY: Final = constant(3)
 
 _BEYOND_M: Final = 0.5
 """Room between the rear of the first and the stretch that both use [m]."""
@@ -64,19 +65,19 @@ _GAP_M: Final = 2.5
 """Room that the first keeps to the vehicle before it [m], which may be standing."""
 
 
-@kernel
+@inner
 def leg_of(i: int, leg: int, t: Tables) -> int:
     """Return where leg `leg` of the way of vehicle `i` is in the table of legs."""
     return int(t.vehicles[i].leg_at + leg % t.vehicles[i].legs)
 
 
-@kernel
+@inner
 def state_of(i: int, leg: int, t: Tables) -> int:
     """Return the state in which the leg lies."""
     return int(t.legs[leg_of(i, leg, t)].state)
 
 
-@kernel
+@inner
 def end_m(i: int, leg: int, t: Tables) -> float:
     """Return where the leg ends [m]; infinity where there is but one."""
     one = t.vehicles[i]
@@ -85,23 +86,23 @@ def end_m(i: int, leg: int, t: Tables) -> float:
     return float(leg // one.legs * one.lap_m + t.legs[leg_of(i, leg, t)].end_m)
 
 
-@kernel
+@inner
 def begin_m(i: int, leg: int, t: Tables) -> float:
     """Return where the leg begins [m]."""
     one = t.vehicles[i]
     return float(leg // one.legs * one.lap_m + t.legs[leg_of(i, leg, t)].begin_m)
 
 
-@kernel
+@inner
 def _shared(k: int, foe: int, t: Tables) -> int:
-    """Return where the stretch of pass `k` is that it shares with the foe, or -1."""
+    """Return where the stretch of pass `k` is that it shares with the foe, or `NOBODY`."""
     for f in range(t.passes[k].foe_at, t.passes[k].foe_end):
         if t.foes[f].movement == foe:
-            return -1 if math.isnan(t.foes[f].to_m) else f
-    return -1
+            return NOBODY if math.isnan(t.foes[f].to_m) else f
+    return NOBODY
 
 
-@kernel
+@inner
 def relation(i: int, k: int, f: int, other: int, t: Tables) -> int:
     """Return what `other`, under way on foe `f` of pass `k`, is to vehicle `i` that wants to set out on it.
 
@@ -113,7 +114,7 @@ def relation(i: int, k: int, f: int, other: int, t: Tables) -> int:
         return IN_THE_WAY
     foe = t.foes[f].movement
     reach_m = one.line_m - one.front + t.foes[f].from_m
-    found = -1
+    found = NOBODY
     for leg in range(ahead.crossed, ahead.granted):
         j = leg_of(other, leg, t)
         for theirs in range(t.legs[j].pass_at, t.legs[j].pass_end):
@@ -128,7 +129,7 @@ def relation(i: int, k: int, f: int, other: int, t: Tables) -> int:
     return found if found >= 0 else IN_THE_WAY
 
 
-@kernel
+@inner
 def together(one: int, other: int) -> int:
     """Return what two are together: nobody goes before some where it may have to wait for others."""
     least, most = min(one, other), max(one, other)
@@ -245,7 +246,7 @@ def _room_m(ahead: int, leg: int, t: Tables) -> float:
     """Return how far a vehicle can go from its leg if the one before it in its place stands [m]."""
     state = state_of(ahead, leg + 1, t)
     at = t.states[state].holders
-    first = -1
+    first = NOBODY
     for n in range(at, at + t.states[state].held_by):
         if t.lists[n] == ahead:
             break

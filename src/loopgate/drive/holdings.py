@@ -5,28 +5,28 @@ from __future__ import annotations
 from loopgate.drive.codes import NOBODY
 from loopgate.drive.gaps import leg_of, state_of
 from loopgate.drive.tables import Numbers, Tables
-from loopgate.kernel_cache import kernel, part
+from loopgate.kernel_cache import inner, part
 
 
-@kernel
+@inner
 def last_state(i: int, t: Tables) -> int:
     """Return the state of the last leg that was granted to the vehicle."""
     return state_of(i, t.vehicles[i].granted, t)
 
 
-@kernel
+@inner
 def wanted_state(i: int, t: Tables) -> int:
     """Return the state behind that."""
     return state_of(i, t.vehicles[i].granted + 1, t)
 
 
-@kernel
+@inner
 def room(state: int, t: Tables) -> int:
     """Return how many more vehicles fit into the state."""
     return int(t.states[state].room - t.states[state].held_by)
 
 
-@kernel
+@inner
 def first_before(i: int, t: Tables) -> int:
     """Return the head of the FIFO state that the vehicle stands in, if that is another one, or `NOBODY`."""
     state = t.states[last_state(i, t)]
@@ -34,7 +34,7 @@ def first_before(i: int, t: Tables) -> int:
     return NOBODY if head == i or not state.fifo else head
 
 
-@kernel
+@inner
 def append(at: int, length: int, most: int, one: int, t: Tables) -> int:
     """Put `one` at the end of a list of `length`; return the new length. There is room, or the run ends."""
     if length >= most:
@@ -44,7 +44,7 @@ def append(at: int, length: int, most: int, one: int, t: Tables) -> int:
     return length + 1
 
 
-@kernel
+@inner
 def remove(lists: Numbers, at: int, length: int, one: int) -> int:
     """Take `one`, if it is there, out of a list of `length`, keeping the order; return the new length."""
     for k in range(at, at + length):
@@ -55,7 +55,7 @@ def remove(lists: Numbers, at: int, length: int, one: int) -> int:
     return length
 
 
-@kernel
+@inner
 def left(i: int, state: int, t: Tables) -> None:
     """Take note that the rear of the vehicle has left the state."""
     place = t.states[state]
@@ -63,7 +63,7 @@ def left(i: int, state: int, t: Tables) -> None:
     t.run[0].version += 1
 
 
-@kernel
+@inner
 def cleared(i: int, leg: int, t: Tables) -> None:
     """Take note that the rear of the vehicle has passed the crossings behind the leg."""
     j = leg_of(i, leg, t)
@@ -74,7 +74,7 @@ def cleared(i: int, leg: int, t: Tables) -> None:
         t.run[0].version += 1
 
 
-@kernel
+@inner
 def strike(i: int, t: Tables) -> None:
     """Take the request of a vehicle out, if there is one."""
     kept = 0
@@ -127,14 +127,14 @@ def rename(i: int, to: int, t: Tables) -> None:
     _keep_for_another(i, to, t)
 
 
-@kernel
+@inner
 def _write(at: int, length: int, one: int, to: int, t: Tables) -> None:
     for k in range(at, at + length):
         if t.lists[k] == one:
             t.lists[k] = to
 
 
-@kernel
+@inner
 def _keep_for_another(i: int, to: int, t: Tables) -> None:
     """Let what is kept for a vehicle be kept for another one, or nobody."""
     for s in range(len(t.states)):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from loopgate.kernel_cache import kernel
+from loopgate.kernel_cache import inner, kernel
 
 __all__ = ["braking_time_s", "time_s"]
 
@@ -28,7 +28,7 @@ def braking_time_s(distance_m: float, room_m: float, top_mps: float, decel: floa
     return freely_m / first + math.log(first / last) + (first - last) / decel
 
 
-@kernel
+@inner
 def _safe_mps(gap_m: float, decel: float) -> float:
     return math.sqrt(decel * decel + 2 * decel * gap_m) - decel
 

@@ -8,7 +8,7 @@ from loopgate.drive.codes import CROSSING, NOBODY, OCCUPIED
 from loopgate.drive.gaps import leg_of
 from loopgate.drive.holdings import last_state, room, wanted_state
 from loopgate.drive.tables import Tables
-from loopgate.kernel_cache import kernel, part
+from loopgate.kernel_cache import inner, part
 
 __all__ = ["keep_for_late", "sort_ready"]
 
@@ -104,7 +104,7 @@ def _late(t: Tables) -> int:
     return late
 
 
-@kernel
+@inner
 def sort_ready(length: int, t: Tables) -> None:
     """Sort those that are ready by weight, then number."""
     e = t.entries

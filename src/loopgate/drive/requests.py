@@ -28,7 +28,7 @@ from loopgate.drive.gaps import IN_THE_WAY, PAST, begin_m, leg_of, relation, tog
 from loopgate.drive.holdings import append, first_before, last_state, remove, room, strike, wanted_state
 from loopgate.drive.patience import keep_for_late, sort_ready
 from loopgate.drive.tables import Tables
-from loopgate.kernel_cache import kernel, part
+from loopgate.kernel_cache import inner, part
 
 __all__ = [
     "asks",
@@ -49,7 +49,7 @@ _PASSING: Final = (NOTHING, CROSSING, RESERVE, SPACING, STOPPING, RED, TRAFFIC)
 goes by, and so does what lies outside of the system, such as lights."""
 
 
-@kernel
+@inner
 def asks(i: int, t: Tables) -> None:
     """Take a request of the vehicle, the head of its state, for the next one; it stays until granted.
 
@@ -107,7 +107,7 @@ def _no_place(i: int, t: Tables) -> int:
     return NOTHING
 
 
-@kernel
+@inner
 def _in_the_way(i: int, t: Tables) -> int:
     """Return why the vehicle may not set out now, or `NOTHING`."""
     why = _no_place(i, t)
@@ -132,7 +132,7 @@ def _in_the_way(i: int, t: Tables) -> int:
     return NOTHING
 
 
-@kernel
+@inner
 def refuse(i: int, reason: int, stage: int, t: Tables) -> None:
     """Refuse the vehicle's request; it is told only if it is for a new reason."""
     one, run = t.vehicles[i], t.run[0]
@@ -144,7 +144,7 @@ def refuse(i: int, reason: int, stage: int, t: Tables) -> None:
         run.answers += 1
 
 
-@kernel
+@inner
 def grant(i: int, reason: int, stage: int, t: Tables) -> None:
     """Let the vehicle have its next leg, with the crossing before it."""
     one, run = t.vehicles[i], t.run[0]
@@ -174,7 +174,7 @@ def grant(i: int, reason: int, stage: int, t: Tables) -> None:
     run.answers += 1
 
 
-@kernel
+@inner
 def still_free(i: int, t: Tables) -> bool:
     """Return whether no grant of this turn got into the way of a vehicle; else refuse it."""
     crossed = t.states[wanted_state(i, t)].filled == t.run[0].turn
@@ -185,12 +185,12 @@ def still_free(i: int, t: Tables) -> bool:
     if crossed:
         why = _in_the_way(i, t)
         if why != NOTHING:
-            refuse(i, why, 0, t)
+            refuse(i, why, NOTHING, t)
             return False
     return True
 
 
-@kernel
+@inner
 def settle(i: int, admitted: int, reason: int, stage: int, t: Tables) -> None:
     """Let a request be decided as the gate says."""
     t.vehicles[i].asked_at_s = t.run[0].now_s
@@ -216,7 +216,7 @@ def _possible(i: int, t: Tables) -> bool:
     if why == NOTHING and run.now_s < one.red_until_s:
         why = RED
     if why != NOTHING:
-        refuse(i, why, 0, t)
+        refuse(i, why, NOTHING, t)
         return False
     return True
 
@@ -227,7 +227,7 @@ def due(i: int, t: Tables) -> bool:
     return bool(not t.vehicles[i].decided or t.run[0].now_s - t.vehicles[i].asked_at_s >= REASK_S)
 
 
-@kernel
+@inner
 def collect(t: Tables) -> int:
     """Look at the requests, at all of them once a step, else at new ones; return how many are ready.
 
@@ -262,7 +262,7 @@ def _waits(i: int, t: Tables) -> bool:
     return bool(fuller >= (run.now_s - t.vehicles[i].since_s) / run.patience_s)
 
 
-@kernel
+@inner
 def _closes(i: int, t: Tables) -> bool:
     """Return whether the vehicle's move would close a circle of full places (`ChainRule.closes`).
 
@@ -282,7 +282,7 @@ def _closes(i: int, t: Tables) -> bool:
     return True  # also for a circle without it, of which there are none
 
 
-@kernel
+@inner
 def decide_by_chain(i: int, t: Tables) -> None:
     """Decide the vehicle's request by the chain rule, if its way is still free."""
     if still_free(i, t):
@@ -291,7 +291,7 @@ def decide_by_chain(i: int, t: Tables) -> None:
         settle(i, 0 if closes else 1, DEADLOCK if closes else FREE, t.run[0].chain, t)
 
 
-@kernel
+@inner
 def decide(t: Tables) -> None:
     """Answer what `collect` finds, by pressure and the chain rule."""
     run, e = t.run[0], t.entries
@@ -314,4 +314,4 @@ def decide(t: Tables) -> None:
     for n in range(going):
         decide_by_chain(e[n].ready, t)
     for n in range(staying):
-        refuse(e[n].staying, RESERVE, 0, t)
+        refuse(e[n].staying, RESERVE, NOTHING, t)

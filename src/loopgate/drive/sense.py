@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 from typing import Final
 
+from loopgate.drive.codes import NOTHING
 from loopgate.drive.tables import Floats, Tables
-from loopgate.kernel_cache import kernel, part
+from loopgate.kernel_cache import inner, kernel, part
 
 __all__ = [
     "MARGIN_M",
@@ -71,7 +72,7 @@ def safe_mps(room_m: float, decel: float, step_s: float) -> float:
     return (room_m / step_s + loss * steps * (steps + 1) / 2.0) / (steps + 1)
 
 
-@kernel
+@inner
 def must_ask(i: int, t: Tables) -> bool:
     """Return whether the next step could take a vehicle past the point where it must brake."""
     one, step_s = t.vehicles[i], t.run[0].step_s
@@ -79,7 +80,7 @@ def must_ask(i: int, t: Tables) -> bool:
     return bool(one.line_m - one.front < fast * step_s + braking_m(fast, one.decel, step_s) + MARGIN_M)
 
 
-@kernel
+@inner
 def note(i: int, event: int, place: int, reason: int, stage: int, t: Tables) -> None:
     """Write a row for the trace, all words by number."""
     run = t.run[0]
@@ -91,14 +92,14 @@ def note(i: int, event: int, place: int, reason: int, stage: int, t: Tables) -> 
     run.rows += 1
 
 
-@kernel
+@inner
 def _edge_m(i: int, t: Tables) -> float:
     """Return where the next edge begins [m]."""
     one = t.vehicles[i]
     return float(one.road_lap * one.lap_m + t.roads[one.road_at + one.road].begin_m)
 
 
-@kernel
+@inner
 def _leg_m(i: int, t: Tables) -> float:
     """Return where the next granted leg begins [m]; infinity if there is none."""
     one = t.vehicles[i]
@@ -115,24 +116,31 @@ def _pass(i: int, t: Tables) -> bool:
     room = MOST_ROWS * len(t.vehicles)
     pivoted = False
     while run.rows < room and one.front >= _edge_m(i, t):
-        note(i, run.edge, t.roads[one.road_at + one.road].name, 0, 0, t)
+        note(i, run.edge, t.roads[one.road_at + one.road].name, NOTHING, NOTHING, t)
         pivoted |= one.road == one.pivot
         one.road += 1
         if one.road == one.roads:
             one.road = 0
             one.road_lap += 1
     while run.rows < room and one.front >= one.next_lap_m:
-        note(i, run.lap, one.loop, 0, 0, t)
+        note(i, run.lap, one.loop, NOTHING, NOTHING, t)
         one.laps += 1
         one.next_lap_m += one.lap_m
     while run.rows < room and one.front >= _leg_m(i, t):
         one.entered += 1
-        note(i, run.enter, t.states[t.legs[one.leg_at + one.entered % one.legs].state].word, 0, 0, t)
+        note(
+            i,
+            run.enter,
+            t.states[t.legs[one.leg_at + one.entered % one.legs].state].word,
+            NOTHING,
+            NOTHING,
+            t,
+        )
     one.note_m = min(_edge_m(i, t), one.next_lap_m, _leg_m(i, t))
     return pivoted
 
 
-@kernel
+@inner
 def _stands(i: int, t: Tables) -> None:
     """Count that the vehicle stood in this step, for itself and the edge that it is on."""
     run, one = t.run[0], t.vehicles[i]
@@ -142,7 +150,7 @@ def _stands(i: int, t: Tables) -> None:
         t.roads[one.road_at + (one.road - 1) % one.roads].stood_s += run.step_s  # `road` is the next
 
 
-@kernel
+@inner
 def sense(odometer: Floats, t: Tables) -> int:
     """Bring all vehicles up to date with what their odometers read [m]; return how many `calls` there are.
 

@@ -20,7 +20,7 @@ from loopgate.drive.codes import NOBODY, STOPPING
 from loopgate.drive.gaps import end_m, leg_of, state_of
 from loopgate.drive.holdings import wanted_state
 from loopgate.drive.tables import Tables
-from loopgate.kernel_cache import kernel, part
+from loopgate.kernel_cache import inner, part
 
 __all__ = ["bars", "serve", "stops_here"]
 
@@ -29,13 +29,13 @@ _THROUGH_RED_S: Final = 120.0
 somebody there who may cross at the same time."""
 
 
-@kernel
+@inner
 def stops_here(i: int, t: Tables) -> bool:
     """Return whether the vehicle is to stop, or does, before it gets to the end of its last grant."""
     return bool(t.vehicles[i].stop_m < end_m(i, t.vehicles[i].granted, t))
 
 
-@kernel
+@inner
 def bars(i: int, state: int, t: Tables) -> bool:
     """Return whether the state, or the last slot of it, is kept for another vehicle, which must move next.
 
@@ -49,7 +49,7 @@ def bars(i: int, state: int, t: Tables) -> bool:
     return bool(t.vehicles[place.served].turned or place.room - place.held_by <= leaves)
 
 
-@kernel
+@inner
 def serve(t: Tables) -> None:
     """Name who must move next for those past the patience, oldest first; once a step, after all else kept."""
     run = t.run[0]

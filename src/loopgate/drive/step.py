@@ -12,11 +12,11 @@ from typing import Any, Final
 import numpy as np
 
 from loopgate.drive import holdings, requests
-from loopgate.drive.codes import BRAKE, NOBODY, PIVOT, RELEASE, STEER, STOP
+from loopgate.drive.codes import BRAKE, NOBODY, NOTHING, PIVOT, RELEASE, STEER, STOP
 from loopgate.drive.gaps import begin_m, end_m, leg_of, state_of
 from loopgate.drive.sense import MUST_ASK, PIVOTED, REAR_PASSED, RUNS_THROUGH, TRESPASS, must_ask, note, sense
 from loopgate.drive.tables import Floats, Numbers, Tables
-from loopgate.kernel_cache import kernel, part
+from loopgate.kernel_cache import inner, kernel, part
 
 __all__ = [
     "ANSWER",
@@ -25,10 +25,10 @@ __all__ = [
     "CONSIDER",
     "DECIDE",
     "FULL",
+    "IDLE",
     "JOIN",
     "LEAVE",
     "LOOK",
-    "NOTHING",
     "REFUSE",
     "SETTLE",
     "STILL_FREE",
@@ -51,12 +51,12 @@ REFUSE: Final = 7
 SETTLE: Final = 8
 TELL: Final = 9
 DECIDE: Final = 10
-NOTHING: Final = 11
+IDLE: Final = 11
 JOIN: Final = 12
 LEAVE: Final = 13
 
 
-@kernel
+@inner
 def _act(i: int, what: int, t: Tables) -> None:
     run = t.run[0]
     if run.acts >= len(t.acts):
@@ -67,7 +67,7 @@ def _act(i: int, what: int, t: Tables) -> None:
     run.acts += 1
 
 
-@kernel
+@inner
 def _aim_rear(i: int, t: Tables) -> None:
     """Say where the vehicle gives back what it leaves."""
     one = t.vehicles[i]
@@ -81,7 +81,7 @@ def _aim_rear(i: int, t: Tables) -> None:
     one.rear_m = target
 
 
-@kernel
+@inner
 def _aim(i: int, t: Tables) -> None:
     """Say where the vehicle's grants end, and where it gives back what it leaves."""
     one = t.vehicles[i]
@@ -91,7 +91,7 @@ def _aim(i: int, t: Tables) -> None:
         _aim_rear(i, t)
 
 
-@kernel
+@inner
 def _free_behind(i: int, t: Tables) -> None:
     """Give back what the rear of the vehicle is out of."""
     one = t.vehicles[i]
@@ -107,13 +107,13 @@ def _free_behind(i: int, t: Tables) -> None:
     _aim_rear(i, t)
 
 
-@kernel
+@inner
 def _note(i: int, event: int, leg: int, t: Tables) -> None:
     """Write a row about the state in which the leg lies."""
-    note(i, event, t.states[state_of(i, leg, t)].word, 0, 0, t)
+    note(i, event, t.states[state_of(i, leg, t)].word, NOTHING, NOTHING, t)
 
 
-@kernel
+@inner
 def _note_answer(i: int, event: int, leg: int, t: Tables) -> None:
     """Write a row about the answer to the vehicle's request for the leg."""
     one = t.vehicles[i]
@@ -127,10 +127,10 @@ def _note_trespass(i: int, t: Tables) -> None:
     if one.trespassing:
         run.trespasses += 1
         word = t.states[state_of(i, one.granted + 1, t)].word
-        note(i, run.enter, word, run.not_granted, 0, t)
+        note(i, run.enter, word, run.not_granted, NOTHING, t)
 
 
-@kernel
+@inner
 def _hold(i: int, t: Tables) -> None:
     one = t.vehicles[i]
     if not one.held:
@@ -151,7 +151,7 @@ def _run_through(i: int, t: Tables) -> None:
     _act(i, BRAKE, t)
 
 
-@kernel
+@inner
 def _ask(i: int, t: Tables) -> None:
     t.vehicles[i].asking = False
     if t.vehicles[i].steered:
@@ -165,7 +165,7 @@ def _ask(i: int, t: Tables) -> None:
         _hold(i, t)
 
 
-@kernel
+@inner
 def _consider(i: int, t: Tables) -> None:
     """Let a vehicle ask now if it must, else when it must: its line is new, or it is first in it now."""
     one = t.vehicles[i]
@@ -177,7 +177,7 @@ def _consider(i: int, t: Tables) -> None:
         one.asking = True
 
 
-@kernel
+@inner
 def _go(i: int, t: Tables) -> None:
     one, run = t.vehicles[i], t.run[0]
     one.going = False
@@ -265,7 +265,7 @@ def _look(odometer: Floats, halted: Numbers, t: Tables) -> None:
             _ask(i, t)
 
 
-@kernel
+@inner
 def _tell(t: Tables) -> bool:
     """Let vehicles go or stay as they have been answered; return whether any may go."""
     run = t.run[0]
@@ -374,7 +374,7 @@ class Step:
             pressure and the chain rule, and vehicles told. ``TURN``: `LOOK` and `ANSWER`. ``COLLECT``,
             ``STILL_FREE``, ``REFUSE``, ``SETTLE``, ``DECIDE``, ``TELL``: parts of `ANSWER`, for other rules
             in between; see `loopgate.drive.requests`. ``JOIN``, ``LEAVE``: a vehicle has got its row, or is
-            about to give it back, to another one perhaps. ``NOTHING``: as it says.
+            about to give it back, to another one perhaps. ``IDLE``: nothing is done.
         robot, leg, reason, stage
             The vehicle that it is about, and what about it. For ``SETTLE`` the leg says
             whether the vehicle is admitted, for ``LEAVE`` who is to have its row, maybe itself.
