@@ -40,9 +40,7 @@ class CollisionSegments:
     pairs: Ints
 
 
-def collision_segments(
-    loops: Sequence[Loop], rho_m: float, contacts: LaneContacts | None = None
-) -> CollisionSegments:
+def collision_segments(loops: Sequence[Loop], rho_m: float) -> CollisionSegments:
     """Find all collision segments and pairs of `loops` (Definition 1), exactly, by arc length.
 
     Every lane on which a vehicle may be counts as part of its path. A path that comes near itself does not
@@ -56,12 +54,8 @@ def collision_segments(
         The paths; each has one robot (Assumption 3).
     rho_m
         Safe radius [m].
-    contacts
-        Contacts within 2 rho of at least these loops' lanes, where they are known already.
     """
-    if contacts is None:
-        contacts = lane_contacts(lanes_of(loops), 2.0 * rho_m)
-    i, j, mine, theirs = _contacts_of_loops(loops, contacts)
+    i, j, mine, theirs = _contacts_of_loops(loops, lane_contacts(lanes_of(loops), 2.0 * rho_m))
     n = len(loops)
     near_i, begin_i, end_i, group_i = merge_intervals(i * n + j, mine[:, 0], mine[:, 1], join=_JOIN_M)
     near_j, begin_j, end_j, group_j = merge_intervals(j * n + i, theirs[:, 0], theirs[:, 1], join=_JOIN_M)

@@ -12,6 +12,7 @@ from loopgate.abstraction.zones import ZoneVisit, cover
 from loopgate.network.contacts import lane_contacts
 from loopgate.network.loop import Loop
 from loopgate.network.road import RoadNetwork
+from loopgate.network.vehicle_type import DEFAULT_TYPE
 
 
 class _Near(NamedTuple):
@@ -36,8 +37,8 @@ class SharingBound:
     """Admits loops one by one as long as none of them shares more than a bound with the others.
 
     Shared is the length that lies in zones (`loopgate.abstraction.zones`) once these are fitted to
-    vehicles, as a share of the loop's length. Visits that touch are taken apart here, which can only
-    overestimate.
+    vehicles of the default type, as a share of the loop's length. Visits that touch are taken apart here,
+    which can only overestimate.
 
     Parameters
     ----------
@@ -45,21 +46,11 @@ class SharingBound:
         Largest share, 0 to 1.
     rho_m
         Safe radius [m].
-    vehicle_length_m, min_gap_m
-        As for `make_segments`.
     """
 
-    def __init__(
-        self,
-        network: RoadNetwork,
-        max_shared: float,
-        *,
-        rho_m: float = DEFAULT_RHO_M,
-        vehicle_length_m: float = 5.0,
-        min_gap_m: float = 2.5,
-    ) -> None:
+    def __init__(self, network: RoadNetwork, max_shared: float, *, rho_m: float = DEFAULT_RHO_M) -> None:
         self._max_shared = max_shared
-        self._need_m = needed_length_m(vehicle_length_m, min_gap_m)
+        self._need_m = needed_length_m(DEFAULT_TYPE.length_m, DEFAULT_TYPE.min_gap_m)
         shapes = {lane.id: lane.shape for edge in network.edges.values() for lane in edge.lanes}
         shapes |= {lane: network.lanes[lane].shape for c in network.connections for lane in c.via}
         contacts = lane_contacts(shapes, 2.0 * rho_m)

@@ -53,9 +53,7 @@ def mean_interval(values: npt.ArrayLike, *, level: float = 0.95) -> Interval:
     return Interval(mean, mean - half, mean + half)
 
 
-def bootstrap_interval(
-    values: npt.ArrayLike, *, level: float = 0.95, resamples: int = _RESAMPLES, seed: int = 0
-) -> Interval:
+def bootstrap_interval(values: npt.ArrayLike, *, level: float = 0.95, seed: int = 0) -> Interval:
     """Return the mean with its bias-corrected and accelerated bootstrap interval (Efron 1987).
 
     The interval is NaN for fewer than two values, and the value itself if all are equal. The same seed
@@ -76,7 +74,7 @@ def bootstrap_interval(
         (sample,),
         np.mean,
         confidence_level=level,
-        n_resamples=resamples,
+        n_resamples=_RESAMPLES,
         method="BCa",
         rng=np.random.default_rng(seed),
     )

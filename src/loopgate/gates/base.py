@@ -1,4 +1,4 @@
-"""What a gate is: it admits or refuses one robot's next move."""
+"""The interface of gates: they admit or refuse one robot's next move."""
 
 from __future__ import annotations
 

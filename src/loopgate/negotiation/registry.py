@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from importlib.metadata import entry_points
 from random import Random
 
 from loopgate.errors import ScenarioError
@@ -11,11 +10,6 @@ from loopgate.plugins import PluginError, make_plugin, name_of
 from loopgate.reading import shown
 
 _GROUP = "loopgate.negotiations"
-
-
-def negotiation_names() -> list[str]:
-    """Return the names of all installed negotiations, sorted."""
-    return sorted({point.name for point in entry_points(group=_GROUP)})
 
 
 def name_negotiation(negotiation: object) -> str:

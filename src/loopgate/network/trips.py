@@ -85,7 +85,6 @@ def lead_trips(
     beside: Sequence[Path],
     *,
     classes: Mapping[str, Mapping[str, str]],
-    seed: int = 1,
 ) -> Led:
     """Return for each element that says only its ends the route that SUMO's router finds: the quickest.
 
@@ -129,7 +128,7 @@ def lead_trips(
             more = {"type": kind} if kind else {}
             trip = ET.SubElement(top, "trip", {"id": f"{element.get('id', '')}@{vclass}", **said, **more})
             trip.extend(element.findall("stop"))
-    routes = _routed(network, top, beside, seed)
+    routes = _routed(network, top, beside, seed=1)
     led: dict[str, dict[str, str]] = {}
     for _, element in asked:
         name = element.get("id", "")

@@ -7,7 +7,7 @@ import pytest
 
 from loopgate.errors import ScenarioError
 from loopgate.negotiation.base import Request
-from loopgate.negotiation.registry import make_negotiation, negotiation_names
+from loopgate.negotiation.registry import make_negotiation
 
 
 class Empty:
@@ -50,6 +50,6 @@ def test_random_is_fair_and_repeats_by_seed() -> None:
 
 def test_an_unknown_name_lists_the_known() -> None:
     """The way out is in the message."""
-    assert {"oldest", "random"} <= set(negotiation_names())
-    with pytest.raises(ScenarioError, match="negotiation luck: there is no such negotiation; installed are"):
+    said = "negotiation luck: there is no such negotiation; installed are .*oldest, .*random"
+    with pytest.raises(ScenarioError, match=said):
         make_negotiation("luck", Random(1))

@@ -1,4 +1,4 @@
-"""What is left of a system when robots have broken down for good."""
+"""The part of a system that is left when robots have broken down for good."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What an exact search may cost."""
+"""The budget of an exact search."""
 
 from __future__ import annotations
 

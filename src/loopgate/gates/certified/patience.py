@@ -1,4 +1,4 @@
-"""Who has stood still for how many moves of the others."""
+"""Counts for how many moves of the others each robot has stood still."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whose turn it is, so that the one who has waited longest goes on: the service rule of the chain."""
+"""The service rule of the chain: it says whose turn it is, so that the one who has waited longest goes on."""
 
 from __future__ import annotations
 

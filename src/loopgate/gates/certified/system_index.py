@@ -1,4 +1,4 @@
-"""What the certified gate needs to know about a system before anybody moves: homes, rests, ways home."""
+"""Facts about a system that the certified gate needs before anybody moves: homes, rests, ways home."""
 
 from __future__ import annotations
 

@@ -13,6 +13,9 @@ from loopgate.research.agents.messages import Kind
 from loopgate.research.agents.network import Link, MessageNetwork
 from loopgate.research.agents.sensing import Sensing, sense
 
+_PATIENCE = 1000.0
+"""How long the robot waits for answers [time units]; then it stops."""
+
 
 @dataclass(frozen=True, slots=True)
 class DistributedDecision:
@@ -59,7 +62,6 @@ def decide_by_messages(
     link: Link | None = None,
     sensing: Sensing | None = None,
     seed: int = 0,
-    patience: float = 1000.0,
 ) -> DistributedDecision:
     """Let the agents decide whether `robot` may enter its next state (Algorithm 2, lines 2 to 10).
 
@@ -71,8 +73,6 @@ def decide_by_messages(
         The robot that asks, and where everyone stands.
     link, sensing
         How messages fare and how far robots see; without loss and everything needed if not given.
-    patience
-        How long the robot waits for answers [time units]; then it stops.
     """
     check_single(system)
     network = MessageNetwork(link or Link(), random.Random(seed))
@@ -80,7 +80,7 @@ def decide_by_messages(
     place(system, configuration, agents, sensing or Sensing())
     asker = agents[robot]
     asker.begin(frozenset(range(len(agents))))
-    network.run(until=patience)
+    network.run(until=_PATIENCE)
     return DistributedDecision(
         admitted=asker.outcome is Outcome.LIVE,
         outcome=asker.outcome,

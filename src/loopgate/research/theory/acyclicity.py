@@ -63,7 +63,7 @@ class _Encoding:
                     self.free.append((forth, back))
 
 
-def live_by_order(system: System, configuration: Configuration, *, solver: str = "minisat22") -> bool:
+def live_by_order(system: System, configuration: Configuration) -> bool:
     """Return whether `configuration` is live, by choosing for each pair of visits which one goes first.
 
     The configuration is live iff some choice leaves the order of all moves without a circle; a clause per
@@ -76,8 +76,6 @@ def live_by_order(system: System, configuration: Configuration, *, solver: str =
     ----------
     system
         Every robot has a private state, shared states hold one, no terminal is shared.
-    solver
-        A solver of python-sat.
     """
     try:
         from pysat.solvers import Solver  # noqa: PLC0415 - python-sat is an extra
@@ -88,7 +86,7 @@ def live_by_order(system: System, configuration: Configuration, *, solver: str =
         msg = "liveness by SAT covers states that hold one robot"
         raise AcyclicityError(msg)
     encoding = _Encoding(system, configuration)
-    with Solver(name=solver) as sat:
+    with Solver(name="minisat22") as sat:
         while sat.solve():
             clauses = _circles_of(encoding, sat.get_model() or [])
             if not clauses:
