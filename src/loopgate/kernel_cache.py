@@ -103,7 +103,10 @@ def kernel(function: F) -> F:
 
 
 def inner(function: F) -> F:
-    """Compile a function as a `kernel` that only compiled ones call: a way in from Python costs seconds."""
+    """Compile a function as a `kernel` that only compiled ones call, which takes seconds less.
+
+    There is no way in from Python: calling it from there ends the process.
+    """
     settings: dict[str, Any] = {"no_cfunc_wrapper": True, "no_cpython_wrapper": True}
     return cast("F", njit(cache=True, error_model="numpy", **settings)(function))
 

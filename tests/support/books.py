@@ -11,10 +11,34 @@ from loopgate.drive import holdings, requests
 from loopgate.drive.build import make_tables
 from loopgate.drive.codes import REASONS
 from loopgate.drive.gatekeeper import Gatekeeper
+from loopgate.drive.tables import Tables
 from loopgate.drive.track import Round, Track
 from loopgate.gates import Gate
+from loopgate.kernel_cache import kernel
 from loopgate.model import System
 from loopgate.negotiation.base import Negotiation
+
+
+# Ways in, from Python, to what only compiled code calls.
+@kernel
+def _asks(robot: int, t: Tables) -> None:
+    requests.asks(robot, t)
+
+
+@kernel
+def _left(robot: int, state: int, t: Tables) -> None:
+    holdings.left(robot, state, t)
+
+
+@kernel
+def _cleared(robot: int, leg: int, t: Tables) -> None:
+    holdings.cleared(robot, leg, t)
+
+
+@kernel
+def _decide(t: Tables) -> None:
+    requests.decide(t)
+
 
 ROUNDS = (Round("e", "round", "first"), Round("", "onward", "second"))
 
@@ -70,22 +94,22 @@ class Books(Gatekeeper):
         """Let a vehicle ask."""
         before = float(self.run["now_s"][0])
         self.run["now_s"] = now_s
-        requests.asks(robot, self.tables)
+        _asks(robot, self.tables)
         self.run["now_s"] = before
 
     def left(self, robot: int, state: int) -> None:
         """Let the rear of a vehicle leave a state."""
-        holdings.left(robot, state, self.tables)
+        _left(robot, state, self.tables)
 
     def cleared(self, robot: int, leg: int) -> None:
         """Let the rear of a vehicle pass what lies behind a leg."""
-        holdings.cleared(robot, leg, self.tables)
+        _cleared(robot, leg, self.tables)
 
     def decide(self, now_s: float) -> list[tuple[int, bool, str]]:
         """Answer the requests; return who was told what."""
         self.run["now_s"] = now_s
         if self.compiled:
-            requests.decide(self.tables)
+            _decide(self.tables)
         else:
             self._decide()
         told = cast("Any", self.tables.entries)["answered"][: self.run["answers"][0]].tolist()

@@ -8,13 +8,27 @@ from books import Books
 
 from builders import system
 from loopgate.abstraction.itinerary import Crossing, Leg
-from loopgate.drive.gaps import BEFORE, IN_THE_WAY, LATER, PAST, _may_be_held, relation, together
+from loopgate.drive import gaps
+from loopgate.drive.gaps import BEFORE, IN_THE_WAY, LATER, PAST, _may_be_held
 from loopgate.drive.motion import braking_time_s
 from loopgate.drive.step import SETTLE
 from loopgate.drive.tables import Tables
 from loopgate.gates import make_gate
+from loopgate.kernel_cache import kernel
 from loopgate.model import StateId
 from loopgate.negotiation.simple import OldestFirst
+
+
+@kernel
+def relation(i: int, k: int, f: int, other: int, t: Tables) -> int:
+    """Ask from Python what only compiled code asks."""
+    return gaps.relation(i, k, f, other, t)
+
+
+@kernel
+def together(one: int, other: int) -> int:
+    """Ask from Python what only compiled code asks."""
+    return gaps.together(one, other)
 
 
 @pytest.mark.parametrize(
