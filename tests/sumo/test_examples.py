@@ -46,10 +46,10 @@ EXAMPLES = {
 
 
 def needs_example(name: str, thing: Callable[..., object]) -> bool:
-    """Functions do, and classes at the top that have methods; an `Attached` is what `attach` shows."""
+    """Functions do, and classes at the top that have methods."""
     if inspect.isfunction(thing):
         return True
-    if name.removeprefix("loopgate.") not in loopgate.__all__ or thing is loopgate.Attached:
+    if name.removeprefix("loopgate.") not in loopgate.__all__:
         return False
     return any(inspect.isfunction(part) for key, part in vars(thing).items() if not key.startswith("_"))
 

@@ -1,4 +1,4 @@
-"""What numbers in the tables of the drive stand for: reasons, what is to be done to vehicles, nobody."""
+"""Meanings of numbers in the tables of the drive: reasons, what is to be done to vehicles, nobody."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is kept for vehicles that were passed over for too long: ways over crossings, and last slots."""
+"""Ways over crossings and last slots that are kept for vehicles passed over for too long."""
 
 from __future__ import annotations
 

@@ -48,7 +48,7 @@ _Keeping = tuple[System, Gate, Negotiation]
 
 @dataclass(frozen=True, slots=True)
 class Session:
-    """What drives the vehicles of a scenario.
+    """The simulation, drive and surroundings of a scenario.
 
     Attributes
     ----------

@@ -17,7 +17,7 @@ READS: Mapping[str, Callable[[str], Any]] = {
     name: getattr(_wrapped, f"vehicle_{name}", getattr(libsumo.vehicle, name))
     for name in ("getDistance", "getLaneID", "getLanePosition", "getSpeed")
 }
-"""What is read of every vehicle in every step, by the name of the function that the wrapper has for it.
+"""Readings taken of every vehicle in every step, by the name of the function that the wrapper has for it.
 
 Without that function where that can be had: it takes a third of the time.
 """

@@ -1,1 +1,1 @@
-"""What surrounds vehicles under the gate: lights that they obey, ordinary traffic that they give way to."""
+"""Surroundings of vehicles under the gate: lights that they obey, ordinary traffic that they give way to."""

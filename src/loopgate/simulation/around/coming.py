@@ -72,7 +72,7 @@ class Coming:
         self._routes: dict[str, tuple[tuple[str, ...], Sequence[float]]] = {}
         """Edges, and where they end on the way from the first [m]."""
         self._over: dict[_Between, set[tuple[str, int]]] = {}
-        """Whose routes lead over a junction, passed or not, and behind which of their edges."""
+        """Vehicles whose routes lead over a junction, passed or not, and behind which of their edges."""
         self._seen: dict[str, tuple[int, Seen]] = {}
         """All vehicles by name, each with its number."""
         self._arrivals: dict[str, Sequence[Arrival]] = {}

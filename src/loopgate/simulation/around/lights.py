@@ -27,7 +27,7 @@ _PATIENCE_S = 180.0
 for a green that lasts until it is there [s]: lights that are never green together would keep it for ever."""
 
 _FAR_M = 50.0
-"""What a light shows that is farther than this from where vehicles are held is of no account to who sets out
+"""A light farther than this from where vehicles are held is of no account to one that sets out
 there [m]: it is too early to tell, and an actuated one waits for somebody to come near."""
 
 _RED = frozenset("ru")

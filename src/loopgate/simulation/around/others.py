@@ -21,7 +21,7 @@ PROMISE = (
     "in each for ordinary ones. More of those than there is room for can still hold them up for good, and "
     "between the two there is no more than SUMO's right of way."
 )
-"""What holds with ordinary traffic about."""
+"""The promise that holds with ordinary traffic about."""
 
 _CLEAR_M = 40.0
 """So far behind who drives onto its lane from beside it no ordinary vehicle may be [m]."""
@@ -71,7 +71,7 @@ class Others:
         self._keeper = keeper
         self._sight, self._yielding, self._circles = sight, yielding, circles
         self._on: object = None
-        """What was in sight when it was looked last."""
+        """Vehicles in sight when it was looked last."""
         self._met: dict[str, tuple[Way, float, bool]] = {}
         """Which way those who have asked since then were on, how far before its line [m], and the answer."""
 

@@ -22,7 +22,7 @@ BEYOND_M = 0.3
 """How far past the end of a place vehicles may stand that are in it [m]."""
 
 _GAP_M = 2.5
-"""What a vehicle keeps free before it when it stands: SUMO's default [m]."""
+"""Room that a vehicle keeps free before it when it stands: SUMO's default [m]."""
 
 _STANDING_MPS = 0.1
 
@@ -73,15 +73,15 @@ class Sight:
         self.seen: Sequence[Seen] = ()
         """All of them, lane by lane."""
         self.turned: Sequence[Seen] = ()
-        """Those whose routes were not known when it was looked, or not for long enough, or for that lane."""
+        """Vehicles whose routes were not known at the last look, or not for long enough, or for that lane."""
         self.led: dict[str, tuple[str, ...]] = {}
         """Routes that have been read, and were not so before, until somebody has taken note."""
         self.busy: AbstractSet[str] = frozenset()
         """The lanes on which they are with some part."""
         self.kinds: Mapping[str, Dynamics] = {}
-        """What they can do."""
+        """Their dynamics."""
         self._names: set[str] = set()
-        """Those seen so far; not who was about to come under the gate."""
+        """Vehicles seen so far; not one that was about to come under the gate."""
         self._seen_s = -math.inf
         self._routes: dict[str, tuple[_Route, float, str]] = {}
         """Routes, until when they are taken to be so [s], and the lane of the vehicle then."""

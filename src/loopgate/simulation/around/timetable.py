@@ -17,7 +17,7 @@ _AMBER = frozenset("yY")
 
 @dataclass(frozen=True, slots=True)
 class Showing:
-    """What a link shows in the next step.
+    """The showing of a link in the next step.
 
     Attributes
     ----------

@@ -33,19 +33,19 @@ _MOST_KEPT_S = 60.0
 """After this time it is SUMO's right of way alone that says when it goes on [s]."""
 
 _SETS_OUT_S = 5.0
-"""Who stands in the queue at a line for longer than this and may set out waits for something else [s]."""
+"""A vehicle that stands in the queue at a line for longer, and may set out, waits for something else [s]."""
 
 _PASSED_S = 2.0
 """Time in which an ordinary vehicle with the right of way is over the junction once it is there [s]."""
 
 _HELD_UP_S = 5.0
-"""Who stands at its line for so long with nobody in its way waits for one with a grant of its own [s]."""
+"""A vehicle that stands at its line so long with nobody in its way waits for one with its own grant [s]."""
 
 _APART_S = 1.0
 """Time to spare between a gated vehicle leaving and one with the right of way getting there [s]."""
 
 _COLUMNS = ("crossed", "granted", "front", "speed", "top", "accel", "decel")
-"""What is read of the table of vehicles for all with grants at once: one by one takes ten times as long."""
+"""Columns read of the table of vehicles for all with grants at once: one by one takes ten times as long."""
 
 
 class _Going(NamedTuple):
@@ -112,11 +112,11 @@ class Yielding:
         self._clear: dict[str, Movement] = {}
         """For whom nobody came when it was looked last, and on which movement, until they are past it."""
         self._first: set[str] = set()
-        """Those of them inside the junction, where they would be in the way if they waited."""
+        """The ones of them inside the junction, where they would be in the way if they waited."""
         self._standing_s: dict[str, float] = {}
         """Since when vehicles with grants stand at their lines with nobody in their way [s]."""
         self._freed: dict[str, Movement] = {}
-        """Those who did for too long, and go without giving way, until they are past that movement."""
+        """Vehicles that did for too long: they go without giving way until they are past that movement."""
         self._may_set_out: dict[str, tuple[float, float]] = {}
         """Since when ordinary vehicles stand at their lines though they may drive, and were seen so last."""
 

@@ -34,7 +34,26 @@ __all__ = ["Attached"]
 
 
 class Attached:
-    """A gate over vehicles of a running simulation; made by `attach`, to be used in a ``with`` statement."""
+    """A gate over vehicles of a running simulation; made by `attach`, to be used in a ``with`` statement.
+
+    Examples
+    --------
+    >>> import libsumo
+    >>> import loopgate
+    >>> files = ["-n", "networks/grid5-priority.net.xml", "-r", "routes/grid5.rou.xml"]
+    >>> _ = libsumo.start(["sumo", *files, "--no-step-log", "--no-warnings"])
+    >>> for bus in ("bus1", "bus2"):
+    ...     libsumo.vehicle.add(bus, "loop0")
+    >>> with loopgate.attach(libsumo) as gate:
+    ...     gate.add("bus1", "bus2")
+    ...     for _ in range(60):
+    ...         libsumo.simulationStep()
+    ...         happened = gate.after_step()
+    ...     gate.leave("bus2")
+    ...     gate.vehicles, gate.waiting
+    (('bus1',), ())
+    >>> libsumo.close()
+    """
 
     def __init__(
         self, sumo: RunningSumo, network: RoadNetwork, *, gate: str, negotiation: str, lights: str, seed: int
@@ -166,12 +185,12 @@ class Attached:
 
     @property
     def vehicles(self) -> tuple[str, ...]:
-        """Those under the gate."""
+        """The vehicles under the gate."""
         return tuple(sorted(self._fleet.members))
 
     @property
     def waiting(self) -> tuple[str, ...]:
-        """Those that wait to come under it."""
+        """The vehicles that wait to come under it."""
         return tuple(sorted(self._fleet.newcomers))
 
     def _note_collisions(self) -> None:

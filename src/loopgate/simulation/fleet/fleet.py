@@ -33,7 +33,7 @@ __all__ = ["Fleet", "Rules"]
 
 
 _Ready = tuple[Sequence[Track], Books, System, Gate]
-"""What vehicles go on with."""
+"""Tracks, books, system and gate that vehicles go on with."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,7 +82,7 @@ class Fleet:
     def __init__(self, network: RoadNetwork, traffic: Traffic, recorder: Recorder, rules: Rules) -> None:
         self._network, self._traffic, self._recorder, self._rules = network, traffic, recorder, rules
         self._obstacles: tuple[Obstacle, ...] = ()
-        """What is in the way besides what is about; asked first."""
+        """Obstacles besides the surroundings; asked first."""
         self._itineraries: Sequence[Itinerary] = ()
         self._ways: Sequence[Track] = ()
         self._passing: Sequence[tuple[StateId, ...]] = ()
@@ -95,7 +95,7 @@ class Fleet:
         self.engine: ChangingEngine | None = None
         self.around: Surroundings | None = None
         self._leaving: Sequence[str] = ()
-        """Those who are to be let go with the next change."""
+        """Vehicles that are to be let go with the next change."""
         self.changes = 0
         """How often vehicles joined or left."""
         self.stays = False
@@ -105,12 +105,12 @@ class Fleet:
 
     @property
     def members(self) -> Mapping[str, Driver]:
-        """Those under the gate, by name."""
+        """The vehicles under the gate, by name."""
         return self.engine.driver_of if self.engine else {}
 
     @property
     def books(self) -> Books:
-        """Who holds what."""
+        """The holders of every place and crossing."""
         books = self.engine.books() if self.engine is not None and self.members else Books({}, {}, {})
         books.strike(self._leaving)
         return books

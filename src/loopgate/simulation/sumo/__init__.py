@@ -1,1 +1,1 @@
-"""What SUMO is given to start with, and what it leaves on the disk."""
+"""Files and options that SUMO is given to start with, and the room that it takes on the disk."""

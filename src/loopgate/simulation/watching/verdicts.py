@@ -1,4 +1,4 @@
-"""Who erred where a gated vehicle and an ordinary one collide: read off what both did before."""
+"""The vehicle that erred where a gated and an ordinary one collide: read off what both did before."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _RED = frozenset("ru")
 
 @dataclass(frozen=True, slots=True)
 class CollisionVerdict:
-    """Who erred in a collision.
+    """The vehicle that erred in a collision, and why.
 
     Attributes
     ----------
