@@ -53,7 +53,7 @@ def _changed(name: str, *changes: tuple[str, str]) -> Function:
     for before, after in changes:
         assert before in text
         text = text.replace(before, after)
-    names = {**vars(service), "kernel": lambda function: function, "part": lambda function: function}
+    names = {**vars(service), "inner": lambda function: function, "part": lambda function: function}
     exec(text, names)  # noqa: S102  our own source
     changed: Function = names[name]
     return changed
