@@ -128,14 +128,8 @@ def _pass(i: int, t: Tables) -> bool:
         one.next_lap_m += one.lap_m
     while run.rows < room and one.front >= _leg_m(i, t):
         one.entered += 1
-        note(
-            i,
-            run.enter,
-            t.states[t.legs[one.leg_at + one.entered % one.legs].state].word,
-            NOTHING,
-            NOTHING,
-            t,
-        )
+        place = t.legs[one.leg_at + one.entered % one.legs].state
+        note(i, run.enter, t.states[place].word, NOTHING, NOTHING, t)
     one.note_m = min(_edge_m(i, t), one.next_lap_m, _leg_m(i, t))
     return pivoted
 

@@ -6,13 +6,12 @@ from collections.abc import Mapping, Sequence
 
 from loopgate.drive.driver import Driver
 from loopgate.drive.gatekeeper import Gatekeeper
+from loopgate.drive.sense import STANDING_MPS
 from loopgate.network import RoadNetwork
 from loopgate.simulation.around.crossing_ways import Place, Way
 from loopgate.simulation.around.sight import Seen, Sight
 
 __all__ = ["Circles"]
-
-_STANDING_MPS = 0.1
 
 _SHARE = 5
 """One slot in so many of a place is for ordinary vehicles, one at least where there are three."""
@@ -136,7 +135,7 @@ class Circles:
             return None
         across = (lane for movement in way.movements for lane in movement.across)
         there = (seen for lane in (*way.between, *across) for seen in self._sight.on.get(lane, ()))
-        return next((seen for seen in there if seen.speed_mps < _STANDING_MPS), None)
+        return next((seen for seen in there if seen.speed_mps < STANDING_MPS), None)
 
     def _sought(self, other: Seen) -> tuple[str, float] | None:
         """Return the next state on the route of an ordinary vehicle, and its length [m]; None for none."""

@@ -8,6 +8,7 @@ from itertools import accumulate, pairwise
 from typing import NamedTuple
 
 from loopgate.drive.motion import time_s
+from loopgate.drive.sense import STANDING_MPS
 from loopgate.network import RoadNetwork
 from loopgate.simulation.around.sight import Seen, Sight
 
@@ -15,8 +16,6 @@ __all__ = ["Arrival", "Coming"]
 
 _HORIZON_S = 20.0
 """Nobody looks farther ahead [s]: by then who sets out now is over any junction."""
-
-_STANDING_MPS = 0.1
 
 _REACTS_S = 1.0
 """SUMO's drivers brake so late [s]."""
@@ -109,7 +108,7 @@ class Coming:
 
     def _comes(self, one: Seen) -> bool:
         """Return whether a vehicle drives, or stands near its line."""
-        if one.speed_mps > _STANDING_MPS:
+        if one.speed_mps > STANDING_MPS:
             return True
         return not one.lane.startswith(":") and self._left_m(one) <= _AT_LINE_M
 
@@ -139,7 +138,7 @@ class Coming:
     def _of(self, one: Seen, at: int) -> Sequence[Arrival]:
         """Return when a vehicle comes to the junctions before it: behind that edge of its route, and on."""
         if one.vehicle not in self._arrivals:
-            stands = one.speed_mps <= _STANDING_MPS
+            stands = one.speed_mps <= STANDING_MPS
             self._arrivals[one.vehicle] = (self._standing(one),) if stands else [*self._driving(one, at)]
         return self._arrivals[one.vehicle]
 

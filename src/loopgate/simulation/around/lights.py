@@ -190,9 +190,8 @@ class Lights:
             showing = self._timetable.next(first.light, first.link)
             if not showing.is_open:
                 driver.row["red_until_s"] = showing.until_s
-                until_s = max(
-                    now_s, showing.until_s - self._traffic.step_s
-                )  # it is asked for again only then
+                # It is not asked about before that.
+                until_s = max(now_s, showing.until_s - self._traffic.step_s)
         if until_s - since > self._longest.waited_s:
             self._longest = _Red(until_s - since, since, first)
         return Reason.RED

@@ -9,6 +9,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 from loopgate.drive.driver import Driver
+from loopgate.drive.sense import STANDING_MPS
 from loopgate.network import RoadNetwork
 from loopgate.simulation.around.crossing_ways import Movement, Place
 from loopgate.traffic.base import Dynamics, Traffic
@@ -23,8 +24,6 @@ BEYOND_M = 0.3
 
 _GAP_M = 2.5
 """Room that a vehicle keeps free before it when it stands: SUMO's default [m]."""
-
-_STANDING_MPS = 0.1
 
 _AGAIN_S = 5.0
 """So long a route is taken to be as it was [s]: SUMO may lead vehicles another way."""
@@ -110,7 +109,7 @@ class Sight:
                 kind = traffic.dynamics(vehicle)
                 self._names.add(vehicle)
             kinds[vehicle] = kind
-            if speed_mps <= _STANDING_MPS and traffic.parks(vehicle):
+            if speed_mps <= STANDING_MPS and traffic.parks(vehicle):
                 continue
             one = Seen(vehicle, lane, position_m, kind.length_m, speed_mps)
             on.setdefault(lane, []).append(one)

@@ -12,7 +12,7 @@ import numpy as np
 from loopgate.drive.driver import Driver
 from loopgate.drive.engine import Engine
 from loopgate.drive.motion import time_s
-from loopgate.drive.sense import MARGIN_M, braking_m, safe_mps
+from loopgate.drive.sense import MARGIN_M, STANDING_MPS, braking_m, safe_mps
 from loopgate.simulation.around.coming import Arrival, Coming
 from loopgate.simulation.around.crossing_ways import Approach, Movement, Way
 from loopgate.simulation.around.sight import BEYOND_M, Sight
@@ -20,8 +20,6 @@ from loopgate.simulation.around.timetable import Timetable
 from loopgate.traffic.base import Traffic
 
 __all__ = ["Yielding"]
-
-_STANDING_MPS = 0.1
 
 _AT_LINE_M = 5.0
 """So far before its line a vehicle may stand that is about to set out [m]."""
@@ -183,7 +181,7 @@ class Yielding:
             if left_m < -movement.length_m:
                 continue
             goes = movement is freed
-            if left_m >= 0.0 and line_m <= _AT_LINE_M and one.speed_mps < _STANDING_MPS:
+            if left_m >= 0.0 and line_m <= _AT_LINE_M and one.speed_mps < STANDING_MPS:
                 self._standing_s[one.driver.id] = since_s
                 goes |= self._traffic.now_s - since_s >= _HELD_UP_S
             if goes and not self._is_late(movement):
@@ -203,7 +201,7 @@ class Yielding:
         for movement, left_m, line_m in one.ahead:
             if left_m < -BEYOND_M:
                 continue
-            if one.speed_mps < _STANDING_MPS:
+            if one.speed_mps < STANDING_MPS:
                 return 0.0 if line_m <= _AT_LINE_M and self._is_closed(one, movement, left_m) else None
             return self._slowed(one, movement, left_m, before=before)
         return None
@@ -221,7 +219,7 @@ class Yielding:
     def _is_closed(self, one: _Going, movement: Movement, left_m: float) -> bool:
         """Return whether somebody is in the way of a vehicle that is so far before a junction, or comes."""
         self.look_around()
-        waits = movement.wait_m > 0.0 or one.speed_mps < _STANDING_MPS
+        waits = movement.wait_m > 0.0 or one.speed_mps < STANDING_MPS
         inside = self._sight.across(movement, movement.across if waits else movement.unseen)
         closed = bool(inside) or self.comes(one.driver, movement, left_m)
         self._clear.pop(one.driver.id, None)
