@@ -111,6 +111,17 @@ def inner(function: F) -> F:
     return cast("F", njit(cache=True, error_model="numpy", **settings)(function))
 
 
+def way_in(function: F, *like: Any) -> F:  # noqa: ANN401  what it is called with
+    """Return a `kernel` compiled for arguments like these, with which it is called once.
+
+    To look up their types at each call takes numba longer than a short step. They are taken for granted now:
+    others would end the process. Uncompiled it is the function itself.
+    """
+    function(*like)
+    compiled = list(getattr(function, "overloads", {}).values())
+    return cast("F", compiled[0].entry_point) if len(compiled) == 1 else function
+
+
 def constant(value: int) -> int:
     """Return a number that compiled code takes for any number.
 

@@ -155,7 +155,7 @@ class Driver:
 
     @property
     def stood_s(self) -> float:
-        """For how long it has stood, wherever that was, as far as somebody counts that [s]."""
+        """For how long it has stood, wherever that was, since the warm-up [s]."""
         return float(self.row["stood_s"])
 
     @property

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections import defaultdict
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from time import perf_counter
 from typing import Any, cast
@@ -12,9 +13,10 @@ from numpy.typing import NDArray
 
 from loopgate.drive import step as drive
 from loopgate.drive.build import make_tables, movements_of, roads_of
-from loopgate.drive.codes import BRAKE, RELEASE, STEER, STOP
+from loopgate.drive.codes import BRAKE, PIVOT, RELEASE, STEER, STOP
 from loopgate.drive.driver import Driver
 from loopgate.drive.gatekeeper import Gatekeeper
+from loopgate.drive.rows import columns
 from loopgate.drive.sense import STANDING_MPS
 from loopgate.drive.steering import Steering
 from loopgate.drive.step import Step
@@ -84,10 +86,20 @@ class Engine:
         self.arrived: tuple[str, ...] = ()
         """Vehicles that the simulator took off the road in the last step, at the ends of their routes."""
         self._ids: list[str] = []
+        self._stood_s: defaultdict[str, float] = defaultdict(float)
+        self._counted: tuple[Sequence[str], Any] = (), np.zeros(0, dtype=[("stood_s", np.float64)])
+        """The edges by number, and the table of them in which standing is counted."""
         self._make(tracks)
-        self._step(drive.IDLE)  # so that compiling, or loading what was compiled, is no part of the run
         self._steering = Steering(traffic, recorder)
         self._worn = WornStops(traffic)
+        self._do: dict[int, Callable[[Driver, int], None]] = {
+            int(PIVOT): self._route_renewed,
+            int(STOP): self._stop,
+            int(RELEASE): self._release,
+            int(STEER): self._steering.begin,
+            int(BRAKE): lambda driver, _: traffic.brake(driver.id),
+        }
+        """What is done to a vehicle whose last grant is a leg, by number."""
         self._next_look_s = 0.0
         self._turns = 0
         self.sumo_s = 0.0
@@ -114,10 +126,32 @@ class Engine:
         self.tables = tables
         self.run = cast("Any", tables.run)
         """The table of the run, one row, by column."""
+        self._told = columns(cast("NDArray[np.void]", tables.run), "rows", "lost")[0]
+        """How many rows there are of a step, how many acts, and how many found no room."""
         self.run["foresees"] = self.foresees and not self._traffic.gives_way
         self.vehicles = cast("NDArray[np.void]", tables.vehicles)
         """The table of vehicles, by column."""
+        if self._counted[1] is not tables.roads:
+            self._count_stood()
+            self._counted = self.roads, tables.roads
         self._step = keeper.take_over(tables, self._recorder.code, states) if keeper else Step(tables)
+
+    def _count_stood(self) -> None:
+        """Add up by edge for how long vehicles have stood since the last time."""
+        roads, counted = self._counted
+        stood_s = counted["stood_s"]
+        for number in np.flatnonzero(stood_s).tolist():
+            self._stood_s[roads[number]] += float(stood_s[number])
+        stood_s[:] = 0.0
+
+    @property
+    def stood_s(self) -> Mapping[str, float]:
+        """For how long vehicles have stood on each edge, from ``run["counts_from_s"]`` on [s].
+
+        Edges on which nobody stood may be missing.
+        """
+        self._count_stood()
+        return self._stood_s
 
     def _number(self, tracks: Sequence[Track]) -> None:
         """Let the vehicles have the rows of these tracks, and those that are new their drivers."""
@@ -207,9 +241,7 @@ class Engine:
         self._turns += 1
         busy = self._steering.steers or self._worn.any or self._turns % _TIMED_EVERY == 0
         if keeper.compiled and not busy:
-            before = keeper.decided
             self._step(drive.TURN, odometer=odometer, robots=halted)
-            keeper.count_decisions(keeper.decided - before)
         else:
             self._step(drive.LOOK, odometer=odometer, robots=halted)
             self._carry_out(now)
@@ -287,15 +319,14 @@ class Engine:
 
     def settle(self) -> None:
         """Write what is not yet written: after Ctrl-C there may be rows of a step not carried out."""
-        rows = int(self.run["rows"][0])
+        rows = int(self._told[0])
         if rows:
             self._recorder.passed(self._traffic.now_s, self.tables.rows[:rows])
-            self.run["rows"] = 0
+            self._told[0] = 0
 
     def _carry_out(self, now: float) -> None:
         """Write rows to the trace, and tell the traffic whom to hold and whom to let go."""
-        run = self.run[0]
-        rows, acts, lost = int(run["rows"]), int(run["acts"]), int(run["lost"])
+        rows, acts, lost = self._told.tolist()
         if not (rows or acts or lost):
             return
         if lost:
@@ -303,22 +334,13 @@ class Engine:
             raise TrafficError(msg)
         if rows:
             self._recorder.passed(now, self.tables.rows[:rows])
-        run["rows"] = run["acts"] = 0  # before anything can interrupt: `settle` writes what is left
+        self._told[:2] = 0  # before anything can interrupt: `settle` writes what is left
         arrived = set(self.arrived)
         for robot, what, leg in self.tables.acts[:acts].tolist():
             driver = self.drivers[robot]
             if driver.id in arrived:
                 continue
-            if what == STOP:
-                self._stop(driver, leg)
-            elif what == RELEASE:
-                self._release(driver)
-            elif what == STEER:
-                self._steering.begin(driver, leg)
-            elif what == BRAKE:
-                self._traffic.brake(driver.id)
-            else:
-                self._route_renewed(driver)
+            self._do[what](driver, leg)
 
     def _line(self, driver: Driver, leg: int) -> StopLine:
         return driver.track.stop_lines[leg % len(driver.track.legs)]
@@ -339,7 +361,7 @@ class Engine:
             if not on_lane:
                 self._steering.lead_back(driver, line.edge, line.lane_index, line.position_m)
 
-    def _release(self, driver: Driver) -> None:
+    def _release(self, driver: Driver, _: int = 0) -> None:
         if not self._steering.leads_back(driver):
             self._traffic.release(driver.id)
 
@@ -370,7 +392,7 @@ class Engine:
             if beside and driver.begin_m(leg) <= driver.front_m <= driver.end_m(leg):
                 self._steering.lead_back(driver, line.edge, line.lane_index, line.position_m)
 
-    def _route_renewed(self, driver: Driver) -> None:
+    def _route_renewed(self, driver: Driver, _: int) -> None:
         if driver.track.renews:
             self._traffic.renew(driver.id, driver.track.rounds[0].route)
         if driver.row["held"]:

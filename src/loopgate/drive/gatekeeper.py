@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from time import perf_counter_ns
 from typing import Any, cast
 
@@ -66,15 +66,15 @@ class Gatekeeper:
     ) -> None:
         self._patience_s = serve_after_s
         self.negotiation = negotiation
-        self.decision_us: defaultdict[str, Histogram] = defaultdict(Histogram)
-        """Times of the decisions by the stage that made them, empty where the gate has none."""
+        self._times: defaultdict[str, Histogram] = defaultdict(Histogram)
         self.messages = 0
         self.obstacles: tuple[Obstacle, ...] = ()
         """The other things that can be in the way; asked in this order, after room and crossings."""
         self._by_pressure = type(negotiation) is Pressure
         self._granted = False
         """Whether anything has been granted since the requests were collected."""
-        self._decision_us = 0.0
+        self._decision_us, self._counted = 0.0, 0
+        """How long a compiled decision took when it was last timed [us], and how many have been counted."""
         self.states: Sequence[str] = ()
         """Names of the states by number."""
         self._numbers: dict[str, int] = {}
@@ -212,32 +212,40 @@ class Gatekeeper:
         if not self._run["waiting"][0]:
             return
         if self.compiled:
-            self.count_decisions(self._time(lambda: self._step(drive.ANSWER)))
+            self._time(lambda: self._step(drive.ANSWER))
             return
         while self._decide() and self._step(drive.TELL):
             pass
 
-    def count_decisions(self, decided: int) -> None:
-        """Count compiled decisions.
+    @property
+    def decision_us(self) -> Mapping[str, Histogram]:
+        """Times of the decisions by the stage that made them, empty where the gate has none [us].
 
         There is no clock in compiled code: each decision counts as long as, on average, those of the last
         step in which decisions alone were timed.
         """
-        if decided:
-            self.decision_us[_CHAIN].add(self._decision_us, times=decided)
+        self._count()
+        return self._times
 
-    def _time(self, answer: Callable[[], object]) -> int:
-        before, began = self.decided, perf_counter_ns()
-        answer()
-        decided = self.decided - before
+    def _count(self) -> None:
+        """Count the compiled decisions that have not been counted."""
+        decided = self._uncounted
         if decided:
-            self._decision_us = (perf_counter_ns() - began) / 1000.0 / decided
-        return decided
+            self._times[_CHAIN].add(self._decision_us, times=decided)
+            self._counted += decided
 
     @property
-    def decided(self) -> int:
-        """How many decisions have been made in compiled code."""
-        return int(self._run["decisions"][0])
+    def _uncounted(self) -> int:
+        return int(self._run["decisions"][0]) - self._counted
+
+    def _time(self, answer: Callable[[], object]) -> None:
+        self._count()
+        began = perf_counter_ns()
+        answer()
+        took_us, decided = (perf_counter_ns() - began) / 1000.0, self._uncounted
+        if decided:
+            self._decision_us = took_us / decided
+            self._count()
 
     def _decide(self) -> bool:
         """Decide once; return whether anybody has an answer."""
@@ -304,9 +312,7 @@ class Gatekeeper:
         return Request(robot, self._state(robot, 0), self._state(robot, 1), float(self._since_s[robot]))
 
     def _decide_by_chain(self, robots: list[int]) -> None:
-        self.count_decisions(
-            self._time(lambda: self._step(drive.DECIDE, robots=np.array(robots, dtype=np.int64)))
-        )
+        self._time(lambda: self._step(drive.DECIDE, robots=np.array(robots, dtype=np.int64)))
 
     def _decide_one(self, robot: int) -> None:
         if self._granted and (not self._step(drive.STILL_FREE, robot) or self._obstructed(robot)):
@@ -331,7 +337,7 @@ class Gatekeeper:
             decision = self._following.decide_here(robot)
         else:
             decision = self.gate.decide(self._configuration, robot)
-        self.decision_us[decision.stage].add((perf_counter_ns() - begin) / 1000.0)
+        self._times[decision.stage].add((perf_counter_ns() - begin) / 1000.0)
         self.messages += decision.messages
         self._decisions[robot] = decision
         stage = self._code(decision.stage)

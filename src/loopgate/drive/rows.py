@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import cache
-from typing import Any, Final, get_type_hints
+from typing import Any, Final, cast, get_type_hints
 
 import numpy as np
 from numba import config
 from numpy.typing import NDArray
 
-__all__ = ["table"]
+__all__ = ["columns", "table"]
 
+_BYTES: Final = 8
 _KINDS: Final = {float: np.float64, int: np.int64, bool: np.bool_}
 
 
@@ -37,6 +38,12 @@ def table(
         made[name] = values
     # Compiled code reads the columns of a row as attributes; uncompiled they have to be some.
     return made.view(np.recarray) if config.DISABLE_JIT else made  # type: ignore[attr-defined]  # set on import
+
+
+def columns(made: NDArray[np.void], first: str, last: str) -> NDArray[np.int64]:
+    """Return the whole numbers in some columns side by side, one row each: a view, much sooner read."""
+    begin, end = (cast("Any", made.dtype.fields)[name][1] // _BYTES for name in (first, last))
+    return made.view(np.ndarray).view(np.int64).reshape(len(made), -1)[:, begin : end + 1]
 
 
 @cache

@@ -139,7 +139,7 @@ def _stands(i: int, t: Tables) -> None:
     """Count that the vehicle stood in this step, for itself and the edge that it is on."""
     run, one = t.run[0], t.vehicles[i]
     run.standing += 1
-    if run.counts:
+    if run.now_s >= run.counts_from_s:
         one.stood_s += run.step_s
         t.roads[one.road_at + (one.road - 1) % one.roads].stood_s += run.step_s  # `road` is the next
 
@@ -151,7 +151,9 @@ def sense(odometer: Floats, t: Tables) -> int:
     One that has arrived has no odometer: it is not a number, and the vehicle stays where it was. What finds
     no room among the rows is noted in the next step.
     """
-    step_s = t.run[0].step_s
+    run = t.run[0]
+    step_s = run.step_s
+    run.steps += 1
     called = 0
     for i in range(odometer.size):
         one = t.vehicles[i]
@@ -170,7 +172,7 @@ def sense(odometer: Floats, t: Tables) -> int:
             why |= RUNS_THROUGH
         if one.asking and must_ask(i, t):
             why |= MUST_ASK
-        t.run[0].driven_m += one.speed * step_s
+        run.driven_m += one.speed * step_s
         if one.speed < STANDING_MPS and not arrived:
             _stands(i, t)
         if why:

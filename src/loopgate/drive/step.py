@@ -16,7 +16,7 @@ from loopgate.drive.codes import BRAKE, NOBODY, NOTHING, PIVOT, RELEASE, STEER, 
 from loopgate.drive.gaps import begin_m, end_m, leg_of, state_of
 from loopgate.drive.sense import MUST_ASK, PIVOTED, REAR_PASSED, RUNS_THROUGH, TRESPASS, must_ask, note, sense
 from loopgate.drive.tables import Floats, Numbers, Tables
-from loopgate.kernel_cache import inner, kernel, part
+from loopgate.kernel_cache import inner, kernel, part, way_in
 
 __all__ = [
     "ANSWER",
@@ -346,13 +346,13 @@ class Step:
 
     Notes
     -----
-    There is one way in, with all tables in a plain tuple: each way costs seconds to compile, and numba, which
-    looks at all that it is given each time, takes half as long for a plain tuple as for a named one.
+    There is one way in, with all tables in a plain tuple: each way costs seconds to compile.
     Uncompiled (``NUMBA_DISABLE_JIT=1``) the same steps run in Python: the oracle of the compiled ones.
     """
 
     def __init__(self, tables: Tables) -> None:
         self._tables = tuple(tables)
+        self._enter = way_in(_step, IDLE, 0, 0, 0, 0, _NO_ODOMETER, _NO_ROBOTS, self._tables)
 
     def __call__(
         self,
@@ -388,4 +388,4 @@ class Step:
         int
             How many are ready (``COLLECT``), whether it is so (``STILL_FREE``), or anybody may go (``TELL``).
         """
-        return int(_step(what, robot, leg, reason, stage, odometer, robots, self._tables))
+        return int(self._enter(what, robot, leg, reason, stage, odometer, robots, self._tables))

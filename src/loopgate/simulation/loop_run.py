@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from time import perf_counter
 
 from loopgate.drive.engine import Engine
-from loopgate.results.columns import Event
+from loopgate.results.columns import FLOW_EVERY_S, Event
 from loopgate.results.recorder import Recorder
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.watching.collisions import Collisions
@@ -17,8 +17,6 @@ from loopgate.simulation.watching.watch import Deadlock, Watch
 from loopgate.traffic.base import Traffic
 
 __all__ = ["Mishaps", "RunCourse", "Tick", "drive", "note_deadlock"]
-
-_WATCH_EVERY_S = 10.0
 
 
 @dataclass(slots=True)
@@ -93,8 +91,9 @@ def drive(
         if scenario.warmup_s <= 0:
             engine.measure_from_now()
         course.begin_s = start + scenario.warmup_s
+        engine.run["counts_from_s"] = course.begin_s + traffic.step_s / 2.0  # from the step behind it
         end = course.begin_s + scenario.duration_s
-        next_watch = start + _WATCH_EVERY_S
+        next_watch = start + FLOW_EVERY_S
         while traffic.now_s < end and not over():
             engine.step()
             now = traffic.now_s
@@ -106,7 +105,7 @@ def drive(
                 course.collisions = course.collisions_of_others = course.teleports = 0
                 course.verdicts.clear()
             if now >= next_watch:
-                next_watch += _WATCH_EVERY_S
+                next_watch += FLOW_EVERY_S
                 tick(now, course)
                 deadlock = watch.check()
                 if deadlock is not None:
@@ -150,7 +149,8 @@ class Mishaps:
         now = self._traffic.now_s
         if self._verdicts is not None:
             self._verdicts.look()
-        for collision in self._colliding.begun(self._traffic.collisions()):
+        reported = self._traffic.collisions()
+        for collision in self._colliding.begun(reported) if reported or self._colliding else ():
             if self.own is not None and self.own.isdisjoint((collision.collider, collision.victim)):
                 self.course.collisions_of_others += 1
                 continue

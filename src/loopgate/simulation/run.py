@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Mapping, Sequence
+from collections.abc import Callable, Container, Mapping, Sequence
 from contextlib import ExitStack, closing
 from dataclasses import replace
 from math import isnan, nan
@@ -108,7 +108,7 @@ def _run(
     ):
         prepared_s = perf_counter() - began
         traffic, engine, recorder = session.traffic, session.engine, session.recorder
-        flow = FlowMeter(traffic, engine, warmup_s=scenario.warmup_s)
+        flow = FlowMeter(traffic, engine)
         own, once = frozenset(assembly.names), assembly.trips
         among = bool(scenario.traffic or assembly.ordinary)
         mixed = own if among else None
@@ -127,8 +127,8 @@ def _run(
             watch,
             Mishaps(traffic, recorder, RunCourse(), own=own, verdicts=verdicts),
             scenario=scenario,
-            tick=tick,
-            each_step=[*session.each_step, flow.look, fronts.look],
+            tick=_after(flow.look, tick),
+            each_step=[*session.each_step, fronts.look],
             over=lambda: bool(once) and session.departures.over,
         )
         engine.settle()
@@ -148,7 +148,7 @@ def _run(
     folder.write_table(flow_table(flow.rows), outcome.FLOW)
     ways = {loop.id: [(span.begin_m, span.edge) for span in loop.roads] for loop in assembly.loops}
     folder.write_table(loop_table(ways), outcome.LOOPS)
-    summary = _summary(scenario, assembly, keeper, course, tallies, folder, flow.edges_s(), departed)
+    summary = _summary(scenario, assembly, keeper, course, tallies, folder, engine.stood_s, departed)
     summary |= {name: getattr(engine, name) for name in ("overruns", "trespasses", "strays")}
     summary["clean"] = outcome.is_clean(summary) if keeper else None
     added = [*outcome.mishaps(summary), *surrounded.pop("warnings", [])]
@@ -166,6 +166,16 @@ def _run(
     summary["wall_s"] |= {"prepared": round(prepared_s, 3), "total": round(perf_counter() - began, 3)}
     folder.write_summary(summary)
     return summary
+
+
+def _after(look: Callable[[], None], tick: Tick) -> Tick:
+    """Return what looks, and then tells."""
+
+    def both(now: float, course: RunCourse) -> None:
+        look()
+        tick(now, course)
+
+    return both
 
 
 def _with_trips(

@@ -142,10 +142,10 @@ def open_session(
         spacing = _spacing(scenario, assembly, traffic, engine)
         seen = [Window(traffic, engine, assembly.loops).look] if backend == "gui" else []
         looks = (
-            *((engine.open_up,) if fleet else ()),
-            departures.look,
+            *((engine.open_up,) if fleet and (assembly.departures or assembly.stops) else ()),
+            *((departures.look,) if assembly.departures else ()),
             *((rerouting.look,) if rerouting else ()),
-            stops.look,
+            *((stops.look,) if assembly.stops else ()),
             *(around.each_step if around else ()),
             *spacing,
             *room,

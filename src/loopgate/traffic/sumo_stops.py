@@ -121,6 +121,8 @@ class SumoStops:
 
     def halted(self) -> Sequence[str]:
         """Return the held vehicles that came to rest in the last step, at no other stop than that."""
+        if not self._holds:
+            return ()
         ids = self._simulation.getStopStartingVehiclesIDList()
         return [vehicle for vehicle in ids if vehicle in self._holds and self._stop_number(vehicle) == 0]
 

@@ -13,6 +13,10 @@ class Collisions:
     def __init__(self) -> None:
         self._under_way: set[tuple[str, str]] = set()
 
+    def __bool__(self) -> bool:
+        """Return whether any went on in the last step."""
+        return bool(self._under_way)
+
     def begun(self, reported: Iterable[Collision]) -> list[Collision]:
         """Return those of the last step that were not there in the step before, whoever is named first."""
         before, now = self._under_way, {(one.collider, one.victim): one for one in reported}

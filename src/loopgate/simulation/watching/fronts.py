@@ -47,15 +47,19 @@ class FrontRecorder:
         self._recorder = recorder
         self._rows = 0
         self._times: list[float] = []
-        self._vehicles: list[NDArray[np.int64]] = []
-        """Their names by number."""
         self._fronts: list[NDArray[np.float64]] = []
+        self._vehicles: list[NDArray[np.int64]] = []
+        """Names by number, of those whose fronts they are."""
+        self._names = np.zeros(0, dtype=np.int64)
+        self._changes = -1
 
     def look(self) -> None:
         """Take note of the step that was made."""
         v = self._engine.vehicles
+        if self._changes != self._engine.changes:
+            self._changes, self._names = self._engine.changes, v["name"].copy()
         self._times.append(self._traffic.now_s)
-        self._vehicles.append(v["name"].copy())
+        self._vehicles.append(self._names)
         self._fronts.append(v["front"] - v["moved_m"])
         self._rows += len(v)
         if self._rows >= _BATCH:

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container, Sequence
+from collections.abc import Callable, Collection, Container, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
 
 from loopgate.simulation.watching.trails import Trails
 from loopgate.simulation.watching.waits import WaitFor, circular_wait, deadlocked
@@ -95,7 +98,10 @@ class Watch:
         self._traffic = traffic
         self._after_s = after_s
         self._at_gate = at_gate
-        self._last: dict[str, tuple[float, float]] = {}
+        self._vehicles: Sequence[str] = ()
+        self._number: dict[str, int] = {}
+        self._at_m = self._since_s = np.zeros(0)
+        """Where their odometers stood when they had moved last [m], and when that was seen [s]."""
         self._refused_at: dict[str, float] = {}
         self._known: set[str] = set()
         self._still_since_s = 0.0
@@ -106,29 +112,16 @@ class Watch:
     def check(self) -> Deadlock | None:
         """Return a deadlock that was not known before, or None. Call every few seconds."""
         now = self._traffic.now_s
-        last: dict[str, tuple[float, float]] = {}
-        still: list[str] = []
         vehicles = self._traffic.vehicles()
-        for vehicle, at in zip(vehicles, self._traffic.odometers(vehicles), strict=True):
-            before = self._last.get(vehicle)
-            if before is None or at - before[0] > _MOVED_M:
-                last[vehicle] = (at, now)
-            else:
-                last[vehicle] = before
-                still.append(vehicle)
-        self._last = last
+        still = {vehicles[n]: self._since_s[n] for n in self._look(vehicles, now).tolist()}
         standstill = self._stands_still(still, len(vehicles), now)
-        standing = sorted(v for v in still if self._waits_long(v, now) and now - last[v][1] >= self._after_s)
+        standing = sorted(v for v in still if self._waits_long(v, now) and now - still[v] >= self._after_s)
         self._known.intersection_update(standing)
         if len(standing) < 2 or self._known.issuperset(standing):  # noqa: PLR2004  a circle has two at least
             return None
         places: dict[str, str] = {}
-        waits = {
-            vehicle: self._waits(
-                vehicle, places, guess=now - last[vehicle][1] >= self._after_s + _GUESS_AFTER_S
-            )
-            for vehicle in standing
-        }
+        guess_after_s = self._after_s + _GUESS_AFTER_S
+        waits = {v: self._waits(v, places, guess=now - still[v] >= guess_after_s) for v in standing}
         if standstill and set(still) == set(standing):
             waits = {v: sets or [[w for w in standing if w != v]] for v, sets in waits.items()}
         stuck = deadlocked(waits)
@@ -145,7 +138,20 @@ class Watch:
             came = vehicle, at_s, vehicle in self._own
         return Deadlock(now, tuple(circle), wanted, len(stuck), self._by(waits, new), came)
 
-    def _stands_still(self, still: Sequence[str], count: int, now: float) -> bool:
+    def _look(self, vehicles: Sequence[str], now: float) -> NDArray[np.int64]:
+        """Take note of who has moved; return the numbers of those who have not."""
+        if vehicles != self._vehicles:
+            before = np.array([self._number.get(vehicle, -1) for vehicle in vehicles], dtype=np.int64)
+            self._at_m, self._since_s = (
+                np.append(column, -np.inf)[before] for column in (self._at_m, self._since_s)
+            )
+            self._vehicles, self._number = vehicles, {vehicle: n for n, vehicle in enumerate(vehicles)}
+        at_m = np.fromiter(self._traffic.odometers(vehicles), dtype=np.float64, count=len(vehicles))
+        moved = at_m - self._at_m > _MOVED_M
+        self._at_m[moved], self._since_s[moved] = at_m[moved], now
+        return np.flatnonzero(~moved)
+
+    def _stands_still(self, still: Collection[str], count: int, now: float) -> bool:
         """Return whether nobody has moved for long, or is at a stop or a light that is always red."""
         if len(still) < count:
             self._red, self._still_since_s = None, now
@@ -179,7 +185,8 @@ class Watch:
 
     def standing_s(self, vehicle: str) -> float:
         """Return for how long `vehicle` had been standing at the last check [s]."""
-        return self._traffic.now_s - self._last[vehicle][1] if vehicle in self._last else 0.0
+        number = self._number.get(vehicle)
+        return 0.0 if number is None else self._traffic.now_s - float(self._since_s[number])
 
     def _waits(self, vehicle: str, places: dict[str, str], *, guess: bool) -> list[list[str]]:
         refused = self._at_gate(vehicle) if self._at_gate else None

@@ -22,7 +22,7 @@ class Driven(SimpleNamespace):
         words = ["", "d", "c", "b", "a", *names]
         vehicles = np.zeros(len(names), dtype=[("name", int), ("front", float), ("moved_m", float)])
         vehicles["name"] = [words.index(name) for name in names]
-        super().__init__(now_s=0.0, vehicles=vehicles, words=words)
+        super().__init__(now_s=0.0, vehicles=vehicles, words=words, changes=0)
 
     def drive(self, step_s: float, *far_m: float) -> None:
         self.now_s += step_s
@@ -57,7 +57,7 @@ def test_vehicles_that_come_later(tmp_path: Path) -> None:
     driven.drive(1.0, 1.0, 2.0)
     made.look()
     late = Driven("b", "c", "d")
-    driven.vehicles = late.vehicles
+    driven.vehicles, driven.changes = late.vehicles, 1
     driven.drive(1.0, 3.0, 4.0, 5.0)
     made.look()
     made.close()
