@@ -83,10 +83,10 @@ class Scene:
         coming: Any = Mock(arrivals=lambda *between: {("priority", "after"): self.arrivals}[between])
         self.vehicles: Any = tables.vehicles
         engine: Any = SimpleNamespace(
-            drivers=drivers, vehicles=self.vehicles, driver_of={one.id: one for one in drivers}
+            drivers=drivers, tables=tables, vehicles=self.vehicles, driver_of={one.id: one for one in drivers}
         )
         self.yielding = Yielding(self.traffic, engine, ways, Timetable(self.traffic), sight, coming)
-        circles: Any = Mock(too_tight=lambda _: self.tight)
+        circles: Any = Mock(too_tight=lambda _: self.tight, asked=())
         self.others = Others(drivers, ways, keeper, sight, self.yielding, circles)
         self.drivers = drivers
 

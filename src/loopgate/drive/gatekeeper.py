@@ -126,6 +126,7 @@ class Gatekeeper:
             cast("Any", table) for table in (tables.run, tables.states, tables.reasons)
         )
         self._held_by, self._rooms = self._states["held_by"], self._states["room"]
+        self._holders, self._line, self._queue = (self._states[c] for c in ("holders", "line", "queue"))
         self._outside = self._states["outside"]
         self._state_behind = cast("Any", tables.legs)["state"]
         self._run["serve_after_s"] = self._serve_after_s
@@ -179,14 +180,14 @@ class Gatekeeper:
 
     def holders(self, state: int) -> list[int]:
         """Return the robots that hold `state`, in the order in which they took it."""
-        place = self._states[state]
-        robots: list[int] = self._tables.lists[place["holders"] :][: place["held_by"]].tolist()
+        begin = self._holders[state]
+        robots: list[int] = self._tables.lists[begin : begin + self._held_by[state]].tolist()
         return robots
 
     def line(self, state: int) -> list[int]:
         """Return the robots whose last grant is `state`, first one first."""
-        place = self._states[state]
-        robots: list[int] = self._tables.lists[place["line"] :][: place["queue"]].tolist()
+        begin = self._line[state]
+        robots: list[int] = self._tables.lists[begin : begin + self._queue[state]].tolist()
         return robots
 
     def slots(self, state: int) -> int:

@@ -99,7 +99,7 @@ class SumoTraffic(SumoStops, SumoLights):
 
     def look_at_clock(self) -> None:
         """Take note of a step, which somebody else may have made."""
-        self._now = float(self._simulation.getTime())
+        self._now, self._seen_s = float(self._simulation.getTime()), -inf
 
     def vehicles(self) -> Sequence[str]:
         ids: Sequence[str] = self._vehicle.getIDList()
@@ -135,6 +135,7 @@ class SumoTraffic(SumoStops, SumoLights):
             raise TrafficError(msg) from error
 
     def take_out(self, vehicle: str) -> None:
+        self._seen_s = -inf
         self._holds.pop(vehicle, None)
         with suppress(*((self._error,) if isinstance(self._error, type) else self._error)):
             self._vehicle.remove(vehicle)
@@ -153,10 +154,9 @@ class SumoTraffic(SumoStops, SumoLights):
             raise TrafficError(msg) from error
 
     def whereabouts(self) -> Whereabouts:
-        """Return where all vehicles are; read anew where some are gone since."""
-        vehicles = self.vehicles()
-        if self._seen_s != self._now or self._seen.vehicles != vehicles:
-            self._seen_s = self._now
+        """Return where all vehicles are; read anew after a step, and where one has been taken out since."""
+        if self._seen_s != self._now:
+            self._seen_s, vehicles = self._now, self.vehicles()
             self._seen = Whereabouts(vehicles, *([*map(read, vehicles)] for read in self._reads))
         return self._seen
 

@@ -58,6 +58,8 @@ class Circles:
         self._places: Mapping[str, Place] = {}
         self._first_on: dict[str, str] = {}
         """The first state on a lane."""
+        self.asked: Sequence[str] = ()
+        """The states that the last answer rests on: where vehicles are in line, and where the first goes."""
 
     def plan(self, places: Mapping[str, Place]) -> None:
         """Take over where the states are, by name."""
@@ -71,25 +73,28 @@ class Circles:
         It is the move into its next state, or `back` into its own, from beside the road.
         """
         driver = self._drivers[robot]
-        leg = driver.granted if back else driver.granted + 1
-        here = "" if back else str(driver.leg(driver.granted).state)
+        granted = driver.granted
+        leg = granted if back else granted + 1
+        here = "" if back else str(driver.leg(granted).state)
         target = str(driver.leg(leg).state)
+        self.asked = circle = list[str]()
         if driver.leg(leg).away:
             return False  # who arrives leaves room
-        circle: list[str] = []
-        state, length_m, holes, crowded = target, driver.length_m, 0.0, False
+        must_move = bool(driver.row["mover"])
+        comer: Driver | Seen = driver
+        state, holes, crowded = target, 0.0, False
         while state != here and state not in circle:
-            number = self._number(state)
+            number = self._keeper.number(state)
             if number is None:
                 return crowded
             line, slots, place = self._keeper.line(number), self._keeper.slots(number), self._places[state]
             others = self._sight.inside(place)
             free: float = slots - len(line)
             if others:
-                free = min(free, self._sight.fit(place, line, length_m))
+                free = min(free, self._sight.fit(place, line, comer.length_m))
             if state == target:
                 free -= 1
-                crowded = not driver.row["mover"] and free < (slots + 2) // _SHARE
+                crowded = not must_move and free < (slots + 2) // _SHARE
             holes += max(0, free)
             circle.append(state)
             if line:
@@ -99,26 +104,22 @@ class Circles:
                 following = self._following(place, others, driver if state == target else None, leg)
             if following is None:
                 return crowded
-            state, length_m = following
+            state, comer = following
         if state == here:
             return False
         if state != target:
             return crowded
-        return crowded or holes < (1 if driver.row["mover"] else 2 + self._coming(circle))
-
-    def _number(self, state: str) -> int | None:
-        """Return the number of a state; None if no gated vehicle visits it."""
-        return self._keeper.number(state)
+        return crowded or holes < (1 if must_move else 2 + self._coming(circle))
 
     def _following(
         self, place: Place, others: Sequence[Seen], head: Driver | None, leg: int
-    ) -> tuple[str, float] | None:
-        """Return where the first in a state wants to go, and its length [m]; None if it comes to no place.
+    ) -> tuple[str, Driver | Seen] | None:
+        """Return where the first in a state wants to go, and who that is; None if it comes to no place.
 
         The first is the gated vehicle that is, in a leg of its way, or one of the `others` inside before
         that: in the state, or standing on the crossing behind it.
         """
-        here = [seen for seen in others if seen.lane == place.lane]
+        here = [seen for seen in others if seen.lane == place.lane] if others else ()
         other = max(here, key=lambda seen: seen.position_m) if here else None
         if head is not None and (
             other is None or head.end_m(leg) - head.front_m <= place.end_m - other.position_m
@@ -126,8 +127,9 @@ class Circles:
             ways = self._ways[head.track.loop]
             other = self._in_the_way(ways[leg % len(ways)])
             if other is None:
-                return str(head.leg(leg + 1).state), head.length_m
-        return None if other is None else self._sought(other)
+                return str(head.leg(leg + 1).state), head
+        state = None if other is None else self._sought(other)
+        return None if other is None or state is None else (state, other)
 
     def _in_the_way(self, way: Way) -> Seen | None:
         """Return an ordinary vehicle that stands on a crossing, in the way of who is before it."""
@@ -137,14 +139,14 @@ class Circles:
         there = (seen for lane in (*way.between, *across) for seen in self._sight.on.get(lane, ()))
         return next((seen for seen in there if seen.speed_mps < STANDING_MPS), None)
 
-    def _sought(self, other: Seen) -> tuple[str, float] | None:
-        """Return the next state on the route of an ordinary vehicle, and its length [m]; None for none."""
+    def _sought(self, other: Seen) -> str | None:
+        """Return the next state on the route of an ordinary vehicle; None for none."""
         edges, at = self._sight.route(other)
         lane: str | None = other.lane
         for edge in edges[at + 1 : at + 1 + _AHEAD]:
             lane = self._leads_to.get((lane, edge)) if lane is not None else None
             if lane is not None and lane in self._first_on:
-                return self._first_on[lane], other.length_m
+                return self._first_on[lane]
         return None
 
     def _coming(self, circle: Sequence[str]) -> int:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
-from itertools import accumulate, pairwise
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 from loopgate.drive.motion import time_s
@@ -25,8 +25,6 @@ _AT_LINE_M = 30.0
 
 _NO_ROAD = math.inf, 0.0
 """Of what is no road, as a connector, length [m] and speed limit [m/s]: nobody looks beyond it."""
-
-_ROUNDING_M = 1.0
 
 _Between = tuple[str, str]
 """The edges before and behind a junction."""
@@ -68,42 +66,52 @@ class Coming:
             for edge in network.edges.values()
         }
         """Length [m] and speed limit [m/s]."""
-        self._routes: dict[str, tuple[tuple[str, ...], Sequence[float]]] = {}
-        """Edges, and where they end on the way from the first [m]."""
+        self._fastest_mps = max((limit_mps for _, limit_mps in self._roads.values()), default=0.0)
+        """Nobody has driven faster so far [m/s]."""
+        self._ahead: dict[str, tuple[str, Sequence[_Between]]] = {}
+        """On which lane vehicles were, and which junctions they may get to from there within the horizon."""
         self._over: dict[_Between, set[tuple[str, int]]] = {}
-        """Vehicles whose routes lead over a junction, passed or not, and behind which of their edges."""
-        self._seen: dict[str, tuple[int, Seen]] = {}
-        """All vehicles by name, each with its number."""
+        """The vehicles that have a junction before them, and as which one of theirs."""
+        self._numbers: dict[str, int] = {}
+        """Where the vehicles are among those in sight, by name."""
         self._arrivals: dict[str, Sequence[Arrival]] = {}
         """Of those asked for in this step, at the junctions before them, one by one."""
 
     def look(self) -> None:
         """See where they are; once a step, before it is asked who comes."""
-        self._seen = {one.vehicle: (number, one) for number, one in enumerate(self._sight.seen)}
-        self._arrivals.clear()
+        seen = self._sight.seen
         for one in self._sight.turned:
             if self._comes(one):
                 self._sight.route(one)
-        for vehicle, edges in self._sight.led.items():
-            self._forget(vehicle)
-            self._note(vehicle, edges)
+        gone = {*self._sight.led, *(self._ahead.keys() - self._sight.kinds.keys())}
         self._sight.led.clear()
-        for vehicle in self._routes.keys() - self._sight.kinds.keys():
+        fastest_mps = max((one.speed_mps for one in seen), default=0.0)
+        if fastest_mps > self._fastest_mps:
+            self._fastest_mps = fastest_mps
+            gone |= self._ahead.keys()
+        for vehicle in gone:
             self._forget(vehicle)
+        self._arrivals.clear()
+        self._numbers = {one.vehicle: number for number, one in enumerate(seen)}
+        for one in seen:
+            known = self._ahead.get(one.vehicle)
+            if (known is None or known[0] != one.lane) and self._comes(one):
+                self._note(one)
+
+    def expects(self, junctions: Iterable[_Between]) -> bool:
+        """Return whether anybody may come to one of some junctions."""
+        return not self._over.keys().isdisjoint(junctions)
 
     def arrivals(self, from_edge: str, to_edge: str) -> Sequence[Arrival]:
         """Return who comes to a junction, by the edges before and behind it."""
         over = self._over.get((from_edge, to_edge))
         if not over:
             return ()
-        top = self._roads.get(from_edge, _NO_ROAD)[1]
         found = []
-        for vehicle, edge in over:
-            number, one = self._seen.get(vehicle, (0, None))
-            if one is not None and self._comes(one):
-                at = self._sight.route(one)[1] + one.lane.startswith(":")
-                if edge >= at and self._is_near(one, at, edge, top):
-                    found += [(number, edge, arrival) for arrival in self._of(one, at)[edge - at :][:1]]
+        for vehicle, which in over:
+            number = self._numbers.get(vehicle)
+            if number is not None and self._comes(one := self._sight.seen[number]):
+                found += [(number, which, arrival) for arrival in self._of(one)[which : which + 1]]
         return [arrival for _, _, arrival in sorted(found)]
 
     def _comes(self, one: Seen) -> bool:
@@ -112,43 +120,52 @@ class Coming:
             return True
         return not one.lane.startswith(":") and self._left_m(one) <= _AT_LINE_M
 
-    def _note(self, vehicle: str, edges: tuple[str, ...]) -> None:
-        self._routes[vehicle] = edges, [*accumulate(map(self._behind_m, edges, edges[1:]), initial=0.0)]
-        for number, between in enumerate(pairwise(edges)):
-            self._over.setdefault(between, set()).add((vehicle, number))
+    def _note(self, one: Seen) -> None:
+        """Take note of the junctions before a vehicle, as long as it is on its lane."""
+        self._forget(one.vehicle)
+        ahead: list[_Between] = []
+        left_m = _HORIZON_S * self._fastest_mps
+        for between in pairwise(self._way(one)):
+            self._over.setdefault(between, set()).add((one.vehicle, len(ahead)))
+            ahead.append(between)
+            left_m -= self._behind_m(*between)
+            if left_m < 0.0:
+                break
+        self._ahead[one.vehicle] = one.lane, ahead
 
     def _forget(self, vehicle: str) -> None:
-        edges, _ = self._routes.pop(vehicle, ((), ()))
-        for number, between in enumerate(pairwise(edges)):
-            self._over[between].discard((vehicle, number))
+        _, ahead = self._ahead.pop(vehicle, ("", ()))
+        for which, between in enumerate(ahead):
+            self._over[between].discard((vehicle, which))
+            if not self._over[between]:
+                del self._over[between]
+
+    def _way(self, one: Seen) -> Sequence[str]:
+        """Return the edges of a vehicle's route from the one on that it is on, or that is before it."""
+        edges, at = self._sight.route(one)
+        return edges[at + one.lane.startswith(":") :]
 
     def _behind_m(self, from_edge: str, to_edge: str) -> float:
         """Return how far it is from the end of an edge to that of the next [m]."""
         return self._through_m.get((from_edge, to_edge), 0.0) + self._roads.get(to_edge, _NO_ROAD)[0]
 
-    def _is_near(self, one: Seen, at: int, edge: int, top_mps: float) -> bool:
-        """Return whether an edge may end within the horizon, at the top speed there; it comes from `at`."""
-        ends_m = self._routes[one.vehicle][1]
-        far_m = _HORIZON_S * max(one.speed_mps, top_mps) + _ROUNDING_M
-        return not ends_m[edge] - ends_m[at] > far_m  # which is no number behind what is no road
-
     def _left_m(self, one: Seen) -> float:
         return self._network.lanes[one.lane].length_m - one.position_m
 
-    def _of(self, one: Seen, at: int) -> Sequence[Arrival]:
-        """Return when a vehicle comes to the junctions before it: behind that edge of its route, and on."""
+    def _of(self, one: Seen) -> Sequence[Arrival]:
+        """Return when a vehicle comes to the junctions before it, one by one."""
         if one.vehicle not in self._arrivals:
             stands = one.speed_mps <= STANDING_MPS
-            self._arrivals[one.vehicle] = (self._standing(one),) if stands else [*self._driving(one, at)]
+            self._arrivals[one.vehicle] = (self._standing(one),) if stands else [*self._driving(one)]
         return self._arrivals[one.vehicle]
 
-    def _driving(self, one: Seen, at: int) -> Iterator[Arrival]:
-        edges = self._sight.route(one)[0]
+    def _driving(self, one: Seen) -> Iterator[Arrival]:
+        edges = self._way(one)
         speed, left_m, kind = one.speed_mps, self._left_m(one), self._sight.kinds[one.vehicle]
         if one.lane.startswith(":"):
-            left_m += self._roads.get(edges[at], _NO_ROAD)[0] if at < len(edges) else math.inf
+            left_m += self._roads.get(edges[0], _NO_ROAD)[0] if edges else math.inf
         accel, stops_m = kind.accel_mps2, _REACTS_S * speed + speed**2 / (2 * kind.decel_mps2)
-        for between in pairwise(edges[at:]):
+        for between in pairwise(edges):
             top = self._roads.get(between[0], _NO_ROAD)[1]
             first_s = time_s(left_m, speed, accel, max(speed, top))
             if first_s > _HORIZON_S:

@@ -76,6 +76,12 @@ class Movement:
     wait_m: float
     waits_in_way: bool = False
     past_m: Mapping[str, float] = field(default_factory=dict)
+    between: tuple[tuple[str, str], ...] = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Put the roads together."""
+        between = ((approach.from_edge, approach.to_edge) for approach in self.approaches)
+        object.__setattr__(self, "between", tuple(dict.fromkeys(between)))
 
 
 @dataclass(frozen=True, slots=True)

@@ -72,17 +72,26 @@ class Others:
         self._sight, self._yielding, self._circles = sight, yielding, circles
         self._on: object = None
         """Vehicles in sight when it was looked last."""
-        self._met: dict[str, tuple[Way, float, bool]] = {}
-        """Which way those who have asked since then were on, how far before its line [m], and the answer."""
+        self._free: dict[int, set[str]] = {}
+        """Who was free to go since then, and the states whose vehicles that rests on."""
 
     def in_the_way(self, robot: int) -> Reason | None:
         """Return TRAFFIC while an ordinary vehicle is in the way of `robot`."""
         self._yielding.look_around()
         if not self._sight.on:
             return None
+        if self._on is not self._sight.on:
+            self._on = self._sight.on
+            self._free.clear()
+        elif robot in self._free:
+            return None
         way = self._way(robot)
-        shut = self._too_full(robot, way) or self._meets(robot, way) or self._circles.too_tight(robot)
-        return Reason.TRAFFIC if shut else None
+        if self._too_full(robot, way) or self._meets(robot, way) or self._circles.too_tight(robot):
+            return Reason.TRAFFIC
+        driver = self._drivers[robot]
+        if not driver.row["mover"]:  # of whom more is asked when it is none any more
+            self._free[robot] = {str(driver.leg(driver.granted + 1).state), *self._circles.asked}
+        return None
 
     def has_room(self, driver: Driver) -> bool:
         """Return whether one that comes back from beside the road has room in its place and in its circle."""
@@ -103,7 +112,12 @@ class Others:
         self._yielding.look()
 
     def granted(self, robot: int) -> None:
-        """Do nothing: SUMO's right of way sees to the rest."""
+        """Ask anew about those who were free to go because of where it was, or is to be."""
+        driver = self._drivers[robot]
+        left, entered = (str(driver.leg(driver.granted + ahead).state) for ahead in (-1, 0))
+        for other, states in [*self._free.items()]:
+            if other == robot or left in states or entered in states:
+                del self._free[other]
 
     def blockers(self, robot: int) -> Sequence[Sequence[str]]:
         """Return who is in the way of `robot` now."""
@@ -127,23 +141,18 @@ class Others:
         return self._ways[driver.track.loop][driver.granted % len(driver.track.legs)]
 
     def _meets(self, robot: int, way: Way) -> bool:
-        """Return whether somebody is before `robot` on its lane, across its way, or comes there.
-
-        That is so all step long, however often it asks in that, as it does after each grant to another one.
-        """
-        if self._on is not self._sight.on:
-            self._on = self._sight.on
-            self._met.clear()
+        """Return whether somebody is before `robot` on its lane, across its way, or comes there."""
+        if way.lane not in self._sight.on and self._is_quiet(way):
+            return False
+        if self._before(robot, way) or self._across(way):
+            return True
         driver = self._drivers[robot]
         left_m = driver.line_m - driver.front_m
-        asked = self._met.get(driver.id)
-        if asked is not None and asked[0] is way and asked[1] == left_m:
-            return asked[2]
-        meets = bool(self._before(robot, way) or self._across(way)) or any(
-            self._yielding.comes(driver, one, left_m + one.from_m) for one in way.movements
-        )
-        self._met[driver.id] = way, left_m, meets
-        return meets
+        return any(self._yielding.comes(driver, one, left_m + one.from_m) for one in way.movements)
+
+    def _is_quiet(self, way: Way) -> bool:
+        between = self._sight.busy.isdisjoint(way.between)
+        return between and all(self._yielding.is_quiet(movement) for movement in way.movements)
 
     def _before(self, robot: int, way: Way) -> list[str]:
         """Return the ordinary vehicles between `robot` and its line."""

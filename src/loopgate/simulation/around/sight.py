@@ -165,6 +165,8 @@ class Sight:
     def inside(self, place: Place) -> list[Seen]:
         """Return those in a place, and those about to drive into it."""
         here = self.on.get(place.lane, ())
+        if not here and self.on.keys().isdisjoint(place.into):
+            return []
         inside = [s for s in here if place.begin_m <= s.position_m <= place.end_m + BEYOND_M]
         for lane in place.into:
             if lane in self.on:
@@ -203,5 +205,6 @@ class Sight:
         edges = tuple(read)
         if known is None or known[0][0] != edges:
             self.led[one.vehicle] = edges
-        self._routes[one.vehicle] = (edges, at), now + _AGAIN_S, ""
+        there = lane.startswith(":") or (at < len(edges) and edges[at] == lane.rpartition("_")[0])
+        self._routes[one.vehicle] = (edges, at), now + _AGAIN_S, lane if there else ""
         return edges, at

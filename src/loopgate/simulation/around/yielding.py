@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
-from itertools import chain
-from typing import NamedTuple
+from collections.abc import Container, Iterator, Mapping, Sequence
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
@@ -14,7 +13,7 @@ from loopgate.drive.engine import Engine
 from loopgate.drive.motion import time_s
 from loopgate.drive.sense import MARGIN_M, STANDING_MPS, braking_m, safe_mps
 from loopgate.simulation.around.coming import Arrival, Coming
-from loopgate.simulation.around.crossing_ways import Approach, Movement, Way
+from loopgate.simulation.around.crossing_ways import Movement, Way
 from loopgate.simulation.around.sight import BEYOND_M, Sight
 from loopgate.simulation.around.timetable import Timetable
 from loopgate.traffic.base import Traffic
@@ -42,8 +41,7 @@ _HELD_UP_S = 5.0
 _APART_S = 1.0
 """Time to spare between a gated vehicle leaving and one with the right of way getting there [s]."""
 
-_COLUMNS = ("crossed", "granted", "front", "speed", "top", "accel", "decel")
-"""Columns read of the table of vehicles for all with grants at once: one by one takes ten times as long."""
+_FIGURES = ("speed", "top", "accel", "decel")
 
 
 class _Going(NamedTuple):
@@ -125,13 +123,14 @@ class Yielding:
 
     def look(self) -> None:
         """Keep those out of the next junction who can stop before it and must not drive into it."""
+        self.look_around()
         now, since_s, self._since_s = self._traffic.now_s, self._since_s, {}
         kept: dict[str, float] = {}
         first: set[str] = set()
         clear, self._clear = self._clear, {}
         freed, self._freed = self._freed, {}
         standing_s, self._standing_s = self._standing_s, {}
-        for one in self._going():
+        for one in self._going({*since_s, *clear, *freed, *standing_s}):
             name = one.driver.id
             if name in clear:
                 self._go_on(one, clear[name], first)
@@ -152,20 +151,53 @@ class Yielding:
             self._traffic.give_way(vehicle, gives=vehicle not in first)
         self._first = first
 
-    def _going(self) -> Iterator[_Going]:
-        """Yield those with grants that they have not driven by, and that are not steered."""
-        vehicles, drivers = self._engine.vehicles, self._engine.drivers
-        robots = np.flatnonzero((vehicles["crossed"] < vehicles["granted"]) & ~vehicles["steered"])
-        columns = (vehicles[name][robots].tolist() for name in _COLUMNS)
-        for robot, crossed, granted, front_m, *figures in zip(robots.tolist(), *columns, strict=True):
-            driver = drivers[robot]
-            ways, ahead = self._ways[driver.track.loop], []
-            for leg in range(crossed, granted):
-                line_m = driver.end_m(leg) - front_m
-                for number, movement in enumerate(ways[leg % len(ways)].movements):
-                    left_m = line_m + movement.from_m
-                    ahead.append((movement, left_m, left_m if number else line_m))
-            yield _Going(driver, ahead, *figures)
+    def _going(self, noted: Container[str]) -> Iterator[_Going]:
+        """Yield those with grants that they have not driven by, and that are not steered.
+
+        Without those that nothing is done about, unless they are `noted`: who could still stop before the
+        first junction when it is looked next, or comes to one where nobody is in its way. All of them are
+        looked at at once, since a figure of one alone takes ten times as long.
+        """
+        v, step_s = self._engine.vehicles, self._traffic.step_s
+        robots = np.flatnonzero((v["crossed"] < v["granted"]) & ~v["steered"])
+        crossed, speed, top, accel, decel = (v[name][robots] for name in ("crossed", *_FIGURES))
+        laps, leg = np.divmod(crossed, v["legs"][robots])
+        end_m = cast("Any", self._engine.tables.legs)["end_m"][v["leg_at"][robots] + leg]
+        left_m = laps * v["lap_m"][robots] + end_m - v["front"][robots]
+        fast = np.minimum(top, speed + accel * step_s)
+        late_m = fast * step_s + fast * fast / (2 * decel) + MARGIN_M + _SHORT_OF_M
+        soon = left_m < np.maximum(late_m, 2 * _AT_LINE_M)
+        columns = crossed, v["granted"][robots], speed, top, accel, decel
+        rows = zip(
+            robots.tolist(), soon.tolist(), left_m.tolist(), *(c.tolist() for c in columns), strict=True
+        )
+        for robot, is_soon, line_m, first, granted, *figures in rows:
+            driver = self._engine.drivers[robot]
+            is_noted = driver.id in noted
+            if is_soon or is_noted:
+                one = _Going(driver, self._ahead(driver, first, granted, line_m), *figures)
+                if is_noted or self._matters(one):
+                    yield one
+
+    def _matters(self, one: _Going) -> bool:
+        """Return whether a vehicle stands before its next movement, or may not have that to itself."""
+        movement = next((movement for movement, left_m, _ in one.ahead if left_m >= -BEYOND_M), None)
+        if movement is None:
+            return False
+        return one.speed_mps < STANDING_MPS or movement.waits_in_way or not self.is_quiet(movement)
+
+    def _ahead(
+        self, driver: Driver, crossed: int, granted: int, line_m: float
+    ) -> list[tuple[Movement, float, float]]:
+        """Return the movements before a vehicle, whose line is so far ahead; see `_Going`."""
+        ways, ahead = self._ways[driver.track.loop], []
+        for leg in range(crossed, granted):
+            if leg > crossed:
+                line_m = driver.end_m(leg) - driver.front_m
+            for number, movement in enumerate(ways[leg % len(ways)].movements):
+                left_m = line_m + movement.from_m
+                ahead.append((movement, left_m, left_m if number else line_m))
+        return ahead
 
     def _go_on(self, one: _Going, clear: Movement, first: set[str]) -> None:
         """Take note of one that drives onto a clear movement, as long as it could have to wait there."""
@@ -193,8 +225,7 @@ class Yielding:
     def _is_late(self, movement: Movement) -> bool:
         """Return whether somebody comes who cannot stop any more."""
         self.look_around()
-        comers = (one for approach in movement.approaches for one in self._arriving(approach))
-        return any(arrival.near for arrival in comers)
+        return any(arrival.near for arrival in self._comers(movement))
 
     def _speed(self, one: _Going, *, before: bool) -> float | None:
         """Return how fast a vehicle may drive that is to be kept out of a junction [m/s]; else None."""
@@ -218,7 +249,6 @@ class Yielding:
 
     def _is_closed(self, one: _Going, movement: Movement, left_m: float) -> bool:
         """Return whether somebody is in the way of a vehicle that is so far before a junction, or comes."""
-        self.look_around()
         waits = movement.wait_m > 0.0 or one.speed_mps < STANDING_MPS
         inside = self._sight.across(movement, movement.across if waits else movement.unseen)
         closed = bool(inside) or self.comes(one.driver, movement, left_m)
@@ -229,9 +259,8 @@ class Yielding:
 
     def comes(self, driver: Driver, movement: Movement, left_m: float) -> bool:
         """Return whether somebody would get in the way of one that is so far before a junction."""
-        coming = (one for approach in movement.approaches for one in self._arriving(approach))
-        next_one = next(coming, None)
-        if next_one is None:
+        comers = self._comers(movement)
+        if not comers:
             return False
         speed, accel = driver.speed_mps, driver.accel_mps2
         top = min(driver.top_mps, movement.speed_mps)
@@ -244,16 +273,27 @@ class Yielding:
             arrival.last_s > there_s - _PASSED_S
             and arrival.first_s < over_s
             and (not arrival.stands or self._sets_out(arrival.stands))
-            for arrival in chain((next_one,), coming)
+            for arrival in comers
         )
 
-    def _arriving(self, approach: Approach) -> Sequence[Arrival]:
-        if approach.signal is not None and not self._timetable.is_open(*approach.signal):
-            return ()
+    def _comers(self, movement: Movement) -> list[Arrival]:
+        """Return who comes on the ways across a movement whose lights are open."""
+        comers: list[Arrival] = []
+        if self._expects(movement):
+            for approach in movement.approaches:
+                if approach.signal is None or self._timetable.is_open(*approach.signal):
+                    comers += self._coming.arrivals(approach.from_edge, approach.to_edge)
+        return comers
+
+    def _expects(self, movement: Movement) -> bool:
         if not self._looked:
             self._looked = True
             self._coming.look()
-        return self._coming.arrivals(approach.from_edge, approach.to_edge)
+        return self._coming.expects(movement.between)
+
+    def is_quiet(self, movement: Movement) -> bool:
+        """Return whether nobody is across a movement, and nobody on any way to it."""
+        return self._sight.busy.isdisjoint(movement.across) and not self._expects(movement)
 
     def _sets_out(self, vehicle: str) -> bool:
         """Return whether one that stands at its line, and may drive, is about to set out."""

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from collections import deque
-from collections.abc import Collection, Iterable
+from collections import defaultdict, deque
+from collections.abc import Collection, Iterable, Iterator
+from typing import Any
+
+import numpy as np
 
 from loopgate.drive.engine import Engine
 
@@ -11,6 +14,10 @@ __all__ = ["Trails"]
 
 _KEPT = 64
 """So many lanes, and grants, of a vehicle are remembered."""
+
+
+def _pair() -> tuple[deque[Any], deque[Any]]:
+    return deque(maxlen=_KEPT), deque(maxlen=_KEPT)
 
 
 class Trails:
@@ -24,25 +31,33 @@ class Trails:
 
     def __init__(self, engine: Engine) -> None:
         self._engine = engine
-        self._granted: dict[str, int] = {}
-        """The last legs granted when it was looked last."""
-        self._lanes: dict[str, deque[tuple[float, str]]] = {}
-        self._grants: dict[str, deque[tuple[float, int]]] = {}
+        self._names: list[str] = []
+        self._granted = np.zeros(0, dtype=np.int64)
+        """The gated vehicles by number, and the last legs granted to them, when it was looked last."""
+        self._lanes: dict[str, tuple[deque[float], deque[str]]] = defaultdict(_pair)
+        self._grants: dict[str, tuple[deque[float], deque[int]]] = defaultdict(_pair)
 
     def look(self, now: float, moved: Iterable[tuple[str, str]], gone: Iterable[str] = ()) -> None:
         """Take note of the lanes onto which vehicles have come, and of who is gone; once a step."""
         for vehicle in gone:
             del self._lanes[vehicle]
         for vehicle, lane in moved:
-            self._lanes.setdefault(vehicle, deque(maxlen=_KEPT)).append((now, lane))
-        granted = self._engine.vehicles["granted"].tolist()
-        names = (driver.id for driver in self._engine.drivers)
-        before, self._granted = self._granted, dict(zip(names, granted, strict=True))
-        for name, leg in self._granted.items():
-            if before.get(name) != leg:
-                grants = self._grants.setdefault(name, deque(maxlen=_KEPT))
-                if not grants or grants[-1][1] != leg:  # else it has only been away
-                    grants.append((now, leg))
+            times_s, lanes = self._lanes[vehicle]
+            times_s.append(now)
+            lanes.append(lane)
+        names, granted = [driver.id for driver in self._engine.drivers], self._engine.vehicles["granted"]
+        known = names == self._names
+        for robot in np.flatnonzero(granted != self._granted).tolist() if known else range(len(names)):
+            times_s, legs = self._grants[names[robot]]
+            if not legs or legs[-1] != granted[robot]:  # else it has only been away
+                times_s.append(now)
+                legs.append(int(granted[robot]))
+        self._names, self._granted = names, granted.copy()
+
+    def back(self, vehicle: str) -> Iterator[tuple[float, str]]:
+        """Yield when a vehicle came onto which lanes, last one first, as far as that is remembered."""
+        times_s, lanes = self._lanes.get(vehicle, ((), ()))
+        return zip(reversed(times_s), reversed(lanes), strict=True)
 
     def came_s(self, vehicle: str, lanes: Collection[str]) -> float:
         """Return since when a vehicle has been on some lanes, or inside junctions about them [s].
@@ -51,15 +66,15 @@ class Trails:
         several the last.
         """
         came_s = 0.0
-        for at_s, lane in reversed(self._lanes[vehicle]):
+        for at_s, lane in self.back(vehicle):
             if lane not in lanes and not lane.startswith(":"):
                 break
             came_s = at_s
-        grants = (at_s for at_s, _ in self._grants.get(vehicle, ()) if at_s <= came_s)
-        return max(grants, default=came_s)
+        times_s, _ = self._grants.get(vehicle, ((), ()))
+        return max((at_s for at_s in times_s if at_s <= came_s), default=came_s)
 
     def last(self, vehicles: Iterable[str], lanes: Collection[str]) -> tuple[str, float]:
         """Return who of some vehicles came last onto some lanes, of those that are there, and when [s]."""
-        there = [v for v in vehicles if v in self._lanes and self._lanes[v][-1][1] in lanes]
+        there = [v for v in vehicles if v in self._lanes and self._lanes[v][1][-1] in lanes]
         at_s, vehicle = max((self.came_s(v, lanes), v) for v in there)
         return vehicle, at_s

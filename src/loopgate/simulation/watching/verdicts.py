@@ -6,6 +6,7 @@ import math
 from collections import deque
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 from loopgate.drive.engine import Engine
@@ -73,7 +74,7 @@ class _Entry(NamedTuple):
     at_s: float
     movement: Connection
     letter: str
-    past_s: float = math.inf
+    past_s: float
 
 
 class Verdicts:
@@ -104,7 +105,9 @@ class Verdicts:
         self._moments: deque[tuple[float, Whereabouts]] = deque()
         self._lanes: dict[str, str] = {}
         """On which lane everybody was when it was looked last."""
-        self._entries: dict[str, _Entry] = {}
+        self._letters: dict[str, str] = {}
+        """What the light showed when vehicles drove into the last junction; empty for none."""
+        self._lit = any(movement.signal is not None for movement in network.connections)
         self._inside = {lane: movement for movement in network.connections for lane in movement.via}
         self._between = {(m.from_edge, m.to_edge): m for m in network.connections}
 
@@ -115,24 +118,32 @@ class Verdicts:
         moved = [(vehicle, lane) for vehicle, lane in lanes.items() if before.get(vehicle) != lane]
         gone = before.keys() - lanes.keys()
         for vehicle in gone:
-            self._entries.pop(vehicle, None)
-        for vehicle, lane in moved:
-            if vehicle in before:
-                self._note_move(vehicle, before[vehicle], lane)
+            self._letters.pop(vehicle, None)
+        if self._lit:
+            for vehicle, lane in moved:
+                movement = self._driven_onto(before.get(vehicle, ""), lane)
+                if movement is not None:
+                    self._letters[vehicle] = self._letter(movement)
         self.trails.look(now, moved, gone)
         self._moments.append((now, here))
         while now - self._moments[0][0] > _REMEMBERED_S:
             self._moments.popleft()
 
-    def _note_move(self, vehicle: str, was: str, lane: str) -> None:
-        """Take note of a vehicle that has come from one lane to another."""
-        now = self._traffic.now_s
+    def _driven_onto(self, was: str, lane: str) -> Connection | None:
+        """Return the movement onto which a vehicle drives that comes from one lane to another."""
         movement = self._inside.get(lane) or self._between.get((_edge(was), _edge(lane)))
-        if movement is not None and was not in movement.via:
-            self._entries[vehicle] = _Entry(now, movement, self._letter(movement))
-        entry = self._entries.get(vehicle)
-        if entry is not None and math.isinf(entry.past_s) and lane not in entry.movement.via[:-1]:
-            self._entries[vehicle] = entry._replace(past_s=now)
+        return None if not was or movement is None or was in movement.via else movement
+
+    def _entry(self, vehicle: str) -> _Entry | None:
+        """Return when a vehicle drove into the last junction on its way, if that is remembered."""
+        after: list[tuple[float, str]] = []
+        for (at_s, lane), (_, was) in pairwise(self.trails.back(vehicle)):
+            after.append((at_s, lane))
+            movement = self._driven_onto(was, lane)
+            if movement is not None:
+                past_s = (now for now, there in reversed(after) if there not in movement.via[:-1])
+                return _Entry(at_s, movement, self._letters.get(vehicle, ""), next(past_s, math.inf))
+        return None
 
     def _letter(self, movement: Connection) -> str:
         if movement.signal is None:
@@ -164,8 +175,7 @@ class Verdicts:
             return gated, f"{gated} was where it had no grant for"
         if ordinary not in self._lanes:
             return gated, f"{ordinary} is on foot"
-        entries = [self._entries.get(gated), self._entries.get(ordinary)]
-        one, other = entries
+        one, other = self._entry(gated), self._entry(ordinary)
         if one is None or other is None or _from(one) == _from(other) or not self._near(one, other):
             return collision.collider, f"{collision.collider} ran into {collision.victim} from behind"
         return self._erred_at_junction((gated, ordinary), (one, other))
