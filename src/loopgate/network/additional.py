@@ -11,8 +11,6 @@ from loopgate.errors import RouteError
 from loopgate.network.spreads import routes_named
 from loopgate.network.xml_file import read_xml
 
-__all__ = ["DEMAND", "FLEET", "demand_beside", "read_additional", "type_names", "without"]
-
 FLEET = frozenset({"vehicle", "flow", "trip"})
 """Elements that are vehicles."""
 

@@ -17,8 +17,6 @@ from loopgate.network.spreads import parts, refuse_nothing
 from loopgate.network.stops import Stop, StoppingPlace, lanes_of_stops, read_stops
 from loopgate.network.trips import closes
 
-__all__ = ["FoundRoutes", "one_round"]
-
 
 @dataclass(frozen=True, slots=True)
 class _Route:

@@ -19,8 +19,6 @@ from loopgate.network.trips import MIDDLE, Led
 from loopgate.network.vehicle_type import DEFAULT_TYPE, VehicleType, vehicle_type
 from loopgate.reading import shown
 
-__all__ = ["FoundVehicles"]
-
 _BEYOND_M = 10.0
 """Largest distance of a position beyond its edge [m]: the lanes of an edge differ in length."""
 

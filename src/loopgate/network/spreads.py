@@ -12,8 +12,6 @@ from loopgate.errors import RouteError
 from loopgate.network.clock import as_number
 from loopgate.reading import shown
 
-__all__ = ["Choice", "draw", "parts", "refuse_nothing", "routes_named", "share_of"]
-
 T = TypeVar("T")
 
 _MOST = 1e9

@@ -37,8 +37,6 @@ from loopgate.simulation.sumo.devices import Anew, leading_devices, led_anew, wi
 from loopgate.simulation.sumo.input import Start
 from loopgate.simulation.sumo_options import begins_s
 
-__all__ = ["Assembly", "assemble"]
-
 
 @dataclass(frozen=True, slots=True)
 class Wishes:

@@ -13,8 +13,6 @@ from loopgate.simulation.assembly import Assembly
 from loopgate.simulation.outcome import Folder, Tally
 from loopgate.simulation.scenario import Scenario
 
-__all__ = ["audit_run"]
-
 _ALWAYS = ("places", "capacities", "progress", "entries")
 """Checks for which the trace of a gated run is enough."""
 

@@ -16,8 +16,6 @@ from loopgate.simulation.watching.verdicts import CollisionVerdict, Verdicts
 from loopgate.simulation.watching.watch import Deadlock, Watch
 from loopgate.traffic.base import Traffic
 
-__all__ = ["Mishaps", "RunCourse", "Tick", "drive", "note_deadlock"]
-
 _WATCH_EVERY_S = 10.0
 
 

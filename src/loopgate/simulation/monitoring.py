@@ -43,8 +43,6 @@ from loopgate.simulation.assembly import Assembly
 from loopgate.simulation.outcome import EVENTS, Folder, Tally
 from loopgate.simulation.scenario import Scenario
 
-__all__ = ["STREETS", "monitoring_figures", "shape_text", "watch_figures", "write_streets"]
-
 STREETS = "streets.parquet"
 _RANKED = 10
 

@@ -54,25 +54,6 @@ from loopgate.simulation.watching.trips import Trip, trip_figures
 from loopgate.simulation.watching.watch import Deadlock
 from loopgate.versions import versions
 
-__all__ = [
-    "EVENTS",
-    "FLOW",
-    "FRONTS",
-    "LAYOUT",
-    "LOOPS",
-    "ORDINARY",
-    "POSITIONS",
-    "SCENARIO",
-    "SUMO_LOG",
-    "SYSTEM",
-    "Folder",
-    "Tally",
-    "is_clean",
-    "mishaps",
-    "summary",
-    "waits",
-]
-
 EVENTS = "events.parquet"
 VEHICLES = "vehicles.parquet"
 EDGES = "edges.parquet"

@@ -35,8 +35,6 @@ from loopgate.simulation.watching.trips import Trip, read_trips
 from loopgate.simulation.watching.watch import Watch
 from loopgate.traffic.base import Traffic
 
-__all__ = ["run_plainly"]
-
 _OF_LOOPS = ("spacing", "starts", "revisit_s", "weights", "districts")
 _GONE = (0.0, (nan, nan))
 

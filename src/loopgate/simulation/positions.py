@@ -16,8 +16,6 @@ from loopgate.network import LaneSpan, Loop
 from loopgate.simulation.assembly import Assembly
 from loopgate.simulation.demand.vehicles import Departure
 
-__all__ = ["make_layout", "record_positions"]
-
 
 def record_positions(file: Path) -> list[str]:
     """Return the options that let SUMO itself write every vehicle's position at every step.

@@ -17,8 +17,6 @@ from loopgate.drive.track import Track
 from loopgate.simulation.assembly import Assembly
 from loopgate.traffic.base import Traffic
 
-__all__ = ["Rerouting", "TurnOff"]
-
 _SAMPLE_EVERY_S = 10.0
 _SAMPLES = 18
 """Travel times are of the mean speeds of three minutes, as by SUMO's own rerouting device."""

@@ -34,8 +34,6 @@ from loopgate.simulation.watching.verdicts import Verdicts
 from loopgate.simulation.watching.watch import Watch
 from loopgate.simulation.ways_driven import as_driven
 
-__all__ = ["simulate"]
-
 _ON_SEGMENTS = (
     "lights: on segments no state ends at a light, so a vehicle holds its zone while it waits there at a red"
 )

@@ -41,8 +41,6 @@ from loopgate.simulation.sumo_options import SumoOptions, sumo_options
 from loopgate.simulation.watching.window import Window
 from loopgate.traffic.base import Traffic
 
-__all__ = ["Session", "open_session"]
-
 _Keeping = tuple[System, Gate, Negotiation]
 
 

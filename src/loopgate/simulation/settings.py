@@ -12,8 +12,6 @@ from loopgate.errors import ScenarioError
 from loopgate.network import Loop, RoadNetwork
 from loopgate.network.vehicle_type import VehicleType
 
-__all__ = ["check_options", "check_types", "is_on", "unforeseen", "why_unsafe"]
-
 _MODEL, _TAU, _ACTION, _GAP, _MINOR = (
     "carFollowModel",
     "tau",

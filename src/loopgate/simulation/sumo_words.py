@@ -7,8 +7,6 @@ from collections.abc import Iterator
 
 from loopgate.errors import ScenarioError
 
-__all__ = ["NEVER", "REPLACED", "own_words"]
-
 REPLACED = {
     "time-to-teleport": "a gridlock would be hidden; see --on-deadlock",
     "time-to-teleport.highways": "a gridlock would be hidden; see --on-deadlock",

@@ -11,19 +11,6 @@ from typing import NoReturn
 from loopgate.errors import ScenarioError
 from loopgate.reading import is_plain, shown
 
-__all__ = [
-    "Rule",
-    "amounts",
-    "checked",
-    "choice",
-    "flag",
-    "length_range",
-    "parse_amounts",
-    "real",
-    "text",
-    "whole",
-]
-
 _LARGEST_AMOUNT = 1e6
 
 _LONGEST_TEXT = 4096

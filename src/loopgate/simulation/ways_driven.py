@@ -8,8 +8,6 @@ from dataclasses import replace
 from loopgate.audit.layout import Layout, LoopLeg, LoopSpan, LoopWay
 from loopgate.simulation.rerouting import TurnOff
 
-__all__ = ["as_driven", "continued"]
-
 _ROUNDING_M = 1e-6
 
 

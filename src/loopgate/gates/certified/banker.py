@@ -8,8 +8,6 @@ from __future__ import annotations
 
 from loopgate.gates.certified.occupancy import Occupancy
 
-__all__ = ["fixpoint", "reduce_to_core"]
-
 
 def fixpoint(stand: Occupancy, robots: list[int]) -> tuple[list[int], list[int]]:
     """Send home every robot whose way home is free, again and again (Banker's rule).

@@ -9,8 +9,6 @@ from loopgate.gates.certified.occupancy import Occupancy
 from loopgate.gates.certified.system_index import SystemIndex
 from loopgate.model import Configuration, Robot, System
 
-__all__ = ["Remainder"]
-
 
 class Remainder:
     """The robots that can still move, in a system of their own.

@@ -6,8 +6,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from math import inf
 
-__all__ = ["Budget", "BudgetError"]
-
 
 class BudgetError(Exception):
     """The search has looked at as many nodes as it may, or for as long as it may."""

@@ -20,8 +20,6 @@ from loopgate.gates.certified.proof import Prover
 from loopgate.gates.certified.system_index import SystemIndex
 from loopgate.model import Configuration, System
 
-__all__ = ["Keeper", "certify"]
-
 Keeper: TypeAlias = Homes | Exploration | FreeSlots | ChainRule
 """The rule that holds the witness of a gate's promise."""
 

@@ -9,8 +9,6 @@ from loopgate.gates.certified.occupancy import Occupancy
 from loopgate.gates.certified.system_index import SystemIndex
 from loopgate.model import Configuration, System
 
-__all__ = ["ChainRule"]
-
 _FREE = Decision(admitted=True, reason=Reason.FREE, stage="chain")
 
 

@@ -12,8 +12,6 @@ from operator import getitem
 
 from loopgate.model import Configuration, System
 
-__all__ = ["Checker"]
-
 
 class Checker:
     """Replays moves of one system by its rules and looks at where they lead.

@@ -19,8 +19,6 @@ from loopgate.gates.certified.occupancy import Occupancy
 from loopgate.gates.certified.system_index import SystemIndex
 from loopgate.model import System
 
-__all__ = ["choose_keeper"]
-
 _SMALL = 200_000
 """Up to so many combinations of positions, robots without homes are kept going round one and all."""
 

@@ -24,8 +24,6 @@ from loopgate.errors import UnsafeStartError
 from loopgate.gates.certified.occupancy import Occupancy
 from loopgate.gates.certified.system_index import SystemIndex
 
-__all__ = ["SPARE", "Crowd", "find_crowd", "refuse_crowds", "too_many"]
-
 SPARE = 2
 """Slots of a crossed set that must not belong to residents."""
 

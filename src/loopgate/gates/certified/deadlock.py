@@ -6,8 +6,6 @@ from collections.abc import Iterable
 
 from loopgate.gates.certified.occupancy import Occupancy
 
-__all__ = ["circle_among", "stuck_for_good"]
-
 
 def stuck_for_good(stand: Occupancy, robots: Iterable[int]) -> list[int]:
     """Return those of `robots` that can never move again, whatever the others of them do.

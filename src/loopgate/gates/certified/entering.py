@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Protocol
 
-__all__ = ["Standing", "closes_by_entering", "leads_round"]
-
 
 class Standing(Protocol):
     """The places in which robots stand, and those that they want next."""

@@ -13,8 +13,6 @@ from loopgate.gates.certified.checker import Checker
 from loopgate.gates.certified.occupancy import Occupancy
 from loopgate.model import Configuration, System
 
-__all__ = ["Exploration"]
-
 
 class _Frame(NamedTuple):
     here: Configuration

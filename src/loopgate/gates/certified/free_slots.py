@@ -15,8 +15,6 @@ from loopgate.gates.certified.occupancy import Occupancy
 from loopgate.gates.certified.system_index import SystemIndex
 from loopgate.model import Configuration
 
-__all__ = ["FreeSlots"]
-
 
 class _Verdict(NamedTuple):
     decision: Decision

@@ -20,8 +20,6 @@ from loopgate.gates.certified.patience import Patience
 from loopgate.gates.certified.system_index import SystemIndex
 from loopgate.model import Configuration, System
 
-__all__ = ["CertifiedGate"]
-
 _PROMISES = ("auto", "everyone", "somebody")
 
 

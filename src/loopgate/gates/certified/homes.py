@@ -14,9 +14,6 @@ from loopgate.gates.certified.search import Search
 from loopgate.gates.certified.system_index import SystemIndex
 from loopgate.model import Configuration
 
-__all__ = ["Homes"]
-
-
 _REPLAYED = Decision(admitted=True, reason=Reason.FREE, stage="replay")
 
 

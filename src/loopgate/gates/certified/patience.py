@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections import OrderedDict
 
-__all__ = ["Patience"]
-
 
 class Patience:
     """Names the robot that has waited too long, counted in moves, since a gate has no clock.

@@ -12,8 +12,6 @@ from loopgate.gates.certified.occupancy import Occupancy
 from loopgate.gates.certified.search import parts_of
 from loopgate.gates.certified.system_index import SystemIndex
 
-__all__ = ["Prover"]
-
 
 class Prover:
     """Repeats the exact search and writes down why each core is dead.

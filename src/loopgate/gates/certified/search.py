@@ -10,8 +10,6 @@ from loopgate.gates.certified.deadlock import stuck_for_good
 from loopgate.gates.certified.occupancy import Occupancy
 from loopgate.gates.certified.system_index import SystemIndex
 
-__all__ = ["Search", "parts_of"]
-
 _MEMORY = 200_000
 """Dead cores remembered; the memory is emptied when it is full."""
 

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from loopgate.gates.certified.occupancy import Occupancy
 
-__all__ = ["next_mover"]
-
 
 def next_mover(stand: Occupancy, robot: int) -> int:
     """Return the robot to move next, so that `robot` moves after finitely many such moves.

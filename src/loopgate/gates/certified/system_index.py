@@ -6,8 +6,6 @@ from operator import or_
 
 from loopgate.model import System
 
-__all__ = ["SystemIndex"]
-
 _WIDE = 2
 """From this capacity on, a deadlock in a place is a circle of full places and nothing else."""
 

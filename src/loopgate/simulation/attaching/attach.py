@@ -13,8 +13,6 @@ from loopgate.simulation.scenario import LONGEST_GATED_STEP_S
 from loopgate.simulation.settings import check_options
 from loopgate.traffic.running import RunningSumo
 
-__all__ = ["attach"]
-
 _LIGHTS = ("obey", "keep")
 
 

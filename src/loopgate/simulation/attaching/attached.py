@@ -30,8 +30,6 @@ from loopgate.simulation.sumo.input import round_routes
 from loopgate.simulation.watching.collisions import Collisions
 from loopgate.traffic.running import RunningSumo
 
-__all__ = ["Attached"]
-
 
 class Attached:
     """A gate over vehicles of a running simulation; made by `attach`, to be used in a ``with`` statement.

@@ -19,8 +19,6 @@ from loopgate.simulation.attaching.plan import Plan
 from loopgate.simulation.fleet.fleet import Fleet, Rules
 from loopgate.traffic.base import Traffic
 
-__all__ = ["GONE", "AttachedFleet"]
-
 GONE = "gone"
 """Why a vehicle left that is on the road no longer."""
 

@@ -13,8 +13,6 @@ from loopgate.simulation.attaching.plan import Plan
 from loopgate.simulation.sumo.input import pivot
 from loopgate.traffic.base import Traffic
 
-__all__ = ["Newcomer"]
-
 _SAME_M = 0.5
 """How far past the end of its state a vehicle may stand that is held there [m]."""
 

@@ -11,8 +11,6 @@ from loopgate.network.vehicle_type import type_of_class
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.values import parse_amounts
 
-__all__ = ["allot_loops", "mixed_types"]
-
 
 def allot_loops(scenario: Scenario, network: RoadNetwork, loops: Sequence[Loop]) -> list[Loop]:
     """Return the loop of each vehicle: so many on each as the scenario says, or one each.

@@ -16,8 +16,6 @@ from loopgate.network.trips import MIDDLE
 from loopgate.reading import is_file, refusing, shown
 from loopgate.simulation.scenario import Scenario
 
-__all__ = ["choose_gated", "find_unfit", "write_ordinary"]
-
 _MOST_SHOWN = 5
 
 _ROUNDS = "1000"

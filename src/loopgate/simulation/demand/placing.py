@@ -9,8 +9,6 @@ from random import Random
 from loopgate.errors import ScenarioError
 from loopgate.network import Loop, VehicleType
 
-__all__ = ["spread"]
-
 _TRY_EVERY_M = 2.5
 
 

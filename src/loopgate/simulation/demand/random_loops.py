@@ -14,8 +14,6 @@ from loopgate.network.generate import LoopSearch
 from loopgate.network.vehicle_type import DEFAULT_TYPE
 from loopgate.simulation.scenario import Scenario
 
-__all__ = ["random_loops"]
-
 
 def random_loops(scenario: Scenario, network: RoadNetwork, count: int) -> FoundLoops:
     """Find `count` loops as the scenario wants them; on queues only such as work there, also together.

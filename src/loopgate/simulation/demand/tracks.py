@@ -7,8 +7,6 @@ from loopgate.drive.track import StopLine, Track
 from loopgate.network import Loop, RoadNetwork
 from loopgate.simulation.sumo.input import Start, rounds
 
-__all__ = ["make_track"]
-
 
 def make_track(
     network: RoadNetwork,

@@ -28,17 +28,6 @@ from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.sumo.input import Start
 from loopgate.simulation.sumo_options import begins_s
 
-__all__ = [
-    "Departure",
-    "by_departure",
-    "departs_at_edge",
-    "departs_in_place",
-    "evenly_round",
-    "find_other_ways",
-    "read_vehicles",
-    "share_lanes",
-]
-
 _MOST_LOOPS = 40
 
 _CLEAR_M = 0.5

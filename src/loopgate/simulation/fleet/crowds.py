@@ -12,8 +12,6 @@ from loopgate.drive.gatekeeper import Gatekeeper
 from loopgate.drive.track import Track
 from loopgate.network import RoadNetwork
 
-__all__ = ["Crowds"]
-
 _TAKEN = 0.2
 """Share of the slots on a way from which on one more may make less traffic: with three times as many trips as
 a grid of one-lane roads can take, most arrive in an hour where a fifth is taken; 3 % fewer where 0.15 or 0.25

@@ -20,8 +20,6 @@ from loopgate.simulation.fleet.crowds import Crowds
 from loopgate.simulation.fleet.fleet import Fleet
 from loopgate.traffic.base import Traffic
 
-__all__ = ["Arrived", "Departures", "GatedDepartures", "OpenDepartures"]
-
 _ARRIVED = "arrived"
 """Why a vehicle is under the gate no longer."""
 

@@ -29,9 +29,6 @@ from loopgate.simulation.around.surroundings import Surroundings
 from loopgate.simulation.scenario import SERVE_AFTER_S
 from loopgate.traffic.base import Traffic
 
-__all__ = ["Fleet", "Rules"]
-
-
 _Ready = tuple[Sequence[Track], Books, System, Gate]
 """Tracks, books, system and gate that vehicles go on with."""
 

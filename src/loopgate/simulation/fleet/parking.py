@@ -10,8 +10,6 @@ from loopgate.drive.sense import braking_m
 from loopgate.network.stops import Stop
 from loopgate.traffic.base import Traffic
 
-__all__ = ["Parking"]
-
 _SOON_STEPS = 3
 """SUMO puts a vehicle back on the road a step before its stop ends: before that it can be told to stay."""
 

@@ -19,8 +19,6 @@ from loopgate.drive.tables import Floats, Numbers
 from loopgate.network import Loop, RoadNetwork, VehicleType
 from loopgate.traffic.base import Traffic
 
-__all__ = ["Holding", "Leads", "SpeedAdvice", "advised_type", "lead"]
-
 _EVERY_S = 5.0
 _SLOWEST, _FASTEST = 0.8, 1.1
 """Shares of the speed limit; drivers of SUMO's own choice differ as much."""

@@ -20,8 +20,6 @@ from loopgate.results.recorder import Recorder
 from loopgate.simulation.fleet.parking import Parking
 from loopgate.traffic.base import Traffic
 
-__all__ = ["Made", "Stops"]
-
 _PAST_M = 0.5
 """So far past a place a vehicle has to be before SUMO is told that it stops there again [m]."""
 

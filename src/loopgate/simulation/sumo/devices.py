@@ -19,8 +19,6 @@ from loopgate.simulation.settings import is_on
 from loopgate.simulation.sumo.input import Start
 from loopgate.simulation.sumo_words import own_words
 
-__all__ = ["LEADING", "Anew", "has_device", "leading_devices", "led_anew", "without_devices"]
-
 LEADING = {
     "rerouting": "lead them another way than the gate knows (SUMO's duaIterate.py leads them beforehand)",
     "taxi": "lead them wherever they are called",

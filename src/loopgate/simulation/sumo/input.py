@@ -15,9 +15,6 @@ from loopgate.network import Loop, VehicleType
 from loopgate.network.additional import FLEET, without
 from loopgate.traffic.base import Insertion
 
-__all__ = ["Start", "pivot", "round_routes", "rounds", "without_vehicles", "write_sumo_input"]
-
-
 _ROUNDING_M = 1e-6
 
 

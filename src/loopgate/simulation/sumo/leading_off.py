@@ -10,8 +10,6 @@ from loopgate.errors import ScenarioError
 from loopgate.network import Loop
 from loopgate.network.additional import read_additional
 
-__all__ = ["refuse_what_leads_off"]
-
 _CLOSES = ("closingReroute", "closingLaneReroute")
 _LEADS = ("destProbReroute", "routeProbReroute")
 

@@ -9,8 +9,6 @@ from pathlib import Path
 from loopgate.disk import disk_error
 from loopgate.errors import ResultsError
 
-__all__ = ["Room"]
-
 _SPARE_BYTES = 4 << 20
 """SUMO keeps a mebibyte of text and as much of its compressed form in memory until it is closed."""
 

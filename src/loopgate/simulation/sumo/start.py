@@ -11,8 +11,6 @@ from loopgate.errors import ScenarioError, TrafficError
 from loopgate.simulation.scenario import Scenario
 from loopgate.traffic.sumo import SumoTraffic
 
-__all__ = ["TRIPS", "check_backend", "check_outputs", "output_options", "plain_options", "start_traffic"]
-
 
 def check_backend(backend: str) -> None:
     """Say before any other work that the backend cannot work here.
