@@ -36,8 +36,6 @@ def kernel_folder(given: str = "", package: Path = _PACKAGE) -> str:
     given
         The folder that the user wants compiled code to be in (``NUMBA_CACHE_DIR``); else it is the package's
         own, or the user's where that cannot be written to.
-    package
-        The folder of the package.
     """
     facts = [
         (str(file.relative_to(package)), file.stat().st_size, file.stat().st_mtime_ns)

@@ -105,8 +105,6 @@ def make_plugin(
     ----------
     kind
         The kind of thing, for messages: "gate", "negotiation".
-    group
-        The entry-point group.
     spec
         The name (see `name_of`), with options behind a colon. Values are whole numbers, decimal numbers,
         ``true`` or ``false``, else text; numbers are finite and at most 1e12 in size. Where the factory

@@ -139,8 +139,6 @@ def place_vehicles(
 
     Parameters
     ----------
-    layout
-        The states.
     seed
         Decides where vehicles start.
     names

@@ -25,8 +25,6 @@ def compute_trips(*, runs: pd.DataFrame, by: Sequence[str] = (c.GATE, c.VEHICLES
     ----------
     runs
         One row per run; failed runs, and runs in which nobody drives once, are left out.
-    by
-        Columns that make a group.
 
     Returns
     -------

@@ -28,10 +28,6 @@ def compute_deadlock_rate(
     ----------
     runs
         One row per run, with `DEADLOCKS` and the columns of `by`; failed runs are left out.
-    by
-        Columns that make a group.
-    level
-        Confidence level of the interval.
 
     Returns
     -------
@@ -148,8 +144,6 @@ def compute_time_to_deadlock(
     ----------
     runs
         As for `compute_survival`.
-    by
-        Columns that make a group.
     horizon_s
         The restricted mean is the area under the curve up to here [s]; default: as far as every curve is
         known, so that groups can be compared (a curve that has reached 0 is known for ever).

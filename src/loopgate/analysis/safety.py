@@ -23,8 +23,6 @@ def compute_safety(*, runs: pd.DataFrame, by: Sequence[str] = (c.NETWORK, c.GATE
     ----------
     runs
         One row per run.
-    by
-        Columns that make a group.
 
     Returns
     -------

@@ -83,8 +83,6 @@ def compute_longest_waits(
     ----------
     runs
         One row per run.
-    by
-        Columns that make a group.
 
     Returns
     -------

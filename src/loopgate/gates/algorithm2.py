@@ -25,8 +25,6 @@ class Algorithm2Gate:
 
     Parameters
     ----------
-    system
-        The system.
     lookahead
         Steps of the one robot in condition (2) of Theorem 1: 1 is the paper, more is its Remark 2. More
         look-ahead calls more circuits live, so it admits more.

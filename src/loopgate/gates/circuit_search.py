@@ -29,8 +29,6 @@ class CircuitSearch:
 
     Parameters
     ----------
-    system
-        The system.
     lookahead
         Steps of the moving robot in condition (2) of Theorem 1; 1 is the paper, more is its Remark 2.
     budget

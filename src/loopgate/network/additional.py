@@ -43,8 +43,6 @@ def demand_beside(
 
     Parameters
     ----------
-    files
-        Additional files.
     tops
         The route files that belong to them.
     """

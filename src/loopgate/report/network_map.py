@@ -65,8 +65,6 @@ def draw_map(
         One per vehicle.
     itineraries
         One per loop, to draw its zones; or none.
-    file
-        The picture.
     starts_m
         Arc length of each vehicle's front at the beginning [m], to mark it; possibly none.
     unwatched

@@ -32,8 +32,6 @@ def run(
 
     Parameters
     ----------
-    scenario
-        The scenario to run.
     out
         The run folder to leave; None keeps no files.
     gate

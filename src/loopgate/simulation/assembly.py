@@ -52,8 +52,6 @@ class Assembly:
 
     Attributes
     ----------
-    network
-        The roads.
     loops
         All loops that vehicles drive on.
     starts, tracks

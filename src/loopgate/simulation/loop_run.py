@@ -78,8 +78,6 @@ def drive(
         Says how long to measure, how long to warm up before, and what a deadlock does to the run.
     tick
         Called every ten simulated seconds with the simulated time.
-    each_step
-        Called after each step.
     over
         Whether nobody is left who drives, which ends the run.
     """

@@ -228,8 +228,6 @@ def summary(
     ----------
     scenario, course, tallies
         The run, its course, and what each vehicle did.
-    loops
-        Number of loops.
     folder
         Where the results are, for the command that repeats the run.
     keeper

@@ -51,11 +51,6 @@ class Rerouting:
 
     Known are the ways of all vehicles of its type, and those that were looked for before the run. The time an
     edge takes is its length over the mean speed there in the last three minutes.
-
-    Parameters
-    ----------
-    assembly, traffic, engine
-        The run's.
     """
 
     def __init__(self, assembly: Assembly, traffic: Traffic, engine: ChangingEngine) -> None:

@@ -52,12 +52,8 @@ def simulate(
 
     Parameters
     ----------
-    scenario
-        What to run.
     out
         The run folder; None keeps nothing but the summary that is returned.
-    tick
-        Told of the progress.
     backend
         ``libsumo``, ``traci`` or ``gui``.
     overwrite

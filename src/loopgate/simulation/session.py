@@ -88,10 +88,6 @@ def open_session(
 
     Parameters
     ----------
-    scenario, assembly
-        What is run.
-    folder
-        Where the results go.
     backend
         ``libsumo``, ``traci`` or ``gui``.
     negotiation

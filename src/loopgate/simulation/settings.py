@@ -166,8 +166,6 @@ def unforeseen(network: RoadNetwork, users: Iterable[tuple[Loop, VehicleType]]) 
 
     Parameters
     ----------
-    network
-        The roads.
     users
         For each vehicle its loop and its type.
 

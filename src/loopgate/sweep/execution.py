@@ -76,8 +76,6 @@ def run_sweep(  # noqa: PLR0913 - each is a choice of the caller's, all but two 
 
     Parameters
     ----------
-    sweep
-        The sweep to run.
     executor
         Any `concurrent.futures.Executor`, on this machine or others; it is not shut down. Default: a
         `LocalExecutor` with `workers` processes and `timeout_s` [s] per run.
@@ -89,8 +87,6 @@ def run_sweep(  # noqa: PLR0913 - each is a choice of the caller's, all but two 
         Keep each run folder in ``folder/runs/KEY`` (workers must share the file system).
     window
         Most calls in the executor at once; default: four per worker, so that its queue never runs dry.
-    report
-        Called after every row.
 
     Raises
     ------

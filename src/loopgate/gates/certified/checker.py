@@ -14,13 +14,7 @@ from loopgate.model import Configuration, System
 
 
 class Checker:
-    """Replays moves of one system by its rules and looks at where they lead.
-
-    Parameters
-    ----------
-    system
-        The system.
-    """
+    """Replays moves of one system by its rules and looks at where they lead."""
 
     def __init__(self, system: System) -> None:
         self._system = system

@@ -28,8 +28,6 @@ def choose_keeper(system: System, promise: str, budget: Budget, *, joined: bool 
 
     Parameters
     ----------
-    system
-        The system.
     promise
         ``everyone``, ``somebody`` or ``auto``.
     budget

@@ -71,8 +71,6 @@ class Exploration:
 
     Parameters
     ----------
-    system
-        The system.
     budget
         The most configurations to look at, and the longest time, for one decision; `begin` has no limit
         of time.

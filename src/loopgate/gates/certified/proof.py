@@ -27,8 +27,6 @@ class Prover:
     ----------
     layout
         The system's layout.
-    budget
-        The most lines.
     """
 
     def __init__(self, layout: SystemIndex, budget: int) -> None:

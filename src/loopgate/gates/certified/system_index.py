@@ -28,8 +28,6 @@ class SystemIndex:
 
     Attributes
     ----------
-    system
-        The system.
     path, follow
         State numbers, and the next position or -1, per robot and position.
     room

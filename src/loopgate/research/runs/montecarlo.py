@@ -73,8 +73,6 @@ def run_rounds(
         Makes the gate anew for each round, since gates may remember moves.
     rounds, seed
         How many, and where the random numbers begin.
-    progress
-        Called after each round.
     """
     began = time.perf_counter()
     rng = random.Random(seed)

@@ -18,8 +18,6 @@ class Plan:
 
     Parameters
     ----------
-    network
-        The roads.
     users
         Each loop with each type of vehicle on it.
 

@@ -54,8 +54,6 @@ def mixed_types(scenario: Scenario, known: Mapping[str, VehicleType], number: in
         Its `types` name those of the route file, or SUMO's vehicle classes.
     known
         The types of the route file.
-    number
-        How many vehicles.
 
     Raises
     ------

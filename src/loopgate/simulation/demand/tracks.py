@@ -20,8 +20,6 @@ def make_track(
 
     Parameters
     ----------
-    network
-        The roads.
     start
         The vehicle, its loop and where it stands.
     itinerary

@@ -27,13 +27,7 @@ _Floats = npt.NDArray[np.float64]
 
 
 class Crowds:
-    """Says of ways whether they are crowded, as things are now.
-
-    Parameters
-    ----------
-    network
-        The run's.
-    """
+    """Says of ways whether they are crowded, as things are now."""
 
     def __init__(self, network: RoadNetwork) -> None:
         self._network = network

@@ -110,8 +110,6 @@ class OpenDepartures(Departures):
     ----------
     departures
         In the order in which they want to.
-    network, traffic, engine
-        The run's.
     """
 
     def __init__(

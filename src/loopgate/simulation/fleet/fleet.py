@@ -62,10 +62,6 @@ class Fleet:
 
     Parameters
     ----------
-    network, traffic
-        The roads, and the running simulation.
-    recorder
-        Takes the events.
     rules
         By what they are let go.
 
@@ -119,8 +115,6 @@ class Fleet:
 
         Parameters
         ----------
-        itineraries, ways
-            Of all loops.
         room
             How many vehicles a state holds, by name.
         """

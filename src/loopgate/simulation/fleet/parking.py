@@ -37,8 +37,6 @@ class Parking:
 
     Parameters
     ----------
-    traffic, engine
-        The run's.
     has_room
         Whether there is room for a vehicle in its place, ordinary vehicles considered.
     """

@@ -110,8 +110,6 @@ class _Spacing:
     ----------
     network, loops
         The roads, and the loop of each vehicle, by name.
-    engine
-        Drives them.
     """
 
     def __init__(self, network: RoadNetwork, loops: Mapping[str, Loop], engine: Engine) -> None:
@@ -144,8 +142,6 @@ class SpeedAdvice(_Spacing):
     ----------
     network, loops, engine
         See `Holding`.
-    traffic
-        Takes the advice.
     """
 
     def __init__(

@@ -50,8 +50,6 @@ class _Way:
 
     Attributes
     ----------
-    driver
-        The vehicle.
     stops
         In the order of its loop.
     since_m
@@ -86,8 +84,6 @@ class Stops:
 
     Parameters
     ----------
-    traffic, engine, recorder
-        The run's.
     stops
         By vehicle, in the order of its loop.
     parking
