@@ -9,6 +9,10 @@ from itertools import pairwise
 
 from loopgate.model import StateId, System
 
+CLEARANCE_M = 1.0
+"""The length of a state beyond the vehicles and gaps it holds [m]: vehicles stop centimetres off a line, and
+a rear leaves a state between two simulation steps."""
+
 
 @dataclass(frozen=True, slots=True)
 class Crossing:

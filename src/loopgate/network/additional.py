@@ -6,10 +6,9 @@ from collections.abc import Collection, Iterable, Sequence
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
-from loopgate.disk import writing
 from loopgate.errors import RouteError
 from loopgate.network.spreads import routes_named
-from loopgate.network.xml_file import read_xml
+from loopgate.network.xml_file import read_xml, write_xml
 
 FLEET = frozenset({"vehicle", "flow", "trip"})
 """Elements that are vehicles."""
@@ -88,8 +87,7 @@ def without(file: Path, tags: Collection[str], copy: Path) -> Path:
             element.set(name, _found_anywhere(element.attrib[name], file))
         if element.tag == "param" and element.get("key") == "file":
             element.set("value", _found_anywhere(element.get("value", ""), file))
-    with writing(copy):
-        ET.ElementTree(top).write(copy, encoding="utf-8", xml_declaration=True)
+    write_xml(top, copy)
     return copy
 
 

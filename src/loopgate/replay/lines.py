@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from loopgate.audit.layout import Layout, LoopWay
 from loopgate.network.curve import cut_curve, gap
+from loopgate.network.loop import arc_lengths
 
 Line = npt.NDArray[np.float64]
 
@@ -79,8 +80,6 @@ def loop_curve(layout: Layout, loop: LoopWay) -> tuple[Line, Line]:
     points, arcs = [], []
     for span in loop.spans:
         shape = np.asarray(layout.shapes[span.lanes[0]], dtype=np.float64)
-        steps = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(shape, axis=0).T))))
-        drawn = steps[-1] or 1.0
         points.append(shape)
-        arcs.append(span.begin_m + steps * ((span.end_m - span.begin_m) / drawn))
+        arcs.append(arc_lengths(shape, span.begin_m, span.end_m))
     return np.concatenate(points), np.concatenate(arcs)

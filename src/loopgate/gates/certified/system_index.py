@@ -5,6 +5,7 @@ from __future__ import annotations
 from operator import or_
 
 from loopgate.model import System
+from loopgate.reading import listed
 
 _WIDE = 2
 """From this capacity on, a deadlock in a place is a circle of full places and nothing else."""
@@ -164,6 +165,4 @@ class SystemIndex:
 
     def names(self, robots: list[int] | tuple[int, ...], limit: int = 8) -> str:
         """Return the robots' names for an error text, shortened beyond `limit`."""
-        shown = ", ".join(self.system.robots[i].id for i in robots[:limit])
-        more = len(robots) - limit
-        return f"{shown} and {more} more" if more > 0 else shown
+        return listed((self.system.robots[i].id for i in robots), limit)
