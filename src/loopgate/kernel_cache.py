@@ -5,8 +5,6 @@ calls, or of a constant, in another file. And several processes that find the so
 folder with those that still run the old ones. So the folder is named by a hash of all sources of the package.
 """
 
-from __future__ import annotations
-
 import hashlib
 import os
 import shutil

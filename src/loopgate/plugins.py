@@ -4,8 +4,6 @@ A name is that of an entry point, or ``file.py:Name`` for what a Python file of 
 program has at hand gets such a name too, so that scenarios, sweeps and results are text throughout.
 """
 
-from __future__ import annotations
-
 import hashlib
 import importlib.util
 import inspect

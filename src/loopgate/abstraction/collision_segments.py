@@ -1,7 +1,5 @@
 """Collision segments and collision pairs of closed paths (Zhou et al. 2020, Definition 1)."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

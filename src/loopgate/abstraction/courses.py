@@ -1,7 +1,5 @@
 """The lanes on which bodies lie: each lane of a loop with what is behind it, once for all loops."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """How the states of a robot lie along the loop of its vehicle."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """The way of a loop from one place where vehicles queue to the next."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass

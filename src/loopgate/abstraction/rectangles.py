@@ -1,7 +1,5 @@
 """Which of many rectangles overlap: by squares of the ground."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from itertools import pairwise
 

@@ -1,7 +1,5 @@
 """The paper's abstraction: collision segments become shared states, the rest of each loop private ones."""
 
-from __future__ import annotations
-
 import math
 import random
 from collections import Counter

@@ -1,7 +1,5 @@
 """Places, crossings and loops as shapes that sumo-gui and netedit show: one of SUMO's additional files."""
 
-from __future__ import annotations
-
 import colorsys
 import re
 from bisect import bisect_right

@@ -1,7 +1,5 @@
 """How far the tails of those who turn off swing back over the lane that they have just left."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 

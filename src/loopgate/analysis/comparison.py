@@ -1,7 +1,5 @@
 """Gates against each other: means, paired differences, capacity, and the fundamental diagram."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Costs of gates and views of loops: lap times, decision time, messages, hold time per edge."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 import numpy as np

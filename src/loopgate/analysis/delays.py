@@ -1,7 +1,5 @@
 """Trips of the runs of a group: who arrived, and what they lost."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import pandas as pd

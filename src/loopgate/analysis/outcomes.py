@@ -1,7 +1,5 @@
 """Deadlocks over many runs: their rate, and the time until they come."""
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Sequence
 from typing import Any

@@ -1,7 +1,5 @@
 """Safety of the runs of a group: deadlocks, collisions, teleports, audits."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import pandas as pd

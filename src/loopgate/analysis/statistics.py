@@ -1,7 +1,5 @@
 """Intervals and estimators shared by the comparisons, each on SciPy where SciPy has it."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

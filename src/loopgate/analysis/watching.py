@@ -6,8 +6,6 @@ at random; with a mean interval m it makes the mean idleness m (1 + cv^2) / 2. A
 below a quarter of its street's mean.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Bodies as rectangles on the ground, and which of them overlap."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
 

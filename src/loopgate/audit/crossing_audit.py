@@ -1,7 +1,5 @@
 """The exclusion of crossings and the room of places, checked from recorded positions alone."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Each lane as part of the ways that lead over it, and the bodies on it, drawn from the lanes alone."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple

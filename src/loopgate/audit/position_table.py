@@ -1,7 +1,5 @@
 """Recorded positions, read in pieces that end between two steps."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path

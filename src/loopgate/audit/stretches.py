@@ -1,7 +1,5 @@
 """Stretches of loops that only so many bodies, or only one of two sides, may be on at once."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 

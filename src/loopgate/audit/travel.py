@@ -1,7 +1,5 @@
 """One vehicle's recorded positions as a way along its loop: what it reached when, where it stood."""
 
-from __future__ import annotations
-
 import numpy as np
 import numpy.typing as npt
 

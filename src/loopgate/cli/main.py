@@ -1,7 +1,5 @@
 """The `loopgate` command: a group of subcommands, each in a module of its own, imported when used."""
 
-from __future__ import annotations
-
 import importlib
 import os
 import sys

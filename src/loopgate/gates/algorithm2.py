@@ -5,8 +5,6 @@ it admits a move into an inevitable deadlock, and others where it stops everybod
 (docs/studies/what-is-not-true.md). The gate ``certified`` does neither.
 """
 
-from __future__ import annotations
-
 from loopgate.errors import GateError
 from loopgate.gates.base import Decision, Reason, refusal
 from loopgate.gates.circuit_search import BudgetSpent, CircuitSearch

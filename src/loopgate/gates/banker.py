@@ -1,7 +1,5 @@
 """VBanker, the variant of the Banker's algorithm that Zhou et al. 2020 compare with (Section 5.3)."""
 
-from __future__ import annotations
-
 from loopgate.gates.base import Decision, Reason, refusal
 from loopgate.gates.collision import collision_decision
 from loopgate.gates.walks import safe_walk

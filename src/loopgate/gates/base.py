@@ -1,7 +1,5 @@
 """The interface of gates: they admit or refuse one robot's next move."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from enum import StrEnum

@@ -1,7 +1,5 @@
 """Collision avoidance alone (Zhou et al. 2020, Section 4.1): mutual exclusion, no look-ahead."""
 
-from __future__ import annotations
-
 from loopgate.gates.base import Decision, Reason, refusal
 from loopgate.model import Configuration, System
 

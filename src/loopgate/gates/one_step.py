@@ -1,7 +1,5 @@
 """The yardstick for looking ahead: refuses only the move that closes a circular wait."""
 
-from __future__ import annotations
-
 from loopgate.gates.base import Decision, Reason, refusal
 from loopgate.gates.collision import collision_decision
 from loopgate.gates.deadlocks import deadlocked_robots

@@ -1,7 +1,5 @@
 """No gate at all: on the road, the simulator's own right of way decides."""
 
-from __future__ import annotations
-
 from loopgate.gates.base import Decision, Reason, refusal
 from loopgate.model import Configuration, System
 

@@ -1,7 +1,5 @@
 """Additional files: SUMO takes types, routes and vehicles from them too, beside all else that they hold."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterable, Sequence
 from pathlib import Path
 from xml.etree import ElementTree as ET

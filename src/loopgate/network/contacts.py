@@ -1,7 +1,5 @@
 """Contacts: stretches on which lanes come near each other, the geometry under collision segments."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass
 

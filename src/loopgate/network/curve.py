@@ -1,7 +1,5 @@
 """Parts of lines and of closed curves."""
 
-from __future__ import annotations
-
 import numpy as np
 import numpy.typing as npt
 

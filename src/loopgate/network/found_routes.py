@@ -1,7 +1,5 @@
 """Routes as route files have them, and the loop or way that is made of each."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path

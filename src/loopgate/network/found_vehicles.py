@@ -1,7 +1,5 @@
 """Vehicle types, vehicles and flows as route files have them, until they are put on their loops."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path

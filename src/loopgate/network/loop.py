@@ -1,7 +1,5 @@
 """A way of lanes, closed or driven once, and the map between arc length and lane position."""
 
-from __future__ import annotations
-
 from bisect import bisect_right
 from dataclasses import dataclass, field
 from typing import NamedTuple

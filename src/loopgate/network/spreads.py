@@ -1,7 +1,5 @@
 """Distributions of types and routes: SUMO draws one of them for each vehicle, by their shares."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from random import Random

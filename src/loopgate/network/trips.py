@@ -1,7 +1,5 @@
 """Vehicles that drive their route once; and trips, which are led by SUMO's own router before a run."""
 
-from __future__ import annotations
-
 import importlib.util
 import os
 import subprocess

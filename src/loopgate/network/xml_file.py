@@ -1,7 +1,5 @@
 """SUMO's XML files, plain or gzipped, with errors that a user can act on."""
 
-from __future__ import annotations
-
 import gzip
 import zlib
 from contextlib import AbstractContextManager, suppress

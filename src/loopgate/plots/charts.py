@@ -1,7 +1,5 @@
 """The common parts of all figures: their data, their series, and how they become files."""
 
-from __future__ import annotations
-
 import base64
 import json
 from collections.abc import Sequence

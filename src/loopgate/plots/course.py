@@ -1,7 +1,5 @@
 """Figures of how runs went: over time, by the cause of waiting, by junction, and along a loop."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Lines over vehicles or density from the tables of a sweep: one colour, marker and dash per series."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Capacity, survival and lap times of a sweep: figures that are no lines over vehicles."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Where every vehicle was at every step, as the drive knew it: drawn where its loop lies."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -4,8 +4,6 @@ Under a gate the events say so. Where SUMO's own rules ruled there are no grants
 then read off the distance driven.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import NamedTuple

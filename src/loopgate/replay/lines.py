@@ -1,7 +1,5 @@
 """Loops, places and the ways between them as lines on the map."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

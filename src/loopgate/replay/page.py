@@ -1,7 +1,5 @@
 """The page: one file that holds runs, script and style, and asks for nothing else."""
 
-from __future__ import annotations
-
 import base64
 import hashlib
 import html

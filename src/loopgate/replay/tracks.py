@@ -1,7 +1,5 @@
 """Where every vehicle was at every step, rounded to what can be seen; as SUMO recorded it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The ground of every map of a network: a page, the roads in grey, a scale, a title."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The content of a report: series, tables and figures, before any page is laid out."""
 
-from __future__ import annotations
-
 import json
 import re
 from pathlib import Path

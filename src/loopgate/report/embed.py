@@ -1,7 +1,5 @@
 """Parts of a page besides its text: figures as Vega-Lite, tables as files, and the library that draws."""
 
-from __future__ import annotations
-
 import base64
 import gzip
 import hashlib

@@ -1,7 +1,5 @@
 """The parts of a report: figures and tables with their words, by network."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass

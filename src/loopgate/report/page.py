@@ -1,7 +1,5 @@
 """Write the report: one page that needs nothing else, and its figures and tables as files."""
 
-from __future__ import annotations
-
 import re
 import shlex
 from collections.abc import Callable

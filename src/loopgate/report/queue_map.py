@@ -1,7 +1,5 @@
 """The map of queues: places by capacity, crossings and their conflicts, loops that cannot work."""
 
-from __future__ import annotations
-
 from bisect import bisect_right
 from collections.abc import Iterator, Sequence
 from pathlib import Path

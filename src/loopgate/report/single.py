@@ -1,7 +1,5 @@
 """Items that only a single run has: causes of waiting, a loop over time, and who is stuck."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Events as they happen, and on file."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """The events of a run: written as they happen, in memory that does not grow with the run, and read back."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterator, Sequence
 from itertools import islice
 from pathlib import Path

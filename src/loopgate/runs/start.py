@@ -1,7 +1,5 @@
 """Make one run and have it at hand."""
 
-from __future__ import annotations
-
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Puts a run together: network, loops, states, vehicles at their starts."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property

@@ -1,7 +1,5 @@
 """Hands a finished gated run to the audit."""
 
-from __future__ import annotations
-
 from collections.abc import Container, Sequence
 from typing import Any
 

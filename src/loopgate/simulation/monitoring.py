@@ -1,7 +1,5 @@
 """How well the loops of a run watched the road, in figures of its summary."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections import defaultdict

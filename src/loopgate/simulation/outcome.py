@@ -1,7 +1,5 @@
 """The figures of a run, and its folder."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """A SUMO configuration run as it is, with the watch on: gridlock recognised, named, and the run ended."""
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Mapping
 from contextlib import ExitStack

@@ -1,7 +1,5 @@
 """Lets SUMO record where every vehicle is, and writes down what the abstraction says about the roads."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Sequence
 from math import inf

@@ -1,7 +1,5 @@
 """Leads vehicles that drive once on by other ways, between places, where those are quicker by now."""
 
-from __future__ import annotations
-
 from bisect import bisect_left
 from collections import defaultdict, deque
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """One run from scenario to summary."""
 
-from __future__ import annotations
-
 from collections.abc import Container, Mapping, Sequence
 from contextlib import ExitStack, closing
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """A scenario's simulation under way: started, its vehicles placed, not yet driven."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass

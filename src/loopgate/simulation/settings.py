@@ -3,8 +3,6 @@
 What is taken, and what is foreseen of it, was measured: `docs/studies/queues.md` has the table.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Iterable
 

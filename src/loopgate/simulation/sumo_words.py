@@ -1,7 +1,5 @@
 """A scenario's own words to SUMO, as on its command line."""
 
-from __future__ import annotations
-
 import shlex
 from collections.abc import Iterator
 

@@ -1,7 +1,5 @@
 """Values that the keys of a scenario may have: stated once, beside each field, and checked in one place."""
 
-from __future__ import annotations
-
 import numbers
 import operator
 from collections.abc import Callable, Mapping

@@ -1,7 +1,5 @@
 """The ways of vehicles that were led another way, each as one: what a vehicle really drove by."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Make the missing runs of a sweep, and keep each row as it comes."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import shlex

@@ -4,8 +4,6 @@ Both rules lose nothing: what they do leaves every other robot at least the room
 is live iff it is live after them.
 """
 
-from __future__ import annotations
-
 from loopgate.gates.certified.occupancy import Occupancy
 
 

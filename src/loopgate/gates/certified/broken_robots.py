@@ -1,7 +1,5 @@
 """The part of a system that is left when robots have broken down for good."""
 
-from __future__ import annotations
-
 from loopgate.errors import UnsafeStartError
 from loopgate.gates.certified.banker import reduce_to_core
 from loopgate.gates.certified.gate import CertifiedGate

@@ -1,7 +1,5 @@
 """The budget of an exact search."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import inf

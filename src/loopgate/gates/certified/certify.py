@@ -3,8 +3,6 @@
 The checker is `loopgate.research.theory.certificates`; the kinds of certificates are named there.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from typing import Any, TypeAlias
 

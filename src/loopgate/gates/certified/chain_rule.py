@@ -1,7 +1,5 @@
 """Keeping the flow: the chain rule over wide places, and the way home over narrow ones in between."""
 
-from __future__ import annotations
-
 from loopgate.gates.base import Decision, Reason, refusal
 from loopgate.gates.certified.budget import Budget
 from loopgate.gates.certified.homes import Homes

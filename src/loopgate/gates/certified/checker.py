@@ -4,8 +4,6 @@ It shares no code with the stages that find witnesses, so that a mistake there c
 safety. Only the model's own data are read.
 """
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Iterable, Sequence
 from operator import getitem

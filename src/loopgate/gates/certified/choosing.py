@@ -1,7 +1,5 @@
 """Which promise can be given for a start, and by whom: the strongest that is asked for."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 

@@ -9,8 +9,6 @@ enters the last slot of a set with residents in all others stands last there, be
 of whom want full places of the set: for good.
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass

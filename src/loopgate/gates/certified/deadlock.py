@@ -1,7 +1,5 @@
 """Circular waits: robots that can never move again, and the circle in which they wait."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 from loopgate.gates.certified.occupancy import Occupancy

@@ -1,7 +1,5 @@
 """Whether who comes into a place from outside closes a circle of full places."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Protocol
 

@@ -1,7 +1,5 @@
 """Keeping everybody able to go round for ever where robots have no homes: exact, for small systems."""
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Iterator
 from math import inf

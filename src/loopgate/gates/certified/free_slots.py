@@ -1,7 +1,5 @@
 """Keeping a way open to where every place has a slot free: for everyone, where homes are missing."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from heapq import heappop, heappush
 from math import inf

@@ -1,7 +1,5 @@
 """The certified gate: it never admits an unsafe move and never blocks everyone."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import Any

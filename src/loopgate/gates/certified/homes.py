@@ -1,7 +1,5 @@
 """Keeping everybody able to get home: the certified gate where every robot has a home."""
 
-from __future__ import annotations
-
 from loopgate.gates.base import Decision, Reason, refusal
 from loopgate.gates.certified.banker import fixpoint
 from loopgate.gates.certified.budget import Budget, BudgetError

@@ -1,7 +1,5 @@
 """Counts for how many moves of the others each robot has stood still."""
 
-from __future__ import annotations
-
 from collections import OrderedDict
 
 

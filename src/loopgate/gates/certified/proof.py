@@ -1,7 +1,5 @@
 """Proofs that a configuration is dead, as a list of steps that a checker follows without searching."""
 
-from __future__ import annotations
-
 from itertools import groupby
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The exact search: depth first over single moves, with everything that costs nothing done in between."""
 
-from __future__ import annotations
-
 from math import inf
 
 from loopgate.gates.certified.banker import reduce_to_core

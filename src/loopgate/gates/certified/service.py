@@ -1,7 +1,5 @@
 """The service rule of the chain: it says whose turn it is, so that the one who has waited longest goes on."""
 
-from __future__ import annotations
-
 from loopgate.gates.certified.occupancy import Occupancy
 
 

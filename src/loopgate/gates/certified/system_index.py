@@ -1,7 +1,5 @@
 """Facts about a system that the certified gate needs before anybody moves: homes, rests, ways home."""
 
-from __future__ import annotations
-
 from operator import or_
 
 from loopgate.model import System

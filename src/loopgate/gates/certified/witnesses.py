@@ -1,7 +1,5 @@
 """What keepers that hold a witness have in common: verdicts on moves, each with the witness after it."""
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """Shortest ways between the streets to be covered, and what they lead over."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -5,8 +5,6 @@ principle", J. Comput. Phys. 159, 2000; the strings are those of Christiaens and
 induction by string removals for vehicle routing problems", Transp. Sci. 54, 2020.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import numpy.typing as npt
 

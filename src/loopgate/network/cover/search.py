@@ -1,7 +1,5 @@
 """Several closed tours, the longest as short as can be: large-neighbourhood search in rounds."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Closed tours through required streets: made from assignments, joined, and cut in two or more."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from itertools import pairwise
 

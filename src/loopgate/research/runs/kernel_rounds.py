@@ -1,7 +1,5 @@
 """Random rounds without a gate, compiled: at each step a robot drawn among the movable ones moves."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

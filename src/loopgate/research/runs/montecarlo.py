@@ -1,7 +1,5 @@
 """Monte Carlo rounds: at each step a robot, drawn among those the gate admits, moves."""
 
-from __future__ import annotations
-
 import math
 import random
 import statistics

@@ -1,7 +1,5 @@
 """A system as arrays, a configuration with the order in its FIFO states as a few 64-bit words."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Exhaustive exploration: every configuration that a gate lets come about, in figures."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field

@@ -4,8 +4,6 @@ The same search as `loopgate.gates.circuit_search`, without a budget. A walk is 
 it begins, counted from where the robot stands, and how many intermediate states it has.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

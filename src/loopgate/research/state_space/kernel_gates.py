@@ -1,7 +1,5 @@
 """The gates ``banker`` and ``algorithm2``, compiled: all moves of many configurations at once."""
 
-from __future__ import annotations
-
 from typing import Final
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The inner loops over all configurations, compiled."""
 
-from __future__ import annotations
-
 from typing import Final
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The configurations that a gate lets come about: one breadth-first search, which asks the gate in blocks."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

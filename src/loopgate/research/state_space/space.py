@@ -1,7 +1,5 @@
 """All configurations that a system can reach, with their moves; who can go on for ever."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import cached_property
 from typing import TypeVar

@@ -1,7 +1,5 @@
 """The condition on loops and numbers under which everyone can go on, written once more for checking."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from functools import lru_cache
 

@@ -1,7 +1,5 @@
 """Puts vehicles of a simulation that somebody else has started and steps under a gate."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from loopgate.errors import ScenarioError

@@ -1,7 +1,5 @@
 """A gate over vehicles of a simulation that somebody else has started and steps."""
 
-from __future__ import annotations
-
 from contextlib import ExitStack, suppress
 from itertools import chain, count, pairwise
 from random import Random

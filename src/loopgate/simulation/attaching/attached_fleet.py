@@ -1,7 +1,5 @@
 """Vehicles of somebody else's simulation under a gate: they join, are interfered with, and leave."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from typing import Any
 

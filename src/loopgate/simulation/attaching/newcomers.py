@@ -1,7 +1,5 @@
 """Vehicles on the road that are to come under the gate: held back where they can be taken in."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

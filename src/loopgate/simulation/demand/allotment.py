@@ -1,7 +1,5 @@
 """Which vehicle drives on which loop, and of what type it is, where the route file does not say it."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 from loopgate.errors import ScenarioError

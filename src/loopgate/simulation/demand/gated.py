@@ -1,7 +1,5 @@
 """Which vehicles that drive once are under the gate, and which are ordinary traffic."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from xml.etree import ElementTree as ET

@@ -1,7 +1,5 @@
 """Starting places on the road for vehicles that no abstraction places."""
 
-from __future__ import annotations
-
 from collections import defaultdict
 from collections.abc import Sequence
 from random import Random

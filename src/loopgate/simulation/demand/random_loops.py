@@ -1,7 +1,5 @@
 """Random loops for a run: as many as were asked for and work, or as there are."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from itertools import islice
 

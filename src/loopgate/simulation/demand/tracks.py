@@ -1,7 +1,5 @@
 """Makes the tracks of the vehicles from their loops and itineraries."""
 
-from __future__ import annotations
-
 from loopgate.abstraction.itinerary import Itinerary, Leg
 from loopgate.drive.track import StopLine, Track
 from loopgate.network import Loop, RoadNetwork

@@ -1,7 +1,5 @@
 """The vehicles of a run: which they are, when they depart, and where."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress

@@ -1,7 +1,5 @@
 """Whether a way is so crowded that one more on it makes less traffic: for those who wait to depart."""
 
-from __future__ import annotations
-
 from typing import Any, cast
 
 import numpy as np

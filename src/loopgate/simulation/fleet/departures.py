@@ -1,7 +1,5 @@
 """Vehicles that depart while a run is under way: put in when their place and the gate have room for them."""
 
-from __future__ import annotations
-
 from bisect import insort
 from collections import Counter, deque
 from collections.abc import Iterator, Sequence

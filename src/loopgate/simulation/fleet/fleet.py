@@ -1,7 +1,5 @@
 """Vehicles under a gate that join and leave: in a run as in a simulation of somebody else's."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Vehicles that park beside the road: they give up their slots, and come back when the gate can take them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 
 from loopgate.drive.changing import ChangingEngine

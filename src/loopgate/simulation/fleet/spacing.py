@@ -6,8 +6,6 @@ it is ahead of the middle between its neighbours on its loop; so spacing evens o
 Who may move is decided as ever.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """Stops that vehicles make in every round of their loops: SUMO is told of them one round ahead."""
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Mapping, Sequence
 from contextlib import suppress

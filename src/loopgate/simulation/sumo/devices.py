@@ -1,7 +1,5 @@
 """Devices by which SUMO would lead a gated vehicle off its way: it goes without them, and that is said."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, replace

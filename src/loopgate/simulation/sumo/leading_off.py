@@ -1,7 +1,5 @@
 """Refuses what in additional files would lead vehicles under a gate off their loops, or take them out."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from xml.etree import ElementTree as ET

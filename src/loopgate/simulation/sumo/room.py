@@ -1,7 +1,5 @@
 """Room on the disk for what SUMO itself writes."""
 
-from __future__ import annotations
-
 import resource
 import shutil
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Starts SUMO with options that hide nothing."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
