@@ -4,13 +4,11 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from loopgate.arrays import Floats
 from loopgate.network.loop import Loop, arc_lengths
 from loopgate.network.road import RoadNetwork
 from loopgate.network.vehicle_type import VehicleType
-
-Floats = npt.NDArray[np.float64]
 
 _LOOK_BACK_M = 30.0
 """How far behind the longest body two ways are looked at to see whether they come from one lane [m]."""

@@ -8,14 +8,11 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
-from loopgate.abstraction.courses import Bodies, Course, Courses, Floats, drawn
+from loopgate.abstraction.courses import Bodies, Course, Courses, drawn
 from loopgate.abstraction.rectangles import overlapping
+from loopgate.arrays import Flags, Floats, Ints
 from loopgate.network.road import RoadNetwork
-
-Ints = npt.NDArray[np.int64]
-Flags = npt.NDArray[np.bool_]
 
 SIDE_M = 0.2
 """Room that a body keeps on either side [m]: two bodies are kept apart by twice that."""

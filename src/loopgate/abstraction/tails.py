@@ -5,7 +5,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from loopgate.abstraction.courses import Course, Courses, Floats, drawn
+from loopgate.abstraction.courses import Course, Courses, drawn
+from loopgate.arrays import Floats
 from loopgate.network.road import RoadNetwork
 
 _BEHIND_M = np.arange(0.0, 1.6, 0.25)

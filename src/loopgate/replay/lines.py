@@ -3,13 +3,11 @@
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from loopgate.arrays import Floats
 from loopgate.audit.layout import Layout, LoopWay
 from loopgate.network.curve import cut_curve, gap
 from loopgate.network.loop import arc_lengths
-
-Line = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,17 +15,17 @@ class PlaceLink:
     """The way from a place to the next: its crossings, and where it lies."""
 
     crossings: tuple[str, ...]
-    line: Line
+    line: Floats
 
 
 @dataclass(frozen=True, slots=True)
 class DrawnLines:
     """Lines of a layout that are drawn."""
 
-    loops: dict[str, Line]
-    """Line of each loop, by name [m]."""
-    places: dict[str, Line]
-    """Line of each place, by name [m]."""
+    loops: dict[str, Floats]
+    """Floats of each loop, by name [m]."""
+    places: dict[str, Floats]
+    """Floats of each place, by name [m]."""
     links: tuple[PlaceLink, ...]
     """The ways between places."""
     after: dict[str, tuple[int, ...]]
@@ -41,8 +39,8 @@ def find_lines(layout: Layout) -> DrawnLines:
 
     A line follows the lanes on which vehicles leave their spans. O(legs times conflicts).
     """
-    loops: dict[str, Line] = {}
-    places: dict[str, Line] = {}
+    loops: dict[str, Floats] = {}
+    places: dict[str, Floats] = {}
     links: dict[tuple[str, str, tuple[str, ...]], int] = {}
     drawn: list[PlaceLink] = []
     after: dict[str, tuple[int, ...]] = {}
@@ -73,7 +71,7 @@ def find_lines(layout: Layout) -> DrawnLines:
     return DrawnLines(loops, places, tuple(drawn), after, foes)
 
 
-def loop_curve(layout: Layout, loop: LoopWay) -> tuple[Line, Line]:
+def loop_curve(layout: Layout, loop: LoopWay) -> tuple[Floats, Floats]:
     """Return a loop's points, shape (n, 2), and the arc length of each on it [m]."""
     points, arcs = [], []
     for span in loop.spans:

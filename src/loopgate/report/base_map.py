@@ -13,9 +13,9 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from loopgate.arrays import Floats
 from loopgate.disk import disk_error
 from loopgate.errors import ResultsError
-from loopgate.network.contacts import Floats
 from loopgate.network.loop import Loop
 from loopgate.network.road import RoadNetwork
 

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from loopgate.abstraction.queue_survey import CrossingSurvey, QueueSurvey, RefusedLoop
-from loopgate.network.contacts import Floats
+from loopgate.arrays import Floats
 from loopgate.network.curve import cut_line
 from loopgate.network.loop import arc_lengths
 from loopgate.network.road import RoadNetwork

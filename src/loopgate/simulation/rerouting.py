@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from loopgate.arrays import Floats, Ints
 from loopgate.drive.changing import ChangingEngine
 from loopgate.drive.driver import Driver
 from loopgate.drive.track import Track
@@ -41,7 +41,7 @@ class _Onward:
 
     track: Track
     position: int
-    edges: npt.NDArray[np.int64]
+    edges: Ints
 
 
 class Rerouting:
@@ -63,7 +63,7 @@ class Rerouting:
         lanes = [assembly.network.edges[edge].lanes for edge in self._edges]
         self._length_m = np.array([some[0].length_m for some in lanes])
         self._allowed_mps = np.array([max(lane.speed_mps for lane in some) for some in lanes])
-        self._seen: deque[npt.NDArray[np.float64]] = deque(maxlen=_SAMPLES)
+        self._seen: deque[Floats] = deque(maxlen=_SAMPLES)
         self._times_s = self._length_m / self._allowed_mps
         self._next_sample_s = 0.0
         self._due_s: dict[str, float] = {}

@@ -4,13 +4,10 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
-import numpy.typing as npt
 import scipy
 
+from loopgate.arrays import Floats, Ints
 from loopgate.kernel_cache import kernel
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 _WITHIN = 0.002
 _CUT_AT = 4

@@ -12,8 +12,9 @@ from itertools import pairwise
 
 import numpy as np
 
+from loopgate.arrays import Floats
 from loopgate.drive.engine import Engine
-from loopgate.drive.tables import Floats, Numbers
+from loopgate.drive.tables import Numbers
 from loopgate.network import Loop, RoadNetwork, VehicleType
 from loopgate.traffic.base import Traffic
 
