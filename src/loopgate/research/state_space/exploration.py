@@ -6,8 +6,8 @@ from dataclasses import asdict, dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from loopgate.arrays import Small
 from loopgate.gates import Gate
 from loopgate.gates.deadlocks import homes_decide_liveness
 from loopgate.model import System
@@ -114,7 +114,7 @@ def explore(
     )
 
 
-def _orders(space: StateSpace, dead: NDArray[np.int32]) -> dict[str, int]:
+def _orders(space: StateSpace, dead: Small) -> dict[str, int]:
     """Count configurations that are neither live nor have a circular wait by their order.
 
     Where a robot is in a private state does not matter, nor who stands before whom, so those that differ in
