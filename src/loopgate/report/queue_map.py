@@ -14,6 +14,7 @@ from loopgate.arrays import Floats
 from loopgate.network.curve import cut_line
 from loopgate.network.loop import arc_lengths
 from loopgate.network.road import RoadNetwork
+from loopgate.plots.road_map import beside
 from loopgate.reading import listed
 from loopgate.report.base_map import (
     DPI,
@@ -209,13 +210,7 @@ def _beside(line: Floats, distance_m: float) -> Floats:
     """Return the line moved to its right."""
     steps = np.hypot(*np.diff(line, axis=0).T)
     line = line[np.concatenate(([True], steps > 0.0))]
-    if distance_m <= 0.0 or len(line) < 2:  # noqa: PLR2004  a point has no side
-        return line
-    along = np.gradient(line, axis=0)
-    length = np.maximum(np.hypot(along[:, 0], along[:, 1]), 1e-9)[:, None]
-    return np.asarray(
-        line + distance_m * np.column_stack((along[:, 1], -along[:, 0])) / length, dtype=np.float64
-    )
+    return beside(line, distance_m) if distance_m > 0.0 else line
 
 
 def _legend(axes: Axes, found: QueueSurvey, *, dots: bool) -> None:
