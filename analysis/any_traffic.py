@@ -26,12 +26,12 @@ from xml.etree import ElementTree as ET
 import pandas as pd
 import sumo
 import sumolib
+from frame_table import frame_table
 from rich.console import Console
 from signals import CONTROLLERS, controlled
 
 from loopgate import Scenario
 from loopgate.abstraction.queue_layout import why_not
-from loopgate.cli.frame_table import frame_table
 from loopgate.cli.progress import show_progress
 from loopgate.errors import RouteError
 from loopgate.network import RoadNetwork

@@ -21,10 +21,10 @@ from time import perf_counter
 
 import pandas as pd
 import sumo
+from frame_table import frame_table
 from rich.console import Console
 
 from loopgate.abstraction.sharing import SharingBound
-from loopgate.cli.frame_table import frame_table
 from loopgate.cli.progress import show_progress
 from loopgate.network import RoadNetwork, generate_loops, write_loops
 from loopgate.simulation.assembly import assemble

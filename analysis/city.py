@@ -9,11 +9,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import pandas as pd
+from frame_table import frame_table
 from rich.console import Console
 
 from loopgate.analysis import columns as ac
 from loopgate.analysis import compute_safety
-from loopgate.cli.frame_table import frame_table
 from loopgate.cli.progress import show_progress
 from loopgate.results import columns as rc
 from loopgate.results import row_columns as c

@@ -15,9 +15,9 @@ from typing import Any
 
 import headline
 import pandas as pd
+from frame_table import frame_table
 from rich.console import Console
 
-from loopgate.cli.frame_table import frame_table
 from loopgate.cli.progress import show_progress
 from loopgate.report.base_map import DPI
 from loopgate.report.network_map import draw_map

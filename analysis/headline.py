@@ -14,10 +14,10 @@ import matplotlib as mpl
 import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
+from frame_table import frame_table
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 
-from loopgate.cli.frame_table import frame_table
 from loopgate.cli.progress import show_progress
 from loopgate.network import RoadNetwork
 from loopgate.results.columns import LAPS, STANDING, X, Y

@@ -22,14 +22,7 @@ from pathlib import Path
 from typing import Any
 
 import pandas as pd
-
-from loopgate.cli.progress import show_progress
-from loopgate.errors import GateError, SystemModelError
-from loopgate.gates import make_gate
-from loopgate.gates.certified import CertifiedGate
-from loopgate.model import System
-from loopgate.research.state_space import ExplorationLimitError, StateSpace, verify_space
-from loopgate.research.theory.road_systems import (
+from small_roads import (
     Roads,
     commuters,
     figure_eight,
@@ -40,6 +33,13 @@ from loopgate.research.theory.road_systems import (
     two_rings,
     two_way_grid,
 )
+
+from loopgate.cli.progress import show_progress
+from loopgate.errors import GateError, SystemModelError
+from loopgate.gates import make_gate
+from loopgate.gates.certified import CertifiedGate
+from loopgate.model import System
+from loopgate.research.state_space import ExplorationLimitError, StateSpace, verify_space
 
 FAMILIES: tuple[Roads, ...] = (
     *(ring(3), ring(5), two_rings(2), two_rings(3), two_rings(4), commuters(2), commuters(3)),

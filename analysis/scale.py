@@ -22,9 +22,9 @@ from pathlib import Path
 import pandas as pd
 import sumo
 from day import Memory
+from frame_table import frame_table
 from rich.console import Console
 
-from loopgate.cli.frame_table import frame_table
 from loopgate.cli.progress import show_progress
 from loopgate.results.columns import ON_ROAD
 from loopgate.runs.run import read_run

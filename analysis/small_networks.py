@@ -11,11 +11,11 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pandas as pd
+from frame_table import frame_table
 from rich.console import Console
 
 from loopgate.analysis import columns as ac
 from loopgate.analysis import compute_safety, compute_time_to_deadlock
-from loopgate.cli.frame_table import frame_table
 from loopgate.cli.progress import show_progress
 from loopgate.results import row_columns as c
 from loopgate.runs.results import read_results

@@ -16,10 +16,10 @@ from pathlib import Path
 from typing import Any
 
 import pandas as pd
+from frame_table import frame_table
 from made_networks import narrow_streets, netgenerate, roundabouts
 from rich.console import Console
 
-from loopgate.cli.frame_table import frame_table
 from loopgate.cli.progress import show_progress
 from loopgate.errors import ResultsError
 from loopgate.network import RoadNetwork

@@ -1,7 +1,5 @@
 """Errors of the disk, in one line that names the file."""
 
-from __future__ import annotations
-
 import errno
 import os
 from collections.abc import Iterator

@@ -5,8 +5,6 @@ learned is a negotiation, and nothing that is learned can make vehicles collide 
 the gate refuses is refused, whoever comes first.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack

@@ -5,8 +5,6 @@ which file, robot, state or edge is concerned, what was found, and what was expe
 The command line prints that line and exits with code 2.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """Folders that one process has to itself: a lock that ends with it, and temporary folders that go with it."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import stat

@@ -1,7 +1,5 @@
 """Results that a process keeps because it needs them again: runs share networks, loops and layouts."""
 
-from __future__ import annotations
-
 import gc
 from collections import OrderedDict
 from collections.abc import Callable, Hashable, Iterator

@@ -5,8 +5,6 @@ calls, or of a constant, in another file. And several processes that find the so
 folder with those that still run the old ones. So the folder is named by a hash of all sources of the package.
 """
 
-from __future__ import annotations
-
 import hashlib
 import os
 import shutil
@@ -36,8 +34,6 @@ def kernel_folder(given: str = "", package: Path = _PACKAGE) -> str:
     given
         The folder that the user wants compiled code to be in (``NUMBA_CACHE_DIR``); else it is the package's
         own, or the user's where that cannot be written to.
-    package
-        The folder of the package.
     """
     facts = [
         (str(file.relative_to(package)), file.stat().st_size, file.stat().st_mtime_ns)

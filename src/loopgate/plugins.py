@@ -4,8 +4,6 @@ A name is that of an entry point, or ``file.py:Name`` for what a Python file of 
 program has at hand gets such a name too, so that scenarios, sweeps and results are text throughout.
 """
 
-from __future__ import annotations
-
 import hashlib
 import importlib.util
 import inspect
@@ -105,8 +103,6 @@ def make_plugin(
     ----------
     kind
         The kind of thing, for messages: "gate", "negotiation".
-    group
-        The entry-point group.
     spec
         The name (see `name_of`), with options behind a colon. Values are whole numbers, decimal numbers,
         ``true`` or ``false``, else text; numbers are finite and at most 1e12 in size. Where the factory

@@ -5,8 +5,6 @@ for numbers of five thousand digits, for lists nested too deep, for keys that ar
 is never complete, so everything that goes wrong while a file is read is taken for a fault of the file.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import tomllib

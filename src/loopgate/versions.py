@@ -1,7 +1,5 @@
 """Which versions made a result: ours and those of other distributions."""
 
-from __future__ import annotations
-
 from importlib.metadata import version
 
 DISTRIBUTION = "sumo-loopgate"

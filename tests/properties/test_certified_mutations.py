@@ -156,7 +156,7 @@ def test_unbroken_all_pass() -> None:
             id="cycle test too eager",
         ),
         pytest.param(Search._branch, "for i in part:", "for i in part[:1]:", id="search tries one robot"),
-        pytest.param(Homes.moved, "else verdict.witness", "else self._witness", id="witness not kept up"),
+        pytest.param(Homes._take_over, "self._found_for(robot)", "self.witness", id="witness not kept up"),
         pytest.param(
             _Walk.comes_back_to,
             "self._low[here] = min(self._low[here], self.index[there])",

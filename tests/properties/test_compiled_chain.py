@@ -8,17 +8,7 @@ from typing import Any, cast
 import pytest
 from books import Books
 from numba import njit
-
-from loopgate.abstraction.itinerary import Leg
-from loopgate.drive import requests
-from loopgate.drive.step import SETTLE
-from loopgate.drive.tables import Tables
-from loopgate.errors import SystemModelError, UnsafeStartError
-from loopgate.gates import make_gate
-from loopgate.gates.certified import CertifiedGate
-from loopgate.model import System
-from loopgate.negotiation.simple import OldestFirst
-from loopgate.research.theory.road_systems import (
+from small_roads import (
     Roads,
     commuters,
     figure_eight,
@@ -29,6 +19,16 @@ from loopgate.research.theory.road_systems import (
     two_rings,
     two_way_grid,
 )
+
+from loopgate.abstraction.itinerary import Leg
+from loopgate.drive import requests
+from loopgate.drive.step import SETTLE
+from loopgate.drive.tables import Tables
+from loopgate.errors import SystemModelError, UnsafeStartError
+from loopgate.gates import make_gate
+from loopgate.gates.certified import CertifiedGate
+from loopgate.model import System
+from loopgate.negotiation.simple import OldestFirst
 
 ROADS = (
     ring(4),

@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 from roads import polygon
 from scipy.spatial import cKDTree
 
-from loopgate.abstraction.itinerary import Itinerary
-from loopgate.abstraction.segments import CLEARANCE_M, lay_out_segments
+from loopgate.abstraction.itinerary import CLEARANCE_M, Itinerary
+from loopgate.abstraction.segments import lay_out_segments
 from loopgate.abstraction.sharing import SharingBound
 from loopgate.abstraction.survey import survey
 from loopgate.network import Loop, RoadNetwork, generate_loops

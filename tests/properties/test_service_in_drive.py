@@ -9,14 +9,7 @@ from collections.abc import Iterator, Sequence
 import pytest
 from little_roads import LittleRoads, Unfair
 from service_cases import oldest_late
-
-from loopgate.errors import SystemModelError, UnsafeStartError
-from loopgate.gates import Reason
-from loopgate.gates.certified.occupancy import Occupancy
-from loopgate.gates.certified.service import next_mover
-from loopgate.gates.certified.system_index import SystemIndex
-from loopgate.model import System
-from loopgate.research.theory.road_systems import (
+from small_roads import (
     Roads,
     commuters,
     figure_eight,
@@ -26,6 +19,13 @@ from loopgate.research.theory.road_systems import (
     two_rings,
     two_way_grid,
 )
+
+from loopgate.errors import SystemModelError, UnsafeStartError
+from loopgate.gates import Reason
+from loopgate.gates.certified.occupancy import Occupancy
+from loopgate.gates.certified.service import next_mover
+from loopgate.gates.certified.system_index import SystemIndex
+from loopgate.model import System
 
 ROADS = (two_rings(3), commuters(3), figure_eight(3), one_way_grid(), two_way_grid(), roundabout(3))
 PATIENCE_S = 15.0

@@ -9,6 +9,7 @@ from typing import Any
 
 from books import Books
 from little_roads import LittleRoads, Unfair
+from small_roads import one_way_grid, road_system
 
 from builders import system
 from loopgate.abstraction.itinerary import Crossing, Leg
@@ -18,7 +19,6 @@ from loopgate.gates.certified.service import next_mover
 from loopgate.gates.certified.system_index import SystemIndex
 from loopgate.negotiation.base import Negotiation
 from loopgate.negotiation.pressure import Pressure
-from loopgate.research.theory.road_systems import one_way_grid, road_system
 
 AFTER_S = 20.0
 

@@ -9,15 +9,7 @@ from functools import partial
 from pathlib import Path
 
 import pytest
-
-from loopgate.errors import SystemModelError
-from loopgate.gates import make_gate
-from loopgate.gates.certified.budget import Budget
-from loopgate.gates.certified.chain_rule import ChainRule
-from loopgate.gates.certified.occupancy import Occupancy
-from loopgate.research.state_space import StateSpace, Verification, verify_space
-from loopgate.research.theory.instances import instance
-from loopgate.research.theory.road_systems import (
+from small_roads import (
     Roads,
     commuters,
     figure_eight,
@@ -28,6 +20,14 @@ from loopgate.research.theory.road_systems import (
     two_rings,
     two_way_grid,
 )
+
+from loopgate.errors import SystemModelError
+from loopgate.gates import make_gate
+from loopgate.gates.certified.budget import Budget
+from loopgate.gates.certified.chain_rule import ChainRule
+from loopgate.gates.certified.occupancy import Occupancy
+from loopgate.research.state_space import StateSpace, Verification, verify_space
+from loopgate.research.theory.instances import instance
 
 STUDY = Path(__file__).parents[2] / "analysis" / "road_systems.py"
 

@@ -1,20 +1,12 @@
 """Collision segments and collision pairs of closed paths (Zhou et al. 2020, Definition 1)."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from loopgate.network.contacts import (
-    Floats,
-    Ints,
-    LaneContacts,
-    lane_contacts,
-    lanes_of,
-    merge_intervals,
-)
+from loopgate.arrays import Floats, Ints
+from loopgate.network.contacts import LaneContacts, lane_contacts, lanes_of, merge_intervals
 from loopgate.network.loop import Loop
 
 _JOIN_M = 1e-4

@@ -1,11 +1,12 @@
 """The lanes on which bodies lie: each lane of a loop with what is behind it, once for all loops."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from loopgate.network.loop import Loop
+import numpy as np
+
+from loopgate.arrays import Floats
+from loopgate.network.loop import Loop, arc_lengths
 from loopgate.network.road import RoadNetwork
 from loopgate.network.vehicle_type import VehicleType
 
@@ -60,6 +61,24 @@ def courses_of(network: RoadNetwork, users: Sequence[tuple[Loop, VehicleType]]) 
             bodies.width_m = max(bodies.width_m, width)
         bodies.arrive |= not loop.closed
     return found
+
+
+def drawn(network: RoadNetwork, course: Course) -> tuple[Floats, Floats, Floats, list[float]]:
+    """Return the lanes of a course as one line, in the direction of driving.
+
+    Its points, shape (n, 2), their positions on the front's lane, below 0 on the lanes before it, their
+    heights, and where the lanes begin, the front's first [m].
+    """
+    points, arcs, heights, begins = [], [], [], [0.0]
+    for number, name in enumerate((course.lane, *course.before)):
+        lane = network.lanes[name]
+        if number:
+            begins.append(begins[-1] - lane.length_m)
+        shape = np.asarray(lane.shape, dtype=np.float64)
+        points.append(shape)
+        arcs.append(arc_lengths(shape, begins[-1], begins[-1] + lane.length_m))
+        heights.append(np.asarray(lane.heights or np.zeros(len(shape)), dtype=np.float64))
+    return np.concatenate(points[::-1]), np.concatenate(arcs[::-1]), np.concatenate(heights[::-1]), begins
 
 
 def _kinds(users: Sequence[tuple[Loop, VehicleType]]) -> Iterator[tuple[Loop, list[VehicleType]]]:

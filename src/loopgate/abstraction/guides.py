@@ -1,7 +1,5 @@
 """Where SUMO could take another lane than a loop's, and the stops that lead it to the right one."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass

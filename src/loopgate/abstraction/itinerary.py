@@ -1,13 +1,15 @@
 """How the states of a robot lie along the loop of its vehicle."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from itertools import pairwise
 
 from loopgate.model import StateId, System
+
+CLEARANCE_M = 1.0
+"""The length of a state beyond the vehicles and gaps it holds [m]: vehicles stop centimetres off a line, and
+a rear leaves a state between two simulation steps."""
 
 
 @dataclass(frozen=True, slots=True)

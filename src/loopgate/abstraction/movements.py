@@ -9,17 +9,14 @@ from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 
 from loopgate.abstraction.courses import Course
 from loopgate.abstraction.swept import BETWEEN_M, Touches
 from loopgate.abstraction.waiting import Part
+from loopgate.arrays import Floats, Ints
 from loopgate.network.records import Connection
 from loopgate.network.road import RoadNetwork
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 REACH_M = 2.2
 """Centre lines nearer than this conflict [m]: cars are 1.8 m wide in SUMO, oncoming lanes lie 3.2 m apart."""

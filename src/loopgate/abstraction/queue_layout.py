@@ -1,7 +1,5 @@
 """Places where vehicles queue, and the crossings between them: the plan of the queues abstraction."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass

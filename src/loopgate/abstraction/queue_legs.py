@@ -1,15 +1,13 @@
 """The way of a loop from one place where vehicles queue to the next."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from loopgate.abstraction.guides import Target, Turn, find_guides
-from loopgate.abstraction.itinerary import Crossing, Guide, Leg
+from loopgate.abstraction.itinerary import CLEARANCE_M, Crossing, Guide, Leg
 from loopgate.abstraction.movements import Conflicts, Overlap
-from loopgate.abstraction.stretches import CLEARANCE_M, Passage
+from loopgate.abstraction.stretches import Passage
 from loopgate.model import StateId
 from loopgate.network.loop import HOLD_MARGIN_M, Loop
 from loopgate.network.records import Connection

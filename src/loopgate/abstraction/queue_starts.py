@@ -1,7 +1,5 @@
 """Where vehicles stand at the beginning on queues: every place keeps a slot free, so no circle is closed."""
 
-from __future__ import annotations
-
 import random
 from collections import deque
 from collections.abc import Mapping, Sequence

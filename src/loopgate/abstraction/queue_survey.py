@@ -1,7 +1,5 @@
 """Loops as the queues abstraction sees them: places, crossings with their conflicts, loops it refuses."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from loopgate.abstraction.itinerary import Itinerary

@@ -1,7 +1,5 @@
 """The queues abstraction: lanes become places with capacity, junctions become crossings between them."""
 
-from __future__ import annotations
-
 import random
 from collections.abc import Mapping, Sequence
 

@@ -1,15 +1,11 @@
 """Which of many rectangles overlap: by squares of the ground."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from itertools import pairwise
 
 import numpy as np
-import numpy.typing as npt
 
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
+from loopgate.arrays import Flags, Floats, Ints
 
 _X, _Y, _AHEAD_X, _AHEAD_Y, _HALF_M, _WIDE_M, _Z = range(7)
 
@@ -72,7 +68,7 @@ def _near(ranges: Ints) -> Iterator[tuple[Ints, Ints]]:
             yield one, np.repeat(begin[first:last], some) + behind
 
 
-def _overlap(a: Floats, b: Floats) -> npt.NDArray[np.bool_]:
+def _overlap(a: Floats, b: Floats) -> Flags:
     """Return which rectangles overlap, row by row: no line along a side of either keeps them apart."""
     x, y = b[:, _X] - a[:, _X], b[:, _Y] - a[:, _Y]
     cos = np.abs(a[:, _AHEAD_X] * b[:, _AHEAD_X] + a[:, _AHEAD_Y] * b[:, _AHEAD_Y])

@@ -1,7 +1,5 @@
 """The paper's abstraction: collision segments become shared states, the rest of each loop private ones."""
 
-from __future__ import annotations
-
 import math
 import random
 from collections import Counter
@@ -9,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from loopgate.abstraction.collision_segments import collision_segments
-from loopgate.abstraction.itinerary import Abstraction, Itinerary, Leg
+from loopgate.abstraction.itinerary import CLEARANCE_M, Abstraction, Itinerary, Leg
 from loopgate.abstraction.starts import choose_starts
 from loopgate.abstraction.zone_warnings import zone_warnings
 from loopgate.abstraction.zones import Zones, make_zones
@@ -20,10 +18,6 @@ from loopgate.network.loop import Loop
 
 DEFAULT_RHO_M = 1.25
 """Safe radius [m]: oncoming lanes, 3.2 m apart, do not conflict; crossing, merging and shared lanes do."""
-
-CLEARANCE_M = 1.0
-"""The length of a state beyond a standing vehicle and its gap [m]: vehicles stop centimetres off a line,
-and a vehicle's rear leaves a state between two simulation steps."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,8 +133,6 @@ def place_vehicles(
 
     Parameters
     ----------
-    layout
-        The states.
     seed
         Decides where vehicles start.
     names

@@ -1,7 +1,5 @@
 """Bounds how much of its length each loop shares with others, while loops are being chosen."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """Where vehicles stand at the beginning: each in a state of its own, whole, on one lane."""
 
-from __future__ import annotations
-
 import random
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple

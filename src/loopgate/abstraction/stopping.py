@@ -1,7 +1,5 @@
 """Whether vehicles can stop where their route file wants it without being in anybody's way."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
+from loopgate.abstraction.itinerary import CLEARANCE_M
 from loopgate.abstraction.movements import REACH_M
 from loopgate.abstraction.waiting import Part
 from loopgate.network.contacts import lane_contacts
@@ -12,9 +13,6 @@ from loopgate.network.loop import HOLD_MARGIN_M, Loop
 from loopgate.network.records import Edge
 from loopgate.network.road import RoadNetwork
 from loopgate.network.vehicle_type import VehicleType
-
-CLEARANCE_M = 1.0
-"""The length of a place beyond the vehicles and gaps it holds [m]: vehicles stop centimetres off a line."""
 
 LEAST_CAPACITY = 2
 """A lane that holds fewer joins the crossing it lies in: where every place holds two, one walk along the

@@ -1,7 +1,5 @@
 """Places, crossings and loops as shapes that sumo-gui and netedit show: one of SUMO's additional files."""
 
-from __future__ import annotations
-
 import colorsys
 import re
 from bisect import bisect_right
@@ -11,15 +9,13 @@ from pathlib import Path
 from xml.etree import ElementTree as ET
 
 import numpy as np
-import numpy.typing as npt
 import shapely
 
 from loopgate.abstraction.itinerary import Itinerary, Leg
+from loopgate.arrays import Floats
 from loopgate.disk import writing
 from loopgate.network.curve import cut_curve, gap
 from loopgate.network.loop import Loop
-
-_Line = npt.NDArray[np.float64]
 
 _STEPS = (1, 2, 3, 4, 6, 10, 20)
 _ROOM = ("199,221,204", "173,214,181", "127,205,187", "65,182,196", "29,145,192", "34,94,168", "12,44,132")
@@ -173,11 +169,11 @@ def _add_crossing(top: ET.Element, names: _Names, loop: Loop, leg: Leg, after: L
     )
 
 
-def _part(loop: Loop, begin_m: float, end_m: float) -> _Line:
+def _part(loop: Loop, begin_m: float, end_m: float) -> Floats:
     return cut_curve(*loop.curve(), loop.length_m, begin_m, end_m)
 
 
-def _poly(top: ET.Element, name: str, line: _Line, looks: Mapping[str, str], **figures: str) -> None:
+def _poly(top: ET.Element, name: str, line: Floats, looks: Mapping[str, str], **figures: str) -> None:
     points = (f"{x:.2f},{y:.2f}" for x, y in line)
     shape = " ".join(point for point, _ in groupby(points))  # lanes repeat the point at which they meet
     _figures(ET.SubElement(top, "poly", {"id": name, "fill": "0", **looks, "shape": shape}), figures)

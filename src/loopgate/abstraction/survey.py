@@ -1,7 +1,5 @@
 """Loops as an abstraction sees them, in figures: states, shares, who meets whom."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

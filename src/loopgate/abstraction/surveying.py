@@ -1,7 +1,5 @@
 """Looks at loops as queues: which work, what places and crossings they have, and room for how many."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np

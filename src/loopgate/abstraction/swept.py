@@ -8,16 +8,11 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
-from loopgate.abstraction.courses import Bodies, Course, Courses
+from loopgate.abstraction.courses import Bodies, Course, Courses, drawn
 from loopgate.abstraction.rectangles import overlapping
-from loopgate.network.loop import arc_lengths
+from loopgate.arrays import Flags, Floats, Ints
 from loopgate.network.road import RoadNetwork
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
-Flags = npt.NDArray[np.bool_]
 
 SIDE_M = 0.2
 """Room that a body keeps on either side [m]: two bodies are kept apart by twice that."""
@@ -122,19 +117,7 @@ class _Rows(NamedTuple):
 def _lay(network: RoadNetwork, course: Course, bodies: Bodies) -> _Rows:
     """Return the bodies of a course, one for each front and each length."""
     lane = network.lanes[course.lane]
-    points: list[Floats] = []
-    arcs: list[Floats] = []
-    heights: list[Floats] = []
-    begin = 0.0
-    for name in (course.lane, *course.before):
-        part = network.lanes[name]
-        shape = np.asarray(part.shape, dtype=np.float64)
-        begin = begin if name == course.lane and not points else begin - part.length_m
-        points.append(shape)
-        arcs.append(arc_lengths(shape, begin, begin + part.length_m))
-        heights.append(np.asarray(part.heights or np.zeros(len(shape)), dtype=np.float64))
-    xy, arc = np.concatenate(points[::-1]), np.concatenate(arcs[::-1])
-    height = np.concatenate(heights[::-1])
+    xy, arc, height, begins = drawn(network, course)
     fronts = _fronts(lane.length_m)
     # Without lanes inside junctions vehicles jump from lane to lane: they have no direction meanwhile.
     whole = bool(course.before) and (lane.internal or network.lanes[course.before[0]].internal)
@@ -142,7 +125,7 @@ def _lay(network: RoadNetwork, course: Course, bodies: Bodies) -> _Rows:
     for length, jointed in bodies.looked_at_m():
         at = fronts if whole else fronts[fronts >= length]
         rear = np.maximum(at - length, arc[0])
-        joints = [part[0] for part in arcs] if jointed else []
+        joints = begins if jointed else []
         for first, last in _parts(at, rear, joints):
             known = first > last
             ahead_m, behind_m = first[known], last[known]

@@ -1,15 +1,12 @@
 """How far the tails of those who turn off swing back over the lane that they have just left."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 
 import numpy as np
-import numpy.typing as npt
 
-from loopgate.abstraction.courses import Course, Courses
-from loopgate.network.loop import arc_lengths
+from loopgate.abstraction.courses import Course, Courses, drawn
+from loopgate.arrays import Floats
 from loopgate.network.road import RoadNetwork
 
 _BEHIND_M = np.arange(0.0, 1.6, 0.25)
@@ -27,8 +24,6 @@ _BESIDE_M = 0.1
 _LEAST_M = 0.1
 """Stop lines are this far before the end of a lane anyway [m]."""
 
-Floats = npt.NDArray[np.float64]
-
 
 def tails_over(network: RoadNetwork, courses: Courses) -> Mapping[str, float]:
     """Return by lane how far before its end corners of vehicles can be whose rears have just left it [m].
@@ -42,11 +37,16 @@ def tails_over(network: RoadNetwork, courses: Courses) -> Mapping[str, float]:
         if not (course.before and (inside or _turns_round(network, course))):
             continue
         behind_m = _BEHIND_M if inside else _TURNED_BEHIND_M
-        xy, arc, ends = _path(network, course)
+        xy, arc, _, begins = drawn(network, course)
         last_m = network.lanes[course.lane].length_m
         half_m = bodies.width_m / 2
         stiff = np.array([length for length, jointed in bodies.looked_at_m() if not jointed])
-        for lane, end_m in ends.items():
+        # Of a lane that comes twice, the nearer one.
+        lanes = dict(reversed([*zip((course.lane, *course.before), begins, strict=True)]))
+        for lane, begin_m in lanes.items():
+            if network.lanes[lane].internal:
+                continue
+            end_m = begin_m + network.lanes[lane].length_m
             rear = np.repeat(end_m + behind_m, len(stiff))
             front = rear + np.tile(stiff, len(behind_m))
             on_it = (front >= 0.0) & (front <= last_m)
@@ -66,23 +66,6 @@ def _turns_round(network: RoadNetwork, course: Course) -> bool:
     (cx, cy), (dx, dy) = roads[0].shape[-2:]
     along = (bx - ax) * (dx - cx) + (by - ay) * (dy - cy)
     return along < _BACK * math.hypot(bx - ax, by - ay) * math.hypot(dx - cx, dy - cy)
-
-
-def _path(network: RoadNetwork, course: Course) -> tuple[Floats, Floats, dict[str, float]]:
-    """Return the points of a course, their arc lengths, and where the roads behind its front end [m]."""
-    points: list[Floats] = []
-    arcs: list[Floats] = []
-    ends: dict[str, float] = {}
-    end = network.lanes[course.lane].length_m
-    for name in (course.lane, *course.before):
-        lane = network.lanes[name]
-        shape = np.asarray(lane.shape, dtype=np.float64)
-        points.append(shape)
-        arcs.append(arc_lengths(shape, end - lane.length_m, end))
-        if not lane.internal:
-            ends.setdefault(name, end)
-        end -= lane.length_m
-    return np.concatenate(points[::-1]), np.concatenate(arcs[::-1]), ends
 
 
 def _swing_m(xy: Floats, arc: Floats, front: Floats, rear: Floats, end_m: float, half_m: float) -> float:

@@ -1,7 +1,5 @@
 """Where on a lane a vehicle may wait: out of reach of all bodies that do not follow it."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 

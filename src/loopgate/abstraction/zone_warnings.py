@@ -1,7 +1,5 @@
 """Reasons why loops are a bad fit for zones, in lines for the user."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 
 from loopgate.abstraction.zones import Zones

@@ -1,4 +1,7 @@
-"""Analysis in pandas: pure functions from tables to tables, columns with units."""
+"""Analysis in pandas: pure functions from tables to tables, columns with units.
+
+Columns that make a group are called `by` everywhere, the confidence level of an interval `level`.
+"""
 
 from loopgate.analysis.comparison import (
     compute_capacity,

@@ -1,7 +1,5 @@
 """Column names of the tables that analysis makes, with units; of the run folder: `results.columns`."""
 
-from __future__ import annotations
-
 from typing import Final
 
 # one row per lap, hold, wait or revisit interval of a run

@@ -1,7 +1,5 @@
 """Gates against each other: means, paired differences, capacity, and the fundamental diagram."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np
@@ -33,10 +31,6 @@ def compute_mean(
         One row per run; failed runs, and runs without the value, are left out.
     value
         Column of `runs`, such as `KM_PER_H` [vehicle-km/h], `LAPS_PER_H` [1/h] or `HOLD` [s].
-    by
-        Columns that make a group.
-    level
-        Confidence level of the interval.
 
     Returns
     -------
@@ -219,8 +213,6 @@ def compute_capacity(
         One row per run with `VEHICLES`, `value` and the columns of `by`; failed runs are left out.
     value
         Column of `runs`; the peak is its greatest mean, the smallest count on a tie.
-    by
-        Columns that make a group.
     level, resamples, seed
         Confidence level; number and seed of the bootstrap's resamples.
 

@@ -1,7 +1,5 @@
 """Costs of gates and views of loops: lap times, decision time, messages, hold time per edge."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -34,8 +32,6 @@ def compute_lap_distribution(
     runs
         One row per run with `LAPS` and `LAP_QUANTILES` [s]; failed runs, and runs without a lap, are left
         out.
-    by
-        Columns that make a group.
     quantiles
         Between 0 and 1.
 
@@ -82,8 +78,6 @@ def compute_decision_time(*, runs: pd.DataFrame, by: Sequence[str] = (c.GATE, c.
     runs
         One row per run with `DECISIONS`, `REFUSALS`, `MESSAGES` and the decision times [us]; failed runs
         are left out.
-    by
-        Columns that make a group.
 
     Returns
     -------
@@ -137,8 +131,6 @@ def compute_edge_means(
         One row per run with `EDGE_SET` and the lists per edge; failed runs are left out.
     edge_sets
         For each `EDGE_SET` the table of its edges (`EDGE`, `EDGE_LENGTH` [m], `SHAPE`).
-    by
-        Columns that make a group.
 
     Returns
     -------

@@ -1,7 +1,5 @@
 """How one run, or a few, went: over time, cause by cause, along a loop, and who is stuck."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

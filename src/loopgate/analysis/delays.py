@@ -1,7 +1,5 @@
 """Trips of the runs of a group: who arrived, and what they lost."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import pandas as pd
@@ -25,8 +23,6 @@ def compute_trips(*, runs: pd.DataFrame, by: Sequence[str] = (c.GATE, c.VEHICLES
     ----------
     runs
         One row per run; failed runs, and runs in which nobody drives once, are left out.
-    by
-        Columns that make a group.
 
     Returns
     -------

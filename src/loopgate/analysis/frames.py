@@ -1,7 +1,5 @@
 """Checks on the tables that analysis functions are given, and on the period they look at."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any

@@ -9,8 +9,6 @@ idleness, averaged over time, and worst idleness). What lies before the measured
 it says when an edge was visited last.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Deadlocks over many runs: their rate, and the time until they come."""
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Sequence
 from typing import Any
@@ -28,10 +26,6 @@ def compute_deadlock_rate(
     ----------
     runs
         One row per run, with `DEADLOCKS` and the columns of `by`; failed runs are left out.
-    by
-        Columns that make a group.
-    level
-        Confidence level of the interval.
 
     Returns
     -------
@@ -148,8 +142,6 @@ def compute_time_to_deadlock(
     ----------
     runs
         As for `compute_survival`.
-    by
-        Columns that make a group.
     horizon_s
         The restricted mean is the area under the curve up to here [s]; default: as far as every curve is
         known, so that groups can be compared (a curve that has reached 0 is known for ever).

@@ -1,7 +1,5 @@
 """One run folder as one row of a results table."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 from collections.abc import Mapping

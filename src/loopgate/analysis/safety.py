@@ -1,7 +1,5 @@
 """Safety of the runs of a group: deadlocks, collisions, teleports, audits."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import pandas as pd
@@ -23,8 +21,6 @@ def compute_safety(*, runs: pd.DataFrame, by: Sequence[str] = (c.NETWORK, c.GATE
     ----------
     runs
         One row per run.
-    by
-        Columns that make a group.
 
     Returns
     -------

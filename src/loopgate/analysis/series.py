@@ -1,7 +1,5 @@
 """Which runs belong to one line of a figure."""
 
-from __future__ import annotations
-
 import json
 
 import pandas as pd

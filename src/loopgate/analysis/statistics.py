@@ -1,13 +1,12 @@
 """Intervals and estimators shared by the comparisons, each on SciPy where SciPy has it."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 import scipy
 
+from loopgate.arrays import Floats
 from loopgate.errors import AnalysisError
 
 _RESAMPLES = 2000
@@ -81,9 +80,7 @@ def bootstrap_interval(values: npt.ArrayLike, *, level: float = 0.95, seed: int 
     return Interval(mean, float(result.confidence_interval.low), float(result.confidence_interval.high))
 
 
-def weighted_quantiles(
-    values: npt.ArrayLike, weights: npt.ArrayLike, quantiles: npt.ArrayLike
-) -> npt.NDArray[np.float64]:
+def weighted_quantiles(values: npt.ArrayLike, weights: npt.ArrayLike, quantiles: npt.ArrayLike) -> Floats:
     """Return the smallest values at which the cumulative weight reaches each quantile; NaN if empty."""
     sample, weight = np.asarray(values, dtype=float), np.asarray(weights, dtype=float)
     wanted = np.asarray(quantiles, dtype=float)
@@ -94,13 +91,13 @@ def weighted_quantiles(
     sample, cumulative = sample[keep][order], np.cumsum(weight[keep][order])
     # A sum of weights is only as exact as its last bits; a quantile must not slip past a value for them.
     at = np.searchsorted(cumulative, wanted * cumulative[-1] * (1 - 1e-12), side="left")
-    result: npt.NDArray[np.float64] = sample[np.minimum(at, sample.size - 1)]
+    result: Floats = sample[np.minimum(at, sample.size - 1)]
     return result
 
 
-def _finite(values: npt.ArrayLike) -> npt.NDArray[np.float64]:
+def _finite(values: npt.ArrayLike) -> Floats:
     sample = np.asarray(values, dtype=float)
-    finite: npt.NDArray[np.float64] = sample[np.isfinite(sample)]
+    finite: Floats = sample[np.isfinite(sample)]
     return finite
 
 

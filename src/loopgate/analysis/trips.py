@@ -1,7 +1,5 @@
 """The trips of the vehicles of one run: laps, holds, waits and throughput, from the run's events."""
 
-from __future__ import annotations
-
 import pandas as pd
 
 from loopgate.analysis.columns import BEGIN, END, LAP_NUMBER, LAP_TIME, OPEN, SINCE, WAIT

@@ -1,7 +1,5 @@
 """Waits of vehicles at their gates, by cause."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -83,8 +81,6 @@ def compute_longest_waits(
     ----------
     runs
         One row per run.
-    by
-        Columns that make a group.
 
     Returns
     -------

@@ -6,26 +6,22 @@ at random; with a mean interval m it makes the mean idleness m (1 + cv^2) / 2. A
 below a quarter of its street's mean.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
 from loopgate.analysis import columns as a
 from loopgate.analysis.frames import check_columns, check_period
 from loopgate.analysis.monitoring import compute_revisit_intervals, compute_revisits
+from loopgate.arrays import Floats, Ints
 from loopgate.errors import AnalysisError
 from loopgate.results import columns as run
 from loopgate.results.columns import Event
 
 _BUNCHED = 0.25
 _POINTS = 100
-
-Floats = NDArray[np.float64]
 
 
 def compute_watch(
@@ -88,7 +84,7 @@ def compute_watch(
 class _Gaps:
     """For each street the times between visits, from 0 to the first one and from the last one to the end."""
 
-    street: NDArray[np.int64]
+    street: Ints
     since: Floats
     until: Floats
     begin_s: float

@@ -1,20 +1,15 @@
 """Bodies as rectangles on the ground, and which of them overlap."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
 
 import numpy as np
-import numpy.typing as npt
 import shapely
 from scipy.spatial import cKDTree
 
+from loopgate.arrays import Floats, Ints
 from loopgate.audit.layout import Layout, LoopWay
 from loopgate.audit.position_table import Positions
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 _STEPS_APART_M = 1e6
 """Steps are laid so far apart that bodies of different steps are never near [m]."""

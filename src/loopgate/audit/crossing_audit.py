@@ -1,7 +1,5 @@
 """The exclusion of crossings and the room of places, checked from recorded positions alone."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
@@ -9,9 +7,9 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 
+from loopgate.arrays import Flags, Floats, Ints
 from loopgate.audit.bodies import bends, overlapping
 from loopgate.audit.drawing import conflicts_by_loop, find_meetings, lies_above
 from loopgate.audit.drawn_bodies import jumps
@@ -213,10 +211,10 @@ class _Audit:
         self,
         traveller: Traveller,
         positions: Positions,
-        rows: npt.NDArray[np.int64],
+        rows: Ints,
         entered: list[Passages],
         left: list[Passages],
-    ) -> npt.NDArray[np.float64]:
+    ) -> Floats:
         """Judge the rows of one vehicle; return where its front is, see `Traveller.arcs`."""
         name = self._names[traveller.number]
         lane, time, speed = positions.lane[rows], positions.time_s[rows], positions.speed_mps[rows]
@@ -243,7 +241,7 @@ class _Audit:
         self._note_stands(traveller.number, traveller.stands(time, arcs, speed, lane))
         return found
 
-    def _stray(self, number: int, positions: Positions, rows: npt.NDArray[np.int64]) -> None:
+    def _stray(self, number: int, positions: Positions, rows: Ints) -> None:
         for row in rows.tolist():
             lane = str(positions.lane_name[row])
             if self._astray.get(number) != lane:
@@ -274,7 +272,7 @@ class _Audit:
         text = f"{name}: on the stretch that {one} and {two} share, while {self._names[clash.other]} {early}"
         self._add(clash.time_s, name, one, group.kind, text)
 
-    def _bodies(self, positions: Positions, arcs_m: npt.NDArray[np.float64]) -> None:
+    def _bodies(self, positions: Positions, arcs_m: Floats) -> None:
         known = positions.vehicle >= 0
         if not known.all():
             positions, arcs_m = _choose(positions, known), arcs_m[known]
@@ -327,11 +325,9 @@ class _Audit:
             self._findings.append(Finding(at_s, vehicle, place, rule, f"{at_s:.0f} s: {text}"))
 
 
-def _times(
-    pieces: Iterable[pd.DataFrame], kinds: Sequence[Event]
-) -> list[dict[str, npt.NDArray[np.float64]]]:
+def _times(pieces: Iterable[pd.DataFrame], kinds: Sequence[Event]) -> list[dict[str, Floats]]:
     """Return, for each kind of event, when each vehicle had it [s]."""
-    found: list[dict[str, list[npt.NDArray[np.float64]]]] = [{} for _ in kinds]
+    found: list[dict[str, list[Floats]]] = [{} for _ in kinds]
     for events in pieces:
         for kind, times in zip(kinds, found, strict=True):
             rows = events[events[EVENT] == kind.value]
@@ -361,5 +357,5 @@ def _parked(pieces: Iterable[pd.DataFrame]) -> list[_Parked]:
     return [*found, *begun.values()]
 
 
-def _choose(positions: Positions, mask: npt.NDArray[np.bool_]) -> Positions:
+def _choose(positions: Positions, mask: Flags) -> Positions:
     return Positions(*(getattr(positions, name)[mask] for name in Positions.__slots__))

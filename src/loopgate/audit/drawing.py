@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple, cast
 
 import numpy as np
-import numpy.typing as npt
 import shapely
 
+from loopgate.arrays import Flags, Floats, Ints
 from loopgate.audit.drawn_bodies import NEAR_M, Body, LaneOnWay, draw_bodies, drawn_alike, find_ways
 from loopgate.audit.layout import Layout
 
@@ -75,10 +75,6 @@ class Meeting(NamedTuple):
 
 Drawn = Sequence[Meeting]
 
-_Boxes = npt.NDArray[np.float64]
-_Flags = npt.NDArray[np.bool_]
-_Ints = npt.NDArray[np.int64]
-
 
 def find_meetings(layout: Layout) -> list[Meeting]:
     """Find where bodies can touch, none of which follows the other.
@@ -124,7 +120,7 @@ def _columns(bodies: Sequence[Body]) -> _Bodies:
     return _Bodies(*(np.array(column) for column in zip(*bodies, strict=True)))
 
 
-def _by_kind(columns: _Bodies, pairs: _Ints) -> Iterator[tuple[_Bodies, _Bodies]]:
+def _by_kind(columns: _Bodies, pairs: Ints) -> Iterator[tuple[_Bodies, _Bodies]]:
     """Yield the pairs of bodies, of two ways and lengths at a time."""
     keys = [column[side] for side in pairs for column in (columns.length_m, columns.way)]
     order = np.lexsort(keys)
@@ -163,7 +159,7 @@ def _meet_all(
                 yield Meeting(*sides, (mine.loops, theirs.loops))
 
 
-def _touching(shapes: Any, lanes: Sequence[int], edges: Sequence[str]) -> Iterator[_Ints]:  # noqa: ANN401
+def _touching(shapes: Any, lanes: Sequence[int], edges: Sequence[str]) -> Iterator[Ints]:  # noqa: ANN401
     """Yield the bodies that touch, of different lanes that do not lie beside each other on one edge.
 
     Roads are compared with those near them, and of each only the bodies that are: most touch others of their
@@ -184,14 +180,14 @@ def _touching(shapes: Any, lanes: Sequence[int], edges: Sequence[str]) -> Iterat
             yield np.sort(np.stack((two[i], one[j])), axis=0)
 
 
-def _overlap(boxes: _Boxes, box: _Boxes) -> _Flags:
+def _overlap(boxes: Floats, box: Floats) -> Flags:
     """Return which of some boxes, left, bottom, right, top, have something in common with one."""
     low, high = (boxes[:, :2] <= box[2:]), (boxes[:, 2:] >= box[:2])
-    return cast("_Flags", (low & high).all(axis=1))
+    return cast("Flags", (low & high).all(axis=1))
 
 
 def _zones(
-    mine: LaneOnWay, theirs: LaneOnWay, names: Sequence[str], bodies: tuple[_Bodies, _Bodies], pairs: _Ints
+    mine: LaneOnWay, theirs: LaneOnWay, names: Sequence[str], bodies: tuple[_Bodies, _Bodies], pairs: Ints
 ) -> Iterator[tuple[Side, Side]]:
     """Yield the pairs in groups that hang together: two lanes can meet at both of their ends."""
     for part in _runs(bodies[0].at_m, pairs):
@@ -201,7 +197,7 @@ def _zones(
                 yield one, other
 
 
-def _runs(at_m: _Boxes, pairs: _Ints) -> list[_Ints]:
+def _runs(at_m: Floats, pairs: Ints) -> list[Ints]:
     ordered = pairs[np.argsort(at_m[pairs], kind="stable")]
     return np.split(ordered, np.flatnonzero(np.diff(at_m[ordered]) > _APART_M) + 1) if len(pairs) else []
 
@@ -237,7 +233,7 @@ def _meet(one: Side, other: Side) -> bool:
     return last.begin_m - (first.begin_m + first.fronts_m) <= _APART_M
 
 
-def _side(way: LaneOnWay, names: Sequence[str], bodies: _Bodies, some: _Ints) -> Side:
+def _side(way: LaneOnWay, names: Sequence[str], bodies: _Bodies, some: Ints) -> Side:
     fronts, length_m = bodies.at_m[some], bodies.length_m
     return Side(
         loop=next(iter(way.loops)),
@@ -264,7 +260,7 @@ class _Roads(NamedTuple):
     unregulated: AbstractSet[int]
 
 
-def _follow(mine: LaneOnWay, theirs: LaneOnWay, roads: _Roads, one: _Bodies, other: _Bodies) -> _Flags:
+def _follow(mine: LaneOnWay, theirs: LaneOnWay, roads: _Roads, one: _Bodies, other: _Bodies) -> Flags:
     """Return in which pairs one of the bodies comes behind the other on a way that both take, close to it.
 
     Either on one way, with all of the first ahead of the second; or where both have just left one lane.
@@ -306,7 +302,7 @@ def _kept_apart(way: LaneOnWay, roads: _Roads, lane: int) -> float:
     )
 
 
-def _is_behind_tail(its: LaneOnWay, behind: LaneOnWay, first: _Bodies, last: _Bodies) -> _Flags:
+def _is_behind_tail(its: LaneOnWay, behind: LaneOnWay, first: _Bodies, last: _Bodies) -> Flags:
     """Return in which pairs the rear of the first is on a lane of the way behind, close ahead of that front.
 
     Wherever the first goes: SUMO's drivers follow whatever still lies on their lanes.

@@ -1,15 +1,13 @@
 """Each lane as part of the ways that lead over it, and the bodies on it, drawn from the lanes alone."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 import shapely
 
+from loopgate.arrays import Flags, Floats
 from loopgate.audit.layout import Layout, LoopSpan, LoopWay
 
 _EVERY_M = 0.5
@@ -23,8 +21,6 @@ _LOOK_BACK_M = 30.0
 
 _ROUNDING_M = 1e-6
 
-_Floats = npt.NDArray[np.float64]
-
 
 @dataclass(slots=True)
 class LaneOnWay:
@@ -33,8 +29,8 @@ class LaneOnWay:
     lane: int
     window: dict[int, float]
     lengths: dict[int, float]
-    points: npt.NDArray[np.float64]
-    arcs: npt.NDArray[np.float64]
+    points: Floats
+    arcs: Floats
     length_m: float
     first_m: float
     last_m: float
@@ -165,9 +161,7 @@ def _window(
             yield numbers[lane], round(ahead, 3)
 
 
-def _path(
-    layout: Layout, lanes: _Lanes, k: int, reach_m: float
-) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+def _path(layout: Layout, lanes: _Lanes, k: int, reach_m: float) -> tuple[Floats, Floats]:
     """Return the drawn way up to the end of the `k`-th lane, with metres from its beginning."""
     parts, at_m = [], lanes[k][2]
     for far in range(len(lanes)):
@@ -188,7 +182,7 @@ def _path(
 def draw_bodies(layout: Layout, ways: Sequence[LaneOnWay]) -> tuple[list[Body], Any]:
     """Return bodies, or parts of them, and their rectangles."""
     bodies: list[Body] = []
-    corners: list[npt.NDArray[np.float64]] = []
+    corners: list[Floats] = []
     for number, way in enumerate(ways):
         for (length_m, jointed), width_m in way.sizes.items():
             at = np.linspace(0.0, way.length_m, max(2, int(np.ceil(way.length_m / _EVERY_M)) + 1))
@@ -209,8 +203,8 @@ def draw_bodies(layout: Layout, ways: Sequence[LaneOnWay]) -> tuple[list[Body], 
 
 
 def _rectangles(
-    way: LaneOnWay, front_m: _Floats, rear_m: _Floats, length_m: float, width_m: float, *, jointed: bool
-) -> tuple[npt.NDArray[np.bool_], _Floats]:
+    way: LaneOnWay, front_m: Floats, rear_m: Floats, length_m: float, width_m: float, *, jointed: bool
+) -> tuple[Flags, Floats]:
     """Return which rectangles there are from front to rear, and their corners, shape (n, 4, 2) [m].
 
     Where the way behind is not known it is taken to be straight; the part of what is jointed ends there.
@@ -227,7 +221,7 @@ def _rectangles(
     return known, np.stack((front[known] + side, front[known] - side, tail - side, tail + side), axis=1)
 
 
-def _described(layout: Layout, number: int, way: LaneOnWay, at_m: _Floats, length_m: float) -> list[Body]:
+def _described(layout: Layout, number: int, way: LaneOnWay, at_m: Floats, length_m: float) -> list[Body]:
     rear_m = at_m - length_m + _ROUNDING_M
     waits = np.zeros(len(at_m), dtype=bool)
     for begin, end in _places(layout, way, length_m):

@@ -6,13 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 
+from loopgate.arrays import Flags, Floats, Ints
 from loopgate.audit.stretches import StretchGroup
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 _MARGIN_STEP_S = 0.1
 _LONGEST_MARGIN_S = 60.0
@@ -38,7 +35,7 @@ class Passages:
         every = [cls(none, none, none, none, np.zeros(0)), *parts]
         return cls(*(np.concatenate([getattr(p, name) for p in every]) for name in cls.__slots__))
 
-    def where(self, mask: npt.NDArray[np.bool_]) -> Passages:
+    def where(self, mask: Flags) -> Passages:
         """Return the rows chosen."""
         return type(self)(*(getattr(self, name)[mask] for name in self.__slots__))
 
@@ -126,7 +123,7 @@ class Exclusion:
         self._open = rows.where(np.isinf(out_s))
         return sorted(clashes, key=lambda c: (c.time_s, c.group, c.vehicle))
 
-    def _crowds(self, rows: Passages, fresh: npt.NDArray[np.bool_], out_s: Floats) -> list[Clash]:
+    def _crowds(self, rows: Passages, fresh: Flags, out_s: Floats) -> list[Clash]:
         place = self._is_place[rows.group]
         came, went = fresh & place, ~np.isinf(out_s) & place
         group = np.concatenate((rows.group[came], rows.group[went]))
@@ -145,7 +142,7 @@ class Exclusion:
         np.add.at(self._inside, group, change)
         return clashes
 
-    def _meetings(self, rows: Passages, fresh: npt.NDArray[np.bool_], out_s: Floats) -> list[Clash]:
+    def _meetings(self, rows: Passages, fresh: Flags, out_s: Floats) -> list[Clash]:
         pairs = ~self._is_place[rows.group]
         rows, fresh, out_s = rows.where(pairs), fresh[pairs], out_s[pairs]
         order = np.lexsort((rows.time_s, rows.group))

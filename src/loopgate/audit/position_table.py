@@ -1,7 +1,5 @@
 """Recorded positions, read in pieces that end between two steps."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,11 +10,9 @@ import pandas as pd
 import pyarrow as pa
 import pyarrow.csv
 
+from loopgate.arrays import Floats, Ints
 from loopgate.errors import ResultsError
 from loopgate.reading import refusing
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 ATTRIBUTES = ("id", "lane", "pos", "speed", "odometer", "x", "y", "angle")
 """Attributes that SUMO is asked to write of every vehicle at every step."""

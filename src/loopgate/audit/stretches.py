@@ -1,18 +1,13 @@
 """Stretches of loops that only so many bodies, or only one of two sides, may be on at once."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from loopgate.arrays import Floats, Ints
 from loopgate.audit.drawing import DrawnConflict
 from loopgate.audit.layout import Layout, LoopWay
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 ROUNDING_M = 0.02
 """Recorded positions are rounded to centimetres: stretches are taken this much shorter at either end [m]."""

@@ -1,7 +1,5 @@
 """Mutual exclusion, capacities, order and progress, re-checked from the events alone."""
 
-from __future__ import annotations
-
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass

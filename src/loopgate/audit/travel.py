@@ -1,17 +1,12 @@
 """One vehicle's recorded positions as a way along its loop: what it reached when, where it stood."""
 
-from __future__ import annotations
-
 import numpy as np
-import numpy.typing as npt
 
+from loopgate.arrays import Floats, Ints
 from loopgate.audit.exclusion import Passages
 from loopgate.audit.layout import LoopWay, VehicleBody
 from loopgate.audit.stretches import ROUNDING_M, LoopStretches
 from loopgate.errors import ResultsError
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 _STANDING_MPS = 0.1
 _MOST_PASSAGES = 5_000_000

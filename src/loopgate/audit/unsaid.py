@@ -1,7 +1,5 @@
 """Conflicts that the drawing shows and the abstraction does not name: forgotten, or told too short."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 

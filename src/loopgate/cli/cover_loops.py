@@ -1,7 +1,5 @@
 """`loopgate loops --cover`: loops that cover streets, and what is said of them."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """``loopgate example``: the files that the first lines of the documentation use."""
 
-from __future__ import annotations
-
 import shutil
 from importlib.resources import as_file, files
 from pathlib import Path

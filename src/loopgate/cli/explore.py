@@ -1,7 +1,5 @@
 """``loopgate explore``: every configuration that a gate lets come about."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from time import perf_counter

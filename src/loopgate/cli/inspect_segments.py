@@ -1,7 +1,5 @@
 """`loopgate inspect --abstraction segments`: states of the loops, and the zones where loops meet."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """`loopgate inspect` of vehicles that drive their routes once: who is gated, by what ways, and who is not."""
 
-from __future__ import annotations
-
 import json
 from typing import Any
 

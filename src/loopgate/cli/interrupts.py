@@ -1,7 +1,5 @@
 """Being told to end: SIGTERM, and SIGHUP of a terminal that goes, end a command as Ctrl-C does."""
 
-from __future__ import annotations
-
 import math
 import signal
 import threading

@@ -1,7 +1,5 @@
 """The `loopgate` command: a group of subcommands, each in a module of its own, imported when used."""
 
-from __future__ import annotations
-
 import importlib
 import os
 import sys
@@ -18,28 +16,11 @@ EXIT_DEADLOCK = 3
 EXIT_UNCLEAN = 4
 EXIT_BAD_INPUT = 2
 
-_COMMANDS: dict[str, str] = {
-    "loops": "loopgate.cli.loops:loops",
-    "inspect": "loopgate.cli.inspect:inspect",
-    "run": "loopgate.cli.run:run",
-    "explore": "loopgate.cli.explore:explore",
-    "trace": "loopgate.cli.trace:trace",
-    "montecarlo": "loopgate.cli.montecarlo:montecarlo",
-    "paper": "loopgate.cli.paper:paper",
-    "verify": "loopgate.cli.verify:verify",
-    "check-certificate": "loopgate.cli.check_certificate:check_certificate",
-    "sweep": "loopgate.cli.sweep:sweep",
-    "report": "loopgate.cli.report:report",
-    "replay": "loopgate.cli.replay:replay",
-    "example": "loopgate.cli.example:example",
-}
-"""Subcommand name to ``module:attribute``."""
-
 _GROUPS = {
     "Drive": ("example", "loops", "inspect", "run", "replay", "sweep", "report"),
     "Study gates": ("explore", "trace", "montecarlo", "verify", "check-certificate", "paper"),
 }
-"""Groups of commands in the help, in the order in which one needs them."""
+"""Commands in the order in which one needs them; each is a function in a module of its own name."""
 
 _WHOLE = 500
 """So many letters of a first sentence are shown: all."""
@@ -50,27 +31,20 @@ class _LazyGroup(click.Group):
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         del ctx
-        return list(_COMMANDS)
+        return [name for names in _GROUPS.values() for name in names]
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        del ctx
-        if cmd_name not in _COMMANDS:
+        if cmd_name not in self.list_commands(ctx):
             return None
-        module, attribute = _COMMANDS[cmd_name].split(":")
-        return cast("click.Command", getattr(importlib.import_module(module), attribute))
+        name = cmd_name.replace("-", "_")
+        return cast("click.Command", getattr(importlib.import_module(f"loopgate.cli.{name}"), name))
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        others = {
-            "Others": tuple(
-                name for name in _COMMANDS if not any(name in group for group in _GROUPS.values())
-            )
-        }
-        for title, names in (_GROUPS | others).items():
-            known = [(name, self.get_command(ctx, name)) for name in names if name in _COMMANDS]
+        for title, names in _GROUPS.items():
+            known = [(name, self.get_command(ctx, name)) for name in names]
             rows = [(name, command.get_short_help_str(_WHOLE)) for name, command in known if command]
-            if rows:
-                with formatter.section(title):
-                    formatter.write_dl(rows)
+            with formatter.section(title):
+                formatter.write_dl(rows)
 
 
 @click.group(cls=_LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})

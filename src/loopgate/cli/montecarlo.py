@@ -1,7 +1,5 @@
 """``loopgate montecarlo``: random rounds under a gate."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from time import perf_counter

@@ -1,7 +1,5 @@
 """Numbers on the command line: finite and within bounds, or refused before anything begins."""
 
-from __future__ import annotations
-
 from math import isnan
 
 import click

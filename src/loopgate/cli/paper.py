@@ -1,7 +1,5 @@
 """``loopgate paper``: Section 5 of Zhou et al. 2020 with our figures beside the printed ones."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

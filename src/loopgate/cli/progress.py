@@ -1,7 +1,5 @@
 """Progress on stderr: a live line on a terminal, else a line now and then, and nothing for what is quick."""
 
-from __future__ import annotations
-
 import sys
 import time
 from collections.abc import Iterator

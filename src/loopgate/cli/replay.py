@@ -1,7 +1,5 @@
 """`loopgate replay`: finished runs as a page that moves."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import click

@@ -1,7 +1,5 @@
 """`loopgate report`: a page from a results folder."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Tables of many rows on the terminal: the first ones, and how many more there are."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 
 from rich.console import Console

@@ -1,7 +1,5 @@
 """``loopgate trace``: a run move by move, with the gate's answers."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from time import perf_counter

@@ -5,10 +5,8 @@ it admits a move into an inevitable deadlock, and others where it stops everybod
 (docs/studies/what-is-not-true.md). The gate ``certified`` does neither.
 """
 
-from __future__ import annotations
-
 from loopgate.errors import GateError
-from loopgate.gates.base import Decision, Reason
+from loopgate.gates.base import Decision, Reason, refusal
 from loopgate.gates.circuit_search import BudgetSpent, CircuitSearch
 from loopgate.gates.circuits import describe_circuit
 from loopgate.gates.collision import collision_decision
@@ -25,8 +23,6 @@ class Algorithm2Gate:
 
     Parameters
     ----------
-    system
-        The system.
     lookahead
         Steps of the one robot in condition (2) of Theorem 1: 1 is the paper, more is its Remark 2. More
         look-ahead calls more circuits live, so it admits more.
@@ -72,18 +68,12 @@ class Algorithm2Gate:
         try:
             circuit = self._search.find(self._system.moved(configuration, robot), state)
         except BudgetSpent:
-            return Decision(
-                admitted=False, reason=Reason.BUDGET, detail="circuits not all judged within the budget"
-            )
+            return refusal(Reason.BUDGET, "circuits not all judged within the budget")
         if circuit is None:
             return first
-        return Decision(
-            admitted=False,
-            reason=Reason.DEADLOCK,
-            blockers=tuple(other for other in circuit.robots if other != robot),
-            # The order of a deadlock is the number of its intermediate states (Lemma 3).
-            detail=f"order-{len(circuit.intermediate)} deadlock {describe_circuit(self._system, circuit)}",
-        )
+        # The order of a deadlock is the number of its intermediate states (Lemma 3).
+        detail = f"order-{len(circuit.intermediate)} deadlock {describe_circuit(self._system, circuit)}"
+        return refusal(Reason.DEADLOCK, detail, blockers=(i for i in circuit.robots if i != robot))
 
     def moved(self, configuration: Configuration, robot: int) -> None:
         """Do nothing: the gate has no memory."""

@@ -1,8 +1,6 @@
 """VBanker, the variant of the Banker's algorithm that Zhou et al. 2020 compare with (Section 5.3)."""
 
-from __future__ import annotations
-
-from loopgate.gates.base import Decision, Reason
+from loopgate.gates.base import Decision, Reason, refusal
 from loopgate.gates.collision import collision_decision
 from loopgate.gates.walks import safe_walk
 from loopgate.model import Configuration, System
@@ -24,7 +22,7 @@ class BankerGate:
         first = collision_decision(self._system, configuration, robot)
         if not first.admitted or safe_walk(self._system, configuration, robot) is not None:
             return first
-        return Decision(admitted=False, reason=Reason.DEADLOCK, detail="no safe walk to a private state")
+        return refusal(Reason.DEADLOCK, "no safe walk to a private state")
 
     def moved(self, configuration: Configuration, robot: int) -> None:
         """Do nothing: the gate has no memory."""

@@ -1,8 +1,6 @@
 """The interface of gates: they admit or refuse one robot's next move."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Protocol, runtime_checkable
@@ -74,6 +72,11 @@ class Decision:
     detail: str = ""
     stage: str = ""
     messages: int = 0
+
+
+def refusal(reason: Reason, detail: str = "", stage: str = "", blockers: Iterable[int] = ()) -> Decision:
+    """Return the decision to refuse a move; see `Decision`."""
+    return Decision(admitted=False, reason=reason, blockers=tuple(blockers), detail=detail, stage=stage)
 
 
 @runtime_checkable

@@ -4,8 +4,6 @@ Finds what `theorem1` says of the circuits that `circuits_through` yields, but d
 condition (1) makes live anyway. Sets of states are whole numbers, one bit per state.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 from loopgate.gates.circuits import Circuit
@@ -29,8 +27,6 @@ class CircuitSearch:
 
     Parameters
     ----------
-    system
-        The system.
     lookahead
         Steps of the moving robot in condition (2) of Theorem 1; 1 is the paper, more is its Remark 2.
     budget

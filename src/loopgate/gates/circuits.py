@@ -1,7 +1,5 @@
 """Circuits of risky walks, and the sub-circuits that one step leaves (Zhou et al. 2020, Def. 9)."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 

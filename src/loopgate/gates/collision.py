@@ -1,8 +1,6 @@
 """Collision avoidance alone (Zhou et al. 2020, Section 4.1): mutual exclusion, no look-ahead."""
 
-from __future__ import annotations
-
-from loopgate.gates.base import Decision, Reason
+from loopgate.gates.base import Decision, Reason, refusal
 from loopgate.model import Configuration, System
 
 
@@ -13,15 +11,13 @@ def collision_decision(system: System, configuration: Configuration, robot: int)
     """
     state = system.next_state(configuration, robot)
     if state is None:
-        return Decision(admitted=False, reason=Reason.STAYS)
+        return refusal(Reason.STAYS)
     if not system.at_head(configuration, robot):
         queue = system.occupants(configuration, system.state_at(configuration, robot))
         ahead = queue[queue.index(robot) - 1]
-        return Decision(admitted=False, reason=Reason.BEHIND, blockers=(ahead,))
+        return refusal(Reason.BEHIND, blockers=(ahead,))
     if not system.has_room(configuration, state):
-        return Decision(
-            admitted=False, reason=Reason.OCCUPIED, blockers=tuple(system.occupants(configuration, state))
-        )
+        return refusal(Reason.OCCUPIED, blockers=system.occupants(configuration, state))
     return Decision(admitted=True, reason=Reason.FREE)
 
 

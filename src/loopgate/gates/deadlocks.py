@@ -1,7 +1,5 @@
 """Deadlocks of a configuration: the circular waits of Definition 3 (Zhou et al. 2020)."""
 
-from __future__ import annotations
-
 from loopgate.model import Configuration, System
 
 

@@ -1,8 +1,6 @@
 """The yardstick for looking ahead: refuses only the move that closes a circular wait."""
 
-from __future__ import annotations
-
-from loopgate.gates.base import Decision, Reason
+from loopgate.gates.base import Decision, Reason, refusal
 from loopgate.gates.collision import collision_decision
 from loopgate.gates.deadlocks import deadlocked_robots
 from loopgate.model import Configuration, System
@@ -35,7 +33,7 @@ class OneStepGate:
         locked = after - before - {robot}
         if not locked:
             return first
-        return Decision(admitted=False, reason=Reason.DEADLOCK, blockers=tuple(sorted(locked)))
+        return refusal(Reason.DEADLOCK, blockers=sorted(locked))
 
     def _may_lock(self, configuration: Configuration, after: Configuration, robot: int) -> bool:
         """Return whether somebody waits after the move who did not: for the robot, or as the next head."""

@@ -1,8 +1,6 @@
 """No gate at all: on the road, the simulator's own right of way decides."""
 
-from __future__ import annotations
-
-from loopgate.gates.base import Decision, Reason
+from loopgate.gates.base import Decision, Reason, refusal
 from loopgate.model import Configuration, System
 
 
@@ -19,7 +17,7 @@ class OpenGate:
     def decide(self, configuration: Configuration, robot: int) -> Decision:
         """Admit unless the robot has no next state."""
         if self._system.finished(configuration, robot):
-            return Decision(admitted=False, reason=Reason.STAYS)
+            return refusal(Reason.STAYS)
         return Decision(admitted=True, reason=Reason.FREE)
 
     def moved(self, configuration: Configuration, robot: int) -> None:

@@ -9,8 +9,6 @@ and it works wherever a gate is named: ``loopgate run --gate mine``, ``mine:opti
 ``my_gate.py:MyGate`` names a class or function in a file.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from importlib.metadata import entry_points
 

@@ -5,8 +5,6 @@ for a circuit to be live. They are stated as the paper states them, which is not
 second condition of Theorem 1 looks one step ahead, which is not enough (docs/studies/what-is-not-true.md).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from enum import StrEnum
 

@@ -8,8 +8,6 @@ such full states leads to one with room, or to a private state, all of them can 
 nobody, so they count as having room.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property

@@ -1,7 +1,5 @@
 """A configuration: the positions of all robots."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 

@@ -1,7 +1,5 @@
 """Types of the identifiers, so that a robot is never taken for a state."""
 
-from __future__ import annotations
-
 from typing import NewType
 
 RobotId = NewType("RobotId", str)

@@ -1,7 +1,5 @@
 """One robot: its cyclic or open sequence of states."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from loopgate.errors import SystemModelError

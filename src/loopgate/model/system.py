@@ -1,7 +1,5 @@
 """The labelled transition system of all robots together."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field

@@ -8,8 +8,6 @@ The format::
 ``closed`` (default true), ``start`` (default 0), ``capacity``, ``fifo`` and ``note`` are optional.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping
 from pathlib import Path

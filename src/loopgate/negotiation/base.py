@@ -1,7 +1,5 @@
 """The interface of negotiations: they put simultaneous requests in order."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import NamedTuple, Protocol, runtime_checkable
 

@@ -1,7 +1,5 @@
 """Pressure: long queues go first, and nobody drives from an emptier place into a crowded one."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from random import Random
 

@@ -1,7 +1,5 @@
 """Negotiations by name, through the entry-point group ``loopgate.negotiations``."""
 
-from __future__ import annotations
-
 from random import Random
 
 from loopgate.errors import ScenarioError

@@ -1,7 +1,5 @@
 """The two plain strategies: chance and seniority."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from random import Random
 

@@ -8,7 +8,7 @@ from loopgate.network.records import Connection, Edge, Junction, Lane
 from loopgate.network.road import RoadNetwork, packaged_networks
 from loopgate.network.routes_file import RoutesFile, read_loops
 from loopgate.network.routes_text import write_loops
-from loopgate.network.sumo_config import SumoConfig, read_sumo_config
+from loopgate.network.sumo_config import read_sumo_config
 from loopgate.network.vehicle_type import VehicleType
 
 __all__ = [
@@ -22,7 +22,6 @@ __all__ = [
     "LoopVehicle",
     "RoadNetwork",
     "RoutesFile",
-    "SumoConfig",
     "VehicleType",
     "find_loops",
     "generate_loops",

@@ -1,17 +1,12 @@
 """Additional files: SUMO takes types, routes and vehicles from them too, beside all else that they hold."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterable, Sequence
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
-from loopgate.disk import writing
 from loopgate.errors import RouteError
 from loopgate.network.spreads import routes_named
-from loopgate.network.xml_file import read_xml
-
-__all__ = ["DEMAND", "FLEET", "demand_beside", "read_additional", "type_names", "without"]
+from loopgate.network.xml_file import read_xml, write_xml
 
 FLEET = frozenset({"vehicle", "flow", "trip"})
 """Elements that are vehicles."""
@@ -45,8 +40,6 @@ def demand_beside(
 
     Parameters
     ----------
-    files
-        Additional files.
     tops
         The route files that belong to them.
     """
@@ -92,8 +85,7 @@ def without(file: Path, tags: Collection[str], copy: Path) -> Path:
             element.set(name, _found_anywhere(element.attrib[name], file))
         if element.tag == "param" and element.get("key") == "file":
             element.set("value", _found_anywhere(element.get("value", ""), file))
-    with writing(copy):
-        ET.ElementTree(top).write(copy, encoding="utf-8", xml_declaration=True)
+    write_xml(top, copy)
     return copy
 
 

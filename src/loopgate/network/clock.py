@@ -1,7 +1,5 @@
 """Numbers and times as SUMO's files write them."""
 
-from __future__ import annotations
-
 import math
 from xml.etree import ElementTree as ET
 

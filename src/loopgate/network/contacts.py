@@ -1,19 +1,14 @@
 """Contacts: stretches on which lanes come near each other, the geometry under collision segments."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 import shapely
 
+from loopgate.arrays import Floats, Ints
 from loopgate.network.loop import Loop, arc_lengths
 from loopgate.network.records import Points
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True)

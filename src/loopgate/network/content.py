@@ -1,7 +1,5 @@
 """The identity of a file by its content, whatever its name and place."""
 
-from __future__ import annotations
-
 import hashlib
 from pathlib import Path
 

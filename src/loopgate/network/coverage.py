@@ -1,7 +1,5 @@
 """Coverage: the share of a network that closed loops reach."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass
 

@@ -1,15 +1,13 @@
 """Parts of lines and of closed curves."""
 
-from __future__ import annotations
-
 import numpy as np
-import numpy.typing as npt
 
-_Floats = npt.NDArray[np.float64]
+from loopgate.arrays import Floats
+
 _ROUNDING_M = 1e-6
 
 
-def cut_curve(points: _Floats, arcs: _Floats, lap_m: float, begin_m: float, end_m: float) -> _Floats:
+def cut_curve(points: Floats, arcs: Floats, lap_m: float, begin_m: float, end_m: float) -> Floats:
     """Return the part of a closed curve between two arc lengths, shape (n, 2) with n at least 2 [m].
 
     Parameters
@@ -26,7 +24,7 @@ def cut_curve(points: _Floats, arcs: _Floats, lap_m: float, begin_m: float, end_
     return cut_line(all_points, all_arcs, begin_m, end_m)
 
 
-def cut_line(points: _Floats, arcs: _Floats, begin_m: float, end_m: float) -> _Floats:
+def cut_line(points: Floats, arcs: Floats, begin_m: float, end_m: float) -> Floats:
     """Return the part of a line between two arc lengths on it, as `cut_curve` does of a closed one."""
     inside = (arcs > begin_m) & (arcs < end_m)
     first, last = (

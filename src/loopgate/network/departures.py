@@ -1,7 +1,5 @@
 """When the vehicles of a route file depart: single ones, and the flows that they come in."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import count, islice, takewhile

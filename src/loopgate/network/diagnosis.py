@@ -1,7 +1,5 @@
 """Diagnosis of a network file that could not be read: made only then, for the message."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path

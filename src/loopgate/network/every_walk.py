@@ -1,7 +1,5 @@
 """Every closed walk over edges, in a fixed order: slow where there are many, a proof where there are few."""
 
-from __future__ import annotations
-
 import heapq
 from collections import deque
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """Routes as route files have them, and the loop or way that is made of each."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -16,8 +14,6 @@ from loopgate.network.route_lanes import make_route
 from loopgate.network.spreads import parts, refuse_nothing
 from loopgate.network.stops import Stop, StoppingPlace, lanes_of_stops, read_stops
 from loopgate.network.trips import closes
-
-__all__ = ["FoundRoutes", "one_round"]
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,7 +1,5 @@
 """Vehicle types, vehicles and flows as route files have them, until they are put on their loops."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -18,8 +16,6 @@ from loopgate.network.stops import Stop, on_loop
 from loopgate.network.trips import MIDDLE, Led
 from loopgate.network.vehicle_type import DEFAULT_TYPE, VehicleType, vehicle_type
 from loopgate.reading import shown
-
-__all__ = ["FoundVehicles"]
 
 _BEYOND_M = 10.0
 """Largest distance of a position beyond its edge [m]: the lanes of an edge differ in length."""

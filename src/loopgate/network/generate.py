@@ -1,7 +1,5 @@
 """Closed loops that a vehicle can drive: random ones, and where these run out every other there is."""
 
-from __future__ import annotations
-
 import random
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass

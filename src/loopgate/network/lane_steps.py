@@ -1,7 +1,5 @@
 """The steps by which a vehicle can pass the edges of a route, lane by lane, and what they cost."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 

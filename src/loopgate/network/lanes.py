@@ -1,7 +1,5 @@
 """The lanes that a vehicle takes round a loop: those with the fewest changes."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 from loopgate.errors import RouteError

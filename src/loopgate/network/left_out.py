@@ -1,7 +1,5 @@
 """Parts of a route file that loops and their vehicles do not take over: one line for each kind of thing."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from collections.abc import Iterator, Sequence

@@ -1,14 +1,12 @@
 """A way of lanes, closed or driven once, and the map between arc length and lane position."""
 
-from __future__ import annotations
-
 from bisect import bisect_right
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from loopgate.arrays import Floats
 from loopgate.errors import RouteError
 from loopgate.network.records import Points
 
@@ -206,14 +204,14 @@ class Loop:
     def _no_hold(self) -> RouteError:
         return RouteError(f"loop {self.id}: no lane on it is long enough to hold a vehicle")
 
-    def curve(self) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    def curve(self) -> tuple[Floats, Floats]:
         """Return the loop's curve: points [m], shape (n, 2), and the arc length of each [m], shape (n,).
 
         Shapes are scaled so that arc lengths agree with lane lengths. The first point comes back at the end
         where the drawing is closed; consecutive lanes may repeat a point or leave a small gap, as drawn.
         """
-        points: list[npt.NDArray[np.float64]] = []
-        arcs: list[npt.NDArray[np.float64]] = []
+        points: list[Floats] = []
+        arcs: list[Floats] = []
         for span in self.spans:
             shape = np.asarray(span.shapes[0], dtype=np.float64)
             points.append(shape)
@@ -221,7 +219,7 @@ class Loop:
         return np.concatenate(points), np.concatenate(arcs)
 
 
-def arc_lengths(shape: npt.NDArray[np.float64], begin_m: float, end_m: float) -> npt.NDArray[np.float64]:
+def arc_lengths(shape: Floats, begin_m: float, end_m: float) -> Floats:
     """Return the arc length of each point of a polyline, stretched to begin and end at the given values."""
     steps = np.hypot(*np.diff(shape, axis=0).T)
     along = np.concatenate(([0.0], np.cumsum(steps)))

@@ -12,8 +12,6 @@ from loopgate.network.spreads import draw
 from loopgate.network.stops import Stop
 from loopgate.network.vehicle_type import VehicleType
 
-__all__ = ["LoopVehicle"]
-
 
 @dataclass(frozen=True, slots=True)
 class LoopVehicle:

@@ -1,7 +1,5 @@
 """Random closed walks over edges: quick where there are many, no proof where there are few."""
 
-from __future__ import annotations
-
 import heapq
 import random
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """Light records of a road network: lanes, edges, movements, junctions."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 Points = tuple[tuple[float, float], ...]

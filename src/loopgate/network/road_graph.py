@@ -1,7 +1,5 @@
 """The graph of edges and their followers for one vehicle class; its strong components hold all loops."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import networkx as nx

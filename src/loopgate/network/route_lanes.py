@@ -1,7 +1,5 @@
 """The lanes that a vehicle takes on a route that it drives once, from its beginning to its end."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 

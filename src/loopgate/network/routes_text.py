@@ -1,7 +1,5 @@
 """Loops as an ordinary SUMO route file."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from xml.sax.saxutils import quoteattr

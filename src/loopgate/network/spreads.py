@@ -1,7 +1,5 @@
 """Distributions of types and routes: SUMO draws one of them for each vehicle, by their shares."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from random import Random
@@ -11,8 +9,6 @@ from xml.etree import ElementTree as ET
 from loopgate.errors import RouteError
 from loopgate.network.clock import as_number
 from loopgate.reading import shown
-
-__all__ = ["Choice", "draw", "parts", "refuse_nothing", "routes_named", "share_of"]
 
 T = TypeVar("T")
 

@@ -1,7 +1,5 @@
 """SUMO configurations: which network and route files they name, and what else they say."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Ordinary traffic beside the vehicles on loops: a route file or configuration that goes to SUMO as it is."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path

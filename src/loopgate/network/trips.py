@@ -1,7 +1,5 @@
 """Vehicles that drive their route once; and trips, which are led by SUMO's own router before a run."""
 
-from __future__ import annotations
-
 import importlib.util
 import os
 import subprocess
@@ -16,6 +14,7 @@ from loopgate.network.additional import DEMAND, without
 from loopgate.network.clock import seconds
 from loopgate.network.road import RoadNetwork
 from loopgate.network.spreads import routes_named
+from loopgate.network.xml_file import write_xml
 from loopgate.reading import shown
 
 _ENDS = (
@@ -213,7 +212,7 @@ def _routed(
 ) -> dict[str, str]:
     with temporary_folder() as folder:
         trips, found = folder / "trips.xml", folder / "routes.xml"
-        ET.ElementTree(top).write(trips, encoding="utf-8", xml_declaration=True)
+        write_xml(top, trips)
         more = [without(file, DEMAND, folder / f"{number}.add.xml") for number, file in enumerate(beside)]
         command = [
             *(str(_router()), "--net-file", str(network.file), "--route-files", str(trips)),

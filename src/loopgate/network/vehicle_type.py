@@ -1,7 +1,5 @@
 """Vehicle types, as far as they matter to loops: length, gap, class, and whether their figures make sense."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field

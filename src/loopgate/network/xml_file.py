@@ -1,7 +1,5 @@
 """SUMO's XML files, plain or gzipped, with errors that a user can act on."""
 
-from __future__ import annotations
-
 import gzip
 import zlib
 from contextlib import AbstractContextManager, suppress
@@ -9,6 +7,7 @@ from pathlib import Path
 from typing import IO, cast
 from xml.etree import ElementTree as ET
 
+from loopgate.disk import writing
 from loopgate.errors import LoopgateError
 from loopgate.reading import refusing, shown
 
@@ -112,6 +111,12 @@ def _is_root(tag: str, root: str) -> bool:
 
 def _refusing(file: Path, what: str, error: type[LoopgateError]) -> AbstractContextManager[None]:
     return refusing(file, what, error, wrong=f"not XML that can be read; expected a SUMO {what}")
+
+
+def write_xml(top: ET.Element, file: Path) -> None:
+    """Write a whole file; raise `ResultsError` if the disk does not take it."""
+    with writing(file):
+        ET.ElementTree(top).write(file, encoding="utf-8", xml_declaration=True)
 
 
 def open_xml(file: Path) -> IO[bytes]:

@@ -1,7 +1,5 @@
 """The common parts of all figures: their data, their series, and how they become files."""
 
-from __future__ import annotations
-
 import base64
 import json
 from collections.abc import Sequence
@@ -32,9 +30,9 @@ def _plain(column: pd.Series) -> list[Any]:
     return [None if value is None or value is pd.NA else value for value in column.astype(object).tolist()]
 
 
-def data(table: pd.DataFrame, name: str = "") -> alt.InlineData:
-    """Return a table as the data of a figure; the report gives it a name and keeps it once."""
-    return alt.InlineData(values=records(table), name=name or alt.Undefined)
+def data(table: pd.DataFrame) -> alt.InlineData:
+    """Return a table as the data of a figure; the report gives tables names, and keeps each once."""
+    return alt.InlineData(values=records(table), name=table.attrs.get("name", alt.Undefined))
 
 
 def series_names(table: pd.DataFrame, series: str) -> list[str]:

@@ -1,7 +1,5 @@
 """Figures of how runs went: over time, by the cause of waiting, by junction, and along a loop."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -33,7 +31,6 @@ def plot_flow(
     series: str = "",
     what: Mapping[str, str] = OVER_TIME,
     deadlocks: Sequence[float] = (),
-    name: str = "",
     among: Sequence[str] = (),
 ) -> Chart:
     """Draw what all vehicles together did over time, a panel for each figure, from `compute_flow`.
@@ -46,8 +43,8 @@ def plot_flow(
         Columns and what their axes say, such as `OVER_TIME` or `CUMULATIVE`.
     deadlocks
         When deadlocks were recognised [s]: upright lines.
-    name, among
-        The report's name of the table; all series, where it has only some.
+    among
+        All series, where the table has only some.
 
     Examples
     --------
@@ -76,7 +73,7 @@ def plot_flow(
         if deadlocks:
             layers.append(locked.mark_rule(strokeDash=[3, 3]).encode(x=x, tooltip=tooltip(f"{run.TIME}:Q")))
         panels.append(alt.layer(*layers).properties(width=430, height=95))
-    return finish(alt.vconcat(*panels, data=data(flow, name), spacing=12))  # type: ignore[no-any-return]
+    return finish(alt.vconcat(*panels, data=data(flow), spacing=12))  # type: ignore[no-any-return]
 
 
 def plot_ranked(
@@ -86,7 +83,6 @@ def plot_ranked(
     value: str,
     label: str = "",
     series: str = "",
-    name: str = "",
     among: Sequence[str] = (),
 ) -> Chart:
     """Draw bars, the longest on top: junctions from `compute_ranked`, causes from `compute_causes`.
@@ -97,8 +93,8 @@ def plot_ranked(
         The columns that name it and say how long it is, and what the axis says.
     series
         The column that names series, side by side; none for a single one.
-    name, among
-        The report's name of the table; all series, where it has only some.
+    among
+        All series, where the table has only some.
 
     Examples
     --------
@@ -111,7 +107,7 @@ def plot_ranked(
     order = alt.EncodingSortField(field=value, op="max", order="descending")
     fields = [*([series] if series else []), of, f"{value}:Q"]
     bars = (
-        alt.Chart(data(table, name))
+        alt.Chart(data(table))
         .mark_bar()
         .encode(
             x=alt.X(f"{value}:Q", title=label or value, axis=alt.Axis(format="~s")),
@@ -130,7 +126,7 @@ def plot_ranked(
     return finish(bars, height=max(60, 15 * rows))  # type: ignore[no-any-return]
 
 
-def plot_time_space(points: pd.DataFrame, *, name: str = "") -> Chart:
+def plot_time_space(points: pd.DataFrame) -> Chart:
     """Draw where each vehicle of a loop was when, from `compute_time_space`; a flat line stands.
 
     Between the beginnings of two edges the line is straight, whatever the vehicle did there.
@@ -157,7 +153,7 @@ def plot_time_space(points: pd.DataFrame, *, name: str = "") -> Chart:
         alt.layer(
             lines.mark_line(strokeWidth=1.3),
             lines.mark_point(size=30, opacity=0, filled=True).encode(tooltip=hover),
-            data=data(points, name),
+            data=data(points),
         ),
         height=300,
     )

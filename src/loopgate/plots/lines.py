@@ -1,7 +1,5 @@
 """Lines over vehicles or density from the tables of a sweep: one colour, marker and dash per series."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 
@@ -29,7 +27,6 @@ def plot_against(  # noqa: PLR0913 - what a figure of lines may have; all but th
     single_y: str = "",
     zero: bool = True,
     percent: bool = False,
-    names: tuple[str, str] = ("", ""),
     among: Sequence[str] = (),
 ) -> Chart:
     """Draw a line with markers per series, with intervals and single runs where they are given.
@@ -46,8 +43,6 @@ def plot_against(  # noqa: PLR0913 - what a figure of lines may have; all but th
         One row per run, with the columns `series`, `x` and `single_y`.
     zero, percent
         Whether the axis begins at 0; whether it shows shares in percent.
-    names
-        The report's names of the two tables.
     among
         All series, where the table has only some: each looks the same in every figure.
 
@@ -83,7 +78,7 @@ def plot_against(  # noqa: PLR0913 - what a figure of lines may have; all but th
     layers: list[Any] = []
     if single is not None and len(single):
         layers.append(
-            alt.Chart(data(single, names[1]))
+            alt.Chart(data(single))
             .transform_filter(chosen)
             .transform_calculate(at=shifted)
             .mark_point(size=14, opacity=0.45, filled=True)
@@ -111,7 +106,7 @@ def plot_against(  # noqa: PLR0913 - what a figure of lines may have; all but th
             x=across, y=up, color=style["color"], shape=style["shape"], tooltip=hover
         )
     )
-    return finish(alt.layer(*layers, data=data(table, names[0])))  # type: ignore[no-any-return]
+    return finish(alt.layer(*layers, data=data(table)))  # type: ignore[no-any-return]
 
 
 def plot_mean(
@@ -121,7 +116,6 @@ def plot_mean(
     series: str = c.GATE,
     single: pd.DataFrame | None = None,
     value: str = c.KM_PER_H,
-    names: tuple[str, str] = ("", ""),
     among: Sequence[str] = (),
 ) -> Chart:
     """Draw means with intervals against vehicles, from `compute_mean` by series and vehicles.
@@ -146,14 +140,11 @@ def plot_mean(
         series=series,
         single=single,
         single_y=value,
-        names=names,
         among=among,
     )
 
 
-def plot_deadlock_rate(
-    rates: pd.DataFrame, *, series: str = c.GATE, name: str = "", among: Sequence[str] = ()
-) -> Chart:
+def plot_deadlock_rate(rates: pd.DataFrame, *, series: str = c.GATE, among: Sequence[str] = ()) -> Chart:
     """Draw the share of runs that lock up, with Wilson intervals, from `compute_deadlock_rate`.
 
     Examples
@@ -173,13 +164,12 @@ def plot_deadlock_rate(
         labels=("", "runs that lock up"),
         series=series,
         percent=True,
-        names=(name, ""),
         among=among,
     )
 
 
 def plot_paired(
-    paired: pd.DataFrame, label: str = "", *, series: str = c.GATE, name: str = "", among: Sequence[str] = ()
+    paired: pd.DataFrame, label: str = "", *, series: str = c.GATE, among: Sequence[str] = ()
 ) -> Chart:
     """Draw differences to the baseline with their intervals, from `compute_paired`; above 0 is better.
 
@@ -200,7 +190,6 @@ def plot_paired(
         high=a.HIGH,
         labels=("", label or f"difference to {paired[a.BASELINE].iloc[0]}"),
         series=series,
-        names=(name, ""),
         among=among,
     )
     lines.layer.insert(
@@ -209,9 +198,7 @@ def plot_paired(
     return lines
 
 
-def plot_decision_time(
-    decisions: pd.DataFrame, *, series: str = c.GATE, name: str = "", among: Sequence[str] = ()
-) -> Chart:
+def plot_decision_time(decisions: pd.DataFrame, *, series: str = c.GATE, among: Sequence[str] = ()) -> Chart:
     """Draw the median of the decision time and, above it, its 99th percentile, from `compute_decision_time`.
 
     Examples
@@ -231,7 +218,6 @@ def plot_decision_time(
         high=c.DECISION_P99,
         labels=("", "decision time [µs]"),
         series=series,
-        names=(name, ""),
         among=among,
     )
     for layer in lines.layer:
@@ -245,7 +231,6 @@ def plot_fundamental(
     y: str = a.FLOW,
     series: str = c.GATE,
     single: pd.DataFrame | None = None,
-    names: tuple[str, str] = ("", ""),
     among: Sequence[str] = (),
 ) -> Chart:
     """Draw flow (or speed) over density, from `compute_fundamental` with its groups; single runs are points.
@@ -268,6 +253,5 @@ def plot_fundamental(
         series=series,
         single=single,
         single_y=y,
-        names=names,
         among=among,
     )

@@ -1,7 +1,5 @@
 """The road network, each edge as broad and strong as its figure is great."""
 
-from __future__ import annotations
-
 import altair as alt
 import numpy as np
 import pandas as pd

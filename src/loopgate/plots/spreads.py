@@ -1,7 +1,5 @@
 """Capacity, survival and lap times of a sweep: figures that are no lines over vehicles."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 
@@ -15,9 +13,7 @@ from loopgate.results import row_columns as c
 _VEHICLES = "vehicles"
 
 
-def plot_capacity(
-    capacity: pd.DataFrame, *, series: str = c.GATE, name: str = "", among: Sequence[str] = ()
-) -> Chart:
+def plot_capacity(capacity: pd.DataFrame, *, series: str = c.GATE, among: Sequence[str] = ()) -> Chart:
     """Draw the vehicle counts at which throughput peaks, with their intervals, from `compute_capacity`.
 
     Examples
@@ -39,15 +35,13 @@ def plot_capacity(
         alt.layer(
             base.mark_rule(strokeWidth=2).encode(x=across, x2=f"{a.HIGH}:Q"),
             base.mark_point(filled=True, size=70, opacity=1).encode(x=at, tooltip=hover),
-            data=data(capacity, name),
+            data=data(capacity),
         ),
         height=30 + 26 * len(known),
     )
 
 
-def plot_survival(
-    survival: pd.DataFrame, *, series: str = c.GATE, name: str = "", among: Sequence[str] = ()
-) -> Chart:
+def plot_survival(survival: pd.DataFrame, *, series: str = c.GATE, among: Sequence[str] = ()) -> Chart:
     """Draw Kaplan-Meier curves with their bands, from `compute_survival`, one panel per vehicle count.
 
     Examples
@@ -82,23 +76,21 @@ def plot_survival(
     )
     layers = alt.layer(band, line, points)
     if c.VEHICLES not in survival:
-        return finish(layers.properties(data=data(survival, name)))  # type: ignore[no-any-return]
+        return finish(layers.properties(data=data(survival)))  # type: ignore[no-any-return]
     order = [f"{count:g} {_VEHICLES}" for count in sorted(survival[c.VEHICLES].unique())]
     panels = (
         layers.properties(width=190, height=120)
         .facet(
             facet=alt.Facet("panel:N", title=None, sort=order),
             columns=2,
-            data=data(survival, name),
+            data=data(survival),
         )
         .transform_calculate(panel=f"datum['{c.VEHICLES}'] + ' {_VEHICLES}'")
     )
     return finish(panels)  # type: ignore[no-any-return]
 
 
-def plot_laps(
-    laps: pd.DataFrame, *, series: str = c.GATE, name: str = "", among: Sequence[str] = ()
-) -> Chart:
+def plot_laps(laps: pd.DataFrame, *, series: str = c.GATE, among: Sequence[str] = ()) -> Chart:
     """Draw lap times as boxes (25 to 75 %) with whiskers (5 to 95 %), from `compute_lap_distribution`.
 
     Examples
@@ -133,6 +125,6 @@ def plot_laps(
             wide.mark_point(filled=True, size=45, opacity=1).encode(
                 y=alt.Y("q50:Q", title=title), shape=style["shape"]
             ),
-            data=data(laps, name),
+            data=data(laps),
         )
     )

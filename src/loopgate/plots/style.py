@@ -1,7 +1,5 @@
 """The look of figures: colours that all can tell apart, markers and dashes for a grey printer."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from typing import Any, Final
 

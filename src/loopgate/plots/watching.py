@@ -1,7 +1,5 @@
 """Figures of a watched district: the map of its streets, and how soon they were seen again."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import altair as alt

@@ -1,13 +1,11 @@
 """Where every vehicle was at every step, as the drive knew it: drawn where its loop lies."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 import pyarrow.parquet as pq
 
+from loopgate.arrays import Floats
 from loopgate.audit.layout import Layout
 from loopgate.errors import ResultsError
 from loopgate.reading import refusing
@@ -15,8 +13,6 @@ from loopgate.replay.lines import loop_curve
 from loopgate.replay.tracks import LARGEST_M, MOST_STEPS, PER_M, TURN, Tracks, make_tracks
 from loopgate.results.columns import FRONT, FRONTS_PER_M, TIME, VEHICLE
 from loopgate.results.table_reading import NO_PARQUET, check_columns
-
-Floats = npt.NDArray[np.float64]
 
 
 def read_fronts(file: Path, step_s: float, layout: Layout) -> Tracks:

@@ -4,16 +4,14 @@ Under a gate the events say so. Where SUMO's own rules ruled there are no grants
 then read off the distance driven.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 
+from loopgate.arrays import Floats, Ints
 from loopgate.audit.layout import Layout, LoopWay
 from loopgate.gates import Reason
 from loopgate.replay.lines import DrawnLines
@@ -234,9 +232,7 @@ def _visits_as_driven(tracks: Tracks, layout: Layout, places: dict[str, int]) ->
                 yield TimeSpan(int(numbers[k]), vehicle, begin + come, begin + gone)
 
 
-def _rounds(
-    loop: LoopWay, arc: npt.NDArray[np.float64], length_m: float
-) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+def _rounds(loop: LoopWay, arc: Floats, length_m: float) -> tuple[Ints, Ints, Ints]:
     """Return the legs that a vehicle came through; from which row its front, to which its rear was there."""
     lap = loop.length_m
     rounds = np.arange(np.floor(arc[0] / lap) - 1, np.ceil(arc[-1] / lap) + 1)[:, None] * lap

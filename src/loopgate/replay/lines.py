@@ -1,16 +1,13 @@
 """Loops, places and the ways between them as lines on the map."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from loopgate.arrays import Floats
 from loopgate.audit.layout import Layout, LoopWay
 from loopgate.network.curve import cut_curve, gap
-
-Line = npt.NDArray[np.float64]
+from loopgate.network.loop import arc_lengths
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,17 +15,17 @@ class PlaceLink:
     """The way from a place to the next: its crossings, and where it lies."""
 
     crossings: tuple[str, ...]
-    line: Line
+    line: Floats
 
 
 @dataclass(frozen=True, slots=True)
 class DrawnLines:
     """Lines of a layout that are drawn."""
 
-    loops: dict[str, Line]
-    """Line of each loop, by name [m]."""
-    places: dict[str, Line]
-    """Line of each place, by name [m]."""
+    loops: dict[str, Floats]
+    """Floats of each loop, by name [m]."""
+    places: dict[str, Floats]
+    """Floats of each place, by name [m]."""
     links: tuple[PlaceLink, ...]
     """The ways between places."""
     after: dict[str, tuple[int, ...]]
@@ -42,8 +39,8 @@ def find_lines(layout: Layout) -> DrawnLines:
 
     A line follows the lanes on which vehicles leave their spans. O(legs times conflicts).
     """
-    loops: dict[str, Line] = {}
-    places: dict[str, Line] = {}
+    loops: dict[str, Floats] = {}
+    places: dict[str, Floats] = {}
     links: dict[tuple[str, str, tuple[str, ...]], int] = {}
     drawn: list[PlaceLink] = []
     after: dict[str, tuple[int, ...]] = {}
@@ -74,13 +71,11 @@ def find_lines(layout: Layout) -> DrawnLines:
     return DrawnLines(loops, places, tuple(drawn), after, foes)
 
 
-def loop_curve(layout: Layout, loop: LoopWay) -> tuple[Line, Line]:
+def loop_curve(layout: Layout, loop: LoopWay) -> tuple[Floats, Floats]:
     """Return a loop's points, shape (n, 2), and the arc length of each on it [m]."""
     points, arcs = [], []
     for span in loop.spans:
         shape = np.asarray(layout.shapes[span.lanes[0]], dtype=np.float64)
-        steps = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(shape, axis=0).T))))
-        drawn = steps[-1] or 1.0
         points.append(shape)
-        arcs.append(span.begin_m + steps * ((span.end_m - span.begin_m) / drawn))
+        arcs.append(arc_lengths(shape, span.begin_m, span.end_m))
     return np.concatenate(points), np.concatenate(arcs)

@@ -1,7 +1,5 @@
 """Numbers and words as one compressed text for the page."""
 
-from __future__ import annotations
-
 import base64
 import json
 import zlib

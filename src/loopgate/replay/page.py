@@ -1,7 +1,5 @@
 """The page: one file that holds runs, script and style, and asks for nothing else."""
 
-from __future__ import annotations
-
 import base64
 import hashlib
 import html
@@ -125,7 +123,7 @@ def _page(title: str, data: str) -> str:
     script = '"use strict";\n(() => {\n' + "\n".join(map(_asset, _SCRIPTS)) + "})();\n"
     parts = {
         "{{title}}": html.escape(title),
-        "{{policy}}": f"default-src 'none'; script-src {_hash(script)}; style-src {_hash(style)}; "
+        "{{policy}}": f"default-src 'none'; script-src {hash_of(script)}; style-src {hash_of(style)}; "
         "img-src data:; base-uri 'none'; form-action 'none'",
         "{{style}}": style,
         "{{script}}": script,
@@ -138,5 +136,6 @@ def _asset(name: str) -> str:
     return (resources.files("loopgate.replay") / "page" / name).read_text(encoding="utf-8")
 
 
-def _hash(text: str) -> str:
+def hash_of(text: str) -> str:
+    """Return the source by which a content security policy lets exactly this script or style in."""
     return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}'"

@@ -1,7 +1,5 @@
 """One run as the replay shows it: read from its folder, described for the page."""
 
-from __future__ import annotations
-
 import shlex
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass

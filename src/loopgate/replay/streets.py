@@ -1,7 +1,5 @@
 """The streets behind a replay: roads of the network round the loops, else the lanes that are driven on."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any

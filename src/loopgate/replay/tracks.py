@@ -1,21 +1,16 @@
 """Where every vehicle was at every step, rounded to what can be seen; as SUMO recorded it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 import pyarrow as pa
 
+from loopgate.arrays import Floats, Ints
 from loopgate.audit.position_table import open_positions
 from loopgate.errors import ResultsError
 from loopgate.reading import refusing
-
-Ints = npt.NDArray[np.int64]
-Floats = npt.NDArray[np.float64]
 
 PER_M = 10
 """Positions are whole tenths of a metre."""

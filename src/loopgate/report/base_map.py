@@ -1,7 +1,5 @@
 """The ground of every map of a network: a page, the roads in grey, a scale, a title."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -15,9 +13,9 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from loopgate.arrays import Floats
 from loopgate.disk import disk_error
 from loopgate.errors import ResultsError
-from loopgate.network.contacts import Floats
 from loopgate.network.loop import Loop
 from loopgate.network.road import RoadNetwork
 

@@ -1,11 +1,8 @@
 """The content of a report: series, tables and figures, before any page is laid out."""
 
-from __future__ import annotations
-
 import json
 import re
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -151,78 +148,58 @@ def _section(network: str, runs: pd.DataFrame, results: Results, load: str) -> S
 def _overall(content: Content, runs: pd.DataFrame, names: list[str]) -> None:
     """Add means against vehicles, the fundamental diagram, capacity and paired differences."""
     counts = runs[c.VEHICLES].nunique()
-    of = {"runs": "runs"}
     single = None
     if len(runs) <= _MOST_POINTS:
         known = [name for name in _SINGLE if name not in runs or runs[name].notna().any()]
-        single = content.table("runs", "Single runs", compute_fundamental, of, columns=known)
+        single = content.table("runs", "Single runs", compute_fundamental, columns=known)
     several = runs.groupby(_BY).size().max() > 1
+    points = single if several else None
     bars = "Means over seeds with 95 % intervals (Student's t)." if several else "One run each: no intervals."
     if single is not None and several:
         bars += " Small points are single runs."
-    content.table("trips", "Trips, means over runs", compute_trips, of, options={"by": _BY})
+    content.table("trips", "Trips, means over runs", compute_trips, by=_BY)
     for name, title, axis, value, more in _MEANS:
-        means = content.table(name, title, compute_mean, of, options={"value": value, "by": _BY})
+        means = content.table(name, title, compute_mean, value=value, by=_BY)
         if means[a.MEAN].notna().any() and name != "laps-per-hour" and len(runs) > 1:
-            chart = plots.plot_mean(
-                means,
-                axis,
-                **content.style,
-                single=single if several else None,
-                value=value,
-                names=(name, "runs"),
-            )
+            chart = plots.plot_mean(means, axis, **content.style, single=points, value=value)
             content.figure(name, title, f"{more} {bars}".strip(), chart)
         elif not means[a.MEAN].notna().any():
             content.tables.pop(name, None)
     if counts > 1:
-        diagram = content.table(
-            "fundamental", "Density, flow and speed", compute_fundamental, of, options={"by": _BY}
-        )
+        diagram = content.table("fundamental", "Density, flow and speed", compute_fundamental, by=_BY)
         for name, title, y in (
             ("fundamental-diagram", "Fundamental diagram", a.FLOW),
             ("speed-density", "Speed over density", a.SPEED),
         ):
-            chart = plots.plot_fundamental(
-                diagram,
-                y=y,
-                **content.style,
-                single=single if several else None,
-                names=("fundamental", "runs"),
-            )
-            content.figure(
-                name, title, "Means over seeds; small points are single runs.", chart, "fundamental"
-            )
-    peaks = content.table("capacity", "Capacity", compute_capacity, of, options={"by": [a.SERIES]})
+            chart = plots.plot_fundamental(diagram, y=y, **content.style, single=points)
+            caption = "Means over seeds; small points are single runs."
+            content.figure(name, title, caption, chart, "fundamental")
+    peaks = content.table("capacity", "Capacity", compute_capacity, by=[a.SERIES])
     if counts > 1:
         caption = "The vehicle count at which throughput peaks, with its 95 % interval (bootstrap)."
-        content.figure(
-            "capacity", "Capacity", caption, plots.plot_capacity(peaks, **content.style, name="capacity")
-        )
+        content.figure("capacity", "Capacity", caption, plots.plot_capacity(peaks, **content.style))
     if len(names) > 1 and not runs.duplicated([*_BY, c.SEED]).any():
         _paired(content, names[0])
 
 
 def _paired(content: Content, baseline: str) -> None:
-    options = {"baseline": baseline, "of": a.SERIES, "by": [c.VEHICLES]}
     title = f"Difference to {baseline} on the same seeds [vehicle-km/h]"
-    paired = content.table("paired", title, compute_paired, {"runs": "runs"}, options=options)
+    paired = content.table("paired", title, compute_paired, baseline=baseline, of=a.SERIES, by=[c.VEHICLES])
     if len(paired):
         content.figure(
             "paired",
             title.partition(" [")[0],
             "Mean difference of runs that agree in everything else, with 95 % intervals (bootstrap).",
-            plots.plot_paired(paired, **content.style, name="paired", label="difference [vehicle-km/h]"),
+            plots.plot_paired(paired, **content.style, label="difference [vehicle-km/h]"),
         )
 
 
 def _deadlocks(content: Content, runs: pd.DataFrame) -> None:
-    of, by = {"runs": "runs"}, {"by": _BY}
-    rates = content.table("deadlocks", "Runs that lock up", compute_deadlock_rate, of, options=by)
-    content.table("time-to-deadlock", "Time to the first deadlock", compute_time_to_deadlock, of, options=by)
+    rates = content.table("deadlocks", "Runs that lock up", compute_deadlock_rate, by=_BY)
+    content.table("time-to-deadlock", "Time to the first deadlock", compute_time_to_deadlock, by=_BY)
     if len(runs) > 1:
         caption = "Share of runs with a deadlock, with 95 % intervals (Wilson)."
-        chart = plots.plot_deadlock_rate(rates, **content.style, name="deadlocks")
+        chart = plots.plot_deadlock_rate(rates, **content.style)
         content.figure("deadlock-rate", "Runs that lock up", caption, chart, "deadlocks")
     locking = np.unique(runs.loc[runs[c.DEADLOCKS] > 0, c.VEHICLES].to_numpy(dtype=int))
     if not len(locking):
@@ -232,19 +209,13 @@ def _deadlocks(content: Content, runs: pd.DataFrame) -> None:
     which = (
         "each vehicle count" if len(counts) == len(locking) else f"{len(counts)} of the {len(locking)} counts"
     )
-    survival = content.table(
-        "survival",
-        "Survival: runs not yet locked up",
-        compute_survival,
-        of,
-        options=by,
-        where=f"{c.VEHICLES} in {counts}",
-    )
+    title, where = "Survival: runs not yet locked up", f"{c.VEHICLES} in {counts}"
+    survival = content.table("survival", title, compute_survival, where=where, by=_BY)
     content.figure(
         "survival",
         "Time to the first deadlock",
         f"Kaplan-Meier curves with 95 % bands, for {which} with which runs lock up.",
-        plots.plot_survival(survival, **content.style, name="survival"),
+        plots.plot_survival(survival, **content.style),
     )
 
 
@@ -252,30 +223,26 @@ def _longest_waits(content: Content, runs: pd.DataFrame) -> None:
     """Add what the longest waits were for, at the vehicle count that series have in common."""
     count = common_count(runs)
     title = "For what the longest waits were"
-    waits = content.table(
-        "longest-waits", title, compute_longest_waits, {"runs": "runs"}, options={"by": _BY}
-    )
+    waits = content.table("longest-waits", title, compute_longest_waits, by=_BY)
     if not (waits[c.VEHICLES] == count).any():
         return
     chart = plots.plot_ranked(
-        waits, of=a.CAUSE, value=a.MOST, label="longest wait [s]", **content.style, name="longest-waits"
+        waits, of=a.CAUSE, value=a.MOST, label="longest wait [s]", **content.style
     ).transform_filter(f"datum['{c.VEHICLES}'] == {count}")
     caption = f"The longest time that one wait was for a cause, in any run with {count} vehicles; gates only."
     content.figure("longest-waits", title, caption, chart)
 
 
 def _laps_and_decisions(content: Content) -> None:
-    of = {"runs": "runs"}
-    options = {"by": _BY, "quantiles": _PERCENT}
-    laps = content.table("laps", "Lap times", compute_lap_distribution, of, options=options)
+    laps = content.table("laps", "Lap times", compute_lap_distribution, by=_BY, quantiles=_PERCENT)
     if len(laps):
         caption = "Bars hold the middle half of all laps, lines 5 to 95 %, markers the median."
-        content.figure("laps", "Lap times", caption, plots.plot_laps(laps, **content.style, name="laps"))
-    decided = {"options": {"by": _BY}, "where": f"{c.DECISIONS} > 0"}
-    decisions = content.table("decisions", "Decisions", compute_decision_time, of, **decided)
+        content.figure("laps", "Lap times", caption, plots.plot_laps(laps, **content.style))
+    decided = f"{c.DECISIONS} > 0"
+    decisions = content.table("decisions", "Decisions", compute_decision_time, where=decided, by=_BY)
     if len(decisions) > 1:
         caption = "From the median to the 99th percentile of a run's decisions, each the median over runs."
-        chart = plots.plot_decision_time(decisions, **content.style, name="decisions")
+        chart = plots.plot_decision_time(decisions, **content.style)
         content.figure("decision-time", "Decision time", caption, chart, "decisions")
 
 
@@ -283,11 +250,9 @@ def _roads(content: Content, runs: pd.DataFrame) -> None:
     """Add maps and ranks of edges and junctions, at the vehicle count that series have in common."""
     count = common_count(runs)
     of = {"runs": "runs", "edge_sets": "results.edge_sets"}
-    rest: dict[str, Any] = {"where": f"{c.VEHICLES} == {count}"}
-    by = {"by": [a.SERIES]}
-    edges = content.table(
-        "edges", f"Edges with {count} vehicles", compute_edge_means, of, options=by, listed=False, **rest
-    )
+    where, by = f"{c.VEHICLES} == {count}", [a.SERIES]
+    title = f"Edges with {count} vehicles"
+    edges = content.table("edges", title, compute_edge_means, of, where=where, listed=False, by=by)
     if not len(edges):
         return
     if run.STOOD in edges and edges[run.STOOD].gt(0).any():
@@ -298,10 +263,10 @@ def _roads(content: Content, runs: pd.DataFrame) -> None:
                 else "Streets on which vehicles stand"
             )
             ranked = content.table(
-                name, title, compute_ranked, of, options=by | {"what": what, "first": _RANKED}, **rest
+                name, title, compute_ranked, of, where=where, by=by, what=what, first=_RANKED
             )
             chart = plots.plot_ranked(
-                ranked, of=what, value=run.STOOD, label="vehicle-seconds standing", **content.style, name=name
+                ranked, of=what, value=run.STOOD, label="vehicle-seconds standing", **content.style
             )
             caption = f"The ten with most of it, with {count} vehicles; means over runs."
             content.figure(name, title, caption, chart)
@@ -323,9 +288,8 @@ def _over_time(content: Content, runs: pd.DataFrame, results: Results) -> str:
     content.known["flow"] = flow
     longest = float(flow[run.TIME].max() - flow[run.TIME].min())
     every = max(60.0, round(longest / 120 / 60) * 60.0)
-    table = content.table(
-        "flow", "Over time", compute_flow, {"flow": "flow"}, options={"every_s": every, "by": [a.SERIES]}
-    )
+    of = {"flow": "flow"}
+    table = content.table("flow", "Over time", compute_flow, of, every_s=every, by=[a.SERIES])
     if table.empty:
         return ""
     locked = sorted(runs[c.FIRST_DEADLOCK].dropna().tolist())[:_MOST_PANELS]
@@ -334,6 +298,6 @@ def _over_time(content: Content, runs: pd.DataFrame, results: Results) -> str:
         ("over-time", "Over time", OVER_TIME, f"Means over {every:g} s.{upright}"),
         ("so-far", "Until then", CUMULATIVE, f"Added up from the beginning.{upright}"),
     ):
-        chart = plots.plot_flow(table, **content.style, what=what, deadlocks=locked, name="flow")
+        chart = plots.plot_flow(table, **content.style, what=what, deadlocks=locked)
         content.figure(name, title, caption, chart, "flow")
     return "\nflow = results.read_flow(runs)"

@@ -1,10 +1,7 @@
 """Parts of a page besides its text: figures as Vega-Lite, tables as files, and the library that draws."""
 
-from __future__ import annotations
-
 import base64
 import gzip
-import hashlib
 import io
 import json
 from collections.abc import Container, Iterator
@@ -27,11 +24,6 @@ def library() -> str:
     version = vl_convert.get_vegalite_versions()[-1]
     script: str = vl_convert.javascript_bundle(_SNIPPET, vl_version=version)
     return script.replace("</script", "<\\/script")
-
-
-def hash_of(script: str) -> str:
-    """Return the source by which a content security policy lets exactly this script run."""
-    return f"'sha256-{base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()}'"
 
 
 def page_spec(spec: dict[str, Any], description: str, tables: Container[str]) -> dict[str, Any]:

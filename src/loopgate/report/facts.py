@@ -1,7 +1,5 @@
 """Facts about a sweep: its settings, its progress, its failures, and the commands that repeat it."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pandas as pd

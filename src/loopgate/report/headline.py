@@ -1,7 +1,5 @@
 """The findings in words; every number in them is taken from the tables of the report."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 

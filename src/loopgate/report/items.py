@@ -1,16 +1,16 @@
 """The parts of a report: figures and tables with their words, by network."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import pandas as pd
 
 from loopgate.analysis.columns import SERIES
 from loopgate.plots.charts import Chart
+
+_RUNS = {"runs": "runs"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,7 +20,7 @@ class Command:
     function: Callable[..., pd.DataFrame]
     sources: Mapping[str, str]
     """Parameters, and the expressions that they are given: ``{"runs": "runs"}``."""
-    options: Mapping[str, Any] = field(default_factory=dict)
+    options: Mapping[str, Any]
     """Parameters, and the plain values that they are given."""
     where: str = ""
     """Which of the runs, as a query."""
@@ -104,13 +104,17 @@ class Content:
         name: str,
         title: str,
         function: Callable[..., pd.DataFrame],
-        sources: Mapping[str, str],
-        **rest: Any,  # noqa: ANN401 - options of any kind
+        sources: Mapping[str, str] = _RUNS,
+        *,
+        where: str = "",
+        columns: Sequence[str] = (),
+        listed: bool = True,
+        **options: Any,  # noqa: ANN401 - options of any kind
     ) -> pd.DataFrame:
-        """Make a table by a command; one without rows is left out."""
-        listed = rest.pop("listed", True)
-        command = Command(function, sources, rest.pop("options", {}), **rest)
+        """Make a table by a command; one without rows is left out. Figures of it know it by its name."""
+        command = Command(function, sources, options, where, columns)
         made = command.table(self.known)
+        made.attrs["name"] = name
         if len(made):
             self.tables[name] = TableItem(name, title, made, str(command), listed)
         return made

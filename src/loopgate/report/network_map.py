@@ -10,8 +10,8 @@ import numpy as np
 
 from loopgate.abstraction.itinerary import Itinerary
 from loopgate.abstraction.survey import survey
+from loopgate.arrays import Floats
 from loopgate.model import StateId
-from loopgate.network.contacts import Floats
 from loopgate.network.curve import cut_curve
 from loopgate.network.loop import Loop
 from loopgate.network.road import RoadNetwork
@@ -65,8 +65,6 @@ def draw_map(
         One per vehicle.
     itineraries
         One per loop, to draw its zones; or none.
-    file
-        The picture.
     starts_m
         Arc length of each vehicle's front at the beginning [m], to mark it; possibly none.
     unwatched

@@ -1,7 +1,5 @@
 """Write the report: one page that needs nothing else, and its figures and tables as files."""
 
-from __future__ import annotations
-
 import re
 import shlex
 from collections.abc import Callable
@@ -20,8 +18,9 @@ from loopgate.disk import disk_error, writing
 from loopgate.errors import ResultsError
 from loopgate.plots.charts import figure_spec, spec_svg
 from loopgate.plots.style import DARK, LIGHT
+from loopgate.replay.page import hash_of
 from loopgate.report.content import network_sections
-from loopgate.report.embed import download, hash_of, library, page_spec, rows_of, script_json
+from loopgate.report.embed import download, library, page_spec, rows_of, script_json
 from loopgate.report.facts import commands, facts, failures, progress
 from loopgate.report.headline import headline, lead, title
 from loopgate.report.items import FigureItem, Section, TableItem

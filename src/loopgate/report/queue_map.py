@@ -1,7 +1,5 @@
 """The map of queues: places by capacity, crossings and their conflicts, loops that cannot work."""
 
-from __future__ import annotations
-
 from bisect import bisect_right
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -12,10 +10,11 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from loopgate.abstraction.queue_survey import CrossingSurvey, QueueSurvey, RefusedLoop
-from loopgate.network.contacts import Floats
+from loopgate.arrays import Floats
 from loopgate.network.curve import cut_line
 from loopgate.network.loop import arc_lengths
 from loopgate.network.road import RoadNetwork
+from loopgate.plots.road_map import beside
 from loopgate.reading import listed
 from loopgate.report.base_map import (
     DPI,
@@ -211,13 +210,7 @@ def _beside(line: Floats, distance_m: float) -> Floats:
     """Return the line moved to its right."""
     steps = np.hypot(*np.diff(line, axis=0).T)
     line = line[np.concatenate(([True], steps > 0.0))]
-    if distance_m <= 0.0 or len(line) < 2:  # noqa: PLR2004  a point has no side
-        return line
-    along = np.gradient(line, axis=0)
-    length = np.maximum(np.hypot(along[:, 0], along[:, 1]), 1e-9)[:, None]
-    return np.asarray(
-        line + distance_m * np.column_stack((along[:, 1], -along[:, 0])) / length, dtype=np.float64
-    )
+    return beside(line, distance_m) if distance_m > 0.0 else line
 
 
 def _legend(axes: Axes, found: QueueSurvey, *, dots: bool) -> None:

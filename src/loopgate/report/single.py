@@ -1,9 +1,8 @@
 """Items that only a single run has: causes of waiting, a loop over time, and who is stuck."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 
@@ -36,27 +35,24 @@ def add_single_run(content: Content, folder: Path) -> str:
     end_s = max(times, default=0.0)
     begin_s = max(0.0, end_s - float(one.summary["duration_s"]))
     if end_s > begin_s:
-        options = {"begin_s": begin_s, "end_s": end_s}
-        causes = content.table(
-            "causes", "Waits by cause", compute_causes, {"events": "run.events"}, options=options
-        )
+        options: dict[str, Any] = {"begin_s": begin_s, "end_s": end_s}
+        of = {"events": "run.events"}
+        causes = content.table("causes", "Waits by cause", compute_causes, of, **options)
         if len(causes):
             content.figure(
                 "causes",
                 "Why vehicles wait",
                 "All waits for the gate, by the reason of the refusal.",
-                plots.plot_ranked(
-                    causes, of=run.REASON, value=a.WAIT, label="vehicle-seconds", name="causes"
-                ),
+                plots.plot_ranked(causes, of=run.REASON, value=a.WAIT, label="vehicle-seconds"),
             )
         _add_watch(content, one, options)
     _add_loop(content, one.vehicles, one.loops)
     of = {"vehicles": "run.vehicles", "events": "run.events"}
-    content.table("stuck", "Vehicles that are stuck", compute_stuck, of, options={"end_s": end_s})
+    content.table("stuck", "Vehicles that are stuck", compute_stuck, of, end_s=end_s)
     return f"\nrun = read_run({json.dumps(str(folder), ensure_ascii=False)})"
 
 
-def _add_watch(content: Content, one: Run, period: dict[str, float]) -> None:
+def _add_watch(content: Content, one: Run, period: dict[str, Any]) -> None:
     """Add which streets went unseen, those on no loop in view, and how soon they were seen again."""
     streets = one.streets
     if streets is None or not (streets[run.VISITS] > 0).any():
@@ -64,7 +60,7 @@ def _add_watch(content: Content, one: Run, period: dict[str, float]) -> None:
     content.known |= {"run.streets": streets, _STREETS: streets[run.EDGE]}
     content.table("rarest", "Streets that went unseen longest", compute_rarest, {"streets": "run.streets"})
     of = {"events": "run.events", "streets": _STREETS}
-    seen = content.table("seen-within", "Seen within", compute_seen_within, of, options=period, listed=False)
+    seen = content.table("seen-within", "Seen within", compute_seen_within, of, listed=False, **period)
     never = int((streets[run.VISITS] == 0).sum())
     caption = "Broad and strong where a street went unseen for long."
     if never:
@@ -90,8 +86,8 @@ def _add_loop(content: Content, vehicles: pd.DataFrame, loops: pd.DataFrame) -> 
         f"Loop {loop} over time",
         compute_time_space,
         {"events": "run.events", "vehicles": "run.vehicles", "loops": "run.loops"},
-        options={"loop": loop},
         listed=False,
+        loop=loop,
     )
     if 0 < len(points) <= _MOST_POINTS:
         content.figure(
@@ -99,5 +95,5 @@ def _add_loop(content: Content, vehicles: pd.DataFrame, loops: pd.DataFrame) -> 
             f"Loop {loop}: who was where when",
             "The loop on which vehicles stood longest. A line per vehicle and lap, straight between "
             "the beginnings of two edges; the flatter, the slower.",
-            plots.plot_time_space(points, name="time-space"),
+            plots.plot_time_space(points),
         )

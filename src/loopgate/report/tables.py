@@ -1,7 +1,5 @@
 """Tables as people read them, as CSV and as LaTeX."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

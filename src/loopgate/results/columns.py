@@ -1,7 +1,5 @@
 """Column names of all result tables, with units; the one place where they are spelled."""
 
-from __future__ import annotations
-
 from enum import StrEnum
 from typing import Final
 

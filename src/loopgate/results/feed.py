@@ -1,7 +1,5 @@
 """Events as they happen, and on file."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import NamedTuple
 
@@ -28,27 +26,17 @@ class EventFeed(Recorder):
 
     def __init__(self, file: Path) -> None:
         super().__init__(file)
-        self._words = [""]
         self.fresh: list[Happening] = []
-
-    def code(self, word: str) -> int:
-        """Return the number of a word."""
-        number = super().code(word)
-        if number == len(self._words):
-            self._words.append(str(word))
-        return number
 
     def note(
         self, time_s: float, vehicle: str, event: Event, place: str, reason: str = "", stage: str = ""
     ) -> None:
         """Record one event."""
         self.fresh.append(Happening(time_s, vehicle, str(event), place, reason, stage))
-        for word in (vehicle, event, place, reason, stage):
-            self.code(word)
         super().note(time_s, vehicle, event, place, reason, stage)
 
     def passed(self, time_s: float, rows: NDArray[np.int32]) -> None:
         """Record events of one step."""
-        words = self._words
+        words = self.words
         self.fresh += [Happening(time_s, *(words[number] for number in row)) for row in rows.tolist()]
         super().passed(time_s, rows)

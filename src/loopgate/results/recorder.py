@@ -1,7 +1,5 @@
 """The events of a run: written as they happen, in memory that does not grow with the run, and read back."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterator, Sequence
 from itertools import islice
 from pathlib import Path
@@ -12,6 +10,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
+from loopgate.arrays import Floats
 from loopgate.errors import ResultsError
 from loopgate.reading import refusing
 from loopgate.results.columns import EVENT, EVENT_COLUMNS, PLACE, REASON, STAGE, TIME, VEHICLE, Event
@@ -106,7 +105,7 @@ class Recorder:
         words = pa.array([every[code] for code in used.tolist()], type=pa.string())
         return pa.DictionaryArray.from_arrays(pa.array(numbers[codes]), words)
 
-    def _rows(self) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
+    def _rows(self) -> tuple[Floats, NDArray[np.int32]]:
         """Return times and words of all rows that wait to be written, in the order in which they came."""
         noted = np.array(self._flat).reshape(-1, _WIDTH)
         times, rows = noted[:, 0], noted[:, 1:].astype(np.int32)
@@ -164,7 +163,7 @@ def read_event_pieces(file: Path, kinds: Collection[Event] = ()) -> Iterator[pd.
                 yield _with_stage(pd.DataFrame({name: [] for name in names}))
 
 
-def _plain(column: pa.Array) -> NDArray[np.float64] | NDArray[np.object_]:
+def _plain(column: pa.Array) -> Floats | NDArray[np.object_]:
     if not pa.types.is_dictionary(column.type):
         return np.asarray(column.to_numpy(zero_copy_only=False), dtype=np.float64)
     # One string for all rows that hold the same word.

@@ -1,7 +1,5 @@
 """Column names of a results table: one row per run of a sweep, with units."""
 
-from __future__ import annotations
-
 from typing import Final
 
 # Which run it is

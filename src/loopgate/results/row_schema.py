@@ -1,7 +1,5 @@
 """The Parquet types of a results table."""
 
-from __future__ import annotations
-
 import pyarrow as pa
 
 from loopgate.results import row_columns as c

@@ -1,7 +1,5 @@
 """The figures of one run in words, as the terminal and a notebook show them."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

@@ -4,8 +4,6 @@ A damaged file is refused, and so is one that lacks what the reader needs or hol
 newer versions write is not known of older results.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple

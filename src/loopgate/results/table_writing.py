@@ -1,7 +1,5 @@
 """A Parquet file that grows for hours, and can still be read when the disk is full before it is done."""
 
-from __future__ import annotations
-
 import os
 from contextlib import suppress
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Many runs as one table: what sweeps and run folders hold, in one line."""
 
-from __future__ import annotations
-
 import json
 import time
 from collections import Counter

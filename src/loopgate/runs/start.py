@@ -1,7 +1,5 @@
 """Make one run and have it at hand."""
 
-from __future__ import annotations
-
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
@@ -32,8 +30,6 @@ def run(
 
     Parameters
     ----------
-    scenario
-        The scenario to run.
     out
         The run folder to leave; None keeps no files.
     gate

@@ -1,7 +1,5 @@
 """Puts a run together: network, loops, states, vehicles at their starts."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -37,8 +35,6 @@ from loopgate.simulation.sumo.devices import Anew, leading_devices, led_anew, wi
 from loopgate.simulation.sumo.input import Start
 from loopgate.simulation.sumo_options import begins_s
 
-__all__ = ["Assembly", "assemble"]
-
 
 @dataclass(frozen=True, slots=True)
 class Wishes:
@@ -54,8 +50,6 @@ class Assembly:
 
     Attributes
     ----------
-    network
-        The roads.
     loops
         All loops that vehicles drive on.
     starts, tracks

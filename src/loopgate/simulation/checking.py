@@ -1,7 +1,5 @@
 """Hands a finished gated run to the audit."""
 
-from __future__ import annotations
-
 from collections.abc import Container, Sequence
 from typing import Any
 
@@ -12,8 +10,6 @@ from loopgate.simulation import outcome
 from loopgate.simulation.assembly import Assembly
 from loopgate.simulation.outcome import Folder, Tally
 from loopgate.simulation.scenario import Scenario
-
-__all__ = ["audit_run"]
 
 _ALWAYS = ("places", "capacities", "progress", "entries")
 """Checks for which the trace of a gated run is enough."""

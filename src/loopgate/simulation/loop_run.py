@@ -16,8 +16,6 @@ from loopgate.simulation.watching.verdicts import CollisionVerdict, Verdicts
 from loopgate.simulation.watching.watch import Deadlock, Watch
 from loopgate.traffic.base import Traffic
 
-__all__ = ["Mishaps", "RunCourse", "Tick", "drive", "note_deadlock"]
-
 
 @dataclass(slots=True)
 class RunCourse:
@@ -78,8 +76,6 @@ def drive(
         Says how long to measure, how long to warm up before, and what a deadlock does to the run.
     tick
         Called every ten simulated seconds with the simulated time.
-    each_step
-        Called after each step.
     over
         Whether nobody is left who drives, which ends the run.
     """

@@ -1,7 +1,5 @@
 """How well the loops of a run watched the road, in figures of its summary."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections import defaultdict
@@ -42,8 +40,6 @@ from loopgate.results.row_columns import IF_EVEN, WORST_IF_EVEN
 from loopgate.simulation.assembly import Assembly
 from loopgate.simulation.outcome import EVENTS, Folder, Tally
 from loopgate.simulation.scenario import Scenario
-
-__all__ = ["STREETS", "monitoring_figures", "shape_text", "watch_figures", "write_streets"]
 
 STREETS = "streets.parquet"
 _RANKED = 10

@@ -1,7 +1,5 @@
 """The figures of a run, and its folder."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -53,25 +51,6 @@ from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.watching.trips import Trip, trip_figures
 from loopgate.simulation.watching.watch import Deadlock
 from loopgate.versions import versions
-
-__all__ = [
-    "EVENTS",
-    "FLOW",
-    "FRONTS",
-    "LAYOUT",
-    "LOOPS",
-    "ORDINARY",
-    "POSITIONS",
-    "SCENARIO",
-    "SUMO_LOG",
-    "SYSTEM",
-    "Folder",
-    "Tally",
-    "is_clean",
-    "mishaps",
-    "summary",
-    "waits",
-]
 
 EVENTS = "events.parquet"
 VEHICLES = "vehicles.parquet"
@@ -247,8 +226,6 @@ def summary(
     ----------
     scenario, course, tallies
         The run, its course, and what each vehicle did.
-    loops
-        Number of loops.
     folder
         Where the results are, for the command that repeats the run.
     keeper

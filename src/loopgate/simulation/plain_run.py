@@ -1,7 +1,5 @@
 """A SUMO configuration run as it is, with the watch on: gridlock recognised, named, and the run ended."""
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Mapping
 from contextlib import ExitStack
@@ -34,8 +32,6 @@ from loopgate.simulation.watching.flow import Row, flow_table
 from loopgate.simulation.watching.trips import Trip, read_trips
 from loopgate.simulation.watching.watch import Watch
 from loopgate.traffic.base import Traffic
-
-__all__ = ["run_plainly"]
 
 _OF_LOOPS = ("spacing", "starts", "revisit_s", "weights", "districts")
 _GONE = (0.0, (nan, nan))

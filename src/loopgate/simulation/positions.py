@@ -1,7 +1,5 @@
 """Lets SUMO record where every vehicle is, and writes down what the abstraction says about the roads."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Sequence
 from math import inf
@@ -15,8 +13,6 @@ from loopgate.model import StateId
 from loopgate.network import LaneSpan, Loop
 from loopgate.simulation.assembly import Assembly
 from loopgate.simulation.demand.vehicles import Departure
-
-__all__ = ["make_layout", "record_positions"]
 
 
 def record_positions(file: Path) -> list[str]:

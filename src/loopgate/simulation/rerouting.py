@@ -1,7 +1,5 @@
 """Leads vehicles that drive once on by other ways, between places, where those are quicker by now."""
 
-from __future__ import annotations
-
 from bisect import bisect_left
 from collections import defaultdict, deque
 from collections.abc import Iterator
@@ -9,15 +7,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from loopgate.arrays import Floats, Ints
 from loopgate.drive.changing import ChangingEngine
 from loopgate.drive.driver import Driver
 from loopgate.drive.track import Track
 from loopgate.simulation.assembly import Assembly
 from loopgate.traffic.base import Traffic
-
-__all__ = ["Rerouting", "TurnOff"]
 
 _SAMPLE_EVERY_S = 10.0
 _SAMPLES = 18
@@ -45,7 +41,7 @@ class _Onward:
 
     track: Track
     position: int
-    edges: npt.NDArray[np.int64]
+    edges: Ints
 
 
 class Rerouting:
@@ -53,11 +49,6 @@ class Rerouting:
 
     Known are the ways of all vehicles of its type, and those that were looked for before the run. The time an
     edge takes is its length over the mean speed there in the last three minutes.
-
-    Parameters
-    ----------
-    assembly, traffic, engine
-        The run's.
     """
 
     def __init__(self, assembly: Assembly, traffic: Traffic, engine: ChangingEngine) -> None:
@@ -72,7 +63,7 @@ class Rerouting:
         lanes = [assembly.network.edges[edge].lanes for edge in self._edges]
         self._length_m = np.array([some[0].length_m for some in lanes])
         self._allowed_mps = np.array([max(lane.speed_mps for lane in some) for some in lanes])
-        self._seen: deque[npt.NDArray[np.float64]] = deque(maxlen=_SAMPLES)
+        self._seen: deque[Floats] = deque(maxlen=_SAMPLES)
         self._times_s = self._length_m / self._allowed_mps
         self._next_sample_s = 0.0
         self._due_s: dict[str, float] = {}

@@ -1,7 +1,5 @@
 """One run from scenario to summary."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Container, Mapping, Sequence
 from contextlib import ExitStack, closing
 from dataclasses import replace
@@ -34,8 +32,6 @@ from loopgate.simulation.watching.verdicts import Verdicts
 from loopgate.simulation.watching.watch import Watch
 from loopgate.simulation.ways_driven import as_driven
 
-__all__ = ["simulate"]
-
 _ON_SEGMENTS = (
     "lights: on segments no state ends at a light, so a vehicle holds its zone while it waits there at a red"
 )
@@ -54,12 +50,8 @@ def simulate(
 
     Parameters
     ----------
-    scenario
-        What to run.
     out
         The run folder; None keeps nothing but the summary that is returned.
-    tick
-        Told of the progress.
     backend
         ``libsumo``, ``traci`` or ``gui``.
     overwrite

@@ -19,8 +19,6 @@ from loopgate.reading import is_file, read_toml, shown
 from loopgate.simulation.sumo_words import own_words
 from loopgate.simulation.values import Rule, amounts, checked, choice, flag, length_range, real, text, whole
 
-__all__ = ["Scenario", "read_scenario"]
-
 ABSTRACTIONS = ("segments", "queues")
 LIGHTS = ("off", "keep", "obey")
 SPACINGS = ("none", "hold", "advice")

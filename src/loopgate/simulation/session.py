@@ -1,7 +1,5 @@
 """A scenario's simulation under way: started, its vehicles placed, not yet driven."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
@@ -40,8 +38,6 @@ from loopgate.simulation.sumo.start import output_options, plain_options, start_
 from loopgate.simulation.sumo_options import SumoOptions, sumo_options
 from loopgate.simulation.watching.window import Window
 from loopgate.traffic.base import Traffic
-
-__all__ = ["Session", "open_session"]
 
 _Keeping = tuple[System, Gate, Negotiation]
 
@@ -90,10 +86,6 @@ def open_session(
 
     Parameters
     ----------
-    scenario, assembly
-        What is run.
-    folder
-        Where the results go.
     backend
         ``libsumo``, ``traci`` or ``gui``.
     negotiation

@@ -3,16 +3,12 @@
 What is taken, and what is foreseen of it, was measured: `docs/studies/queues.md` has the table.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Iterable
 
 from loopgate.errors import ScenarioError
 from loopgate.network import Loop, RoadNetwork
 from loopgate.network.vehicle_type import VehicleType
-
-__all__ = ["check_options", "check_types", "is_on", "unforeseen", "why_unsafe"]
 
 _MODEL, _TAU, _ACTION, _GAP, _MINOR = (
     "carFollowModel",
@@ -168,8 +164,6 @@ def unforeseen(network: RoadNetwork, users: Iterable[tuple[Loop, VehicleType]]) 
 
     Parameters
     ----------
-    network
-        The roads.
     users
         For each vehicle its loop and its type.
 

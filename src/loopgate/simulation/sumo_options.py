@@ -19,8 +19,6 @@ from loopgate.simulation.sumo_words import NEVER, REPLACED, own_words
 if TYPE_CHECKING:
     from loopgate.simulation.scenario import Scenario
 
-__all__ = ["SumoOptions", "begins_s", "from_configuration", "sumo_options"]
-
 _KEYS = {"seed": "seed", "step-length": "step_s"}
 """Options that are keys of a scenario."""
 

@@ -1,13 +1,9 @@
 """A scenario's own words to SUMO, as on its command line."""
 
-from __future__ import annotations
-
 import shlex
 from collections.abc import Iterator
 
 from loopgate.errors import ScenarioError
-
-__all__ = ["NEVER", "REPLACED", "own_words"]
 
 REPLACED = {
     "time-to-teleport": "a gridlock would be hidden; see --on-deadlock",

@@ -1,7 +1,5 @@
 """Values that the keys of a scenario may have: stated once, beside each field, and checked in one place."""
 
-from __future__ import annotations
-
 import numbers
 import operator
 from collections.abc import Callable, Mapping
@@ -10,19 +8,6 @@ from typing import NoReturn
 
 from loopgate.errors import ScenarioError
 from loopgate.reading import is_plain, shown
-
-__all__ = [
-    "Rule",
-    "amounts",
-    "checked",
-    "choice",
-    "flag",
-    "length_range",
-    "parse_amounts",
-    "real",
-    "text",
-    "whole",
-]
 
 _LARGEST_AMOUNT = 1e6
 

@@ -1,14 +1,10 @@
 """The ways of vehicles that were led another way, each as one: what a vehicle really drove by."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from loopgate.audit.layout import Layout, LoopLeg, LoopSpan, LoopWay
 from loopgate.simulation.rerouting import TurnOff
-
-__all__ = ["as_driven", "continued"]
 
 _ROUNDING_M = 1e-6
 

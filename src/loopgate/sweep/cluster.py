@@ -8,8 +8,6 @@ A scheduler and workers started by hand, or by dask-jobqueue on a batch system::
 Workers need the same `loopgate` and nothing else: networks and routes travel with the runs.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from concurrent.futures import Executor
 from contextlib import contextmanager

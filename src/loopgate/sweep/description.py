@@ -24,8 +24,6 @@ The format (TOML)::
     duration_s = 60
 """
 
-from __future__ import annotations
-
 import hashlib
 import itertools
 import json

@@ -1,7 +1,5 @@
 """An estimate of the time that a sweep will take, from its finished rows or from a rule of thumb."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass

@@ -1,7 +1,5 @@
 """Make the missing runs of a sweep, and keep each row as it comes."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import shlex
@@ -10,7 +8,8 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, wait
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -45,15 +44,10 @@ class Progress:
 
 
 @dataclass(frozen=True, slots=True)
-class SweepOutcome:
-    """The outcome of a sweep: counts of runs, and the time it took [s]."""
+class SweepOutcome(Progress):
+    """The outcome of a sweep, in its folder."""
 
     folder: Path
-    total: int
-    present: int
-    done: int
-    failed: int
-    seconds: float
 
 
 def run_sweep(  # noqa: PLR0913 - each is a choice of the caller's, all but two by name
@@ -76,8 +70,6 @@ def run_sweep(  # noqa: PLR0913 - each is a choice of the caller's, all but two 
 
     Parameters
     ----------
-    sweep
-        The sweep to run.
     executor
         Any `concurrent.futures.Executor`, on this machine or others; it is not shut down. Default: a
         `LocalExecutor` with `workers` processes and `timeout_s` [s] per run.
@@ -89,8 +81,6 @@ def run_sweep(  # noqa: PLR0913 - each is a choice of the caller's, all but two 
         Keep each run folder in ``folder/runs/KEY`` (workers must share the file system).
     window
         Most calls in the executor at once; default: four per worker, so that its queue never runs dry.
-    report
-        Called after every row.
 
     Raises
     ------
@@ -114,7 +104,6 @@ def run_sweep(  # noqa: PLR0913 - each is a choice of the caller's, all but two 
         store.write_manifest(_manifest(sweep, points, folder))
         todo = [p for p in points if _is_missing(store.finished(p.key), retry_failed=retry_failed)]
         state = _State(store, len(points), len(points) - len(todo), report)
-        pack_once = _Packer()
         tasks = deque(
             Task(
                 point,
@@ -126,9 +115,9 @@ def run_sweep(  # noqa: PLR0913 - each is a choice of the caller's, all but two 
             for point in todo
         )
         with _executor(executor, min(workers or _processors(), max(len(todo), 1)), timeout_s) as (pool, size):
-            _drive(tasks, pool, window or 4 * size, state, pack_once)
+            _drive(tasks, pool, window or 4 * size, state, cache(_pack))
         store.merge()
-        return SweepOutcome(folder, state.total, state.present, state.done, state.failed, state.seconds)
+        return SweepOutcome(**asdict(state.progress()), folder=folder)
 
 
 class _State:
@@ -137,50 +126,44 @@ class _State:
         self.done = self.failed = 0
         self._begin = time.perf_counter()
 
-    @property
-    def seconds(self) -> float:
-        return time.perf_counter() - self._begin
+    def progress(self) -> Progress:
+        seconds = time.perf_counter() - self._begin
+        return Progress(self.total, self.present, self.done, self.failed, seconds)
 
     def add(self, result: Result) -> None:
         self.store.add(result)
         self.done += 1
         self.failed += result.row[c.STATUS] == c.STATUS_FAILED
-        self._report(Progress(self.total, self.present, self.done, self.failed, self.seconds))
+        self._report(self.progress())
 
 
-class _Packer:
-    """Reads and compresses each file once."""
-
-    def __init__(self) -> None:
-        self._packed: dict[Path, PackedFile] = {}
-
-    def __call__(self, task: Task) -> Task:
-        for path in task.point.files.values():
-            if path not in self._packed:
-                try:
-                    self._packed[path] = pack(path)
-                except OSError as error:
-                    msg = f"{path}: cannot read the file ({error.strerror or error})"
-                    raise SweepError(msg) from error
-        files = {key: self._packed[path] for key, path in task.point.files.items()}
-        return replace(task, files=files)
+def _pack(path: Path) -> PackedFile:
+    try:
+        return pack(path)
+    except OSError as error:
+        msg = f"{path}: cannot read the file ({error.strerror or error})"
+        raise SweepError(msg) from error
 
 
 def _drive(
-    tasks: deque[Task], pool: Executor, window: int, state: _State, pack_once: Callable[[Task], Task]
+    tasks: deque[Task], pool: Executor, window: int, state: _State, pack_once: Callable[[Path], PackedFile]
 ) -> None:
+    def submit(task: Task) -> Future[Result]:
+        files = {key: pack_once(path) for key, path in task.point.files.items()}
+        return pool.submit(execute, replace(task, files=files))
+
     pending: dict[Future[Result], tuple[Task, int]] = {}
     try:
         while tasks or pending:
             while tasks and len(pending) < window:
                 task = tasks.popleft()
-                pending[pool.submit(execute, pack_once(task))] = (task, 1)
+                pending[submit(task)] = (task, 1)
             # Some executors answer with futures that wake no waiter when their workers go: look now and then.
             for future in wait(pending, timeout=5.0, return_when=FIRST_COMPLETED).done:
                 task, tries = pending.pop(future)
                 result = _result(future, task, tries)
                 if result is None:
-                    pending[pool.submit(execute, pack_once(task))] = (task, tries + 1)
+                    pending[submit(task)] = (task, tries + 1)
                 else:
                     state.add(result)
     finally:

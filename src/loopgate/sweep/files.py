@@ -1,7 +1,5 @@
 """Networks and routes: what identifies them, and how they travel to another machine."""
 
-from __future__ import annotations
-
 import os
 import zlib
 from dataclasses import dataclass

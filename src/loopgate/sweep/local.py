@@ -1,7 +1,5 @@
 """An executor of fresh processes on this machine that survives the death of any of them."""
 
-from __future__ import annotations
-
 import multiprocessing
 import os
 import queue

@@ -1,7 +1,5 @@
 """Peak memory of a process, per run where the system can tell."""
 
-from __future__ import annotations
-
 import contextlib
 import resource
 import sys

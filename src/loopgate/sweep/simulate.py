@@ -1,7 +1,5 @@
 """The runner that simulates: a scenario's mapping in, a run folder out."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any

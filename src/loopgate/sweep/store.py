@@ -7,8 +7,6 @@ row per key, that of the latest attempt. ``edges/`` holds the edge tables that r
 their content, written before the row.
 """
 
-from __future__ import annotations
-
 import contextlib
 import json
 import os

@@ -3,8 +3,6 @@
 A task must be importable and picklable wherever a worker runs, so it names its runner by text.
 """
 
-from __future__ import annotations
-
 import contextlib
 import functools
 import hashlib

@@ -1,7 +1,5 @@
 """The seam to the traffic simulator: what the rest of the program asks of it."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple, Protocol

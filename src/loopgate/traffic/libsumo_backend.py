@@ -1,7 +1,5 @@
 """SUMO inside this process: fast, no window, one simulation at a time."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Questions to a SUMO that somebody else has started: how it is set, and how its vehicles drive."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Traffic in SUMO, through libsumo or traci: both offer the same calls."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from math import inf

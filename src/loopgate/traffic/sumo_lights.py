@@ -1,7 +1,5 @@
 """Traffic lights in SUMO."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from loopgate.traffic.base import Light, Phase, Program

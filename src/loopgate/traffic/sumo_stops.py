@@ -1,7 +1,5 @@
 """Stops in SUMO: those by which vehicles are held, and those of their own."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

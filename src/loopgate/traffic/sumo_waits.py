@@ -1,7 +1,5 @@
 """The vehicles for which one that stands on SUMO's roads waits: its leader, or foes at the junction."""
 
-from __future__ import annotations
-
 from collections.abc import Container, Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """SUMO as a process of its own over a socket: slower, and the way to see it in sumo-gui."""
 
-from __future__ import annotations
-
 import io
 import os
 import socket

@@ -8,12 +8,12 @@ import pytest
 from books import Books
 from little_roads import LittleRoads, Unfair
 from service_cases import CASES, books
+from small_roads import one_way_grid, road_system
 
 from builders import system
 from loopgate.errors import UnsafeStartError
 from loopgate.gates import Reason, make_gate
 from loopgate.negotiation.pressure import Pressure
-from loopgate.research.theory.road_systems import one_way_grid, road_system
 
 FOR_S = 400
 LONG_S = 300.0

@@ -4,11 +4,7 @@ Both rules lose nothing: what they do leaves every other robot at least the room
 is live iff it is live after them.
 """
 
-from __future__ import annotations
-
 from loopgate.gates.certified.occupancy import Occupancy
-
-__all__ = ["fixpoint", "reduce_to_core"]
 
 
 def fixpoint(stand: Occupancy, robots: list[int]) -> tuple[list[int], list[int]]:

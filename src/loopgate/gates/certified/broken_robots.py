@@ -1,15 +1,11 @@
 """The part of a system that is left when robots have broken down for good."""
 
-from __future__ import annotations
-
 from loopgate.errors import UnsafeStartError
 from loopgate.gates.certified.banker import reduce_to_core
 from loopgate.gates.certified.gate import CertifiedGate
 from loopgate.gates.certified.occupancy import Occupancy
 from loopgate.gates.certified.system_index import SystemIndex
 from loopgate.model import Configuration, Robot, System
-
-__all__ = ["Remainder"]
 
 
 class Remainder:

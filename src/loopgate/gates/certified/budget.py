@@ -1,12 +1,8 @@
 """The budget of an exact search."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import inf
-
-__all__ = ["Budget", "BudgetError"]
 
 
 class BudgetError(Exception):

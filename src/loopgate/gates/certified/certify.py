@@ -3,8 +3,6 @@
 The checker is `loopgate.research.theory.certificates`; the kinds of certificates are named there.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from typing import Any, TypeAlias
 
@@ -19,8 +17,6 @@ from loopgate.gates.certified.occupancy import Occupancy
 from loopgate.gates.certified.proof import Prover
 from loopgate.gates.certified.system_index import SystemIndex
 from loopgate.model import Configuration, System
-
-__all__ = ["Keeper", "certify"]
 
 Keeper: TypeAlias = Homes | Exploration | FreeSlots | ChainRule
 """The rule that holds the witness of a gate's promise."""

@@ -1,15 +1,11 @@
 """Keeping the flow: the chain rule over wide places, and the way home over narrow ones in between."""
 
-from __future__ import annotations
-
-from loopgate.gates.base import Decision, Reason
+from loopgate.gates.base import Decision, Reason, refusal
 from loopgate.gates.certified.budget import Budget
 from loopgate.gates.certified.homes import Homes
 from loopgate.gates.certified.occupancy import Occupancy
 from loopgate.gates.certified.system_index import SystemIndex
 from loopgate.model import Configuration, System
-
-__all__ = ["ChainRule"]
 
 _FREE = Decision(admitted=True, reason=Reason.FREE, stage="chain")
 
@@ -145,11 +141,8 @@ class ChainRule:
                 held = self._held[target] + 1
                 room = self._layout.room[target]
                 if held > room:
-                    coming = tuple(self._coming[target])
                     detail = "its slots are kept for robots on their way to it"
-                    return Decision(
-                        admitted=False, reason=Reason.OCCUPIED, blockers=coming, detail=detail, stage="chain"
-                    )
+                    return refusal(Reason.OCCUPIED, detail, "chain", self._coming[target])
                 if held == room:
                     circle = self.closes(stand, robot, target)
                     if circle:
@@ -196,9 +189,7 @@ class ChainRule:
         states = self._layout.system.states
         heads = [leavers[0] for s in circle if (leavers := self._leavers(stand, s)[0])]
         detail = "full places in a circle: " + " -> ".join(states[s] for s in circle)
-        return Decision(
-            admitted=False, reason=Reason.DEADLOCK, blockers=tuple(heads), detail=detail, stage="chain"
-        )
+        return refusal(Reason.DEADLOCK, detail, "chain", heads)
 
     def moved(self, robot: int, before: int, after: int) -> bool:
         """Take note that `robot` moved between these positions; False if there is no witness."""

@@ -4,25 +4,15 @@ It shares no code with the stages that find witnesses, so that a mistake there c
 safety. Only the model's own data are read.
 """
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Iterable, Sequence
 from operator import getitem
 
 from loopgate.model import Configuration, System
 
-__all__ = ["Checker"]
-
 
 class Checker:
-    """Replays moves of one system by its rules and looks at where they lead.
-
-    Parameters
-    ----------
-    system
-        The system.
-    """
+    """Replays moves of one system by its rules and looks at where they lead."""
 
     def __init__(self, system: System) -> None:
         self._system = system

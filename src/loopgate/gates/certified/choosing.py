@@ -1,7 +1,5 @@
 """Which promise can be given for a start, and by whom: the strongest that is asked for."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 
@@ -19,8 +17,6 @@ from loopgate.gates.certified.occupancy import Occupancy
 from loopgate.gates.certified.system_index import SystemIndex
 from loopgate.model import System
 
-__all__ = ["choose_keeper"]
-
 _SMALL = 200_000
 """Up to so many combinations of positions, robots without homes are kept going round one and all."""
 
@@ -30,8 +26,6 @@ def choose_keeper(system: System, promise: str, budget: Budget, *, joined: bool 
 
     Parameters
     ----------
-    system
-        The system.
     promise
         ``everyone``, ``somebody`` or ``auto``.
     budget

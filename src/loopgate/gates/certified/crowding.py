@@ -9,8 +9,6 @@ enters the last slot of a set with residents in all others stands last there, be
 of whom want full places of the set: for good.
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
@@ -23,8 +21,7 @@ from scipy.sparse.csgraph import breadth_first_order, maximum_flow
 from loopgate.errors import UnsafeStartError
 from loopgate.gates.certified.occupancy import Occupancy
 from loopgate.gates.certified.system_index import SystemIndex
-
-__all__ = ["SPARE", "Crowd", "find_crowd", "refuse_crowds", "too_many"]
+from loopgate.reading import listed
 
 SPARE = 2
 """Slots of a crossed set that must not belong to residents."""
@@ -129,7 +126,7 @@ def refuse_crowds(layout: SystemIndex, stand: Occupancy) -> None:
     if crowd is None:
         return
     gone = too_many(layout.path, slots)
-    places = _shown([str(layout.system.states[p]) for p in crowd.places])
+    places = listed((layout.system.states[p] for p in crowd.places), 8)
     msg = (
         f"gate certified: not everyone can go on for ever: {len(crowd.residents)} robots "
         f"({layout.names(crowd.residents)}) never leave the places {places}, which hold {crowd.slots}; "
@@ -137,11 +134,6 @@ def refuse_crowds(layout: SystemIndex, stand: Occupancy) -> None:
         f"{layout.names(gone)}, or ask for promise=somebody"
     )
     raise UnsafeStartError(msg)
-
-
-def _shown(names: Sequence[str], limit: int = 8) -> str:
-    more = len(names) - limit
-    return ", ".join(names[:limit]) + (f" and {more} more" if more > 0 else "")
 
 
 class _Net:

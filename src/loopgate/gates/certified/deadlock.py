@@ -1,12 +1,8 @@
 """Circular waits: robots that can never move again, and the circle in which they wait."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 from loopgate.gates.certified.occupancy import Occupancy
-
-__all__ = ["circle_among", "stuck_for_good"]
 
 
 def stuck_for_good(stand: Occupancy, robots: Iterable[int]) -> list[int]:

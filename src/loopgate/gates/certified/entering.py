@@ -1,11 +1,7 @@
 """Whether who comes into a place from outside closes a circle of full places."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Protocol
-
-__all__ = ["Standing", "closes_by_entering", "leads_round"]
 
 
 class Standing(Protocol):

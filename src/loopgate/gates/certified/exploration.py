@@ -1,19 +1,16 @@
 """Keeping everybody able to go round for ever where robots have no homes: exact, for small systems."""
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Iterator
 from math import inf
 from typing import NamedTuple
 
-from loopgate.gates.base import Decision, Reason
+from loopgate.gates.base import Decision, Reason, refusal
 from loopgate.gates.certified.budget import Budget, BudgetError
 from loopgate.gates.certified.checker import Checker
 from loopgate.gates.certified.occupancy import Occupancy
+from loopgate.gates.certified.witnesses import overruled
 from loopgate.model import Configuration, System
-
-__all__ = ["Exploration"]
 
 
 class _Frame(NamedTuple):
@@ -73,8 +70,6 @@ class Exploration:
 
     Parameters
     ----------
-    system
-        The system.
     budget
         The most configurations to look at, and the longest time, for one decision; `begin` has no limit
         of time.
@@ -119,30 +114,21 @@ class Exploration:
         """Decide the next move of `robot`, which is enabled."""
         del stand
         if self._here is None:
-            return Decision(admitted=False, reason=self.missing, detail="no way on for all", stage="begin")
+            return refusal(self.missing, "no way on for all", "begin")
         try:
             return self._judge(self._system.moved(configuration, robot), robot)
         except BudgetError:
-            return Decision(admitted=False, reason=Reason.BUDGET, stage="budget")
+            return refusal(Reason.BUDGET, stage="budget")
 
     def _judge(self, there: Configuration, robot: int) -> Decision:
         if self._plan and not self._keeps_plan(robot, there):
-            detail = f"{self._system.robots[self._plan[-1]].id} has waited too long and goes first"
-            return Decision(
-                admitted=False,
-                reason=Reason.NEGOTIATION,
-                blockers=(self._plan[-1],),
-                detail=detail,
-                stage="steering",
-            )
+            return overruled(self._system, self._plan[-1])
         known = there in self._dead or self._known_live(there)
         stage = "memory" if known else "search"
         if not self.live(there, timed=True):
-            detail = "not all could go on for ever"
-            return Decision(admitted=False, reason=Reason.DEADLOCK, detail=detail, stage=stage)
+            return refusal(Reason.DEADLOCK, "not all could go on for ever", stage)
         if not self._checker.brings_round(there, *self.way_from(there)):
-            detail = "witness rejected by the checker"
-            return Decision(admitted=False, reason=Reason.FAULT, detail=detail, stage="checker")
+            return refusal(Reason.FAULT, "witness rejected by the checker", "checker")
         return Decision(admitted=True, reason=Reason.FREE, stage=stage)
 
     def favour(self, robot: int) -> None:

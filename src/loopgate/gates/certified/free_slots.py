@@ -1,34 +1,19 @@
 """Keeping a way open to where every place has a slot free: for everyone, where homes are missing."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from heapq import heappop, heappush
 from math import inf
-from typing import NamedTuple
 
-from loopgate.gates.base import Decision, Reason
+from loopgate.gates.base import Decision, Reason, refusal
 from loopgate.gates.certified.budget import Budget, BudgetError
-from loopgate.gates.certified.checker import Checker
 from loopgate.gates.certified.deadlock import stuck_for_good
 from loopgate.gates.certified.occupancy import Occupancy
 from loopgate.gates.certified.system_index import SystemIndex
+from loopgate.gates.certified.witnesses import Verdict, WitnessKeeper, overruled
 from loopgate.model import Configuration
 
-__all__ = ["FreeSlots"]
 
-
-class _Verdict(NamedTuple):
-    decision: Decision
-    witness: list[int] | None
-
-
-def _refused(reason: Reason, detail: str, stage: str, blockers: tuple[int, ...] = ()) -> _Verdict:
-    refusal = Decision(admitted=False, reason=reason, blockers=blockers, detail=detail, stage=stage)
-    return _Verdict(refusal, None)
-
-
-class FreeSlots:
+class FreeSlots(WitnessKeeper):
     """Admits a move iff it finds moves after which every place has a slot free.
 
     *A configuration with a slot free in every place is live for everyone*, whatever the places hold. Move any
@@ -53,30 +38,15 @@ class FreeSlots:
     """
 
     def __init__(self, layout: SystemIndex, budget: Budget) -> None:
-        self._layout = layout
+        super().__init__(layout)
         self._budget = budget
-        self._checker = Checker(layout.system)
         self._blocking = [not free for free in layout.never_blocks]
         self._enders = [i for i, follow in enumerate(layout.follow) if follow[-1] < 0]
-        self._witness: list[int] | None = None
-        self.missing = Reason.DEADLOCK
-        self._verdicts: dict[int, _Verdict] = {}
-        self._favoured = -1
 
     @staticmethod
     def applies(layout: SystemIndex) -> bool:
         """Return whether no robot comes to rest for good in a state that can block."""
         return all(s < 0 for s in layout.settles)
-
-    @property
-    def layout(self) -> SystemIndex:
-        """The system's layout."""
-        return self._layout
-
-    @property
-    def witness(self) -> list[int] | None:
-        """Moves that lead to a slot free in every place."""
-        return self._witness
 
     def begin(self, configuration: Configuration, stand: Occupancy) -> bool:
         """Find a witness for a configuration that was not reached by an admitted move; say if there is one.
@@ -86,85 +56,72 @@ class FreeSlots:
         BudgetError
             If the budget is used up before the answer is known.
         """
-        self._verdicts.clear()
-        self._favoured = -1
-        self._witness = None
+        self._forget()
         self.missing = Reason.BUDGET
         moves = self._search(stand, inf)
         self.missing = Reason.DEADLOCK
         if moves is not None and self._accepts(configuration, moves):
-            self._witness = moves
-        return self._witness is not None
+            self.witness = moves
+        return self.witness is not None
 
     def at_once(self, stand: Occupancy, robot: int) -> None:
         """Return None: every move has to be looked at."""
         del stand, robot
 
-    def judge(self, configuration: Configuration, stand: Occupancy, robot: int) -> Decision:
-        """Decide the next move of `robot`, which is enabled."""
-        verdict = self._verdicts.get(robot)
-        if verdict is None:
-            verdict = self._verdicts[robot] = self._judge(configuration, stand, robot)
-        return verdict.decision
-
     def moved(self, robot: int) -> bool:
         """Take over the witness of the move of `robot`; False if there is none."""
-        verdict = self._verdicts.get(robot)
-        self._verdicts.clear()
-        self._witness = None if verdict is None else verdict.witness
-        return self._witness is not None
+        return self._take_over(robot)
 
     def witness_after(self, robot: int) -> list[int] | None:
         """Return moves that lead to a slot free everywhere after the admitted move of `robot`."""
-        verdict = self._verdicts.get(robot)
-        return None if verdict is None else verdict.witness
+        return self._found_for(robot)
 
     def favour(self, stand: Occupancy, robot: int) -> None:
         """From now on admit only the moves of a way on which `robot` moves; -1: end that."""
         self._verdicts.clear()
         self._favoured = -1
-        if robot < 0 or self._witness is None:
+        if robot < 0 or self.witness is None:
             return
-        there = self._replayed(stand, self._witness)
-        witness = list(self._witness)
-        if robot not in witness and self._layout.follow[robot][there.at[robot]] < 0:
+        there = self._replayed(stand, self.witness)
+        witness = list(self.witness)
+        if robot not in witness and self.layout.follow[robot][there.at[robot]] < 0:
             return  # it stays where it is for good
         while robot not in witness:
             witness += self._pushes(there, self._first(there, there.state(robot), robot))
-        self._witness, self._favoured = witness, robot
+        self.witness, self._favoured = witness, robot
 
-    def _judge(self, configuration: Configuration, stand: Occupancy, robot: int) -> _Verdict:
-        if self._witness is None:
+    def _judge(self, configuration: Configuration, stand: Occupancy, robot: int) -> Verdict:
+        if self.witness is None:
             detail = "no way to a slot free in every place"
-            return _refused(self.missing, detail, "begin")
+            return Verdict(refusal(self.missing, detail, "begin"))
         try:
             return self._decided(configuration, stand, robot)
         except BudgetError:
-            return _refused(Reason.BUDGET, "", "budget")
+            return Verdict(refusal(Reason.BUDGET, stage="budget"))
 
-    def _decided(self, configuration: Configuration, stand: Occupancy, robot: int) -> _Verdict:
+    def _decided(self, configuration: Configuration, stand: Occupancy, robot: int) -> Verdict:
         moves, stage = self._pulled_forward(stand, robot), "replay"
         if moves is None and self._favoured >= 0:
-            name = self._layout.system.robots[self._favoured].id
-            detail = f"{name} has waited too long and goes first"
-            return _refused(Reason.NEGOTIATION, detail, "steering", (self._favoured,))
+            return Verdict(overruled(self.layout.system, self._favoured))
         if moves is None:
             there = stand.copy()
             there.step(robot)
             stuck = stuck_for_good(there, range(len(there.at)))
             if stuck:
-                detail = f"robots wait for one another: {self._layout.names(stuck)}"
-                return _refused(Reason.DEADLOCK, detail, "cycle", tuple(stuck))
+                detail = f"robots wait for one another: {self.layout.names(stuck)}"
+                return Verdict(refusal(Reason.DEADLOCK, detail, "cycle", stuck))
             moves, stage = self._search(there, self._budget.deadline_s()), "search"
         if moves is None:
-            return _refused(Reason.DEADLOCK, "no moves would lead to a slot free in every place", stage)
+            return Verdict(
+                refusal(Reason.DEADLOCK, "no moves would lead to a slot free in every place", stage)
+            )
         if not self._accepts(configuration, [robot, *moves]):
-            return _refused(Reason.FAULT, "witness rejected by the checker", "checker")
-        return _Verdict(Decision(admitted=True, reason=Reason.FREE, stage=stage), moves)
+            return Verdict(refusal(Reason.FAULT, "witness rejected by the checker", "checker"))
+        return Verdict(Decision(admitted=True, reason=Reason.FREE, stage=stage), moves)
 
     def _pulled_forward(self, stand: Occupancy, robot: int) -> list[int] | None:
         """Return what is left of the witness after the move of `robot`, lengthened where it has to be."""
-        witness = self._witness or []
+        witness = self.witness or []
         there = stand.copy()
         there.step(robot)
         if self._favoured < 0 and not self._left(there):
@@ -221,12 +178,12 @@ class FreeSlots:
         return line[0] if line else robot
 
     def _full(self, stand: Occupancy) -> Iterator[int]:
-        count, room = stand.count, self._layout.room
+        count, room = stand.count, self.layout.room
         return (s for s, blocks in enumerate(self._blocking) if blocks and count[s] >= room[s])
 
     def _left(self, stand: Occupancy) -> int:
         """Return how many places are full and how many robots have not ended that will; 0: done."""
-        follow = self._layout.follow
+        follow = self.layout.follow
         return sum(1 for _ in self._full(stand)) + sum(follow[i][stand.at[i]] >= 0 for i in self._enders)
 
     def _search(self, stand: Occupancy, deadline_s: float) -> list[int] | None:

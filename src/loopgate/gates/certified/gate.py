@@ -1,13 +1,11 @@
 """The certified gate: it never admits an unsafe move and never blocks everyone."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import Any
 
 from loopgate.errors import GateError
-from loopgate.gates.base import Decision, Reason
+from loopgate.gates.base import Decision, Reason, refusal
 from loopgate.gates.certified.budget import Budget, BudgetError
 from loopgate.gates.certified.certify import Keeper, certify
 from loopgate.gates.certified.chain_rule import ChainRule
@@ -20,8 +18,6 @@ from loopgate.gates.certified.patience import Patience
 from loopgate.gates.certified.system_index import SystemIndex
 from loopgate.model import Configuration, System
 
-__all__ = ["CertifiedGate"]
-
 _PROMISES = ("auto", "everyone", "somebody")
 
 
@@ -33,7 +29,7 @@ def _is_time(value: object) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool) and 0 <= value < math.inf
 
 
-_STAYS = Decision(admitted=False, reason=Reason.STAYS)
+_STAYS = refusal(Reason.STAYS)
 
 
 class CertifiedGate:
@@ -155,10 +151,10 @@ class CertifiedGate:
         path = layout.path[robot]
         line = stand.queue.get(path[here])
         if line is not None and line[0] != robot:
-            return Decision(admitted=False, reason=Reason.BEHIND, blockers=(line[line.index(robot) - 1],))
+            return refusal(Reason.BEHIND, blockers=(line[line.index(robot) - 1],))
         s = path[there]
         if stand.count[s] >= layout.room[s]:
-            return Decision(admitted=False, reason=Reason.OCCUPIED, blockers=tuple(stand.occupants(s)))
+            return refusal(Reason.OCCUPIED, blockers=stand.occupants(s))
         keeper = self._keeper
         return keeper.at_once(stand, robot) or keeper.judge(self._here(), stand, robot)
 

@@ -5,8 +5,6 @@ from __future__ import annotations
 from loopgate.gates.certified.system_index import SystemIndex
 from loopgate.model import Configuration
 
-__all__ = ["Occupancy"]
-
 
 class Occupancy:
     """A configuration as lists: positions, occupancy, queues.

@@ -1,10 +1,6 @@
 """Counts for how many moves of the others each robot has stood still."""
 
-from __future__ import annotations
-
 from collections import OrderedDict
-
-__all__ = ["Patience"]
 
 
 class Patience:

@@ -1,7 +1,5 @@
 """Proofs that a configuration is dead, as a list of steps that a checker follows without searching."""
 
-from __future__ import annotations
-
 from itertools import groupby
 from typing import Any
 
@@ -11,8 +9,6 @@ from loopgate.gates.certified.deadlock import stuck_for_good
 from loopgate.gates.certified.occupancy import Occupancy
 from loopgate.gates.certified.search import parts_of
 from loopgate.gates.certified.system_index import SystemIndex
-
-__all__ = ["Prover"]
 
 
 class Prover:
@@ -29,8 +25,6 @@ class Prover:
     ----------
     layout
         The system's layout.
-    budget
-        The most lines.
     """
 
     def __init__(self, layout: SystemIndex, budget: int) -> None:

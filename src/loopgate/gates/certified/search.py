@@ -1,7 +1,5 @@
 """The exact search: depth first over single moves, with everything that costs nothing done in between."""
 
-from __future__ import annotations
-
 from math import inf
 
 from loopgate.gates.certified.banker import reduce_to_core
@@ -9,8 +7,6 @@ from loopgate.gates.certified.budget import Budget
 from loopgate.gates.certified.deadlock import stuck_for_good
 from loopgate.gates.certified.occupancy import Occupancy
 from loopgate.gates.certified.system_index import SystemIndex
-
-__all__ = ["Search", "parts_of"]
 
 _MEMORY = 200_000
 """Dead cores remembered; the memory is emptied when it is full."""

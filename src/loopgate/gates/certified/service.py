@@ -1,10 +1,6 @@
 """The service rule of the chain: it says whose turn it is, so that the one who has waited longest goes on."""
 
-from __future__ import annotations
-
 from loopgate.gates.certified.occupancy import Occupancy
-
-__all__ = ["next_mover"]
 
 
 def next_mover(stand: Occupancy, robot: int) -> int:

@@ -1,12 +1,9 @@
 """Facts about a system that the certified gate needs before anybody moves: homes, rests, ways home."""
 
-from __future__ import annotations
-
 from operator import or_
 
 from loopgate.model import System
-
-__all__ = ["SystemIndex"]
+from loopgate.reading import listed
 
 _WIDE = 2
 """From this capacity on, a deadlock in a place is a circle of full places and nothing else."""
@@ -30,8 +27,6 @@ class SystemIndex:
 
     Attributes
     ----------
-    system
-        The system.
     path, follow
         State numbers, and the next position or -1, per robot and position.
     room
@@ -168,6 +163,4 @@ class SystemIndex:
 
     def names(self, robots: list[int] | tuple[int, ...], limit: int = 8) -> str:
         """Return the robots' names for an error text, shortened beyond `limit`."""
-        shown = ", ".join(self.system.robots[i].id for i in robots[:limit])
-        more = len(robots) - limit
-        return f"{shown} and {more} more" if more > 0 else shown
+        return listed((self.system.robots[i].id for i in robots), limit)

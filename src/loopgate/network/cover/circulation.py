@@ -7,22 +7,17 @@ answer is a closed walk (Christofides, Campos, Corberan, Mota, "An algorithm for
 on a directed graph", Math. Programming Study 26, 1986).
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import networkx as nx
 import numpy as np
-import numpy.typing as npt
 import scipy
 from scipy.sparse import csr_array, vstack
 from scipy.sparse.csgraph import connected_components
 
+from loopgate.arrays import Floats, Ints
 from loopgate.network.cover.lane_graph import LaneGraph
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 _ROUNDS = 1
 _GAP = 0.005

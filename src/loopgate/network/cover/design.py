@@ -7,8 +7,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
+from loopgate.arrays import Floats, Ints
 from loopgate.errors import RouteError
 from loopgate.network.cover.circulation import Circulation, circulate, least_circulation
 from loopgate.network.cover.distances import Ways, shortest_ways
@@ -58,10 +58,10 @@ class Design:
     """Between the streets required."""
     circulation: float
     """Cost of the cheapest circulation over them [m, or s by time]: no loops are shorter in all."""
-    apart: npt.NDArray[np.float64]
+    apart: Floats
     """First the cost of the longest of their shortest closed walks: some loop is as long. Then, for so many
     loops: there is one street more, no two of which have a shorter closed walk."""
-    tour: npt.NDArray[np.int64]
+    tour: Ints
     """One tour through all of them."""
     required: tuple[str, ...]
     """Edges to be covered."""
@@ -184,7 +184,7 @@ def _choices(streets: Sequence[Sequence[str]], nodes: Mapping[str, Sequence[int]
     return [[node for edge in street for node in nodes[edge]] for street in streets]
 
 
-def _cost(graph: LaneGraph, task: CoverTask) -> npt.NDArray[np.float64]:
+def _cost(graph: LaneGraph, task: CoverTask) -> Floats:
     return graph.seconds if task.by_time else graph.length_m
 
 
@@ -221,7 +221,7 @@ def _nothing(network: RoadNetwork, task: CoverTask, left_out: dict[str, CoverRea
     )
 
 
-def _apart(cost: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+def _apart(cost: Floats) -> Floats:
     """Return what closed walks are at least as long as, for each number of them from none.
 
     Farthest-first traversal (Gonzalez, "Clustering to minimize the maximum intercluster distance", Theor.
@@ -243,7 +243,7 @@ def _apart(cost: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
 
 def _too_long(
     graph: LaneGraph,
-    cost: npt.NDArray[np.float64],
+    cost: Floats,
     nodes: dict[str, list[int]],
     required: Sequence[str],
     most: float,
@@ -280,7 +280,7 @@ def _opposite(edge: Edge, others: Sequence[str], network: RoadNetwork) -> str | 
     return None
 
 
-def _one_tour(ways: Ways, found: Circulation) -> npt.NDArray[np.int64]:
+def _one_tour(ways: Ways, found: Circulation) -> Ints:
     rank = {int(node): k for k, node in enumerate(ways.nodes)}
     tours, seen = [], set[int]()
     for walk in found.walks:

@@ -1,7 +1,5 @@
 """Shortest ways between the streets to be covered, and what they lead over."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -10,22 +8,21 @@ import numpy.typing as npt
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
+from loopgate.arrays import Floats, Ints
 from loopgate.network.cover.lane_graph import LaneGraph
-
-Floats = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
 class Ways:
     """Shortest ways between required nodes, which go by their rank among them."""
 
-    nodes: npt.NDArray[np.int64]
+    nodes: Ints
     cost: Floats
     """Shape (n, n): of the way from the end of one to the end of another; on the diagonal that of the
     shortest closed walk."""
     before: npt.NDArray[np.int32]
     """Shape (n, nodes of the graph): the node before each one on the shortest way from a required node."""
-    closing: npt.NDArray[np.int64]
+    closing: Ints
     """The node before each required node on its shortest closed walk."""
 
     def length(self, tour: Sequence[int]) -> float:

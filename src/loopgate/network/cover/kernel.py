@@ -5,15 +5,10 @@ principle", J. Comput. Phys. 159, 2000; the strings are those of Christiaens and
 induction by string removals for vehicle routing problems", Transp. Sci. 54, 2020.
 """
 
-from __future__ import annotations
-
 import numpy as np
-import numpy.typing as npt
 
+from loopgate.arrays import Floats, Ints
 from loopgate.kernel_cache import kernel
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 _MOST_STRINGS = 3
 _OF_LONGEST = 0.3

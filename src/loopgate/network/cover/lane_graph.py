@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import networkx as nx
 import numpy as np
-import numpy.typing as npt
 
+from loopgate.arrays import Floats, Ints
 from loopgate.network.lane_steps import movements_made
 from loopgate.network.records import Connection, Edge
 from loopgate.network.road import RoadNetwork
@@ -28,12 +28,12 @@ class LaneGraph:
 
     edges: tuple[str, ...]
     """Edge of each node, in the network file's order."""
-    tail: npt.NDArray[np.int64]
-    head: npt.NDArray[np.int64]
+    tail: Ints
+    head: Ints
     """`tail` and `head`: nodes that each arc leads from and to."""
-    length_m: npt.NDArray[np.float64]
+    length_m: Floats
     """Of each arc: the way through the junction and over the edge it leads to [m]."""
-    seconds: npt.NDArray[np.float64]
+    seconds: Floats
     """Of each arc: the time for that at the speeds allowed [s]."""
 
     def components(self) -> list[list[int]]:

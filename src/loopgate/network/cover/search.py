@@ -1,19 +1,14 @@
 """Several closed tours, the longest as short as can be: large-neighbourhood search in rounds."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from loopgate.arrays import Floats, Ints
 from loopgate.network.cover.kernel import POWER, nearest, rebuild, worth
 from loopgate.network.cover.tours import assigned, cut_in_two, split
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 ROUNDS, _IDLE = 16, 4
 _MOVES, _MOVES_OF_EACH, _MOVES_OF_ALL = 300_000, 1_000, 400_000_000

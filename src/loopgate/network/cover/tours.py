@@ -1,18 +1,15 @@
 """Closed tours through required streets: made from assignments, joined, and cut in two or more."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
-import numpy.typing as npt
 import scipy
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import connected_components
 
+from loopgate.arrays import Floats, Ints
 from loopgate.kernel_cache import kernel
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 _WITHIN = 0.002
 _CUT_AT = 4
@@ -38,7 +35,8 @@ def joined(cost: Floats, tours: Sequence[Ints]) -> Ints:
 
 def _patched(cost: Floats, following: Ints) -> Ints:
     following = np.asarray(following, dtype=np.int64).copy()
-    label = _cycles(following)
+    links = csr_array((np.ones(len(following)), (np.arange(len(following)), following)))
+    _, label = connected_components(links, directed=False)
     sizes = np.bincount(label)
     for _ in range(len(sizes) - 1):
         alive = np.flatnonzero(sizes)
@@ -69,20 +67,6 @@ def _cheapest_exchange(cost: Floats, following: Ints, some: Ints, others: Ints) 
             if extra < least and extra + cost[y, after_x] < least:
                 least, found = extra + cost[y, after_x], (x, y)
     return found
-
-
-@kernel
-def _cycles(following: Ints) -> Ints:
-    """Return for each the number of the cycle that it is on."""
-    label = np.full(len(following), -1)
-    count = 0
-    for begin in range(len(following)):
-        at = begin
-        while label[at] < 0:
-            label[at] = count
-            at = following[at]
-        count = max(count, label[begin] + 1)
-    return label
 
 
 def cut_in_two(cost: Floats, tour: Ints, power: int, scale: float) -> tuple[Ints, Ints]:

@@ -1,7 +1,5 @@
 """How often loops are driven: vehicles for each, where they start, and how long streets wait for the next."""
 
-from __future__ import annotations
-
 import heapq
 import math
 from collections.abc import Mapping, Sequence

@@ -1,7 +1,5 @@
 """Which streets are meant, and how much each counts: from the command line and from files."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Collection
 from pathlib import Path

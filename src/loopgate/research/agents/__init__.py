@@ -1,22 +1,16 @@
 """Robots as agents, with messages only: Algorithm 2 as Zhou et al. 2020 mean it, and the certified gate."""
 
-from loopgate.research.agents.agent import Agent, Outcome
-from loopgate.research.agents.certified import CertifiedRun, components, part, run_certified_agents
-from loopgate.research.agents.decision import DistributedDecision, decide_by_messages
-from loopgate.research.agents.messages import Kind, Message
-from loopgate.research.agents.network import Link, MessageNetwork
-from loopgate.research.agents.run import DistributedRun, run_agents
+from loopgate.research.agents.agent import Outcome
+from loopgate.research.agents.certified import components, part, run_certified_agents
+from loopgate.research.agents.decision import decide_by_messages
+from loopgate.research.agents.messages import Kind
+from loopgate.research.agents.network import Link
+from loopgate.research.agents.run import run_agents
 from loopgate.research.agents.sensing import Sensing
 
 __all__ = [
-    "Agent",
-    "CertifiedRun",
-    "DistributedDecision",
-    "DistributedRun",
     "Kind",
     "Link",
-    "Message",
-    "MessageNetwork",
     "Outcome",
     "Sensing",
     "components",

@@ -1,7 +1,5 @@
 """A robot as an agent: its own path, its own signals, and the messages it gets."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from enum import StrEnum
 

@@ -1,7 +1,5 @@
 """The certified gate as agents: the robots of a component keep the witness together."""
 
-from __future__ import annotations
-
 import random
 from collections import Counter
 from collections.abc import Mapping

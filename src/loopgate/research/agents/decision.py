@@ -1,7 +1,5 @@
 """One decision by messages over a network, and what it cost."""
 
-from __future__ import annotations
-
 import random
 from dataclasses import dataclass
 

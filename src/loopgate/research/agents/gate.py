@@ -1,7 +1,5 @@
 """Algorithm 2 by messages, as a gate: the same answers as ``algorithm2``, and what they cost."""
 
-from __future__ import annotations
-
 from loopgate.errors import GateError
 from loopgate.gates import Decision, Reason
 from loopgate.gates.collision import collision_decision

@@ -1,7 +1,5 @@
 """One robot among those that keep a witness together: it votes, checks, accepts, and may coordinate."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Messages between robots."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from enum import StrEnum
 

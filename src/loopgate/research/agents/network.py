@@ -1,7 +1,5 @@
 """A message network that can delay, drop, duplicate, and reach only so far."""
 
-from __future__ import annotations
-
 import heapq
 import random
 from collections import Counter

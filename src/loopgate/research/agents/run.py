@@ -1,7 +1,5 @@
 """Whole runs of agents over a bad network: Algorithm 2 with its negotiation, round by round."""
 
-from __future__ import annotations
-
 import random
 from collections import Counter
 from collections.abc import Callable

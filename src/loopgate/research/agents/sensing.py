@@ -1,7 +1,5 @@
 """The sight of a robot: the signals of its own collision states within range."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from loopgate.model import Configuration, System

@@ -1,7 +1,5 @@
 """Fig. 11, Fig. 12 and the curve of Section 5.1, drawn from our figures."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import matplotlib as mpl

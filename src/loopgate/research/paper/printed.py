@@ -1,7 +1,5 @@
 """Figures and tables that Zhou et al. 2020 print."""
 
-from __future__ import annotations
-
 from typing import Final
 
 LIVE_ROUNDS: Final = {

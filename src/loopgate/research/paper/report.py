@@ -1,7 +1,5 @@
 """Run everything and write it down."""
 
-from __future__ import annotations
-
 import json
 import time
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """The computations behind Section 5, on the systems of Fig. 8 and Fig. 10."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

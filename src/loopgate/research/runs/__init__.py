@@ -2,13 +2,11 @@
 
 from loopgate.research.runs.montecarlo import RoundCounts, run_rounds
 from loopgate.research.runs.path_change import PathChangeError, change_path
-from loopgate.research.runs.trace import RefusedMove, TraceStep, trace_moves
+from loopgate.research.runs.trace import trace_moves
 
 __all__ = [
     "PathChangeError",
-    "RefusedMove",
     "RoundCounts",
-    "TraceStep",
     "change_path",
     "run_rounds",
     "trace_moves",

@@ -1,7 +1,5 @@
 """Exact figures of all runs from a configuration: by dynamic programming, where no run comes back to one."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from loopgate.errors import SystemModelError

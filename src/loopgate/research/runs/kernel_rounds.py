@@ -1,19 +1,13 @@
 """Random rounds without a gate, compiled: at each step a robot drawn among the movable ones moves."""
 
-from __future__ import annotations
-
 import numpy as np
-from numpy.typing import NDArray
 
+from loopgate.arrays import Ints
 from loopgate.kernel_cache import kernel
-
-Numbers = NDArray[np.int64]
 
 
 @kernel
-def count_live_rounds(
-    rounds: int, seed: int, start: Numbers, after: Numbers, state: Numbers, room: Numbers
-) -> int:
+def count_live_rounds(rounds: int, seed: int, start: Ints, after: Ints, state: Ints, room: Ints) -> int:
     """Return how many of `rounds` rounds bring every robot to the end of its open path.
 
     Arrays are those of `loopgate.research.state_space.encoding.Arrays`; `start` are the positions at the

@@ -1,7 +1,5 @@
 """Monte Carlo rounds: at each step a robot, drawn among those the gate admits, moves."""
 
-from __future__ import annotations
-
 import math
 import random
 import statistics
@@ -73,8 +71,6 @@ def run_rounds(
         Makes the gate anew for each round, since gates may remember moves.
     rounds, seed
         How many, and where the random numbers begin.
-    progress
-        Called after each round.
     """
     began = time.perf_counter()
     rng = random.Random(seed)

@@ -1,7 +1,5 @@
 """A robot's path is changed while everyone is under way (Zhou et al. 2020, Section 6)."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

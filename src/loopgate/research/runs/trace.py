@@ -1,7 +1,5 @@
 """One run, move by move: whom the gate admits at each step, and why it refuses the others."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import islice

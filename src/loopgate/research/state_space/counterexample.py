@@ -1,7 +1,5 @@
 """Where a gate breaks its promise, and what it promises."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from loopgate.gates import Gate

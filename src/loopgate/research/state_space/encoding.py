@@ -1,19 +1,14 @@
 """A system as arrays, a configuration with the order in its FIFO states as a few 64-bit words."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from loopgate.arrays import Flags, Ints, Words
 from loopgate.model import Configuration, System
 
 _WORD_BITS = 63
 """Bits of a word that are used: one less than there are, so that no sum overflows."""
-
-Words = NDArray[np.uint64]
-Numbers = NDArray[np.int64]
 
 
 class Arrays(NamedTuple):
@@ -23,7 +18,7 @@ class Arrays(NamedTuple):
     for the head, and 0 in every other state.
     """
 
-    word: Numbers
+    word: Ints
     """Which word of a configuration's each robot's part is in."""
     shift: Words
     mask: Words
@@ -31,15 +26,15 @@ class Arrays(NamedTuple):
     line_shift: Words
     line_mask: Words
     """`line_shift` and `line_mask`: the same for the number of robots before it."""
-    after: Numbers
+    after: Ints
     """Next position, or -1."""
-    state: Numbers
+    state: Ints
     """Number of the shared state at a position, or -1 if it is private."""
-    home: NDArray[np.bool_]
+    home: Flags
     """Whether a robot is at home at a position: in a private state of a closed path, or at an open path's
     end."""
-    room: Numbers
-    fifo: NDArray[np.bool_]
+    room: Ints
+    fifo: Flags
     """`room` and `fifo`: capacity of each shared state, and whether it is left in order of arrival."""
 
 
@@ -109,10 +104,10 @@ class Encoding:
         queues = tuple(tuple(sorted(line, key=before.__getitem__)) for line in lines.values())
         return Configuration(tuple(positions), queues)
 
-    def positions(self, keys: Words, robot: int) -> Numbers:
+    def positions(self, keys: Words, robot: int) -> Ints:
         """Return where `robot` stands in configurations given by their words, one in a row."""
         arrays = self.arrays
-        found: Numbers = (keys[:, arrays.word[robot]] >> arrays.shift[robot] & arrays.mask[robot]).astype(
+        found: Ints = (keys[:, arrays.word[robot]] >> arrays.shift[robot] & arrays.mask[robot]).astype(
             np.int64
         )
         return found

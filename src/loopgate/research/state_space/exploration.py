@@ -1,15 +1,13 @@
 """Exhaustive exploration: every configuration that a gate lets come about, in figures."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from loopgate.arrays import Small
 from loopgate.gates import Gate
 from loopgate.gates.deadlocks import homes_decide_liveness
 from loopgate.model import System
@@ -116,7 +114,7 @@ def explore(
     )
 
 
-def _orders(space: StateSpace, dead: NDArray[np.int32]) -> dict[str, int]:
+def _orders(space: StateSpace, dead: Small) -> dict[str, int]:
     """Count configurations that are neither live nor have a circular wait by their order.
 
     Where a robot is in a private state does not matter, nor who stands before whom, so those that differ in

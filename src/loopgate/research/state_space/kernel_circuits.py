@@ -4,21 +4,16 @@ The same search as `loopgate.gates.circuit_search`, without a budget. A walk is 
 it begins, counted from where the robot stands, and how many intermediate states it has.
 """
 
-from __future__ import annotations
-
 import numpy as np
-from numpy.typing import NDArray
 
+from loopgate.arrays import Ints, Words
 from loopgate.kernel_cache import kernel, part
-
-Words = NDArray[np.uint64]
-Numbers = NDArray[np.int64]
 
 _ONE = np.uint64(1)
 _NONE = np.uint64(0)
 
 
-def scratch_for(robots: int) -> tuple[Numbers, Words, Numbers]:
+def scratch_for(robots: int) -> tuple[Ints, Words, Ints]:
     """Return scratch arrays for `all_live`: legs' heads and lengths, their states, and chains."""
     return (
         np.zeros((2, robots, robots), np.int64),
@@ -38,8 +33,8 @@ def _bits(word: np.uint64) -> int:
 
 @kernel
 def _legs_of(
-    robot: int, most: int, after: Numbers, state: Numbers, at: Numbers, owner: Numbers,
-    legs: Numbers, between: Words,
+    robot: int, most: int, after: Ints, state: Ints, at: Ints, owner: Ints,
+    legs: Ints, between: Words,
 ) -> int:  # fmt: skip
     """Find the risky walks of `robot`; return how many."""
     found = 0
@@ -65,7 +60,7 @@ def _legs_of(
 
 
 @kernel
-def _state_after(robot: int, steps: int, after: Numbers, state: Numbers, at: Numbers) -> int:
+def _state_after(robot: int, steps: int, after: Ints, state: Ints, at: Ints) -> int:
     p = at[robot]
     for _ in range(steps):
         p = after[robot, p]
@@ -73,7 +68,7 @@ def _state_after(robot: int, steps: int, after: Numbers, state: Numbers, at: Num
 
 
 @kernel
-def _condition1(robots: Numbers, count: int, union: np.uint64, visits: Words) -> bool:
+def _condition1(robots: Ints, count: int, union: np.uint64, visits: Words) -> bool:
     if _bits(union) > count - 3:
         return True
     once = twice = _NONE
@@ -85,8 +80,8 @@ def _condition1(robots: Numbers, count: int, union: np.uint64, visits: Words) ->
 
 @kernel
 def _step_frees(
-    index: int, count: int, lookahead: int, after: Numbers, state: Numbers, at: Numbers, owner: Numbers,
-    visits: Words, chain: Numbers,
+    index: int, count: int, lookahead: int, after: Ints, state: Ints, at: Ints, owner: Ints,
+    visits: Words, chain: Ints,
 ) -> bool:  # fmt: skip
     """Return whether steps of the robot of walk `index` fulfil condition (2) of Theorem 1.
 
@@ -130,8 +125,8 @@ def _step_frees(
 
 @kernel
 def all_live(
-    robot: int, most: int, lookahead: int, after: Numbers, state: Numbers, at: Numbers, owner: Numbers,
-    visits: Words, legs: Numbers, between: Words, chain: Numbers,
+    robot: int, most: int, lookahead: int, after: Ints, state: Ints, at: Ints, owner: Ints,
+    visits: Words, legs: Ints, between: Words, chain: Ints,
 ) -> bool:  # fmt: skip
     """Return whether every circuit through `robot` is live by Theorem 1, with everyone where `at` says.
 

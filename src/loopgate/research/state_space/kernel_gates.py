@@ -1,26 +1,22 @@
 """The gates ``banker`` and ``algorithm2``, compiled: all moves of many configurations at once."""
 
-from __future__ import annotations
-
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from loopgate.arrays import Flags, Ints, Small, Words
 from loopgate.kernel_cache import kernel
 from loopgate.research.state_space.encoding import Arrays
 from loopgate.research.state_space.kernel_circuits import all_live
 from loopgate.research.state_space.kernels import stand
-
-Words = NDArray[np.uint64]
-Numbers = NDArray[np.int64]
 
 BANKER: Final = 1
 ALGORITHM2: Final = 2
 
 
 @kernel
-def _is_safe_walk(robot: int, q: int, arrays: Arrays, inside: Numbers, at: Numbers) -> bool:
+def _is_safe_walk(robot: int, q: int, arrays: Arrays, inside: Ints, at: Ints) -> bool:
     """Return whether all states from position `q` to the next private one have room.
 
     Or to the end of the path, if no other robot comes there. No way leads home where no state is private.
@@ -45,8 +41,8 @@ def _is_safe_walk(robot: int, q: int, arrays: Arrays, inside: Numbers, at: Numbe
 
 @kernel
 def _is_live(
-    i: int, q: int, gate: Numbers, arrays: Arrays, at: Numbers, owner: Numbers, visits: Words,
-    legs: Numbers, between: Words, chain: Numbers,
+    i: int, q: int, gate: Ints, arrays: Arrays, at: Ints, owner: Ints, visits: Words,
+    legs: Ints, between: Words, chain: Ints,
 ) -> bool:  # fmt: skip
     """Return whether every circuit is live by Theorem 1 that robot i is on once it has moved to `q`."""
     p = at[i]
@@ -69,17 +65,17 @@ def _is_live(
 
 @kernel
 def ask(
-    numbers: NDArray[np.int32],
+    numbers: Small,
     keys: Words,
-    first: Numbers,
+    first: Ints,
     movers: NDArray[np.int16],
-    admitted: NDArray[np.bool_],
+    admitted: Flags,
     arrays: Arrays,
-    gate: Numbers,
+    gate: Ints,
     visits: Words,
-    legs: Numbers,
+    legs: Ints,
     between: Words,
-    chain: Numbers,
+    chain: Ints,
 ) -> None:
     """Write to `admitted` which moves out of the configurations `numbers` the gate admits.
 

@@ -1,19 +1,13 @@
 """The inner loops over all configurations, compiled."""
 
-from __future__ import annotations
-
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from loopgate.arrays import Flags, Ints, Small, Words
 from loopgate.kernel_cache import kernel
 from loopgate.research.state_space.encoding import Arrays
-
-Words = NDArray[np.uint64]
-Numbers = NDArray[np.int64]
-Small = NDArray[np.int32]
-Flags = NDArray[np.bool_]
 
 _MIX: Final = np.uint64(0x9E3779B97F4A7C15)
 _HALF: Final = np.uint64(32)
@@ -60,7 +54,7 @@ def rehash(slots: Small, keys: Words, count: int) -> None:
 
 
 @kernel
-def stand(key: Words, arrays: Arrays, at: Numbers, line: Numbers, inside: Numbers, head: Numbers) -> None:
+def stand(key: Words, arrays: Arrays, at: Ints, line: Ints, inside: Ints, head: Ints) -> None:
     """Fill in positions and robots before each robot, and how many stand in each state and who is its head.
 
     The head of a state that is not FIFO is any of its robots, that of an empty one -1.
@@ -79,7 +73,7 @@ def stand(key: Words, arrays: Arrays, at: Numbers, line: Numbers, inside: Number
 
 
 @kernel
-def _locked(arrays: Arrays, waits: Numbers, front: Numbers, at: Numbers, head: Numbers, left: int) -> bool:
+def _locked(arrays: Arrays, waits: Ints, front: Ints, at: Ints, head: Ints, left: int) -> bool:
     """Return whether robots wait for one another for ever (Def. 3); changes `waits`.
 
     ``waits[i]`` is the full state that robot i, a head, wants, else -1; ``front[i]`` the head that it stands
@@ -115,7 +109,7 @@ def expand(
     count: int,
     keys: Words,
     slots: Small,
-    first: Numbers,
+    first: Ints,
     targets: Small,
     movers: NDArray[np.int16],
     locked: Flags,
@@ -184,7 +178,7 @@ def expand(
 
 
 @kernel
-def spread_back(good: Flags, first: Numbers, targets: Small, backwards: bool) -> bool:  # noqa: FBT001
+def spread_back(good: Flags, first: Ints, targets: Small, backwards: bool) -> bool:  # noqa: FBT001
     """Mark in `good` what has a move to something marked, in one sweep; return whether anything was marked.
 
     Sweeps down and up in turn until nothing is marked any more find everything from which something marked
@@ -204,7 +198,7 @@ def spread_back(good: Flags, first: Numbers, targets: Small, backwards: bool) ->
 
 
 @kernel
-def keep_moving(good: Flags, done: Flags, first: Numbers, targets: Small, backwards: bool) -> bool:  # noqa: FBT001
+def keep_moving(good: Flags, done: Flags, first: Ints, targets: Small, backwards: bool) -> bool:  # noqa: FBT001
     """Strike out of `good` what is not done and has no move to something in it, in one sweep.
 
     Returns whether anything was struck out. Sweeps until nothing is leave the largest part that can be kept.
@@ -232,7 +226,7 @@ def advance(
     rank: Small,
     ways: NDArray[np.int16],
     admitted: Flags,
-    first: Numbers,
+    first: Ints,
     targets: Small,
 ) -> int:
     """Follow the admitted moves of the configurations at places `begin` to `end` of `order`, breadth first.

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
+from loopgate.arrays import Flags, Ints, Small
 from loopgate.research.state_space.kernels import keep_moving, spread_back
 
 
@@ -17,9 +18,9 @@ from loopgate.research.state_space.kernels import keep_moving, spread_back
 class Moves:
     """Moves between numbered configurations."""
 
-    first: NDArray[np.int64]
+    first: Ints
     """The moves out of configuration k are those from ``first[k]`` up to ``first[k + 1]``."""
-    targets: NDArray[np.int32]
+    targets: Small
     movers: NDArray[np.int16]
     """`targets` and `movers`: where each move leads, and which robot makes it."""
     rests: NDArray[np.int16]
@@ -27,27 +28,27 @@ class Moves:
     robots: int
 
     @property
-    def done(self) -> NDArray[np.bool_]:
+    def done(self) -> Flags:
         """Whether all robots stay for good."""
         return np.asarray(self.rests == self.robots)
 
     @property
-    def sources(self) -> NDArray[np.int32]:
+    def sources(self) -> Small:
         """Where each move begins."""
         return np.repeat(np.arange(len(self.rests), dtype=np.int32), np.diff(self.first))
 
-    def only(self, which: NDArray[np.bool_]) -> Moves:
+    def only(self, which: Flags) -> Moves:
         """Return some of the moves."""
         first = np.concatenate([[0], np.cumsum(which)])[self.first]
         return Moves(first, self.targets[which], self.movers[which], self.rests, self.robots)
 
-    def leading_to(self, good: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    def leading_to(self, good: Flags) -> Flags:
         """Return from where something good can be reached. O(moves) per sweep; few sweeps do."""
         found = good.copy()
         _sweep(lambda backwards: spread_back(found, self.first, self.targets, backwards))
         return found
 
-    def everyone(self) -> NDArray[np.bool_]:
+    def everyone(self) -> Flags:
         """Return whether every robot can go on for ever from each configuration.
 
         That is so iff a strongly connected set of configurations can be reached inside which every robot
@@ -65,7 +66,7 @@ class Moves:
         moving[of[sources[within]], self.movers[within]] = True
         return self.leading_to(moving.sum(axis=1)[of] + self.rests == self.robots)
 
-    def somebody(self, allowed: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    def somebody(self, allowed: Flags) -> Flags:
         """Return whether somebody can move for ever within `allowed`, or all have come to their ends.
 
         The largest part of `allowed` that can be kept: each configuration of it has a move to another.

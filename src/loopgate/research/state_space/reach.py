@@ -1,12 +1,10 @@
 """The configurations that a gate lets come about: one breadth-first search, which asks the gate in blocks."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from loopgate.arrays import Flags, Ints, Small
 from loopgate.gates import Decision, Gate
 from loopgate.gates.algorithm2 import Algorithm2Gate
 from loopgate.gates.banker import BankerGate
@@ -19,7 +17,7 @@ from loopgate.research.state_space.kernel_gates import ALGORITHM2, BANKER, ask
 from loopgate.research.state_space.kernels import advance
 from loopgate.research.state_space.space import StateSpace
 
-Ask = Callable[[NDArray[np.int32], NDArray[np.bool_]], None]
+Ask = Callable[[Small, Flags], None]
 """Writes which moves out of the configurations with these numbers are admitted, move by move."""
 Each = Callable[[Configuration, int, Decision, bool], None]
 """A function that is called with each decision and whether the move is possible at all."""
@@ -57,7 +55,7 @@ class Reach:
         space: StateSpace,
         asked: Ask | None,
         progress: Callable[[int], None] = lambda _: None,
-        within: NDArray[np.bool_] | None = None,
+        within: Flags | None = None,
     ) -> None:
         self._space = space
         moves = space.moves
@@ -78,12 +76,12 @@ class Reach:
             )
             begin = end
             progress(count)
-        self.order: NDArray[np.int32] = order[:count]
+        self.order: Small = order[:count]
 
     @property
-    def stuck(self) -> NDArray[np.bool_]:
+    def stuck(self) -> Flags:
         """Whether nothing is admitted in a configuration that can be reached, though not all are through."""
-        stopped: NDArray[np.bool_] = (self.rank >= 0) & (self.ways == 0) & ~self._space.moves.done
+        stopped: Flags = (self.rank >= 0) & (self.ways == 0) & ~self._space.moves.done
         return stopped
 
     def way(self, number: int) -> list[int]:
@@ -118,7 +116,7 @@ def asking(space: StateSpace, gate: Gate) -> Ask | None:
                 visits[i] |= np.uint64(1 << s)
     scratch = scratch_for(len(visits))
 
-    def quickly(numbers: NDArray[np.int32], admitted: NDArray[np.bool_]) -> None:
+    def quickly(numbers: Small, admitted: Flags) -> None:
         ask(
             numbers, space.keys, moves.first, moves.movers, admitted, encoding.arrays, compiled, visits,
             *scratch,
@@ -127,7 +125,7 @@ def asking(space: StateSpace, gate: Gate) -> Ask | None:
     return quickly
 
 
-def _compiled(space: StateSpace, gate: Gate) -> NDArray[np.int64] | None:
+def _compiled(space: StateSpace, gate: Gate) -> Ints | None:
     """Return the numbers that stand for `gate` in compiled code, or None."""
     system = space.system
     if isinstance(gate, BankerGate):
@@ -148,7 +146,7 @@ def ask_gate(space: StateSpace, gate: Gate, each: Each | None = None) -> Ask:
     moves = space.moves
     robots = range(moves.robots)
 
-    def one_by_one(numbers: NDArray[np.int32], admitted: NDArray[np.bool_]) -> None:
+    def one_by_one(numbers: Small, admitted: Flags) -> None:
         for number in numbers.tolist():
             here = space.configuration(number)
             begin, end = moves.first[number : number + 2].tolist()

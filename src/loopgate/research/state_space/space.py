@@ -1,7 +1,5 @@
 """All configurations that a system can reach, with their moves; who can go on for ever."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import cached_property
 from typing import TypeVar
@@ -9,6 +7,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from loopgate.arrays import Flags, Words
 from loopgate.errors import LoopgateError
 from loopgate.gates.deadlocks import homes_decide_liveness
 from loopgate.model import Configuration, System
@@ -90,18 +89,18 @@ class StateSpace:
         return self.encoding.decode(self.keys[number])
 
     @cached_property
-    def live(self) -> NDArray[np.bool_]:
+    def live(self) -> Flags:
         """Whether every robot can go on for ever."""
         if homes_decide_liveness(self.system):
             return self.moves.leading_to(self._home)
         return self.moves.everyone()
 
     @cached_property
-    def somebody(self) -> NDArray[np.bool_]:
+    def somebody(self) -> Flags:
         """Whether somebody can always move on, for ever, without any circular wait on the way."""
         return self.moves.somebody(~self.locked)
 
-    def keeping(self, promise: str) -> NDArray[np.bool_]:
+    def keeping(self, promise: str) -> Flags:
         """Return what is safe under a promise: `live` for ``everyone``, `somebody` for ``somebody``."""
         return self.live if promise == "everyone" else self.somebody
 
@@ -133,8 +132,8 @@ class StateSpace:
             progress(count)
         self._check(count, count, 0)
         edges = int(first[count])
-        self.keys: NDArray[np.uint64] = keys[:count]
-        self.locked: NDArray[np.bool_] = locked[:count]
+        self.keys: Words = keys[:count]
+        self.locked: Flags = locked[:count]
         self._home = home[:count]
         self.moves = Moves(first[: count + 1], targets[:edges], movers[:edges], rests[:count], robots)
 

@@ -7,8 +7,8 @@ from dataclasses import asdict, dataclass, field, fields
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from loopgate.arrays import Flags
 from loopgate.errors import UnsafeStartError
 from loopgate.gates import Decision, Gate, Reason
 from loopgate.model import Configuration, System
@@ -195,7 +195,7 @@ def verify_space(
 
 
 def _first(
-    space: StateSpace, reach: Reach, unsafe: NDArray[np.bool_], disabled: list[tuple[int, int]]
+    space: StateSpace, reach: Reach, unsafe: Flags, disabled: list[tuple[int, int]]
 ) -> Counterexample | None:
     """Return the broken promise that is found first, with a shortest way to it."""
     moves = space.moves

@@ -1,7 +1,5 @@
 """Checking a gate along random walks of admitted moves, where not every configuration can be looked at."""
 
-from __future__ import annotations
-
 import random
 from collections import Counter
 from collections.abc import Callable

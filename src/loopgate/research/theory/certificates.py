@@ -4,8 +4,6 @@ A certificate says for one configuration and one robot whether its move was admi
 why. Only the model is used here, so that a mistake of the gate's cannot hide in its own checker.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 

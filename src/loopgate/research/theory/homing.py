@@ -1,7 +1,5 @@
 """Liveness where homes decide it: can all robots get home, by plain search with memory."""
 
-from __future__ import annotations
-
 from loopgate.gates.deadlocks import homes_decide_liveness
 from loopgate.model import Configuration, System
 

@@ -1,7 +1,5 @@
 """The order of a higher-order deadlock, exactly by Definition 11 of Zhou et al. 2020."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 
 from loopgate.errors import LoopgateError

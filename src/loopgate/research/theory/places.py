@@ -1,7 +1,5 @@
 """Where robots are out of the way: homes and rests, written once more for checking."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from functools import cache
 

@@ -1,7 +1,5 @@
 """Random systems, for searches, property tests and benchmarks. Same shape and seed, same system."""
 
-from __future__ import annotations
-
 import random
 from dataclasses import dataclass
 

@@ -1,9 +1,11 @@
 """The condition on loops and numbers under which everyone can go on, written once more for checking."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from functools import lru_cache
+
+import numpy as np
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import maximum_bipartite_matching
 
 from loopgate.model import System
 
@@ -41,21 +43,9 @@ def fits_with_two_empty(
     room = list(slots)
     room[empty] -= 2
     room[endless] = len(loops)
-    standing: dict[int, list[int]] = {place: [] for loop in loops for place in loop}
-
-    def stand(robot: int, tried: set[int]) -> bool:
-        for place in loops[robot]:
-            if place in tried:
-                continue
-            tried.add(place)
-            if len(standing[place]) < room[place]:
-                standing[place].append(robot)
-                return True
-            for other in standing[place]:
-                if stand(other, tried):
-                    standing[place].remove(other)
-                    standing[place].append(robot)
-                    return True
-        return False
-
-    return all(stand(robot, set()) for robot in range(len(loops)))
+    first = np.cumsum([0, *room])
+    rows = [robot for robot, loop in enumerate(loops) for place in set(loop) for _ in range(room[place])]
+    slots_of = [np.arange(first[place], first[place + 1]) for loop in loops for place in set(loop)]
+    columns = np.concatenate(slots_of) if slots_of else np.zeros(0, dtype=np.int64)
+    standing = csr_array((np.ones(len(rows)), (rows, columns)), shape=(len(loops), first[-1]))
+    return bool((maximum_bipartite_matching(standing, perm_type="column") >= 0).all())

@@ -1,7 +1,5 @@
 """Small random systems of every kind, one per seed, for checking gates."""
 
-from __future__ import annotations
-
 import random
 
 from loopgate.errors import SystemModelError

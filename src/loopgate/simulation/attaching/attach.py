@@ -1,7 +1,5 @@
 """Puts vehicles of a simulation that somebody else has started and steps under a gate."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from loopgate.errors import ScenarioError
@@ -12,8 +10,6 @@ from loopgate.simulation.attaching.attached import Attached
 from loopgate.simulation.scenario import LONGEST_GATED_STEP_S
 from loopgate.simulation.settings import check_options
 from loopgate.traffic.running import RunningSumo
-
-__all__ = ["attach"]
 
 _LIGHTS = ("obey", "keep")
 

@@ -1,7 +1,5 @@
 """A gate over vehicles of a simulation that somebody else has started and steps."""
 
-from __future__ import annotations
-
 from contextlib import ExitStack, suppress
 from itertools import chain, count, pairwise
 from random import Random
@@ -29,8 +27,6 @@ from loopgate.simulation.sumo.devices import LEADING
 from loopgate.simulation.sumo.input import round_routes
 from loopgate.simulation.watching.collisions import Collisions
 from loopgate.traffic.running import RunningSumo
-
-__all__ = ["Attached"]
 
 
 class Attached:

@@ -1,7 +1,5 @@
 """Vehicles of somebody else's simulation under a gate: they join, are interfered with, and leave."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from typing import Any
 
@@ -18,8 +16,6 @@ from loopgate.simulation.attaching.newcomers import Newcomer
 from loopgate.simulation.attaching.plan import Plan
 from loopgate.simulation.fleet.fleet import Fleet, Rules
 from loopgate.traffic.base import Traffic
-
-__all__ = ["GONE", "AttachedFleet"]
 
 GONE = "gone"
 """Why a vehicle left that is on the road no longer."""

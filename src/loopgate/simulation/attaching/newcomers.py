@@ -1,7 +1,5 @@
 """Vehicles on the road that are to come under the gate: held back where they can be taken in."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 
@@ -12,8 +10,6 @@ from loopgate.network import Loop, VehicleType
 from loopgate.simulation.attaching.plan import Plan
 from loopgate.simulation.sumo.input import pivot
 from loopgate.traffic.base import Traffic
-
-__all__ = ["Newcomer"]
 
 _SAME_M = 0.5
 """How far past the end of its state a vehicle may stand that is held there [m]."""

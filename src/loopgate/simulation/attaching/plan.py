@@ -12,16 +12,12 @@ from loopgate.network import Loop, RoadNetwork, VehicleType
 from loopgate.simulation.demand.tracks import make_track
 from loopgate.simulation.sumo.input import Start
 
-__all__ = ["Plan"]
-
 
 class Plan:
     """Loops, the types of vehicles on them, and the queues that follow from both.
 
     Parameters
     ----------
-    network
-        The roads.
     users
         Each loop with each type of vehicle on it.
 

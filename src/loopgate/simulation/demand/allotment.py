@@ -1,7 +1,5 @@
 """Which vehicle drives on which loop, and of what type it is, where the route file does not say it."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 from loopgate.errors import ScenarioError
@@ -10,8 +8,6 @@ from loopgate.network.cover.watch import allot, laps_s
 from loopgate.network.vehicle_type import type_of_class
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.values import parse_amounts
-
-__all__ = ["allot_loops", "mixed_types"]
 
 
 def allot_loops(scenario: Scenario, network: RoadNetwork, loops: Sequence[Loop]) -> list[Loop]:
@@ -56,8 +52,6 @@ def mixed_types(scenario: Scenario, known: Mapping[str, VehicleType], number: in
         Its `types` name those of the route file, or SUMO's vehicle classes.
     known
         The types of the route file.
-    number
-        How many vehicles.
 
     Raises
     ------

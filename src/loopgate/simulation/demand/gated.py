@@ -1,7 +1,5 @@
 """Which vehicles that drive once are under the gate, and which are ordinary traffic."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from xml.etree import ElementTree as ET
@@ -9,14 +7,12 @@ from xml.etree import ElementTree as ET
 from loopgate.abstraction.movements import reach_m
 from loopgate.abstraction.queue_layout import lay_out_queues, why_not
 from loopgate.abstraction.stretches import narrow_lanes
-from loopgate.disk import writing
 from loopgate.errors import Refusal, RefusedLoopError, ScenarioError
 from loopgate.network import Loop, LoopVehicle, RoadNetwork, VehicleType
 from loopgate.network.trips import MIDDLE
+from loopgate.network.xml_file import write_xml
 from loopgate.reading import is_file, refusing, shown
 from loopgate.simulation.scenario import Scenario
-
-__all__ = ["choose_gated", "find_unfit", "write_ordinary"]
 
 _MOST_SHOWN = 5
 
@@ -129,5 +125,4 @@ def write_ordinary(vehicles: Sequence[LoopVehicle], file: Path, *, known: Collec
         ET.SubElement(element, "route", edges=" ".join(v.loop.edges), attrib=again)
         for name, value in v.parameters.items():
             ET.SubElement(element, "param", key=name, value=value)
-    with writing(file):
-        ET.ElementTree(top).write(file, encoding="utf-8", xml_declaration=True)
+    write_xml(top, file)

@@ -1,15 +1,11 @@
 """Starting places on the road for vehicles that no abstraction places."""
 
-from __future__ import annotations
-
 from collections import defaultdict
 from collections.abc import Sequence
 from random import Random
 
 from loopgate.errors import ScenarioError
 from loopgate.network import Loop, VehicleType
-
-__all__ = ["spread"]
 
 _TRY_EVERY_M = 2.5
 

@@ -1,7 +1,5 @@
 """Random loops for a run: as many as were asked for and work, or as there are."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from itertools import islice
 
@@ -13,8 +11,6 @@ from loopgate.network import FoundLoops, Loop, RoadNetwork, find_loops
 from loopgate.network.generate import LoopSearch
 from loopgate.network.vehicle_type import DEFAULT_TYPE
 from loopgate.simulation.scenario import Scenario
-
-__all__ = ["random_loops"]
 
 
 def random_loops(scenario: Scenario, network: RoadNetwork, count: int) -> FoundLoops:

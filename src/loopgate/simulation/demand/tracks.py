@@ -1,13 +1,9 @@
 """Makes the tracks of the vehicles from their loops and itineraries."""
 
-from __future__ import annotations
-
 from loopgate.abstraction.itinerary import Itinerary, Leg
 from loopgate.drive.track import StopLine, Track
 from loopgate.network import Loop, RoadNetwork
 from loopgate.simulation.sumo.input import Start, rounds
-
-__all__ = ["make_track"]
 
 
 def make_track(
@@ -22,8 +18,6 @@ def make_track(
 
     Parameters
     ----------
-    network
-        The roads.
     start
         The vehicle, its loop and where it stands.
     itinerary

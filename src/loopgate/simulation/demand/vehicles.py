@@ -1,7 +1,5 @@
 """The vehicles of a run: which they are, when they depart, and where."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
@@ -27,17 +25,6 @@ from loopgate.simulation.demand.tracks import make_track
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.sumo.input import Start
 from loopgate.simulation.sumo_options import begins_s
-
-__all__ = [
-    "Departure",
-    "by_departure",
-    "departs_at_edge",
-    "departs_in_place",
-    "evenly_round",
-    "find_other_ways",
-    "read_vehicles",
-    "share_lanes",
-]
 
 _MOST_LOOPS = 40
 

@@ -1,18 +1,14 @@
 """Whether a way is so crowded that one more on it makes less traffic: for those who wait to depart."""
 
-from __future__ import annotations
-
 from typing import Any, cast
 
 import numpy as np
-import numpy.typing as npt
 
+from loopgate.arrays import Floats, Ints
 from loopgate.drive.changing import ChangingEngine
 from loopgate.drive.gatekeeper import Gatekeeper
 from loopgate.drive.track import Track
 from loopgate.network import RoadNetwork
-
-__all__ = ["Crowds"]
 
 _TAKEN = 0.2
 """Share of the slots on a way from which on one more may make less traffic: with three times as many trips as
@@ -24,25 +20,16 @@ _LOST = 0.09
 slower, who stands all of its slot: a dense stream that rolls is no crowd. With a share of 0.07 vehicles that
 follow one another every three seconds wait to set out, with 0.11 trips on the grid take 5 % longer in all."""
 
-_Ints = npt.NDArray[np.int64]
-_Floats = npt.NDArray[np.float64]
-
 
 class Crowds:
-    """Says of ways whether they are crowded, as things are now.
-
-    Parameters
-    ----------
-    network
-        The run's.
-    """
+    """Says of ways whether they are crowded, as things are now."""
 
     def __init__(self, network: RoadNetwork) -> None:
         self._network = network
-        self._ways: dict[tuple[str, int], tuple[_Ints, _Floats]] = {}
+        self._ways: dict[tuple[str, int], tuple[Ints, Floats]] = {}
         self._now_s = -1.0
-        self._on: _Floats = np.empty(0)
-        self._speed_mps: _Floats = np.empty(0)
+        self._on: Floats = np.empty(0)
+        self._speed_mps: Floats = np.empty(0)
 
     def hinder(self, track: Track, engine: ChangingEngine, keeper: Gatekeeper, now_s: float) -> bool:
         """Return whether too many slots are taken, and too much time is lost, on the way of a vehicle.
@@ -60,7 +47,7 @@ class Crowds:
         lost = np.maximum(0.0, self._on[places] - self._speed_mps[places] / limits_mps)
         return bool(lost.sum() > _LOST * room)
 
-    def _way(self, track: Track, engine: ChangingEngine, keeper: Gatekeeper) -> tuple[_Ints, _Floats]:
+    def _way(self, track: Track, engine: ChangingEngine, keeper: Gatekeeper) -> tuple[Ints, Floats]:
         """Return the places on the way of a vehicle, by number, and the speed limits there [m/s]."""
         key = track.loop, track.start_position
         way = self._ways.get(key)

@@ -1,7 +1,5 @@
 """Vehicles that depart while a run is under way: put in when their place and the gate have room for them."""
 
-from __future__ import annotations
-
 from bisect import insort
 from collections import Counter, deque
 from collections.abc import Iterator, Sequence
@@ -19,8 +17,6 @@ from loopgate.simulation.demand.vehicles import Departure
 from loopgate.simulation.fleet.crowds import Crowds
 from loopgate.simulation.fleet.fleet import Fleet
 from loopgate.traffic.base import Traffic
-
-__all__ = ["Arrived", "Departures", "GatedDepartures", "OpenDepartures"]
 
 _ARRIVED = "arrived"
 """Why a vehicle is under the gate no longer."""
@@ -112,8 +108,6 @@ class OpenDepartures(Departures):
     ----------
     departures
         In the order in which they want to.
-    network, traffic, engine
-        The run's.
     """
 
     def __init__(

@@ -1,7 +1,5 @@
 """Vehicles under a gate that join and leave: in a run as in a simulation of somebody else's."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -28,9 +26,6 @@ from loopgate.results.recorder import Recorder
 from loopgate.simulation.around.surroundings import Surroundings
 from loopgate.simulation.scenario import SERVE_AFTER_S
 from loopgate.traffic.base import Traffic
-
-__all__ = ["Fleet", "Rules"]
-
 
 _Ready = tuple[Sequence[Track], Books, System, Gate]
 """Tracks, books, system and gate that vehicles go on with."""
@@ -65,10 +60,6 @@ class Fleet:
 
     Parameters
     ----------
-    network, traffic
-        The roads, and the running simulation.
-    recorder
-        Takes the events.
     rules
         By what they are let go.
 
@@ -122,8 +113,6 @@ class Fleet:
 
         Parameters
         ----------
-        itineraries, ways
-            Of all loops.
         room
             How many vehicles a state holds, by name.
         """

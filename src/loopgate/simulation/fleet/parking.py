@@ -1,7 +1,5 @@
 """Vehicles that park beside the road: they give up their slots, and come back when the gate can take them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 
 from loopgate.drive.changing import ChangingEngine
@@ -9,8 +7,6 @@ from loopgate.drive.driver import Driver
 from loopgate.drive.sense import braking_m
 from loopgate.network.stops import Stop
 from loopgate.traffic.base import Traffic
-
-__all__ = ["Parking"]
 
 _SOON_STEPS = 3
 """SUMO puts a vehicle back on the road a step before its stop ends: before that it can be told to stay."""
@@ -39,8 +35,6 @@ class Parking:
 
     Parameters
     ----------
-    traffic, engine
-        The run's.
     has_room
         Whether there is room for a vehicle in its place, ordinary vehicles considered.
     """

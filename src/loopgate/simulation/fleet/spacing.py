@@ -6,20 +6,17 @@ it is ahead of the middle between its neighbours on its loop; so spacing evens o
 Who may move is decided as ever.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 
+from loopgate.arrays import Floats
 from loopgate.drive.engine import Engine
-from loopgate.drive.tables import Floats, Numbers
+from loopgate.drive.tables import Numbers
 from loopgate.network import Loop, RoadNetwork, VehicleType
 from loopgate.traffic.base import Traffic
-
-__all__ = ["Holding", "Leads", "SpeedAdvice", "advised_type", "lead"]
 
 _EVERY_S = 5.0
 _SLOWEST, _FASTEST = 0.8, 1.1
@@ -112,8 +109,6 @@ class _Spacing:
     ----------
     network, loops
         The roads, and the loop of each vehicle, by name.
-    engine
-        Drives them.
     """
 
     def __init__(self, network: RoadNetwork, loops: Mapping[str, Loop], engine: Engine) -> None:
@@ -146,8 +141,6 @@ class SpeedAdvice(_Spacing):
     ----------
     network, loops, engine
         See `Holding`.
-    traffic
-        Takes the advice.
     """
 
     def __init__(

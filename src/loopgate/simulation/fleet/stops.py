@@ -1,7 +1,5 @@
 """Stops that vehicles make in every round of their loops: SUMO is told of them one round ahead."""
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
@@ -19,8 +17,6 @@ from loopgate.results.columns import Event
 from loopgate.results.recorder import Recorder
 from loopgate.simulation.fleet.parking import Parking
 from loopgate.traffic.base import Traffic
-
-__all__ = ["Made", "Stops"]
 
 _PAST_M = 0.5
 """So far past a place a vehicle has to be before SUMO is told that it stops there again [m]."""
@@ -52,8 +48,6 @@ class _Way:
 
     Attributes
     ----------
-    driver
-        The vehicle.
     stops
         In the order of its loop.
     since_m
@@ -88,8 +82,6 @@ class Stops:
 
     Parameters
     ----------
-    traffic, engine, recorder
-        The run's.
     stops
         By vehicle, in the order of its loop.
     parking

@@ -1,7 +1,5 @@
 """Devices by which SUMO would lead a gated vehicle off its way: it goes without them, and that is said."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, replace
@@ -18,8 +16,6 @@ from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.settings import is_on
 from loopgate.simulation.sumo.input import Start
 from loopgate.simulation.sumo_words import own_words
-
-__all__ = ["LEADING", "Anew", "has_device", "leading_devices", "led_anew", "without_devices"]
 
 LEADING = {
     "rerouting": "lead them another way than the gate knows (SUMO's duaIterate.py leads them beforehand)",

@@ -8,15 +8,12 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
-from loopgate.disk import writing
 from loopgate.drive.track import Round
 from loopgate.errors import RouteError
 from loopgate.network import Loop, VehicleType
 from loopgate.network.additional import FLEET, without
+from loopgate.network.xml_file import write_xml
 from loopgate.traffic.base import Insertion
-
-__all__ = ["Start", "pivot", "round_routes", "rounds", "without_vehicles", "write_sumo_input"]
-
 
 _ROUNDING_M = 1e-6
 
@@ -158,8 +155,7 @@ def write_sumo_input(
         _add_vehicle(top, start, begin_s)
     file = folder / "vehicles.add.xml"
     ET.indent(top)
-    with writing(file):
-        ET.ElementTree(top).write(file, encoding="utf-8", xml_declaration=True)
+    write_xml(top, file)
     return ["--additional-files", ",".join(str(one) for one in (*beside, file))]
 
 

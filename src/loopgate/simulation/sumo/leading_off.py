@@ -1,7 +1,5 @@
 """Refuses what in additional files would lead vehicles under a gate off their loops, or take them out."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from xml.etree import ElementTree as ET
@@ -9,8 +7,6 @@ from xml.etree import ElementTree as ET
 from loopgate.errors import ScenarioError
 from loopgate.network import Loop
 from loopgate.network.additional import read_additional
-
-__all__ = ["refuse_what_leads_off"]
 
 _CLOSES = ("closingReroute", "closingLaneReroute")
 _LEADS = ("destProbReroute", "routeProbReroute")

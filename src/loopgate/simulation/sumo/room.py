@@ -1,15 +1,11 @@
 """Room on the disk for what SUMO itself writes."""
 
-from __future__ import annotations
-
 import resource
 import shutil
 from pathlib import Path
 
 from loopgate.disk import disk_error
 from loopgate.errors import ResultsError
-
-__all__ = ["Room"]
 
 _SPARE_BYTES = 4 << 20
 """SUMO keeps a mebibyte of text and as much of its compressed form in memory until it is closed."""

@@ -1,7 +1,5 @@
 """Starts SUMO with options that hide nothing."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
@@ -10,8 +8,6 @@ from typing import Any
 from loopgate.errors import ScenarioError, TrafficError
 from loopgate.simulation.scenario import Scenario
 from loopgate.traffic.sumo import SumoTraffic
-
-__all__ = ["TRIPS", "check_backend", "check_outputs", "output_options", "plain_options", "start_traffic"]
 
 
 def check_backend(backend: str) -> None:

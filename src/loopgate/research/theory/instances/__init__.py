@@ -3,8 +3,6 @@
 Each is a system file beside this module; its note says where it comes from.
 """
 
-from __future__ import annotations
-
 from importlib.resources import as_file, files
 
 from loopgate.errors import SystemFileError

@@ -5,9 +5,8 @@ from __future__ import annotations
 import io
 
 import pandas as pd
+from frame_table import frame_table
 from rich.console import Console
-
-from loopgate.cli.frame_table import frame_table
 
 
 def test_a_table_shows_the_columns_asked_for_and_no_others() -> None:
