@@ -7,6 +7,8 @@ it admits a move into an inevitable deadlock, and others where it stops everybod
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from loopgate.errors import GateError
 from loopgate.gates.base import Decision, Reason
 from loopgate.gates.circuit_search import BudgetSpent, CircuitSearch
@@ -69,14 +71,18 @@ class Algorithm2Gate:
         state = self._system.next_state(configuration, robot)
         if state is None or self._system.private[state]:
             return first
+        moved = self._system.moved(configuration, robot)
+        admitted = replace(first, after=moved)
+        if self._system.has_room(moved, state):
+            return admitted
         try:
-            circuit = self._search.find(self._system.moved(configuration, robot), state)
+            circuit = self._search.find(moved, state)
         except BudgetSpent:
             return Decision(
                 admitted=False, reason=Reason.BUDGET, detail="circuits not all judged within the budget"
             )
         if circuit is None:
-            return first
+            return admitted
         return Decision(
             admitted=False,
             reason=Reason.DEADLOCK,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Protocol, runtime_checkable
 
@@ -66,6 +66,9 @@ class Decision:
         Which stage of a staged gate decided; empty for others.
     messages
         Messages between robots that the decision cost, where the gate counts them.
+    after
+        The configuration after an admitted move, where the gate has looked at it: nobody need write it out
+        again.
     """
 
     admitted: bool
@@ -74,6 +77,7 @@ class Decision:
     detail: str = ""
     stage: str = ""
     messages: int = 0
+    after: Configuration | None = field(default=None, compare=False, repr=False)
 
 
 @runtime_checkable

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from loopgate.gates.base import Decision, Reason
 from loopgate.gates.collision import collision_decision
 from loopgate.gates.deadlocks import deadlocked_robots
@@ -28,13 +30,14 @@ class OneStepGate:
         if not first.admitted:
             return first
         moved = self._system.moved(configuration, robot)
+        admitted = replace(first, after=moved)
         if not self._may_lock(configuration, moved, robot):
-            return first
+            return admitted
         before = deadlocked_robots(self._system, configuration)
         after = deadlocked_robots(self._system, moved)
         locked = after - before - {robot}
         if not locked:
-            return first
+            return admitted
         return Decision(admitted=False, reason=Reason.DEADLOCK, blockers=tuple(sorted(locked)))
 
     def _may_lock(self, configuration: Configuration, after: Configuration, robot: int) -> bool:
