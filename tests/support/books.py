@@ -40,6 +40,11 @@ def _decide(t: Tables) -> None:
     requests.decide(t)
 
 
+@kernel
+def _stay(t: Tables) -> None:
+    requests.stay(t)
+
+
 ROUNDS = (Round("e", "round", "first"), Round("", "onward", "second"))
 
 
@@ -112,6 +117,7 @@ class Books(Gatekeeper):
             _decide(self.tables)
         else:
             self._decide()
+        _stay(self.tables)
         told = cast("Any", self.tables.entries)["answered"][: self.run["answers"][0]].tolist()
         said = []
         for robot in told:

@@ -244,9 +244,10 @@ class Engine:
             self._step(drive.TURN, odometer=odometer, robots=halted)
         else:
             self._step(drive.LOOK, odometer=odometer, robots=halted)
-            self._carry_out(now)
-            self._worn.forget(self.driver_of)
-            self._on_their_lanes()
+            if busy or keeper.obstacles:
+                self._carry_out(now)
+                self._worn.forget(self.driver_of)
+                self._on_their_lanes()
             keeper.answer()
         self._carry_out(now)
 

@@ -215,8 +215,9 @@ class Gatekeeper:
         if self.compiled:
             self._time(lambda: self._step(drive.ANSWER))
             return
-        while self._decide() and self._step(drive.TELL):
-            pass
+        self._decide()
+        while self._step(drive.TELL):
+            self._decide()
 
     @property
     def decision_us(self) -> Mapping[str, Histogram]:
@@ -248,31 +249,38 @@ class Gatekeeper:
             self._decision_us = took_us / decided
             self._count()
 
-    def _decide(self) -> bool:
-        """Decide once; return whether anybody has an answer."""
+    def _decide(self) -> None:
+        """Decide once; nobody is told."""
         now_s = float(self._run["now_s"][0])
         self._granted = False
         self._run["at_once"] = not self.obstacles
         if self.obstacles and self._run["serving"][0]:
             self._look_outside()
-        robots = self._entries["ready"][: self._step(drive.COLLECT)].tolist()
-        requests = [self._request(robot) for robot in robots if self._is_due(robot, now_s)]
-        if requests:
-            ordered = self._ordered(requests, now_s)
-            if self._by_chain and not any(obstacle.heeds_grants for obstacle in self.obstacles):
-                robots = [request.robot for request in ordered]
+        robots = self._in_order(self._step(drive.COLLECT), now_s)
+        if self._by_chain and not any(obstacle.heeds_grants for obstacle in self.obstacles):
+            if robots:
                 self._decide_by_chain(robots)
-                for robot in robots:
-                    self._note_grant(robot)
-            else:
-                for request in ordered:
-                    self._decide_one(request.robot)
-            if len(ordered) < len(requests):
-                going = {request.robot for request in ordered}
-                for request in requests:
-                    if request.robot not in going:
-                        self._step(drive.REFUSE, request.robot, 0, RESERVE)
-        return bool(self._run["answers"][0])
+            for robot in robots if self.obstacles else ():
+                self._note_grant(robot)
+        else:
+            for robot in robots:
+                self._decide_one(robot)
+
+    def _in_order(self, ready: int, now_s: float) -> list[int]:
+        """Return who goes of those that are ready, in order; the others are to stay."""
+        listed = self._entries["ready"]
+        if self.obstacles:
+            robots = [robot for robot in listed[:ready].tolist() if not self._obstructed(robot)]
+            ready = len(robots)
+            listed[:ready] = robots
+        if self._by_pressure and not self._run["serving"][0]:
+            return cast("list[int]", listed[: self._step(drive.ORDER, ready)].tolist())
+        requests = [self._request(robot) for robot in listed[:ready].tolist() if self._is_due(robot, now_s)]
+        ordered = [request.robot for request in self._ordered(requests, now_s)] if requests else []
+        staying = [request.robot for request in requests if request.robot not in ordered]
+        self._entries["staying"][: len(staying)] = staying
+        self._run["staying"] = len(staying)
+        return ordered
 
     def _look_outside(self) -> None:
         """See for whom of those that must move next something outside of the system is in the way."""
@@ -293,10 +301,8 @@ class Gatekeeper:
         return [*movers, *(self.negotiation.order(others, self, now_s) if others else ())]
 
     def _is_due(self, robot: int, now_s: float) -> bool:
-        """Return whether it is for the negotiation and the gate to say."""
-        if self._obstructed(robot):
-            return False
-        return not self._decided[robot] or now_s - self._asked_at_s[robot] >= REASK_S
+        """Return whether the gate may be asked, for the first time or again."""
+        return bool(not self._decided[robot] or now_s - self._asked_at_s[robot] >= REASK_S)
 
     def _obstructed(self, robot: int) -> bool:
         """Refuse the robot if an obstacle is in its way."""
@@ -347,7 +353,7 @@ class Gatekeeper:
             if self._following is not None:
                 self._following.moved_here(robot)
             else:
-                self._configuration = self.system.moved(self._configuration, robot)
+                self._configuration = decision.after or self.system.moved(self._configuration, robot)
                 self.gate.moved(self._configuration, robot)
 
     def blockers(self, robot: int) -> list[list[int]]:

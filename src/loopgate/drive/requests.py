@@ -35,9 +35,10 @@ __all__ = [
     "collect",
     "decide",
     "decide_by_chain",
-    "due",
+    "order",
     "refuse",
     "settle",
+    "stay",
     "still_free",
 ]
 
@@ -222,7 +223,7 @@ def _possible(i: int, t: Tables) -> bool:
 
 
 @part
-def due(i: int, t: Tables) -> bool:
+def _due(i: int, t: Tables) -> bool:
     """Return whether the gate may be asked, for the first time or again."""
     return bool(not t.vehicles[i].decided or t.run[0].now_s - t.vehicles[i].asked_at_s >= REASK_S)
 
@@ -292,18 +293,17 @@ def decide_by_chain(i: int, t: Tables) -> None:
 
 
 @inner
-def decide(t: Tables) -> None:
-    """Answer what `collect` finds, by pressure and the chain rule."""
+def order(ready: int, t: Tables) -> int:
+    """Put those that are ready in order by pressure; return how many go, the others are to stay."""
     run, e = t.run[0], t.entries
     going = 0
-    staying = 0
-    for n in range(collect(t)):
+    for n in range(ready):
         i = e[n].ready
-        if not due(i, t):
+        if not _due(i, t):
             continue
         if not t.vehicles[i].mover and _waits(i, t):
-            e[staying].staying = i
-            staying += 1
+            e[run.staying].staying = i
+            run.staying += 1
             continue
         here = t.states[last_state(i, t)]
         queues = here.held_by + here.outside - t.states[wanted_state(i, t)].held_by
@@ -311,7 +311,20 @@ def decide(t: Tables) -> None:
         e[going].weight = -(queues + (run.now_s - t.vehicles[i].since_s) / run.wait_s)
         going += 1
     sort_ready(going, t)
-    for n in range(going):
-        decide_by_chain(e[n].ready, t)
-    for n in range(staying):
-        refuse(e[n].staying, RESERVE, NOTHING, t)
+    return going
+
+
+@inner
+def stay(t: Tables) -> None:
+    """Refuse those that the negotiation asks to wait."""
+    run = t.run[0]
+    for n in range(run.staying):
+        refuse(t.entries[n].staying, RESERVE, NOTHING, t)
+    run.staying = 0
+
+
+@inner
+def decide(t: Tables) -> None:
+    """Answer what `collect` finds, by pressure and the chain rule."""
+    for n in range(order(collect(t), t)):
+        decide_by_chain(t.entries[n].ready, t)

@@ -29,6 +29,7 @@ __all__ = [
     "JOIN",
     "LEAVE",
     "LOOK",
+    "ORDER",
     "REFUSE",
     "SETTLE",
     "STILL_FREE",
@@ -54,6 +55,7 @@ DECIDE: Final = 10
 IDLE: Final = 11
 JOIN: Final = 12
 LEAVE: Final = 13
+ORDER: Final = 14
 
 
 @inner
@@ -269,6 +271,7 @@ def _look(odometer: Floats, halted: Numbers, t: Tables) -> None:
 def _tell(t: Tables) -> bool:
     """Let vehicles go or stay as they have been answered; return whether any may go."""
     run = t.run[0]
+    requests.stay(t)
     answers = run.answers
     run.answers = 0
     again = False
@@ -317,6 +320,8 @@ def _step(
         _answer(t)
     elif what == COLLECT:
         return requests.collect(t)
+    elif what == ORDER:
+        return requests.order(i, t)
     elif what == STILL_FREE:
         return 1 if requests.still_free(i, t) else 0
     elif what == REFUSE:
@@ -372,12 +377,13 @@ class Step:
             ``BEGIN``: all vehicles are taken over. ``LOOK``: all are brought up to date after a step of the
             traffic. ``CONSIDER``: some are steered no longer. ``ANSWER``: all requests are answered, by
             pressure and the chain rule, and vehicles told. ``TURN``: `LOOK` and `ANSWER`. ``COLLECT``,
-            ``STILL_FREE``, ``REFUSE``, ``SETTLE``, ``DECIDE``, ``TELL``: parts of `ANSWER`, for other rules
-            in between; see `loopgate.drive.requests`. ``JOIN``, ``LEAVE``: a vehicle has got its row, or is
-            about to give it back, to another one perhaps. ``IDLE``: nothing is done.
+            ``ORDER``, ``STILL_FREE``, ``REFUSE``, ``SETTLE``, ``DECIDE``, ``TELL``: parts of `ANSWER`, for
+            other rules in between; see `loopgate.drive.requests`. ``JOIN``, ``LEAVE``: a vehicle has got its
+            row, or is about to give it back, to another one perhaps. ``IDLE``: nothing is done.
         robot, leg, reason, stage
-            The vehicle that it is about, and what about it. For ``SETTLE`` the leg says
-            whether the vehicle is admitted, for ``LEAVE`` who is to have its row, maybe itself.
+            The vehicle that it is about, and what about it. For ``ORDER`` it is how many are ready. For
+            ``SETTLE`` the leg says whether the vehicle is admitted, for ``LEAVE`` who is to have its row,
+            maybe itself.
         odometer
             What the simulator says, by vehicle [m].
         robots
@@ -386,6 +392,7 @@ class Step:
         Returns
         -------
         int
-            How many are ready (``COLLECT``), whether it is so (``STILL_FREE``), or anybody may go (``TELL``).
+            How many are ready (``COLLECT``) or go (``ORDER``), whether it is so (``STILL_FREE``), or anybody
+            may go (``TELL``).
         """
         return int(self._enter(what, robot, leg, reason, stage, odometer, robots, self._tables))

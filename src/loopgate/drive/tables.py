@@ -291,7 +291,7 @@ class DriveRow:
     version, grants, turn, decided_s
         Of the books, which grows with all that may lift a refusal; grants and turns of deciding so far, and
         when the last turn was [s].
-    waiting, fresh, answers, late, serving
+    waiting, fresh, answers, staying, late, serving
         Length of these lists; the last `fresh` of those waiting have not been looked at, for `late` of
         them something is kept, and so many are served.
     rows, acts, lost
@@ -322,6 +322,7 @@ class DriveRow:
     waiting: int
     fresh: int
     answers: int
+    staying: int
     late: int
     serving: int
     rows: int

@@ -5,6 +5,8 @@ it admits a move into an inevitable deadlock, and others where it stops everybod
 (docs/studies/what-is-not-true.md). The gate ``certified`` does neither.
 """
 
+from dataclasses import replace
+
 from loopgate.errors import GateError
 from loopgate.gates.base import Decision, Reason, refusal
 from loopgate.gates.circuit_search import BudgetSpent, CircuitSearch
@@ -65,12 +67,16 @@ class Algorithm2Gate:
         state = self._system.next_state(configuration, robot)
         if state is None or self._system.private[state]:
             return first
+        moved = self._system.moved(configuration, robot)
+        admitted = replace(first, after=moved)
+        if self._system.has_room(moved, state):
+            return admitted
         try:
-            circuit = self._search.find(self._system.moved(configuration, robot), state)
+            circuit = self._search.find(moved, state)
         except BudgetSpent:
             return refusal(Reason.BUDGET, "circuits not all judged within the budget")
         if circuit is None:
-            return first
+            return admitted
         # The order of a deadlock is the number of its intermediate states (Lemma 3).
         detail = f"order-{len(circuit.intermediate)} deadlock {describe_circuit(self._system, circuit)}"
         return refusal(Reason.DEADLOCK, detail, blockers=(i for i in circuit.robots if i != robot))

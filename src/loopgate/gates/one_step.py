@@ -1,5 +1,7 @@
 """The yardstick for looking ahead: refuses only the move that closes a circular wait."""
 
+from dataclasses import replace
+
 from loopgate.gates.base import Decision, Reason, refusal
 from loopgate.gates.collision import collision_decision
 from loopgate.gates.deadlocks import deadlocked_robots
@@ -26,13 +28,14 @@ class OneStepGate:
         if not first.admitted:
             return first
         moved = self._system.moved(configuration, robot)
+        admitted = replace(first, after=moved)
         if not self._may_lock(configuration, moved, robot):
-            return first
+            return admitted
         before = deadlocked_robots(self._system, configuration)
         after = deadlocked_robots(self._system, moved)
         locked = after - before - {robot}
         if not locked:
-            return first
+            return admitted
         return refusal(Reason.DEADLOCK, blockers=sorted(locked))
 
     def _may_lock(self, configuration: Configuration, after: Configuration, robot: int) -> bool:

@@ -120,9 +120,9 @@ def test_cost_follows_events(monkeypatch: pytest.MonkeyPatch) -> None:
     asked = Counter[str]()
     decide = keeper._decide
 
-    def counting() -> bool:
+    def counting() -> None:
         asked["times"] += 1
-        return decide()
+        decide()
 
     monkeypatch.setattr(keeper, "_decide", counting)
     drive(engine, traffic, 1000.0)
