@@ -57,6 +57,17 @@ def test_a_circle_of_places_with_too_little_room() -> None:
     assert scene.others.blockers(0) == [["w"]]
 
 
+def test_who_was_free_is_asked_anew_after_a_grant_that_it_rests_on() -> None:
+    """Within a step nothing else changes."""
+    scene = Scene()
+    scene.put("o", "after", 40.0)
+    assert scene.says() is None
+    scene.tight = True
+    assert scene.others.in_the_way(0) is None
+    scene.others.granted(1)
+    assert scene.others.in_the_way(0) is Reason.TRAFFIC
+
+
 def test_one_that_comes_with_the_right_of_way() -> None:
     """It takes some 7 s to be over: 4 s away is too near, at the line is past before, 9 s is far enough."""
     scene = Scene()
