@@ -93,9 +93,9 @@ class Engine:
         self._steering = Steering(traffic, recorder)
         self._worn = WornStops(traffic)
         self._do: dict[int, Callable[[Driver, int], None]] = {
-            int(PIVOT): self._route_renewed,
+            int(PIVOT): lambda driver, _: self._route_renewed(driver),
             int(STOP): self._stop,
-            int(RELEASE): self._release,
+            int(RELEASE): lambda driver, _: self._release(driver),
             int(STEER): self._steering.begin,
             int(BRAKE): lambda driver, _: traffic.brake(driver.id),
         }
@@ -351,9 +351,8 @@ class Engine:
         line = self._line(driver, leg)
         try:
             on_lane = self._traffic.hold(driver.id, line.edge, line.lane_index, line.position_m)
-        except (
-            TrafficError
-        ):  # it is stopped whatever the simulator makes of its stop, as in the compiled step
+        except TrafficError:
+            # It is stopped whatever the simulator makes of its stop, as in the compiled step.
             driver.row["held_m"] = np.inf
             self.run["overruns"] += 1
             self._recorder.note(self._traffic.now_s, driver.id, Event.OVERRUN, driver.leg(leg + 1).state)
@@ -362,7 +361,7 @@ class Engine:
             if not on_lane:
                 self._steering.lead_back(driver, line.edge, line.lane_index, line.position_m)
 
-    def _release(self, driver: Driver, _: int = 0) -> None:
+    def _release(self, driver: Driver) -> None:
         if not self._steering.leads_back(driver):
             self._traffic.release(driver.id)
 
@@ -393,7 +392,7 @@ class Engine:
             if beside and driver.begin_m(leg) <= driver.front_m <= driver.end_m(leg):
                 self._steering.lead_back(driver, line.edge, line.lane_index, line.position_m)
 
-    def _route_renewed(self, driver: Driver, _: int) -> None:
+    def _route_renewed(self, driver: Driver) -> None:
         if driver.track.renews:
             self._traffic.renew(driver.id, driver.track.rounds[0].route)
         if driver.row["held"]:
