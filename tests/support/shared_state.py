@@ -1,5 +1,6 @@
 """Vehicles without SUMO on loops of their own that share one state: an engine, its traffic, what it notes."""
 
+from collections.abc import Callable
 from random import Random
 
 import numpy as np
@@ -24,17 +25,34 @@ class Notes:
     """A recorder that keeps the rows."""
 
     def __init__(self) -> None:
-        self.rows: list[tuple[float, str, str, str]] = []
-        self.stages: list[tuple[str, str]] = []
+        self._rows: list[tuple[float, str, str, str]] = []
+        self._stages: list[tuple[str, str]] = []
         self.words: list[str] = [""]
+        self.before: Callable[[], None] = lambda: None
+
+    @property
+    def rows(self) -> list[tuple[float, str, str, str]]:
+        """The rows so far."""
+        self.before()
+        return self._rows
+
+    @property
+    def stages(self) -> list[tuple[str, str]]:
+        """The stages so far, by event."""
+        self.before()
+        return self._stages
 
     def note(
         self, time_s: float, vehicle: str, event: Event, place: str, reason: str = "", stage: str = ""
     ) -> None:
         """Keep one row."""
         del reason
-        self.rows.append((time_s, vehicle, event.value, place))
-        self.stages.append((event.value, stage))
+        self.before()
+        self._keep(time_s, vehicle, event, place, stage)
+
+    def _keep(self, time_s: float, vehicle: str, event: Event, place: str, stage: str) -> None:
+        self._rows.append((time_s, vehicle, event.value, place))
+        self._stages.append((event.value, stage))
 
     def code(self, word: str) -> int:
         """Return the number of a word."""
@@ -42,11 +60,11 @@ class Notes:
             self.words.append(word)
         return self.words.index(word)
 
-    def passed(self, time_s: float, rows: NDArray[np.int32]) -> None:
+    def passed(self, times: NDArray[np.float64], rows: NDArray[np.int32]) -> None:
         """Keep rows of numbered words."""
-        for row in rows.tolist():
-            vehicle, event, place, reason, stage = (self.words[number] for number in row)
-            self.note(time_s, vehicle, Event(event), place, reason, stage)
+        for time_s, row in zip(times.tolist(), rows.tolist(), strict=True):
+            vehicle, event, place, _, stage = (self.words[number] for number in row)
+            self._keep(time_s, vehicle, Event(event), place, stage)
 
     def of(self, *events: str) -> list[tuple[float, str, str, str]]:
         """Return the rows of these kinds."""

@@ -19,7 +19,7 @@ from loopgate.drive.gatekeeper import Gatekeeper
 from loopgate.drive.rows import columns
 from loopgate.drive.sense import STANDING_MPS
 from loopgate.drive.steering import Steering
-from loopgate.drive.step import Step
+from loopgate.drive.step import FULL, Step
 from loopgate.drive.tables import Tables
 from loopgate.drive.track import StopLine, Track
 from loopgate.drive.worn import WornStops
@@ -76,7 +76,7 @@ class Engine:
         self.on_taking_in: Callable[[Driver], None] = lambda _: None
         """Called with each vehicle as soon as it has been taken over."""
         self.on_renewal: Callable[[Driver], None] = lambda _: None
-        """Called with each vehicle whose route has just been renewed."""
+        """Called with each vehicle that heeds it, and whose route has just been renewed."""
         self.beside: set[str] = set()
         """Vehicles that park beside the road, and hold nothing or are about to come back."""
         self.drivers: list[Driver] = []
@@ -89,7 +89,9 @@ class Engine:
         self._stood_s: defaultdict[str, float] = defaultdict(float)
         self._counted: tuple[Sequence[str], Any] = (), np.zeros(0, dtype=[("stood_s", np.float64)])
         """The edges by number, and the table of them in which standing is counted."""
+        self._told = np.zeros(3, dtype=np.int64)
         self._make(tracks)
+        recorder.before = self.settle
         self._steering = Steering(traffic, recorder)
         self._worn = WornStops(traffic)
         self._do: dict[int, Callable[[Driver, int], None]] = {
@@ -121,13 +123,14 @@ class Engine:
 
     def _use(self, tables: Tables, states: Sequence[str] | None = None) -> None:
         """Work on these tables from now on."""
+        self.settle()
         self.changes += 1
         keeper = self._gatekeeper
         self.tables = tables
         self.run = cast("Any", tables.run)
         """The table of the run, one row, by column."""
         self._told = columns(cast("NDArray[np.void]", tables.run), "rows", "lost")[0]
-        """How many rows there are of a step, how many acts, and how many found no room."""
+        """How many rows there are, how many acts, and how many found no room."""
         self.run["foresees"] = self.foresees and not self._traffic.gives_way
         self.vehicles = cast("NDArray[np.void]", tables.vehicles)
         """The table of vehicles, by column."""
@@ -319,23 +322,23 @@ class Engine:
         return int(self.run["trespasses"][0])
 
     def settle(self) -> None:
-        """Write what is not yet written: after Ctrl-C there may be rows of a step not carried out."""
+        """Hand over the rows for the trace that are in the tables: several steps lie between two times."""
         rows = int(self._told[0])
         if rows:
-            self._recorder.passed(self._traffic.now_s, self.tables.rows[:rows])
+            self._recorder.passed(self.tables.times[:rows], self.tables.rows[:rows])
             self._told[0] = 0
 
     def _carry_out(self, now: float) -> None:
-        """Write rows to the trace, and tell the traffic whom to hold and whom to let go."""
+        """Tell the traffic whom to hold and whom to let go."""
         rows, acts, lost = self._told.tolist()
-        if not (rows or acts or lost):
-            return
         if lost:
             msg = f"{lost} events of one step at {now:g} s found no room; take shorter steps"
             raise TrafficError(msg)
-        if rows:
-            self._recorder.passed(now, self.tables.rows[:rows])
-        self._told[:2] = 0  # before anything can interrupt: `settle` writes what is left
+        if rows >= FULL * len(self.drivers):
+            self.settle()  # there is room for one more step
+        if not acts:
+            return
+        self._told[1] = 0
         arrived = set(self.arrived)
         for robot, what, leg in self.tables.acts[:acts].tolist():
             driver = self.drivers[robot]
@@ -409,8 +412,11 @@ class Engine:
 
     def _came_to_rest(self) -> NDArray[np.int64]:
         """Return the held vehicles that came to rest in the last step."""
+        halted = self._traffic.halted()
+        if not halted:
+            return drive.NO_ROBOTS
         robots = []
-        for vehicle in self._traffic.halted():
+        for vehicle in halted:
             driver = self.driver_of.get(vehicle)
             if driver is not None and driver.row["held"] and np.isnan(driver.row["halted_s"]):
                 self._worn.made(driver)

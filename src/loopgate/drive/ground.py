@@ -35,7 +35,7 @@ _NUMBERS = 64
 _AT_FIRST = 256
 """Room for so many vehicles; twice as many whenever that is not enough."""
 
-_OF_VEHICLES = ("vehicles", "entries", "rows", "acts", "lists")
+_OF_VEHICLES = ("vehicles", "entries", "rows", "times", "acts", "lists")
 """Tables that grow with the vehicles."""
 
 _CHANGED = ("run", "states", "moves", "reasons")

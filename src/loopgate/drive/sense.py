@@ -88,6 +88,7 @@ def note(i: int, event: int, place: int, reason: int, stage: int, t: Tables) -> 
         run.lost += 1
         return
     row = t.rows[run.rows]
+    t.times[run.rows] = run.now_s
     row[0], row[1], row[2], row[3], row[4] = t.vehicles[i].name, event, place, reason, stage
     run.rows += 1
 
@@ -110,10 +111,9 @@ def _leg_m(i: int, t: Tables) -> float:
 
 
 @part
-def _pass(i: int, t: Tables) -> bool:
-    """Note edges, laps and legs entered; return whether the route is renewed."""
+def _pass(i: int, room: int, t: Tables) -> bool:
+    """Note edges, laps and legs entered, up to so many rows; return whether the route is renewed."""
     run, one = t.run[0], t.vehicles[i]
-    room = MOST_ROWS * len(t.vehicles)
     pivoted = False
     while run.rows < room and one.front >= _edge_m(i, t):
         note(i, run.edge, t.roads[one.road_at + one.road].name, NOTHING, NOTHING, t)
@@ -154,6 +154,7 @@ def sense(odometer: Floats, t: Tables) -> int:
     run = t.run[0]
     step_s = run.step_s
     run.steps += 1
+    room = run.rows + MOST_ROWS * len(t.vehicles)
     called = 0
     for i in range(odometer.size):
         one = t.vehicles[i]
@@ -162,7 +163,7 @@ def sense(odometer: Floats, t: Tables) -> int:
         one.speed = (front - one.front) / step_s
         one.front = front
         why = 0
-        if front >= one.note_m and _pass(i, t):
+        if front >= one.note_m and _pass(i, room, t):
             why |= PIVOTED
         if front >= one.rear_m:
             why |= REAR_PASSED

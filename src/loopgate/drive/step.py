@@ -29,6 +29,7 @@ __all__ = [
     "JOIN",
     "LEAVE",
     "LOOK",
+    "NO_ROBOTS",
     "ORDER",
     "REFUSE",
     "SETTLE",
@@ -39,7 +40,7 @@ __all__ = [
 ]
 
 FULL: Final = 24
-"""So many rows, and so many acts, there may be per vehicle in one step."""
+"""So many rows, and so many acts, there may be per vehicle in one step; there is room for the rows of two."""
 
 BEGIN: Final = 0
 LOOK: Final = 1
@@ -245,6 +246,12 @@ def _begin(t: Tables) -> None:
         _consider(i, t)
 
 
+@inner
+def _heeds_renewal(i: int, t: Tables) -> bool:
+    one = t.vehicles[i]
+    return bool(one.heeds_renewal or one.held or one.steered)
+
+
 @part
 def _look(odometer: Floats, halted: Numbers, t: Tables) -> None:
     """Bring all vehicles up to date after a step of the traffic, and do what is due."""
@@ -255,7 +262,7 @@ def _look(odometer: Floats, halted: Numbers, t: Tables) -> None:
             _note(i, t.run[0].hold, t.vehicles[i].granted + 1, t)
     for n in range(called):
         i, why = t.calls[n, 0], t.calls[n, 1]
-        if why & PIVOTED:
+        if why & PIVOTED and _heeds_renewal(i, t):
             _act(i, PIVOT, t)
         if why & REAR_PASSED:
             _free_behind(i, t)
@@ -338,7 +345,7 @@ def _step(
 
 
 _NO_ODOMETER: Final = np.zeros(0)
-_NO_ROBOTS: Final = np.zeros(0, dtype=np.int64)
+NO_ROBOTS: Final[Numbers] = np.zeros(0, dtype=np.int64)
 
 
 class Step:
@@ -357,7 +364,7 @@ class Step:
 
     def __init__(self, tables: Tables) -> None:
         self._tables = tuple(tables)
-        self._enter = way_in(_step, IDLE, 0, 0, 0, 0, _NO_ODOMETER, _NO_ROBOTS, self._tables)
+        self._enter = way_in(_step, IDLE, 0, 0, 0, 0, _NO_ODOMETER, NO_ROBOTS, self._tables)
 
     def __call__(
         self,
@@ -367,7 +374,7 @@ class Step:
         reason: int = 0,
         stage: int = 0,
         odometer: Floats = _NO_ODOMETER,
-        robots: Numbers = _NO_ROBOTS,
+        robots: Numbers = NO_ROBOTS,
     ) -> int:
         """Make a step.
 

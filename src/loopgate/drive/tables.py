@@ -51,6 +51,8 @@ class VehicleRow:
     halted_s, hold_s, stood_s, longest_s
         When it came to rest, not a number if it has not; time at rest so far, time at which it stood at all,
         longest time from asking to a grant [s].
+    heeds_renewal
+        Whether something is to be done when its route is renewed, also where it is not to stop.
     pending, since_s, reason, stage, looked_at, asked_at_s, decided, going
         Whether it has a request, since when [s]; why that was refused last, and the word for the gate's stage
         by number; the version of the books when it was last looked at; when the gate was last asked [s], and
@@ -115,6 +117,7 @@ class VehicleRow:
     next_lap_m: float
     laps: int
     pivot: int
+    heeds_renewal: bool
     loop: int
     haste: float
     name: int
@@ -295,7 +298,7 @@ class DriveRow:
         Length of these lists; the last `fresh` of those waiting have not been looked at, for `late` of
         them something is kept, and so many are served.
     rows, acts, lost
-        How many there are of this step, and how many found no room.
+        How many there are, and how many found no room.
     overruns, trespasses, decisions
         So far; decisions of the chain rule only.
     steps, standing, driven_m
@@ -353,11 +356,11 @@ class Tables(NamedTuple):
 
     Attributes
     ----------
-    rows
-        For the trace, of one step: vehicle, event, place, reason and stage by number.
+    rows, times
+        For the trace, until they are taken: vehicle, event, place, reason and stage by number; when [s].
     acts
-        What is to be done to vehicles after it: vehicle, which act (`loopgate.drive.codes`), the leg granted
-        to it.
+        What is to be done to vehicles after this step: vehicle, which act (`loopgate.drive.codes`), the leg
+        granted to it.
     calls
         Room for `loopgate.drive.sense`: vehicle, and some of its constants, added up.
     lists
@@ -375,6 +378,7 @@ class Tables(NamedTuple):
     reasons: Sequence[ReasonRow]
     entries: Sequence[EntryRow]
     rows: Codes
+    times: Floats
     acts: Numbers
     calls: Numbers
     lists: Numbers

@@ -39,6 +39,7 @@ class WornStops:
         driver.stops += 1
         if driver.stops > _MOST and driver.track.rounds:
             self._worn.add(driver.id)
+            driver.row["heeds_renewal"] = True
 
     def renewed(self, driver: Driver) -> None:
         """Take note that the vehicle's route has been renewed: only now may it be changed."""

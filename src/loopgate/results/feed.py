@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from loopgate.arrays import Floats
 from loopgate.results.columns import Event
 from loopgate.results.recorder import Recorder
 
@@ -26,17 +27,27 @@ class EventFeed(Recorder):
 
     def __init__(self, file: Path) -> None:
         super().__init__(file)
-        self.fresh: list[Happening] = []
+        self._fresh: list[Happening] = []
 
     def note(
         self, time_s: float, vehicle: str, event: Event, place: str, reason: str = "", stage: str = ""
     ) -> None:
         """Record one event."""
-        self.fresh.append(Happening(time_s, vehicle, str(event), place, reason, stage))
+        self.before()
+        self._fresh.append(Happening(time_s, vehicle, str(event), place, reason, stage))
         super().note(time_s, vehicle, event, place, reason, stage)
 
-    def passed(self, time_s: float, rows: NDArray[np.int32]) -> None:
-        """Record events of one step."""
+    def passed(self, times: Floats, rows: NDArray[np.int32]) -> None:
+        """Record many events."""
         words = self.words
-        self.fresh += [Happening(time_s, *(words[number] for number in row)) for row in rows.tolist()]
-        super().passed(time_s, rows)
+        self._fresh += [
+            Happening(time_s, *(words[number] for number in row))
+            for time_s, row in zip(times.tolist(), rows.tolist(), strict=True)
+        ]
+        super().passed(times, rows)
+
+    def take(self) -> list[Happening]:
+        """Return the events since the last time, in order."""
+        self.before()
+        fresh, self._fresh = self._fresh, []
+        return fresh

@@ -1,6 +1,6 @@
 """The events of a run: written as they happen, in memory that does not grow with the run, and read back."""
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from itertools import islice
 from pathlib import Path
 
@@ -37,8 +37,10 @@ class Recorder:
         self._codes: dict[str, int] = {"": 0}
         self._words: list[str] = []
         self._flat: list[float] = []
-        self._passed: list[tuple[int, float, NDArray[np.int32]]] = []
+        self._passed: list[tuple[int, Floats, NDArray[np.int32]]] = []
         self._passed_rows = 0
+        self.before: Callable[[], None] = lambda: None
+        """Called before an event is noted: who keeps rows for later passes them then."""
 
     def code(self, word: str) -> int:
         """Return the number of a word, for `passed`."""
@@ -56,6 +58,7 @@ class Recorder:
         """Record one event."""
         if self._file is None:
             return
+        self.before()
         codes = self._codes
         try:
             row = (time_s, codes[vehicle], codes[event], codes[place], codes[reason], codes[stage])
@@ -66,11 +69,11 @@ class Recorder:
         if len(self._flat) >= _WIDTH * _BATCH:
             self._flush()
 
-    def passed(self, time_s: float, rows: NDArray[np.int32]) -> None:
-        """Record one step: rows of the codes of vehicle, event and place, or of reason and stage too."""
+    def passed(self, times: Floats, rows: NDArray[np.int32]) -> None:
+        """Record rows of codes: of vehicle, event and place, or of reason and stage too; times in [s]."""
         if self._file is None:
             return
-        self._passed.append((len(self._flat) // _WIDTH, time_s, rows.copy()))
+        self._passed.append((len(self._flat) // _WIDTH, times.copy(), rows.copy()))
         self._passed_rows += len(rows)
         if self._passed_rows >= _BATCH:
             self._flush()
@@ -79,6 +82,7 @@ class Recorder:
         """Write what is left and finish the file; may be called twice."""
         if self._file is not None:
             try:
+                self.before()
                 self._flush()
             finally:
                 self._file.close()
@@ -115,7 +119,7 @@ class Recorder:
         words = np.concatenate([passed for _, _, passed in self._passed])
         passed = np.zeros((self._passed_rows, _WIDTH - 1), dtype=np.int32)
         passed[:, : words.shape[1]] = words
-        passed_at = np.repeat([time_s for _, time_s, _ in self._passed], sizes)
+        passed_at = np.concatenate([times for _, times, _ in self._passed])
         if not self._flat:
             return passed_at, passed
         before = np.repeat([place for place, _, _ in self._passed], sizes)

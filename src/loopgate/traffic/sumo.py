@@ -42,6 +42,8 @@ class SumoTraffic(SumoStops, SumoLights):
         The exception types that `api` raises.
     yields
         Whether vehicles under the gate keep to SUMO's right of way as well: there is traffic that does.
+    shared
+        Whether somebody else may tell vehicles under the gate to stop.
     reads
         Quicker ways to read vehicles than those of ``api.vehicle``, by their names there.
     """
@@ -52,9 +54,10 @@ class SumoTraffic(SumoStops, SumoLights):
         error: type[Exception] | tuple[type[Exception], ...],
         *,
         yields: bool = False,
+        shared: bool = True,
         reads: Mapping[str, Callable[[str], Any]] | None = None,
     ) -> None:
-        super().__init__(api, error)
+        super().__init__(api, error, shared=shared)
         self._yields = yields
         self._speed_mode = YIELDING_SPEED_MODE if yields else GATED_SPEED_MODE
         self._heedless: set[str] = set()

@@ -24,20 +24,25 @@ _LEFT, _RIGHT = 1, -1  # SUMO's numbers for directions
 class SumoStops:
     """The calls of `Traffic` that are about stops.
 
-    `api`, `error`: as of `loopgate.traffic.sumo.SumoTraffic`.
+    `api`, `error`, `shared`: as of `loopgate.traffic.sumo.SumoTraffic`.
     """
 
     def __init__(
         self,
         api: Any,  # noqa: ANN401  neither API has types
         error: type[Exception] | tuple[type[Exception], ...],
+        *,
+        shared: bool,
     ) -> None:
         self._api = api
         self._error = error
+        self._shared = shared
         self._vehicle = api.vehicle
         self._simulation = api.simulation
         self._holds: dict[str, tuple[str, float]] = {}
         """Where vehicles are held: lane, and position on it [m]."""
+        self._stopping: set[str] = set()
+        """The vehicles that have been told other stops."""
         self._lets_change: dict[tuple[str, str], bool] = {}
 
     def hold(self, vehicle: str, edge: str, lane_index: int, position_m: float) -> bool:
@@ -52,8 +57,9 @@ class SumoStops:
         if on_edge and here != lane:
             return False
         stop = {"pos": position_m, "laneIndex": lane_index, "duration": _FOR_EVER_S}
+        alone = not get.getStops(vehicle, 1)
         try:
-            if on_edge and self._may_insert(vehicle, edge):
+            if on_edge and alone and self._may_insert(edge, get.getVehicleClass(vehicle)):
                 get.insertStop(vehicle, 0, edge, **stop)
             else:
                 get.setStop(vehicle, edge, **stop)
@@ -61,27 +67,25 @@ class SumoStops:
             msg = f"vehicle {vehicle}: SUMO cannot hold it on {lane} at {position_m:.1f} m: {error}"
             raise TrafficError(msg) from error
         self._holds[vehicle] = lane, position_m
-        if self._stop_number(vehicle) is None:
+        taken = get.getStops(vehicle, 1) if alone else self._stop_number(vehicle) is not None
+        if not taken:
             del self._holds[vehicle]
             msg = f"vehicle {vehicle}: SUMO has not taken the stop on {lane} at {position_m:.1f} m"
             raise TrafficError(msg)
         return True
 
-    def _may_insert(self, vehicle: str, edge: str) -> bool:
-        """Return whether `insertStop` acts on this pass.
+    def _may_insert(self, edge: str, vclass: str) -> bool:
+        """Return whether `insertStop` acts on this pass, for a vehicle on the edge that has no other stops.
 
         `setStop` always does, but what it makes SUMO 1.28 never frees, 0.9 kB each time. `insertStop` looks
         for the way from where a vehicle could still choose another one: the next edge, if it is inside a
         junction or on an edge on which somebody must not change lanes. On a route that holds the round twice
         the stop then lies a lap later. Before other stops it would be out of turn.
         """
-        get = self._vehicle
-        if get.getStops(vehicle, 1):
-            return False
-        key = edge, get.getVehicleClass(vehicle)
+        key = edge, vclass
         free = self._lets_change.get(key)
         if free is None:
-            free = self._lets_change[key] = self._may_change_anywhere(*key)
+            free = self._lets_change[key] = self._may_change_anywhere(edge, vclass)
         return free
 
     def _may_change_anywhere(self, edge: str, vclass: str) -> bool:
@@ -91,8 +95,11 @@ class SumoStops:
 
     def _stop_number(self, vehicle: str) -> int | None:
         """Return which of the vehicle's stops is the one that holds it; None if there is none."""
+        stops = self._vehicle.getStops(vehicle, 0)
+        if not (self._shared or vehicle in self._stopping):
+            return 0 if stops else None
         lane, position_m = self._holds[vehicle]
-        for number, stop in enumerate(self._vehicle.getStops(vehicle, 0)):
+        for number, stop in enumerate(stops):
             if (
                 stop.lane == lane
                 and abs(stop.endPos - position_m) < _SAME_STOP_M
@@ -142,6 +149,7 @@ class SumoStops:
             index = int(stop.lane.rpartition("_")[2])
             where = {"pos": stop.end_m, "laneIndex": index, "startPos": stop.start_m}
         get = self._vehicle
+        self._stopping.add(vehicle)
         try:
             get.setStop(vehicle, stop.edge if where else stop.name, flags=flags, **where, **times)
             for name, value in stop.told:

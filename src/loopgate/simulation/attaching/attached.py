@@ -173,7 +173,7 @@ class Attached:
         self._traffic.look_at_clock()
         self._note_collisions()
         self._fleet.after_step()
-        fresh, self._recorder.fresh = self._recorder.fresh, []
+        fresh = self._recorder.take()
         for row in fresh:
             if (row.event, row.reason) == (Event.END, GONE):
                 self._ends.pop(row.vehicle, None)

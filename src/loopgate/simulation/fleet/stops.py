@@ -108,6 +108,7 @@ class Stops:
         stops = self._stops.get(driver.id)
         if not stops:
             return
+        driver.row["heeds_renewal"] = True
         track, lap_m = driver.track, driver.track.lap_m
         passes = [[begin + stop.end_m for begin, edge in track.edges if edge == stop.edge] for stop in stops]
         since = [

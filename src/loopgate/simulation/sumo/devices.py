@@ -18,6 +18,7 @@ from loopgate.simulation.sumo.input import Start
 from loopgate.simulation.sumo_words import own_words
 
 LEADING = {
+    "stationfinder": "lead them to charging stations",
     "rerouting": "lead them another way than the gate knows (SUMO's duaIterate.py leads them beforehand)",
     "taxi": "lead them wherever they are called",
     "toc": "slow or stop them anywhere while nobody drives",

@@ -103,7 +103,7 @@ def start_traffic(
             why = f"it does not take the options {words}; 'sumo --help' lists all"
         msg = f"SUMO does not start: {why}"
         raise TrafficError(msg) from error
-    return SumoTraffic(running, kind, yields=yields, reads=reads)
+    return SumoTraffic(running, kind, yields=yields, shared=False, reads=reads)
 
 
 def _backend(
