@@ -353,7 +353,7 @@ class Gatekeeper:
             if self._following is not None:
                 self._following.moved_here(robot)
             else:
-                self._configuration = decision.after or self.system.moved(self._configuration, robot)
+                self._configuration = self.system.moved(self._configuration, robot)
                 self.gate.moved(self._configuration, robot)
 
     def blockers(self, robot: int) -> list[list[int]]:

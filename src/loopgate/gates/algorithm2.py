@@ -5,17 +5,16 @@ it admits a move into an inevitable deadlock, and others where it stops everybod
 (docs/studies/what-is-not-true.md). The gate ``certified`` does neither.
 """
 
-from dataclasses import replace
-
 from loopgate.errors import GateError
 from loopgate.gates.base import Decision, Reason, refusal
 from loopgate.gates.circuit_search import BudgetSpent, CircuitSearch
 from loopgate.gates.circuits import describe_circuit
 from loopgate.gates.collision import collision_decision
-from loopgate.model import Configuration, System
+from loopgate.gates.following import Follower
+from loopgate.model import MutableConfiguration, Placement, System
 
 
-class Algorithm2Gate:
+class Algorithm2Gate(Follower):
     """Admits a move iff it is collision-free and every circuit it would be part of is live by Theorem 1.
 
     States that hold several robots are read as `loopgate.gates.walks` says: one with room is as good as
@@ -45,9 +44,9 @@ class Algorithm2Gate:
     """
 
     def __init__(self, system: System, *, lookahead: int = 1, budget: int = 20_000) -> None:
+        super().__init__(system)
         self.check_options(lookahead=lookahead, budget=budget)
         self.lookahead = lookahead
-        self._system = system
         self._search = CircuitSearch(system, lookahead=lookahead, budget=budget)
 
     @staticmethod
@@ -59,7 +58,7 @@ class Algorithm2Gate:
                 msg = f"gate algorithm2: {name} is {value!r}; expected a whole number from 1 up"
                 raise GateError(msg)
 
-    def decide(self, configuration: Configuration, robot: int) -> Decision:
+    def decide(self, configuration: Placement, robot: int) -> Decision:
         """Decide the next move of `robot`. A deadlock's blockers are the other robots of its circuit."""
         first = collision_decision(self._system, configuration, robot)
         if not first.admitted:
@@ -67,19 +66,18 @@ class Algorithm2Gate:
         state = self._system.next_state(configuration, robot)
         if state is None or self._system.private[state]:
             return first
-        moved = self._system.moved(configuration, robot)
-        admitted = replace(first, after=moved)
-        if self._system.has_room(moved, state):
-            return admitted
+        trial = self._here if configuration is self._here else MutableConfiguration(configuration)
+        position = self._system.make(trial, robot)
+        moved = None if self._system.has_room(trial, state) else trial.frozen()
+        self._system.take_back(trial, robot, position)
+        if moved is None:
+            return first
         try:
             circuit = self._search.find(moved, state)
         except BudgetSpent:
             return refusal(Reason.BUDGET, "circuits not all judged within the budget")
         if circuit is None:
-            return admitted
+            return first
         # The order of a deadlock is the number of its intermediate states (Lemma 3).
         detail = f"order-{len(circuit.intermediate)} deadlock {describe_circuit(self._system, circuit)}"
         return refusal(Reason.DEADLOCK, detail, blockers=(i for i in circuit.robots if i != robot))
-
-    def moved(self, configuration: Configuration, robot: int) -> None:
-        """Do nothing: the gate has no memory."""

@@ -2,11 +2,12 @@
 
 from loopgate.gates.base import Decision, Reason, refusal
 from loopgate.gates.collision import collision_decision
+from loopgate.gates.following import Follower
 from loopgate.gates.walks import safe_walk
-from loopgate.model import Configuration, System
+from loopgate.model import Placement
 
 
-class BankerGate:
+class BankerGate(Follower):
     """Admits a move iff the robot has a safe walk: all states up to its next private state have room.
 
     From a configuration in which every robot but the movers has such a way, it never leads to a deadlock; but
@@ -14,15 +15,9 @@ class BankerGate:
     Reveliotis and Roszkowska 2011.)
     """
 
-    def __init__(self, system: System) -> None:
-        self._system = system
-
-    def decide(self, configuration: Configuration, robot: int) -> Decision:
+    def decide(self, configuration: Placement, robot: int) -> Decision:
         """Decide the next move of `robot`. O(path length * visitors per state)."""
         first = collision_decision(self._system, configuration, robot)
         if not first.admitted or safe_walk(self._system, configuration, robot) is not None:
             return first
         return refusal(Reason.DEADLOCK, "no safe walk to a private state")
-
-    def moved(self, configuration: Configuration, robot: int) -> None:
-        """Do nothing: the gate has no memory."""

@@ -1,7 +1,7 @@
 """The interface of gates: they admit or refuse one robot's next move."""
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import StrEnum
 from typing import Protocol, runtime_checkable
 
@@ -64,9 +64,6 @@ class Decision:
         Which stage of a staged gate decided; empty for others.
     messages
         Messages between robots that the decision cost, where the gate counts them.
-    after
-        The configuration after an admitted move, where the gate has looked at it: nobody need write it out
-        again.
     """
 
     admitted: bool
@@ -75,7 +72,6 @@ class Decision:
     detail: str = ""
     stage: str = ""
     messages: int = 0
-    after: Configuration | None = field(default=None, compare=False, repr=False)
 
 
 def refusal(reason: Reason, detail: str = "", stage: str = "", blockers: Iterable[int] = ()) -> Decision:

@@ -1,10 +1,13 @@
 """Collision avoidance alone (Zhou et al. 2020, Section 4.1): mutual exclusion, no look-ahead."""
 
 from loopgate.gates.base import Decision, Reason, refusal
-from loopgate.model import Configuration, System
+from loopgate.gates.following import Follower
+from loopgate.model import Placement, System
+
+_FREE = Decision(admitted=True, reason=Reason.FREE)
 
 
-def collision_decision(system: System, configuration: Configuration, robot: int) -> Decision:
+def collision_decision(system: System, configuration: Placement, robot: int) -> Decision:
     """Decide the next move of `robot` by capacities and FIFO order alone: ``Sign(next) == 0``.
 
     Every gate but `open` begins with this. O(visitors of the next state).
@@ -18,18 +21,12 @@ def collision_decision(system: System, configuration: Configuration, robot: int)
         return refusal(Reason.BEHIND, blockers=(ahead,))
     if not system.has_room(configuration, state):
         return refusal(Reason.OCCUPIED, blockers=system.occupants(configuration, state))
-    return Decision(admitted=True, reason=Reason.FREE)
+    return _FREE
 
 
-class CollisionGate:
+class CollisionGate(Follower):
     """Admits every move into a private state or one with room. It avoids collisions, not deadlocks."""
 
-    def __init__(self, system: System) -> None:
-        self._system = system
-
-    def decide(self, configuration: Configuration, robot: int) -> Decision:
+    def decide(self, configuration: Placement, robot: int) -> Decision:
         """Admit the move iff the robot is movable: its next state is private or has room."""
         return collision_decision(self._system, configuration, robot)
-
-    def moved(self, configuration: Configuration, robot: int) -> None:
-        """Do nothing: the gate has no memory."""

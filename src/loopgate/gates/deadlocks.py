@@ -1,9 +1,9 @@
 """Deadlocks of a configuration: the circular waits of Definition 3 (Zhou et al. 2020)."""
 
-from loopgate.model import Configuration, System
+from loopgate.model import Placement, System
 
 
-def deadlocked_robots(system: System, configuration: Configuration) -> frozenset[int]:
+def deadlocked_robots(system: System, configuration: Placement) -> frozenset[int]:
     """Return the robots that wait for one another for ever; empty iff there is no deadlock (Def. 3).
 
     The largest set of robots each of which wants a full state, all of whose occupants are in the set. Where

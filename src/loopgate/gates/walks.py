@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
-from loopgate.model import Configuration, System
+from loopgate.model import Configuration, Placement, System
 
 
 @dataclass(frozen=True, slots=True)
@@ -168,7 +168,7 @@ def risky_walks(
     return tuple(walks)
 
 
-def safe_walk(system: System, configuration: Configuration, robot: int) -> Walk | None:
+def safe_walk(system: System, configuration: Placement, robot: int) -> Walk | None:
     """Return the safe walk of `robot`, or None (Def. 8): every state has room up to its next private state.
 
     The terminal state of an open path counts as private if no other robot will come to it. O(path length).
@@ -186,7 +186,7 @@ def safe_walk(system: System, configuration: Configuration, robot: int) -> Walk 
     return None
 
 
-def _needed(system: System, configuration: Configuration, robot: int, state: int) -> bool:
+def _needed(system: System, configuration: Placement, robot: int, state: int) -> bool:
     """Return whether another robot than `robot` will come to `state`."""
     for other in system.visitors[state] - {robot}:
         path = system.paths[other]

@@ -1,6 +1,6 @@
 """Robots, states, configurations and systems: pure data, no SUMO, no clock, no files but the system file."""
 
-from loopgate.model.configuration import Configuration
+from loopgate.model.configuration import Configuration, MutableConfiguration, Placement
 from loopgate.model.ids import RobotId, StateId
 from loopgate.model.robot import Robot
 from loopgate.model.system import System
@@ -8,6 +8,8 @@ from loopgate.model.system_file import read_system, system_from_dict, system_to_
 
 __all__ = [
     "Configuration",
+    "MutableConfiguration",
+    "Placement",
     "Robot",
     "RobotId",
     "StateId",

@@ -1,6 +1,23 @@
 """A configuration: the positions of all robots."""
 
-from typing import NamedTuple
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple, Protocol
+
+
+class Placement(Protocol):
+    """Where robots stand: a `Configuration`, or one in which moves are made."""
+
+    @property
+    def positions(self) -> Sequence[int]:
+        """See `Configuration`."""
+        ...
+
+    @property
+    def queues(self) -> Sequence[Sequence[int]]:
+        """See `Configuration`."""
+        ...
 
 
 class Configuration(NamedTuple):
@@ -12,3 +29,20 @@ class Configuration(NamedTuple):
     queues: tuple[tuple[int, ...], ...] = ()
     """For each FIFO state, in the order of ``System.fifo_states``, the robots in it, head first. Empty for
     systems without FIFO states."""
+
+
+class MutableConfiguration:
+    """A configuration in which moves are made and taken back, at no cost for the robots that stay.
+
+    `System.make` and `System.take_back` do so.
+    """
+
+    __slots__ = ("positions", "queues")
+
+    def __init__(self, placement: Placement) -> None:
+        self.positions = list(placement.positions)
+        self.queues = [list(queue) for queue in placement.queues]
+
+    def frozen(self) -> Configuration:
+        """Return it as it is now."""
+        return Configuration(tuple(self.positions), tuple(map(tuple, self.queues)))

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 
 from loopgate.errors import IllegalMoveError, SystemModelError
-from loopgate.model.configuration import Configuration
+from loopgate.model.configuration import Configuration, MutableConfiguration, Placement
 from loopgate.model.ids import RobotId, StateId
 from loopgate.model.robot import Robot
 from loopgate.reading import shown
@@ -169,49 +169,49 @@ class System:
         msg = f"robot {name}: there is no such robot; there are {', '.join(r.id for r in self.robots)}"
         raise SystemModelError(msg)
 
-    def state_at(self, configuration: Configuration, robot: int) -> int:
+    def state_at(self, configuration: Placement, robot: int) -> int:
         """Return the state in which `robot` stands."""
         return self.paths[robot][configuration.positions[robot]]
 
-    def next_position(self, configuration: Configuration, robot: int) -> int | None:
+    def next_position(self, configuration: Placement, robot: int) -> int | None:
         """Return the position `robot` moves to next, or None if it stays for good."""
         following = self.following[robot][configuration.positions[robot]]
         return None if following < 0 else following
 
-    def next_state(self, configuration: Configuration, robot: int) -> int | None:
+    def next_state(self, configuration: Placement, robot: int) -> int | None:
         """Return the state `robot` moves to next, or None if it stays for good."""
         following = self.following[robot][configuration.positions[robot]]
         return None if following < 0 else self.paths[robot][following]
 
-    def finished(self, configuration: Configuration, robot: int) -> bool:
+    def finished(self, configuration: Placement, robot: int) -> bool:
         """Return whether `robot` stays where it is for good."""
         return self.following[robot][configuration.positions[robot]] < 0
 
-    def occupancy(self, configuration: Configuration) -> list[int]:
+    def occupancy(self, configuration: Placement) -> list[int]:
         """Return how many robots stand in each state, by state number."""
         count = [0] * len(self.states)
         for path, p in zip(self.paths, configuration.positions, strict=True):
             count[path[p]] += 1
         return count
 
-    def occupants(self, configuration: Configuration, state: int) -> list[int]:
+    def occupants(self, configuration: Placement, state: int) -> list[int]:
         """Return the robots in `state`: head first in a FIFO state, else in robot order."""
         q = self._queue_of.get(state)
         if q is not None:
             return list(configuration.queues[q])
         return [i for i in sorted(self.visitors[state]) if self.paths[i][configuration.positions[i]] == state]
 
-    def head(self, configuration: Configuration, state: int) -> int | None:
+    def head(self, configuration: Placement, state: int) -> int | None:
         """Return the robot that stands first in `state`, if it is a FIFO state with anybody in it."""
         q = self._queue_of.get(state)
         return configuration.queues[q][0] if q is not None and configuration.queues[q] else None
 
-    def at_head(self, configuration: Configuration, robot: int) -> bool:
+    def at_head(self, configuration: Placement, robot: int) -> bool:
         """Return whether nobody stands before `robot` in a FIFO state."""
         q = self._queue_of.get(self.state_at(configuration, robot))
         return q is None or configuration.queues[q][0] == robot
 
-    def has_room(self, configuration: Configuration, state: int) -> bool:
+    def has_room(self, configuration: Placement, state: int) -> bool:
         """Return whether one more robot fits into `state`: for capacity 1, ``Sign(state) == 0``."""
         if self.private[state]:
             return True
@@ -223,7 +223,7 @@ class System:
             count += self.paths[i][configuration.positions[i]] == state
         return count < self.room[state]
 
-    def enabled(self, configuration: Configuration, robot: int) -> bool:
+    def enabled(self, configuration: Placement, robot: int) -> bool:
         """Return whether the one-step move of `robot` breaks neither capacity nor order.
 
         This is the paper's "movable" (Section 4.1), extended to capacities and FIFO states.
@@ -264,6 +264,27 @@ class System:
         if entered is not None:
             queues[entered] = (*queues[entered], robot)
         return Configuration(positions, tuple(queues))
+
+    def make(self, placement: MutableConfiguration, robot: int) -> int:
+        """Make a move that the caller knows to be enabled; return what `take_back` is to be told."""
+        p = placement.positions[robot]
+        q = placement.positions[robot] = self.following[robot][p]
+        left, entered = (self._queue_of.get(self.paths[robot][at]) for at in (p, q))
+        if left is not None:
+            del placement.queues[left][0]
+        if entered is not None:
+            placement.queues[entered].append(robot)
+        return p
+
+    def take_back(self, placement: MutableConfiguration, robot: int, before: int) -> None:
+        """Take back the last move that was made, of `robot` from the position `before`."""
+        q = placement.positions[robot]
+        placement.positions[robot] = before
+        left, entered = (self._queue_of.get(self.paths[robot][at]) for at in (before, q))
+        if entered is not None:
+            del placement.queues[entered][-1]
+        if left is not None:
+            placement.queues[left].insert(0, robot)
 
     def describe(self, configuration: Configuration) -> tuple[StateId, ...]:
         """Return the names of the states in which the robots stand, robot by robot."""
