@@ -33,7 +33,7 @@ __all__ = ["Engine"]
 _LOOK_EVERY_S = 10.0
 """How often those that stand are asked for their lane [s]."""
 
-_TIMED_EVERY = 20
+_TIMED_EVERY = 50
 """Every so many steps the decisions are timed alone; else they are made in one go with all the rest."""
 
 

@@ -34,42 +34,55 @@ def advised_type(kind: VehicleType) -> VehicleType:
     return replace(kind, attributes={**kind.attributes, "speedFactor": f"{_FASTEST}", "speedDev": "0"})
 
 
-def lead(times_s: Floats, laps_s: Floats, loops: Numbers) -> Floats:
-    """Return how far each vehicle is ahead of the middle between its neighbours on its loop.
+class Neighbours:
+    """How far vehicles are ahead of the middle between their neighbours, each on its loop.
 
     Parameters
     ----------
-    times_s
-        Where each is, as time from its loop's beginning at the speeds allowed [s].
     laps_s, loops
         Time of a lap [s] and number of the loop, of each vehicle.
-
-    Returns
-    -------
-    ndarray
-        In units of even spacing: 0 in the middle, 1 where the one ahead is two spacings nearer than the one
-        behind. 0 for one vehicle alone. O(n log n).
     """
-    count = len(times_s)
-    if not count:
-        return np.zeros(0)
-    order = np.lexsort((times_s % laps_s, loops))
-    places, laps, grouped = (times_s % laps_s)[order], laps_s[order], loops[order]
-    begins = np.flatnonzero(np.r_[True, grouped[1:] != grouped[:-1]])
-    sizes = np.diff(np.r_[begins, count])
-    next_one = np.arange(1, count + 1)
-    next_one[begins + sizes - 1] = begins
-    ahead = places[next_one] - places
-    ahead[begins + sizes - 1] += laps[begins]
-    behind = np.empty(count)
-    behind[next_one] = ahead
-    found = np.empty(count)
-    found[order] = (behind - ahead) / (2.0 * laps / np.repeat(sizes, sizes))
-    return found
+
+    def __init__(self, laps_s: Floats, loops: Numbers) -> None:
+        self._laps_s, self._loops = laps_s, loops
+        # Who is before whom changes; how many there are on each loop does not.
+        by_loop = np.argsort(loops, kind="stable")
+        laps, grouped = laps_s[by_loop], loops[by_loop]
+        begins = np.flatnonzero(np.r_[True, grouped[1:] != grouped[:-1]][: len(loops)])
+        sizes = np.diff(np.r_[begins, len(loops)])
+        self._last = begins + sizes - 1
+        self._last_laps = laps[begins]
+        self._next = np.arange(1, len(loops) + 1)
+        self._next[self._last] = begins
+        self._before = np.argsort(self._next)
+        self._spacings = 2.0 * laps / np.repeat(sizes, sizes)
+
+    def leads(self, times_s: Floats) -> Floats:
+        """Return how far each vehicle is ahead.
+
+        Parameters
+        ----------
+        times_s
+            Where each is, as time from its loop's beginning at the speeds allowed [s].
+
+        Returns
+        -------
+        ndarray
+            In units of even spacing: 0 in the middle, 1 where the one ahead is two spacings nearer than the
+            one behind. 0 for one vehicle alone. O(n log n).
+        """
+        times_s = times_s % self._laps_s
+        order = np.lexsort((times_s, self._loops))
+        places = times_s[order]
+        ahead = places[self._next] - places
+        ahead[self._last] += self._last_laps
+        found = np.empty(len(places))
+        found[order] = (ahead[self._before] - ahead) / self._spacings
+        return found
 
 
 class Leads:
-    """The vehicles ahead of the middle between their neighbours, and by how much, as `lead` has it.
+    """The vehicles ahead of the middle between their neighbours, and by how much; see `Neighbours`.
 
     Parameters
     ----------
@@ -93,13 +106,13 @@ class Leads:
             [end[1] + at for end, (at, _) in zip(ends, pairwise(begins_s), strict=True)]
         )
         self._begins_m, self._begins_s = begins_m[self._loops], begins_s[self._loops]
-        self._lengths_m, self._laps_s = lengths[self._loops], laps[self._loops]
+        self._lengths_m = lengths[self._loops]
+        self._neighbours = Neighbours(laps[self._loops], self._loops)
 
     def __call__(self, fronts_m: Floats) -> Floats:
         """Return the leads of all vehicles, by their fronts [m]."""
         at_m = self._begins_m + fronts_m % self._lengths_m
-        times = np.interp(at_m, self._ends_m, self._ends_s) - self._begins_s
-        return lead(times, self._laps_s, self._loops)
+        return self._neighbours.leads(np.interp(at_m, self._ends_m, self._ends_s) - self._begins_s)
 
 
 class _Spacing:

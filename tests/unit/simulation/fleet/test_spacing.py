@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from loopgate.network.vehicle_type import DEFAULT_TYPE
-from loopgate.simulation.fleet.spacing import advised_type, lead
+from loopgate.simulation.fleet.spacing import Neighbours, advised_type
 
 
 def of_one(times: list[float], lap_s: float) -> list[float]:
     """Return the leads on one loop."""
     count = len(times)
-    return list(lead(np.array(times), np.full(count, lap_s), np.zeros(count, dtype=np.int64)))
+    return list(Neighbours(np.full(count, lap_s), np.zeros(count, dtype=np.int64)).leads(np.array(times)))
 
 
 def test_evenly_spaced_vehicles_lead_nobody() -> None:
@@ -44,7 +44,7 @@ def test_loops_do_not_mix() -> None:
     """Three on one loop and two on another with another lap, in any order: each as if alone on its own."""
     times = np.array([30.0, 0.0, 0.0, 10.0, 40.0])
     laps = np.array([60.0, 60.0, 50.0, 50.0, 60.0])
-    found = lead(times, laps, np.array([4, 4, 2, 2, 4])).tolist()
+    found = Neighbours(laps, np.array([4, 4, 2, 2, 4])).leads(times).tolist()
     assert found[:2] + found[4:] == pytest.approx(of_one([30.0, 0.0, 40.0], 60.0))
     assert found[2:4] == pytest.approx(of_one([0.0, 10.0], 50.0))
 
