@@ -25,9 +25,9 @@ GRID = ROOT / "networks" / "grid5-priority.net.xml"
 OFTEN = {"leave": 43, "stop": 17, "slow": 13, "move": 51, "remove": 91}
 
 
-def start(*options: str, routes: Path = ROOT / "routes" / "grid5.rou.xml") -> None:
+def start(*options: str, routes: Path = ROOT / "routes" / "grid5.rou.xml", network: Path = GRID) -> None:
     """Start the grid with its loops as routes, and nobody on them."""
-    files = ("-n", str(GRID), "-r", str(routes))
+    files = ("-n", str(network), "-r", str(routes))
     program = str(Path(sys.prefix) / "bin" / "sumo")
     libsumo.start([program, *files, "--no-step-log", "--no-warnings", "--seed", "1", *options])
 
@@ -298,3 +298,21 @@ def test_no_simulation_is_running() -> None:
     with pytest.raises(LoopgateError, match="traci: no simulation is running"):
         loopgate.attach(importlib.import_module("traci"))
     start()
+
+
+def test_who_has_passed_a_light_heeds_the_next_one() -> None:
+    """Let go into green they are not stopped by it, until they are over its line; who stands is counted."""
+    start(network=ROOT / "networks" / "grid5-actuated.net.xml")
+    vehicles = [f"v{number}" for number in range(12)]
+    for number, vehicle in enumerate(vehicles):
+        put(vehicle, route=f"loop{number % 4}")
+    heeds: dict[str, list[bool]] = {vehicle: [] for vehicle in vehicles}
+    with loopgate.attach(libsumo) as gate:
+        gate.add(*vehicles)
+        for _ in range(400):
+            drive(gate, steps=1)
+            for vehicle in gate.vehicles:
+                heeds[vehicle].append(bool(libsumo.vehicle.getSpeedMode(vehicle) & 16))
+    assert gate.summary["at_lights"]["grants"] > 50
+    again = [vehicle for vehicle, some in heeds.items() if True in some[some.index(False) :]]
+    assert again == vehicles

@@ -28,8 +28,9 @@ from loopgate.drive.obstacles import Obstacle
 from loopgate.drive.requests import REASK_S
 from loopgate.drive.step import Step
 from loopgate.drive.tables import Tables
-from loopgate.gates import Decision, FollowingGate, Gate, Reason
+from loopgate.gates import Decision, Gate, Reason
 from loopgate.gates.certified import CertifiedGate
+from loopgate.gates.following import following
 from loopgate.model import Configuration, System
 from loopgate.negotiation.base import InformedNegotiation, Negotiation, Request
 from loopgate.negotiation.pressure import Pressure
@@ -89,7 +90,7 @@ class Gatekeeper:
         """
         self.system = system
         self.gate = gate
-        self._following = gate if isinstance(gate, FollowingGate) else None
+        self._following = following(gate)
         self._by_chain = isinstance(gate, CertifiedGate) and gate.by_chain_alone
         self._by_chain = self._by_chain and (joined or len(system.robots) > 1)
         everyone = self._by_chain and isinstance(gate, CertifiedGate) and gate.promise == "everyone"

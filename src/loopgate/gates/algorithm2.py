@@ -14,7 +14,7 @@ from loopgate.gates.following import Follower
 from loopgate.model import MutableConfiguration, Placement, System
 
 
-class Algorithm2Gate(Follower):
+class Algorithm2Gate(Follower, follows=True):
     """Admits a move iff it is collision-free and every circuit it would be part of is live by Theorem 1.
 
     States that hold several robots are read as `loopgate.gates.walks` says: one with room is as good as

@@ -7,7 +7,7 @@ from loopgate.gates.walks import safe_walk
 from loopgate.model import Placement
 
 
-class BankerGate(Follower):
+class BankerGate(Follower, follows=True):
     """Admits a move iff the robot has a safe walk: all states up to its next private state have room.
 
     From a configuration in which every robot but the movers has such a way, it never leads to a deadlock; but

@@ -24,7 +24,7 @@ def collision_decision(system: System, configuration: Placement, robot: int) -> 
     return _FREE
 
 
-class CollisionGate(Follower):
+class CollisionGate(Follower, follows=True):
     """Admits every move into a private state or one with room. It avoids collisions, not deadlocks."""
 
     def decide(self, configuration: Placement, robot: int) -> Decision:

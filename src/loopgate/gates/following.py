@@ -2,12 +2,21 @@
 
 from abc import ABC, abstractmethod
 
-from loopgate.gates.base import Decision
+from loopgate.gates.base import Decision, FollowingGate, Gate
 from loopgate.model import Configuration, MutableConfiguration, Placement, System
 
 
 class Follower(ABC):
-    """A gate that decides by where robots stand, and by nothing else; see `FollowingGate`."""
+    """A gate that decides by where robots stand, and by nothing else; see `FollowingGate`.
+
+    Classes say for themselves that they follow. One that somebody derives from them does not unless it says
+    so too: what it decides and keeps in mind may need configurations as they were.
+    """
+
+    follows = False
+
+    def __init_subclass__(cls, *, follows: bool = False) -> None:
+        cls.follows = follows
 
     def __init__(self, system: System) -> None:
         self._system = system
@@ -28,3 +37,10 @@ class Follower(ABC):
     def moved_here(self, robot: int) -> None:
         """Take note that `robot` has made an admitted move."""
         self._system.make(self._here, robot)
+
+
+def following(gate: Gate) -> FollowingGate | None:
+    """Return the gate if it follows the moves itself, None if it is to be told configurations."""
+    if isinstance(gate, Follower) and not gate.follows:
+        return None
+    return gate if isinstance(gate, FollowingGate) else None

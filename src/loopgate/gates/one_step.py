@@ -7,7 +7,7 @@ from loopgate.gates.following import Follower
 from loopgate.model import MutableConfiguration, Placement
 
 
-class OneStepGate(Follower):
+class OneStepGate(Follower, follows=True):
     """Admits a move iff it is collision-free and leads to no deadlock in the sense of Definition 3.
 
     So it never drives into a circular wait, but it does drive into deadlocks of higher order (Definition 4):

@@ -138,7 +138,7 @@ def open_session(
             *((departures.look,) if assembly.departures else ()),
             *((rerouting.look,) if rerouting else ()),
             *((stops.look,) if assembly.stops else ()),
-            *(around.each_step if around else ()),
+            *(fleet.looks if fleet else ()),
             *spacing,
             *room,
             *seen,

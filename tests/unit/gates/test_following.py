@@ -8,8 +8,9 @@ from loopgate.gates.algorithm2 import Algorithm2Gate
 from loopgate.gates.banker import BankerGate
 from loopgate.gates.base import FollowingGate
 from loopgate.gates.collision import CollisionGate
-from loopgate.gates.following import Follower
+from loopgate.gates.following import Follower, following
 from loopgate.gates.one_step import OneStepGate
+from loopgate.gates.open import OpenGate
 from loopgate.model import MutableConfiguration
 from loopgate.research.theory.variety import any_system
 
@@ -33,6 +34,18 @@ def test_who_follows_decides_the_same(gate_class: type[Follower]) -> None:
             here = s.moved(here, robot)
             gate.moved_here(robot)
     assert refused > 100
+
+
+class _Told(CollisionGate):
+    """Somebody's own gate, made of one of ours."""
+
+
+def test_a_class_made_of_one_that_follows_is_told_configurations() -> None:
+    """It may count on them; it can say that it follows, and others are asked what they can."""
+    s = any_system(1)
+    assert following(CollisionGate(s)) is not None
+    assert following(_Told(s)) is None
+    assert following(OpenGate(s)) is None
 
 
 def test_a_move_that_is_taken_back_leaves_no_trace() -> None:

@@ -97,6 +97,11 @@ class Surroundings:
         return self._others is None or self._others.has_room(driver)
 
     @property
+    def lights_each_step(self) -> list[Callable[[], None]]:
+        """Those of them that tell no vehicle how fast to drive."""
+        return [self._lights.look] if self._lights is not None else []
+
+    @property
     def each_step(self) -> list[Callable[[], None]]:
         """Functions to be called after each step."""
         return [one.look for one in (self._lights, self._others) if one is not None]

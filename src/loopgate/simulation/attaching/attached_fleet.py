@@ -116,6 +116,8 @@ class AttachedFleet(Fleet):
         if self.engine is not None and self.members:
             self._heed_speeds(self.engine.vehicles)
             self.engine.after_step()
+            for look in self.looks:
+                look()
         self._take_in()
 
     def _heed_speeds(self, vehicles: Any) -> None:  # noqa: ANN401  a table, by column
@@ -205,4 +207,6 @@ class AttachedFleet(Fleet):
         """Begin, usually with nobody, for vehicles that are about to join."""
         engine = super().begin(system, gate, tracks)
         self._orders.drivers = engine.drivers
+        if self.around is not None:
+            self.looks = self.around.lights_each_step  # how fast they drive is their owner's to say
         return engine

@@ -85,6 +85,8 @@ class Fleet:
         self.keeper: Gatekeeper | None = None
         self.engine: ChangingEngine | None = None
         self.around: Surroundings | None = None
+        self.looks: Sequence[Callable[[], None]] = ()
+        """What surroundings have to do after each step, once the drive has done its part."""
         self._leaving: Sequence[str] = ()
         """Vehicles that are to be let go with the next change."""
         self.changes = 0
@@ -135,6 +137,7 @@ class Fleet:
         self.around = Surroundings(
             self._network, traffic, engine, self.keeper, lights=rules.lights, others=rules.others
         )
+        self.looks = self.around.each_step
         if self.stays and isinstance(gate, CertifiedGate):
             engine.drive_by(self._ways, self.room)
         self.around.plan(self._itineraries, self._ways)
