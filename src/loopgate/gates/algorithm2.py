@@ -11,7 +11,7 @@ from loopgate.gates.circuit_search import BudgetSpent, CircuitSearch
 from loopgate.gates.circuits import describe_circuit
 from loopgate.gates.collision import collision_decision
 from loopgate.gates.following import Follower
-from loopgate.model import MutableConfiguration, Placement, System
+from loopgate.model import Placement, System
 
 
 class Algorithm2Gate(Follower, follows=True):
@@ -66,7 +66,7 @@ class Algorithm2Gate(Follower, follows=True):
         state = self._system.next_state(configuration, robot)
         if state is None or self._system.private[state]:
             return first
-        trial = self._here if configuration is self._here else MutableConfiguration(configuration)
+        trial = self._trial(configuration)
         position = self._system.make(trial, robot)
         moved = None if self._system.has_room(trial, state) else trial.frozen()
         self._system.take_back(trial, robot, position)

@@ -30,6 +30,10 @@ class Follower(ABC):
         """Do nothing: the gate has no memory."""
         del configuration, robot
 
+    def _trial(self, configuration: Placement) -> MutableConfiguration:
+        """Return what a move may be made in that is taken back again."""
+        return self._here if configuration is self._here else MutableConfiguration(configuration)
+
     def decide_here(self, robot: int) -> Decision:
         """Decide the next move of `robot` after the moves told so far."""
         return self.decide(self._here, robot)

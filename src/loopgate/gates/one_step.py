@@ -4,7 +4,7 @@ from loopgate.gates.base import Decision, Reason, refusal
 from loopgate.gates.collision import collision_decision
 from loopgate.gates.deadlocks import deadlocked_robots
 from loopgate.gates.following import Follower
-from loopgate.model import MutableConfiguration, Placement
+from loopgate.model import Placement
 
 
 class OneStepGate(Follower, follows=True):
@@ -25,7 +25,7 @@ class OneStepGate(Follower, follows=True):
         if not first.admitted:
             return first
         left = system.state_at(configuration, robot)
-        trial = self._here if configuration is self._here else MutableConfiguration(configuration)
+        trial = self._trial(configuration)
         position = system.make(trial, robot)
         after = deadlocked_robots(system, trial) if self._may_lock(trial, robot, left) else frozenset()
         system.take_back(trial, robot, position)
