@@ -2,7 +2,8 @@
 
 Numba keeps what it compiled by file, and looks at that file only: a function keeps an old version of what it
 calls, or of a constant, in another file. And several processes that find the sources changed must not share a
-folder with those that still run the old ones. So the folder is named by a hash of all sources of the package.
+folder with those that still run the old ones. So the folder is named by a hash of all sources of the rooms in
+which anything is compiled, and of `loopgate.gates`, whose reasons are constants there.
 """
 
 import hashlib
@@ -19,6 +20,9 @@ from numba import config, njit
 from numba.core import event
 
 _PACKAGE = Path(__file__).parent
+_ROOMS = "*.py", "drive/*.py", "gates/*.py", "network/cover/*.py", "research/**/*.py"
+"""The sources that what is compiled depends on."""
+
 _PREFIX = "loopgate-kernels-"
 _OLD_S = 7 * 24 * 3600.0
 """After so long what was compiled of other sources is deleted [s]."""
@@ -37,7 +41,7 @@ def kernel_folder(given: str = "", package: Path = _PACKAGE) -> str:
     """
     facts = [
         (str(file.relative_to(package)), file.stat().st_size, file.stat().st_mtime_ns)
-        for file in sorted(package.rglob("*.py"))
+        for file in sorted(file for room in _ROOMS for file in package.glob(room))
     ]
     name = _PREFIX + hashlib.sha256(repr(facts).encode()).hexdigest()[:16]
     own = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "loopgate"

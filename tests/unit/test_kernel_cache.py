@@ -1,6 +1,7 @@
 """Compiled code is kept apart for each state of the sources."""
 
 import os
+import re
 import subprocess
 import sys
 import time
@@ -8,30 +9,51 @@ from pathlib import Path
 
 import pytest
 
+from loopgate import kernel_cache
 from loopgate.kernel_cache import kernel_folder, mark
 
 
 def package(folder: Path) -> Path:
-    """Make a package of two files."""
-    (folder / "inner").mkdir(parents=True)
+    """Make a package of three files, in one of which nothing that is compiled can lie."""
+    for room in ("research/inner", "report"):
+        (folder / room).mkdir(parents=True)
+        (folder / room / "b.py").write_text("B = 1\n", encoding="utf-8")
     (folder / "a.py").write_text("A = 1\n", encoding="utf-8")
-    (folder / "inner" / "b.py").write_text("B = 1\n", encoding="utf-8")
     return folder
 
 
 @pytest.mark.parametrize("given", ["", "wanted"])
-def test_a_change_in_any_file_leads_to_another_folder(given: str, tmp_path: Path) -> None:
-    """Also below the folder that the user wants; what others still run is not touched."""
+def test_a_change_in_a_file_leads_to_another_folder(given: str, tmp_path: Path) -> None:
+    """Also below the folder that the user wants; what others still run is not touched.
+
+    A file counts in whose room something is compiled.
+    """
     place = str(tmp_path / given) if given else ""
     sources = package(tmp_path / "package")
     before = Path(kernel_folder(place, sources))
     assert before.is_dir()
     assert before.parent == (Path(place) if place else sources / "__pycache__")
     assert Path(kernel_folder(place, sources)) == before
-    (sources / "inner" / "b.py").write_text("B = 12\n", encoding="utf-8")
+    (sources / "report" / "b.py").write_text("B = 12\n", encoding="utf-8")
+    assert Path(kernel_folder(place, sources)) == before
+    (sources / "research" / "inner" / "b.py").write_text("B = 12\n", encoding="utf-8")
     after = Path(kernel_folder(place, sources))
     assert after != before
     assert before.is_dir()
+
+
+def test_all_that_is_compiled_lies_where_changes_count() -> None:
+    """Constants too, that compiled code takes from elsewhere."""
+    package = Path(kernel_cache.__file__).parent
+    known = {file for room in kernel_cache._ROOMS for file in package.glob(room)}
+    compiled = {file for file in package.rglob("*.py") if "kernel_cache import" in file.read_text("utf-8")}
+    assert compiled - known == set()
+    for file in compiled:
+        text = file.read_text("utf-8")
+        names = re.findall(r"^from loopgate((?:\.\w+)*) import", text, flags=re.MULTILINE)
+        for name in names:
+            path = package.joinpath(*name.split(".")[1:])
+            assert {path.with_suffix(".py"), path / "__init__.py"} & known, (file, name)
 
 
 def test_what_is_a_week_old_is_deleted(tmp_path: Path) -> None:
