@@ -111,33 +111,11 @@ SHAPE: Final = "shape"  # "x,y x,y ..." [m], network coordinates
 HEADWAY_CV: Final = "headway_cv"  # standard deviation over mean of the times between two visits
 BUNCHED: Final = "bunched"  # share of these below a quarter of their mean, 0 to 1
 WITHIN: Final = "within"  # share of the time in which the idleness is at most the bound, 0 to 1
-EDGE_COLUMNS: Final = (
-    EDGE,
-    EDGE_LENGTH,
-    VISITS,
-    MEAN_REVISIT,
-    MAX_REVISIT,
-    WEIGHTED_REVISIT,
-    IDLENESS,
-    WORST_IDLENESS,
-    EDGE_HOLD,
-    SHAPE,
-)
+_SEEN = (VISITS, MEAN_REVISIT, MAX_REVISIT, WEIGHTED_REVISIT, IDLENESS, WORST_IDLENESS)
+EDGE_COLUMNS: Final = (EDGE, EDGE_LENGTH, *_SEEN, EDGE_HOLD, SHAPE)
 BOUND: Final = "bound_s"  # time for which the street should not go unseen; infinity for none
 STREET: Final = "street"  # name of the street, empty where the network has none
-WATCH_COLUMNS: Final = (
-    EDGE,
-    VISITS,
-    MEAN_REVISIT,
-    MAX_REVISIT,
-    WEIGHTED_REVISIT,
-    IDLENESS,
-    WORST_IDLENESS,
-    HEADWAY_CV,
-    BUNCHED,
-    BOUND,
-    WITHIN,
-)
+WATCH_COLUMNS: Final = (EDGE, *_SEEN, HEADWAY_CV, BUNCHED, BOUND, WITHIN)
 STREET_COLUMNS: Final = (EDGE, STREET, EDGE_LENGTH, *WATCH_COLUMNS[1:], SHAPE)
 """``streets.parquet``: one row per edge that is open to the vehicles, also those on no loop."""
 
