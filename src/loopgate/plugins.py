@@ -35,16 +35,11 @@ _KINDS: dict[str, tuple[tuple[type, ...], str]] = {
 }
 """Values that an option takes, by its annotation."""
 
-
 _IN_FILE = re.compile(r"(?P<file>.*\.py):(?P<rest>[^\W\d]\w*(?::.*)?)", re.DOTALL)
 _HERE = "here."
 """Begins the names of things that no file holds; they mean something in one process only."""
 
 _at_hand: dict[str, Factory] = {}
-
-
-class PluginError(LoopgateError):
-    """A name that is not installed, or an option that does not exist."""
 
 
 class FilePlugin(NamedTuple):
@@ -62,69 +57,117 @@ def in_file(spec: object) -> FilePlugin | None:
     return FilePlugin(found["file"], found["rest"]) if found else None
 
 
-def name_of(kind: str, group: str, thing: object) -> str:
-    """Return a name by which `make_plugin` finds a class or function, in other processes too if it can.
+class Plugins(NamedTuple):
+    """Things of one kind: what messages call them, their entry-point group, and the error to raise."""
 
-    A text is a name already. What is installed has the name of its entry point, what stands at the top of a
-    Python file ``file.py:Name``; anything else gets a name that only this process knows.
+    kind: str
+    group: str
+    error: type[LoopgateError]
 
-    Raises `PluginError` if `thing` cannot be called.
-    """
-    if isinstance(thing, str):
-        return thing
-    if not callable(thing):
-        msg = f"{kind} {shown(thing)}: expected a name, or a class or function that makes one"
-        raise PluginError(msg)
-    own = getattr(thing, "__qualname__", type(thing).__qualname__)
-    home = f"{getattr(thing, '__module__', '')}:{own}"
-    for point in entry_points(group=group):
-        if point.value == home:
-            return point.name
-    # Lambdas and partial classes are called alike.
-    name = (
-        f"{_HERE}{own}" if own.isidentifier() and hasattr(thing, "__qualname__") else f"{_HERE}{id(thing):x}"
-    )
-    with suppress(TypeError, OSError):  # no source, as in a notebook
-        file = inspect.getsourcefile(cast("Any", thing))
-        if file and own.isidentifier() and file.endswith(".py") and Path(file).is_file():
-            name = f"{os.path.relpath(file)}:{own}"
-    _at_hand[name] = thing
-    return name
+    def name_of(self, thing: object) -> str:
+        """Return a name by which `make` finds a class or function, in other processes too if it can.
 
+        A text is a name already. What is installed has the name of its entry point, what stands at the top of
+        a Python file ``file.py:Name``; anything else gets a name that only this process knows.
 
-def make_plugin(
-    kind: str, group: str, spec: str, make: Callable[[Callable[..., Any], Mapping[str, object]], T]
-) -> T:
-    """Load the entry point that `spec` names and make it with the options of `spec`.
+        Raises `error` if `thing` cannot be called.
+        """
+        if isinstance(thing, str):
+            return thing
+        if not callable(thing):
+            msg = f"{self.kind} {shown(thing)}: expected a name, or a class or function that makes one"
+            raise self.error(msg)
+        own = getattr(thing, "__qualname__", type(thing).__qualname__)
+        home = f"{getattr(thing, '__module__', '')}:{own}"
+        for point in entry_points(group=self.group):
+            if point.value == home:
+                return point.name
+        # Lambdas and partial classes are called alike.
+        alone = own.isidentifier() and hasattr(thing, "__qualname__")
+        name = f"{_HERE}{own}" if alone else f"{_HERE}{id(thing):x}"
+        with suppress(TypeError, OSError):  # no source, as in a notebook
+            file = inspect.getsourcefile(cast("Any", thing))
+            if file and own.isidentifier() and file.endswith(".py") and Path(file).is_file():
+                name = f"{os.path.relpath(file)}:{own}"
+        _at_hand[name] = thing
+        return name
 
-    Raises `PluginError` if nothing has that name, the thing has no such option, or refuses an option's value.
+    def make(self, spec: str, make: Callable[[Factory, Mapping[str, object]], T]) -> T:
+        """Load what `spec` names and make it with the options of `spec`.
 
-    Parameters
-    ----------
-    kind
-        The kind of thing, for messages: "gate", "negotiation".
-    spec
-        The name (see `name_of`), with options behind a colon. Values are whole numbers, decimal numbers,
-        ``true`` or ``false``, else text; numbers are finite and at most 1e12 in size. Where the factory
-        annotates an option as one of these, only such a value is taken.
-    make
-        Called with the loaded factory, whose first parameter is not an option, and the options.
-    """
-    name, colon, rest = _split(spec)
-    factory = _factory(kind, group, name)
-    options = dict(_option(kind, spec, part) for part in rest.split(",")) if colon else {}
-    known = _options(factory)
-    for option, value in options.items():
-        if option not in known:
-            has = f"its options are {', '.join(known)}" if known else "it has no options"
-            msg = f"{kind} {name}: unknown option {shown(option)}; {has}"
-            raise PluginError(msg)
-        _check_value(f"{kind} {name}: {option}", value, known[option].annotation)
-    try:
-        return make(factory, options)
-    except (TypeError, ValueError) as error:
-        msg = f"{kind} {_short(spec)}: {error}"
-        raise PluginError(msg) from error
+        Raises `error` if nothing has that name, the thing has no such option, or refuses an option's value.
+
+        Parameters
+        ----------
+        spec
+            The name (see `name_of`), with options behind a colon. Values are whole numbers, decimal numbers,
+            ``true`` or ``false``, else text; numbers are finite and at most 1e12 in size. Where the factory
+            annotates an option as one of these, only such a value is taken.
+        make
+            Called with the loaded factory, whose first parameter is not an option, and the options.
+        """
+        name, colon, rest = _split(spec)
+        factory = self._factory(name)
+        options = dict(self._option(spec, part) for part in rest.split(",")) if colon else {}
+        known = _options(factory)
+        for option, value in options.items():
+            if option not in known:
+                has = f"its options are {', '.join(known)}" if known else "it has no options"
+                msg = f"{self.kind} {name}: unknown option {shown(option)}; {has}"
+                raise self.error(msg)
+            if (expected := _expected(value, known[option].annotation)) is not None:
+                msg = f"{self.kind} {name}: {option} is {shown(value)}; expected {expected}"
+                raise self.error(msg)
+        try:
+            return make(factory, options)
+        except (TypeError, ValueError) as error:
+            msg = f"{self.kind} {_short(spec)}: {error}"
+            raise self.error(msg) from error
+
+    def _option(self, spec: str, part: str) -> tuple[str, object]:
+        key, equals, text = part.partition("=")
+        if not key or not equals:
+            msg = f"{self.kind} {_short(spec)}: {shown(part)} is no option; write name=value"
+            raise self.error(msg)
+        return key.strip(), _value(text.strip())
+
+    def _factory(self, name: str) -> Factory:
+        if name in _at_hand:
+            return _at_hand[name]
+        where = in_file(name)
+        if where is not None:
+            return self.from_file(where)
+        what = f"{self.kind} {_short(name)}"
+        if name.startswith(_HERE):
+            msg = f"{what}: made in another program; write it to a file, and name file.py:NAME"
+            raise self.error(msg)
+        points = _installed(self.group)
+        if name not in points:
+            msg = (
+                f"{what}: there is no such {self.kind}; installed are {', '.join(sorted(points))}; "
+                "for one of your own write file.py:NAME"
+            )
+            raise self.error(msg)
+        try:
+            return cast("Factory", points[name].load())
+        except (ImportError, AttributeError) as error:
+            msg = f"{self.kind} {name}: it is installed, but cannot be imported ({error})"
+            raise self.error(msg) from error
+
+    def from_file(self, where: FilePlugin) -> Factory:
+        """Return what a Python file defines under a name; the file is run once, unless it changes.
+
+        Raises `error` if there is no such file, it fails, or it defines no such thing that can be called.
+        """
+        file, name = where
+        with refusing(f"{self.kind} {file}:{name}", "Python file", self.error, wrong="the file fails"):
+            source = Path(file).read_bytes()
+            module = _MODULES.get((str(Path(file).resolve()), source), lambda: _run_file(file, source))
+        thing = getattr(module, name, None)
+        if not callable(thing):
+            msg = f"{self.kind} {file}:{name}: the file defines no class or function of that name"
+            raise self.error(msg)
+        return cast("Factory", thing)
 
 
 def _split(spec: str) -> tuple[str, str, str]:
@@ -136,48 +179,10 @@ def _split(spec: str) -> tuple[str, str, str]:
     return f"{where.file}:{name}", colon, rest
 
 
-def _factory(kind: str, group: str, name: str) -> Factory:
-    if name in _at_hand:
-        return _at_hand[name]
-    where = in_file(name)
-    if where is not None:
-        return load_from_file(kind, where.file, where.rest)
-    if name.startswith(_HERE):
-        msg = f"{kind} {_short(name)}: made in another program; write it to a file, and name file.py:NAME"
-        raise PluginError(msg)
-    points = _installed(group)
-    if name not in points:
-        msg = (
-            f"{kind} {_short(name)}: there is no such {kind}; installed are {', '.join(sorted(points))}; "
-            "for one of your own write file.py:NAME"
-        )
-        raise PluginError(msg)
-    try:
-        return cast("Factory", points[name].load())
-    except (ImportError, AttributeError) as error:
-        msg = f"{kind} {name}: it is installed, but cannot be imported ({error})"
-        raise PluginError(msg) from error
-
-
 @cache
 def _installed(group: str) -> Mapping[str, EntryPoint]:
     """Return the entry points of a group; to look for them takes milliseconds."""
     return {point.name: point for point in entry_points(group=group)}
-
-
-def load_from_file(kind: str, file: str, name: str) -> Factory:
-    """Return what a Python file defines under a name; the file is run once, unless it changes.
-
-    Raises `PluginError` if there is no such file, it fails, or it defines no such thing that can be called.
-    """
-    with refusing(f"{kind} {file}:{name}", "Python file", PluginError, wrong="the file fails"):
-        source = Path(file).read_bytes()
-        module = _MODULES.get((str(Path(file).resolve()), source), lambda: _run_file(file, source))
-    thing = getattr(module, name, None)
-    if not callable(thing):
-        msg = f"{kind} {file}:{name}: the file defines no class or function of that name"
-        raise PluginError(msg)
-    return cast("Factory", thing)
 
 
 _MODULES: Kept[ModuleType] = Kept(32)
@@ -207,24 +212,15 @@ def _options(factory: Factory) -> dict[str, inspect.Parameter]:
         return {}
 
 
-def _option(kind: str, spec: str, part: str) -> tuple[str, object]:
-    key, equals, text = part.partition("=")
-    if not key or not equals:
-        msg = f"{kind} {_short(spec)}: {shown(part)} is no option; write name=value"
-        raise PluginError(msg)
-    return key.strip(), _value(text.strip())
-
-
-def _check_value(what: str, value: object, annotation: object) -> None:
+def _expected(value: object, annotation: object) -> str | None:
+    """Return what an option should be that is annotated so; None if the value is."""
     if isinstance(value, int | float) and not abs(value) <= _LARGEST:
-        msg = f"{what} is {shown(value)}; expected a finite number, at most {_LARGEST:g} in size"
-        raise PluginError(msg)
+        return f"a finite number, at most {_LARGEST:g} in size"
     # Annotations are texts where the module postpones them.
     name = annotation if isinstance(annotation, str) else getattr(annotation, "__name__", "")
     kinds, expected = _KINDS.get(name, ((object,), ""))
-    if not isinstance(value, kinds) or (isinstance(value, bool) and bool not in kinds and expected):
-        msg = f"{what} is {shown(value)}; expected {expected}"
-        raise PluginError(msg)
+    strange = isinstance(value, bool) and bool not in kinds and expected
+    return expected if strange or not isinstance(value, kinds) else None
 
 
 def _short(spec: str) -> str:

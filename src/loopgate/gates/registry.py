@@ -15,10 +15,10 @@ from importlib.metadata import entry_points
 from loopgate.errors import GateError
 from loopgate.gates.base import Gate, TimedGate
 from loopgate.model import System
-from loopgate.plugins import PluginError, make_plugin, name_of
+from loopgate.plugins import Plugins
 from loopgate.reading import shown
 
-_GROUP = "loopgate.gates"
+_GATES = Plugins("gate", "loopgate.gates", GateError)
 
 
 def gate_names() -> list[str]:
@@ -30,7 +30,7 @@ def gate_names() -> list[str]:
     >>> "certified" in gate_names()
     True
     """
-    return sorted({point.name for point in entry_points(group=_GROUP)})
+    return sorted({point.name for point in entry_points(group=_GATES.group)})
 
 
 def name_gate(gate: object) -> str:
@@ -51,10 +51,7 @@ def name_gate(gate: object) -> str:
     if isinstance(gate, Gate) and not isinstance(gate, type):
         msg = f"gate {type(gate).__name__}: a run makes its gate for its own system; give the class"
         raise GateError(msg)
-    try:
-        return name_of("gate", _GROUP, gate)
-    except PluginError as error:
-        raise GateError(str(error)) from error
+    return _GATES.name_of(gate)
 
 
 def check_gate(spec: str) -> None:
@@ -85,10 +82,7 @@ def check_gate(spec: str) -> None:
         if checks is not None:
             checks(**options)
 
-    try:
-        make_plugin("gate", _GROUP, spec, check)
-    except PluginError as error:
-        raise GateError(str(error)) from error
+    _GATES.make(spec, check)
 
 
 def make_gate(gate: object, system: System, clock: Callable[[], float] | None = None) -> Gate:
@@ -118,10 +112,7 @@ def make_gate(gate: object, system: System, clock: Callable[[], float] | None = 
     (False, 'occupied')
     """
     spec = name_gate(gate)
-    try:
-        made: object = make_plugin("gate", _GROUP, spec, lambda f, o: f(system, **o))
-    except PluginError as error:
-        raise GateError(str(error)) from error
+    made: object = _GATES.make(spec, lambda f, o: f(system, **o))
     if not isinstance(made, Gate):
         msg = f"gate {spec}: it makes {shown(made)}, which is no gate; expected the methods decide and moved"
         raise GateError(msg)

@@ -4,10 +4,10 @@ from random import Random
 
 from loopgate.errors import ScenarioError
 from loopgate.negotiation.base import Negotiation
-from loopgate.plugins import PluginError, make_plugin, name_of
+from loopgate.plugins import Plugins
 from loopgate.reading import shown
 
-_GROUP = "loopgate.negotiations"
+_NEGOTIATIONS = Plugins("negotiation", "loopgate.negotiations", ScenarioError)
 
 
 def name_negotiation(negotiation: object) -> str:
@@ -17,10 +17,7 @@ def name_negotiation(negotiation: object) -> str:
     """
     if isinstance(negotiation, Negotiation) and not isinstance(negotiation, type):
         negotiation = _Made(negotiation)
-    try:
-        return name_of("negotiation", _GROUP, negotiation)
-    except PluginError as error:
-        raise ScenarioError(str(error)) from error
+    return _NEGOTIATIONS.name_of(negotiation)
 
 
 class _Made:
@@ -45,10 +42,7 @@ def make_negotiation(spec: str, rng: Random) -> Negotiation:
     Raises `ScenarioError` if no negotiation has that name, it has no such option, or an option has no such
     value.
     """
-    try:
-        made: object = make_plugin("negotiation", _GROUP, spec, lambda f, o: f(rng, **o))
-    except PluginError as error:
-        raise ScenarioError(str(error)) from error
+    made: object = _NEGOTIATIONS.make(spec, lambda f, o: f(rng, **o))
     if not isinstance(made, Negotiation):
         msg = f"negotiation {spec}: it makes {shown(made)}, which is none; expected the method order"
         raise ScenarioError(msg)

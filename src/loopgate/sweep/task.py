@@ -28,7 +28,7 @@ from loopgate.disk import DISK_FULL
 from loopgate.errors import LoopgateError, SweepError
 from loopgate.folders import temporary_folder
 from loopgate.network.content import content_identity
-from loopgate.plugins import PluginError, in_file, load_from_file
+from loopgate.plugins import Plugins, in_file
 from loopgate.results import row_columns as c
 from loopgate.sweep.description import Point, with_files
 from loopgate.sweep.files import PackedFile, unpack
@@ -169,13 +169,11 @@ def load_runner(name: str) -> Runner:
     Raises `SweepError` if there is no such module, file or function.
     """
     where = in_file(name)
+    if where is not None:
+        return Plugins("runner", "", SweepError).from_file(where)
+    module_name, _, attribute = name.rpartition(":")
     try:
-        if where is not None:
-            return load_from_file("runner", where.file, where.rest)
-        module_name, _, attribute = name.rpartition(":")
         return cast("Runner", getattr(importlib.import_module(module_name), attribute))
-    except PluginError as error:
-        raise SweepError(str(error)) from error
     except (ImportError, AttributeError, ValueError) as error:
         msg = f"runner {name}: cannot be imported ({error}); expected module:function or file.py:function"
         raise SweepError(msg) from error
