@@ -24,7 +24,7 @@ _CARRIED: Final = tuple(name for name in VehicleRow.__annotations__ if name not 
 
 _OF_RUN: Final = (
     *("now_s", "version", "grants", "turn", "decided_s", "overruns", "trespasses", "decisions"),
-    *("steps", "standing", "driven_m", "counts_from_s"),
+    *("steps", "standing", "ended", "driven_m", "counts_from_s"),
 )
 
 

@@ -141,6 +141,7 @@ def tables_of(
         times=np.zeros(0),
         acts=np.zeros((0, 3), dtype=np.int64),
         calls=np.zeros((0, 2), dtype=np.int64),
+        fronts=np.zeros(0),
         lists=np.zeros(0, dtype=np.int64),
     )
 
@@ -154,6 +155,7 @@ def with_room(count: int, tables: Tables, *, vehicles: NDArray[np.void], lists: 
         times=np.zeros(2 * FULL * count),
         acts=np.zeros((FULL * count, 3), dtype=np.int64),
         calls=np.zeros((count, 2), dtype=np.int64),
+        fronts=np.zeros(count),
         lists=lists,
     )
 

@@ -125,6 +125,7 @@ def _pass(i: int, room: int, t: Tables) -> bool:
     while run.rows < room and one.front >= one.next_lap_m:
         note(i, run.lap, one.loop, NOTHING, NOTHING, t)
         one.laps += 1
+        run.ended += 1
         one.next_lap_m += one.lap_m
     while run.rows < room and one.front >= _leg_m(i, t):
         one.entered += 1
@@ -162,6 +163,7 @@ def sense(odometer: Floats, t: Tables) -> int:
         front = one.front if arrived else odometer[i] + one.offset
         one.speed = (front - one.front) / step_s
         one.front = front
+        t.fronts[i] = front - one.moved_m
         why = 0
         if front >= one.note_m and _pass(i, room, t):
             why |= PIVOTED

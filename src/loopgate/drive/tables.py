@@ -301,9 +301,9 @@ class DriveRow:
         How many there are, and how many found no room.
     overruns, trespasses, decisions
         So far; decisions of the chain rule only.
-    steps, standing, driven_m
-        Steps so far, how many vehicles stood in them, and how far all have driven [m], since somebody last
-        took these figures.
+    steps, standing, ended, driven_m
+        Steps so far, how many vehicles stood in them, laps that ended, and how far all have driven [m], since
+        somebody last took these figures.
     counts_from_s
         From when on standing counts for vehicles and edges [s].
     edge, lap, enter, leave, hold, go, grant, refuse, overrun, not_granted, chain
@@ -336,6 +336,7 @@ class DriveRow:
     decisions: int
     steps: int
     standing: int
+    ended: int
     driven_m: float
     counts_from_s: float
     edge: int
@@ -363,6 +364,8 @@ class Tables(NamedTuple):
         granted to it.
     calls
         Room for `loopgate.drive.sense`: vehicle, and some of its constants, added up.
+    fronts
+        How far vehicles are on their ways, by vehicle, as on ways that were never changed [m].
     lists
         Lists of vehicles, and of the numbers of grants.
     """
@@ -381,4 +384,5 @@ class Tables(NamedTuple):
     times: Floats
     acts: Numbers
     calls: Numbers
+    fronts: Floats
     lists: Numbers

@@ -12,6 +12,8 @@ from loopgate.traffic.base import Traffic
 
 __all__ = ["FlowMeter", "Row", "flow_table", "loop_table"]
 
+_FIGURES = "steps", "standing", "ended", "driven_m"
+
 Row = tuple[float, int, float, float, int]
 
 
@@ -38,15 +40,14 @@ class FlowMeter:
     def __init__(self, traffic: Traffic, engine: Engine) -> None:
         self._traffic = traffic
         self._engine = engine
-        self._laps = 0
         self.rows: list[Row] = []
         """For `flow_table`."""
 
     def look(self) -> None:
         """Write a row about the time since the last one; call every `FLOW_EVERY_S`."""
-        v, run = self._engine.vehicles, self._engine.run[0]
-        laps = int(v["laps"].sum())
-        standing = int(run["standing"]) / int(run["steps"])
-        self.rows.append((self._traffic.now_s, len(v), standing, float(run["driven_m"]), laps - self._laps))
-        self._laps = laps
-        run["steps"], run["standing"], run["driven_m"] = 0, 0, 0.0
+        run = self._engine.run
+        steps, standing, ended, driven_m = (run[name].item() for name in _FIGURES)
+        vehicles = len(self._engine.vehicles)
+        self.rows.append((self._traffic.now_s, vehicles, standing / steps, driven_m, ended))
+        for name in _FIGURES:
+            run[name] = 0

@@ -51,19 +51,20 @@ class FrontRecorder:
         self._vehicles: list[NDArray[np.int64]] = []
         """Names by number, of those whose fronts they are."""
         self._names = np.zeros(0, dtype=np.int64)
-        self._front, self._moved_m = np.zeros(0), np.zeros(0)
-        """Columns of the table of vehicles."""
         self._changes = -1
 
     def look(self) -> None:
         """Take note of the step that was made."""
-        if self._changes != self._engine.changes:
-            v = self._engine.vehicles
-            self._changes, self._names = self._engine.changes, v["name"].copy()
-            self._front, self._moved_m = v["front"], v["moved_m"]
+        engine = self._engine
+        if self._changes == engine.changes:
+            fronts = engine.tables.fronts[: len(self._names)].copy()
+        else:  # some may have come since the step
+            v = engine.vehicles
+            self._changes, self._names = engine.changes, v["name"].copy()
+            fronts = v["front"] - v["moved_m"]
         self._times.append(self._traffic.now_s)
         self._vehicles.append(self._names)
-        self._fronts.append(self._front - self._moved_m)
+        self._fronts.append(fronts)
         self._rows += len(self._names)
         if self._rows >= _BATCH:
             self._flush()

@@ -22,11 +22,13 @@ class Driven(SimpleNamespace):
         words = ["", "d", "c", "b", "a", *names]
         vehicles = np.zeros(len(names), dtype=[("name", int), ("front", float), ("moved_m", float)])
         vehicles["name"] = [words.index(name) for name in names]
-        super().__init__(now_s=0.0, vehicles=vehicles, words=words, changes=0)
+        tables = SimpleNamespace(fronts=np.zeros(len(names) + 1))
+        super().__init__(now_s=0.0, vehicles=vehicles, tables=tables, words=words, changes=0)
 
     def drive(self, step_s: float, *far_m: float) -> None:
         self.now_s += step_s
         self.vehicles["front"] += far_m
+        self.tables.fronts[: len(far_m)] = self.vehicles["front"]
 
 
 def recorder(file: Path, driven: Any) -> FrontRecorder:  # noqa: ANN401  stands for all
