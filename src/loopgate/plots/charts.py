@@ -17,6 +17,9 @@ Chart = alt.LayerChart | alt.FacetChart | alt.VConcatChart | alt.Chart
 WIDTH, HEIGHT = 430, 250
 _LONG_NAME = 24
 
+NUMBER = "format(datum.value, abs(datum.value) < 1 ? '~g' : '~s')"
+"""The labels of an axis or a legend, as Vega writes it: 0.5, 20, 1.5k; by one format for all 0.5 was 500m."""
+
 
 def records(table: pd.DataFrame) -> list[dict[str, Any]]:
     """Return the rows as JSON holds them: plain numbers, None where nothing is known."""

@@ -7,7 +7,7 @@ import altair as alt
 import pandas as pd
 
 from loopgate.analysis import columns as a
-from loopgate.plots.charts import Chart, data, finish, series_channels, series_names, tooltip
+from loopgate.plots.charts import NUMBER, Chart, data, finish, series_channels, series_names, tooltip
 from loopgate.results import columns as run
 from loopgate.results import row_columns as c
 
@@ -61,7 +61,7 @@ def plot_flow(
     x = alt.X(f"{run.TIME}:Q", title="simulated time [s]", scale=alt.Scale(nice=False))
     panels = []
     for column, label in what.items():
-        y = alt.Y(f"{column}:Q", title=label, axis=alt.Axis(format="~s", tickCount=4))
+        y = alt.Y(f"{column}:Q", title=label, axis=alt.Axis(labelExpr=NUMBER, tickCount=4))
         base = alt.Chart().encode(x=x, y=y, **color)
         if known:
             base = base.transform_filter(alt.FieldOneOfPredicate(field=series, oneOf=known))
@@ -110,7 +110,7 @@ def plot_ranked(
         alt.Chart(data(table))
         .mark_bar()
         .encode(
-            x=alt.X(f"{value}:Q", title=label or value, axis=alt.Axis(format="~s")),
+            x=alt.X(f"{value}:Q", title=label or value, axis=alt.Axis(labelExpr=NUMBER)),
             y=alt.Y(f"{of}:N", title=None, sort=order, axis=alt.Axis(labelLimit=170)),
             tooltip=tooltip(*fields),
         )

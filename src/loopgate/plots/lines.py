@@ -7,7 +7,7 @@ import altair as alt
 import pandas as pd
 
 from loopgate.analysis import columns as a
-from loopgate.plots.charts import Chart, data, finish, series_channels, series_names, tooltip
+from loopgate.plots.charts import NUMBER, Chart, data, finish, series_channels, series_names, tooltip
 from loopgate.results import row_columns as c
 
 _SPREAD = 0.008
@@ -72,7 +72,7 @@ def plot_against(  # noqa: PLR0913 - what a figure of lines may have; all but th
         f"{y}:Q",
         title=labels[1] or y,
         scale=alt.Scale(zero=zero),
-        axis=alt.Axis(format="%" if percent else "~s"),
+        axis=alt.Axis(format="%") if percent else alt.Axis(labelExpr=NUMBER),
     )
     hover = tooltip(series, f"{x}:Q", f"{y}:Q", *(f"{f}:Q" for f in (low, high) if f))
     layers: list[Any] = []

@@ -4,7 +4,7 @@ import altair as alt
 import numpy as np
 import pandas as pd
 
-from loopgate.plots.charts import Chart, finish
+from loopgate.plots.charts import NUMBER, Chart, finish
 from loopgate.plots.style import series_order
 from loopgate.results import columns as run
 from loopgate.results import row_columns as c
@@ -65,7 +65,12 @@ def plot_edges(edges: pd.DataFrame, value: str, *, label: str = "", series: str 
     ]
     domain = [0.0, max(float(np.nan_to_num(drawn[value].max())), 1e-9)]
     legend = alt.Legend(
-        title=label or value, orient="bottom", symbolType="stroke", format="~s", tickCount=4, titleLimit=0
+        title=label or value,
+        orient="bottom",
+        symbolType="stroke",
+        labelExpr=NUMBER,
+        tickCount=4,
+        titleLimit=0,
     )
     broadest = 6.0 if len(shapes) <= _MANY else 3.5
     flat = {

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import re
 
 import altair as alt
 import numpy as np
@@ -105,3 +106,11 @@ def test_an_interval_stops_at_nothing() -> None:
     runs = pd.DataFrame({"gate": "open", "vehicles": 40, "km_per_h": [1.0, 50.0, 2.0]})
     assert compute_mean(runs=runs)["low"].tolist() == [0.0]
     assert compute_mean(runs=runs.assign(km_per_h=[-1.0, 50.0, 2.0]))["low"].item() < -1.0
+
+
+@pytest.mark.parametrize(("most", "labels"), [(0.8, {"0", "0.2", "0.8"}), (1600.0, {"0", "500", "1.5k"})])
+def test_numbers_on_axes_are_written_as_one_says_them(most: float, labels: set[str]) -> None:
+    """Half an hour is 0.5 h, not 500 thousandths; nothing is 0 whatever the others are."""
+    runs = pd.DataFrame({"gate": ["a", "b"], "vehicles": [1, 1], "hours": [most / 4, most]})
+    drawn = figure_svg(plot_mean(compute_mean(runs=runs, value="hours", by=["gate", "vehicles"])))
+    assert labels <= set(re.findall(r">([^<>]+)</text>", drawn))
