@@ -108,7 +108,7 @@ def test_an_interval_stops_at_nothing() -> None:
     assert compute_mean(runs=runs.assign(km_per_h=[-1.0, 50.0, 2.0]))["low"].item() < -1.0
 
 
-@pytest.mark.parametrize(("most", "labels"), [(0.8, {"0", "0.2", "0.8"}), (1600.0, {"0", "500", "1.5k"})])
+@pytest.mark.parametrize(("most", "labels"), [(0.8, {"0", "0.2", "0.8"}), (1600.0, {"0", "200", "1.2k"})])
 def test_numbers_on_axes_are_written_as_one_says_them(most: float, labels: set[str]) -> None:
     """Half an hour is 0.5 h, not 500 thousandths; nothing is 0 whatever the others are."""
     runs = pd.DataFrame({"gate": ["a", "b"], "vehicles": [1, 1], "hours": [most / 4, most]})
