@@ -16,8 +16,8 @@ _WIDEST = 30
 class Report(Protocol):
     """Called with how much is done so far, as often as one likes."""
 
-    def __call__(self, done: int, total: int | None = None) -> None:
-        """Take note that `done` of `total` units are done; `total` is None where it is unknown."""
+    def __call__(self, done: int, total: int | None = None, more: str = "") -> None:
+        """Take note that `done` of `total` units (None: unknown) are done; `more` is said besides."""
         ...
 
 
@@ -62,8 +62,8 @@ def _live(what: str, total: int | None) -> Iterator[Report]:
     start.daemon = True
     start.start()
 
-    def report(done: int, total: int | None = None) -> None:
-        bar.update(task, completed=done, total=total)
+    def report(done: int, total: int | None = None, more: str = "") -> None:
+        bar.update(task, completed=done, total=total, description=_short(what + more))
 
     try:
         yield report
@@ -80,7 +80,7 @@ class _Sparse:
         self._began = self._last = time.monotonic()
         self._first: int | None = None
 
-    def __call__(self, done: int, total: int | None = None) -> None:
+    def __call__(self, done: int, total: int | None = None, more: str = "") -> None:
         total = self._total if total is None else total
         if self._first is None:
             self._first = done  # what was there before says nothing of the pace
@@ -89,7 +89,7 @@ class _Sparse:
             of = "" if total is None else f" of {total}"
             pace = (self._last - self._began) / (done - self._first) if done > self._first else None
             left = "" if total is None or pace is None else f", {_span((total - done) * pace)} left"
-            sys.stderr.write(f"{_short(self._what, 2 * _WIDEST - 15)}: {done}{of}{left}\n")
+            sys.stderr.write(f"{_short(self._what, 2 * _WIDEST - 15)}: {done}{of}{left}{more}\n")
             sys.stderr.flush()
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from datetime import timedelta
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from loopgate.cli.numbers import FiniteRange
+from loopgate.cli.progress import show_progress
 from loopgate.errors import SweepError
 
 if TYPE_CHECKING:
@@ -85,9 +86,13 @@ def sweep(  # noqa: PLR0913 - one argument per option
         **({"runner": runner} if runner else {}),
     }
     try:
-        with _pool(executor, scheduler) as (pool, size), _progress(described.name) as report:
+        with _pool(executor, scheduler) as (pool, size), show_progress(described.name) as report:
+
+            def note(p: Progress) -> None:
+                report(p.present + p.done, p.total, f", {p.failed} failed" if p.failed else "")
+
             outcome = run_sweep(
-                described, folder, executor=pool, workers=size or workers, report=report, **options
+                described, folder, executor=pool, workers=size or workers, report=note, **options
             )
     except KeyboardInterrupt:
         click.echo(
@@ -156,51 +161,6 @@ def _show_plan(
         f"{len(points)} runs ({', '.join(counts)}); {plan.missing} to do, {plan.present} there already"
     )
     click.echo(f"about {_span(plan.seconds)} on {plan.workers} processes ({plan.basis}); nothing was run")
-
-
-@contextlib.contextmanager
-def _progress(name: str) -> Iterator[Callable[[Progress], None]]:
-    """Yield what is to be called after each row: a bar on a terminal, else a line now and then."""
-    from rich.console import Console
-
-    console = Console(stderr=True)
-    if not console.is_terminal:
-        yield _Lines(name)
-        return
-    from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn
-    from rich.progress import Progress as Bar
-
-    columns = (TextColumn(name), BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[pace]}"))
-    with Bar(*columns, TimeElapsedColumn(), console=console) as bar:
-        task = bar.add_task(name, total=None, pace="starting workers")
-        yield lambda p: bar.update(
-            task, total=p.total, completed=p.present + p.done, pace=_pace(p) + _failures(p)
-        )
-
-
-class _Lines:
-    """Sparse progress for logs: a line every half minute, and the last one."""
-
-    _EVERY_S = 30.0
-
-    def __init__(self, name: str) -> None:
-        self._name = name
-        self._last = 0.0
-
-    def __call__(self, p: Progress) -> None:
-        there = p.present + p.done
-        if p.seconds - self._last >= self._EVERY_S:
-            self._last = p.seconds
-            click.echo(f"{self._name}: {there}/{p.total}, {_pace(p)}{_failures(p)}", err=True)
-
-
-def _pace(p: Progress) -> str:
-    left = (p.total - p.present - p.done) * p.seconds / p.done
-    return f"{60 * p.done / p.seconds:.1f} runs/min, {_span(left)} left"
-
-
-def _failures(p: Progress) -> str:
-    return f", {p.failed} failed" if p.failed else ""
 
 
 def _span(seconds: float) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -11,7 +12,7 @@ from typing import TYPE_CHECKING, Any, TextIO
 
 import click
 
-from loopgate.cli.progress import Report, show_progress
+from loopgate.cli.progress import show_progress
 from loopgate.disk import writing
 from loopgate.errors import GateError
 from loopgate.model import Configuration, System, system_to_dict
@@ -105,7 +106,7 @@ class _Plan:
     steps: int
     stream: TextIO | None = None
 
-    def check(self, system: System, report: Report) -> Verification:
+    def check(self, system: System, report: Callable[[int], None]) -> Verification:
         """Check one system, everywhere or else by walks; write its certificates if they are asked for."""
         from loopgate.research.state_space import ExplorationLimitError, verify_everywhere, verify_walks
 
@@ -126,7 +127,7 @@ class _Plan:
                 each=self._certify,
             )
 
-    def check_random(self, systems: int, report: Report) -> Verification:
+    def check_random(self, systems: int, report: Callable[[int], None]) -> Verification:
         """Check random systems, whose seeds count up from the plan's; one walk each where one is needed."""
         from loopgate.research.state_space import Verification
         from loopgate.research.theory.variety import any_system
@@ -135,7 +136,7 @@ class _Plan:
         for number in range(systems):
             report(number)
             plan = replace(self, seed=self.seed + number, limit=min(self.limit, _SMALL), walks=1)
-            total += plan.check(any_system(plan.seed), _silent)
+            total += plan.check(any_system(plan.seed), lambda _done: None)
         return total
 
     def _make(self, system: System) -> Gate:
@@ -156,10 +157,6 @@ class _Plan:
     def _write(self, line: dict[str, Any]) -> None:
         if self.stream is not None:
             self.stream.write(json.dumps(line, separators=(",", ":")) + "\n")
-
-
-def _silent(done: int, total: int | None = None) -> None:
-    del done, total
 
 
 def _print(gate: str, found: Verification) -> None:
