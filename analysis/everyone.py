@@ -155,9 +155,9 @@ def narrow_system(roads: Roads, seed: int) -> Counter[str]:
         if not admitted:
             break
         robot = rng.choice(admitted)
-        here = system.moved(here, robot)
+        here, before = system.moved(here, robot), stand.at[robot]
         stand.step(robot)
-        keeper.moved(robot)
+        keeper.moved(robot, before)
     return found
 
 

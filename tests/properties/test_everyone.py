@@ -185,9 +185,9 @@ def test_roomy_in_places_of_every_kind(fifo: float) -> None:
             if not admitted:
                 break
             robot = rng.choice(admitted)
-            here = system.moved(here, robot)
+            here, before = system.moved(here, robot), stand.at[robot]
             stand.step(robot)
-            assert keeper.moved(robot)
+            assert keeper.moved(robot, before)
             favoured_moved += robot == favoured
-            keeper.favour(stand, -1 if robot == favoured else favoured)
+            keeper.favour(here, stand, -1 if robot == favoured else favoured)
     assert favoured_moved > 10

@@ -1,16 +1,20 @@
 """Keeping the flow: the chain rule over wide places, and the way home over narrow ones in between."""
 
+from typing import Any
+
 from loopgate.gates.base import Decision, Reason, refusal
 from loopgate.gates.certified.budget import Budget
 from loopgate.gates.certified.homes import Homes
+from loopgate.gates.certified.keepers import Keeper
 from loopgate.gates.certified.occupancy import Occupancy
+from loopgate.gates.certified.proof import dead_after
 from loopgate.gates.certified.system_index import SystemIndex
 from loopgate.model import Configuration, System
 
 _FREE = Decision(admitted=True, reason=Reason.FREE, stage="chain")
 
 
-class ChainRule:
+class ChainRule(Keeper):
     """Promises that somebody can always move and that no circular wait ever forms; or more, see below.
 
     A robot *rests* in a place that holds two or more (wide) or where it hinders nobody (home). A robot
@@ -36,11 +40,11 @@ class ChainRule:
     """
 
     def __init__(self, system: System, budget: Budget) -> None:
-        self._layout = layout = SystemIndex(system, rests=True)
+        layout = SystemIndex(system, rests=True)
+        super().__init__(layout)
         self._wide = layout.wide
         self._narrow = Homes(layout, budget)
         self.for_everyone = False
-        """Whether the start was seen to allow the promise to everyone."""
         self._held: list[int] = []
         self._coming: dict[int, list[int]] = {}
         self._rest = [self._rests(i) for i in range(len(layout.path))]
@@ -49,40 +53,30 @@ class ChainRule:
     @property
     def by_chain_alone(self) -> bool:
         """Whether the chain of heads decides every move: all states are private, or FIFO and wide."""
-        layout = self._layout
+        layout = self.layout
         waits = zip(layout.fifo, self._wide, layout.system.private, strict=True)
         rests = all((fifo and wide) or private for fifo, wide, private in waits)
         return rests and all(map(all, layout.straight))
 
-    @property
-    def missing(self) -> Reason:
-        """Why there is no witness, while there is none."""
-        return self._narrow.missing
-
-    @property
-    def layout(self) -> SystemIndex:
-        """The layout in which wide places count as homes."""
-        return self._layout
-
     def _rests(self, robot: int) -> list[int]:
         """State of the rest that the robot stands in or drives to, by position."""
-        path = self._layout.path[robot]
+        path = self.layout.path[robot]
         return [path[self._rest_position(robot, p)] for p in range(len(path))]
 
     def _next_rests(self, robot: int) -> list[int]:
         """State of the rest it drives to when it leaves the rest of `_rests`, or -1, by position."""
-        follow = self._layout.follow[robot]
+        follow = self.layout.follow[robot]
         leaving = [follow[self._rest_position(robot, p)] for p in range(len(follow))]
         return [-1 if q < 0 else self._rest[robot][q] for q in leaving]
 
     def _rest_position(self, robot: int, position: int) -> int:
-        for _ in range(self._layout.steps[robot][position]):
-            position = self._layout.follow[robot][position]
+        for _ in range(self.layout.steps[robot][position]):
+            position = self.layout.follow[robot][position]
         return position
 
     def begin(self, configuration: Configuration, stand: Occupancy) -> bool:
         """Reserve the slots for `configuration`; False if there is a circular wait or no way home."""
-        layout = self._layout
+        layout = self.layout
         self._held = [0] * len(layout.room)
         self._coming = {s: [] for s, wide in enumerate(self._wide) if wide}
         for i, p in enumerate(stand.at):
@@ -92,11 +86,13 @@ class ChainRule:
                 self._coming[rest].append(i)
         if any(self._held[s] > layout.room[s] for s in self._coming) or self.jammed(stand):
             return False
-        return self._narrow.begin(configuration, stand)
+        found = self._narrow.begin(configuration, stand)
+        self.missing = self._narrow.missing
+        return found
 
     def jammed(self, stand: Occupancy) -> list[int]:
         """Return the full wide places that can never again lose a robot, ascending."""
-        full = [s for s in self._coming if self._held[s] >= self._layout.room[s]]
+        full = [s for s in self._coming if self._held[s] >= self.layout.room[s]]
         stuck = set(full)
         changed = True
         while changed:
@@ -135,11 +131,11 @@ class ChainRule:
     def at_once(self, stand: Occupancy, robot: int) -> Decision | None:
         """Decide by the chain rule alone; None if the way home over narrow places has to be looked at too."""
         p = stand.at[robot]
-        if self._layout.home[robot][p]:
+        if self.layout.home[robot][p]:
             target = self._after[robot][p]
             if self._wide[target] and target != self._rest[robot][p]:
                 held = self._held[target] + 1
-                room = self._layout.room[target]
+                room = self.layout.room[target]
                 if held > room:
                     detail = "its slots are kept for robots on their way to it"
                     return refusal(Reason.OCCUPIED, detail, "chain", self._coming[target])
@@ -147,13 +143,13 @@ class ChainRule:
                     circle = self.closes(stand, robot, target)
                     if circle:
                         return self._refuse(stand, circle)
-            if self._layout.straight[robot][p]:
+            if self.layout.straight[robot][p]:
                 return _FREE
         return None
 
     def closes(self, stand: Occupancy, robot: int, target: int) -> list[int]:
         """Return the full places of the circle that the robot's move to `target`, which fills it, closes."""
-        after, at, held, room = self._after, stand.at, self._held, self._layout.room
+        after, at, held, room = self._after, stand.at, self._held, self.layout.room
         left = self._rest[robot][at[robot]]
         chain = [target]
         while True:
@@ -171,9 +167,8 @@ class ChainRule:
 
     def _closes_any(self, stand: Occupancy, robot: int, left: int, target: int) -> list[int]:
         """As `closes` where places have several robots that may leave next: by peeling off what is free."""
-        there = stand.copy()
-        there.step(robot)
-        on_its_way = not self._layout.home[robot][there.at[robot]]
+        there = stand.after(robot)
+        on_its_way = not self.layout.home[robot][there.at[robot]]
         if on_its_way:
             self._coming[target].append(robot)
         self._held[target] += 1
@@ -186,36 +181,42 @@ class ChainRule:
         return stuck
 
     def _refuse(self, stand: Occupancy, circle: list[int]) -> Decision:
-        states = self._layout.system.states
+        states = self.layout.system.states
         heads = [leavers[0] for s in circle if (leavers := self._leavers(stand, s)[0])]
         detail = "full places in a circle: " + " -> ".join(states[s] for s in circle)
         return refusal(Reason.DEADLOCK, detail, "chain", heads)
 
-    def moved(self, robot: int, before: int, after: int) -> bool:
-        """Take note that `robot` moved between these positions; False if there is no witness."""
-        rested, rests = self._layout.home[robot][before], self._layout.home[robot][after]
+    def moved(self, robot: int, before: int) -> bool:
+        """Take note that `robot` moved from the position `before`; False if there is no witness."""
+        after = self.layout.follow[robot][before]
+        rested, rests = self.layout.home[robot][before], self.layout.home[robot][after]
         target = self._rest[robot][after]
         if rested:
             self._held[self._rest[robot][before]] -= 1
             self._held[target] += 1
             if not rests and self._wide[target]:
                 self._coming[target].append(robot)
-            if self._layout.straight[robot][before]:
+            if self.layout.straight[robot][before]:
                 self._narrow.forget_verdicts()
                 return True
         elif rests and self._wide[target]:
             self._coming[target].remove(robot)
         return self._narrow.moved(robot, before)
 
-    def target(self, stand: Occupancy, robot: int) -> int:
-        """Return the rest that `robot` drives to when it leaves the rest where it is."""
-        return self._after[robot][stand.at[robot]]
+    def favour(self, configuration: Configuration, stand: Occupancy, robot: int) -> None:
+        """Do nothing: it is the drive that makes room for those who wait for long."""
 
-    def witness_with(self, stand: Occupancy, robot: int) -> list[int]:
-        """Return moves that bring every robot to a rest, beginning with the admitted one of `robot`."""
-        return [robot, *(self._narrow.witness_after(stand, robot) or [])]
-
-    @property
-    def witness(self) -> list[int] | None:
-        """Moves that bring every robot to a rest."""
-        return self._narrow.witness
+    def shown(self, stand: Occupancy, robot: int, decision: Decision) -> dict[str, Any] | None:
+        """Return that the chain rule is enough, or moves to rests; of a refusal, which places are full."""
+        states = self.layout.system.states
+        if decision.admitted and self.for_everyone:
+            return {"kind": "chain"}
+        if decision.admitted:
+            moves = [robot, *(self._narrow.witness_after(stand, robot) or [])]
+            return {"kind": "rest", "moves": self.ids(moves)}
+        if decision.stage != "chain":
+            return dead_after(stand, robot, "no rest")
+        target = self._after[robot][stand.at[robot]]
+        if decision.reason is Reason.OCCUPIED:
+            return {"kind": "reserved", "place": states[target]}
+        return {"kind": "full", "places": [states[s] for s in self.closes(stand, robot, target)]}

@@ -6,13 +6,13 @@ from collections.abc import Iterator
 from loopgate.errors import GateError, UnsafeStartError
 from loopgate.gates.base import Reason
 from loopgate.gates.certified.budget import Budget, BudgetError
-from loopgate.gates.certified.certify import Keeper
 from loopgate.gates.certified.chain_rule import ChainRule
 from loopgate.gates.certified.crowding import refuse_crowds
 from loopgate.gates.certified.deadlock import stuck_for_good
 from loopgate.gates.certified.exploration import Exploration
 from loopgate.gates.certified.free_slots import FreeSlots
 from loopgate.gates.certified.homes import Homes
+from loopgate.gates.certified.keepers import Keeper
 from loopgate.gates.certified.occupancy import Occupancy
 from loopgate.gates.certified.system_index import SystemIndex
 from loopgate.model import System
@@ -51,7 +51,7 @@ def choose_keeper(system: System, promise: str, budget: Budget, *, joined: bool 
     failed: GateError = UnsafeStartError("gate certified: no keeper")
     for keeper in _keepers(layout, promise, budget, joined=joined):
         budget.nodes = max(nodes, _SMALL) if isinstance(keeper, Exploration) else nodes
-        stand = Occupancy.of(_layout_of(keeper, layout), system.initial)
+        stand = Occupancy.of(keeper.layout, system.initial)
         try:
             if keeper.begin(system.initial, stand):
                 return keeper
@@ -84,7 +84,7 @@ def _keepers(layout: SystemIndex, promise: str, budget: Budget, *, joined: bool)
         if (small and not (promise == "auto" and roomy and layout.all_wide)) or (
             promise == "everyone" and not roomy
         ):
-            yield Exploration(system, budget)
+            yield Exploration(layout, budget)
         if roomy:
             yield FreeSlots(layout, budget)
         if promise == "everyone":
@@ -97,10 +97,6 @@ def _keepers(layout: SystemIndex, promise: str, budget: Budget, *, joined: bool)
         )
         raise UnsafeStartError(msg)
     yield flow
-
-
-def _layout_of(keeper: Keeper, layout: SystemIndex) -> SystemIndex:
-    return keeper.layout if isinstance(keeper, ChainRule) else layout
 
 
 def _refusal(keeper: Keeper, stand: Occupancy) -> GateError:

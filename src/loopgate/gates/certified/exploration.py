@@ -3,14 +3,16 @@
 from collections import deque
 from collections.abc import Iterator
 from math import inf
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from loopgate.gates.base import Decision, Reason, refusal
 from loopgate.gates.certified.budget import Budget, BudgetError
 from loopgate.gates.certified.checker import Checker
+from loopgate.gates.certified.keepers import Keeper, overruled
 from loopgate.gates.certified.occupancy import Occupancy
-from loopgate.gates.certified.witnesses import overruled
-from loopgate.model import Configuration, System
+from loopgate.gates.certified.proof import wait_after
+from loopgate.gates.certified.system_index import SystemIndex
+from loopgate.model import Configuration
 
 
 class _Frame(NamedTuple):
@@ -61,7 +63,7 @@ class _Walk:
         return members
 
 
-class Exploration:
+class Exploration(Keeper):
     """Admits a move iff every robot can go on for ever after it, by looking at what can be reached.
 
     A witness is a path to a configuration from which a circle of moves, in which every robot takes part,
@@ -79,20 +81,19 @@ class Exploration:
     Linear in the configurations that can be reached, which are exponentially many in the robots.
     """
 
-    def __init__(self, system: System, budget: Budget) -> None:
-        self._system = system
-        self._checker = Checker(system)
+    def __init__(self, layout: SystemIndex, budget: Budget) -> None:
+        super().__init__(layout)
+        self._system = layout.system
+        self._checker = Checker(layout.system)
         self._budget = budget
         self._next: dict[Configuration, int] = {}
         self._circle: dict[Configuration, list[int]] = {}
         self._dead: set[Configuration] = set()
         self._here: Configuration | None = None
-        self.missing = Reason.DEADLOCK
-        """Why there is no witness, while there is none."""
         self._plan: list[int] = []
 
     def begin(self, configuration: Configuration, stand: Occupancy) -> bool:
-        """Return whether `configuration` is live; see `Homes.begin`."""
+        """Return whether `configuration` is live; see `Keeper.begin`."""
         del stand
         self._here = None
         self._plan = []
@@ -105,10 +106,6 @@ class Exploration:
             return False
         self._here = configuration
         return True
-
-    def at_once(self, stand: Occupancy, robot: int) -> None:
-        """Return None: every move has to be looked at."""
-        del stand, robot
 
     def judge(self, configuration: Configuration, stand: Occupancy, robot: int) -> Decision:
         """Decide the next move of `robot`, which is enabled."""
@@ -131,8 +128,9 @@ class Exploration:
             return refusal(Reason.FAULT, "witness rejected by the checker", "checker")
         return Decision(admitted=True, reason=Reason.FREE, stage=stage)
 
-    def favour(self, robot: int) -> None:
+    def favour(self, configuration: Configuration, stand: Occupancy, robot: int) -> None:
         """From now on admit only what keeps open a way on which `robot` moves; -1: end that."""
+        del configuration, stand
         self._plan = []
         if robot >= 0 and self._here is not None:
             approach, circle = self.way_from(self._here)
@@ -151,17 +149,20 @@ class Exploration:
         k = self._plan.index(robot) if robot in self._plan else len(self._plan)
         return self._plan[:k] + self._plan[k + 1 :]
 
-    def moved(self, robot: int, configuration: Configuration) -> bool:
-        """Take note of the new configuration; False if it is not known to be live."""
+    def moved(self, robot: int, before: int) -> bool:
+        """Take note of a move; False if it does not lead to what is known to be live."""
+        del before
         self._plan = self._without(robot)
-        known = self._known_live(configuration)
-        self._here = configuration if known else None
-        return known
+        there = None if self._here is None else self._system.moved(self._here, robot)
+        self._here = there if there is not None and self._known_live(there) else None
+        return self._here is not None
 
-    @property
-    def witness(self) -> tuple[list[int], list[int]] | None:
-        """An approach and a circle from the current configuration."""
-        return None if self._here is None else self.way_from(self._here)
+    def shown(self, stand: Occupancy, robot: int, decision: Decision) -> dict[str, Any]:
+        """Return a way to a circle of moves in which all take part; of a refusal, who cannot move again."""
+        if not decision.admitted or self._here is None:
+            return wait_after(stand, robot) or {"kind": "exhausted"}
+        approach, circle = self.way_from(self._system.moved(self._here, robot))
+        return {"kind": "round", "approach": self.ids([robot, *approach]), "circle": self.ids(circle)}
 
     def way_from(self, configuration: Configuration) -> tuple[list[int], list[int]]:
         """Return an approach and a circle from a configuration known to be live."""

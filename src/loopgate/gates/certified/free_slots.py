@@ -3,13 +3,15 @@
 from collections.abc import Iterator
 from heapq import heappop, heappush
 from math import inf
+from typing import Any
 
 from loopgate.gates.base import Decision, Reason, refusal
 from loopgate.gates.certified.budget import Budget, BudgetError
 from loopgate.gates.certified.deadlock import stuck_for_good
+from loopgate.gates.certified.keepers import Verdict, WitnessKeeper, overruled
 from loopgate.gates.certified.occupancy import Occupancy
+from loopgate.gates.certified.proof import wait_after
 from loopgate.gates.certified.system_index import SystemIndex
-from loopgate.gates.certified.witnesses import Verdict, WitnessKeeper, overruled
 from loopgate.model import Configuration
 
 
@@ -49,13 +51,7 @@ class FreeSlots(WitnessKeeper):
         return all(s < 0 for s in layout.settles)
 
     def begin(self, configuration: Configuration, stand: Occupancy) -> bool:
-        """Find a witness for a configuration that was not reached by an admitted move; say if there is one.
-
-        Raises
-        ------
-        BudgetError
-            If the budget is used up before the answer is known.
-        """
+        """Find moves to a slot free everywhere; see `Keeper.begin`."""
         self._forget()
         self.missing = Reason.BUDGET
         moves = self._search(stand, inf)
@@ -64,25 +60,20 @@ class FreeSlots(WitnessKeeper):
             self.witness = moves
         return self.witness is not None
 
-    def at_once(self, stand: Occupancy, robot: int) -> None:
-        """Return None: every move has to be looked at."""
-        del stand, robot
+    def shown(self, stand: Occupancy, robot: int, decision: Decision) -> dict[str, Any] | None:
+        """Return moves to a slot free everywhere; of a refusal, who can never move again."""
+        if decision.admitted:
+            return {"kind": "room", "moves": self.ids([robot, *(self._found_for(robot) or [])])}
+        return wait_after(stand, robot)
 
-    def moved(self, robot: int) -> bool:
-        """Take over the witness of the move of `robot`; False if there is none."""
-        return self._take_over(robot)
-
-    def witness_after(self, robot: int) -> list[int] | None:
-        """Return moves that lead to a slot free everywhere after the admitted move of `robot`."""
-        return self._found_for(robot)
-
-    def favour(self, stand: Occupancy, robot: int) -> None:
+    def favour(self, configuration: Configuration, stand: Occupancy, robot: int) -> None:
         """From now on admit only the moves of a way on which `robot` moves; -1: end that."""
+        del configuration
         self._verdicts.clear()
         self._favoured = -1
         if robot < 0 or self.witness is None:
             return
-        there = self._replayed(stand, self.witness)
+        there = stand.after(*self.witness)
         witness = list(self.witness)
         if robot not in witness and self.layout.follow[robot][there.at[robot]] < 0:
             return  # it stays where it is for good
@@ -104,8 +95,7 @@ class FreeSlots(WitnessKeeper):
         if moves is None and self._favoured >= 0:
             return Verdict(overruled(self.layout.system, self._favoured))
         if moves is None:
-            there = stand.copy()
-            there.step(robot)
+            there = stand.after(robot)
             stuck = stuck_for_good(there, range(len(there.at)))
             if stuck:
                 detail = f"robots wait for one another: {self.layout.names(stuck)}"
@@ -121,9 +111,7 @@ class FreeSlots(WitnessKeeper):
 
     def _pulled_forward(self, stand: Occupancy, robot: int) -> list[int] | None:
         """Return what is left of the witness after the move of `robot`, lengthened where it has to be."""
-        witness = self.witness or []
-        there = stand.copy()
-        there.step(robot)
+        witness, there = self.witness or [], stand.after(robot)
         if self._favoured < 0 and not self._left(there):
             return []
         if robot in witness:
@@ -141,12 +129,6 @@ class FreeSlots(WitnessKeeper):
                 return False
             there.step(i)
         return True
-
-    def _replayed(self, stand: Occupancy, moves: list[int]) -> Occupancy:
-        there = stand.copy()
-        for i in moves:
-            there.step(i)
-        return there
 
     def _pushes(self, there: Occupancy, robot: int) -> list[int]:
         """Move `robot`, and on until every place has a slot free again; return the moves."""
@@ -198,8 +180,7 @@ class FreeSlots(WitnessKeeper):
             for i in range(len(here.at)):
                 if not here.enabled(i):
                     continue
-                there = here.copy()
-                there.step(i)
+                there = here.after(i)
                 key = self._key(there)
                 if key in seen:
                     continue

@@ -7,15 +7,11 @@ from typing import Any
 from loopgate.errors import GateError
 from loopgate.gates.base import Decision, Reason, refusal
 from loopgate.gates.certified.budget import Budget, BudgetError
-from loopgate.gates.certified.certify import Keeper, certify
 from loopgate.gates.certified.chain_rule import ChainRule
 from loopgate.gates.certified.choosing import choose_keeper
-from loopgate.gates.certified.exploration import Exploration
-from loopgate.gates.certified.free_slots import FreeSlots
-from loopgate.gates.certified.homes import Homes
+from loopgate.gates.certified.keepers import Keeper
 from loopgate.gates.certified.occupancy import Occupancy
 from loopgate.gates.certified.patience import Patience
-from loopgate.gates.certified.system_index import SystemIndex
 from loopgate.model import Configuration, System
 
 _PROMISES = ("auto", "everyone", "somebody")
@@ -87,9 +83,9 @@ class CertifiedGate:
 
     def _take_on(self, keeper: Keeper) -> None:
         self._keeper = keeper
-        self._layout = keeper.layout if isinstance(keeper, ChainRule) else SystemIndex(self._system)
-        steers = not isinstance(keeper, ChainRule)
-        self._patience = Patience(len(self._system.robots), self._steers if steers else 0)
+        self._layout = keeper.layout
+        steers = 0 if isinstance(keeper, ChainRule) else self._steers
+        self._patience = Patience(len(self._system.robots), steers)
         self._configuration: Configuration | None = self._system.initial
         self._stand = Occupancy.of(self._layout, self._configuration)
 
@@ -123,8 +119,7 @@ class CertifiedGate:
     @property
     def promise(self) -> str:
         """``everyone`` or ``somebody``: who can go on for ever."""
-        keeper = self._keeper
-        return "somebody" if isinstance(keeper, ChainRule) and not keeper.for_everyone else "everyone"
+        return "everyone" if self._keeper.for_everyone else "somebody"
 
     @property
     def by_chain_alone(self) -> bool:
@@ -161,12 +156,22 @@ class CertifiedGate:
     def certificate(self, configuration: Configuration, robot: int) -> dict[str, Any] | None:
         """Return what shows that the decision about `robot` is right, to be checked by others.
 
-        None for moves that capacity or order forbid, and where nothing can be shown; see `certify`.
+        It is plain data; the checker, `loopgate.research.theory.certificates`, names its kinds. None for
+        moves that capacity or order forbid, for a refusal for want of budget, for a fault, or for the sake of
+        another robot, and for one for which only a search speaks that found no slot free everywhere.
         """
         decision = self.decide(configuration, robot)
-        if not self._stand.enabled(robot):
+        silent = decision.reason in {Reason.BUDGET, Reason.FAULT, Reason.NEGOTIATION}
+        if silent or not self._stand.enabled(robot):
             return None
-        return certify(self._system, self._keeper, configuration, self._stand, robot=robot, decision=decision)
+        shown = self._keeper.shown(self._stand, robot, decision)
+        return shown and {
+            "positions": list(configuration.positions),
+            "queues": [self._keeper.ids(queue) for queue in configuration.queues],
+            "robot": self._system.robots[robot].id,
+            "verdict": "admitted" if decision.admitted else "refused",
+            **shown,
+        }
 
     def moved(self, configuration: Configuration, robot: int) -> None:
         """Take note of a move; a move that was not admitted makes the gate find its witness anew."""
@@ -182,38 +187,20 @@ class CertifiedGate:
         self._move(robot, None)
 
     def _move(self, robot: int, configuration: Configuration | None) -> None:
-        stand, keeper = self._stand, self._keeper
+        stand = self._stand
         before = stand.at[robot]
         stand.step(robot)
-        after = stand.at[robot]
         self._configuration = configuration
-        if isinstance(keeper, ChainRule):
-            known = keeper.moved(robot, before, after)
-        elif isinstance(keeper, Exploration):
-            known = keeper.moved(robot, self._here())
-        elif isinstance(keeper, FreeSlots):
-            known = keeper.moved(robot)
-        else:
-            known = keeper.moved(robot, before)
-        if not known:
+        if not self._keeper.moved(robot, before):
             self._begin()
-        if self._patience.moved(robot, for_good=self._layout.follow[robot][after] < 0):
-            self._favour(self._patience.favoured)
+        if self._patience.moved(robot, for_good=stand.wanted(robot) < 0):
+            self._keeper.favour(self._here(), stand, self._patience.favoured)
 
     def _here(self) -> Configuration:
         """Return the configuration in which the robots stand, written out if need be. O(robots)."""
         if self._configuration is None:
             self._configuration = Configuration(tuple(self._stand.at), self._stand.queues())
         return self._configuration
-
-    def _favour(self, robot: int) -> None:
-        keeper = self._keeper
-        if isinstance(keeper, Homes):
-            keeper.favour(self._here(), self._stand, robot)
-        elif isinstance(keeper, FreeSlots):
-            keeper.favour(self._stand, robot)
-        elif isinstance(keeper, Exploration):
-            keeper.favour(robot)
 
     def _follow(self, configuration: Configuration) -> None:
         if configuration != self._here():

@@ -1,13 +1,16 @@
 """Keeping everybody able to get home: the certified gate where every robot has a home."""
 
+from typing import Any
+
 from loopgate.gates.base import Decision, Reason, refusal
 from loopgate.gates.certified.banker import fixpoint
 from loopgate.gates.certified.budget import Budget, BudgetError
 from loopgate.gates.certified.deadlock import circle_among, stuck_for_good
+from loopgate.gates.certified.keepers import Verdict, WitnessKeeper, overruled
 from loopgate.gates.certified.occupancy import Occupancy
+from loopgate.gates.certified.proof import dead_after
 from loopgate.gates.certified.search import Search
 from loopgate.gates.certified.system_index import SystemIndex
-from loopgate.gates.certified.witnesses import Verdict, WitnessKeeper, overruled
 from loopgate.model import Configuration
 
 _REPLAYED = Decision(admitted=True, reason=Reason.FREE, stage="replay")
@@ -34,13 +37,7 @@ class Homes(WitnessKeeper):
         self._search = Search(layout, budget)
 
     def begin(self, configuration: Configuration, stand: Occupancy) -> bool:
-        """Find a witness for a configuration that was not reached by an admitted move; say if there is one.
-
-        Raises
-        ------
-        BudgetError
-            If the budget is used up before the answer is known.
-        """
+        """Find moves that bring all home; see `Keeper.begin`."""
         self._forget()
         away = self._away(stand)
         there = stand.copy()
@@ -108,6 +105,12 @@ class Homes(WitnessKeeper):
             return self.witness
         return self._found_for(robot)
 
+    def shown(self, stand: Occupancy, robot: int, decision: Decision) -> dict[str, Any] | None:
+        """Return moves that bring all home; of a refusal, a proof that there are none."""
+        if decision.admitted:
+            return {"kind": "home", "moves": self.ids([robot, *(self.witness_after(stand, robot) or [])])}
+        return dead_after(stand, robot, "dead")
+
     def _passes_by(self, robot: int, position: int) -> bool:
         witness = self.witness
         return witness is not None and self.layout.straight[robot][position] and robot not in witness
@@ -132,8 +135,7 @@ class Homes(WitnessKeeper):
 
     def _found(self, configuration: Configuration, stand: Occupancy, robot: int) -> Verdict:
         """Look for a witness from nothing."""
-        there = stand.copy()
-        there.step(robot)
+        there = stand.after(robot)
         away = self._away(there)
         if not self.layout.home[robot][there.at[robot]] and robot not in away:
             away.append(robot)

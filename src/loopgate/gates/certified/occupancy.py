@@ -42,6 +42,13 @@ class Occupancy:
         queue = {s: list(q) for s, q in self.queue.items()} if self.queue else {}
         return Occupancy(self.layout, self.at[:], self.count[:], queue)
 
+    def after(self, *robots: int) -> Occupancy:
+        """Return where everybody stands after moves of these robots, which must be enabled."""
+        there = self.copy()
+        for robot in robots:
+            there.step(robot)
+        return there
+
     def state(self, robot: int) -> int:
         """Return the state in which `robot` stands."""
         return self.layout.path[robot][self.at[robot]]

@@ -10,6 +10,25 @@ from loopgate.gates.certified.occupancy import Occupancy
 from loopgate.gates.certified.search import parts_of
 from loopgate.gates.certified.system_index import SystemIndex
 
+_MOST_LINES = 100_000
+
+
+def wait_after(stand: Occupancy, robot: int) -> dict[str, Any] | None:
+    """Return as a certificate has it who can never move again after a move of `robot`; None if all can."""
+    there, robots = stand.after(robot), stand.layout.system.robots
+    stuck = stuck_for_good(there, range(len(there.at)))
+    return {"kind": "wait", "robots": [robots[i].id for i in stuck]} if stuck else None
+
+
+def dead_after(stand: Occupancy, robot: int, kind: str) -> dict[str, Any] | None:
+    """Return what shows that not all can get home after a move of `robot`; None if it would be too long."""
+    try:
+        waiting = wait_after(stand, robot)
+        lines = None if waiting else Prover(stand.layout, _MOST_LINES).prove(stand.after(robot))
+    except BudgetError:
+        return None
+    return waiting or (None if lines is None else {"kind": kind, "proof": lines})
+
 
 class Prover:
     """Repeats the exact search and writes down why each core is dead.
@@ -78,9 +97,7 @@ class Prover:
         follow: dict[str, int] = {}
         for i in part:
             if stand.enabled(i):
-                there = stand.copy()
-                there.step(i)
-                line = self._dead(there, part)
+                line = self._dead(stand.after(i), part)
                 if line is None:
                     return None
                 follow[self._names[i]] = line

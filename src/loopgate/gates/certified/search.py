@@ -77,9 +77,7 @@ class Search:
         for i in part:
             if not stand.enabled(i):
                 continue
-            there = stand.copy()
-            there.step(i)
-            found = self._solve(there, part)
+            found = self._solve(stand.after(i), part)
             if found is not None:
                 return [i, *found]
         if len(self._dead) >= _MEMORY:

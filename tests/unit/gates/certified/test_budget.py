@@ -101,7 +101,7 @@ def test_in_time_the_search_decides(budget_ms: float, clock: Callable[[], float]
 def test_robots_without_homes_have_the_same_budget(tick_s: float, stage: str) -> None:
     """`Exploration` stops as well, where it has to look at configurations that the start does not lead to."""
     system, elsewhere = _sharing_all(0, 1, 2), _sharing_all(0, 2, 1).initial
-    rounds = Exploration(system, Budget(1000, 0.005, Ticking(tick_s)))
+    rounds = Exploration(SystemIndex(system), Budget(1000, 0.005, Ticking(tick_s)))
     layout = SystemIndex(system)
     assert rounds.begin(system.initial, Occupancy.of(layout, system.initial)), "a start has no limit of time"
     decision = rounds.judge(elsewhere, Occupancy.of(layout, elsewhere), 1)
@@ -112,10 +112,10 @@ def test_robots_without_homes_have_the_same_budget(tick_s: float, stage: str) ->
 def test_steering_says_so_too_when_it_is_out_of_budget() -> None:
     """While a robot is worked towards, a move whose effect cannot be looked at in time is no mere waiting."""
     system, elsewhere = _sharing_all(0, 1, 2), _sharing_all(0, 2, 1).initial
-    rounds = Exploration(system, Budget(1000, 0.005, Ticking(0.006)))
+    rounds = Exploration(SystemIndex(system), Budget(1000, 0.005, Ticking(0.006)))
     layout = SystemIndex(system)
     assert rounds.begin(system.initial, Occupancy.of(layout, system.initial))
-    rounds.favour(2)
+    rounds.favour(system.initial, Occupancy.of(layout, system.initial), 2)
     assert rounds.judge(elsewhere, Occupancy.of(layout, elsewhere), 1).reason is Reason.BUDGET
 
 
@@ -177,7 +177,7 @@ def test_a_new_beginning_out_of_budget_is_no_deadlock() -> None:
 def test_neither_is_one_of_robots_without_homes() -> None:
     """The same for `Exploration`: it has looked at nothing yet."""
     system, elsewhere = _sharing_all(0, 1, 2), _sharing_all(0, 2, 1).initial
-    rounds = Exploration(system, Budget(1))
+    rounds = Exploration(SystemIndex(system), Budget(1))
     with pytest.raises(BudgetError):
         rounds.begin(elsewhere, Occupancy.of(SystemIndex(system), elsewhere))
     assert rounds.judge(elsewhere, Occupancy.of(SystemIndex(system), elsewhere), 1).reason is Reason.BUDGET

@@ -1,0 +1,115 @@
+"""Keepers: each holds what shows one promise to be kept, and judges moves by it."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterable
+from typing import Any, NamedTuple
+
+from loopgate.gates.base import Decision, Reason, refusal
+from loopgate.gates.certified.checker import Checker
+from loopgate.gates.certified.occupancy import Occupancy
+from loopgate.gates.certified.system_index import SystemIndex
+from loopgate.model import Configuration, System
+
+
+class Verdict(NamedTuple):
+    """A decision about a move, and the witness after it if it is admitted."""
+
+    decision: Decision
+    witness: list[int] | None = None
+
+
+def overruled(system: System, favoured: int) -> Decision:
+    """Return the refusal of what would not keep open the way of a robot that goes first."""
+    detail = f"{system.robots[favoured].id} has waited too long and goes first"
+    return refusal(Reason.NEGOTIATION, detail, "steering", (favoured,))
+
+
+class Keeper(ABC):
+    """Keeps one promise: it is told of every move, and judges those that capacity and order allow."""
+
+    for_everyone = True
+    """Whether everyone can go on for ever, or else somebody can always move."""
+
+    def __init__(self, layout: SystemIndex) -> None:
+        self.layout = layout
+        """The system's layout; of homes, those that are meant."""
+        self.missing = Reason.DEADLOCK
+        """Why there is no witness, while there is none."""
+
+    @abstractmethod
+    def begin(self, configuration: Configuration, stand: Occupancy) -> bool:
+        """Find a witness for a configuration that was not reached by an admitted move; say if there is one.
+
+        Raises
+        ------
+        BudgetError
+            If the budget is used up before the answer is known.
+        """
+
+    def at_once(self, stand: Occupancy, robot: int) -> Decision | None:
+        """Decide the next move of `robot` by where robots stand; None if the configuration is needed too."""
+        del stand, robot
+        return None
+
+    @abstractmethod
+    def judge(self, configuration: Configuration, stand: Occupancy, robot: int) -> Decision:
+        """Decide the next move of `robot`, which is enabled."""
+
+    @abstractmethod
+    def moved(self, robot: int, before: int) -> bool:
+        """Take note that `robot` moved from the position `before`; False if no witness is known any more."""
+
+    @abstractmethod
+    def favour(self, configuration: Configuration, stand: Occupancy, robot: int) -> None:
+        """From now on admit only what keeps a way open on which `robot` moves soon; -1: end that."""
+
+    @abstractmethod
+    def shown(self, stand: Occupancy, robot: int, decision: Decision) -> dict[str, Any] | None:
+        """Return what shows a decision to be right, as certificates have it; None if nothing does."""
+
+    def ids(self, robots: Iterable[int]) -> list[str]:
+        """Return the names of robots."""
+        return [self.layout.system.robots[i].id for i in robots]
+
+
+class WitnessKeeper(Keeper):
+    """Holds moves that show a promise to be kept, and what it found out about the next ones."""
+
+    def __init__(self, layout: SystemIndex) -> None:
+        super().__init__(layout)
+        self.witness: list[int] | None = None
+        """Moves from the current configuration to where all is well; None if none are known."""
+        self._checker = Checker(layout.system)
+        self._verdicts: dict[int, Verdict] = {}
+        self._favoured = -1
+
+    def judge(self, configuration: Configuration, stand: Occupancy, robot: int) -> Decision:
+        """Decide the next move of `robot`, which is enabled."""
+        verdict = self._verdicts.get(robot)
+        if verdict is None:
+            verdict = self._verdicts[robot] = self._judge(configuration, stand, robot)
+        return verdict.decision
+
+    @abstractmethod
+    def _judge(self, configuration: Configuration, stand: Occupancy, robot: int) -> Verdict: ...
+
+    def _forget(self) -> None:
+        """Begin without a witness, and without working towards anybody."""
+        self._verdicts.clear()
+        self.witness = None
+        self._favoured = -1
+
+    def moved(self, robot: int, before: int) -> bool:
+        """Take over the witness of the move of `robot`; False if there is none."""
+        del before
+        return self._take_over(robot)
+
+    def _found_for(self, robot: int) -> list[int] | None:
+        verdict = self._verdicts.get(robot)
+        return None if verdict is None else verdict.witness
+
+    def _take_over(self, robot: int) -> bool:
+        """Take over the witness of the move of `robot`; False if there is none."""
+        self.witness = self._found_for(robot)
+        self._verdicts.clear()
+        return self.witness is not None
