@@ -14,7 +14,7 @@ from pathlib import Path
 
 from loopgate.gates import make_gate
 from loopgate.research.state_space import ExplorationLimitError, verify_everywhere, verify_walks
-from loopgate.research.theory.variety import any_shape, any_system
+from loopgate.research.theory.random_systems import any_shape, any_system
 
 _EXPLORED = 400
 _WALKED = 20_000

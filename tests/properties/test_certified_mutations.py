@@ -35,8 +35,7 @@ from loopgate.model import Configuration, Robot, StateId, System
 from loopgate.research.theory.homing import Homing
 from loopgate.research.theory.instances import fig7, instance
 from loopgate.research.theory.oracle import Oracle, OracleLimitError
-from loopgate.research.theory.random_systems import Shape, random_system
-from loopgate.research.theory.variety import any_system
+from loopgate.research.theory.random_systems import Shape, any_system, random_system
 
 _STEPS = 25
 

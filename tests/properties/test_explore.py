@@ -15,8 +15,7 @@ from loopgate.gates import make_gate
 from loopgate.model import Robot, RobotId, StateId, System
 from loopgate.research.state_space import ExplorationLimitError, StateSpace, explore
 from loopgate.research.theory.instances import fig7, instance
-from loopgate.research.theory.random_systems import Shape, random_system
-from loopgate.research.theory.variety import any_system
+from loopgate.research.theory.random_systems import Shape, any_system, random_system
 
 GATES = [
     "open",

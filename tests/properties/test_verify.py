@@ -12,7 +12,7 @@ from loopgate.errors import UnsafeStartError
 from loopgate.gates import make_gate
 from loopgate.research.state_space import ExplorationLimitError, StateSpace, verify_space, verify_walks
 from loopgate.research.theory.oracle import Oracle
-from loopgate.research.theory.variety import any_system
+from loopgate.research.theory.random_systems import any_system
 
 _LIMIT = 600
 GATES = ["collision", "algorithm2", "banker", "certified", "certified:promise=somebody"]

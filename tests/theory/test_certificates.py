@@ -14,7 +14,7 @@ from loopgate.model import Robot, RobotId, StateId, System
 from loopgate.research.theory.certificates import CertificateError, check_certificate
 from loopgate.research.theory.instances import fig7, instance
 from loopgate.research.theory.oracle import Oracle
-from loopgate.research.theory.variety import any_system
+from loopgate.research.theory.random_systems import any_system
 
 
 def _certificates(

@@ -21,7 +21,6 @@ from loopgate.analysis.course import (
     compute_stuck,
     compute_time_space,
 )
-from loopgate.analysis.delays import compute_trips
 from loopgate.analysis.monitoring import (
     compute_edge_holds,
     compute_edges,
@@ -30,10 +29,11 @@ from loopgate.analysis.monitoring import (
 )
 from loopgate.analysis.outcomes import (
     compute_deadlock_rate,
+    compute_safety,
     compute_survival,
     compute_time_to_deadlock,
+    compute_trips,
 )
-from loopgate.analysis.safety import compute_safety
 from loopgate.analysis.series import add_series
 from loopgate.analysis.trips import (
     compute_holds,

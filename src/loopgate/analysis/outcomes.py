@@ -1,4 +1,4 @@
-"""Deadlocks over many runs: their rate, and the time until they come."""
+"""What came of many runs: deadlocks and the time until they come, safety, and trips."""
 
 import warnings
 from collections.abc import Sequence
@@ -13,6 +13,13 @@ from loopgate.analysis.frames import check_columns, groups, succeeded, table
 from loopgate.analysis.statistics import wilson_interval
 from loopgate.errors import AnalysisError
 from loopgate.results import row_columns as c
+
+_MEANS = (
+    *(c.ARRIVED, c.UNFINISHED, c.MEAN_TRIP, c.MEAN_WAITING),
+    *(c.MEAN_TIME_LOSS, c.MEAN_DEPART_DELAY, c.MEAN_DELAY),
+)
+_OF_SAFETY = (c.AUDIT, c.COLLISIONS, c.DEADLOCKS, c.LAPS_PER_H, c.LONGEST_WAIT, c.TELEPORTS)
+_SAFETY = (a.FAILED, a.RUNS, a.DEADLOCKED, c.COLLISIONS, c.TELEPORTS, a.CLEAN, c.LAPS_PER_H, c.LONGEST_WAIT)
 
 
 def compute_deadlock_rate(
@@ -185,3 +192,85 @@ def compute_time_to_deadlock(
             }
         )
     return table(rows, [*by, a.RUNS, a.DEADLOCKED, a.MEDIAN_TIME, a.RESTRICTED_MEAN, a.HORIZON])
+
+
+def compute_safety(*, runs: pd.DataFrame, by: Sequence[str] = (c.NETWORK, c.GATE)) -> pd.DataFrame:
+    """Return how many runs of each group were deadlocked, collided, teleported, or failed their audit.
+
+    Raises `AnalysisError` on a missing column.
+
+    Parameters
+    ----------
+    runs
+        One row per run.
+
+    Returns
+    -------
+    DataFrame
+        One row per group: `by`; `FAILED` (runs that could not be made) and `RUNS` (the others, on which
+        the rest stands); `DEADLOCKED` of them; sums of `COLLISIONS` and `TELEPORTS`; `CLEAN`, runs under a
+        gate whose audit found nothing (missing where there is none); mean of `LAPS_PER_H` [1/h]; greatest
+        `LONGEST_WAIT` [s].
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> from loopgate.analysis import compute_safety
+    >>> runs = pd.DataFrame({"gate": ["open", "certified"], "audit": ["not gated", "clean"]})
+    >>> runs = runs.assign(deadlocks=[1, 0], collisions=0, teleports=0, laps_per_h=80, longest_wait_s=40)
+    >>> compute_safety(runs=runs, by=["gate"])[["gate", "deadlocked", "collisions"]].values.tolist()
+    [['certified', 0, 0], ['open', 1, 0]]
+    """
+    check_columns(runs, _OF_SAFETY, "runs")
+    rows = []
+    for names, group in groups(runs, by, "runs"):
+        done = succeeded(group)
+        gated = done[done[c.AUDIT] != c.NOT_GATED]
+        figures = {
+            a.FAILED: len(group) - len(done),
+            a.RUNS: len(done),
+            a.DEADLOCKED: int((done[c.DEADLOCKS] > 0).sum()),
+            c.COLLISIONS: int(done[c.COLLISIONS].sum()),
+            c.TELEPORTS: int(done[c.TELEPORTS].sum()),
+            a.CLEAN: int((gated[c.AUDIT] == "clean").sum()) if len(gated) else None,
+            c.LAPS_PER_H: done[c.LAPS_PER_H].mean(),
+            c.LONGEST_WAIT: done[c.LONGEST_WAIT].max(),
+        }
+        rows.append({**names, **figures})
+    return table(rows, (*by, *_SAFETY)).astype({a.CLEAN: "Int64"})
+
+
+def compute_trips(*, runs: pd.DataFrame, by: Sequence[str] = (c.GATE, c.VEHICLES)) -> pd.DataFrame:
+    """Return how many trips of a run arrived, how long they took, and what they lost.
+
+    Raises `AnalysisError` on a missing column.
+
+    Parameters
+    ----------
+    runs
+        One row per run; failed runs, and runs in which nobody drives once, are left out.
+
+    Returns
+    -------
+    DataFrame
+        One row per group: `by`; `RUNS`; means over runs of `ARRIVED`, `UNFINISHED`, `MEAN_TRIP`,
+        `MEAN_WAITING`, `MEAN_TIME_LOSS`, `MEAN_DEPART_DELAY` and `MEAN_DELAY` [s]; greatest `WORST_DELAY`
+        [s].
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> from loopgate.analysis import compute_trips
+    >>> runs = pd.DataFrame({"gate": "open", "arrived": [50, 52], "unfinished": [2, 0], "mean_trip_s": 60.0})
+    >>> runs = runs.assign(mean_waiting_s=4.0, mean_time_loss_s=[10.0, 9.0], mean_depart_delay_s=1.0)
+    >>> runs = runs.assign(mean_delay_s=[11.0, 10.0], worst_delay_s=[40.0, 30.0])
+    >>> compute_trips(runs=runs, by=["gate"])[["arrived", "mean_delay_s", "worst_delay_s"]].values.tolist()
+    [[51.0, 10.5, 40.0]]
+    """
+    check_columns(runs, [*_MEANS, c.WORST_DELAY], "runs")
+    done = succeeded(runs)
+    rows = []
+    for names, group in groups(done[done[c.ARRIVED].notna()], by, "runs"):
+        means = {name: group[name].mean() for name in _MEANS}
+        rows.append({**names, a.RUNS: len(group), **means, c.WORST_DELAY: group[c.WORST_DELAY].max()})
+    return table(rows, (*by, a.RUNS, *_MEANS, c.WORST_DELAY))

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
-from loopgate.arrays import Flags, Floats, Ints
+from loopgate.arrays import Floats, Ints
 from loopgate.audit.bodies import bends, overlapping
 from loopgate.audit.drawing import conflicts_by_loop, find_meetings, lies_above
 from loopgate.audit.drawn_bodies import jumps
@@ -275,7 +275,8 @@ class _Audit:
     def _bodies(self, positions: Positions, arcs_m: Floats) -> None:
         known = positions.vehicle >= 0
         if not known.all():
-            positions, arcs_m = _choose(positions, known), arcs_m[known]
+            columns = (getattr(positions, name)[known] for name in Positions.__slots__)
+            positions, arcs_m = Positions(*columns), arcs_m[known]
         if not len(positions.time_s):
             return
         vehicle = positions.vehicle
@@ -355,7 +356,3 @@ def _parked(pieces: Iterable[pd.DataFrame]) -> list[_Parked]:
             elif vehicle in begun:
                 found.append(begun.pop(vehicle)._replace(end_s=at_s))
     return [*found, *begun.values()]
-
-
-def _choose(positions: Positions, mask: Flags) -> Positions:
-    return Positions(*(getattr(positions, name)[mask] for name in Positions.__slots__))

@@ -12,7 +12,7 @@ import numpy as np
 import shapely
 
 from loopgate.arrays import Flags, Floats, Ints
-from loopgate.audit.drawn_bodies import NEAR_M, Body, LaneOnWay, draw_bodies, drawn_alike, find_ways
+from loopgate.audit.drawn_bodies import NEAR_M, LaneOnWay, draw_bodies, drawn_alike, find_ways
 from loopgate.audit.layout import Layout
 
 _LEAST_M = 0.1
@@ -96,7 +96,7 @@ def find_meetings(layout: Layout) -> list[Meeting]:
         return []
     edges = [name.rpartition("_")[0] for name in names]
     lanes = [ways[some[0]].lane for some in alike]
-    columns = _columns(bodies)
+    columns = _Bodies(*(np.array(column) for column in zip(*bodies, strict=True)))
     found: list[Meeting] = []
     for pairs in _touching(shapes, [lanes[body.way] for body in bodies], edges):
         for one, other in _by_kind(columns, pairs):
@@ -114,10 +114,6 @@ class _Bodies(NamedTuple):
     length_m: Any
     rear_lane: Any
     waits: Any
-
-
-def _columns(bodies: Sequence[Body]) -> _Bodies:
-    return _Bodies(*(np.array(column) for column in zip(*bodies, strict=True)))
 
 
 def _by_kind(columns: _Bodies, pairs: Ints) -> Iterator[tuple[_Bodies, _Bodies]]:

@@ -140,7 +140,7 @@ def run(
     network; segments is the abstraction of the paper, with one vehicle per loop.
     """
     from loopgate.cli.progress import show_progress
-    from loopgate.cli.summary_table import print_summary
+    from loopgate.cli.tables import print_summary
     from loopgate.simulation.run import simulate
 
     scenario = _scenario(network, {key: value for key, value in given.items() if value is not None})

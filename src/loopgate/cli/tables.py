@@ -1,18 +1,20 @@
-"""Tables of many rows on the terminal: the first ones, and how many more there are."""
+"""Tables on the terminal: those of many rows, and the one at the end of a run."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
 
 from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-_WIDTH = 120
+from loopgate.results.summary_rows import summary_rows
 
 
-def console() -> Console:
+def console(width: int = 120) -> Console:
     """Return a console as wide as the terminal; of a fixed width where there is none."""
     made = Console(highlight=False)
-    return made if made.is_terminal else Console(highlight=False, width=_WIDTH)
+    return made if made.is_terminal else Console(highlight=False, width=width)
 
 
 def print_table(
@@ -35,3 +37,25 @@ def print_table(
     to.print(table)
     if most is not None and len(every) > most:
         to.print(f"... and {len(every) - most} more rows (--all prints all, --json lists all)")
+
+
+def print_summary(summary: Mapping[str, Any], out: Path | None) -> None:
+    """Print the table, warnings, and where the results are."""
+    to = console(110)
+    gate = summary["gate"] if summary["gate"] == "open" else f"{summary['gate']} on {summary['abstraction']}"
+    table = Table(title=f"{summary['network']}: {gate}, seed {summary['seed']}", show_header=False)
+    table.add_column(style="bold")
+    table.add_column()
+    for what, much in summary_rows(summary):
+        table.add_row(what, much)
+    to.print(table)
+    for warning in summary["warnings"]:
+        to.print(f"warning: {warning}", style="yellow")
+    for deadlock in summary["deadlocks"][:3]:
+        chain = " -> ".join(
+            f"{vehicle} (wants {place})"
+            for vehicle, place in zip(deadlock["vehicles"], deadlock["places"], strict=True)
+        )
+        to.print(f"deadlock at {deadlock['at_s']:.0f} s: {chain} -> {deadlock['vehicles'][0]}")
+    if out is not None:
+        to.print(f"results in {out}")

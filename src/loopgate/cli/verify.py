@@ -130,7 +130,7 @@ class _Plan:
     def check_random(self, systems: int, report: Callable[[int], None]) -> Verification:
         """Check random systems, whose seeds count up from the plan's; one walk each where one is needed."""
         from loopgate.research.state_space import Verification
-        from loopgate.research.theory.variety import any_system
+        from loopgate.research.theory.random_systems import any_system
 
         total = Verification("mixed", "mixed", systems=0)
         for number in range(systems):

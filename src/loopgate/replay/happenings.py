@@ -178,7 +178,8 @@ class _Reader:
             self._go(vehicle, last)
         for begin, waiting in sorted(self._waiting.items()):
             vehicles = tuple(vehicle for vehicle, _ in waiting)
-            self._found.circles.append(Circle(vehicles, begin, self._over(vehicles, begin)))
+            over = min(self._moves_on(vehicle, begin) for vehicle in vehicles)
+            self._found.circles.append(Circle(vehicles, begin, over))
 
     def _link(self, vehicle: int) -> int:
         links = self._links[vehicle]
@@ -203,9 +204,6 @@ class _Reader:
                 behind = driven[frame - begin] + self._length_m[vehicle]
                 return begin + int(np.searchsorted(driven, behind))
         return frame
-
-    def _over(self, vehicles: Iterable[int], frame: int) -> int:
-        return min((self._moves_on(vehicle, frame) for vehicle in vehicles), default=frame)
 
     def _moves_on(self, vehicle: int, frame: int) -> int:
         for begin, rows in self._rows.get(vehicle, ()):

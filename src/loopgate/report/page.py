@@ -25,6 +25,7 @@ from loopgate.report.facts import commands, facts, failures, progress
 from loopgate.report.headline import headline, lead, title
 from loopgate.report.items import FigureItem, Section, TableItem
 from loopgate.report.tables import cells, write_csv, write_latex
+from loopgate.results.row_columns import EDGE_LISTS, EDGE_SET
 from loopgate.runs.results import Results
 from loopgate.versions import versions
 
@@ -94,7 +95,7 @@ def _write(results: Results, page: Path, folder: Path, report: Callable[[int, in
     shown = [writer.section(section) for section in sections]
     if len(results.runs):
         folder.mkdir(parents=True, exist_ok=True)
-        write_csv(results.runs.drop(columns=_lists(results.runs)), folder / "all-runs.csv")
+        write_csv(results.runs.drop(columns=[EDGE_SET, *EDGE_LISTS]), folder / "all-runs.csv")
     if failed is not None:
         writer.table(failed, "")
     script = resources("loopgate.report").joinpath("templates/report.js").read_text(encoding="utf-8")
@@ -114,21 +115,13 @@ def _write(results: Results, page: Path, folder: Path, report: Callable[[int, in
         files=folder.name if len(results.runs) else None,
         light=LIGHT,
         dark=DARK,
-        content=_json({"specs": writer.specs, "tables": writer.files}),
+        content=script_json({"specs": writer.specs, "tables": writer.files}),
         scripts=[Markup(one) for one in (drawing, script) if one],  # noqa: S704 - ours and the library's
         hashes=Markup(" ".join(hash_of(one) for one in (drawing, script) if one)),  # noqa: S704 - digests
     )
     with writing(page):
         page.write_text(text, encoding="utf-8")
     return ReportFiles(page, folder if len(results.runs) else None, writer.figures, writer.tables)
-
-
-def _json(value: object) -> Markup:
-    return Markup(script_json(value))  # noqa: S704 - it has no character that could end its element
-
-
-def _lists(runs: pd.DataFrame) -> list[str]:
-    return [name for name in runs.columns if str(name).startswith("edge_") and runs[name].dtype == object]
 
 
 class _Writer:

@@ -142,7 +142,12 @@ def _conflicts(axes: Axes, network: RoadNetwork, found: QueueSurvey, scale: floa
             linewidths=0.6,
             zorder=8,
         )
-    marks = np.array([line.mean(axis=0) for line in _unlisted(network, via, found)]).reshape(-1, 2)
+    unlisted = [
+        line.mean(axis=0)
+        for crossing in found.crossings
+        for line in _shared(network, via, crossing, unlisted=True)
+    ]
+    marks = np.array(unlisted).reshape(-1, 2)
     axes.scatter(
         marks[:, 0],
         marks[:, 1],
@@ -168,11 +173,6 @@ def _shared(
         if conflict.begin_m is None or conflict.end_m is None or (unlisted and conflict.listed):
             continue
         yield cut_line(points, arcs, conflict.begin_m, conflict.end_m)
-
-
-def _unlisted(network: RoadNetwork, via: dict[str, tuple[str, ...]], found: QueueSurvey) -> Iterator[Floats]:
-    for crossing in found.crossings:
-        yield from _shared(network, via, crossing, unlisted=True)
 
 
 def _refused(axes: Axes, refusals: Sequence[RefusedLoop], width: float, scale: float) -> None:

@@ -32,7 +32,7 @@ def summary_rows(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
         ("deadlocks", _deadlocks(summary)),
         ("collisions, teleports", f"{summary['collisions']}, {summary['teleports']}"),
         *_strange(summary),
-        *_promised(summary),
+        *([("gate's promise", f"to {summary['promise']}")] if summary.get("promise") else []),
         ("decisions", f"{summary['decisions']}"),
         ("refusals", ", ".join(f"{k} {v}" for k, v in summary["refusals"].items()) or "none"),
         (
@@ -121,11 +121,6 @@ def _spacing(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
     done = {"hold": "those ahead held at gates", "advice": "all told how fast to drive"}
     said = done.get(summary.get("spacing", "none"))
     return [("spacing", said)] if said else []
-
-
-def _promised(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """Return the row about the gate's promise, if it gives one."""
-    return [("gate's promise", f"to {summary['promise']}")] if summary.get("promise") else []
 
 
 def _strange(summary: Mapping[str, Any]) -> list[tuple[str, str]]:

@@ -54,17 +54,15 @@ class TableFile:
         if self._stream.closed:
             return
         try:
-            with writing(self._file, keep=True), suppress(*self._expected()):
+            # After a piece that failed it may fail again: that has been said already.
+            expected = (OSError, pa.ArrowException) if self._broken else ()
+            with writing(self._file, keep=True), suppress(*expected):
                 self._writer.close()
             with writing(self._file, keep=True):
                 self._stream.truncate(self._stream.tell())
         finally:
             with suppress(OSError):
                 self._stream.close()
-
-    def _expected(self) -> tuple[type[BaseException], ...]:
-        """Return what closing may raise after a piece that failed: that has been said already."""
-        return (OSError, pa.ArrowException) if self._broken else ()
 
     def _write(self, table: pa.Table) -> None:
         try:

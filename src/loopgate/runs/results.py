@@ -107,7 +107,8 @@ def _read(folder: Path) -> Results:
     with refusing(folder, "folder of results", ResultsError):
         if (folder / "rows").is_dir():
             return _from_rows(folder)
-        runs = [folder] if (folder / "summary.json").is_file() else _run_folders(folder)
+        alone = (folder / "summary.json").is_file()
+        runs = [folder] if alone else sorted(file.parent for file in folder.glob("*/summary.json"))
         if not runs:
             msg = f"{folder}: no results; expected rows/ (a sweep), summary.json (a run) or a folder of runs"
             raise ResultsError(msg)
@@ -150,11 +151,9 @@ def _from_rows(folder: Path) -> Results:
     manifest = folder / "sweep.json"
     known = read_object(manifest, "description of a sweep", ResultsError) if manifest.is_file() else {}
     notes = tuple(_notes(folder / "rows", files))
-    return Results((folder,), _with_varying_keys(_latest(rows), folder / "rows"), edge_sets, known, notes)
-
-
-def _run_folders(folder: Path) -> list[Path]:
-    return sorted(file.parent for file in folder.glob("*/summary.json"))
+    latest = rows.sort_values([c.KEY, c.ATTEMPT], kind="stable").drop_duplicates(c.KEY, keep="last")
+    runs = _with_varying_keys(latest.reset_index(drop=True), folder / "rows")
+    return Results((folder,), runs, edge_sets, known, notes)
 
 
 def _from_runs(folder: Path, runs: list[Path]) -> Results:
@@ -189,12 +188,6 @@ def _notes(folder: Path, files: Sequence[Rows]) -> Iterator[str]:
         yield f"{folder}: another version made {count} files, without {names}: not known of those runs"
     for names, count in Counter(rows.besides for rows in files if rows.besides).items():
         yield f"{folder}: another version made {count} files, with more columns, not read: {names}"
-
-
-def _latest(rows: pd.DataFrame) -> pd.DataFrame:
-    """Return one row per key: that of the latest attempt."""
-    ordered = rows.sort_values([c.KEY, c.ATTEMPT], kind="stable")
-    return ordered.drop_duplicates(c.KEY, keep="last").reset_index(drop=True)
 
 
 def _with_varying_keys(rows: pd.DataFrame, folder: Path) -> pd.DataFrame:

@@ -102,7 +102,8 @@ def run_sweep(  # noqa: PLR0913 - each is a choice of the caller's, all but two 
     points = sweep.points()
     with Store(folder) as store:
         store.write_manifest(_manifest(sweep, points, folder))
-        todo = [p for p in points if _is_missing(store.finished(p.key), retry_failed=retry_failed)]
+        again = {None, c.STATUS_FAILED} if retry_failed else {None}
+        todo = [p for p in points if store.finished(p.key) in again]
         state = _State(store, len(points), len(points) - len(todo), report)
         tasks = deque(
             Task(
@@ -114,7 +115,8 @@ def run_sweep(  # noqa: PLR0913 - each is a choice of the caller's, all but two 
             )
             for point in todo
         )
-        with _executor(executor, min(workers or _processors(), max(len(todo), 1)), timeout_s) as (pool, size):
+        workers = min(workers or len(os.sched_getaffinity(0)), max(len(todo), 1))
+        with _executor(executor, workers, timeout_s) as (pool, size):
             _drive(tasks, pool, window or 4 * size, state, cache(_pack))
         store.merge()
         return SweepOutcome(**asdict(state.progress()), folder=folder)
@@ -223,14 +225,6 @@ def _from_here(path: Path) -> str:
     """Return the path as one would write it in the working directory."""
     here = Path.cwd()
     return str(path.relative_to(here) if path.is_relative_to(here) else path)
-
-
-def _is_missing(status: str | None, *, retry_failed: bool) -> bool:
-    return status is None or (retry_failed and status == c.STATUS_FAILED)
-
-
-def _processors() -> int:
-    return len(os.sched_getaffinity(0))
 
 
 def _manifest(sweep: Sweep, points: Sequence[Point], folder: Path) -> dict[str, Any]:

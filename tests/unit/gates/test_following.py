@@ -12,7 +12,7 @@ from loopgate.gates.following import Follower, following
 from loopgate.gates.one_step import OneStepGate
 from loopgate.gates.open import OpenGate
 from loopgate.model import MutableConfiguration
-from loopgate.research.theory.variety import any_system
+from loopgate.research.theory.random_systems import any_system
 
 
 @pytest.mark.parametrize("gate_class", [CollisionGate, OneStepGate, BankerGate, Algorithm2Gate])

@@ -8,7 +8,7 @@ from builders import ring_of_three, system
 from loopgate.gates import Decision, Reason
 from loopgate.gates.deadlocks import deadlocked_robots
 from loopgate.gates.one_step import OneStepGate
-from loopgate.research.theory.variety import any_system
+from loopgate.research.theory.random_systems import any_system
 
 
 def test_the_move_that_closes_a_circle_is_refused() -> None:

@@ -78,7 +78,9 @@ class FreeSlots(WitnessKeeper):
         if robot not in witness and self.layout.follow[robot][there.at[robot]] < 0:
             return  # it stays where it is for good
         while robot not in witness:
-            witness += self._pushes(there, self._first(there, there.state(robot), robot))
+            first = (there.queue.get(there.state(robot)) or [robot])[0]
+            there.step(first)
+            witness += [first, *self._pushed(there, first)]
         self.witness, self._favoured = witness, robot
 
     def _judge(self, configuration: Configuration, stand: Occupancy, robot: int) -> Verdict:
@@ -130,11 +132,6 @@ class FreeSlots(WitnessKeeper):
             there.step(i)
         return True
 
-    def _pushes(self, there: Occupancy, robot: int) -> list[int]:
-        """Move `robot`, and on until every place has a slot free again; return the moves."""
-        there.step(robot)
-        return [robot, *self._pushed(there, robot)]
-
     def _pushed(self, there: Occupancy, robot: int) -> list[int]:
         """After the move of `robot`, move who came first into the full place until none is; return the moves.
 
@@ -154,10 +151,6 @@ class FreeSlots(WitnessKeeper):
             robot = there.queue[full][0] if full in there.queue else lines[full].pop(0)
             there.step(robot)
             moves.append(robot)
-
-    def _first(self, there: Occupancy, place: int, robot: int) -> int:
-        line = there.queue.get(place)
-        return line[0] if line else robot
 
     def _full(self, stand: Occupancy) -> Iterator[int]:
         count, room = stand.count, self.layout.room

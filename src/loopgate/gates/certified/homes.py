@@ -168,12 +168,8 @@ class Homes(WitnessKeeper):
 
     def _checked(self, configuration: Configuration, moves: list[int], stage: str) -> Verdict:
         if self._accepts(configuration, moves):
-            return self._admit(moves, stage)
+            return Verdict(Decision(admitted=True, reason=Reason.FREE, stage=stage), moves[1:])
         return Verdict(refusal(Reason.FAULT, "witness rejected by the checker", "checker"))
-
-    @staticmethod
-    def _admit(moves: list[int], stage: str) -> Verdict:
-        return Verdict(Decision(admitted=True, reason=Reason.FREE, stage=stage), moves[1:])
 
     def _refuse_core(self, robot: int, core: list[int]) -> Verdict:
         blockers = tuple(i for i in core if i != robot)

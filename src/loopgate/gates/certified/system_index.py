@@ -110,12 +110,9 @@ class SystemIndex:
         for i, path in enumerate(self.path):
             has_home = any(self.home[i])
             walks = [self._walk_home(i, p) if has_home else None for p in range(len(path))]
-            self.settling.append([self._settles_after(i, walk) for walk in walks])
+            self.settling.append([(walk or [])[-1:] == [self.settles[i]] for walk in walks])
             self.steps.append([-1 if walk is None else len(walk) for walk in walks])
-            self.way.append([() if walk is None else self._blocking(walk) for walk in walks])
-
-    def _settles_after(self, robot: int, walk: list[int] | None) -> bool:
-        return walk is not None and walk[-1:] == [self.settles[robot]]
+            self.way.append([tuple(s for s in walk or () if not self.never_blocks[s]) for walk in walks])
 
     def _passable(self, robot: int, position: int, enders: list[int]) -> bool:
         path = self.path[robot]
@@ -152,9 +149,6 @@ class SystemIndex:
             position = self.follow[robot][position]
             walk.append(self.path[robot][position])
         return walk
-
-    def _blocking(self, walk: list[int]) -> tuple[int, ...]:
-        return tuple(s for s in walk if not self.never_blocks[s])
 
     @property
     def all_wide(self) -> bool:

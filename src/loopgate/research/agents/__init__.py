@@ -2,11 +2,10 @@
 
 from loopgate.research.agents.agent import Outcome
 from loopgate.research.agents.certified import components, part, run_certified_agents
-from loopgate.research.agents.decision import decide_by_messages
+from loopgate.research.agents.decision import Sensing, decide_by_messages
 from loopgate.research.agents.messages import Kind
 from loopgate.research.agents.network import Link
 from loopgate.research.agents.run import run_agents
-from loopgate.research.agents.sensing import Sensing
 
 __all__ = [
     "Kind",

@@ -1,18 +1,47 @@
-"""One decision by messages over a network, and what it cost."""
+"""One decision by messages over a network: what robots see, what is decided, and what it cost."""
 
 import random
 from dataclasses import dataclass
 
 from loopgate.errors import SystemModelError
-from loopgate.gates.walks import default_lookahead
+from loopgate.gates.walks import default_lookahead, steps_ahead
 from loopgate.model import Configuration, System
 from loopgate.research.agents.agent import Agent, Outcome
 from loopgate.research.agents.messages import Kind
 from loopgate.research.agents.network import Link, MessageNetwork
-from loopgate.research.agents.sensing import Sensing, sense
 
 _PATIENCE = 1000.0
 """How long the robot waits for answers [time units]; then it stops."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sensing:
+    """How far a robot sees."""
+
+    states_ahead: int | None = None
+    """States ahead on its own path whose signals a robot can read; None for as many as it looks ahead."""
+    monitored: frozenset[int] = frozenset()
+    """States with a monitor at their ends, which tells anyone who is in them (Section 3.1 of Zhou et al.
+    2020): for segments longer than the range."""
+
+
+def sense(
+    system: System, configuration: Configuration, robot: int, sensing: Sensing, lookahead: int
+) -> dict[int, int | None]:
+    """Return the signals that `robot` can read: who stands in each collision state ahead, None for nobody.
+
+    A state whose signal it cannot read is not in the answer. It looks no further than its next private state.
+    """
+    signals: dict[int, int | None] = {}
+    ahead = steps_ahead(system, robot, configuration.positions[robot], lookahead + 1)
+    for step, position in enumerate(ahead):
+        state = system.paths[robot][position]
+        if system.private[state]:
+            break
+        if sensing.states_ahead is None or step < sensing.states_ahead or state in sensing.monitored:
+            inside = system.occupants(configuration, state)
+            signals[state] = inside[0] if inside else None
+    return signals
 
 
 @dataclass(frozen=True, slots=True)

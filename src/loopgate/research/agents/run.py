@@ -8,10 +8,9 @@ from functools import partial
 
 from loopgate.model import Configuration, System
 from loopgate.research.agents.agent import Agent, Outcome
-from loopgate.research.agents.decision import check_single, place
+from loopgate.research.agents.decision import Sensing, check_single, place
 from loopgate.research.agents.messages import Claim, Kind, Message
 from loopgate.research.agents.network import Link, MessageNetwork
-from loopgate.research.agents.sensing import Sensing
 
 _DECIDE = 60.0
 _NEGOTIATE = 20.0

@@ -1,7 +1,7 @@
 """All configurations of a system without roads and clocks: those that a gate lets come about, and safety."""
 
-from loopgate.research.state_space.counterexample import Counterexample
 from loopgate.research.state_space.exploration import ExplorationFigures, explore
+from loopgate.research.state_space.reach import Counterexample
 from loopgate.research.state_space.space import ExplorationLimitError, StateSpace
 from loopgate.research.state_space.verification import Verification, verify_everywhere, verify_space
 from loopgate.research.state_space.walks import verify_walks

@@ -11,8 +11,7 @@ from loopgate.arrays import Small
 from loopgate.gates import Gate
 from loopgate.gates.deadlocks import homes_decide_liveness
 from loopgate.model import System
-from loopgate.research.state_space.counterexample import Counterexample, promise_of
-from loopgate.research.state_space.reach import Reach, asking
+from loopgate.research.state_space.reach import Counterexample, Reach, asking, promise_of
 from loopgate.research.state_space.space import StateSpace
 from loopgate.research.theory.orders import Orders
 

@@ -1,6 +1,7 @@
 """The configurations that a gate lets come about: one breadth-first search, which asks the gate in blocks."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from loopgate.gates.banker import BankerGate
 from loopgate.gates.collision import CollisionGate
 from loopgate.gates.open import OpenGate
 from loopgate.gates.walks import default_lookahead
-from loopgate.model import Configuration
+from loopgate.model import Configuration, RobotId, StateId
 from loopgate.research.state_space.kernel_circuits import scratch_for
 from loopgate.research.state_space.kernel_gates import ALGORITHM2, BANKER, ask
 from loopgate.research.state_space.kernels import advance
@@ -24,6 +25,27 @@ Each = Callable[[Configuration, int, Decision, bool], None]
 
 _CHUNK = 1 << 14
 _BITS = 64
+
+
+@dataclass(frozen=True, slots=True)
+class Counterexample:
+    """A way to where a gate breaks its promise."""
+
+    kind: str
+    """``unsafe``: the last move was admitted though it is not safe. ``stuck``: nothing is admitted there
+    though not all have finished. ``disabled``: the last move breaks a capacity or an order."""
+    moves: tuple[RobotId, ...]
+    """The robots that move, from the start on; where all configurations are looked at, no way is shorter."""
+    configuration: tuple[StateId, ...]
+    """The states in which the robots then stand."""
+
+
+def promise_of(gate: Gate) -> str:
+    """Return what `gate` is judged by: ``everyone`` or ``somebody`` can go on for ever.
+
+    Its attribute ``promise`` says which; a gate that does not say is taken to promise everyone.
+    """
+    return str(getattr(gate, "promise", "everyone"))
 
 
 class Reach:

@@ -12,8 +12,7 @@ from loopgate.arrays import Flags
 from loopgate.errors import UnsafeStartError
 from loopgate.gates import Decision, Gate, Reason
 from loopgate.model import Configuration, System
-from loopgate.research.state_space.counterexample import Counterexample, promise_of
-from loopgate.research.state_space.reach import Reach, ask_gate
+from loopgate.research.state_space.reach import Counterexample, Reach, ask_gate, promise_of
 from loopgate.research.state_space.space import StateSpace
 
 Each = Callable[[Gate, Configuration, int], None]

@@ -3,13 +3,15 @@
 import random
 from collections import Counter
 from collections.abc import Callable
-from typing import Protocol
+from contextlib import suppress
+from functools import partial
+from typing import NamedTuple
 
 from loopgate.errors import UnsafeStartError
 from loopgate.gates import Gate, Reason
 from loopgate.gates.deadlocks import deadlocked_robots, homes_decide_liveness
 from loopgate.model import Configuration, System
-from loopgate.research.state_space.counterexample import Counterexample, promise_of
+from loopgate.research.state_space.reach import Counterexample, promise_of
 from loopgate.research.state_space.space import ExplorationLimitError, StateSpace
 from loopgate.research.state_space.verification import Each, Verification, counterexample, nothing
 from loopgate.research.theory.acyclicity import AcyclicityError, live_by_order
@@ -19,60 +21,28 @@ _SEARCHED = 10
 """Beyond so many robots the solver judges, where it can; below, plain search is quicker."""
 
 
-class _Judge(Protocol):
+class _Judge(NamedTuple):
     """The exact answer: does a configuration keep the promise."""
 
     name: str
-
-    def live(self, configuration: Configuration) -> bool:
-        """Return the answer."""
-        ...
-
-
-class _BySat:
-    name = "sat"
-
-    def __init__(self, system: System) -> None:
-        self._system = system
-        self.live(system.initial)  # raises at once where the system is not of a kind it covers
-
-    def live(self, configuration: Configuration) -> bool:
-        return live_by_order(self._system, configuration)
-
-
-class _BySpace:
-    def __init__(self, space: StateSpace, promise: str) -> None:
-        self.name = "oracle" if promise == "everyone" else promise
-        self._space = space
-        self._good = space.keeping(promise)
-
-    def live(self, configuration: Configuration) -> bool:
-        return bool(self._good[self._space.number(configuration)])
-
-
-class _ByDeadlocks:
-    name = "deadlocks"
-
-    def __init__(self, system: System) -> None:
-        self._system = system
-
-    def live(self, configuration: Configuration) -> bool:
-        return not deadlocked_robots(self._system, configuration)
+    live: Callable[[Configuration], bool]
 
 
 def _judge_for(system: System, promise: str, limit: int) -> _Judge:
     """Return what can judge `system` by a promise: exactly, or by circular waits where it is too large."""
     if promise == "everyone" and homes_decide_liveness(system):
-        if len(system.robots) > _SEARCHED:
-            try:
-                return _BySat(system)
-            except AcyclicityError:
-                pass
-        return Homing(system)
+        with suppress(AcyclicityError):
+            if len(system.robots) > _SEARCHED:
+                live_by_order(system, system.initial)  # raises where the system is of no kind it covers
+                return _Judge("sat", partial(live_by_order, system))
+        return _Judge("homing", Homing(system).live)
     try:
-        return _BySpace(StateSpace(system, limit=limit), promise)
+        space = StateSpace(system, limit=limit)
     except ExplorationLimitError:
-        return _ByDeadlocks(system)
+        return _Judge("deadlocks", lambda here: not deadlocked_robots(system, here))
+    good = space.keeping(promise)
+    name = "oracle" if promise == "everyone" else promise
+    return _Judge(name, lambda here: bool(good[space.number(here)]))
 
 
 def verify_walks(

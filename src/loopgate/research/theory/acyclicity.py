@@ -106,18 +106,7 @@ def _circles_of(encoding: _Encoding, model: list[int]) -> list[list[int]]:
         if not graph.has_edge(*edge):
             because[edge] = -v if chosen else v
             graph.add_edge(*edge)
-    return [[because[edge] for edge in _edges(circle) if edge in because] for circle in _circles(graph)]
-
-
-def _edges(circle: list[_Move]) -> list[_Order]:
-    return list(zip(circle, circle[1:] + circle[:1], strict=True))
-
-
-def _circles(graph: nx.DiGraph[_Move]) -> list[list[_Move]]:
-    """Return one circle per strongly connected component that has any."""
-    circles = []
-    for component in nx.strongly_connected_components(graph):
-        if len(component) > 1:
-            part = graph.subgraph(component)
-            circles.append([edge[0] for edge in nx.find_cycle(part)])
-    return circles
+    # One circle for each strongly connected component that has any.
+    parts = map(graph.subgraph, nx.strongly_connected_components(graph))
+    circles = (nx.find_cycle(part) for part in parts if len(part) > 1)
+    return [[because[edge] for edge in circle if edge in because] for circle in circles]

@@ -4,7 +4,8 @@ A certificate says for one configuration and one robot whether its move was admi
 why. Only the model is used here, so that a mistake of the gate's cannot hide in its own checker.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 from loopgate.errors import LoopgateError
@@ -72,14 +73,9 @@ class _Check:
         kind, verdict = self._certificate["kind"], self._certificate["verdict"]
         admitting = {"home": self._home, "round": self._round, "rest": self._rest}
         admitting |= {"room": self._room, "chain": self._chain}
-        refusing = {
-            "wait": self._wait,
-            "dead": self._dead,
-            "no rest": self._no_rest,
-            "exhausted": self._exhausted,
-            "full": self._full,
-            "reserved": self._reserved,
-        }
+        no_rest: Callable[[], None] = partial(self._dead, rests=True)
+        refusing = {"wait": self._wait, "dead": self._dead, "no rest": no_rest, "full": self._full}
+        refusing |= {"exhausted": self._exhausted, "reserved": self._reserved}
         checks = {"admitted": admitting, "refused": refusing}[verdict]
         if kind not in checks:
             self._fail(f"kind {kind!r} does not show that a move is {verdict}")
@@ -172,13 +168,9 @@ class _Check:
         if not Group.of(self._places, there).waits_for_good(robots):
             self._fail("its robots can move again some day")
 
-    def _dead(self) -> None:
-        there = self._after()
-        follow_proof(self._places, self._certificate["proof"], there, self._fail)
-
-    def _no_rest(self) -> None:
-        there = self._after()
-        follow_proof(Places(self._system, rests=True), self._certificate["proof"], there, self._fail)
+    def _dead(self, *, rests: bool = False) -> None:
+        places = Places(self._system, rests=rests)
+        follow_proof(places, self._certificate["proof"], self._after(), self._fail)
 
     def _exhausted(self) -> None:
         try:

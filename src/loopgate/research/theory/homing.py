@@ -16,8 +16,6 @@ class Homing:
     `loopgate.research.theory.oracle`. Raises `ValueError` if the system is not of that kind.
     """
 
-    name = "homing"
-
     def __init__(self, system: System) -> None:
         if not homes_decide_liveness(system):
             msg = "some robot on a closed path has no private state, or passes another's end"

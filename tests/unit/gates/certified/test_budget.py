@@ -20,7 +20,7 @@ from loopgate.gates.certified.homes import Homes
 from loopgate.gates.certified.occupancy import Occupancy
 from loopgate.gates.certified.system_index import SystemIndex
 from loopgate.model import Robot, RobotId, StateId, System
-from loopgate.research.theory.variety import any_system
+from loopgate.research.theory.random_systems import any_system
 
 
 class Ticking:
