@@ -162,16 +162,21 @@ class _Plan:
     def chain(self, loop: Loop) -> list[Piece]:
         """Cut a loop into pieces, in driving order from its beginning."""
         pieces: list[Piece] = []
-        movements, roads = _movements(self._network, loop), loop.roads
-        for movement, span in zip(movements, roads, strict=loop.closed):
+        for made, span in zip(loop.movements, loop.roads, strict=loop.closed):
+            leaving = self._network.outgoing(span.edge)
+            movement = next((c for c in leaving if (c.id, c.via) == (made.id, made.via)), None)
+            if movement is None:  # the loop was made for other roads
+                why = Refusal(f"has no movement from lane {span.lane_id} to edge {made.to_edge}", span.edge)
+                raise RefusedLoopError({loop.id: why}, abstraction="queues")
             pieces += self._on_edge(span)
             length = sum(self._network.lanes[lane].length_m for lane in movement.via)
             pieces.append(Piece(span.end_m, length, span.edge, span.lane, span.length_m, movement=movement))
         if loop.closed:
             return pieces
-        pieces += self._on_edge(roads[-1])
+        last = loop.roads[-1]
+        pieces += self._on_edge(last)
         first = next((k for k, piece in enumerate(pieces) if piece.place is not None), len(pieces))
-        return [*pieces[first:], self._away(roads[-1], pieces[-1])]
+        return [*pieces[first:], self._away(last, pieces[-1])]
 
     def _away(self, last: LaneSpan, piece: Piece) -> Piece:
         """Return where those are who have arrived on a lane, from the end of the last piece of it on.
@@ -246,28 +251,3 @@ class _Plan:
                     guides.from_edge,
                 )
         return None
-
-
-def _movements(network: RoadNetwork, loop: Loop) -> list[Connection]:
-    """Return the movement that follows each edge of the loop; none follows the last of an open one."""
-    found: list[Connection] = []
-    spans = loop.spans
-    for number, span in enumerate(spans):
-        if span.internal or (number + 1 == len(spans) and not loop.closed):
-            continue
-        via = []
-        k = number + 1
-        while k < len(spans) and spans[k].internal:
-            via.append(spans[k].lane_id)
-            k += 1
-        following = spans[k % len(spans)]
-        for c in network.outgoing(span.edge):
-            if (c.from_lane, c.to_edge, c.to_lane) == (span.lane, following.edge, following.lane_in) and (
-                c.via == tuple(via)
-            ):
-                found.append(c)
-                break
-        else:
-            why = Refusal(f"has no movement from lane {span.lane_id} to edge {following.edge}", span.edge)
-            raise RefusedLoopError({loop.id: why}, abstraction="queues")
-    return found

@@ -1,23 +1,34 @@
-"""The lanes that a vehicle takes round a loop: those with the fewest changes."""
+"""The lanes that a vehicle takes round a loop: those with the fewest changes, chosen edge by edge."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 
 from loopgate.errors import RouteError
-from loopgate.network.lane_steps import (
-    Cost,
-    Layer,
-    Step,
-    Ways,
-    check_route,
-    find_costs,
-    find_layers,
-    follow,
-    make_spans,
-)
-from loopgate.network.loop import Loop
+from loopgate.network.loop import LaneSpan, Loop
+from loopgate.network.records import Connection, Lane
 from loopgate.network.road import RoadNetwork
 
+Cost = tuple[int, float]
+"""Lanes changed, then how hurried the changes are (lanes per metre of edge)."""
+
+TWO_WAY_LANES = 1000
+"""A lane on which others come the opposite way counts as so many changes of lanes: see `make_loop`."""
+
+FREE: Cost = (0, 0.0)
+
 _ANY: Mapping[str, int] = {}
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """Passing one edge: lane on which it is entered, movement by which it is left."""
+
+    enter: int
+    onward: Connection
+
+
+Layer = dict[int, list[tuple[Cost, Step]]]
+"""The choices on one edge: for each lane entered, the steps and their cost."""
 
 
 def make_loop(
@@ -68,15 +79,17 @@ def make_loop(
         raise RouteError(msg)
     check_route(network, edges, vclass=vclass, what=what, closed=True)
     layers = find_layers(network, edges, vclass, closed=True)
-    ways = _fewest_changes(_wanted(layers, edges, on_lanes)) if on_lanes else None
-    ways = ways or _fewest_changes(layers)
-    if ways is None:
+    found = _fewest_changes(_wanted(layers, edges, on_lanes)) if on_lanes else None
+    found = found or _fewest_changes(layers)
+    if found is None:
         msg = (
             f"{what}: no lanes open to {vclass} lead all the way round, though its edges are connected; "
             f"add edges where the vehicle can change lanes, or connections in netedit"
         )
         raise RouteError(msg)
-    return Loop(name, tuple(edges), tuple(make_spans(network, edges, ways)), frozenset(on_lanes))
+    way, every = found
+    movements = tuple(step.onward for step in way)
+    return Loop(name, tuple(edges), make_spans(network, way, every), movements, frozenset(on_lanes))
 
 
 def _wanted(layers: Sequence[Layer], edges: Sequence[str], on_lanes: Mapping[str, int]) -> list[Layer]:
@@ -98,8 +111,11 @@ def _choices(layer: Layer, lane: int, *, whole: bool) -> Layer:
     return chosen
 
 
-def _fewest_changes(layers: Sequence[Layer]) -> Ways | None:
-    """Return the ways round that change the fewest lanes, or None if none closes; O(edges * lanes^4)."""
+def _fewest_changes(layers: Sequence[Layer]) -> tuple[list[Step], list[list[Step]]] | None:
+    """Return the best way round, and for each edge the steps of every way that changes as few lanes.
+
+    None if none closes. O(edges * lanes^4).
+    """
     rounds = {first: find_costs(layers, (first,)) for first in layers[0]}
     totals = {first: costs[0][first] for first, costs in rounds.items() if first in costs[0]}
     if not totals:
@@ -111,7 +127,7 @@ def _fewest_changes(layers: Sequence[Layer]) -> Ways | None:
         if total[0] == fewest:
             for number, steps in enumerate(_on_fewest(layers, rounds[first], first)):
                 every[number] += [step for step in steps if step not in every[number]]
-    return Ways(follow(layers, rounds[best], best), every)
+    return follow(layers, rounds[best], best), every
 
 
 def _on_fewest(layers: Sequence[Layer], costs: Sequence[dict[int, Cost]], first: int) -> list[list[Step]]:
@@ -127,3 +143,167 @@ def _on_fewest(layers: Sequence[Layer], costs: Sequence[dict[int, Cost]], first:
         found.append(steps)
         reached = {step.onward.to_lane for step in steps}
     return found
+
+
+def check_route(network: RoadNetwork, edges: Sequence[str], *, vclass: str, what: str, closed: bool) -> None:
+    """Check that a vehicle of the class can drive over these edges, if `closed` from last to first too.
+
+    Raises `RouteError` if it cannot; the text begins with `what`.
+    """
+    for edge in edges:
+        _check_edge(network, edge, vclass, what)
+    for number, edge in enumerate(edges if closed else edges[:-1]):
+        _check_pair(network, edges, number, vclass, what, edge)
+
+
+def _check_edge(network: RoadNetwork, edge: str, vclass: str, what: str) -> None:
+    if edge not in network.edges:
+        msg = f"{what}: edge {edge} is not in the network {network.name}; correct it or draw the route again"
+        raise RouteError(msg)
+    if not network.edges[edge].allows(vclass):
+        classes = sorted(set().union(*(lane.allowed for lane in network.edges[edge].lanes)))
+        most = 5
+        for_whom = ", ".join(classes[:most]) + (", ..." if len(classes) > most else "") or "nobody"
+        msg = f"{what}: edge {edge} is closed to {vclass} (open to {for_whom}); lead the route round it"
+        raise RouteError(msg)
+
+
+def _check_pair(
+    network: RoadNetwork, edges: Sequence[str], number: int, vclass: str, what: str, edge: str
+) -> None:
+    last = number + 1 == len(edges)
+    following = edges[0] if last else edges[number + 1]
+    if network.between(edge, following, vclass):
+        return
+    ways = list(dict.fromkeys(c.to_edge for c in network.outgoing(edge) if network.allows(c, vclass)))
+    onward = f"from {edge} a {vclass} can go to {', '.join(ways)}" if ways else f"{edge} leads nowhere"
+    if last:
+        msg = (
+            f"{what}: not a loop: its last edge {edge} does not lead to its first edge {following} "
+            f"({onward}); add the edges that lead back; ordinary traffic goes into a file for --traffic"
+        )
+    else:
+        msg = f"{what}: edge {edge} does not lead to edge {following} ({onward}); add the edges between"
+    raise RouteError(msg)
+
+
+def find_layers(network: RoadNetwork, edges: Sequence[str], vclass: str, *, closed: bool) -> list[Layer]:
+    """Return the choices on each edge; if not `closed`, the last edge leads nowhere."""
+    layers: list[Layer] = []
+    for number, edge in enumerate(edges):
+        lanes = network.edges[edge].lanes
+        connections = _made(network, network.between(edge, edges[(number + 1) % len(edges)], vclass))
+        layer: Layer = {}
+        if not closed and number + 1 == len(edges):
+            layers.append(
+                {n: [(FREE, _arrives(lane))] for n, lane in enumerate(lanes) if vclass in lane.allowed}
+            )
+            break
+        for enter in range(len(lanes)):
+            for connection in connections:
+                low, high = sorted((enter, connection.from_lane))
+                if all(vclass in lanes[index].allowed for index in range(low, high + 1)):
+                    shared = sum(lanes[index].two_way for index in range(low, high + 1))
+                    cost = (high - low) + TWO_WAY_LANES * shared, (high - low) / max(lanes[0].length_m, 0.1)
+                    layer.setdefault(enter, []).append((cost, Step(enter, connection)))
+        layers.append(layer)
+    return layers
+
+
+def _arrives(lane: Lane) -> Step:
+    """Return how the last edge of a route is passed on a lane: to nowhere."""
+    return Step(lane.index, Connection(lane.edge, lane.index, "", lane.index, (), "", "", -1, None))
+
+
+def movements_made(network: RoadNetwork, vclass: str) -> list[Connection]:
+    """Return the movements that vehicles of a class make: see `make_loop` for shared lanes; in file order."""
+    pairs = dict.fromkeys((c.from_edge, c.to_edge) for c in network.connections)
+    return [c for pair in pairs for c in _made(network, network.between(*pair, vclass))]
+
+
+def _made(network: RoadNetwork, connections: Sequence[Connection]) -> list[Connection]:
+    """Return the movements that SUMO makes: from a lane to a shared one only if it leads to no other."""
+
+    def shared(c: Connection) -> bool:
+        return network.edges[c.to_edge].lanes[c.to_lane].two_way
+
+    apart = {c.from_lane for c in connections if not shared(c)}
+    return [c for c in connections if not (shared(c) and c.from_lane in apart)]
+
+
+def find_costs(layers: Sequence[Layer], last: Iterable[int]) -> list[dict[int, Cost]]:
+    """Return by edge and lane entered the least cost of reaching a lane of `last` after the last edge."""
+    ahead = dict.fromkeys(last, FREE)
+    costs = [ahead]
+    for layer in reversed(layers):
+        here: dict[int, Cost] = {}
+        for enter, steps in layer.items():
+            for cost, step in steps:
+                rest = ahead.get(step.onward.to_lane)
+                if rest is not None:
+                    total = _add(cost, rest)
+                    here[enter] = min(total, here.get(enter, total))
+        ahead = here
+        costs.append(ahead)
+    return costs[::-1]
+
+
+def follow(layers: Sequence[Layer], costs: Sequence[dict[int, Cost]], first: int) -> list[Step]:
+    """Return the cheapest way from lane `first`; of equal ones the rightmost."""
+    lane, way = first, []
+    for layer, ahead in zip(layers, costs[1:], strict=True):
+        open_steps = [(cost, step) for cost, step in layer[lane] if step.onward.to_lane in ahead]
+        step = min(
+            open_steps,
+            key=lambda s: (
+                _add(s[0], ahead[s[1].onward.to_lane]),
+                s[1].onward.from_lane,
+                s[1].onward.to_lane,
+            ),
+        )[1]
+        way.append(step)
+        lane = step.onward.to_lane
+    return way
+
+
+def _add(one: Cost, other: Cost) -> Cost:
+    return one[0] + other[0], one[1] + other[1]
+
+
+def make_spans(
+    network: RoadNetwork, way: Sequence[Step], every: Sequence[Sequence[Step]]
+) -> tuple[LaneSpan, ...]:
+    """Return the lanes of a way, beside each those of other steps over its edge."""
+    spans: list[LaneSpan] = []
+    for step, steps in zip(way, every, strict=True):
+        onward = step.onward
+        lanes = network.edges[onward.from_edge].lanes
+        swept = {
+            index
+            for s in steps
+            for index in range(min(s.enter, s.onward.from_lane), max(s.enter, s.onward.from_lane) + 1)
+        }
+        beside = [lanes[index] for index in sorted(swept - {onward.from_lane})]
+        _append(spans, lanes[onward.from_lane], beside, entered=step.enter)
+        others = [s.onward for s in steps if s.onward != onward]
+        for k, lane_id in enumerate(onward.via):
+            inside = {c.via[min(k, len(c.via) - 1)]: None for c in others if c.via}
+            _append(spans, network.lanes[lane_id], [network.lanes[b] for b in inside if b != lane_id])
+    return tuple(spans)
+
+
+def _append(spans: list[LaneSpan], lane: Lane, beside: Sequence[Lane], *, entered: int | None = None) -> None:
+    begin = spans[-1].end_m if spans else 0.0
+    spans.append(
+        LaneSpan(
+            edge=lane.edge,
+            lane=lane.index,
+            lane_id=lane.id,
+            internal=lane.internal,
+            begin_m=begin,
+            end_m=begin + lane.length_m,
+            lane_ids=(lane.id, *(other.id for other in beside)),
+            shapes=(lane.shape, *(other.shape for other in beside)),
+            entered=None if entered == lane.index else entered,
+        )
+    )

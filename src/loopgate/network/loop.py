@@ -8,7 +8,7 @@ import numpy as np
 
 from loopgate.arrays import Floats
 from loopgate.errors import RouteError
-from loopgate.network.records import Points
+from loopgate.network.records import Connection, Points
 
 HOLD_MARGIN_M = 0.1
 """Distance before the end of a lane at which a vehicle can be held [m]: SUMO's own tolerance for stops."""
@@ -79,6 +79,8 @@ class Loop:
         Normal edges in driving order; the last leads to the first, if it is closed.
     spans
         Lanes and internal lanes in driving order, without gaps.
+    movements
+        Over the junctions: from each edge to the next.
     stops_on
         Edges on which some vehicle stops.
     closed
@@ -104,6 +106,7 @@ class Loop:
     id: str
     edges: tuple[str, ...]
     spans: tuple[LaneSpan, ...]
+    movements: tuple[Connection, ...] = field(default=(), repr=False, compare=False)
     stops_on: frozenset[str] = frozenset()
     closed: bool = True
 

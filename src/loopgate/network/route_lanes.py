@@ -4,11 +4,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from loopgate.errors import RouteError
-from loopgate.network.lane_steps import (
+from loopgate.network.lanes import (
     TWO_WAY_LANES,
     Cost,
     Step,
-    Ways,
     check_route,
     find_costs,
     find_layers,
@@ -113,9 +112,9 @@ def make_route(
         msg = f"{what}: no lanes open to {vclass} lead all the way, though its edges are connected"
         raise RouteError(msg)
     first = min(ahead, key=lambda lane: (wishes.depart not in (None, lane), ahead[lane], lane))
-    chosen = follow(layers, costs, first)
-    ways = Ways(chosen, [[step] for step in chosen])
-    return Loop(name, tuple(edges), tuple(make_spans(network, edges, ways)), closed=False)
+    way = follow(layers, costs, first)
+    spans, movements = make_spans(network, way, [[step] for step in way]), [step.onward for step in way]
+    return Loop(name, tuple(edges), spans, tuple(movements[:-1]), closed=False)
 
 
 def _once(

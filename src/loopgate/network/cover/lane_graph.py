@@ -9,7 +9,7 @@ import networkx as nx
 import numpy as np
 
 from loopgate.arrays import Floats, Ints
-from loopgate.network.lane_steps import movements_made
+from loopgate.network.lanes import movements_made
 from loopgate.network.records import Connection, Edge
 from loopgate.network.road import RoadNetwork
 from loopgate.network.route_lanes import LEAST_CHANGE_M
