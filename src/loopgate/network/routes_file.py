@@ -10,13 +10,12 @@ from loopgate.errors import RouteError
 from loopgate.keeping import Kept
 from loopgate.network.additional import FLEET, demand_beside
 from loopgate.network.content import content_identity
-from loopgate.network.found_routes import FoundRoutes
-from loopgate.network.found_vehicles import FoundVehicles
 from loopgate.network.left_out import left_out
 from loopgate.network.loop import Loop
 from loopgate.network.loop_vehicle import LoopVehicle
 from loopgate.network.road import RoadNetwork
-from loopgate.network.stops import Stop, on_loop, read_stopping_places
+from loopgate.network.route_elements import RouteElements
+from loopgate.network.stops import Stop, read_stopping_places
 from loopgate.network.sumo_config import is_sumo_config, read_sumo_config
 from loopgate.network.trips import Led, drives_once, lead_trips
 from loopgate.network.vehicle_type import DEFAULT_TYPE, VehicleType
@@ -137,8 +136,7 @@ def _read(network: RoadNetwork, path: Path, stops: Sequence[Path], *, once: bool
     places = read_stopping_places(beside) if asked else {}
     fleet = [(source, one) for source, top in tops for one in top if one.tag in FLEET]
     once = once and drives_once(network, tops, fleet)
-    routes = FoundRoutes(network, places, once)
-    found = FoundVehicles(routes)
+    found = RouteElements(network, places, once)
     found.collect_types([*more, *own])
     if once:
         kinds = [one for _, top in tops for one in top.iter("vType") if one.get("id")]
@@ -149,21 +147,15 @@ def _read(network: RoadNetwork, path: Path, stops: Sequence[Path], *, once: bool
         for one in [one for one in top if one.tag in FLEET and one.get("id", "") in lost]:
             top.remove(one)
     for source, top in tops:
-        routes.collect(source, top)
+        found.collect_routes(source, top)
     for source, top in tops:
-        found.collect(source, top)
-    if not routes.by_name:
+        found.collect_vehicles(source, top)
+    if not found.routes:
         msg = f"{path}: no routes in it; expected <route> elements whose last edge leads to the first"
         raise RouteError(msg)
     loops = found.make_loops()
-    by_id = {loop.id: loop for loop in loops}
-    vehicles = found.on_loops(by_id, path)
+    vehicles, at_routes = found.on_loops({loop.id: loop for loop in loops}, path)
     ways = [way for vehicle in vehicles for way in (vehicle, *(one for one, _ in vehicle.ways))]
-    at_routes = {
-        route.id: on_loop(by_id[route.id], route.stops, f"{route.source}: route {route.id}")
-        for route in routes.by_name.values()
-        if route.stops
-    }
     own_kinds = (kind.get("id", "") for _, top in own for kind in top.iter("vType"))
     used = {stop.name for some in (*at_routes.values(), *(v.stops for v in ways)) for stop in some}
     return RoutesFile(

@@ -14,7 +14,7 @@ from loopgate.errors import ScenarioError, TrafficError
 from loopgate.folders import temporary_folder
 from loopgate.negotiation.registry import make_negotiation
 from loopgate.network import Loop, RoadNetwork, VehicleType, make_loop
-from loopgate.network.found_routes import one_round
+from loopgate.network.route_elements import one_round
 from loopgate.results.columns import Event
 from loopgate.results.feed import EventFeed, Happening
 from loopgate.results.recorder import read_events

@@ -1,4 +1,4 @@
-"""Vehicle types, vehicles and flows as route files have them, until they are put on their loops."""
+"""Routes, types and vehicles as route files have them, and the loops that vehicles are put on."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -7,13 +7,16 @@ from xml.etree import ElementTree as ET
 
 from loopgate.errors import RouteError
 from loopgate.network.additional import FLEET
+from loopgate.network.clock import time_of
 from loopgate.network.departures import Flow, depart_s, read_flow
-from loopgate.network.found_routes import FoundRoutes
+from loopgate.network.lanes import make_loop
 from loopgate.network.loop import Loop
 from loopgate.network.loop_vehicle import LoopVehicle
+from loopgate.network.road import RoadNetwork
+from loopgate.network.route_lanes import make_route
 from loopgate.network.spreads import parts, refuse_nothing, share_of
-from loopgate.network.stops import Stop, on_loop
-from loopgate.network.trips import MIDDLE, Led
+from loopgate.network.stops import Stop, StoppingPlace, lanes_of_stops, on_loop, read_stops
+from loopgate.network.trips import MIDDLE, Led, closes
 from loopgate.network.vehicle_type import DEFAULT_TYPE, VehicleType, vehicle_type
 from loopgate.reading import shown
 
@@ -25,6 +28,26 @@ _CARRIED = ("color", "line", "personNumber", "containerNumber")
 
 _CARRIED_ONCE = ("departLane", "departSpeed", "arrivalLane", "arrivalPos", "arrivalSpeed", *MIDDLE)
 """The same, of those who drive once."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Route:
+    id: str
+    edges: tuple[str, ...]
+    source: Path
+    stops: tuple[Stop, ...]
+    cycle_s: float
+    again: bool
+    """Whether it is driven round and round."""
+
+    def loop(self, network: RoadNetwork, vclass: str, stops: Sequence[Stop]) -> Loop:
+        """Return it over lanes that a class of vehicles may use and from which all its stops are reached."""
+        source = str(self.source)
+        if not self.again:
+            return make_route(network, self.id, self.edges, vclass=vclass, source=source)
+        lanes = lanes_of_stops((*self.stops, *stops))
+        edges = one_round(self.edges)
+        return make_loop(network, self.id, edges, vclass=vclass, source=source, on_lanes=lanes)
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,14 +105,20 @@ class _Asked:
 
 
 @dataclass(slots=True)
-class FoundVehicles:
-    """The types and vehicles of the files read so far, on the routes found there."""
+class RouteElements:
+    """What the files read so far hold: routes, types, vehicles, and the distributions to draw from."""
 
-    routes: FoundRoutes
+    network: RoadNetwork
+    places: Mapping[str, StoppingPlace]
+    once: bool
     led: Led = field(default_factory=dict)
     """The ways of trips: to be known before vehicles are collected."""
+    routes: dict[str, _Route] = field(default_factory=dict)
+    """By name."""
     types: dict[str, VehicleType] = field(default_factory=dict)
+    drawn_routes: dict[str, tuple[tuple[str, float], ...]] = field(default_factory=dict)
     drawn_types: dict[str, tuple[tuple[VehicleType, float], ...]] = field(default_factory=dict)
+    """`drawn_routes` and `drawn_types`: what distributions draw from, with shares, by name."""
     _asked: list[_Asked] = field(default_factory=list)
 
     def collect_types(self, tops: Sequence[tuple[Path, ET.Element]]) -> None:
@@ -113,7 +142,53 @@ class FoundVehicles:
                 refuse_nothing([share for _, share in drawn], what)
                 self.drawn_types[name] = tuple(drawn)
 
-    def collect(self, source: Path, top: ET.Element) -> None:
+    def collect_routes(self, source: Path, top: ET.Element) -> None:
+        """Take note of routes that stand for themselves."""
+        for number, element in enumerate(top.findall("route")):
+            self._add(source, element, element.get("id") or f"route{number}")
+        for spread in top.findall("routeDistribution"):
+            name = spread.get("id", "distribution")
+            self.drawn_routes[name] = self._add_spread(source, spread, name)
+
+    def _add(self, source: Path, element: ET.Element, name: str) -> None:
+        """Take note of a route; raise `RouteError` if its name is taken or it has no edges."""
+        if name in self.routes:
+            other = self.routes[name].source
+            msg = f"{source}: route {name}: the id is used twice (also in {other}); rename one"
+            raise RouteError(msg)
+        edges = tuple(element.get("edges", "").split())
+        if not edges:
+            msg = f"{source}: route {name}: it lists no edges"
+            raise RouteError(msg)
+        what = f"{source}: route {name}"
+        cycle_s = time_of(element, "cycleTime", what) or 0.0
+        stops = self._stops(element, what, cycle_s, since_depart=True)
+        again = not self.once or (element.get("repeat", "0") != "0" and closes(self.network, edges))
+        self.routes[name] = _Route(name, edges, source, stops, cycle_s, again)
+
+    def _add_spread(self, source: Path, spread: ET.Element, name: str) -> tuple[tuple[str, float], ...]:
+        """Take note of the routes of a distribution; return their names and shares."""
+        what = f"{source}: routeDistribution {name}"
+        drawn: list[tuple[str, float]] = []
+        own = 0
+        for part in parts(spread, what, named="routes", tag="route"):
+            route = part.name
+            if part.element is not None:
+                route = part.name or f"{name}.{own}"
+                own += 1
+                self._add(source, part.element, route)
+            drawn.append((route, 1.0 if part.share is None else part.share))
+        refuse_nothing([share for _, share in drawn], what)
+        return tuple(drawn)
+
+    def _stops(
+        self, element: ET.Element, what: str, cycle_s: float, *, since_depart: bool
+    ) -> tuple[Stop, ...]:
+        """Return the stops inside a route or vehicle."""
+        stops, since = element.findall("stop"), since_depart
+        return read_stops(self.network, stops, self.places, what=what, cycle_s=cycle_s, since_depart=since)
+
+    def collect_vehicles(self, source: Path, top: ET.Element) -> None:
         """Take note of vehicles and flows, and of routes inside them."""
         for element in top:
             if element.tag not in FLEET:
@@ -125,11 +200,11 @@ class FoundVehicles:
             at_s = 0.0 if flow else depart_s(element, what)
             ways = []
             for on, share, vclass in self._ways(source, element, what):
-                if on not in self.routes.by_name:
+                if on not in self.routes:
                     msg = f"{what}: its route {on} is in no route file or additional file; define it"
                     raise RouteError(msg)
-                route = self.routes.by_name[on]
-                own = self.routes.stops(element, what, route.cycle_s, since_depart=False)
+                route = self.routes[on]
+                own = self._stops(element, what, route.cycle_s, since_depart=False)
                 kind = next(kind for kind, _ in types if vclass in {"", kind.vclass})
                 ways.append(_RouteChoice(on, share, vclass, kind, (*route.stops, *own)))
             self._asked.append(_Asked(element, at_s, flow, types, tuple(ways)))
@@ -139,18 +214,18 @@ class FoundVehicles:
         name, on = element.get("id", ""), element.get("route", "")
         inner, spread = element.find("route"), element.find("routeDistribution")
         if inner is not None:
-            self.routes.add(source, inner, name)
+            self._add(source, inner, name)
             yield name, 1.0, ""
         elif spread is not None:
-            yield from ((one, share, "") for one, share in self.routes.add_spread(source, spread, name))
+            yield from ((one, share, "") for one, share in self._add_spread(source, spread, name))
         elif on:
-            yield from ((one, share, "") for one, share in self.routes.drawn.get(on, ((on, 1.0),)))
+            yield from ((one, share, "") for one, share in self.drawn_routes.get(on, ((on, 1.0),)))
         elif name in self.led:
             led = self.led[name]
             for vclass, edges in led.items():
                 if edges:
                     way = name if len(led) == 1 else f"{name}@{vclass}"
-                    self.routes.add(source, ET.Element("route", edges=edges), way)
+                    self._add(source, ET.Element("route", edges=edges), way)
                     yield way, 1.0, vclass if len(led) > 1 else ""
         else:
             msg = (
@@ -180,15 +255,29 @@ class FoundVehicles:
             kinds.setdefault(way.route, way.type)
             stops.setdefault(way.route, []).extend(way.stops)
         return [
-            route.loop(
-                self.routes.network, vclass=kinds.get(name, DEFAULT_TYPE).vclass, stops=stops.get(name, ())
-            )
-            for name, route in self.routes.by_name.items()
+            route.loop(self.network, kinds.get(name, DEFAULT_TYPE).vclass, stops.get(name, ()))
+            for name, route in self.routes.items()
         ]
 
-    def on_loops(self, loops: Mapping[str, Loop], path: Path) -> tuple[LoopVehicle, ...]:
-        """Return the vehicles on loops by name, with where they depart and where they stop."""
-        return tuple(vehicle.on_loops(loops, path) for vehicle in self._asked)
+    def on_loops(
+        self, loops: Mapping[str, Loop], path: Path
+    ) -> tuple[tuple[LoopVehicle, ...], dict[str, tuple[Stop, ...]]]:
+        """Return the vehicles on loops by name, and by loop where whoever drives on it stops."""
+        vehicles = tuple(vehicle.on_loops(loops, path) for vehicle in self._asked)
+        stopping = (route for route in self.routes.values() if route.stops)
+        return vehicles, {
+            route.id: on_loop(loops[route.id], route.stops, f"{route.source}: route {route.id}")
+            for route in stopping
+        }
+
+
+def one_round(edges: Sequence[str]) -> tuple[str, ...]:
+    """Return one round of a route: without the first edge at its end, and without whole repetitions."""
+    once = tuple(edges[:-1]) if len(edges) > 1 and edges[0] == edges[-1] else tuple(edges)
+    for length in range(1, len(once) // 2 + 1):
+        if len(once) % length == 0 and once == once[:length] * (len(once) // length):
+            return once[:length]
+    return once
 
 
 def _depart(what: str, loop: Loop, edge: int, position: str) -> float | None:
