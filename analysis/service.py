@@ -19,8 +19,7 @@ from collections.abc import Sequence
 from itertools import cycle, islice
 
 from loopgate.abstraction.queue_layout import lay_out_queues
-from loopgate.abstraction.queue_starts import choose_places
-from loopgate.abstraction.queues import most_at_start
+from loopgate.abstraction.queues import choose_places, most_at_start
 from loopgate.errors import TooManyVehiclesError
 from loopgate.gates.certified import CertifiedGate
 from loopgate.gates.certified.crowding import too_many

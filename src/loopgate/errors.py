@@ -81,7 +81,7 @@ class Refusal(NamedTuple):
 
 
 class RefusedLoopError(ScenarioError):
-    """Loops that an abstraction cannot work with.
+    """Loops that cannot work as queues.
 
     Attributes
     ----------
@@ -91,14 +91,14 @@ class RefusedLoopError(ScenarioError):
         Why, by name.
     """
 
-    def __init__(self, refused: Mapping[str, Refusal], *, abstraction: str) -> None:
+    def __init__(self, refused: Mapping[str, Refusal]) -> None:
         self.loop, why = next(iter(refused.items()))
-        super().__init__(f"abstraction {abstraction}: loop {self.loop} {why.reason}")
+        super().__init__(f"abstraction queues: loop {self.loop} {why.reason}")
         self.refused = refused
 
 
 class TooManyVehiclesError(ScenarioError):
-    """More vehicles than can start on their loops.
+    """More vehicles than can start as queues on their loops.
 
     Attributes
     ----------
@@ -110,9 +110,9 @@ class TooManyVehiclesError(ScenarioError):
         The vehicle after these.
     """
 
-    def __init__(self, abstraction: str, *, vehicles: int, loops: int, fitting: int, name: str) -> None:
+    def __init__(self, *, vehicles: int, loops: int, fitting: int, name: str) -> None:
         super().__init__(
-            f"abstraction {abstraction}: {vehicles} vehicles are too many for {loops} loops; "
+            f"abstraction queues: {vehicles} vehicles are too many for {loops} loops; "
             f"the first {fitting} can start so that everybody can move ({name} finds no place): "
             f"take at most {fitting}, or more or longer loops"
         )

@@ -12,8 +12,8 @@ import numpy as np
 import pandas as pd
 
 from loopgate.abstraction.courses import Course
+from loopgate.abstraction.places import Part
 from loopgate.abstraction.swept import BETWEEN_M, Touches
-from loopgate.abstraction.waiting import Part
 from loopgate.arrays import Floats, Ints
 from loopgate.network.records import Connection
 from loopgate.network.road import RoadNetwork

@@ -1,17 +1,18 @@
-"""Places where vehicles queue, and the crossings between them: the plan of the queues abstraction."""
+"""The plan of the queues abstraction: loops are cut into places, crossings between them, and so into legs."""
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from loopgate.abstraction.courses import courses_of
-from loopgate.abstraction.guides import find_guides
-from loopgate.abstraction.itinerary import Crossing, Itinerary
+from loopgate.abstraction.guides import Target, Turn, find_guides
+from loopgate.abstraction.itinerary import Crossing, Guide, Itinerary, Leg
 from loopgate.abstraction.movements import Conflicts, find_conflicts, reach_m
-from loopgate.abstraction.queue_legs import Piece, QueuePlace, course_of, legs_of, ways_on
+from loopgate.abstraction.places import Part, QueuePlace, waiting_parts
 from loopgate.abstraction.stretches import (
     LEAST_CAPACITY,
     Narrow,
+    Passage,
     Stretch,
     find_foes,
     lay_stretches,
@@ -19,16 +20,33 @@ from loopgate.abstraction.stretches import (
 )
 from loopgate.abstraction.swept import find_touches
 from loopgate.abstraction.tails import tails_over
-from loopgate.abstraction.waiting import Part, waiting_parts
 from loopgate.errors import Refusal, RefusedLoopError
 from loopgate.keeping import Kept
-from loopgate.network.loop import AWAY_M, LaneSpan, Loop
+from loopgate.model import StateId
+from loopgate.network.loop import AWAY_M, HOLD_MARGIN_M, LaneSpan, Loop
 from loopgate.network.records import Connection
 from loopgate.network.road import RoadNetwork
 from loopgate.network.vehicle_type import DEFAULT_TYPE, VehicleType
 
 _MANY = 1_000_000
 """As many vehicles as anybody may have."""
+
+
+@dataclass(frozen=True, slots=True)
+class Piece:
+    """A part of a loop: a place, a passage over a stretch, a movement, or a lane too short to wait on.
+
+    `begin_m` is an arc length on the loop, `at_m` where on its edge the piece ends [m].
+    """
+
+    begin_m: float
+    length_m: float
+    edge: str
+    lane: int
+    at_m: float
+    place: QueuePlace | None = None
+    passage: Passage | None = None
+    movement: Connection | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,25 +104,19 @@ def _lay_out(network: RoadNetwork, counts: Mapping[tuple[Loop, VehicleType], int
         if refusal:
             refused.setdefault(loop.id, refusal)
     if refused:
-        raise RefusedLoopError(refused, abstraction="queues")
+        raise RefusedLoopError(refused)
     pieces = [piece for chain in chains.values() for piece in chain]
     conflicts = find_conflicts(
-        network,
-        (p.movement for p in pieces if p.movement is not None),
-        touches,
-        _places_on(pieces),
+        network, (p.movement for p in pieces if p.movement is not None), touches, _places_on(pieces)
     )
-    foes = find_foes((p.passage for p in pieces if p.passage is not None), plan.narrow)
-    alike: dict[object, Crossing] = {}
+    legs = _Legs(
+        network, conflicts, find_foes((p.passage for p in pieces if p.passage is not None), plan.narrow)
+    )
     return QueueLayout(
         places={p.place.name: p.place for p in pieces if p.place is not None},
         itineraries={
-            name: Itinerary(
-                name,
-                loops[name].lap_m,
-                tuple(legs_of(network, loops[name], chain, conflicts, foes, tuple(classes[name]), alike)),
-            )
-            for name, chain in chains.items()
+            name: Itinerary(name, loop.lap_m, tuple(legs.of(loop, chains[name], tuple(classes[name]))))
+            for name, loop in loops.items()
         },
         conflicts=conflicts,
         stretches=plan.stretches,
@@ -167,7 +179,7 @@ class _Plan:
             movement = next((c for c in leaving if (c.id, c.via) == (made.id, made.via)), None)
             if movement is None:  # the loop was made for other roads
                 why = Refusal(f"has no movement from lane {span.lane_id} to edge {made.to_edge}", span.edge)
-                raise RefusedLoopError({loop.id: why}, abstraction="queues")
+                raise RefusedLoopError({loop.id: why})
             pieces += self._on_edge(span)
             length = sum(self._network.lanes[lane].length_m for lane in movement.via)
             pieces.append(Piece(span.end_m, length, span.edge, span.lane, span.length_m, movement=movement))
@@ -236,14 +248,14 @@ class _Plan:
                 )
         if len({piece.place.name for piece in chain if piece.place is not None}) < LEAST_CAPACITY:
             return Refusal("has fewer than two places in which two vehicles can queue; make it longer")
-        for here, between, after in ways_on(chain):
+        for here, between, after in _ways_on(chain):
             if here.place is not None and here.place == after.place:
                 return Refusal(
                     f"comes back from lane {here.edge}_{here.lane} to itself, and vehicles can queue nowhere "
                     "between; lead it another way",
                     here.edge,
                 )
-            guides = find_guides(self._network, list(course_of(loop, here, between, after)), kind.vclass)
+            guides = find_guides(self._network, list(_course(loop, here, between, after)), kind.vclass)
             if isinstance(guides, Connection):
                 return Refusal(
                     f"leads from lane {guides.from_edge}_{guides.from_lane} to edge {guides.to_edge}, which "
@@ -251,3 +263,114 @@ class _Plan:
                     guides.from_edge,
                 )
         return None
+
+
+def _ways_on(chain: Sequence[Piece]) -> Iterator[tuple[Piece, list[Piece], Piece]]:
+    """Yield each place of a loop, what lies between it and the next, and the next."""
+    first = next(k for k, piece in enumerate(chain) if piece.place is not None)
+    here, between = chain[first], list[Piece]()
+    for piece in (*chain[first + 1 :], *chain[: first + 1]):
+        if piece.place is None:
+            between.append(piece)
+            continue
+        yield here, between, piece
+        here, between = piece, []
+
+
+def _ahead_m(loop: Loop, here: Piece, piece: Piece) -> float:
+    """Return how far after the stop line of a place a piece begins [m]."""
+    line_m = here.begin_m + here.length_m - HOLD_MARGIN_M
+    return round((piece.begin_m - line_m) % loop.lap_m, 6)
+
+
+def _course(loop: Loop, here: Piece, between: Sequence[Piece], after: Piece) -> Iterator[Turn | Target]:
+    """Yield what `find_guides` has to know of the way from one place to the next."""
+    for piece in between:
+        passage, ahead = piece.passage, _ahead_m(loop, here, piece)
+        if piece.movement is not None:
+            yield Turn(piece.movement, ahead + piece.length_m)
+        elif passage is not None and passage.changes:
+            yield Target(piece.edge, piece.lane, piece.at_m, ahead, passage.to_lane)
+    # Who arrives is never past its last lane: what leads to that has done its work where the lane begins.
+    on_lane_m = after.at_m if after.place and after.place.away else 0.0
+    yield Target(after.edge, after.lane, after.at_m, _ahead_m(loop, here, after) - on_lane_m)
+
+
+class _Legs:
+    """Makes the legs of loops; crossings that are the same on several are one object."""
+
+    def __init__(
+        self, network: RoadNetwork, conflicts: Conflicts, foes: Mapping[str, frozenset[str]]
+    ) -> None:
+        self._network, self._conflicts, self._foes = network, conflicts, foes
+        self._made: dict[object, Crossing] = {}
+
+    def of(self, loop: Loop, chain: Sequence[Piece], classes: Sequence[str]) -> Iterator[Leg]:
+        """Yield the legs of a loop on which vehicles of these classes drive."""
+        for here, between, after in _ways_on(chain):
+            crossings: list[Crossing] = []
+            limits: list[tuple[float, float]] = []
+            for piece in between:
+                ahead = _ahead_m(loop, here, piece)
+                limits += self._limits(piece, ahead)
+                if piece.movement is not None:
+                    crossings.append(self._over_junction(piece.movement, ahead, tuple(limits)))
+                elif piece.passage is not None:
+                    crossings.append(self._over_stretch(piece.passage, ahead))
+            course = list(_course(loop, here, between, after))
+            # A stop too many does no harm: it lies on the loop's own lane.
+            guides = max((find_guides(self._network, course, vclass) for vclass in classes), key=_number)
+            yield Leg(
+                StateId(here.place.name if here.place else ""),
+                here.begin_m,
+                here.begin_m + here.length_m - HOLD_MARGIN_M,
+                tuple(crossings),
+                lane=here.lane,
+                guides=() if isinstance(guides, Connection) else guides,
+                slot_m=here.place.needed_m if here.place else 0.0,
+                away=bool(here.place and here.place.away),
+            )
+
+    def _limits(self, piece: Piece, ahead_m: float) -> Iterator[tuple[float, float]]:
+        """Yield from where on there is which speed limit on a piece."""
+        if piece.movement is None:
+            yield ahead_m, self._network.edges[piece.edge].lanes[piece.lane].speed_mps
+            return
+        for lane in piece.movement.via:
+            yield ahead_m, self._network.lanes[lane].speed_mps
+            ahead_m += self._network.lanes[lane].length_m
+
+    def _over_junction(
+        self, made: Connection, ahead_m: float, limits: tuple[tuple[float, float], ...]
+    ) -> Crossing:
+        key = made.id, ahead_m, limits
+        if key not in self._made:
+            overlaps = sorted(self._conflicts.overlaps[made.id].items())
+            self._made[key] = Crossing(
+                made.id,
+                self._conflicts.foes[made.id],
+                {foe: (ahead_m + begin, ahead_m + end) for foe, (begin, end) in overlaps},
+                self._conflicts.speeds_mps[made.id],
+                ahead_m,
+                # SUMO may let it wait before the last of its lanes inside, or before all.
+                ahead_m + sum(self._network.lanes[lane].length_m for lane in made.via[:-1]),
+                limits,
+                f"{made.from_edge}_{made.from_lane}",
+                f"{made.to_edge}_{made.to_lane}",
+            )
+        return self._made[key]
+
+    def _over_stretch(self, passage: Passage, ahead_m: float) -> Crossing:
+        lanes = self._network.edges[passage.edge].lanes
+        return Crossing(
+            passage.id,
+            self._foes[passage.id],
+            speed_mps=lanes[passage.lane].speed_mps,
+            ahead_m=ahead_m,
+            from_lane=lanes[passage.lane].id,
+            to_lane=lanes[passage.to_lane].id,
+        )
+
+
+def _number(guides: tuple[Guide, ...] | Connection) -> int:
+    return 0 if isinstance(guides, Connection) else len(guides)

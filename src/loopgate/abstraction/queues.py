@@ -1,11 +1,11 @@
 """The queues abstraction: lanes become places with capacity, junctions become crossings between them."""
 
 import random
+from collections import deque
 from collections.abc import Mapping, Sequence
 
 from loopgate.abstraction.itinerary import Abstraction, Itinerary
 from loopgate.abstraction.queue_layout import QueueLayout, lay_out_queues
-from loopgate.abstraction.queue_starts import ABSTRACTION, choose_places, slots_m, startable
 from loopgate.errors import TooManyVehiclesError
 from loopgate.model import Robot, RobotId, StateId, System
 from loopgate.network.loop import Loop
@@ -59,11 +59,7 @@ def make_queues(
     layout = lay_out_queues(network, [*zip(loops, kinds, strict=True), *later], counted=True)
     itineraries = [layout.itineraries[loop.id] for loop in loops]
     given = starts_m or {}
-    wishes = {
-        k: _leg_at(itinerary, given[name])
-        for k, (itinerary, name) in enumerate(zip(itineraries, called, strict=True))
-        if name in given
-    }
+    wishes = {k: _leg_at(itineraries[k], given[name]) for k, name in enumerate(called) if name in given}
     most = most_at_start(layout)
     try:
         positions = choose_places(itineraries, most, names=called, wishes=wishes, rng=random.Random(seed))
@@ -74,9 +70,7 @@ def make_queues(
         lines.setdefault(str(itinerary.legs[position].state), []).append(k)
     fronts = [0.0] * len(loops)
     for name, line in lines.items():
-        place = layout.places[name]
-        slots = slots_m(place.length_m, place.needed_m, [kinds[k] for k in line])
-        for k, slot in zip(line, slots, strict=True):
+        for k, slot in zip(line, layout.places[name].slots_m([kinds[k] for k in line]), strict=True):
             fronts[k] = itineraries[k].legs[positions[k]].begin_m + slot
     robots = [
         Robot(RobotId(name), tuple(leg.state for leg in itinerary.legs), start=position)
@@ -121,20 +115,96 @@ def _told_exactly(
             low = count
         except TooManyVehiclesError as less:
             low, high = max(low, less.fitting), count - 1
-    return TooManyVehiclesError(
-        ABSTRACTION, vehicles=error.vehicles, loops=error.loops, fitting=low, name=names[low]
-    )
+    return TooManyVehiclesError(vehicles=error.vehicles, loops=error.loops, fitting=low, name=names[low])
 
 
 def most_at_start(layout: QueueLayout) -> dict[str, int]:
     """Return how many vehicles may start on each place, by its name."""
-    return {
-        name: startable(place.length_m, place.needed_m, place.capacity)
-        for name, place in layout.places.items()
-    }
+    return {name: place.at_start for name, place in layout.places.items()}
 
 
 def _leg_at(itinerary: Itinerary, arc_m: float) -> int:
     """Return the first leg whose end does not lie before an arc length."""
     arc = arc_m % itinerary.length_m
     return next((k for k, leg in enumerate(itinerary.legs) if leg.end_m >= arc), 0)
+
+
+def choose_places(
+    itineraries: Sequence[Itinerary],
+    most: Mapping[str, int],
+    *,
+    names: Sequence[str],
+    wishes: Mapping[int, int],
+    rng: random.Random,
+) -> list[int]:
+    """Choose for each vehicle the position on its path at which it starts.
+
+    A vehicle takes a place at random among those with room; where its loop has none left, vehicles already
+    placed move to other places of theirs (augmenting paths), so a start is found whenever there is one.
+    Raises `TooManyVehiclesError` if there are more vehicles than places; it says how many there is room for.
+
+    Parameters
+    ----------
+    itineraries
+        One per vehicle.
+    most
+        How many vehicles may start on each place.
+    wishes
+        Position on the path for vehicles whose place is given, by number; they move on where it is full.
+    rng
+        Draws the place of each other vehicle.
+    """
+    taken: dict[str, list[int]] = {}
+    chosen: dict[int, int] = {}
+    for number, itinerary in enumerate(itineraries):
+        positions = list(range(len(itinerary.legs)))
+        if number in wishes:
+            first = wishes[number]
+            positions = positions[first:] + positions[:first]
+        else:
+            rng.shuffle(positions)
+        if not _place(number, positions, itineraries, most, taken, chosen):
+            raise TooManyVehiclesError(
+                vehicles=len(itineraries),
+                loops=len({itinerary.loop for itinerary in itineraries}),
+                fitting=number,
+                name=names[number],
+            )
+    return [chosen[number] for number in range(len(itineraries))]
+
+
+def _place(
+    number: int,
+    positions: Sequence[int],
+    itineraries: Sequence[Itinerary],
+    most: Mapping[str, int],
+    taken: dict[str, list[int]],
+    chosen: dict[int, int],
+) -> bool:
+    """Find a place for one vehicle, moving others along an augmenting path if it must (breadth first)."""
+    came: dict[str, tuple[int, int]] = {}
+    open_: deque[str] = deque()
+
+    def reach(robot: int, order: Sequence[int]) -> None:
+        for position in order:
+            state = str(itineraries[robot].legs[position].state)
+            if state not in came:
+                came[state] = (robot, position)
+                open_.append(state)
+
+    reach(number, positions)
+    while open_:
+        state = open_.popleft()
+        if len(taken.get(state, ())) < most[state]:
+            while True:
+                robot, position = came[state]
+                before = chosen.get(robot)
+                taken.setdefault(state, []).append(robot)
+                chosen[robot] = position
+                if before is None:
+                    return True
+                state = str(itineraries[robot].legs[before].state)
+                taken[state].remove(robot)
+        for robot in taken[state]:
+            reach(robot, range(len(itineraries[robot].legs)))
+    return False

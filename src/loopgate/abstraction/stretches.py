@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from loopgate.abstraction.itinerary import CLEARANCE_M
 from loopgate.abstraction.movements import REACH_M
-from loopgate.abstraction.waiting import Part
+from loopgate.abstraction.places import Part
 from loopgate.network.contacts import lane_contacts
 from loopgate.network.loop import HOLD_MARGIN_M, Loop
 from loopgate.network.records import Edge

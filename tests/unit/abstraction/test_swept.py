@@ -11,10 +11,10 @@ from pathlib import Path
 import pytest
 
 from loopgate.abstraction.courses import courses_of
+from loopgate.abstraction.places import Part, waiting_parts
 from loopgate.abstraction.queue_layout import QueueLayout, lay_out_queues
 from loopgate.abstraction.swept import Touches, find_touches
 from loopgate.abstraction.tails import tails_over
-from loopgate.abstraction.waiting import Part, waiting_parts
 from loopgate.network import Connection, Edge, Lane, Loop, RoadNetwork, VehicleType, make_loop
 from loopgate.network.records import Junction
 from loopgate.network.vehicle_type import DEFAULT_TYPE

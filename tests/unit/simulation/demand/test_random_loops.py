@@ -66,7 +66,7 @@ def test_what_does_not_work_beside_others_is_replaced(monkeypatch: pytest.Monkey
     def refuses(network: RoadNetwork, users: list[tuple[Loop, VehicleType]]) -> QueueLayout:
         third = next((loop.id for loop, _ in users if loop.id == "loop3"), None)
         if third is not None:
-            raise RefusedLoopError({third: Refusal("has no room")}, abstraction="queues")
+            raise RefusedLoopError({third: Refusal("has no room")})
         return lay_out_queues(network, users)
 
     monkeypatch.setattr(module, "lay_out_queues", refuses)
@@ -82,7 +82,7 @@ def test_an_end_to_replacing(monkeypatch: pytest.MonkeyPatch) -> None:
 
     def refuses(_: RoadNetwork, users: list[tuple[Loop, VehicleType]]) -> None:
         why = Refusal("has no room beside the others")
-        raise RefusedLoopError({users[-1][0].id: why}, abstraction="queues")
+        raise RefusedLoopError({users[-1][0].id: why})
 
     monkeypatch.setattr(module, "lay_out_queues", refuses)
     with pytest.raises(RouteError, match=r"found 0 of 8 .* the last of which has no room beside the others"):

@@ -1,0 +1,133 @@
+"""Where on a lane vehicles may wait: out of reach of all bodies that do not follow them; and how many."""
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+
+from loopgate.abstraction.itinerary import CLEARANCE_M
+from loopgate.abstraction.swept import BETWEEN_M, Touches
+from loopgate.network.loop import HOLD_MARGIN_M
+from loopgate.network.road import RoadNetwork
+from loopgate.network.vehicle_type import VehicleType
+
+_BACK_M = 2 * BETWEEN_M
+"""How far from the last body that is touched a waiting one stays [m]: they are looked at so far apart."""
+
+_FIRST_M = 7.0
+"""Room before the stop line at the start [m]: a vehicle drives for one step before it can be held."""
+
+_SPREAD_M = 0.3
+"""The room that standing vehicles keep at the start beyond their gaps [m]."""
+
+_ROUNDING = 1e-9
+
+
+class Part(NamedTuple):
+    """A part of a lane [m]."""
+
+    begin_m: float
+    end_m: float
+
+
+def waiting_parts(network: RoadNetwork, touches: Touches, tails: Mapping[str, float]) -> Mapping[str, Part]:
+    """Find on each lane with touches the longest part in which no body touches another way.
+
+    A body in a part has its rear behind the part's beginning and its front before its end. Stop lines move
+    back from where others swing out over them, and a vehicle counts as under way until its rear is where
+    nobody passes any more. Lanes that are not named are free all along.
+
+    Parameters
+    ----------
+    touches
+        Of all courses that are driven.
+    tails
+        How far those who turn off swing back over the lane that they leave, see `tails_over` [m].
+    """
+    touched: dict[str, list[tuple[float, float]]] = {lane: [] for lane in tails}
+    on_roads = np.array([not network.lanes[course.lane].internal for course in touches.courses], dtype=bool)
+    sides = (
+        (touches.one, touches.one_at_m, touches.one_length_m),
+        (touches.other, touches.other_at_m, touches.other_length_m),
+    )
+    for course, at_m, length_m in sides:
+        here = on_roads[course] & (at_m >= length_m - _BACK_M)
+        rows = pd.DataFrame({"course": course[here], "at": at_m[here], "length": length_m[here]})
+        for number, at, length in rows.drop_duplicates().itertuples(index=False):
+            touched.setdefault(touches.courses[number].lane, []).append((at, length))
+    ends_m = {lane: network.lanes[lane].length_m - tails.get(lane, 0.0) for lane in touched}
+    return {lane: _longest(ends_m[lane], fronts) for lane, fronts in touched.items()}
+
+
+def _longest(length_m: float, fronts: Iterable[tuple[float, float]]) -> Part:
+    """Return the longest part: of each body that touches the front lies beyond it, or the rear before it."""
+    rows = sorted(fronts)
+    best = Part(0.0, 0.0)
+    begin = 0.0
+    for number in range(len(rows) + 1):
+        end = min(rows[number][0] - _BACK_M, length_m) if number < len(rows) else length_m
+        if end - begin > best.end_m - best.begin_m:
+            best = Part(begin, end)
+        if number < len(rows):
+            front, length = rows[number]
+            begin = max(begin, front - length + _BACK_M)
+    return best
+
+
+@dataclass(frozen=True, slots=True)
+class QueuePlace:
+    """Where vehicles queue: a lane, or the part of it before or behind a stretch for changing lanes."""
+
+    name: str
+    """The lane's id; with ``/1`` for the part before a stretch, ``/2`` for the part behind it."""
+    length_m: float
+    needs: tuple[tuple[float, int], ...]
+    """Lengths of the vehicles that visit it, with their gaps [m], and how many there are of each at most,
+    longest first."""
+    away: bool = False
+    """Whether it is no place on the road, but where all are who have driven a route to its end."""
+
+    @property
+    def needed_m(self) -> float:
+        """Length of the longest vehicle that visits it, with its gap [m]."""
+        return self.needs[0][0]
+
+    @property
+    def capacity(self) -> int:
+        """How many vehicles it holds, whichever they are: the longest first."""
+        left_m = self.length_m - HOLD_MARGIN_M - CLEARANCE_M
+        held = 0
+        for need_m, count in self.needs:
+            fitting = math.floor(left_m / need_m + _ROUNDING)
+            if fitting < count:
+                return held + fitting
+            held += count
+            left_m -= count * need_m
+        return held + math.floor(left_m / self.needs[-1][0] + _ROUNDING)
+
+    @property
+    def at_start(self) -> int:
+        """How many vehicles may start on it: one fewer than it holds, and fewer on a tight one.
+
+        With a slot free everywhere no place is full, hence no circle of full places: the start is live.
+        """
+        return max(1, min(self.capacity - 1, int(self._first_slot_m / (self.needed_m + _SPREAD_M))))
+
+    def slots_m(self, types: Sequence[VehicleType]) -> list[float]:
+        """Return where the fronts of vehicles are at the start, from the head on [m]."""
+        front = self._first_slot_m
+        fronts: list[float] = []
+        for number, kind in enumerate(types):
+            if number:
+                # The gap is that of the follower: SUMO counts less than that as a collision.
+                front -= types[number - 1].length_m + kind.min_gap_m + _SPREAD_M
+            fronts.append(front)
+        return fronts
+
+    @property
+    def _first_slot_m(self) -> float:
+        line_m = self.length_m - HOLD_MARGIN_M
+        return line_m - min(_FIRST_M, line_m - self.needed_m)
