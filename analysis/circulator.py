@@ -76,11 +76,11 @@ def _line(roads: RoadNetwork, plan: Plan, loop: Loop) -> Line:
         msg = f"{loop.id}: {len(roomy)} places for buses"
         raise ValueError(msg)
     chosen = [roomy[k * len(roomy) // STOPS] for k in range(STOPS)]
-    lines = [track.stop_lines[k] for k in chosen]
+    lines = [track.legs[k].line for k in chosen]
     lap_s = SLACK * laps_s(roads, [loop])[0] + STOPS * DWELL_S
     return Line(
         loop,
-        tuple((f"{line.edge}_{line.lane_index}", line.position_m - 1.0) for line in lines),
+        tuple((f"{line.edge}_{line.lane}", line.position_m - 1.0) for line in lines),
         tuple(track.legs[k].end_m % loop.length_m / loop.length_m for k in chosen),
         math.ceil(lap_s / HEADWAY_S),
     )

@@ -12,10 +12,11 @@ from loopgate.abstraction.itinerary import Leg
 from loopgate.drive.changing import ChangingEngine
 from loopgate.drive.engine import Engine
 from loopgate.drive.gatekeeper import Gatekeeper
-from loopgate.drive.track import Round, StopLine, Track
+from loopgate.drive.track import Round, Track
 from loopgate.gates import make_gate
 from loopgate.model import StateId
 from loopgate.negotiation.simple import OldestFirst
+from loopgate.network.loop import LanePosition
 from loopgate.results.columns import Event
 
 PRIVATE_M, SHARED_M = 200.0, 60.0
@@ -78,7 +79,13 @@ def world(*starts_m: float, gate: str = "collision") -> tuple[ChangingEngine, Fa
     """
     names = [f"v{i}" for i in range(len(starts_m))]
     robots = system({name: f"p{name} s" for name in names})
-    legs = {name: (Leg(StateId(f"p{name}"), 0.0, 199.0), Leg(StateId("s"), 199.0, 260.0)) for name in names}
+    legs = {
+        name: (
+            Leg(StateId(f"p{name}"), 0.0, 199.0, line=LanePosition(f"{name}p", 0, 199.0)),
+            Leg(StateId("s"), 199.0, 260.0, line=LanePosition(f"{name}s", 0, 59.9)),
+        )
+        for name in names
+    }
     tracks = [
         Track(
             vehicle=name,
@@ -89,7 +96,6 @@ def world(*starts_m: float, gate: str = "collision") -> tuple[ChangingEngine, Fa
             rounds=(Round(f"{name}p", "round", "first"), Round("", "onward", "second")),
             edges=((0.0, f"{name}p"), (PRIVATE_M, f"{name}s")),
             legs=legs[name],
-            stop_lines=(StopLine(f"{name}p", 0, 199.0), StopLine(f"{name}s", 0, 59.9)),
         )
         for name, start in zip(names, starts_m, strict=True)
     ]

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 
 from loopgate.model import StateId, System
+from loopgate.network.loop import LanePosition
 
 CLEARANCE_M = 1.0
 """The length of a state beyond the vehicles and gaps it holds [m]: vehicles stop centimetres off a line, and
@@ -66,6 +67,10 @@ class Guide:
     """The lane to change to, beside `lane`."""
 
 
+NOWHERE = LanePosition("", 0, 0.0)
+"""Where legs end that are on no road."""
+
+
 @dataclass(frozen=True, slots=True)
 class Leg:
     """One state on a vehicle's loop, in arc length from the beginning of the loop."""
@@ -80,8 +85,8 @@ class Leg:
     line, which only lengthens the state behind it."""
     crossings: tuple[Crossing, ...] = ()
     """The crossings between ``end_m`` and the next leg's ``begin_m``; empty where states touch."""
-    lane: int | None = None
-    """Index of the lane on which the vehicle is; None: the one that its loop names there."""
+    line: LanePosition = NOWHERE
+    """Where on the road ``end_m`` is: a refused vehicle is held there."""
     guides: tuple[Guide, ...] = ()
     """Stops that keep the vehicle to the lanes of its loop between ``end_m`` and the next leg, in order."""
     slot_m: float = 0.0
@@ -99,6 +104,8 @@ class Itinerary:
     """Length of one lap [m]."""
     legs: tuple[Leg, ...]
     """One per position; ascending ``begin_m``."""
+    keeps_lane: bool = False
+    """Whether vehicles change lanes only where a `Guide` says so, and are on one lane in each state."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,8 +123,6 @@ class Abstraction:
     the leg of the robot's start position, the whole vehicle on one normal lane and within that leg."""
     warnings: tuple[str, ...] = field(default=())
     """Lines for the user: what in the network makes this abstraction a bad fit."""
-    keeps_lane: bool = False
-    """Whether the vehicles change lanes only where a `Guide` says so."""
     later: tuple[Itinerary, ...] = ()
     """The itineraries of vehicles that join later."""
     room: Mapping[str, int] = field(default_factory=dict, hash=False)

@@ -115,7 +115,9 @@ def _lay_out(network: RoadNetwork, counts: Mapping[tuple[Loop, VehicleType], int
     return QueueLayout(
         places={p.place.name: p.place for p in pieces if p.place is not None},
         itineraries={
-            name: Itinerary(name, loop.lap_m, tuple(legs.of(loop, chains[name], tuple(classes[name]))))
+            name: Itinerary(
+                name, loop.lap_m, tuple(legs.of(loop, chains[name], tuple(classes[name]))), keeps_lane=True
+            )
             for name, loop in loops.items()
         },
         conflicts=conflicts,
@@ -320,12 +322,13 @@ class _Legs:
             course = list(_course(loop, here, between, after))
             # A stop too many does no harm: it lies on the loop's own lane.
             guides = max((find_guides(self._network, course, vclass) for vclass in classes), key=_number)
+            end_m = here.begin_m + here.length_m - HOLD_MARGIN_M
             yield Leg(
                 StateId(here.place.name if here.place else ""),
                 here.begin_m,
-                here.begin_m + here.length_m - HOLD_MARGIN_M,
+                end_m,
                 tuple(crossings),
-                lane=here.lane,
+                loop.locate(end_m)._replace(lane=here.lane),
                 guides=() if isinstance(guides, Connection) else guides,
                 slot_m=here.place.needed_m if here.place else 0.0,
                 away=bool(here.place and here.place.away),

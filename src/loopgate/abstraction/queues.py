@@ -85,7 +85,6 @@ def make_queues(
         system=System(robots, capacity, capacity.keys()),
         itineraries=tuple(itineraries),
         starts_m=tuple(fronts),
-        keeps_lane=True,
         later=tuple(layout.itineraries[loop.id] for loop, _ in later),
         room=room,
     )

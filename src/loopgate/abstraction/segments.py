@@ -197,7 +197,8 @@ def _itinerary(loop: Loop, number: int, zones: Zones, need_m: float, piece_m: fl
     count = 0
     for leg in placed:
         count += not leg.state
-        named.append(leg if leg.state else Leg(StateId(f"{loop.id}/{count}"), leg.begin_m, leg.end_m))
+        state = leg.state or StateId(f"{loop.id}/{count}")
+        named.append(Leg(state, leg.begin_m, leg.end_m, line=loop.locate(leg.end_m)))
     return Itinerary(loop.id, lap, tuple(named))
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
-from loopgate.abstraction.itinerary import Itinerary, Leg
+from loopgate.abstraction.itinerary import Itinerary
 from loopgate.errors import ScenarioError
 from loopgate.network.loop import Loop
 from loopgate.network.stops import Stop
@@ -44,16 +44,12 @@ def fit_stops(
 def _fit(loop: Loop, itinerary: Itinerary, kind: VehicleType, stop: Stop, what: str) -> Stop:
     lap_m = itinerary.length_m
     places = itinerary.legs if loop.closed else itinerary.legs[:-1]  # behind the last place it is away
-    legs = [
-        (leg, (stop.arc_m - leg.begin_m) % lap_m)
-        for leg in places
-        if _lane(loop, leg).rpartition("_")[0] == stop.edge
-    ]
+    legs = [(leg, (stop.arc_m - leg.begin_m) % lap_m) for leg in places if leg.line.edge == stop.edge]
     if not legs:
         msg = f"{what} is on {stop.lane}, where nobody can wait, since it is too short; move it"
         raise ScenarioError(msg)
     leg, in_m = min(legs, key=lambda found: found[1])
-    if (lane := _lane(loop, leg)) != stop.lane:
+    if (lane := f"{leg.line.edge}_{leg.line.lane}") != stop.lane:
         if stop.any_lane:
             return _fit(loop, itinerary, kind, replace(stop, name=lane, lane=lane), what)
         msg = (
@@ -84,8 +80,3 @@ def _fit(loop: Loop, itinerary: Itinerary, kind: VehicleType, stop: Stop, what: 
             msg = f"{what}: place {leg.state} is too short for a vehicle of {kind.length_m:g} m; move it"
         raise ScenarioError(msg)
     return stop
-
-
-def _lane(loop: Loop, leg: Leg) -> str:
-    place = loop.locate(leg.end_m)
-    return f"{place.edge}_{place.lane if leg.lane is None else leg.lane}"

@@ -18,7 +18,7 @@ from loopgate.abstraction.queue_survey import (
 )
 from loopgate.abstraction.queues import most_at_start
 from loopgate.errors import Refusal, RefusedLoopError
-from loopgate.network.loop import LaneSpan, Loop
+from loopgate.network.loop import Loop
 from loopgate.network.road import RoadNetwork
 from loopgate.network.vehicle_type import VehicleType
 
@@ -93,10 +93,6 @@ def _survey(
     )
 
 
-def _span_of(loop: Loop, leg: Leg) -> LaneSpan:
-    return loop.span_at((leg.begin_m + leg.end_m) / 2)
-
-
 def _places(
     loops: Sequence[Loop], itineraries: Sequence[Itinerary], layout: QueueLayout, at_start: Mapping[str, int]
 ) -> Iterator[PlaceSurvey]:
@@ -107,10 +103,10 @@ def _places(
             legs.setdefault(str(leg.state), (loop, leg))
             visitors.setdefault(str(leg.state), {})[loop.id] = None
     for name, (loop, leg) in legs.items():
-        span, place = _span_of(loop, leg), layout.places[name]
+        span, place = loop.span_at((leg.begin_m + leg.end_m) / 2), layout.places[name]
         yield PlaceSurvey(
             id=name,
-            lane=span.lane_id if leg.lane is None else f"{span.edge}_{leg.lane}",
+            lane=f"{leg.line.edge}_{leg.line.lane}",
             begin_m=leg.begin_m - span.begin_m,
             length_m=place.length_m,
             capacity=place.capacity,
@@ -166,7 +162,7 @@ def _joined(
     lengths: dict[str, float] = {}
     users: dict[str, dict[str, None]] = {}
     for loop, itinerary in zip(loops, itineraries, strict=True):
-        used = {_span_of(loop, leg).edge for leg in itinerary.legs} | layout.stretches.keys()
+        used = {leg.line.edge for leg in itinerary.legs} | layout.stretches.keys()
         for span in loop.spans:
             if not span.internal and span.edge not in used:
                 lengths[span.lane_id] = span.length_m

@@ -21,7 +21,7 @@ from loopgate.drive.sense import STANDING_MPS
 from loopgate.drive.steering import Steering
 from loopgate.drive.step import FULL, Step
 from loopgate.drive.tables import Tables
-from loopgate.drive.track import StopLine, Track
+from loopgate.drive.track import Track
 from loopgate.drive.worn import WornStops
 from loopgate.errors import TrafficError
 from loopgate.results.columns import Event
@@ -346,14 +346,11 @@ class Engine:
                 continue
             self._do[what](driver, leg)
 
-    def _line(self, driver: Driver, leg: int) -> StopLine:
-        return driver.track.stop_lines[leg % len(driver.track.legs)]
-
     def _stop(self, driver: Driver, leg: int) -> None:
         """Let a vehicle stop at the end of the last leg that was granted to it."""
-        line = self._line(driver, leg)
+        line = driver.leg(leg).line
         try:
-            on_lane = self._traffic.hold(driver.id, line.edge, line.lane_index, line.position_m)
+            on_lane = self._traffic.hold(driver.id, line.edge, line.lane, line.position_m)
         except TrafficError:
             # It is stopped whatever the simulator makes of its stop, as in the compiled step.
             driver.row["held_m"] = np.inf
@@ -362,7 +359,7 @@ class Engine:
             self._traffic.brake(driver.id)
         else:
             if not on_lane:
-                self._steering.lead_back(driver, line.edge, line.lane_index, line.position_m)
+                self._steering.lead_back(driver, line.edge, line.lane, line.position_m)
 
     def _release(self, driver: Driver) -> None:
         if not self._steering.leads_back(driver):
@@ -389,18 +386,18 @@ class Engine:
             if driver.id in arrived:
                 continue
             leg = int(v["entered"][robot])
-            line = self._line(driver, leg)
+            line = driver.leg(leg).line
             lane, _ = self._traffic.lane(driver.id)
-            beside = lane.startswith(f"{line.edge}_") and lane != f"{line.edge}_{line.lane_index}"
+            beside = lane.startswith(f"{line.edge}_") and lane != f"{line.edge}_{line.lane}"
             if beside and driver.begin_m(leg) <= driver.front_m <= driver.end_m(leg):
-                self._steering.lead_back(driver, line.edge, line.lane_index, line.position_m)
+                self._steering.lead_back(driver, line.edge, line.lane, line.position_m)
 
     def _route_renewed(self, driver: Driver) -> None:
         if driver.track.renews:
             self._traffic.renew(driver.id, driver.track.rounds[0].route)
         if driver.row["held"]:
             # A stop on the edge where SUMO renews the route has moved on to the next round with it.
-            line = self._line(driver, driver.granted)
+            line = driver.leg(driver.granted).line
             if line.edge == driver.track.rerouted_on and np.isnan(driver.row["halted_s"]):
                 self._release(driver)
                 driver.row["held_m"] = driver.line_m

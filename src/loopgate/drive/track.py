@@ -3,24 +3,19 @@
 from __future__ import annotations
 
 from bisect import bisect_right
+from collections import Counter
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from loopgate.abstraction.itinerary import Leg
+from loopgate.abstraction.itinerary import Itinerary, Leg
+from loopgate.errors import RouteError
+from loopgate.network.loop import Loop
+from loopgate.network.road import RoadNetwork
 
-__all__ = ["Round", "StopLine", "Track"]
+__all__ = ["Round", "Track", "make_track", "pivot", "round_routes", "rounds", "rounds_from"]
 
 
 _ROUNDING_M = 1e-6
-
-
-@dataclass(frozen=True, slots=True)
-class StopLine:
-    """Where a vehicle that is refused comes to rest: a position [m] on a lane."""
-
-    edge: str
-    lane_index: int
-    position_m: float
 
 
 class Round(NamedTuple):
@@ -52,8 +47,6 @@ class Track:
         Arc length at which each edge begins [m], ascending, and its name.
     legs
         Its states by position, as the abstraction has them; none for vehicles under no gate.
-    stop_lines
-        Where to hold the vehicle at the end of each leg.
     start_position
         Position of the state it starts in.
     keeps_lane
@@ -70,7 +63,6 @@ class Track:
     rounds: tuple[Round, ...]
     edges: tuple[tuple[float, str], ...]
     legs: tuple[Leg, ...] = ()
-    stop_lines: tuple[StopLine, ...] = ()
     start_position: int = 0
     keeps_lane: bool = False
     renews: bool = False
@@ -104,3 +96,83 @@ class Track:
         """The edge on which the front stands at the beginning."""
         begins = [begin for begin, _ in self.edges]
         return self.edges[bisect_right(begins, self.start_m % self.lap_m) - 1][1]
+
+
+def make_track(
+    network: RoadNetwork,
+    loop: Loop,
+    itinerary: Itinerary | None = None,
+    *,
+    vehicle: str = "",
+    front_m: float = 0.0,
+    position: int = 0,
+) -> Track:
+    """Return the track of a vehicle.
+
+    Parameters
+    ----------
+    itinerary
+        Its states; None for a vehicle under no gate.
+    front_m
+        Arc length of its front at the beginning [m].
+    position
+        The position on the itinerary in which it starts.
+    """
+    return Track(
+        vehicle=vehicle,
+        loop=loop.id,
+        lap_m=loop.lap_m,
+        start_m=front_m,
+        top_speed_mps=max(network.lanes[span.lane_id].speed_mps for span in loop.spans),
+        rounds=rounds(loop) if loop.closed else (),
+        edges=tuple((span.begin_m, span.edge) for span in loop.roads),
+        legs=itinerary.legs if itinerary else (),
+        start_position=position,
+        keeps_lane=bool(itinerary and itinerary.keeps_lane),
+    )
+
+
+def rounds(loop: Loop) -> tuple[Round, Round]:
+    """Return the two rounds from the pivot, and what is left of them from the edge after it."""
+    here = pivot(loop)
+    following = loop.edges[(here + 1) % len(loop.edges)]
+    return (
+        Round(loop.edges[here], f"round@{loop.id}", f"first@{loop.id}"),
+        Round(following, f"onward@{loop.id}", f"second@{loop.id}"),
+    )
+
+
+def round_routes(loop: Loop) -> dict[str, tuple[str, ...]]:
+    """Return the edges of the routes of `rounds`, by name."""
+    here = pivot(loop)
+    once = loop.edges[here:] + loop.edges[:here]
+    first, second = rounds(loop)
+    return {
+        first.route: (*once, *once, once[0]),
+        second.route: (*once[1:], *once, once[0]),
+        first.alone: (first.edge,),
+        second.alone: (second.edge,),
+    }
+
+
+def pivot(loop: Loop) -> int:
+    """Return the number of the edge where a loop's route is renewed: one that it passes only once.
+
+    If there is a choice nobody stops there: SUMO puts a stop off for a round that lies just ahead then.
+
+    Raises
+    ------
+    RouteError
+        If there is none.
+    """
+    times = Counter(loop.edges)
+    once = [number for number, edge in enumerate(loop.edges) if times[edge] == 1]
+    if not once:
+        msg = f"loop {loop.id}: it passes every edge more than once; split it into simpler loops"
+        raise RouteError(msg)
+    return next((number for number in once if loop.edges[number] not in loop.stops_on), once[0])
+
+
+def rounds_from(loop: Loop, edge: int) -> tuple[str, ...]:
+    """Return the edges of the route of who begins on an edge, by number: to the pivot, two rounds later."""
+    return loop.edges[edge:] + loop.edges * 2 + loop.edges[: pivot(loop) + 1]

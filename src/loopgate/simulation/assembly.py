@@ -10,7 +10,7 @@ from loopgate.abstraction.itinerary import Abstraction
 from loopgate.abstraction.queues import make_queues
 from loopgate.abstraction.segments import make_segments
 from loopgate.abstraction.stopping import fit_stops
-from loopgate.drive.track import Track
+from loopgate.drive.track import Track, make_track
 from loopgate.errors import ScenarioError
 from loopgate.network import Loop, LoopVehicle, RoadNetwork
 from loopgate.network.cover.wishes import read_districts, read_weights
@@ -18,7 +18,6 @@ from loopgate.network.stops import Stop
 from loopgate.reading import counted
 from loopgate.simulation.demand.gated import choose_gated, find_unfit
 from loopgate.simulation.demand.placing import spread
-from loopgate.simulation.demand.tracks import make_track
 from loopgate.simulation.demand.vehicles import (
     Departure,
     by_departure,
@@ -163,13 +162,15 @@ def assemble(scenario: Scenario) -> Assembly:
         for number, v in enumerate(vehicles)
     )
     if abstraction is None or not scenario.gated:
-        tracks = tuple(make_track(network, start) for start in starts)
+        tracks = tuple(
+            make_track(network, start.loop, vehicle=start.vehicle, front_m=start.front_m) for start in starts
+        )
         departures = tuple(departs_at_edge(vehicle) for vehicle in later)
     else:
         robots = abstraction.system.robots[: len(starts)]
         tracks = tuple(
-            make_track(network, start, itinerary, robot.start, keeps_lane=abstraction.keeps_lane)
-            for start, itinerary, robot in zip(starts, abstraction.itineraries, robots, strict=False)
+            make_track(network, s.loop, way, vehicle=s.vehicle, front_m=s.front_m, position=robot.start)
+            for s, way, robot in zip(starts, abstraction.itineraries, robots, strict=False)
         )
         departures = tuple(
             departs_in_place(network, vehicle, way)
@@ -278,7 +279,10 @@ def _peculiar(scenario: Scenario, network: RoadNetwork, vehicles: Sequence[LoopV
 
 def _start_lanes(abstraction: Abstraction) -> list[int | None]:
     robots = abstraction.system.robots
-    return [way.legs[robot.start].lane for way, robot in zip(abstraction.itineraries, robots, strict=True)]
+    return [
+        way.legs[robot.start].line.lane if way.keeps_lane else None
+        for way, robot in zip(abstraction.itineraries, robots, strict=True)
+    ]
 
 
 def _abstraction(

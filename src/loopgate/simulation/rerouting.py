@@ -141,10 +141,10 @@ class Rerouting:
     def _ways(self, driver: Driver, leg: int) -> Iterator[_Onward]:
         """Yield the other ways to its end from the place it is in."""
         track = driver.track
-        state, end, line = track.legs[leg].state, track.legs[-1].state, track.stop_lines[leg]
+        state, end, line = track.legs[leg].state, track.legs[-1].state, track.legs[leg].line
         for way in self._onward.get((self._kinds[driver.id], state), {}).values():
-            legs, there = way.track.legs, way.track.stop_lines[way.position]
-            same = (there.edge, there.lane_index) == (line.edge, line.lane_index)
+            legs, there = way.track.legs, way.track.legs[way.position].line
+            same = (there.edge, there.lane) == (line.edge, line.lane)
             if (
                 legs[-1].state == end
                 and way.track.loop != track.loop

@@ -138,7 +138,7 @@ def test_where_a_loop_changes_lanes_its_edge_becomes_place_stretch_and_place() -
     """
     abstraction = make_queues(CHANGE, [make_loop(CHANGE, "l", ["a", "b"])])
     before, behind, other = abstraction.itineraries[0].legs
-    assert [(leg.state, leg.lane) for leg in (before, behind, other)] == [
+    assert [(leg.state, leg.line.lane) for leg in (before, behind, other)] == [
         ("a_1/1", 1),
         ("a_0/2", 0),
         ("b_0", 0),

@@ -11,11 +11,12 @@ from builders import system
 from loopgate.abstraction.itinerary import Leg
 from loopgate.drive.engine import Engine
 from loopgate.drive.gatekeeper import Gatekeeper
-from loopgate.drive.track import Round, StopLine, Track
+from loopgate.drive.track import Round, Track
 from loopgate.errors import TrafficError
 from loopgate.gates import make_gate
 from loopgate.model import StateId
 from loopgate.negotiation.simple import OldestFirst
+from loopgate.network.loop import LanePosition
 
 
 def test_alone_a_vehicle_is_never_held() -> None:
@@ -153,8 +154,10 @@ def test_a_vehicle_granted_in_the_same_step_does_not_ask_for_the_state_after() -
             top_speed_mps=10.0,
             rounds=(Round(f"{name}p", "round", "first"), Round("", "onward", "second")),
             edges=((0.0, f"{name}p"), (200.0, f"{name}q")),
-            legs=(Leg(StateId(states[0]), 0.0, 199.0), Leg(StateId(states[1]), 200.0, 399.0)),
-            stop_lines=(StopLine(f"{name}p", 0, 199.0), StopLine(f"{name}q", 0, 199.0)),
+            legs=(
+                Leg(StateId(states[0]), 0.0, 199.0, line=LanePosition(f"{name}p", 0, 199.0)),
+                Leg(StateId(states[1]), 200.0, 399.0, line=LanePosition(f"{name}q", 0, 199.0)),
+            ),
             start_position=0 if name == "x" else 1,
         )
         for name, states in paths.items()

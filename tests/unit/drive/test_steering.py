@@ -12,9 +12,10 @@ from loopgate.drive.build import make_tables
 from loopgate.drive.driver import Driver
 from loopgate.drive.steering import Steering
 from loopgate.drive.step import LOOK, Step
-from loopgate.drive.track import Round, StopLine, Track
+from loopgate.drive.track import Round, Track
 from loopgate.errors import TrafficError
 from loopgate.model import StateId
+from loopgate.network.loop import LanePosition
 from loopgate.results.recorder import Recorder
 
 ROAD_M, CHANGE_AT_M, PIN_M = 400.0, 100.0, 130.0
@@ -57,10 +58,9 @@ def world(guide: Guide, start_m: float = 20.0) -> World:
         rounds=(Round("e", "round", "first"), Round("", "onward", "second")),
         edges=((0.0, "e"),),
         legs=(
-            Leg(StateId("e/1"), 0.0, CHANGE_AT_M, guides=(guide,)),
-            Leg(StateId("e/2"), PIN_M, ROAD_M),
+            Leg(StateId("e/1"), 0.0, CHANGE_AT_M, line=LanePosition("e", 0, CHANGE_AT_M), guides=(guide,)),
+            Leg(StateId("e/2"), PIN_M, ROAD_M, line=LanePosition("e", 0, ROAD_M)),
         ),
-        stop_lines=(StopLine("e", 0, CHANGE_AT_M), StopLine("e", 0, ROAD_M)),
     )
     roads = system({"v": "e/1 e/2"})
     tables = make_tables([track], roads, Recorder(None).code, step_s=traffic.step_s)

@@ -162,17 +162,17 @@ class CrossingWays:
 
     def place(self, track: Track, position: int) -> Place:
         """Return where the state at a position of a track is."""
-        end = track.stop_lines[position]
+        end = track.legs[position].line
         length_m = track.legs[position].end_m - track.legs[position].begin_m
-        lane = f"{end.edge}_{end.lane_index}"
+        lane = f"{end.edge}_{end.lane}"
         return Place(lane, end.position_m - length_m, end.position_m, tuple(self._into.get(lane, ())))
 
     def _way(self, track: Track, position: int) -> Way:
-        line = track.stop_lines[position]
+        line = track.legs[position].line
         crossings = track.legs[position].crossings
         crossing = [self._movements[c.id] for c in crossings if c.id in self._movements]
         return Way(
-            lane=f"{line.edge}_{line.lane_index}",
+            lane=f"{line.edge}_{line.lane}",
             line_m=line.position_m,
             movements=tuple(self._crossed(crossing, line.position_m)),
             between=tuple(dict.fromkeys(_end(movement) for movement in crossing[:-1])),

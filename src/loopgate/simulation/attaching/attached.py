@@ -10,6 +10,7 @@ import pandas as pd
 
 from loopgate.drive.driver import Driver
 from loopgate.drive.histogram import Histogram
+from loopgate.drive.track import round_routes
 from loopgate.errors import ScenarioError, TrafficError
 from loopgate.folders import temporary_folder
 from loopgate.negotiation.registry import make_negotiation
@@ -24,7 +25,6 @@ from loopgate.simulation.fleet.fleet import Rules
 from loopgate.simulation.outcome import EVENTS
 from loopgate.simulation.settings import why_unsafe
 from loopgate.simulation.sumo.devices import LEADING
-from loopgate.simulation.sumo.input import round_routes
 from loopgate.simulation.watching.collisions import Collisions
 from loopgate.traffic.running import RunningSumo
 

@@ -46,7 +46,7 @@ class _Orders:
         if self.pause:
             return Reason.TRAFFIC
         driver = self.drivers[robot]
-        line = driver.track.stop_lines[driver.granted % len(driver.track.legs)]
+        line = driver.leg(driver.granted).line
         stops = self._traffic.stops_before(driver.id, line.edge, line.position_m)
         return Reason.STOP if stops else None
 

@@ -4,11 +4,10 @@ import math
 from dataclasses import dataclass
 
 from loopgate.drive.sense import braking_m
-from loopgate.drive.track import Track
+from loopgate.drive.track import Track, rounds_from
 from loopgate.errors import TrafficError
 from loopgate.network import Loop, VehicleType
 from loopgate.simulation.attaching.plan import Plan
-from loopgate.simulation.sumo.input import pivot
 from loopgate.traffic.base import Traffic
 
 _SAME_M = 0.5
@@ -76,9 +75,9 @@ class Newcomer:
         if self.position is None and not lane.startswith(":"):
             self._hold(traffic, track)
         if self.position is not None:
-            leg, line = track.legs[self.position], track.stop_lines[self.position]
+            leg = track.legs[self.position]
             whole = self.left_m <= leg.end_m - leg.begin_m - self.kind.length_m
-            self.inside = whole and lane == f"{line.edge}_{line.lane_index}"
+            self.inside = whole and lane == f"{leg.line.edge}_{leg.line.lane}"
 
     def let_go(self, traffic: Traffic) -> None:
         """Hold it no longer."""
@@ -114,22 +113,21 @@ class Newcomer:
 
     def _hold(self, traffic: Traffic, track: Track) -> None:
         """Give it a route for the next rounds, and a stop at the end of the first place where it can be."""
-        edges = self.loop.edges
         begins = [span.begin_m for span in self.loop.roads]
         here = max(n for n, begin in enumerate(begins) if n == 0 or begin <= self.arc_m)
         left = {position: self._left_m(track, position) for position in range(len(track.legs))}
         decel = traffic.dynamics(self.vehicle).decel_mps2
         needed_m = braking_m(traffic.speed(self.vehicle), decel, traffic.step_s)
         try:
-            traffic.lead(self.vehicle, (*edges[here:], *edges, *edges, *edges[: pivot(self.loop) + 1]))
+            traffic.lead(self.vehicle, rounds_from(self.loop, here))
         except TrafficError:
             return  # not from here
         for position in sorted(left, key=lambda p: left[p]):
-            line = track.stop_lines[position]
+            line = track.legs[position].line
             if left[position] < needed_m - _REACHED_M:
                 continue  # SUMO looks at that where both are on one edge only, and never behind a line
             try:
-                held = traffic.hold(self.vehicle, line.edge, line.lane_index, line.position_m)
+                held = traffic.hold(self.vehicle, line.edge, line.lane, line.position_m)
             except TrafficError:
                 continue
             if held:

@@ -7,10 +7,8 @@ from dataclasses import replace
 
 from loopgate.abstraction.itinerary import Crossing, Itinerary, Leg
 from loopgate.abstraction.queue_layout import QueueLayout, lay_out_queues
-from loopgate.drive.track import Track
+from loopgate.drive.track import Track, make_track
 from loopgate.network import Loop, RoadNetwork, VehicleType
-from loopgate.simulation.demand.tracks import make_track
-from loopgate.simulation.sumo.input import Start
 
 
 class Plan:
@@ -31,10 +29,9 @@ class Plan:
         self.network = network
         self.users = users
         self.layout: QueueLayout = lay_out_queues(network, users)
-        loops = {loop.id: (loop, kind) for loop, kind in users}
+        loops = {loop.id: loop for loop, _ in users}
         self._tracks = {
-            name: make_track(network, Start("", loop, 0.0, kind), self.layout.itineraries[name])
-            for name, (loop, kind) in loops.items()
+            name: make_track(network, loop, self.layout.itineraries[name]) for name, loop in loops.items()
         }
 
     def extended(self, users: Iterable[tuple[Loop, VehicleType]]) -> Plan:
@@ -60,19 +57,11 @@ class Plan:
     def track(self, vehicle: str, loop: str, *, front_m: float, position: int) -> Track:
         """Return the track of a vehicle that stands in a position of its loop's itinerary."""
         known = self._tracks[loop]
-        return replace(
-            known,
-            vehicle=vehicle,
-            start_m=front_m,
-            start_position=position,
-            keeps_lane=True,
-            renews=True,
-        )
+        return replace(known, vehicle=vehicle, start_m=front_m, start_position=position, renews=True)
 
     def on(self, track: Track) -> Track:
         """Return the track of a vehicle, which was made by an earlier plan that this one goes on with."""
-        known = self._tracks[track.loop]
-        return replace(track, legs=known.legs, stop_lines=known.stop_lines)
+        return replace(track, legs=self._tracks[track.loop].legs)
 
     def goes_on_with(self, earlier: Plan) -> bool:
         """Return whether vehicles that drive by an earlier plan can drive by this one from now on.

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from loopgate.abstraction.itinerary import Itinerary
 from loopgate.abstraction.stretches import least_change_m
-from loopgate.drive.track import Track
+from loopgate.drive.track import Track, make_track
 from loopgate.errors import RouteError, ScenarioError
 from loopgate.network import Loop, LoopVehicle, RoadNetwork, VehicleType, read_loops
 from loopgate.network.cover.watch import even_starts_m
@@ -21,7 +21,6 @@ from loopgate.network.trips import ways_between
 from loopgate.reading import counted
 from loopgate.simulation.demand.allotment import allot_loops, mixed_types
 from loopgate.simulation.demand.random_loops import random_loops
-from loopgate.simulation.demand.tracks import make_track
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.sumo.input import Start
 from loopgate.simulation.sumo_options import begins_s
@@ -265,5 +264,6 @@ def departs_in_place(network: RoadNetwork, vehicle: LoopVehicle, way: Itinerary)
     front_m = max(first_m, min(near_m, last_m))
     if not vehicle.loop.closed:
         vehicle = replace(vehicle, attributes={**vehicle.attributes, **_arrival(vehicle, way)})
-    start = _start(vehicle, front_m, leg.lane)
-    return Departure(start, make_track(network, start, way, position, keeps_lane=True), vehicle.depart_s)
+    start = _start(vehicle, front_m, leg.line.lane)
+    track = make_track(network, vehicle.loop, way, vehicle=vehicle.id, front_m=front_m, position=position)
+    return Departure(start, track, vehicle.depart_s)

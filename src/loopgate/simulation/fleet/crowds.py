@@ -53,11 +53,10 @@ class Crowds:
         way = self._ways.get(key)
         if way is None:
             limits: dict[int, float] = {}
-            legs = zip(track.legs, track.stop_lines, strict=True)
-            for leg, line in [*legs][track.start_position :]:
+            for leg in track.legs[track.start_position :]:
                 number = None if leg.away else keeper.number(leg.state)
                 if number is not None:
-                    limits[number] = self._network.edges[line.edge].lanes[line.lane_index].speed_mps
+                    limits[number] = self._network.edges[leg.line.edge].lanes[leg.line.lane].speed_mps
             way = np.array([*limits], dtype=np.int64), np.array([*limits.values()])
             if engine.changes_in_place:  # else they may have other numbers next time
                 self._ways[key] = way

@@ -10,9 +10,9 @@ import numpy as np
 
 from loopgate.drive.changing import ChangingEngine
 from loopgate.drive.codes import NOBODY
+from loopgate.drive.track import make_track
 from loopgate.errors import TrafficError
 from loopgate.network import RoadNetwork
-from loopgate.simulation.demand.tracks import make_track
 from loopgate.simulation.demand.vehicles import Departure
 from loopgate.simulation.fleet.crowds import Crowds
 from loopgate.simulation.fleet.fleet import Fleet
@@ -127,7 +127,8 @@ class OpenDepartures(Departures):
             if start is None or vehicle in self.departed_s:
                 continue
             self.departed_s[vehicle] = self._traffic.now_s - self._traffic.step_s
-            tracks.append(make_track(self._network, start.at(self._traffic.lane(vehicle)[1])))
+            at_m = start.loop.roads[start.edge].begin_m + self._traffic.lane(vehicle)[1]
+            tracks.append(make_track(self._network, start.loop, vehicle=vehicle, front_m=at_m))
         if tracks:
             self._engine.join(tracks)
 
@@ -301,9 +302,9 @@ class GatedDepartures(Departures):
         """Hold a vehicle at the end of its place, where it is or is to be; return whether it is held."""
         if one.track is None:
             return False
-        line = one.track.stop_lines[one.track.start_position]
+        line = one.track.legs[one.track.start_position].line
         try:
-            return self._traffic.hold(one.start.vehicle, line.edge, line.lane_index, line.position_m)
+            return self._traffic.hold(one.start.vehicle, line.edge, line.lane, line.position_m)
         except TrafficError:
             return False
 

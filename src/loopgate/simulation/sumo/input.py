@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
-from loopgate.drive.track import Round
-from loopgate.errors import RouteError
+from loopgate.drive.track import round_routes, rounds, rounds_from
 from loopgate.network import Loop, VehicleType
 from loopgate.network.additional import FLEET, without
 from loopgate.network.xml_file import write_xml
@@ -92,17 +90,10 @@ class Start:
             rolling=not self.loop.closed and self.attributes.get("departSpeed", "max") != "0",
         )
 
-    def at(self, position_m: float) -> Start:
-        """Return the same one elsewhere on its edge [m]."""
-        return replace(self, front_m=self.loop.roads[self.edge].begin_m + position_m)
-
     @property
     def way(self) -> tuple[str, ...]:
         """The edges of that: to the pivot, a whole round later; or to the end of a route driven once."""
-        edges = self.loop.edges
-        if not self.loop.closed:
-            return edges[self.edge :]
-        return edges[self.edge :] + edges * 2 + edges[: pivot(self.loop) + 1]
+        return rounds_from(self.loop, self.edge) if self.loop.closed else self.loop.edges[self.edge :]
 
 
 def write_sumo_input(
@@ -190,44 +181,3 @@ def _add_vehicle(top: ET.Element, start: Start, begin_s: float) -> None:
     ET.SubElement(vehicle, "route", edges=" ".join(start.way))
     for name, value in start.parameters.items():
         ET.SubElement(vehicle, "param", key=name, value=value)
-
-
-def rounds(loop: Loop) -> tuple[Round, Round]:
-    """Return the two rounds from the pivot, and what is left of them from the edge after it."""
-    here = pivot(loop)
-    following = loop.edges[(here + 1) % len(loop.edges)]
-    return (
-        Round(loop.edges[here], f"round@{loop.id}", f"first@{loop.id}"),
-        Round(following, f"onward@{loop.id}", f"second@{loop.id}"),
-    )
-
-
-def round_routes(loop: Loop) -> dict[str, tuple[str, ...]]:
-    """Return the edges of the routes of `rounds`, by name."""
-    here = pivot(loop)
-    once = loop.edges[here:] + loop.edges[:here]
-    first, second = rounds(loop)
-    return {
-        first.route: (*once, *once, once[0]),
-        second.route: (*once[1:], *once, once[0]),
-        first.alone: (first.edge,),
-        second.alone: (second.edge,),
-    }
-
-
-def pivot(loop: Loop) -> int:
-    """Return the number of the edge where a loop's route is renewed: one that it passes only once.
-
-    If there is a choice nobody stops there: SUMO puts a stop off for a round that lies just ahead then.
-
-    Raises
-    ------
-    RouteError
-        If there is none.
-    """
-    times = Counter(loop.edges)
-    once = [number for number, edge in enumerate(loop.edges) if times[edge] == 1]
-    if not once:
-        msg = f"loop {loop.id}: it passes every edge more than once; split it into simpler loops"
-        raise RouteError(msg)
-    return next((number for number in once if loop.edges[number] not in loop.stops_on), once[0])

@@ -107,7 +107,7 @@ def test_it_is_held_where_it_can_brake_for_that(
 ) -> None:
     """SUMO takes a stop that is nearer than the braking distance, 3.67 m here, and drives on past it."""
     newcomer, road, plan = scene
-    line_m = plan.track("v", "block", front_m=0.0, position=0).stop_lines[0].position_m
+    line_m = plan.track("v", "block", front_m=0.0, position=0).legs[0].line.position_m
     road.at, road.speed_mps = ("B1C1_0", line_m - left_m), 8.17
     newcomer.look(road, plan)
     assert road.holds == [edge]
