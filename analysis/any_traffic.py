@@ -36,7 +36,7 @@ from loopgate.cli.progress import show_progress
 from loopgate.errors import RouteError
 from loopgate.network import RoadNetwork
 from loopgate.network.xml_file import read_xml
-from loopgate.simulation.demand.vehicles import read_vehicles
+from loopgate.simulation.assembly import read_vehicles
 from loopgate.simulation.run import simulate
 from loopgate.simulation.sumo.start import TRIPS
 

@@ -1,6 +1,6 @@
-"""Puts a run together: network, loops, states, vehicles at their starts."""
+"""Puts a run together: network, vehicles with their loops, states, and who starts where."""
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -12,27 +12,30 @@ from loopgate.abstraction.segments import make_segments
 from loopgate.abstraction.stopping import fit_stops
 from loopgate.drive.track import Track, make_track
 from loopgate.errors import ScenarioError
-from loopgate.network import Loop, LoopVehicle, RoadNetwork
+from loopgate.network import Loop, LoopVehicle, RoadNetwork, read_loops
 from loopgate.network.cover.wishes import read_districts, read_weights
+from loopgate.network.routes_file import RoutesFile
 from loopgate.network.stops import Stop
+from loopgate.network.sumo_config import is_sumo_config
 from loopgate.reading import counted
-from loopgate.simulation.demand.gated import choose_gated, find_unfit
-from loopgate.simulation.demand.placing import spread
-from loopgate.simulation.demand.vehicles import (
+from loopgate.simulation.demand.allotment import evenly_round, give_loops
+from loopgate.simulation.demand.once import choose_gated, fit_in, left_out, share_lanes
+from loopgate.simulation.demand.placing import (
     Departure,
     by_departure,
     departs_at_edge,
     departs_in_place,
-    evenly_round,
-    find_other_ways,
-    read_vehicles,
+    spread,
 )
+from loopgate.simulation.demand.random_loops import random_loops
 from loopgate.simulation.fleet.spacing import advised_type
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.settings import check_types, unforeseen
 from loopgate.simulation.sumo.devices import Anew, leading_devices, led_anew, without_devices
-from loopgate.simulation.sumo.input import Start
+from loopgate.simulation.sumo.input import Start, start_of
 from loopgate.simulation.sumo_options import begins_s
+
+_MOST_LOOPS = 40
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,76 +130,55 @@ def assemble(scenario: Scenario) -> Assembly:
     everybody, warnings, file = read_vehicles(scenario, network)
     everybody, ordinary = choose_gated(scenario, everybody) if scenario.gated else (everybody, [])
     vehicles, later, moved = by_departure(scenario, everybody, file)
-    unfit: dict[str, list[LoopVehicle]] = {}
-    others: list[LoopVehicle] = []
     anew = led_anew(scenario, later) if scenario.gated else {}
     if scenario.rule_for_starts == "even":
         vehicles = evenly_round(network, vehicles)
+    unfit: dict[str, list[LoopVehicle]] = {}
+    others: list[LoopVehicle] = []
     if scenario.gated and any(not v.loop.closed for v in later):
-        others = find_other_ways(network, [v for v in later if v.id in anew])
-        closed = [v for v in (*vehicles, *later) if v.loop.closed]
-        unfit, others = _unfit(network, closed, [v for v in later if not v.loop.closed], others)
-        gone = {v.id for some in unfit.values() for v in some}
-        ordinary += [v for some in unfit.values() for v in some]
-        later, everybody = [v for v in later if v.id not in gone], [v for v in everybody if v.id not in gone]
-        warnings = (*warnings, *_left_out(unfit))
+        unfit, others = fit_in(network, [*vehicles, *later], anew)
+        those = [v for some in unfit.values() for v in some]
+        gone = {v.id for v in those}
+        ordinary += those
+        later, everybody = ([v for v in some if v.id not in gone] for some in (later, everybody))
+        warnings = (*warnings, *left_out(unfit))
     if not everybody:
-        why = next(_left_out(unfit), f"--gated {scenario.rule_for_gated} leaves none")
+        why = next(left_out(unfit), f"--gated {scenario.rule_for_gated} leaves none")
         msg = f"{scenario.routes or scenario.network}: none of its vehicles is gated: {why}; or --gate open"
         raise ScenarioError(msg)
     peculiar = _peculiar(scenario, network, everybody) if scenario.gated else ()
-    loops = [vehicle.loop for vehicle in vehicles]
     abstraction = None
-    if scenario.gated or scenario.abstraction != "segments" or len({loop.id for loop in loops}) == len(loops):
+    apart = len({vehicle.loop.id for vehicle in vehicles}) == len(vehicles)
+    if scenario.gated or scenario.abstraction != "segments" or apart:
         # The first who comes shows the states; nobody stands in them yet.
         abstraction = _abstraction(scenario, network, vehicles or later[:1], [*later, *others])
-    if abstraction is None:
-        kinds = [vehicle.type for vehicle in vehicles]
-        wishes = [vehicle.depart_m for vehicle in vehicles]
-        fronts = dict(enumerate(spread(loops, kinds, Random(scenario.seed), wishes)))
-    else:
-        fronts = dict(enumerate(abstraction.starts_m))
-    lanes = _start_lanes(abstraction) if abstraction else [None] * len(vehicles)
-    starts = tuple(
-        Start(v.id, v.loop, fronts[number], v.type, lanes[number], v.attributes, v.parameters)
-        for number, v in enumerate(vehicles)
-    )
+    starts, tracks = _place(scenario, network, vehicles, abstraction)
     if abstraction is None or not scenario.gated:
-        tracks = tuple(
-            make_track(network, start.loop, vehicle=start.vehicle, front_m=start.front_m) for start in starts
-        )
         departures = tuple(departs_at_edge(vehicle) for vehicle in later)
     else:
-        robots = abstraction.system.robots[: len(starts)]
-        tracks = tuple(
-            make_track(network, s.loop, way, vehicle=s.vehicle, front_m=s.front_m, position=robot.start)
-            for s, way, robot in zip(starts, abstraction.itineraries, robots, strict=False)
-        )
         departures = tuple(
             departs_in_place(network, vehicle, way)
             for vehicle, way in zip([*later, *others], abstraction.later, strict=True)
         )
     departures, other_ways = departures[: len(later)], departures[len(later) :]
-    stops = _stops(scenario, [*vehicles, *later], abstraction)
-    unique = tuple({vehicle.loop.id: vehicle.loop for vehicle in everybody if vehicle.loop.closed}.values())
     devices, bereft = leading_devices(scenario, everybody, anew.keys()) if scenario.gated else ((), ())
     advised = scenario.rule_for_spacing == "advice"
     if devices or advised:
-        starts = tuple(_driven(start, devices, advised=advised) for start in starts)
+        starts = [_driven(start, devices, advised=advised) for start in starts]
         departures = tuple(
             replace(one, start=_driven(one.start, devices, advised=advised)) for one in departures
         )
     return Assembly(
         network,
-        unique,
-        starts,
-        tracks,
+        tuple({vehicle.loop.id: vehicle.loop for vehicle in everybody if vehicle.loop.closed}.values()),
+        tuple(starts),
+        tuple(tracks),
         abstraction,
         warnings=(*warnings, *moved, *peculiar, *bereft, *_alone(scenario, [v.loop for v in everybody])),
         foresees=not peculiar,
         wishes=_wishes(scenario, network, sorted({vehicle.type.vclass for vehicle in everybody})),
         departures=departures,
-        stops=stops,
+        stops=_stops(scenario, [*vehicles, *later], abstraction),
         stop_files=file.stop_files if file else (),
         vehicle_files=file.vehicle_files if file else (),
         begin_s=begins_s(scenario, file),
@@ -206,33 +188,67 @@ def assemble(scenario: Scenario) -> Assembly:
     )
 
 
-def _unfit(
-    network: RoadNetwork,
-    closed: Sequence[LoopVehicle],
-    once: Sequence[LoopVehicle],
-    others: Sequence[LoopVehicle],
-) -> tuple[dict[str, list[LoopVehicle]], list[LoopVehicle]]:
-    """Return who of those that drive once cannot be gated, by reason, and the other ways that work."""
-    found = find_unfit(network, closed, [*once, *others])
-    no_way = {(v.loop.id, v.type) for some in found.values() for v in some}
-    unfit = {why: those for why, some in found.items() if (those := [v for v in some if v.id])}
-    return unfit, [v for v in others if (v.loop.id, v.type) not in no_way]
+def read_vehicles(
+    scenario: Scenario, network: RoadNetwork
+) -> tuple[list[LoopVehicle], tuple[str, ...], RoutesFile | None]:
+    """Return the vehicles: the route file's, unless a number of them is asked for; warnings; the file."""
+    own = is_sumo_config(scenario.network) and scenario.traffic != scenario.network
+    if not scenario.routes and not own:
+        count = scenario.loops or min(scenario.vehicles, _MOST_LOOPS)
+        if not count:
+            msg = "no loops: give a route file (routes), a number of random loops (loops), or vehicles"
+            raise ScenarioError(msg)
+        found = random_loops(scenario, network, count)
+        warnings = (f"{found.shortfall}; going on with these",) if found.shortfall else ()
+        drawn = RoutesFile(Path(scenario.network), tuple(found.loops), (), {})
+        return give_loops(scenario, network, drawn), warnings, None
+    source, counts = scenario.routes or scenario.network, scenario.counts_vehicles
+    file = read_loops(network, source, stops=scenario.stop_files, once=not counts)
+    if file.vehicles and not counts:
+        begin_s = begins_s(scenario, file)
+        end_s = begin_s + scenario.warmup_s + scenario.duration_s
+        mine = [one for vehicle in file.vehicles for one in vehicle.each(begin_s, end_s, scenario.seed)]
+        return share_lanes(network, mine), (*file.left_out, *_outside(scenario, file, begin_s, end_s)), file
+    stopping = [
+        replace(v, stops=tuple(s.at(begins_s(scenario)) for s in file.stops.get(v.loop.id, ())))
+        for v in give_loops(scenario, network, file)
+    ]
+    return stopping, file.left_out_of_routes, file
+
+
+def _outside(scenario: Scenario, file: RoutesFile, begin_s: float, end_s: float) -> tuple[str, ...]:
+    """Say how many of those who drive once depart at no time of the run."""
+    late = [v for v in file.vehicles if v.once and not v.flow and not begin_s <= v.depart_s < end_s]
+    if not late:
+        return ()
+    what = (
+        f"{scenario.routes or scenario.network}: {counted(len(late), 'vehicle')} left out, first {late[0].id}"
+    )
+    return (f"{what}: departing before {begin_s:g} s or after {end_s:g} s, when the run is over",)
+
+
+def _place(
+    scenario: Scenario, network: RoadNetwork, vehicles: Sequence[LoopVehicle], abstraction: Abstraction | None
+) -> tuple[list[Start], list[Track]]:
+    """Return starts and tracks of those who are there from the beginning; under no gate without states."""
+    starts, tracks = [], []
+    fronts_m = abstraction.starts_m if abstraction else spread(vehicles, Random(scenario.seed))
+    for number, (vehicle, front_m) in enumerate(zip(vehicles, fronts_m, strict=False)):
+        way = abstraction.itineraries[number] if abstraction else None
+        position = abstraction.system.robots[number].start if abstraction else 0
+        lane = way.legs[position].line.lane if way and way.keeps_lane else None
+        starts.append(start_of(vehicle, front_m, lane))
+        if not scenario.gated:
+            way, position = None, 0
+        name, loop = vehicle.id, vehicle.loop
+        tracks.append(make_track(network, loop, way, vehicle=name, front_m=front_m, position=position))
+    return starts, tracks
 
 
 def _driven(start: Start, devices: Collection[str], *, advised: bool) -> Start:
     """Return a vehicle as it is driven under a gate: without these devices, by advice or not."""
     bare = without_devices(start, devices)
     return replace(bare, type=advised_type(bare.type)) if advised else bare
-
-
-def _left_out(unfit: Mapping[str, Sequence[LoopVehicle]]) -> Iterator[str]:
-    """Say who cannot be under the gate, a line for each reason."""
-    for reason, some in unfit.items():
-        count, first = len(some), some[0]
-        yield (
-            f"{counted(count, 'vehicle')} in ordinary traffic, first {first.id}: "
-            f"its way from {first.loop.edges[0]} to {first.loop.edges[-1]} {reason}"
-        )
 
 
 def _stops(
@@ -275,14 +291,6 @@ def _peculiar(scenario: Scenario, network: RoadNetwork, vehicles: Sequence[LoopV
     if scenario.abstraction != "queues":
         return ()  # nothing is foreseen where there are no crossings
     return unforeseen(network, [(vehicle.loop, vehicle.type) for vehicle in vehicles])
-
-
-def _start_lanes(abstraction: Abstraction) -> list[int | None]:
-    robots = abstraction.system.robots
-    return [
-        way.legs[robot.start].line.lane if way.keeps_lane else None
-        for way, robot in zip(abstraction.itineraries, robots, strict=True)
-    ]
 
 
 def _abstraction(

@@ -17,14 +17,13 @@ from loopgate.network.traffic_file import read_traffic
 from loopgate.results.columns import FLOW_EVERY_S
 from loopgate.results.recorder import Recorder
 from loopgate.simulation import outcome
-from loopgate.simulation.demand.gated import write_ordinary
-from loopgate.simulation.demand.vehicles import read_vehicles
+from loopgate.simulation.assembly import read_vehicles
 from loopgate.simulation.loop_run import Mishaps, RunCourse, Tick, note_deadlock
 from loopgate.simulation.monitoring import monitoring_figures
 from loopgate.simulation.outcome import Folder, Tally
 from loopgate.simulation.positions import record_positions
 from loopgate.simulation.scenario import Scenario
-from loopgate.simulation.sumo.input import without_vehicles
+from loopgate.simulation.sumo.input import without_vehicles, write_ordinary
 from loopgate.simulation.sumo.room import Room
 from loopgate.simulation.sumo.start import TRIPS, output_options, plain_options, start_traffic
 from loopgate.simulation.sumo_options import SumoOptions, begins_s, sumo_options

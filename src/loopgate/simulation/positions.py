@@ -12,7 +12,7 @@ from loopgate.audit.position_table import ATTRIBUTES
 from loopgate.model import StateId
 from loopgate.network import LaneSpan, Loop
 from loopgate.simulation.assembly import Assembly
-from loopgate.simulation.demand.vehicles import Departure
+from loopgate.simulation.demand.placing import Departure
 
 
 def record_positions(file: Path) -> list[str]:

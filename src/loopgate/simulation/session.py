@@ -21,7 +21,6 @@ from loopgate.results.recorder import Recorder
 from loopgate.simulation import outcome
 from loopgate.simulation.around.surroundings import Surroundings
 from loopgate.simulation.assembly import Assembly
-from loopgate.simulation.demand.gated import write_ordinary
 from loopgate.simulation.fleet.departures import Departures, GatedDepartures, OpenDepartures
 from loopgate.simulation.fleet.fleet import Fleet, Rules
 from loopgate.simulation.fleet.parking import Parking
@@ -31,7 +30,7 @@ from loopgate.simulation.outcome import Folder
 from loopgate.simulation.positions import make_layout, record_positions
 from loopgate.simulation.rerouting import Rerouting
 from loopgate.simulation.scenario import Scenario
-from loopgate.simulation.sumo.input import without_vehicles, write_sumo_input
+from loopgate.simulation.sumo.input import without_vehicles, write_ordinary, write_sumo_input
 from loopgate.simulation.sumo.leading_off import refuse_what_leads_off
 from loopgate.simulation.sumo.room import Room
 from loopgate.simulation.sumo.start import output_options, plain_options, start_traffic

@@ -1,13 +1,30 @@
 """Which vehicle drives on which loop, and of what type it is, where the route file does not say it."""
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 from loopgate.errors import ScenarioError
-from loopgate.network import Loop, RoadNetwork, VehicleType
-from loopgate.network.cover.watch import allot, laps_s
+from loopgate.network import Loop, LoopVehicle, RoadNetwork, VehicleType
+from loopgate.network.cover.watch import allot, even_starts_m, laps_s
+from loopgate.network.routes_file import RoutesFile
 from loopgate.network.vehicle_type import type_of_class
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.values import parse_amounts
+
+
+def give_loops(scenario: Scenario, network: RoadNetwork, file: RoutesFile) -> list[LoopVehicle]:
+    """Give loops and types to the vehicles: types as the scenario says, or those that drive on the loop."""
+    on_loop: dict[str, VehicleType] = {}
+    for vehicle in file.vehicles:
+        for way in (vehicle, *(one for one, _ in vehicle.ways)):
+            on_loop.setdefault(way.loop.id, way.type)
+    chosen = allot_loops(scenario, network, file.loops)
+    kinds = mixed_types(scenario, file.types, len(chosen))
+    kinds = kinds or [on_loop.get(loop.id, file.default) for loop in chosen]
+    return [
+        LoopVehicle(f"v{i}", loop, kind) for i, (loop, kind) in enumerate(zip(chosen, kinds, strict=True), 1)
+    ]
 
 
 def allot_loops(scenario: Scenario, network: RoadNetwork, loops: Sequence[Loop]) -> list[Loop]:
@@ -68,3 +85,11 @@ def mixed_types(scenario: Scenario, known: Mapping[str, VehicleType], number: in
         given[name] += 1
         chosen.append(kinds[name])
     return chosen
+
+
+def evenly_round(network: RoadNetwork, vehicles: Sequence[LoopVehicle]) -> list[LoopVehicle]:
+    """Start the vehicles of each loop evenly round it, in time at the speeds allowed."""
+    numbers = Counter(vehicle.loop.id for vehicle in vehicles)
+    loops = {vehicle.loop.id: vehicle.loop for vehicle in vehicles}
+    starts = {name: iter(even_starts_m(network, loop, numbers[name])) for name, loop in loops.items()}
+    return [replace(vehicle, depart_m=next(starts[vehicle.loop.id])) for vehicle in vehicles]

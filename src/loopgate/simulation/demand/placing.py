@@ -1,31 +1,38 @@
-"""Starting places on the road for vehicles that no abstraction places."""
+"""Where vehicles stand at first that no abstraction places, and where those depart that come later."""
 
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from random import Random
 
+from loopgate.abstraction.itinerary import Itinerary
+from loopgate.drive.track import Track, make_track
 from loopgate.errors import ScenarioError
-from loopgate.network import Loop, VehicleType
+from loopgate.network import Loop, LoopVehicle, RoadNetwork, VehicleType
+from loopgate.network.routes_file import RoutesFile
+from loopgate.simulation.scenario import Scenario
+from loopgate.simulation.sumo.input import Start, start_of
+from loopgate.simulation.sumo_options import begins_s
+
+_CLEAR_M = 0.5
+"""Room behind a vehicle that departs, to the beginning of its place [m]."""
+
+_LEAST_M = 0.5
+"""Room before it, to its line [m]."""
 
 _TRY_EVERY_M = 2.5
+"""How far apart places on a loop are tried [m]."""
 
 
-def spread(
-    loops: Sequence[Loop],
-    types: Sequence[VehicleType],
-    rng: Random,
-    wishes_m: Sequence[float | None] | None = None,
-) -> list[float]:
+def spread(vehicles: Sequence[LoopVehicle], rng: Random) -> list[float]:
     """Place vehicles on their loops so that each stands on one lane and none overlap.
 
     Parameters
     ----------
-    loops, types
-        One per vehicle; a loop may come several times.
+    vehicles
+        Where they would like to stand, if they say it (`depart_m`).
     rng
-        Draws where on its loop each vehicle would like to stand; it takes the next free place from there.
-    wishes_m
-        Where it would, if it is said, by vehicle [m].
+        Draws it for the others; each takes the next free place from there.
 
     Returns
     -------
@@ -39,14 +46,14 @@ def spread(
     """
     taken: defaultdict[str, list[tuple[float, float]]] = defaultdict(list)
     fronts: list[float] = []
-    for number, (loop, kind) in enumerate(zip(loops, types, strict=True)):
+    for number, vehicle in enumerate(vehicles):
+        loop = vehicle.loop
         drawn = rng.uniform(0.0, loop.length_m)
-        said = wishes_m[number] if wishes_m else None
-        wish = drawn if said is None else said
-        front = _next_free(loop, kind, wish, taken)
+        wish = drawn if vehicle.depart_m is None else vehicle.depart_m
+        front = _next_free(loop, vehicle.type, wish, taken)
         if front is None:
             msg = (
-                f"vehicle {number + 1} of {len(loops)}: no free place left on loop {loop.id}; "
+                f"vehicle {number + 1} of {len(vehicles)}: no free place left on loop {loop.id}; "
                 f"take fewer vehicles or more loops"
             )
             raise ScenarioError(msg)
@@ -69,3 +76,87 @@ def _next_free(
             used.append((front - needed, front))
             return arc
     return None
+
+
+def by_departure(
+    scenario: Scenario, vehicles: Sequence[LoopVehicle], file: RoutesFile | None
+) -> tuple[list[LoopVehicle], list[LoopVehicle], tuple[str, ...]]:
+    """Return those who are there from the beginning, those who depart later, in order, and warnings."""
+    twice = next((name for name, times in Counter(v.id for v in vehicles).items() if times > 1), None)
+    if twice is not None:
+        msg = f"{scenario.routes or scenario.network}: two vehicles are called {twice}; rename one"
+        raise ScenarioError(msg)
+    begin_s = begins_s(scenario, file)
+    later = sorted(
+        (v for v in vehicles if v.depart_s > begin_s or not v.loop.closed), key=lambda v: v.depart_s
+    )
+    once = next((v for v in later if not v.loop.closed), None)
+    if once is not None and scenario.abstraction != "queues":
+        msg = (
+            f"{scenario.routes or scenario.network}: vehicle {once.id} drives its route once: it works on "
+            f"--abstraction queues, or --gate open; on segments all routes have to close"
+        )
+        raise ScenarioError(msg)
+    if later and scenario.gated and scenario.abstraction != "queues":
+        msg = (
+            f"{scenario.routes or scenario.network}: {len(later)} vehicles depart later, first {later[0].id} "
+            f"at {later[0].depart_s:g} s: on segments all start at once; it works on --abstraction queues"
+        )
+        return list(vehicles), [], (msg,)
+    gone = {v.id for v in later}
+    return [v for v in vehicles if v.id not in gone], later, ()
+
+
+@dataclass(frozen=True, slots=True)
+class Departure:
+    """A vehicle that departs later: where, on which track under a gate, and when at the earliest [s]."""
+
+    start: Start
+    track: Track | None
+    at_s: float
+
+
+def departs_at_edge(vehicle: LoopVehicle) -> Departure:
+    """Return where SUMO is to put a vehicle by itself: where its file says, or else as far back as it can."""
+    least_m = vehicle.loop.roads[vehicle.edge].begin_m + vehicle.type.length_m
+    front_m = least_m if vehicle.depart_m is None else vehicle.depart_m
+    return Departure(start_of(vehicle, front_m, depart_s=vehicle.depart_s), None, vehicle.depart_s)
+
+
+def _arrival(vehicle: LoopVehicle, way: Itinerary) -> dict[str, str]:
+    """Return where a vehicle goes off the road: where its file wants it, but not beyond its last line."""
+    last = vehicle.loop.roads[-1]
+    most_m = way.legs[-1].begin_m - last.begin_m
+    try:
+        wish_m = float(vehicle.attributes.get("arrivalPos", ""))
+    except ValueError:
+        wish_m = most_m  # the end; or "random" and the like, which SUMO would draw
+    wish_m += last.length_m if wish_m < 0.0 else 0.0
+    return {"arrivalPos": f"{max(0.1, min(wish_m, most_m)):.2f}"}
+
+
+def _roomiest(loop: Loop, way: Itinerary, first: int) -> int:
+    """Return the longest place on the road of the first one: there may be one before lanes are changed."""
+    end_m = loop.span_at(way.legs[first].begin_m).end_m
+    own = [k for k in range(first, len(way.legs) - 1) if way.legs[k].end_m <= end_m]
+    return max(own, key=lambda k: (way.legs[k].end_m - way.legs[k].begin_m, -k), default=first)
+
+
+def departs_in_place(network: RoadNetwork, vehicle: LoopVehicle, way: Itinerary) -> Departure:
+    """Return where a vehicle departs under a gate: as a whole within the place where its file wants it."""
+    wish_m = vehicle.loop.roads[vehicle.edge].begin_m if vehicle.depart_m is None else vehicle.depart_m
+    lap_m = way.length_m
+    places = len(way.legs) - (0 if vehicle.loop.closed else 1)
+    position = min(range(places), key=lambda k: (way.legs[k].end_m - _LEAST_M - wish_m) % lap_m)
+    if not vehicle.loop.closed and vehicle.depart_m is None:
+        position = _roomiest(vehicle.loop, way, position)
+        wish_m = max(wish_m, way.legs[position].begin_m)
+    leg = way.legs[position]
+    first_m, last_m = leg.begin_m + vehicle.type.length_m + _CLEAR_M, leg.end_m - _LEAST_M
+    near_m = wish_m + round((first_m - wish_m) / lap_m) * lap_m
+    front_m = max(first_m, min(near_m, last_m))
+    if not vehicle.loop.closed:
+        vehicle = replace(vehicle, attributes={**vehicle.attributes, **_arrival(vehicle, way)})
+    start = start_of(vehicle, front_m, leg.line.lane, depart_s=vehicle.depart_s)
+    track = make_track(network, vehicle.loop, way, vehicle=vehicle.id, front_m=front_m, position=position)
+    return Departure(start, track, vehicle.depart_s)

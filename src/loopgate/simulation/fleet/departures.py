@@ -13,7 +13,7 @@ from loopgate.drive.codes import NOBODY
 from loopgate.drive.track import make_track
 from loopgate.errors import TrafficError
 from loopgate.network import RoadNetwork
-from loopgate.simulation.demand.vehicles import Departure
+from loopgate.simulation.demand.placing import Departure
 from loopgate.simulation.fleet.crowds import Crowds
 from loopgate.simulation.fleet.fleet import Fleet
 from loopgate.traffic.base import Traffic

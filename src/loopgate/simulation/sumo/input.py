@@ -8,12 +8,16 @@ from pathlib import Path
 from xml.etree import ElementTree as ET
 
 from loopgate.drive.track import round_routes, rounds, rounds_from
-from loopgate.network import Loop, VehicleType
+from loopgate.network import Loop, LoopVehicle, VehicleType
 from loopgate.network.additional import FLEET, without
+from loopgate.network.trips import MIDDLE
 from loopgate.network.xml_file import write_xml
 from loopgate.traffic.base import Insertion
 
 _ROUNDING_M = 1e-6
+
+_ROUNDS = "1000"
+"""So often SUMO by itself drives round a loop."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,6 +98,14 @@ class Start:
     def way(self) -> tuple[str, ...]:
         """The edges of that: to the pivot, a whole round later; or to the end of a route driven once."""
         return rounds_from(self.loop, self.edge) if self.loop.closed else self.loop.edges[self.edge :]
+
+
+def start_of(
+    vehicle: LoopVehicle, front_m: float, lane: int | None = None, *, depart_s: float | None = None
+) -> Start:
+    """Return the start of a vehicle with its front there, on that lane, at that time; see `Start`."""
+    said = vehicle.attributes, vehicle.parameters
+    return Start(vehicle.id, vehicle.loop, front_m, vehicle.type, lane, *said, depart_s)
 
 
 def write_sumo_input(
@@ -181,3 +193,28 @@ def _add_vehicle(top: ET.Element, start: Start, begin_s: float) -> None:
     ET.SubElement(vehicle, "route", edges=" ".join(start.way))
     for name, value in start.parameters.items():
         ET.SubElement(vehicle, "param", key=name, value=value)
+
+
+def write_ordinary(vehicles: Sequence[LoopVehicle], file: Path, *, known: Collection[str] = ()) -> None:
+    """Write vehicles as a route file for SUMO, which drives them by its own rules; in order of departure.
+
+    Types that SUMO has from additional files are `known`.
+    """
+    top = ET.Element("routes")
+    for kind in {v.type.id: v.type for v in vehicles if v.type.id not in known}.values():
+        element = ET.SubElement(top, "vType", {"vClass": kind.vclass, **kind.attributes, "id": kind.id})
+        for name, value in kind.parameters.items():
+            ET.SubElement(element, "param", key=name, value=value)
+    for v in sorted(vehicles, key=lambda v: v.depart_s):
+        own = {name: value for name, value in v.attributes.items() if name not in MIDDLE}
+        said = {"id": v.id, "type": v.type.id, "depart": f"{v.depart_s:g}", **own}
+        if v.edge:
+            said["departEdge"] = f"{v.edge}"
+        if v.depart_m is not None:
+            said["departPos"] = f"{v.depart_m - v.loop.roads[v.edge].begin_m:g}"
+        element = ET.SubElement(top, "vehicle", said)
+        again = {"repeat": _ROUNDS} if v.loop.closed else {}
+        ET.SubElement(element, "route", edges=" ".join(v.loop.edges), attrib=again)
+        for name, value in v.parameters.items():
+            ET.SubElement(element, "param", key=name, value=value)
+    write_xml(top, file)

@@ -1,0 +1,212 @@
+"""Those who drive once: who of them is under the gate, on which lanes, and which other ways there are."""
+
+from collections import Counter
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+
+from loopgate.abstraction.movements import reach_m
+from loopgate.abstraction.queue_layout import lay_out_queues, why_not
+from loopgate.abstraction.stretches import least_change_m, narrow_lanes
+from loopgate.errors import Refusal, RefusedLoopError, RouteError, ScenarioError
+from loopgate.network import Loop, LoopVehicle, RoadNetwork, VehicleType
+from loopgate.network.route_lanes import LaneWishes, make_route
+from loopgate.network.stops import lanes_of_stops, on_loop
+from loopgate.network.trips import ways_between
+from loopgate.reading import counted, is_file, refusing, shown
+from loopgate.simulation.scenario import Scenario
+
+_MOST_SHOWN = 5
+
+
+def choose_gated(
+    scenario: Scenario, vehicles: Sequence[LoopVehicle]
+) -> tuple[list[LoopVehicle], list[LoopVehicle]]:
+    """Return those under the gate, and ordinary ones; who drives on a loop is always under it.
+
+    Raises
+    ------
+    ScenarioError
+        If the scenario names neither a type of theirs nor a file, or that names nobody.
+    """
+    who = scenario.rule_for_gated
+    once = [v for v in vehicles if not v.loop.closed]
+    if who == "all" or not once:
+        return list(vehicles), []
+    names: Collection[str] = ()
+    if who != "loops":
+        names = {v.id for v in once if v.type.id == who} or _named(who, once)
+    mine = [v for v in vehicles if v.loop.closed or v.id in names]
+    gated = {v.id for v in mine}
+    return mine, [v for v in once if v.id not in gated]
+
+
+def _named(who: str, vehicles: Sequence[LoopVehicle]) -> Collection[str]:
+    kinds = list(dict.fromkeys(v.type.id for v in vehicles))
+    if not is_file(who):
+        listed = ", ".join(kinds[:_MOST_SHOWN]) + (", ..." if len(kinds) > _MOST_SHOWN else "")
+        msg = (
+            f"gated: {shown(who)} is neither all nor loops, nor a type of the vehicles that drive once "
+            f"({listed}), nor a file with their names"
+        )
+        raise ScenarioError(msg)
+    with refusing(Path(who), "file of names", ScenarioError):
+        lines = Path(who).read_text(encoding="utf-8").splitlines()
+    known = {v.id for v in vehicles}
+    asked = dict.fromkeys(name for line in lines if (name := line.partition("#")[0].strip()))
+    unknown = [name for name in asked if name not in known]
+    if unknown or not asked:
+        what = f"{shown(unknown[0])} is no vehicle that drives once" if unknown else "it names nobody"
+        msg = f"gated: {who}: {what}; expected one name in each line"
+        raise ScenarioError(msg)
+    return asked
+
+
+def share_lanes(network: RoadNetwork, vehicles: Sequence[LoopVehicle]) -> list[LoopVehicle]:
+    """Lead those who drive once over lanes so that parallel ones share the traffic, in order of departure.
+
+    Each is led twice, the second time knowing how all others are. Who drives over the same lanes has the same
+    way from then on.
+    """
+    load: Counter[str] = Counter()
+    led = {v.id: v.loop for v in vehicles if not v.loop.closed}
+    used: dict[str, tuple[str, ...]] = {}
+    alone: dict[tuple[tuple[str, ...], str], Loop] = {}  # where there are no lanes to choose between
+    for vehicle in 2 * sorted((v for v in vehicles if v.id in led), key=lambda v: v.depart_s):
+        kind, said = vehicle.type, vehicle.attributes
+        edges = vehicle.loop.edges
+        load.subtract(used.get(vehicle.id, ()))
+        way = alone.get((edges, kind.vclass)) or make_route(
+            network,
+            vehicle.loop.id,
+            edges,
+            vclass=kind.vclass,
+            load=load,
+            change_m=least_change_m(kind.length_m + kind.min_gap_m),
+            wishes=LaneWishes(
+                _index(said.get("departLane")), _index(said.get("arrivalLane")), lanes_of_stops(vehicle.stops)
+            ),
+        )
+        if all(len(network.edges[edge].lanes) == 1 for edge in edges):
+            alone[edges, kind.vclass] = way
+        led[vehicle.id], used[vehicle.id] = way, tuple(_counted(way))
+        load.update(used[vehicle.id])
+    ways: dict[tuple[object, ...], Loop] = {}
+    found = {vehicle.id: vehicle for vehicle in vehicles}
+    for name, way in led.items():
+        key = way.edges, tuple((span.lane_in, span.lane) for span in way.roads)
+        found[name] = _led(found[name], ways.setdefault(key, replace(way, id=f"way{len(ways)}")))
+    return list(found.values())
+
+
+def _led(vehicle: LoopVehicle, way: Loop) -> LoopVehicle:
+    """Return a vehicle led over other lanes of its edges, inside junctions longer or shorter ones."""
+    begin_m, before_m = (one.roads[vehicle.edge].begin_m for one in (way, vehicle.loop))
+    depart_m = None if vehicle.depart_m is None else vehicle.depart_m - before_m + begin_m
+    return replace(vehicle, loop=way, depart_m=depart_m, stops=on_loop(way, vehicle.stops, vehicle.id))
+
+
+def _counted(way: Loop) -> Iterator[str]:
+    """Yield what a vehicle adds to the load: its lanes, and where it goes from them."""
+    for span in way.roads:
+        yield span.lane_id
+    for span, after in pairwise(way.roads):
+        yield f"{span.lane_id}>{after.edge}"
+
+
+def _find_other_ways(network: RoadNetwork, vehicles: Sequence[LoopVehicle]) -> list[LoopVehicle]:
+    """Return one of no name on each further way between the ends of vehicles that may be led another way.
+
+    It begins on the lane on which they do.
+    """
+    asked = {v.id: (v.loop.edges[0], v.loop.edges[-1], v.type.vclass) for v in vehicles}
+    ways = ways_between(network, list(dict.fromkeys(asked.values())))
+    known = {(v.loop.edges, v.loop.spans[0].lane, v.type) for v in vehicles}
+    found: list[LoopVehicle] = []
+    for v in vehicles:
+        lane, change_m = v.loop.spans[0].lane, least_change_m(v.type.length_m + v.type.min_gap_m)
+        for edges in ways[asked[v.id]]:
+            if (edges, lane, v.type) in known:
+                continue
+            known.add((edges, lane, v.type))
+            with suppress(RouteError):  # no lanes lead there
+                name, wishes = f"other way{len(found)}", LaneWishes(depart=lane)
+                way = make_route(network, name, edges, vclass=v.type.vclass, change_m=change_m, wishes=wishes)
+                found.append(LoopVehicle("", way, v.type))
+    return found
+
+
+def _index(text: str | None) -> int | None:
+    return int(text) if text and text.isdecimal() else None
+
+
+def fit_in(
+    network: RoadNetwork, vehicles: Sequence[LoopVehicle], led: Collection[str]
+) -> tuple[dict[str, list[LoopVehicle]], list[LoopVehicle]]:
+    """Return who of those that drive once cannot be gated, by reason, and the other ways that work.
+
+    Parameters
+    ----------
+    vehicles
+        All that are to be gated.
+    led
+        Those that may be led other ways, by name.
+    """
+    closed, once = ([v for v in vehicles if v.loop.closed is closes] for closes in (True, False))
+    others = _find_other_ways(network, [v for v in once if v.id in led])
+    found = _find_unfit(network, closed, [*once, *others])
+    no_way = {(v.loop.id, v.type) for some in found.values() for v in some}
+    unfit = {why: those for why, some in found.items() if (those := [v for v in some if v.id])}
+    return unfit, [v for v in others if (v.loop.id, v.type) not in no_way]
+
+
+def left_out(unfit: Mapping[str, Sequence[LoopVehicle]]) -> Iterator[str]:
+    """Say who cannot be under the gate, a line for each reason."""
+    for reason, some in unfit.items():
+        count, first = len(some), some[0]
+        yield (
+            f"{counted(count, 'vehicle')} in ordinary traffic, first {first.id}: "
+            f"its way from {first.loop.edges[0]} to {first.loop.edges[-1]} {reason}"
+        )
+
+
+def _find_unfit(
+    network: RoadNetwork, staying: Sequence[LoopVehicle], once: Sequence[LoopVehicle]
+) -> dict[str, list[LoopVehicle]]:
+    """Return, by reason, those of `once` whose ways do not work as queues beside all others.
+
+    Raises
+    ------
+    RefusedLoopError
+        If one of those `staying` does not.
+    """
+    unfit: dict[str, list[LoopVehicle]] = {}
+    alone: dict[tuple[Loop, VehicleType], Refusal | None] = {(v.loop, v.type): None for v in once}
+    edges = dict.fromkeys(span.edge for loop, _ in alone for span in loop.roads)
+    lanes = [lane.id for edge in edges for lane in network.edges[edge].lanes]
+    near = {
+        width_m: narrow_lanes(network, lanes, reach_m=reach_m((width_m,)))
+        for width_m in dict.fromkeys(kind.width_m for _, kind in alone)
+    }
+    for loop, kind in alone:  # first, since it is quick: who is too long makes the rest slow
+        alone[loop, kind] = why_not(network, loop, kind, near[kind.width_m])
+    for v in once:
+        if refusal := alone[v.loop, v.type]:
+            unfit.setdefault(refusal.reason, []).append(v)
+    fit = [v for v in once if not alone[v.loop, v.type]]
+    while fit:
+        try:
+            lay_out_queues(network, [(v.loop, v.type) for v in (*staying, *fit)])
+        except RefusedLoopError as error:
+            refused: Mapping[str, Refusal] = error.refused
+            if any(v.loop.closed and v.loop.id in refused for v in (*staying, *fit)):
+                raise
+            for vehicle in fit:
+                if vehicle.loop.id in refused:
+                    unfit.setdefault(refused[vehicle.loop.id].reason, []).append(vehicle)
+            fit = [v for v in fit if v.loop.id not in refused]
+        else:
+            break
+    return unfit
