@@ -13,10 +13,7 @@ from loopgate.results.row_columns import STATUS, STATUS_OK
 def check_columns(frame: pd.DataFrame, needed: Iterable[str], what: str) -> None:
     """Refuse a table that lacks a column.
 
-    Raises
-    ------
-    AnalysisError
-        Naming the table, the missing columns and those it has.
+    Raises `AnalysisError`, naming the table, the missing columns and those it has.
     """
     missing = [name for name in needed if name not in frame.columns]
     if missing:
@@ -28,10 +25,7 @@ def check_columns(frame: pd.DataFrame, needed: Iterable[str], what: str) -> None
 def check_period(begin_s: float, end_s: float) -> None:
     """Refuse a period of observation that is empty, runs backwards or begins before 0.
 
-    Raises
-    ------
-    AnalysisError
-        Naming both ends.
+    Raises `AnalysisError`, naming both ends.
     """
     if not (math.isfinite(begin_s) and math.isfinite(end_s) and 0 <= begin_s < end_s):
         msg = f"the period from {begin_s:g} s to {end_s:g} s is none; expected 0 <= begin < end, both finite"

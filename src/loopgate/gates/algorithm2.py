@@ -22,6 +22,8 @@ class Algorithm2Gate(Follower, follows=True):
     state that keeps room is then free at once, and otherwise, where all states hold several, the decision is
     one walk along the chain of full states.
 
+    Raises `GateError` if an option is not a whole number from 1 up.
+
     Parameters
     ----------
     lookahead
@@ -30,11 +32,6 @@ class Algorithm2Gate(Follower, follows=True):
     budget
         The most search steps per decision, which bounds its time; beyond, the answer is ``BUDGET``. There can
         be exponentially many circuits (Section 4.2 of the paper).
-
-    Raises
-    ------
-    GateError
-        If an option is not a whole number from 1 up.
 
     Notes
     -----

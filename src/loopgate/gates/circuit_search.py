@@ -46,10 +46,8 @@ class CircuitSearch:
     def find(self, configuration: Configuration, state: int) -> Circuit | None:
         """Return a circuit through the robots that hold `state` which is not live, or None if all are live.
 
-        Raises
-        ------
-        BudgetSpent
-            If the budget did not suffice to say which. Time is O(N * look-ahead + budget * N) at most.
+        Raises `BudgetSpent` if the budget did not suffice to say which. Time is O(N * look-ahead + budget *
+        N) at most.
         """
         self._configuration = configuration
         self._held = Holders(self._system, configuration)

@@ -36,10 +36,7 @@ def gate_names() -> list[str]:
 def name_gate(gate: object) -> str:
     """Return the name of a gate's class, or of a function that is called with a `System` and returns a gate.
 
-    Raises
-    ------
-    GateError
-        If it is neither, nor a name.
+    Raises `GateError` if it is neither, nor a name.
 
     Examples
     --------
@@ -60,10 +57,7 @@ def check_gate(spec: str) -> None:
     Names, options and the kinds of their values are checked for every gate; what the values mean, for gates
     that have a static method ``check_options``.
 
-    Raises
-    ------
-    GateError
-        If no gate has that name, the gate has no such option, or an option has no such value.
+    Raises `GateError` if no gate has that name, the gate has no such option, or an option has no such value.
 
     Examples
     --------
@@ -88,6 +82,9 @@ def check_gate(spec: str) -> None:
 def make_gate(gate: object, system: System, clock: Callable[[], float] | None = None) -> Gate:
     """Make a gate for `system`.
 
+    Raises `GateError` if no gate has that name, the gate has no such option, it is none, or it refuses the
+    system's start.
+
     Parameters
     ----------
     gate
@@ -96,11 +93,6 @@ def make_gate(gate: object, system: System, clock: Callable[[], float] | None = 
         The system on which it decides.
     clock
         Tells the time [s] to a gate with a budget of time; without one its time has no limit.
-
-    Raises
-    ------
-    GateError
-        If no gate has that name, the gate has no such option, it is none, or it refuses the system's start.
 
     Examples
     --------

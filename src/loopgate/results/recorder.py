@@ -133,10 +133,7 @@ def read_events(file: Path, kinds: Collection[Event] = ()) -> pd.DataFrame:
 
     `kinds`: which events to read; all if empty.
 
-    Raises
-    ------
-    ResultsError
-        As for `read_event_pieces`.
+    Raises `ResultsError` as for `read_event_pieces`.
     """
     pieces = list(read_event_pieces(file, kinds))
     return pd.concat(pieces, ignore_index=True) if len(pieces) > 1 else pieces[0]

@@ -68,6 +68,9 @@ def run_sweep(  # noqa: PLR0913 - each is a choice of the caller's, all but two 
     It may be ended at any moment, by any means; the same call goes on where it stopped, without losing a
     finished row or making one twice.
 
+    Raises `SweepError` if the sweep has no runs, or the executor breaks down. Raises `ResultsError` if the
+    folder cannot be written, or a worker's disk is full. The rows made so far are kept.
+
     Parameters
     ----------
     executor
@@ -81,13 +84,6 @@ def run_sweep(  # noqa: PLR0913 - each is a choice of the caller's, all but two 
         Keep each run folder in ``folder/runs/KEY`` (workers must share the file system).
     window
         Most calls in the executor at once; default: four per worker, so that its queue never runs dry.
-
-    Raises
-    ------
-    SweepError
-        If the sweep has no runs, or the executor breaks down.
-    ResultsError
-        If the folder cannot be written, or a worker's disk is full. The rows made so far are kept.
 
     Examples
     --------

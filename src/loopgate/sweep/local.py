@@ -66,10 +66,7 @@ class LocalExecutor(Executor):
     def submit(self, fn: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> Future[T]:
         """Queue a call; function, arguments and result must be picklable.
 
-        Raises
-        ------
-        RuntimeError
-            After `shutdown`.
+        Raises `RuntimeError` after `shutdown`.
         """
         if self._stop.is_set():
             msg = "cannot schedule new calls after shutdown"

@@ -37,10 +37,7 @@ class Budget:
     def check(self, nodes: int, deadline_s: float) -> None:
         """Stop a search that looks at its `nodes`-th node now.
 
-        Raises
-        ------
-        BudgetError
-            If that is one too many, or the deadline has come.
+        Raises `BudgetError` if that is one too many, or the deadline has come.
         """
         if nodes > self.nodes:
             raise BudgetError

@@ -24,6 +24,9 @@ _SMALL = 200_000
 def choose_keeper(system: System, promise: str, budget: Budget, *, joined: bool = False) -> Keeper:
     """Return the keeper of a promise, with a witness of the start; see `CertifiedGate` for the order.
 
+    Raises `UnsafeStartError` if the promise cannot be given for the start; the text names the robots. Raises
+    `GateError` if a witness does not pass the gate's own check: a fault of ours.
+
     Parameters
     ----------
     promise
@@ -32,13 +35,6 @@ def choose_keeper(system: System, promise: str, budget: Budget, *, joined: bool 
         Of each exact search; where `Exploration` is chosen it is raised to what that needs.
     joined
         Whether others will join: then the chain rule is preferred where it keeps the promise alone.
-
-    Raises
-    ------
-    UnsafeStartError
-        If the promise cannot be given for the start; the text names the robots.
-    GateError
-        If a witness does not pass the gate's own check: a fault of ours.
     """
     layout = SystemIndex(system)
     if layout.hopeless:

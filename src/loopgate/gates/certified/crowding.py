@@ -113,10 +113,7 @@ def refuse_crowds(layout: SystemIndex, stand: Occupancy) -> None:
     That is plain where they stand with a slot free in every place. A place of one robot's own counts as one
     that holds two: it never has to wait for it.
 
-    Raises
-    ------
-    UnsafeStartError
-        If (S) does not hold: no gate could keep everyone going.
+    Raises `UnsafeStartError` if (S) does not hold: no gate could keep everyone going.
     """
     private = layout.system.private
     slots = [max(SPARE, room) if own else room for room, own in zip(layout.room, private, strict=True)]

@@ -182,10 +182,8 @@ class Exploration(Keeper):
     def live(self, root: Configuration, *, timed: bool = False) -> bool:
         """Return whether every robot can go on for ever from `root` (Tarjan's components, depth first).
 
-        Raises
-        ------
-        BudgetError
-            If more configurations than the budget would have to be looked at, or, if `timed`, for longer.
+        Raises `BudgetError` if more configurations than the budget would have to be looked at, or, if
+        `timed`, for longer.
         """
         if self._known_live(root):
             return True

@@ -42,6 +42,9 @@ class CertifiedGate:
     Where none does, or if asked for: *somebody* can always move, no circular wait ever forms (`ChainRule`);
     every robot needs a place on its path that holds two, or a home.
 
+    Raises `GateError` if an option has no meaning. Raises `UnsafeStartError` if the promise cannot be given
+    for this start; the text names the robots.
+
     Parameters
     ----------
     system
@@ -58,13 +61,6 @@ class CertifiedGate:
         The longest time of an exact search for one decision [ms] by the clock given to `use_clock`; beyond,
         the move is refused for now. 0, the default: no limit, since with one the same seed need not give
         the same run. Looking for a witness of the start is limited by `budget` alone.
-
-    Raises
-    ------
-    GateError
-        If an option has no meaning.
-    UnsafeStartError
-        If the promise cannot be given for this start; the text names the robots.
     """
 
     def __init__(

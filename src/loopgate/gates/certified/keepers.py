@@ -40,10 +40,7 @@ class Keeper(ABC):
     def begin(self, configuration: Configuration, stand: Occupancy) -> bool:
         """Find a witness for a configuration that was not reached by an admitted move; say if there is one.
 
-        Raises
-        ------
-        BudgetError
-            If the budget is used up before the answer is known.
+        Raises `BudgetError` if the budget is used up before the answer is known.
         """
 
     def at_once(self, stand: Occupancy, robot: int) -> Decision | None:

@@ -59,10 +59,7 @@ class Prover:
 
         The last line is about `stand`.
 
-        Raises
-        ------
-        BudgetError
-            If more lines than the budget would be needed.
+        Raises `BudgetError` if more lines than the budget would be needed.
         """
         self.lines, self._known = [], {}
         home = self._layout.home

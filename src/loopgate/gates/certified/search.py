@@ -46,10 +46,7 @@ class Search:
 
         The other robots must be at home already. Only a `timed` search has the budget's limit of time.
 
-        Raises
-        ------
-        BudgetError
-            If the budget is used up before the answer is known.
+        Raises `BudgetError` if the budget is used up before the answer is known.
         """
         self.nodes = 0
         self._deadline_s = self._budget.deadline_s() if timed else inf

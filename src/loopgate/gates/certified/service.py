@@ -15,10 +15,7 @@ def next_mover(stand: Occupancy, robot: int) -> int:
     places is crowded (`loopgate.gates.certified.crowding`): else the same places would be left and entered
     again and again, by residents alone, with one slot in all.
 
-    Raises
-    ------
-    ValueError
-        If full places wait for one another in a circle already: nobody in them can ever move.
+    Raises `ValueError` if full places wait for one another in a circle already: nobody in them can ever move.
 
     Notes
     -----
