@@ -16,7 +16,7 @@ import loopgate
 from loopgate.errors import LoopgateError, UnsafeStartError
 from loopgate.gates.open import OpenGate
 from loopgate.model import System
-from loopgate.results.feed import Happening
+from loopgate.results.recorder import Happening
 
 pytestmark = pytest.mark.sumo
 

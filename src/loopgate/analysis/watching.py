@@ -236,32 +236,15 @@ def compute_districts(*, watch: pd.DataFrame, districts: Mapping[str, Iterable[s
     """
     check_columns(watch, run.WATCH_COLUMNS, "watch")
     by_edge = watch.set_index(run.EDGE)
+    how = {run.VISITS: "sum", run.IDLENESS: "mean", run.WORST_IDLENESS: "max"}
+    how |= dict.fromkeys((run.HEADWAY_CV, run.BUNCHED, run.WITHIN), "mean")
     rows = []
     for name, edges in districts.items():
         part = by_edge.loc[by_edge.index.isin(list(edges))]
-        if part.empty:
-            continue
-        row = {a.DISTRICT: name, a.STREETS: len(part), a.NEVER_SEEN: int((part[run.VISITS] == 0).sum())}
-        row |= {
-            run.VISITS: int(part[run.VISITS].sum()),
-            run.WORST_IDLENESS: float(part[run.WORST_IDLENESS].max()),
-        }
-        row |= {
-            column: float(part[column].mean())
-            for column in (run.IDLENESS, run.HEADWAY_CV, run.BUNCHED, run.WITHIN)
-        }
-        rows.append(row)
-    columns = [
-        a.DISTRICT,
-        a.STREETS,
-        a.NEVER_SEEN,
-        run.VISITS,
-        run.IDLENESS,
-        run.WORST_IDLENESS,
-        run.HEADWAY_CV,
-        run.BUNCHED,
-        run.WITHIN,
-    ]
-    table = pd.DataFrame(rows, columns=columns)
+        if len(part):
+            never = int((part[run.VISITS] == 0).sum())
+            rows.append({a.DISTRICT: name, a.STREETS: len(part), a.NEVER_SEEN: never, **part.agg(how)})
+    table = pd.DataFrame(rows, columns=[a.DISTRICT, a.STREETS, a.NEVER_SEEN, *how])
+    table = table.astype({run.VISITS: "int64"})
     order = [run.WORST_IDLENESS, a.DISTRICT]
     return table.sort_values(order, ascending=[False, True], kind="stable").reset_index(drop=True)

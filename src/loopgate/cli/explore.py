@@ -1,6 +1,7 @@
 """``loopgate explore``: every configuration that a gate lets come about."""
 
 import json
+from dataclasses import asdict
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -37,13 +38,7 @@ def explore(file: Path, gate: str, *, counterexample: bool, as_json: bool, memor
         found = explore_all(system, made, counterexample=counterexample, memory_gb=memory_gb, progress=report)
     data: dict[str, Any] = found.as_dict()
     if counterexample:
-        data["counterexample"] = None
-        if found.counterexample is not None:
-            data["counterexample"] = {
-                "kind": found.counterexample.kind,
-                "moves": list(found.counterexample.moves),
-                "configuration": list(found.counterexample.configuration),
-            }
+        data["counterexample"] = found.counterexample and asdict(found.counterexample)
     if as_json:
         click.echo(json.dumps(data))
         return

@@ -39,13 +39,10 @@ def homes_decide_liveness(system: System) -> bool:
     which everyone goes on for ever gives such a sequence if, from some moment on, each robot stays when it
     comes home.
     """
-    ends = {
-        path[-1]
-        for robot, path in zip(system.robots, system.paths, strict=True)
-        if robot.next_position(len(path) - 1) is None
-    }
+    rounds = [(path, after[-1] >= 0) for path, after in zip(system.paths, system.following, strict=True)]
+    ends = {path[-1] for path, closed in rounds if not closed}
     return all(
         any(system.private[state] for state in path) and ends.isdisjoint(path)
-        for robot, path in zip(system.robots, system.paths, strict=True)
-        if robot.next_position(len(path) - 1) is not None
+        for path, closed in rounds
+        if closed
     )

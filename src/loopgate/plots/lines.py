@@ -12,6 +12,7 @@ from loopgate.results import row_columns as c
 
 _SPREAD = 0.008
 """Distance between neighbouring series, as a share of the axis: intervals must not hide each other."""
+_OVER: dict[str, Any] = {"x": c.VEHICLES, "low": a.LOW, "high": a.HIGH}
 
 
 def plot_against(  # noqa: PLR0913 - what a figure of lines may have; all but the table by name
@@ -130,18 +131,8 @@ def plot_mean(
     >>> runs = pd.DataFrame({"gate": "open", "vehicles": [20, 40], "km_per_h": [90.0, 150.0]})
     >>> plot_mean(compute_mean(runs=runs), "vehicle-km/h", single=runs).save("figure.svg")
     """
-    return plot_against(
-        means,
-        x=c.VEHICLES,
-        y=a.MEAN,
-        low=a.LOW,
-        high=a.HIGH,
-        labels=("", label),
-        series=series,
-        single=single,
-        single_y=value,
-        among=among,
-    )
+    of: dict[str, Any] = {"series": series, "single": single, "single_y": value, "among": among}
+    return plot_against(means, y=a.MEAN, labels=("", label), **of, **_OVER)
 
 
 def plot_deadlock_rate(rates: pd.DataFrame, *, series: str = c.GATE, among: Sequence[str] = ()) -> Chart:
@@ -155,17 +146,8 @@ def plot_deadlock_rate(rates: pd.DataFrame, *, series: str = c.GATE, among: Sequ
     >>> runs = pd.DataFrame({"gate": "open", "vehicles": [20, 40], "deadlocks": [0, 1]})
     >>> plot_deadlock_rate(compute_deadlock_rate(runs=runs)).save("figure.svg")
     """
-    return plot_against(
-        rates,
-        x=c.VEHICLES,
-        y=a.RATE,
-        low=a.LOW,
-        high=a.HIGH,
-        labels=("", "runs that lock up"),
-        series=series,
-        percent=True,
-        among=among,
-    )
+    labels = "", "runs that lock up"
+    return plot_against(rates, y=a.RATE, labels=labels, series=series, percent=True, among=among, **_OVER)
 
 
 def plot_paired(
@@ -182,16 +164,8 @@ def plot_paired(
     >>> runs = runs.assign(vehicles=40, km_per_h=[90.0, 110.0, 100.0, 125.0])
     >>> plot_paired(compute_paired(runs=runs, baseline="open")).save("figure.svg")
     """
-    lines = plot_against(
-        paired,
-        x=c.VEHICLES,
-        y=a.DIFFERENCE,
-        low=a.LOW,
-        high=a.HIGH,
-        labels=("", label or f"difference to {paired[a.BASELINE].iloc[0]}"),
-        series=series,
-        among=among,
-    )
+    labels = "", label or f"difference to {paired[a.BASELINE].iloc[0]}"
+    lines = plot_against(paired, y=a.DIFFERENCE, labels=labels, series=series, among=among, **_OVER)
     lines.layer.insert(
         0, alt.Chart(alt.InlineData(values=[{}])).mark_rule(strokeWidth=1).encode(y=alt.datum(0))
     )
@@ -210,16 +184,9 @@ def plot_decision_time(decisions: pd.DataFrame, *, series: str = c.GATE, among: 
     >>> runs = runs.assign(messages=None, decision_median_us=5.0, decision_p99_us=30.0, decision_max_us=90.0)
     >>> plot_decision_time(compute_decision_time(runs=runs)).save("figure.svg")
     """
-    lines = plot_against(
-        decisions,
-        x=c.VEHICLES,
-        y=c.DECISION_MEDIAN,
-        low=c.DECISION_MEDIAN,
-        high=c.DECISION_P99,
-        labels=("", "decision time [µs]"),
-        series=series,
-        among=among,
-    )
+    over = {**_OVER, "low": c.DECISION_MEDIAN, "high": c.DECISION_P99}
+    labels = "", "decision time [µs]"
+    lines = plot_against(decisions, y=c.DECISION_MEDIAN, labels=labels, series=series, among=among, **over)
     for layer in lines.layer:
         layer.encoding.y.scale = alt.Scale(type="log")
     return lines
@@ -245,13 +212,6 @@ def plot_fundamental(
     >>> plot_fundamental(compute_fundamental(runs=runs, by=["gate", "vehicles"])).save("figure.svg")
     """
     label = {a.FLOW: "flow [vehicles/h]", a.SPEED: "mean speed [km/h]"}
-    return plot_against(
-        means,
-        x=a.DENSITY,
-        y=y,
-        labels=("density [vehicles per km of road on loops]", label.get(y, y)),
-        series=series,
-        single=single,
-        single_y=y,
-        among=among,
-    )
+    labels = "density [vehicles per km of road on loops]", label.get(y, y)
+    of: dict[str, Any] = {"series": series, "single": single, "single_y": y, "among": among}
+    return plot_against(means, x=a.DENSITY, y=y, labels=labels, **of)

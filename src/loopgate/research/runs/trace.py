@@ -1,7 +1,7 @@
 """One run, move by move: whom the gate admits at each step, and why it refuses the others."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from itertools import islice
 from typing import Any
 
@@ -46,20 +46,11 @@ class TraceStep:
 
     def as_dict(self) -> dict[str, Any]:
         """Return the step as a JSON object."""
-        return {
-            "step": self.step,
-            "configuration": list(self.configuration),
-            "admitted": list(self.admitted),
-            "refused": {
-                name: {
-                    "reason": str(refusal.reason),
-                    "detail": refusal.detail,
-                    **({"order": refusal.order, "circuit": list(refusal.circuit)} if refusal.circuit else {}),
-                }
-                for name, refusal in self.refused.items()
-            },
-            "moved": self.moved,
-        }
+        data = asdict(self)
+        for refusal in data["refused"].values():
+            if not refusal["circuit"]:
+                del refusal["order"], refusal["circuit"]
+        return data
 
 
 def trace_moves(system: System, gate: Gate, moves: Iterable[RobotId]) -> list[TraceStep]:

@@ -17,8 +17,7 @@ from loopgate.negotiation.registry import make_negotiation
 from loopgate.network import Loop, RoadNetwork, VehicleType, make_loop
 from loopgate.network.route_elements import one_round
 from loopgate.results.columns import Event
-from loopgate.results.feed import EventFeed, Happening
-from loopgate.results.recorder import read_events
+from loopgate.results.recorder import EventFeed, Happening, read_events
 from loopgate.simulation.attaching.attached_fleet import GONE, AttachedFleet
 from loopgate.simulation.attaching.newcomers import Newcomer
 from loopgate.simulation.fleet.fleet import Rules
