@@ -302,7 +302,7 @@ def conduct(study: Study, given: argparse.Namespace) -> None:
     print(text)
     every = f"{text}\n\nAll figures:\n\n{markdown(details(runs, study))}\n"
     (given.out / f"{study.name}.md").write_text(every, encoding="utf-8")
-    runs.drop(columns=[*c.EDGE_LISTS, c.LAP_QUANTILES, c.SCENARIO], errors="ignore").to_csv(
+    runs.drop(columns=[*c.EDGE_LISTS.values(), c.LAP_QUANTILES, c.SCENARIO], errors="ignore").to_csv(
         given.out / f"{study.name}.csv", index=False
     )
     if given.write:

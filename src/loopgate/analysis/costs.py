@@ -152,13 +152,9 @@ def compute_edge_means(
     >>> compute_edge_means(runs=runs, edge_sets=edge_sets)[["edge", "runs", "visits"]].values.tolist()
     [['e1', 2, 4.0]]
     """
-    lists = {
-        run.VISITS: c.EDGE_VISITS,
-        run.EDGE_HOLD: c.EDGE_HOLD,
-        **({run.STOOD: c.EDGE_STOOD} if c.EDGE_STOOD in runs else {}),
-        run.MEAN_REVISIT: c.EDGE_MEAN_REVISIT,
-        run.IDLENESS: c.EDGE_IDLENESS,
-    }
+    lists = {name: column for name, column in c.EDGE_LISTS.items() if name != run.MAX_REVISIT}
+    if c.EDGE_STOOD not in runs:
+        del lists[run.STOOD]
     check_columns(runs, [c.EDGE_SET, c.EDGE_MAX_REVISIT, *lists.values()], "runs")
     parts = []
     for names, group in groups(succeeded(runs).dropna(subset=[c.EDGE_SET]), [*by, c.EDGE_SET], "runs"):

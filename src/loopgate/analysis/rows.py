@@ -195,10 +195,8 @@ def _edges(edges: pd.DataFrame) -> dict[str, Any]:
         c.IDLENESS: float(edges[run.IDLENESS].mean()) if len(edges) else None,
         c.EDGE_KM: float(edges[run.EDGE_LENGTH].sum()) / 1000.0,
         c.EDGE_SET: hashlib.sha256(named.encode()).hexdigest()[:16],
-        c.EDGE_VISITS: edges[run.VISITS].astype(float).tolist(),
-        c.EDGE_HOLD: edges[run.EDGE_HOLD].astype(float).tolist(),
-        c.EDGE_STOOD: edges[run.STOOD].astype(float).tolist() if run.STOOD in edges else None,
-        c.EDGE_MEAN_REVISIT: edges[run.MEAN_REVISIT].astype(float).tolist(),
-        c.EDGE_MAX_REVISIT: edges[run.MAX_REVISIT].astype(float).tolist(),
-        c.EDGE_IDLENESS: edges[run.IDLENESS].astype(float).tolist(),
+        **{
+            column: edges[name].astype(float).tolist() if name in edges else None
+            for name, column in c.EDGE_LISTS.items()
+        },
     }

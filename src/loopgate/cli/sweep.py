@@ -44,26 +44,26 @@ _SHOWN = 12  # lines of a dry run
 )
 @click.option("--scheduler", metavar="ADDRESS", help="Dask scheduler, such as tcp://host:8786.")
 @click.option(
-    "--timeout", type=FiniteRange(0.0, 1e8, min_open=True), help="Longest wall time of a local run [s]."
+    *("--timeout", "timeout_s"),
+    type=FiniteRange(0.0, 1e8, min_open=True),
+    help="Longest wall time of a local run [s].",
 )
 @click.option("--retry-failed", is_flag=True, help="Also run again what failed before.")
 @click.option("--keep-runs", is_flag=True, help="Keep every run folder in RESULTS/runs.")
 @click.option("--dry-run", is_flag=True, help="List the runs and estimate the time, run nothing.")
 @click.option("--json", "as_json", is_flag=True, help="Print the outcome as JSON.")
 @click.option("--runner", hidden=True)
-def sweep(  # noqa: PLR0913 - one argument per option
+def sweep(
     *,
     file: Path,
     out: Path | None,
     workers: int | None,
     executor: str,
     scheduler: str | None,
-    timeout: float | None,
-    retry_failed: bool,
-    keep_runs: bool,
     dry_run: bool,
     as_json: bool,
     runner: str | None,
+    **options: Any,  # noqa: ANN401  the others, as `run_sweep` has them
 ) -> None:
     """Run every scenario of the sweep FILE (TOML) that has no row in the results folder yet.
 
@@ -79,12 +79,7 @@ def sweep(  # noqa: PLR0913 - one argument per option
     if dry_run:
         _show_plan(described, points, folder, workers, as_json=as_json)
         return
-    options: dict[str, Any] = {
-        "timeout_s": timeout,
-        "retry_failed": retry_failed,
-        "keep_runs": keep_runs,
-        **({"runner": runner} if runner else {}),
-    }
+    options |= {"runner": runner} if runner else {}
     try:
         with _pool(executor, scheduler) as (pool, size), show_progress(described.name) as report:
 

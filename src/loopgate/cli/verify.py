@@ -59,19 +59,15 @@ _SMALL = 5_000
 )
 @click.option("--json", "as_json", is_flag=True, help="Print JSON only.")
 @click.pass_context
-def verify(  # noqa: PLR0913, PLR0917 - one parameter per option
+def verify(
     ctx: click.Context,
     /,
     file: Path | None,
     systems: int | None,
-    gate: str,
-    seed: int,
-    limit: int,
-    walks: int,
-    steps: int,
     certificates: Path | None,
     *,
     as_json: bool,
+    **given: Any,  # noqa: ANN401  the other options, as `_Plan` has them
 ) -> None:
     """Check every decision of a gate against the exact answer, on the system in FILE or on random ones.
 
@@ -82,7 +78,7 @@ def verify(  # noqa: PLR0913, PLR0917 - one parameter per option
     if (file is None) == (systems is None):
         msg = "give either a system FILE or --random N"
         raise click.UsageError(msg)
-    plan = _Plan(gate, seed, limit, walks, steps)
+    plan = _Plan(**given)
     with ExitStack() as stack:
         if certificates is not None:
             stack.enter_context(writing(certificates, keep=True))

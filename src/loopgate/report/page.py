@@ -95,7 +95,7 @@ def _write(results: Results, page: Path, folder: Path, report: Callable[[int, in
     shown = [writer.section(section) for section in sections]
     if len(results.runs):
         folder.mkdir(parents=True, exist_ok=True)
-        write_csv(results.runs.drop(columns=[EDGE_SET, *EDGE_LISTS]), folder / "all-runs.csv")
+        write_csv(results.runs.drop(columns=[EDGE_SET, *EDGE_LISTS.values()]), folder / "all-runs.csv")
     if failed is not None:
         writer.table(failed, "")
     script = resources("loopgate.report").joinpath("templates/report.js").read_text(encoding="utf-8")

@@ -3,6 +3,8 @@
 from functools import partial
 from typing import Final
 
+from loopgate.results import columns as run
+
 HELD = dict[str, str]()
 """What each column of the table holds, in Arrow's words, by its name."""
 
@@ -122,7 +124,14 @@ EDGE_STOOD: Final = _numbers("edge_stood_s")  # per edge: slower than 0.1 m/s
 EDGE_MEAN_REVISIT: Final = _numbers("edge_mean_revisit_s")  # per edge: mean time between two visits
 EDGE_MAX_REVISIT: Final = _numbers("edge_max_revisit_s")  # per edge: longest time between two visits
 EDGE_IDLENESS: Final = _numbers("edge_idleness_s")  # per edge: mean over the time
-EDGE_LISTS: Final = (EDGE_VISITS, EDGE_HOLD, EDGE_STOOD, EDGE_MEAN_REVISIT, EDGE_MAX_REVISIT, EDGE_IDLENESS)
+EDGE_LISTS: Final = {
+    run.VISITS: EDGE_VISITS,
+    run.EDGE_HOLD: EDGE_HOLD,
+    run.STOOD: EDGE_STOOD,
+    run.MEAN_REVISIT: EDGE_MEAN_REVISIT,
+    run.MAX_REVISIT: EDGE_MAX_REVISIT,
+    run.IDLENESS: EDGE_IDLENESS,
+}  # the columns of edges that these lists are made of
 
 # What it was made with
 LOOPGATE_VERSION: Final = _text("loopgate_version")  # of the package
