@@ -11,12 +11,21 @@ import tomllib
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from loopgate.errors import UNPRINTABLE, LoopgateError
 
 _LONGEST_VALUE = 80
 _LONGEST_REASON = 200
+_KINDS: dict[type, str] = {
+    dict: "a JSON object",
+    list: "a JSON list",
+    str: "a text",
+    int: "a whole number",
+    bool: "true or false",
+}
+
+T = TypeVar("T")
 
 
 @contextmanager
@@ -76,6 +85,22 @@ def _text(file: Path | str, what: str, error: type[LoopgateError], largest_bytes
         msg = f"{file}: larger than {largest_bytes / 1e6:g} MB, which no {what} should be"
         raise error(msg)
     return content.decode("utf-8").replace("\r\n", "\n")
+
+
+def of_kind(kind: type[T], value: object, what: str, error: type[Exception], expected: str = "") -> T:
+    """Return a value that is of a kind, truth and numbers being different; else raise what was expected."""
+    if isinstance(value, kind) and isinstance(value, bool) == (kind is bool):
+        return value
+    msg = f"{what} is {shown(value)}; expected {expected or _KINDS[kind]}"
+    raise error(msg)
+
+
+def check_keys(given: Iterable[str], known: Iterable[str], what: object, error: type[Exception]) -> None:
+    """Raise an error that names the first key that is not known."""
+    for key in given:
+        if key not in known:
+            msg = f"{what}: unknown key {shown(key)}; known are {', '.join(sorted(known))}"
+            raise error(msg)
 
 
 def is_file(path: Path | str) -> bool:

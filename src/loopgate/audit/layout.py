@@ -6,12 +6,12 @@ import json
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 from loopgate.disk import writing
 from loopgate.errors import ResultsError
 from loopgate.model.system import LARGEST_CAPACITY
-from loopgate.reading import read_object, refusing, shown
+from loopgate.reading import of_kind, read_object, refusing, shown
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
@@ -25,7 +25,6 @@ _WIDEST_M = 100.0
 _FEWEST_POINTS = 2
 
 Stretch = tuple[float, float]
-T = TypeVar("T")
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,7 +148,7 @@ def read_layout(file: Path) -> Layout:
     with refusing(file, "layout of a run", ResultsError, wrong="no layout of a run"):
         layout = Layout(
             step_s=_number(data["step_s"]),
-            room={_text(state): _room(room) for state, room in data["room"].items()},
+            room={state: _room(room) for state, room in data["room"].items()},
             loops={_text(name): _loop(loop) for name, loop in data["loops"].items()},
             vehicles={_text(name): _body(body) for name, body in data["vehicles"].items()},
             movements={name: tuple(map(_text, lanes)) for name, lanes in data["movements"].items()},
@@ -231,8 +230,8 @@ def _body(data: Mapping[str, Any]) -> VehicleBody:
         length_m=_number(data["length_m"]),
         width_m=_number(data["width_m"]),
         start_m=_number(data["start_m"]),
-        leg=_of(int, data["leg"], "a whole number"),
-        jointed=_of(bool, data["jointed"], "true or false"),
+        leg=of_kind(int, data["leg"], "a leg", ValueError),
+        jointed=of_kind(bool, data["jointed"], "jointed", ValueError),
     )
 
 
@@ -252,19 +251,12 @@ def _number(value: object) -> float:
 
 
 def _room(value: object) -> int:
-    room = _of(int, value, "a whole number")
+    room = of_kind(int, value, "a capacity", ValueError)
     if 1 <= room <= LARGEST_CAPACITY:
         return room
-    msg = f"{shown(value)} stands where a capacity from 1 to {LARGEST_CAPACITY} is expected"
+    msg = f"a capacity is {shown(room)}; expected 1 to {LARGEST_CAPACITY}"
     raise ValueError(msg)
 
 
 def _text(value: object) -> str:
-    return _of(str, value, "a name")
-
-
-def _of(kind: type[T], value: object, expected: str) -> T:
-    if isinstance(value, kind) and isinstance(value, bool) == (kind is bool):
-        return value
-    msg = f"{shown(value)} stands where {expected} is expected"
-    raise ValueError(msg)
+    return of_kind(str, value, "a name", ValueError)

@@ -17,7 +17,7 @@ from loopgate.errors import SystemFileError, SystemModelError
 from loopgate.model.ids import RobotId, StateId
 from loopgate.model.robot import Robot
 from loopgate.model.system import System
-from loopgate.reading import is_plain, read_json, refusing, shown
+from loopgate.reading import check_keys, is_plain, of_kind, read_json, refusing, shown
 
 _SYSTEM_KEYS = {"robots", "capacity", "fifo", "note"}
 _ROBOT_KEYS = {"id", "path", "closed", "start"}
@@ -108,9 +108,10 @@ def system_from_dict(data: object) -> System:
     """
     top = _keys(data, "the system", allowed=_SYSTEM_KEYS, needed={"robots"})
     robots = [_robot(entry, number) for number, entry in enumerate(_list(top["robots"], "robots"))]
-    capacity: dict[StateId, int] = {}
-    for state, room in _mapping(top.get("capacity", {}), "capacity").items():
-        capacity[StateId(state)] = _integer(room, f"state {state}: its capacity")
+    capacity = {
+        StateId(state): of_kind(int, room, f"state {state}: its capacity", SystemModelError)
+        for state, room in of_kind(dict, top.get("capacity", {}), "capacity", SystemModelError).items()
+    }
     fifo = [StateId(_text(s, "fifo: an entry")) for s in _list(top.get("fifo", []), "fifo")]
     return System(robots, capacity, fifo)
 
@@ -120,42 +121,25 @@ def _robot(entry: object, number: int) -> Robot:
     if isinstance(entry, dict) and isinstance(entry.get("id"), str):
         what = f"robot {entry['id']}"
     fields = _keys(entry, what, allowed=_ROBOT_KEYS, needed={"id", "path"})
-    closed = fields.get("closed", True)
-    if not isinstance(closed, bool):
-        msg = f"{what}: closed is {shown(closed)}; expected true or false"
-        raise SystemModelError(msg)
     return Robot(
         id=RobotId(_text(fields["id"], f"{what}: its id")),
         path=tuple(StateId(_text(s, f"{what}: a state")) for s in _list(fields["path"], f"{what}: its path")),
-        closed=closed,
-        start=_integer(fields.get("start", 0), f"{what}: its start"),
+        closed=of_kind(bool, fields.get("closed", True), f"{what}: closed", SystemModelError),
+        start=of_kind(int, fields.get("start", 0), f"{what}: its start", SystemModelError),
     )
 
 
 def _keys(data: object, what: str, *, allowed: set[str], needed: set[str]) -> Mapping[str, Any]:
-    fields = _mapping(data, what)
-    for key in fields:
-        if key not in allowed:
-            msg = f"{what}: unknown key {shown(key)}; known are {', '.join(sorted(allowed))}"
-            raise SystemModelError(msg)
+    fields: dict[str, Any] = of_kind(dict, data, what, SystemModelError)
+    check_keys(fields, allowed, what, SystemModelError)
     for key in sorted(needed - fields.keys()):
         msg = f"{what}: the key {key!r} is missing"
         raise SystemModelError(msg)
     return fields
 
 
-def _mapping(data: object, what: str) -> Mapping[str, Any]:
-    if not isinstance(data, dict):
-        msg = f"{what} is {_kind(data)}; expected a JSON object"
-        raise SystemModelError(msg)
-    return data
-
-
 def _list(data: object, what: str) -> list[Any]:
-    if not isinstance(data, list):
-        msg = f"{what} is {_kind(data)}; expected a JSON list"
-        raise SystemModelError(msg)
-    return data
+    return of_kind(list, data, what, SystemModelError)
 
 
 def _text(data: object, what: str) -> str:
@@ -163,15 +147,3 @@ def _text(data: object, what: str) -> str:
         msg = f"{what} is {shown(data)}; expected a non-empty string without control characters"
         raise SystemModelError(msg)
     return data
-
-
-def _integer(data: object, what: str) -> int:
-    if not isinstance(data, int) or isinstance(data, bool):
-        msg = f"{what} is {shown(data)}; expected a whole number"
-        raise SystemModelError(msg)
-    return data
-
-
-def _kind(data: object) -> str:
-    names: dict[type, str] = {dict: "an object", list: "a list", str: "a string"}
-    return names.get(type(data), shown(data))

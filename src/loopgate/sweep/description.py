@@ -37,7 +37,7 @@ from loopgate.errors import SweepError
 from loopgate.gates import name_gate
 from loopgate.negotiation.registry import name_negotiation
 from loopgate.plugins import in_file
-from loopgate.reading import is_file, is_plain, read_toml, refusing, shown
+from loopgate.reading import check_keys, is_file, is_plain, of_kind, read_toml, refusing, shown
 from loopgate.sweep.files import NamedFile, file_identity
 
 FILE_KEYS = ("network", "routes", "traffic", "weights", "districts")
@@ -200,13 +200,10 @@ def read_sweep(file: Path | str) -> Sweep:
 
 
 def _described(path: Path, data: Mapping[str, Any]) -> Sweep:
-    for key in data:
-        if key not in _KEYS:
-            msg = f"{path}: unknown key {shown(key)}; known are {', '.join(sorted(_KEYS))}"
-            raise SweepError(msg)
+    check_keys(data, _KEYS, path, SweepError)
     base = dict(_table(data.get("base", {}), f"{path}: base"))
     if "scenario" in data:
-        scenario = path.parent / _text(data["scenario"], f"{path}: scenario")
+        scenario = path.parent / of_kind(str, data["scenario"], f"{path}: scenario", SweepError)
         inherited = read_toml(scenario, "file", SweepError)
         for key in FILE_KEYS:  # relative to the file that names them
             if isinstance(inherited.get(key), str) and is_file(scenario.parent / inherited[key]):
@@ -220,7 +217,7 @@ def _described(path: Path, data: Mapping[str, Any]) -> Sweep:
         "include": _tables(data.get("include", []), f"{path}: include"),
         "exclude": _tables(data.get("exclude", []), f"{path}: exclude"),
     }
-    name = _text(data.get("name", path.stem), f"{path}: name")
+    name = of_kind(str, data.get("name", path.stem), f"{path}: name", SweepError)
     try:
         return Sweep(name=name, base=base, grid=grid, folder=path.parent, **parts)
     except SweepError as error:
@@ -250,13 +247,6 @@ def _checked(name: str) -> str:
     return name
 
 
-def _text(value: object, what: str) -> str:
-    if isinstance(value, str):
-        return value
-    msg = f"{what} is {shown(value)}; expected a text"
-    raise SweepError(msg)
-
-
 def _axis(values: object, what: str) -> list[Any]:
     if isinstance(values, dict):
         ends = [values.get(end) for end in ("from", "to")]
@@ -276,10 +266,7 @@ def _axis(values: object, what: str) -> list[Any]:
 
 
 def _table(value: object, what: str) -> Mapping[str, Any]:
-    if not isinstance(value, dict):
-        msg = f"{what} is {shown(value)}; expected a table of scenario keys"
-        raise SweepError(msg)
-    return value
+    return of_kind(dict, value, what, SweepError, "a table of scenario keys")
 
 
 def _tables(value: object, what: str) -> list[Mapping[str, Any]]:

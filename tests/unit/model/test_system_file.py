@@ -61,15 +61,15 @@ R1 = {"id": "r1", "path": ["a", "b"]}
 @pytest.mark.parametrize(
     ("data", "says"),
     [
-        ([], "the system is a list; expected a JSON object"),
+        ([], "the system is []; expected a JSON object"),
         ({}, "the key 'robots' is missing"),
-        ({"robots": {}}, "robots is an object; expected a JSON list"),
+        ({"robots": {}}, "robots is {}; expected a JSON list"),
         ({"robots": [R1], "colour": 1}, "unknown key 'colour'"),
         ({"robots": [{**R1, "speed": 3}]}, "robot r1: unknown key 'speed'"),
         ({"robots": [{"id": "r1"}]}, "robot r1: the key 'path' is missing"),
         ({"robots": [{"path": ["a"]}]}, "robot number 1: the key 'id' is missing"),
         ({"robots": [{**R1, "path": []}]}, "robot r1: its path is empty"),
-        ({"robots": [{**R1, "path": "ab"}]}, "robot r1: its path is a string; expected a JSON list"),
+        ({"robots": [{**R1, "path": "ab"}]}, "robot r1: its path is 'ab'; expected a JSON list"),
         ({"robots": [{**R1, "path": ["a", 3]}]}, "robot r1: a state is 3"),
         ({"robots": [{**R1, "start": 7}]}, "robot r1: start 7"),
         ({"robots": [{**R1, "start": True}]}, "robot r1: its start is True; expected a whole number"),
