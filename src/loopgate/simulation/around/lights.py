@@ -134,8 +134,9 @@ class Lights:
     wait on much of a road, only stops it there. Who was granted that is *committed*, as
     SUMO's own drivers are who are too near to brake: it drives on at amber. It stops for a red all the same
     if it still can; it then keeps what it was granted while it stands there: the gate knew it there when it
-    admitted others, so taking it back could undo what was promised to them. How often vehicles stand so, and
-    how often one crosses its line on red since it could not brake, is counted.
+    admitted others, so taking it back could undo what was promised to them. What it was granted beyond such a
+    light is no reason to drive on there: the first light before it is what counts. How often vehicles stand
+    so, and how often one crosses its line on red since it could not brake, is counted.
 
     Lights only delay, so what the gate promises holds as long as every light turns green again and again.
     Two lights on one crossing need not be green together for that: after a while only the first one counts.
@@ -167,6 +168,8 @@ class Lights:
         self._timetable = timetable
         self._red_since: dict[str, float] = {}
         self._under_way: list[_Passage] = []
+        self._told: set[str] = set()
+        """The vehicles that drive on whatever the light before them shows, as SUMO knows."""
         self._longest = _Red()
         self._grants = 0
         self._stood = 0
@@ -232,16 +235,23 @@ class Lights:
         self._red_since.pop(driver.id, None)
         for signal in self._behind(driver, driver.granted - 1):
             self._grants += 1
-            passage = _Passage(driver, signal, driver.granted, driver.line_m + signal.ahead_m)
-            self._under_way.append(passage)
             letter = self._timetable.next(signal.light, signal.link).letter
-            if signal.at_line and letter != _ARROW:
-                self._commit(passage, committed=True)
+            committed = signal.at_line and letter != _ARROW
+            line_m = driver.line_m + signal.ahead_m
+            self._under_way.append(_Passage(driver, signal, driver.granted, line_m, committed=committed))
+        self._tell_of_first()
 
-    def _commit(self, passage: _Passage, *, committed: bool) -> None:
-        if passage.committed != committed:
-            passage.committed = committed
-            self._traffic.heed_lights(passage.driver.id, heeds=not committed)
+    def _tell_of_first(self) -> None:
+        """Let SUMO know who drives on whatever the first light before it shows."""
+        first: dict[str, bool] = {}
+        for passage in self._under_way:
+            first.setdefault(passage.driver.id, passage.committed)
+        for vehicle in sorted(self._told - first.keys()):
+            first[vehicle] = False
+        for vehicle, committed in first.items():
+            if committed != (vehicle in self._told):
+                (self._told.add if committed else self._told.discard)(vehicle)
+                self._traffic.heed_lights(vehicle, heeds=not committed)
 
     def blockers(self, robot: int) -> Sequence[Sequence[str]]:
         """Return nobody: a light turns by itself."""
@@ -260,16 +270,16 @@ class Lights:
         for passage in self._under_way:
             driver, signal = here.get(passage.driver.id), passage.signal
             if driver is None or driver.granted < passage.leg:  # it has left, or has joined anew
+                self._told.discard(passage.driver.id)
                 continue
             passage.driver = driver
             showing = self._timetable.next(signal.light, signal.link)
             if driver.front_m > passage.line_m:
-                self._commit(passage, committed=False)
                 self._on_red += self._timetable.shows(signal.light, signal.link) in _RED
                 continue
             still.append(passage)
             if passage.was_open and not showing.is_open and self._stops(passage, showing.red_at_s):
-                self._commit(passage, committed=False)
+                passage.committed = False
             passage.was_open |= showing.is_open
             if driver.speed_mps < STANDING_MPS and not showing.is_open:
                 self._stood_s += self._traffic.step_s
@@ -277,6 +287,7 @@ class Lights:
                     passage.stands = True
                     self._stood += 1
         self._under_way = still
+        self._tell_of_first()
 
     def _stops(self, passage: _Passage, red_at_s: float) -> bool:
         """Return whether a vehicle whose light has closed can still stop, and may be late if it does not."""

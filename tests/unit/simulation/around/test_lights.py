@@ -1,5 +1,7 @@
 """Grants only into green: one vehicle before a light, without SUMO."""
 
+from collections.abc import Sequence
+
 import pytest
 from fake_traffic import FakeTraffic
 
@@ -21,7 +23,9 @@ LINE_M = 100.0
 class Scene:
     """A vehicle whose first state ends at 100 m, before crossings with the lights given."""
 
-    def __init__(self, *signals: Signal, at_m: float = 99.0, speed: float = 0.0) -> None:
+    def __init__(
+        self, *signals: Signal, after: Sequence[Signal] = (), at_m: float = 99.0, speed: float = 0.0
+    ) -> None:
         track = Track(
             vehicle="v",
             loop="loop",
@@ -42,7 +46,7 @@ class Scene:
         self.lights = Lights(
             self.traffic,
             self.drivers,
-            {"loop": (signals, ())},
+            {"loop": (signals, tuple(after))},
             Timetable(self.traffic),
         )
 
@@ -110,6 +114,47 @@ def test_who_was_let_go_drives_on_at_amber_and_stops_for_a_red_only_if_it_can() 
     passes.lights.look()
     assert passes.traffic.heedless == set()
     assert passes.lights.figures()["on_red"] == 1
+
+
+def two_lights(*, at_m: float) -> Scene:
+    """Return a vehicle that was let go over two junctions, one after the other, both lights green."""
+    scene = Scene(signal("t"), after=[signal("u")], at_m=at_m, speed=10.0)
+    for light, line_m in (("t", LINE_M), ("u", 300.0)):
+        scene.shows(light, "G", 30.0)
+        scene.driver.row["line_m"] = line_m
+        scene.driver.row["granted"] += 1
+        scene.lights.granted(0)
+    assert scene.traffic.heedless == {"v"}
+    return scene
+
+
+def test_who_is_over_the_line_of_one_light_still_drives_on_at_amber_at_the_next() -> None:
+    """It was let go there too."""
+    scene = two_lights(at_m=95.0)
+    scene.driver.row["front"] = 101.0
+    scene.lights.look()
+    assert scene.traffic.heedless == {"v"}
+    scene.driver.row["front"] = 301.0
+    scene.lights.look()
+    assert scene.traffic.heedless == set()
+
+
+def test_who_stops_at_a_light_is_not_let_through_it_by_a_grant_beyond() -> None:
+    """It drives on at the second light when it is over the line of the first, which it waits for."""
+    scene = two_lights(at_m=40.0)
+    scene.lights.look()
+    scene.shows("t", "r", 1000.0)
+    scene.shows("u", "G", 1000.0)
+    scene.traffic.now_s = 31.0
+    scene.lights.look()
+    assert scene.traffic.heedless == set()
+    scene.driver.row["granted"] += 1
+    scene.driver.row["line_m"] = 500.0
+    scene.lights.granted(0)
+    assert scene.traffic.heedless == set()
+    scene.driver.row["front"] = 101.0
+    scene.lights.look()
+    assert scene.traffic.heedless == {"v"}
 
 
 def test_before_a_green_arrow_a_vehicle_stops() -> None:
