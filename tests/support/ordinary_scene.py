@@ -11,6 +11,7 @@ from builders import system
 from loopgate.abstraction.itinerary import Leg
 from loopgate.drive.build import make_tables
 from loopgate.drive.driver import Driver
+from loopgate.drive.timetable import Signal, Timetable
 from loopgate.drive.track import Round, Track
 from loopgate.gates import Reason
 from loopgate.model import StateId
@@ -19,7 +20,6 @@ from loopgate.simulation.around.coming import Arrival
 from loopgate.simulation.around.crossing_ways import Approach, Movement, Place, Way
 from loopgate.simulation.around.others import Others
 from loopgate.simulation.around.sight import Sight
-from loopgate.simulation.around.timetable import Timetable
 from loopgate.simulation.around.yielding import Yielding
 from loopgate.traffic.base import Dynamics
 
@@ -85,7 +85,8 @@ class Scene:
         engine: Any = SimpleNamespace(
             drivers=drivers, tables=tables, vehicles=self.vehicles, driver_of={one.id: one for one in drivers}
         )
-        self.yielding = Yielding(self.traffic, engine, ways, Timetable(self.traffic), sight, coming)
+        timetable = Timetable(self.traffic, [Signal("over", *signal, 10.0)] if signal else [])
+        self.yielding = Yielding(self.traffic, engine, ways, timetable, sight, coming)
         circles: Any = Mock(too_tight=lambda _: self.tight, asked=())
         self.others = Others(drivers, ways, keeper, sight, self.yielding, circles)
         self.drivers = drivers

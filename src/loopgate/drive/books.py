@@ -25,6 +25,7 @@ _CARRIED: Final = tuple(name for name in VehicleRow.__annotations__ if name not 
 _OF_RUN: Final = (
     *("now_s", "version", "grants", "turn", "decided_s", "overruns", "trespasses", "decisions"),
     *("steps", "standing", "ended", "driven_m", "counts_from_s"),
+    *("let_go", "stood", "stood_s", "on_red", "red_s", "red_since_s", "red_at", "looked_s"),
 )
 
 

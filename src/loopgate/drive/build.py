@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, cast
 
 import numpy as np
@@ -20,10 +20,13 @@ from loopgate.drive.tables import (
     EntryRow,
     FoeRow,
     LegRow,
+    LightRow,
     MoveRow,
     PassRow,
+    PhaseRow,
     ReasonRow,
     RoadRow,
+    SignalRow,
     StateRow,
     Tables,
     VehicleRow,
@@ -73,7 +76,14 @@ def roads_of(tracks: Iterable[Track]) -> list[str]:
     return [name for edges in dict.fromkeys(track.edges for track in tracks) for _, name in edges]
 
 
-def make_tables(tracks: Sequence[Track], system: System | None, code: Code, *, step_s: float) -> Tables:
+def make_tables(
+    tracks: Sequence[Track],
+    system: System | None,
+    code: Code,
+    *,
+    step_s: float,
+    signals: Mapping[str, int] | None = None,
+) -> Tables:
     """Return the tables at the start: everybody stands in the first state, nobody asks.
 
     Parameters
@@ -86,9 +96,11 @@ def make_tables(tracks: Sequence[Track], system: System | None, code: Code, *, s
         Gives words their numbers.
     step_s
         Length of a simulation step [s].
+    signals
+        Numbers of the signals that are obeyed, by movement.
     """
     lists = Lists()
-    legs = LegRows(system.states if system else (), tracks)
+    legs = LegRows(system.states if system else (), tracks, signals or {})
     roads = RoadRows(code)
     first = [legs.add(track.legs) for track in tracks]
     numbers = [_LAPS * len(track.legs) for track in tracks]
@@ -122,6 +134,7 @@ def tables_of(
     run["step_s"] = step_s
     run["decided_s"] = -math.inf
     run["serve_after_s"] = math.inf
+    run["looked_s"] = -math.inf
     for name, word in _WORDS.items():
         if name in DriveRow.__annotations__:
             run[name] = code(word)
@@ -143,6 +156,10 @@ def tables_of(
         calls=np.zeros((0, 2), dtype=np.int64),
         fronts=np.zeros(0),
         lists=np.zeros(0, dtype=np.int64),
+        signals=cast("Any", table(SignalRow, length=0)),
+        lights=cast("Any", table(LightRow, length=0)),
+        phases=cast("Any", table(PhaseRow, length=0)),
+        letters=np.zeros(0, dtype=np.int64),
     )
 
 
@@ -198,6 +215,8 @@ def vehicle_rows(tracks: Sequence[Track], roads: RoadRows, code: Code) -> NDArra
         "tail": start,
         "crossed": start,
         "halted_s": math.nan,
+        "red_since_s": math.nan,
+        "lit": [sum(len(leg.crossings) for leg in t.legs[: t.start_position]) for t in tracks],
     }
     return table(VehicleRow, columns, length=len(tracks))
 
@@ -243,13 +262,14 @@ class RoadRows:
 class LegRows:
     """Legs, once for all vehicles of a loop, their crossings and the foes of these, one after the other."""
 
-    def __init__(self, states: Sequence[str], tracks: Sequence[Track]) -> None:
+    def __init__(self, states: Sequence[str], tracks: Sequence[Track], signals: Mapping[str, int]) -> None:
         ways = {id(track.legs): track.legs for track in tracks}
         self.ways = tuple(ways.values())
         self.moves = {name: number for number, name in enumerate(movements_of(tracks))}
         """Movements by name."""
         self.states = {name: number for number, name in enumerate(states)}
         """States by name."""
+        self._signals = signals
         self.legs: list[tuple[float | int, ...]] = []
         self.passes: list[tuple[float | int, ...]] = []
         self.foes: list[tuple[float | int, ...]] = []
@@ -265,20 +285,20 @@ class LegRows:
         for leg in legs:
             begin = len(self.passes)
             for crossing in leg.crossings:
-                self._cross(crossing)
+                self._cross(crossing, leg.end_m)
             room = leg.begin_m, leg.end_m, leg.slot_m
             row = (*room, self.states[leg.state], bool(leg.guides), begin, len(self.passes))
             self.legs.append(row)
         return first
 
-    def _cross(self, crossing: itinerary.Crossing) -> None:
+    def _cross(self, crossing: itinerary.Crossing, from_m: float) -> None:
         if id(crossing) not in self._foes_of:
             first = len(self.foes)
             self._meet(crossing)
             self._foes_of[id(crossing)] = crossing, first, len(self.foes)
         _, first, end = self._foes_of[id(crossing)]
-        row = self.moves[crossing.id], crossing.speed_mps, crossing.wait_m, first, end
-        self.passes.append(row)
+        light = self._signals.get(crossing.id, NOBODY), from_m + crossing.ahead_m
+        self.passes.append((self.moves[crossing.id], crossing.speed_mps, crossing.wait_m, first, end, *light))
 
     def _meet(self, crossing: itinerary.Crossing) -> None:
         for foe in sorted(crossing.foes & self.moves.keys()):  # nobody drives on the others

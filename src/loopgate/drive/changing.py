@@ -59,7 +59,9 @@ class ChangingEngine(Engine):
         room
             How many vehicles the states on them hold, by name.
         """
-        self._laid = Ground(ways, room, self._recorder.code, step_s=self._traffic.step_s)
+        self._laid = Ground(
+            ways, room, self._recorder.code, step_s=self._traffic.step_s, signals=self._signals
+        )
 
     def books(self) -> Books:
         """Return who holds what."""

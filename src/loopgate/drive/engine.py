@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from loopgate.drive import step as drive
 from loopgate.drive.build import make_tables, movements_of, roads_of
-from loopgate.drive.codes import BRAKE, PIVOT, RELEASE, STEER, STOP
+from loopgate.drive.codes import BRAKE, HEED, HEEDLESS, PIVOT, RELEASE, STEER, STOP
 from loopgate.drive.driver import Driver
 from loopgate.drive.gatekeeper import Gatekeeper
 from loopgate.drive.rows import columns
@@ -100,6 +100,8 @@ class Engine:
             int(RELEASE): lambda driver, _: self._release(driver),
             int(STEER): self._steering.begin,
             int(BRAKE): lambda driver, _: traffic.brake(driver.id),
+            int(HEED): lambda driver, _: traffic.heed_lights(driver.id, heeds=True),
+            int(HEEDLESS): lambda driver, _: traffic.heed_lights(driver.id, heeds=False),
         }
         """What is done to a vehicle whose last grant is a leg, by number."""
         self._next_look_s = 0.0
@@ -111,8 +113,17 @@ class Engine:
         """Make tables for these vehicles, in which those that are new stand where their tracks begin."""
         system = self._gatekeeper.system if self._gatekeeper else None
         self._name(tracks)
-        self._use(make_tables(tracks, system, self._recorder.code, step_s=self._traffic.step_s))
+        tables = make_tables(
+            tracks, system, self._recorder.code, step_s=self._traffic.step_s, signals=self._signals
+        )
+        self._use(tables)
         self._number(tracks)
+
+    @property
+    def _signals(self) -> Mapping[str, int]:
+        """The numbers of the signals that are obeyed, by movement."""
+        timetable = self._gatekeeper.timetable if self._gatekeeper else None
+        return timetable.numbers if timetable else {}
 
     def _name(self, tracks: Sequence[Track]) -> None:
         """Take note of what is on these tracks by number."""
@@ -244,7 +255,8 @@ class Engine:
         self._turns += 1
         busy = self._steering.steers or self._worn.any or self._turns % _TIMED_EVERY == 0
         if keeper.compiled and not busy:
-            self._step(drive.TURN, odometer=odometer, robots=halted)
+            if self._step(drive.TURN, odometer=odometer, robots=halted):
+                keeper.answer()  # lights had to be read before all was answered
         else:
             self._step(drive.LOOK, odometer=odometer, robots=halted)
             if busy or keeper.obstacles:

@@ -28,6 +28,7 @@ from loopgate.drive.obstacles import Obstacle
 from loopgate.drive.requests import REASK_S
 from loopgate.drive.step import Step
 from loopgate.drive.tables import Tables
+from loopgate.drive.timetable import Timetable
 from loopgate.gates import Decision, Gate, Reason
 from loopgate.gates.certified import CertifiedGate
 from loopgate.gates.following import following
@@ -46,8 +47,8 @@ _OUTSIDE = frozenset(number_of(reason) for reason in (Reason.RED, Reason.TRAFFIC
 class Gatekeeper:
     """Answers the requests in the tables. Knows robots, states and time; no roads.
 
-    Pressure and the chain rule of the certified gate are compiled; every other negotiation and gate is asked
-    from here, between the parts of the same compiled step, and so is what else can be in the way.
+    Pressure, the chain rule of the certified gate, and lights are compiled; every other negotiation and gate
+    is asked from here, between the parts of the same compiled step, and so is what else can be in the way.
 
     Parameters
     ----------
@@ -70,7 +71,9 @@ class Gatekeeper:
         self._times: defaultdict[str, Histogram] = defaultdict(Histogram)
         self.messages = 0
         self.obstacles: tuple[Obstacle, ...] = ()
-        """The other things that can be in the way; asked in this order, after room and crossings."""
+        """The other things that can be in the way; asked in this order, after room, crossings and lights."""
+        self.timetable: Timetable | None = None
+        """The lights that are obeyed; to be set before tables are taken over."""
         self._by_pressure = type(negotiation) is Pressure
         self._granted = False
         """Whether anything has been granted since the requests were collected."""
@@ -111,9 +114,9 @@ class Gatekeeper:
         if states is None or states is not self.states:
             self.states = self.system.states if states is None else states
             self._numbers = {str(name): number for number, name in enumerate(self.states)}
-        self._step = Step(tables)
-        self._code = code
         self._tables = tables
+        self._step = Step(self._with_lights())
+        self._code = code
         self._vehicles = v = cast("Any", tables.vehicles)
         # Read by column: a number of a row costs ten times as much.
         self._granted_leg, self._leg_at, self._legs = v["granted"], v["leg_at"], v["legs"]
@@ -131,12 +134,15 @@ class Gatekeeper:
         self._outside = self._states["outside"]
         self._state_behind = cast("Any", tables.legs)["state"]
         self._run["serve_after_s"] = self._serve_after_s
-        self._run["at_once"] = not self.obstacles
+        self._run["at_once"] = not self.obstacles and self.timetable is None
         negotiation = self.negotiation
         if isinstance(negotiation, Pressure):
             for column, figure in zip(("crowded", "patience_s", "wait_s"), negotiation.figures, strict=True):
                 self._run[column] = figure
         return self._step
+
+    def _with_lights(self) -> Tables:
+        return self._tables if self.timetable is None else self.timetable.put_into(self._tables)
 
     def number(self, state: str) -> int | None:
         """Return the number of a state; None if nobody comes there."""
@@ -210,15 +216,24 @@ class Gatekeeper:
         return Configuration(at, queues)
 
     def answer(self) -> None:
-        """Decide what is pending, and let vehicles go or stay, until nobody else may go."""
-        if not self._run["waiting"][0]:
+        """Decide what is pending, and let vehicles go or stay, until nobody else may go; look at lights."""
+        waiting = self._run["waiting"][0]
+        if self.compiled and (waiting or self.timetable):
+            while self._time(lambda: self._step(drive.ANSWER)):
+                self._read_lights()
             return
-        if self.compiled:
-            self._time(lambda: self._step(drive.ANSWER))
-            return
-        self._decide()
-        while self._step(drive.TELL):
+        if waiting:
             self._decide()
+            while self._step(drive.TELL):
+                self._decide()
+        if self.timetable:
+            while self._step(drive.LIGHTS):
+                self._read_lights()
+
+    def _read_lights(self) -> None:
+        """Read the lights of which the steps have to know."""
+        if self.timetable is not None and self.timetable.read():
+            self._step.use(self._with_lights())
 
     @property
     def decision_us(self) -> Mapping[str, Histogram]:
@@ -241,22 +256,25 @@ class Gatekeeper:
     def _uncounted(self) -> int:
         return int(self._run["decisions"][0]) - self._counted
 
-    def _time(self, answer: Callable[[], object]) -> None:
+    def _time(self, answer: Callable[[], int]) -> int:
         self._count()
         began = perf_counter_ns()
-        answer()
+        said = answer()
         took_us, decided = (perf_counter_ns() - began) / 1000.0, self._uncounted
         if decided:
             self._decision_us = took_us / decided
             self._count()
+        return said
 
     def _decide(self) -> None:
         """Decide once; nobody is told."""
         now_s = float(self._run["now_s"][0])
         self._granted = False
-        self._run["at_once"] = not self.obstacles
+        self._run["at_once"] = not self.obstacles and self.timetable is None
         if self.obstacles and self._run["serving"][0]:
             self._look_outside()
+        while self.timetable and self._step(drive.UNREAD):
+            self._read_lights()
         robots = self._in_order(self._step(drive.COLLECT), now_s)
         if self._by_chain and not any(obstacle.heeds_grants for obstacle in self.obstacles):
             if robots:

@@ -41,7 +41,7 @@ _OF_VEHICLES = ("vehicles", "entries", "rows", "times", "acts", "lists")
 _CHANGED = ("run", "states", "moves", "reasons")
 """Tables of the ways in which something changes while vehicles drive."""
 
-_OF_THE_WAY = ("loop", "lap_m", "next_lap_m", "road_at", "roads", "road", "road_lap", "legs")
+_OF_THE_WAY = ("loop", "lap_m", "next_lap_m", "road_at", "roads", "road", "road_lap", "legs", "lit")
 """Columns that say where on which way a vehicle is."""
 
 
@@ -59,18 +59,26 @@ class Ground:
         How many vehicles the states on them hold, by name; all are left in order.
     code
         Gives words their numbers.
-    step_s
-        Length of a simulation step [s].
+    step_s, signals
+        See `make_tables`.
     """
 
-    def __init__(self, ways: Sequence[Track], room: Mapping[str, int], code: Code, *, step_s: float) -> None:
+    def __init__(
+        self,
+        ways: Sequence[Track],
+        room: Mapping[str, int],
+        code: Code,
+        *,
+        step_s: float,
+        signals: Mapping[str, int],
+    ) -> None:
         self._code = code
         self.movements, self.roads = movements_of(ways), roads_of(ways)
         """Names of the movements and edges by number; see `Engine`."""
         self.states = tuple(dict.fromkeys(leg.state for track in ways for leg in track.legs))
         """Names of the states by number."""
         lists = Lists()
-        legs, self._roads = LegRows(self.states, ways), RoadRows(code)
+        legs, self._roads = LegRows(self.states, ways, signals), RoadRows(code)
         self._legs = {id(track.legs): (track.legs, legs.add(track.legs)) for track in ways}
         self._edges = {track.edges: self._roads.add(track.edges) for track in ways}
         rooms = [room[state] for state in self.states]
@@ -140,7 +148,7 @@ class Ground:
         for name in ("offset", "front", "rear_m", "line_m", "held_m", "stop_m"):
             row[name] += by_m
         row["moved_m"] += by_m
-        row["note_m"] = row["red_until_s"] = -np.inf  # another light is ahead
+        row["note_m"], row["red_since_s"] = -np.inf, np.nan  # another light is ahead
         lists = self._tables.lists
         at = int(row["number_at"])
         lists[at + position % _NUMBERS] = lists[at + before % _NUMBERS]

@@ -1,4 +1,4 @@
-"""Obstacles to a request besides the vehicles under the gate: lights, ordinary traffic."""
+"""Obstacles to a request besides the vehicles under the gate and lights: ordinary traffic, their owner."""
 
 from __future__ import annotations
 
@@ -35,7 +35,6 @@ class Obstacle(Protocol):
     def blockers(self, robot: int) -> Sequence[Sequence[str]]:
         """Return the vehicles that kept `robot` waiting when it was last asked about, by name.
 
-        Of every set, some vehicle must move on before it can. Empty where what keeps it passes by itself, as
-        a red light does.
+        Of every set, some vehicle must move on before it can. Empty where what keeps it passes by itself.
         """
         ...

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from loopgate.drive import service
+from loopgate.drive import lights, service
 from loopgate.drive.codes import (
     CROSSING,
     DEADLOCK,
@@ -170,6 +170,8 @@ def grant(i: int, reason: int, stage: int, t: Tables) -> None:
     one.going = True
     one.reason = reason
     one.stage = stage
+    if len(t.signals) > 0:
+        lights.let_go(i, j, t)
     strike(i, t)
     t.entries[run.answers].answered = i
     run.answers += 1
@@ -214,7 +216,7 @@ def _possible(i: int, t: Tables) -> bool:
     why = _in_the_way(i, t)
     if why == NOTHING and run.now_s - one.since_s < one.spare_s and t.states[last_state(i, t)].queue == 1:
         why = SPACING  # nobody waits behind it
-    if why == NOTHING and run.now_s < one.red_until_s:
+    if why == NOTHING and len(t.signals) > 0 and lights.keeps(i, t):
         why = RED
     if why != NOTHING:
         refuse(i, why, NOTHING, t)
@@ -226,6 +228,14 @@ def _possible(i: int, t: Tables) -> bool:
 def _due(i: int, t: Tables) -> bool:
     """Return whether the gate may be asked, for the first time or again."""
     return bool(not t.vehicles[i].decided or t.run[0].now_s - t.vehicles[i].asked_at_s >= REASK_S)
+
+
+@part
+def _look_at_lights(t: Tables) -> None:
+    """See which of those that must move next are kept by a light."""
+    for i in range(len(t.vehicles)):
+        if t.vehicles[i].mover and t.vehicles[i].pending:
+            t.vehicles[i].at_red = lights.keeps(i, t)
 
 
 @inner
@@ -240,6 +250,8 @@ def collect(t: Tables) -> int:
     if run.now_s > run.decided_s:
         run.decided_s = run.now_s
         keep_for_late(t)
+        if run.serving > 0:
+            _look_at_lights(t)
         service.serve(t)
         begin = 0
     run.fresh = 0

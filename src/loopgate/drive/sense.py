@@ -19,6 +19,7 @@ __all__ = [
     "STANDING_MPS",
     "TOLERANCE_M",
     "TRESPASS",
+    "act",
     "braking_m",
     "must_ask",
     "note",
@@ -91,6 +92,18 @@ def note(i: int, event: int, place: int, reason: int, stage: int, t: Tables) -> 
     t.times[run.rows] = run.now_s
     row[0], row[1], row[2], row[3], row[4] = t.vehicles[i].name, event, place, reason, stage
     run.rows += 1
+
+
+@inner
+def act(i: int, what: int, t: Tables) -> None:
+    """Say what is to be done to a vehicle after this step, of the kinds in `loopgate.drive.codes`."""
+    run = t.run[0]
+    if run.acts >= len(t.acts):
+        run.lost += 1
+        return
+    row = t.acts[run.acts]
+    row[0], row[1], row[2] = i, what, t.vehicles[i].granted
+    run.acts += 1
 
 
 @inner

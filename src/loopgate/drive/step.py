@@ -11,10 +11,20 @@ from typing import Any, Final
 
 import numpy as np
 
-from loopgate.drive import holdings, requests
+from loopgate.drive import holdings, lights, requests
 from loopgate.drive.codes import BRAKE, NOBODY, NOTHING, PIVOT, RELEASE, STEER, STOP
 from loopgate.drive.gaps import begin_m, end_m, leg_of, state_of
-from loopgate.drive.sense import MUST_ASK, PIVOTED, REAR_PASSED, RUNS_THROUGH, TRESPASS, must_ask, note, sense
+from loopgate.drive.sense import (
+    MUST_ASK,
+    PIVOTED,
+    REAR_PASSED,
+    RUNS_THROUGH,
+    TRESPASS,
+    act,
+    must_ask,
+    note,
+    sense,
+)
 from loopgate.drive.tables import Floats, Numbers, Tables
 from loopgate.kernel_cache import inner, kernel, part, way_in
 
@@ -28,6 +38,7 @@ __all__ = [
     "IDLE",
     "JOIN",
     "LEAVE",
+    "LIGHTS",
     "LOOK",
     "NO_ROBOTS",
     "ORDER",
@@ -36,6 +47,7 @@ __all__ = [
     "STILL_FREE",
     "TELL",
     "TURN",
+    "UNREAD",
     "Step",
 ]
 
@@ -57,17 +69,8 @@ IDLE: Final = 11
 JOIN: Final = 12
 LEAVE: Final = 13
 ORDER: Final = 14
-
-
-@inner
-def _act(i: int, what: int, t: Tables) -> None:
-    run = t.run[0]
-    if run.acts >= len(t.acts):
-        run.lost += 1
-        return
-    act = t.acts[run.acts]
-    act[0], act[1], act[2] = i, what, t.vehicles[i].granted
-    run.acts += 1
+UNREAD: Final = 15
+LIGHTS: Final = 16
 
 
 @inner
@@ -139,7 +142,7 @@ def _hold(i: int, t: Tables) -> None:
     if not one.held:
         one.held = True
         one.held_m = one.line_m
-        _act(i, STOP, t)
+        act(i, STOP, t)
 
 
 @part
@@ -151,7 +154,7 @@ def _run_through(i: int, t: Tables) -> None:
     t.vehicles[i].held_m = math.inf  # once is enough
     t.run[0].overruns += 1
     _note(i, t.run[0].overrun, t.vehicles[i].granted + 1, t)
-    _act(i, BRAKE, t)
+    act(i, BRAKE, t)
 
 
 @inner
@@ -190,7 +193,7 @@ def _go(i: int, t: Tables) -> None:
     if one.held:
         one.held = False
         one.held_m = math.inf
-        _act(i, RELEASE, t)
+        act(i, RELEASE, t)
         if not math.isnan(one.halted_s):
             one.hold_s += run.now_s - one.halted_s
             one.halted_s = math.nan
@@ -205,7 +208,7 @@ def _go(i: int, t: Tables) -> None:
     behind = leg_of(i, one.granted - 1, t)
     if t.legs[behind].pinned or one.steered:
         one.steered = True
-        _act(i, STEER, t)
+        act(i, STEER, t)
     _consider(i, t)  # the next state may begin within the braking distance
     here = t.states[t.legs[behind].state]
     if here.fifo:
@@ -263,7 +266,7 @@ def _look(odometer: Floats, halted: Numbers, t: Tables) -> None:
     for n in range(called):
         i, why = t.calls[n, 0], t.calls[n, 1]
         if why & PIVOTED and _heeds_renewal(i, t):
-            _act(i, PIVOT, t)
+            act(i, PIVOT, t)
         if why & REAR_PASSED:
             _free_behind(i, t)
         if why & TRESPASS:
@@ -293,11 +296,16 @@ def _tell(t: Tables) -> bool:
     return again
 
 
-@part
-def _answer(t: Tables) -> None:
-    requests.decide(t)
-    while _tell(t):
+@inner
+def _answer(t: Tables) -> bool:
+    """Answer all requests and look at lights; return whether some of these have to be read to go on."""
+    going = True
+    while going:
+        if lights.unread(t):
+            return True
         requests.decide(t)
+        going = _tell(t)
+    return lights.look(t)
 
 
 @kernel
@@ -323,25 +331,30 @@ def _step(
     if what == DECIDE:
         for j in robots:
             requests.decide_by_chain(j, t)
+    said = 0
     if what in (ANSWER, TURN):
-        _answer(t)
+        said = 1 if _answer(t) else 0
+    elif what == UNREAD:
+        said = 1 if lights.unread(t) else 0
+    elif what == LIGHTS:
+        said = 1 if lights.look(t) else 0
     elif what == COLLECT:
-        return requests.collect(t)
+        said = requests.collect(t)
     elif what == ORDER:
-        return requests.order(i, t)
+        said = requests.order(i, t)
     elif what == STILL_FREE:
-        return 1 if requests.still_free(i, t) else 0
+        said = 1 if requests.still_free(i, t) else 0
     elif what == REFUSE:
         requests.refuse(i, reason, stage, t)
     elif what == SETTLE:
         requests.settle(i, leg, reason, stage, t)
     elif what == TELL:
-        return 1 if _tell(t) else 0
+        said = 1 if _tell(t) else 0
     elif what == JOIN:
         _join(i, t)
     elif what == LEAVE:
         _leave(i, leg, t)
-    return 0
+    return said
 
 
 _NO_ODOMETER: Final = np.zeros(0)
@@ -366,6 +379,10 @@ class Step:
         self._tables = tuple(tables)
         self._enter = way_in(_step, IDLE, 0, 0, 0, 0, _NO_ODOMETER, NO_ROBOTS, self._tables)
 
+    def use(self, tables: Tables) -> None:
+        """Work on these tables from now on, which have the same kinds of rows."""
+        self._tables = tuple(tables)
+
     def __call__(
         self,
         what: int,
@@ -383,10 +400,11 @@ class Step:
         what
             ``BEGIN``: all vehicles are taken over. ``LOOK``: all are brought up to date after a step of the
             traffic. ``CONSIDER``: some are steered no longer. ``ANSWER``: all requests are answered, by
-            pressure and the chain rule, and vehicles told. ``TURN``: `LOOK` and `ANSWER`. ``COLLECT``,
-            ``ORDER``, ``STILL_FREE``, ``REFUSE``, ``SETTLE``, ``DECIDE``, ``TELL``: parts of `ANSWER`, for
-            other rules in between; see `loopgate.drive.requests`. ``JOIN``, ``LEAVE``: a vehicle has got its
-            row, or is about to give it back, to another one perhaps. ``IDLE``: nothing is done.
+            pressure and the chain rule, and vehicles told. ``TURN``: `LOOK` and `ANSWER`. ``UNREAD``,
+            ``COLLECT``, ``ORDER``, ``STILL_FREE``, ``REFUSE``, ``SETTLE``, ``DECIDE``, ``TELL``, ``LIGHTS``:
+            parts of `ANSWER`, for other rules in between; see `loopgate.drive.requests`. ``JOIN``, ``LEAVE``:
+            a vehicle has got its row, or is about to give it back, to another one perhaps. ``IDLE``: nothing
+            is done.
         robot, leg, reason, stage
             The vehicle that it is about, and what about it. For ``ORDER`` it is how many are ready. For
             ``SETTLE`` the leg says whether the vehicle is admitted, for ``LEAVE`` who is to have its row,
@@ -400,6 +418,7 @@ class Step:
         -------
         int
             How many are ready (``COLLECT``) or go (``ORDER``), whether it is so (``STILL_FREE``), or anybody
-            may go (``TELL``).
+            may go (``TELL``), or lights have to be read before `ANSWER`, which has stopped there, can go on
+            (``ANSWER``, ``TURN``, ``UNREAD``, ``LIGHTS``).
         """
         return int(self._enter(what, robot, leg, reason, stage, odometer, robots, self._tables))

@@ -57,16 +57,22 @@ class VehicleRow:
         Whether it has a request, since when [s]; why that was refused last, and the word for the gate's stage
         by number; the version of the books when it was last looked at; when the gate was last asked [s], and
         whether it ever was; whether it has been granted, but not been told.
-    mover, named_s, shut
+    mover, named_s, shut, at_red
         Whether it must move next, for one that is served, since when on end [s], and whether something
-        outside of the system, such as a light, is in its way.
+        outside of the system, or a light, is in its way.
     turned
         Whether it is served, and its service has come to a circle.
     stop_m, parks
         Where its front stands at the next stop of its own [m], infinity for none; whether it leaves its lane
         for that.
-    red_until_s
-        Until when the light at its line is red for certain [s].
+    red_since_s
+        Since when it is refused for a light [s], not a number if it is not.
+    lit
+        How many passes of its endless way lie behind it, up to the first light that it was let go towards and
+        whose line it is not over.
+    committed, stood_at, heedless
+        At which of the lights between there and its last granted leg it drives on whatever they show, and at
+        which of them it has stood, one bit each; and whether the simulator lets it drive on at the first.
     spare_s
         For how long its request may be passed over so that it falls back to the middle between its neighbours
         on its loop [s]; below 0 it is behind that already, and others soon let it pass.
@@ -103,7 +109,11 @@ class VehicleRow:
     looked_at: int
     stop_m: float
     spare_s: float
-    red_until_s: float
+    red_since_s: float
+    lit: int
+    committed: int
+    stood_at: int
+    heedless: bool
     asked_at_s: float
     tail: int
     crossed: int
@@ -127,6 +137,7 @@ class VehicleRow:
     named_s: float
     parks: bool
     shut: bool
+    at_red: bool
     turned: bool
 
 
@@ -154,13 +165,59 @@ class LegRow:
 
 
 class PassRow:
-    """A crossing behind a leg: its movement, lowest limit [m/s], `Crossing.wait_m`, and its foes."""
+    """A crossing behind a leg: its movement, lowest limit [m/s], `Crossing.wait_m`, and its foes.
+
+    Then its signal, or `NOBODY` where no light is obeyed, and where that is on the loop [m].
+    """
 
     movement: int
     speed_mps: float
     wait_m: float
     foe_at: int
     foe_end: int
+    signal: int
+    light_m: float
+
+
+class SignalRow:
+    """What a light shows to a movement: the light, the number of its link, lowest limit behind it [m/s]."""
+
+    light: int
+    link: int
+    speed_mps: float
+
+
+class LightRow:
+    """A light, as it was read.
+
+    Attributes
+    ----------
+    phase, phases, fixed
+        Its phase, how many its program has (0 where it follows none), and whether they last as planned.
+    letters
+        Where the letters are that it shows.
+    changes_s, seen_s, spent_s
+        When it may change next, when it was read, and for how long it had shown this then [s].
+    unread
+        Whether it has to be read now.
+    """
+
+    phase: int
+    phases: int
+    fixed: bool
+    letters: int
+    changes_s: float
+    seen_s: float
+    spent_s: float
+    unread: bool
+
+
+class PhaseRow:
+    """A phase of a program: where its letters are, how long it lasts at most [s], and the phase after it."""
+
+    letters: int
+    longest_s: float
+    following: int
 
 
 class FoeRow:
@@ -306,6 +363,12 @@ class DriveRow:
         somebody last took these figures.
     counts_from_s
         From when on standing counts for vehicles and edges [s].
+    let_go, stood, stood_s, on_red
+        How many lights vehicles were let go towards, at how many of these they stood, for how long [s], and
+        over how many lines they drove on red.
+    red_s, red_since_s, red_at, looked_s
+        The longest wait for a light, as far as it is known, since when [s] and before which signal; and when
+        vehicles before lights were looked at last [s].
     edge, lap, enter, leave, hold, go, grant, refuse, overrun, not_granted, chain
         Words for the trace.
     """
@@ -339,6 +402,14 @@ class DriveRow:
     ended: int
     driven_m: float
     counts_from_s: float
+    let_go: int
+    stood: int
+    stood_s: float
+    on_red: int
+    red_s: float
+    red_since_s: float
+    red_at: int
+    looked_s: float
     edge: int
     lap: int
     enter: int
@@ -368,6 +439,8 @@ class Tables(NamedTuple):
         How far vehicles are on their ways, by vehicle, as on ways that were never changed [m].
     lists
         Lists of vehicles, and of the numbers of grants.
+    letters
+        What lights show, SUMO's letters by their codes, one for each link.
     """
 
     run: Sequence[DriveRow]
@@ -386,3 +459,7 @@ class Tables(NamedTuple):
     calls: Numbers
     fronts: Floats
     lists: Numbers
+    signals: Sequence[SignalRow]
+    lights: Sequence[LightRow]
+    phases: Sequence[PhaseRow]
+    letters: Numbers

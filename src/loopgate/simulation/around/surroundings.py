@@ -9,15 +9,15 @@ from loopgate.abstraction.itinerary import Itinerary
 from loopgate.drive.driver import Driver
 from loopgate.drive.engine import Engine
 from loopgate.drive.gatekeeper import Gatekeeper
+from loopgate.drive.timetable import Timetable
 from loopgate.drive.track import Track
 from loopgate.network import RoadNetwork
 from loopgate.simulation.around.circles import Circles
 from loopgate.simulation.around.coming import Coming
 from loopgate.simulation.around.crossing_ways import CrossingWays, Place, Way
-from loopgate.simulation.around.lights import Lights, Signal, signals_of
+from loopgate.simulation.around.lights import Lights
 from loopgate.simulation.around.others import Others
 from loopgate.simulation.around.sight import Sight
-from loopgate.simulation.around.timetable import Timetable
 from loopgate.simulation.around.yielding import Yielding
 from loopgate.traffic.base import Traffic
 
@@ -33,8 +33,10 @@ class Surroundings:
         The roads, and the running simulation.
     engine, keeper
         Made for it.
-    lights, others
-        Whether lights are obeyed, and whether there is traffic under no gate.
+    timetable
+        What lights show; they are obeyed if it is the keeper's.
+    others
+        Whether there is traffic under no gate.
     """
 
     def __init__(
@@ -43,16 +45,13 @@ class Surroundings:
         traffic: Traffic,
         engine: Engine,
         keeper: Gatekeeper,
+        timetable: Timetable,
         *,
-        lights: bool,
         others: bool,
     ) -> None:
-        self._network = network
         self._find = CrossingWays(network) if others else None
-        self._signals: dict[str, tuple[tuple[Signal, ...], ...]] = {}
         self._ways: dict[str, tuple[Way, ...]] = {}
-        timetable = Timetable(traffic)
-        self._lights = Lights(traffic, engine.drivers, self._signals, timetable) if lights else None
+        self._lights = Lights(engine, timetable) if keeper.timetable is not None else None
         sight = Sight(network, traffic, engine.drivers)
         self._circles = Circles(network, keeper, engine.drivers, self._ways, sight)
         self._others = (
@@ -67,7 +66,7 @@ class Surroundings:
             if others
             else None
         )
-        keeper.obstacles += tuple(one for one in (self._lights, self._others) if one is not None)
+        keeper.obstacles += (self._others,) if self._others is not None else ()
 
     def plan(self, itineraries: Iterable[Itinerary], tracks: Iterable[Track]) -> None:
         """Take over what the vehicles drive by, the first time or anew.
@@ -79,10 +78,8 @@ class Surroundings:
         tracks
             At least one of each loop.
         """
-        loops = {itinerary.loop: itinerary for itinerary in itineraries}
         if self._lights is not None:
-            self._signals.clear()
-            self._signals.update(signals_of(self._network, list(loops.values())))
+            self._lights.plan(itineraries)
         if self._find is not None:
             self._ways.clear()
             places: dict[str, Place] = {}
@@ -97,14 +94,9 @@ class Surroundings:
         return self._others is None or self._others.has_room(driver)
 
     @property
-    def lights_each_step(self) -> list[Callable[[], None]]:
-        """Those of them that tell no vehicle how fast to drive."""
-        return [self._lights.look] if self._lights is not None else []
-
-    @property
     def each_step(self) -> list[Callable[[], None]]:
         """Functions to be called after each step."""
-        return [one.look for one in (self._lights, self._others) if one is not None]
+        return [self._others.look] if self._others is not None else []
 
     def report(self) -> dict[str, Any]:
         """Return what the obstacles add to ``summary.json``; call before the simulation is closed."""

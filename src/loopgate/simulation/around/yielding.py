@@ -12,10 +12,10 @@ from loopgate.drive.driver import Driver
 from loopgate.drive.engine import Engine
 from loopgate.drive.motion import time_s
 from loopgate.drive.sense import MARGIN_M, STANDING_MPS, braking_m, safe_mps
+from loopgate.drive.timetable import Timetable
 from loopgate.simulation.around.coming import Arrival, Coming
 from loopgate.simulation.around.crossing_ways import Movement, Way
 from loopgate.simulation.around.sight import BEYOND_M, Sight
-from loopgate.simulation.around.timetable import Timetable
 from loopgate.traffic.base import Traffic
 
 __all__ = ["Yielding"]

@@ -207,6 +207,5 @@ class AttachedFleet(Fleet):
         """Begin, usually with nobody, for vehicles that are about to join."""
         engine = super().begin(system, gate, tracks)
         self._orders.drivers = engine.drivers
-        if self.around is not None:
-            self.looks = self.around.lights_each_step  # how fast they drive is their owner's to say
+        self.looks = ()  # how fast they drive is their owner's to say
         return engine

@@ -12,6 +12,7 @@ from loopgate.drive.changing import ChangingEngine
 from loopgate.drive.driver import Driver
 from loopgate.drive.gatekeeper import Gatekeeper
 from loopgate.drive.obstacles import Obstacle
+from loopgate.drive.timetable import Timetable
 from loopgate.drive.track import Track
 from loopgate.errors import GateError
 from loopgate.gates import Gate, make_gate
@@ -23,6 +24,7 @@ from loopgate.negotiation.base import Negotiation
 from loopgate.network import RoadNetwork
 from loopgate.results.columns import Event
 from loopgate.results.recorder import Recorder
+from loopgate.simulation.around.lights import signals_of
 from loopgate.simulation.around.surroundings import Surroundings
 from loopgate.simulation.scenario import SERVE_AFTER_S
 from loopgate.traffic.base import Traffic
@@ -131,11 +133,14 @@ class Fleet:
         rules, traffic = self._rules, self._traffic
         self.keeper = Gatekeeper(system, gate, rules.negotiation, serve_after_s=rules.serve_after_s)
         self.keeper.obstacles = self._obstacles
+        timetable = Timetable(traffic, signals_of(self._network))
+        if rules.lights:
+            self.keeper.timetable = timetable
         self.engine = engine = ChangingEngine(
             traffic, tracks, self.keeper, self._recorder, foresees=rules.foresees
         )
         self.around = Surroundings(
-            self._network, traffic, engine, self.keeper, lights=rules.lights, others=rules.others
+            self._network, traffic, engine, self.keeper, timetable, others=rules.others
         )
         self.looks = self.around.each_step
         if self.stays and isinstance(gate, CertifiedGate):

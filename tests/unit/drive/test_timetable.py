@@ -4,20 +4,21 @@ import math
 
 import pytest
 from fake_traffic import FakeTraffic
+from lights_scene import Scene, signal
 
-from loopgate.simulation.around.timetable import Showing, Timetable
+from loopgate.drive.timetable import Signal, Timetable
 from loopgate.traffic.base import Light, Phase, Program
 
 CROSS = (Phase("Gr", 20.0, 1), Phase("yr", 3.0, 2), Phase("rG", 30.0, 3), Phase("ry", 3.0, 0))
 """Two links take turns: the first has green for 20 s and red for 33 s."""
 
 
-def cross(*, fixed: bool, changes_s: float = 8.0, spent_s: float = 12.0) -> tuple[Timetable, FakeTraffic]:
+def cross(*, fixed: bool, changes_s: float = 8.0, spent_s: float = 12.0) -> Scene:
     """Make the light ``t`` in its first phase."""
-    traffic = FakeTraffic({})
-    traffic.lights["t"] = Light("Gr", changes_s, "p", 0, spent_s)
-    traffic.programs["t"] = Program(CROSS, fixed=fixed)
-    return Timetable(traffic), traffic
+    scene = Scene(signal("t"), links=2)
+    scene.traffic.lights["t"] = Light("Gr", changes_s, "p", 0, spent_s)
+    scene.traffic.programs["t"] = Program(CROSS, fixed=fixed)
+    return scene
 
 
 @pytest.mark.parametrize(
@@ -34,8 +35,7 @@ def cross(*, fixed: bool, changes_s: float = 8.0, spent_s: float = 12.0) -> tupl
 )
 def test_a_fixed_program_is_known_ahead(link: int, from_s: float, to_s: float, *, expected: bool) -> None:
     """Every phase that touches the time asked about must be green."""
-    timetable, _ = cross(fixed=True)
-    assert timetable.may_be_open("t", link, from_s, to_s) is expected
+    assert cross(fixed=True).may_be_open(link, from_s, to_s) is expected
 
 
 @pytest.mark.parametrize(
@@ -45,45 +45,47 @@ def test_of_a_program_that_follows_traffic_only_the_latest_end_is_known(
     link: int, to_s: float, *, expected: bool
 ) -> None:
     """After 12 of at most 20 s it is green for at most 8 s more, though it may change in a second."""
-    timetable, _ = cross(fixed=False, changes_s=1.0)
-    assert timetable.may_be_open("t", link, 0.0, to_s) is expected
-    assert not timetable.may_be_open("t", 1, 15.0, 16.0)  # it may be, but nothing says so
+    scene = cross(fixed=False, changes_s=1.0)
+    assert scene.may_be_open(link, 0.0, to_s) is expected
+    assert not scene.may_be_open(1, 15.0, 16.0)  # it may be, but nothing says so
 
 
 @pytest.mark.parametrize(
     ("changes_s", "link", "expected"),
     [
-        (8.0, 0, Showing("G", is_open=True, red_at_s=11.0, until_s=8.0)),  # 8 s of green and 3 of amber
-        (8.0, 1, Showing("r", is_open=False, red_at_s=0.0, until_s=8.0)),
+        (8.0, 0, ("G", 11.0)),  # 8 s of green and 3 of amber
+        (8.0, 1, ("r", 0.0)),
         # It changes at the beginning of the next step.
-        (0.0, 0, Showing("y", is_open=False, red_at_s=3.0, until_s=0.5)),
+        (0.0, 0, ("y", 3.0)),
     ],
 )
-def test_the_next_step_of_a_fixed_program_is_known(changes_s: float, link: int, expected: Showing) -> None:
+def test_the_next_step_of_a_fixed_program_is_known(
+    changes_s: float, link: int, expected: tuple[str, float]
+) -> None:
     """Also a change that is due but not made yet."""
-    timetable, _ = cross(fixed=True, changes_s=changes_s)
-    assert timetable.next("t", link) == expected
+    assert cross(fixed=True, changes_s=changes_s).next(link) == expected
 
 
 def test_a_green_that_is_due_counts_already() -> None:
     """Whoever waits for it sets out in the step in which it comes."""
-    timetable, traffic = cross(fixed=True)
-    traffic.lights["t"] = Light("yr", 0.0, "p", 1)
-    assert timetable.next("t", 1) == Showing("G", is_open=True, red_at_s=33.0, until_s=0.5)
-    assert timetable.next("t", 0) == Showing("r", is_open=False, red_at_s=0.0, until_s=0.5)
+    scene = cross(fixed=True)
+    scene.traffic.lights["t"] = Light("yr", 0.0, "p", 1)
+    assert scene.next(1) == ("G", 33.0)
+    assert scene.next(0) == ("r", 0.0)
 
 
 def test_a_program_that_follows_traffic_is_taken_to_change_as_soon_as_it_may() -> None:
     """It may change in 2 s, or already; then comes its amber."""
-    timetable, traffic = cross(fixed=False, changes_s=2.0)
-    assert timetable.next("t", 0) == Showing("G", is_open=True, red_at_s=5.0, until_s=2.0)
-    traffic.now_s = 30.0
-    assert timetable.next("t", 0) == Showing("G", is_open=True, red_at_s=33.0, until_s=30.5)
+    scene = cross(fixed=False, changes_s=2.0)
+    assert scene.next() == ("G", 5.0)
+    scene.traffic.now_s = 30.0
+    assert scene.next() == ("G", 33.0)
 
 
 def test_a_light_is_read_again_only_when_it_can_have_changed() -> None:
     """What was seen holds until the change is due; the change is there a step later."""
-    timetable, traffic = cross(fixed=True, changes_s=8.0)
+    scene = cross(fixed=True, changes_s=8.0)
+    timetable, traffic = scene.timetable, scene.traffic
     assert timetable.is_open("t", 0)
     traffic.lights["t"] = Light("rG", 40.0, "p", 2)
     traffic.now_s = 8.0
@@ -95,24 +97,24 @@ def test_a_light_is_read_again_only_when_it_can_have_changed() -> None:
 
 def test_how_long_it_stays_red() -> None:
     """Over the end of the cycle too; for ever if no phase opens the link; unknown if it follows traffic."""
-    timetable, traffic = cross(fixed=True)
+    timetable = cross(fixed=True).timetable
     assert timetable.longest_closed_s("t", 0) == 36.0
     assert timetable.longest_closed_s("t", 1) == 26.0
     assert timetable.ever_open("t", 0)
+    traffic = FakeTraffic({})
     traffic.lights["u"] = Light("r", 1000.0, "p", 0)
     traffic.programs["u"] = Program((Phase("r", 1000.0, 1), Phase("y", 3.0, 0)), fixed=True)
-    assert not timetable.ever_open("u", 0)
-    assert timetable.longest_closed_s("u", 0) == math.inf
-    free, _ = cross(fixed=False)
-    assert free.longest_closed_s("t", 0) == 0.0
+    never = Timetable(traffic, [Signal("over u", "u", 0, 10.0)])
+    assert not never.ever_open("u", 0)
+    assert never.longest_closed_s("u", 0) == math.inf
+    assert cross(fixed=False).timetable.longest_closed_s("t", 0) == 0.0
 
 
 def test_lights_that_are_off_let_everybody_pass() -> None:
     """Without a program only the letters count."""
-    traffic = FakeTraffic({})
-    traffic.lights["t"] = Light("Oo", -1.0)
-    traffic.programs["t"] = Program((), fixed=False)
-    timetable = Timetable(traffic)
-    assert timetable.is_open("t", 0)
-    assert timetable.may_be_open("t", 1, 0.0, 1e6)
-    assert timetable.next("t", 0) == Showing("O", is_open=True, red_at_s=math.inf, until_s=0.5)
+    scene = Scene(signal("t"), links=2)
+    scene.traffic.lights["t"] = Light("Oo", -1.0)
+    scene.traffic.programs["t"] = Program((), fixed=False)
+    assert scene.timetable.is_open("t", 0)
+    assert scene.may_be_open(1, 0.0, 1e6)
+    assert scene.next() == ("O", math.inf)
