@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from loopgate.drive import build
+from loopgate.drive import ground
 from loopgate.errors import TrafficError
 from loopgate.results.recorder import read_events
 from loopgate.simulation.run import simulate
@@ -24,7 +24,7 @@ DENSE = Scenario(network=GRID, loops=40, vehicles=300, duration_s=600.0, warmup_
 
 def test_more_events_than_find_room_in_one_step_end_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
     """One clear line rather than a trace with holes."""
-    monkeypatch.setattr(build, "FULL", 0)
+    monkeypatch.setattr(ground, "FULL", 0)
     with pytest.raises(TrafficError, match=r"events of one step at \d+ s found no room"):
         simulate(replace(DENSE, duration_s=60.0))
 

@@ -8,14 +8,14 @@ from typing import Any, cast
 
 from loopgate.abstraction.itinerary import Leg
 from loopgate.drive import holdings, requests
-from loopgate.drive.build import make_tables
 from loopgate.drive.codes import REASONS
 from loopgate.drive.gatekeeper import Gatekeeper
+from loopgate.drive.ground import Ground
 from loopgate.drive.tables import Tables
 from loopgate.drive.track import Round, Track
 from loopgate.gates import Gate
 from loopgate.kernel_cache import kernel
-from loopgate.model import System
+from loopgate.model import Configuration, System
 from loopgate.negotiation.base import Negotiation
 
 
@@ -89,11 +89,17 @@ class Books(Gatekeeper):
                 words.append(word)
             return words.index(word)
 
-        self.tables = make_tables(tracks, system, code, step_s=1.0)
-        self.do = self.take_over(self.tables, code)
+        ground = Ground.of(tracks, system, code, step_s=1.0)
+        self.tables = ground.tables
+        self.do = self.take_over(ground)
         self.columns: Any = cast("Any", self.tables.vehicles)
         self.run: Any = cast("Any", self.tables.run)
         self.run["now_s"] = -1.0
+
+    def configuration(self) -> Configuration:
+        """Return the configuration, written out."""
+        at = tuple((self.columns["granted"] % self.columns["legs"]).tolist())
+        return Configuration(at, tuple(tuple(self.line(state)) for state in self.system.fifo_states))
 
     def asks(self, robot: int, now_s: float) -> None:
         """Let a vehicle ask."""

@@ -10,9 +10,9 @@ from fake_traffic import FakeTraffic
 from builders import system
 from loopgate.abstraction.itinerary import Crossing, Leg
 from loopgate.drive import lights
-from loopgate.drive.build import make_tables
 from loopgate.drive.codes import HEED, HEEDLESS
 from loopgate.drive.driver import Driver
+from loopgate.drive.ground import Ground
 from loopgate.drive.tables import Tables
 from loopgate.drive.timetable import Signal, Timetable
 from loopgate.drive.track import Round, Track
@@ -89,7 +89,7 @@ class Scene:
         shown += [Signal(f"link {link}", shown[0].light, link, 10.0) for link in range(1, links)]
         self.timetable = Timetable(self.traffic, shown)
         code, numbers = Recorder(None).code, self.timetable.numbers
-        self.tables = make_tables([track], system({"v": "a b"}), code, step_s=1.0, signals=numbers)
+        self.tables = Ground.of([track], system({"v": "a b"}), code, step_s=1.0, signals=numbers).tables
         driver = Driver(0, track, self.tables)
         driver.drives_like(Dynamics(5.0, 2.6, 4.5, 1.0))
         self.row: Any = driver.row

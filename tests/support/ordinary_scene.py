@@ -9,8 +9,8 @@ from fake_traffic import FakeTraffic, FakeVehicle
 
 from builders import system
 from loopgate.abstraction.itinerary import Leg
-from loopgate.drive.build import make_tables
 from loopgate.drive.driver import Driver
+from loopgate.drive.ground import Ground
 from loopgate.drive.timetable import Signal, Timetable
 from loopgate.drive.track import Round, Track
 from loopgate.gates import Reason
@@ -44,7 +44,7 @@ class Scene:
         paths = {"v": "before_0 after_0", "w": "after_0 before_0"}
         roads = system(paths, capacity={"before_0": 10, "after_0": 5}, fifo=("before_0", "after_0"))
         other = replace(track, vehicle="w")
-        tables = make_tables([track, other], roads, Recorder(None).code, step_s=1.0)
+        tables = Ground.of([track, other], roads, Recorder(None).code, step_s=1.0).tables
         driver = Driver(0, track, tables)
         driver.drives_like(Dynamics(5.0, 2.6, 4.5, 1.0))
         driver.row["line_m"] = 100.0

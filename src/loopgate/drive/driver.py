@@ -34,12 +34,12 @@ class Driver:
         """Stops made since the simulator last forgot them."""
         self._measured_from_m = track.front_m
         self._laps_before = 0
-        self.goes_on(robot, track, tables)
-
-    def goes_on(self, robot: int, track: Track, tables: Tables) -> None:
-        """Take over another number and row, in tables made anew, and its track if that was."""
-        self.robot = robot
         self.track = track
+        self.goes_on(robot, tables)
+
+    def goes_on(self, robot: int, tables: Tables) -> None:
+        """Take over another number and row."""
+        self.robot = robot
         self.row = cast("np.void", tables.vehicles[robot])
         """Its row, to be read and set by column."""
 

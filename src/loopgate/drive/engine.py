@@ -12,15 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from loopgate.drive import step as drive
-from loopgate.drive.build import make_tables, movements_of, roads_of
 from loopgate.drive.codes import BRAKE, HEED, HEEDLESS, PIVOT, RELEASE, STEER, STOP
 from loopgate.drive.driver import Driver
 from loopgate.drive.gatekeeper import Gatekeeper
+from loopgate.drive.ground import Ground
 from loopgate.drive.rows import columns
 from loopgate.drive.sense import STANDING_MPS
 from loopgate.drive.steering import Steering
 from loopgate.drive.step import FULL, Step
-from loopgate.drive.tables import Tables
 from loopgate.drive.track import Track
 from loopgate.drive.worn import WornStops
 from loopgate.errors import TrafficError
@@ -56,6 +55,8 @@ class Engine:
         Takes the events.
     foresees
         Whether drivers are such that it can be told ahead when they will be past a crossing.
+    ground
+        Ways on which others may come; by default there are those of the tracks, and nobody comes.
     """
 
     def __init__(
@@ -66,13 +67,14 @@ class Engine:
         recorder: Recorder,
         *,
         foresees: bool = True,
+        ground: Ground | None = None,
     ) -> None:
         self._traffic = traffic
         self._gatekeeper = gatekeeper
         self._recorder = recorder
         self.foresees = foresees
         self.changes = 0
-        """How often tables have been made anew: then vehicles have other numbers."""
+        """How often vehicles have got other numbers, or others have come."""
         self.on_taking_in: Callable[[Driver], None] = lambda _: None
         """Called with each vehicle as soon as it has been taken over."""
         self.on_renewal: Callable[[Driver], None] = lambda _: None
@@ -86,11 +88,17 @@ class Engine:
         self.arrived: tuple[str, ...] = ()
         """Vehicles that the simulator took off the road in the last step, at the ends of their routes."""
         self._ids: list[str] = []
-        self._stood_s: defaultdict[str, float] = defaultdict(float)
-        self._counted: tuple[Sequence[str], Any] = (), np.zeros(0, dtype=[("stood_s", np.float64)])
-        """The edges by number, and the table of them in which standing is counted."""
+        self._once = False
+        """Whether any vehicle drives its route once."""
+        if ground is None:
+            system, signals = (gatekeeper.system, gatekeeper.signals) if gatekeeper else (None, {})
+            ground = Ground.of(tracks, system, recorder.code, step_s=traffic.step_s, signals=signals)
+        else:
+            ground.take(tracks)
+        self._ground, self.tables = ground, ground.tables
         self._told = np.zeros(3, dtype=np.int64)
-        self._make(tracks)
+        self._use_tables()
+        self._number(tracks)
         recorder.before = self.settle
         self._steering = Steering(traffic, recorder)
         self._worn = WornStops(traffic)
@@ -109,35 +117,12 @@ class Engine:
         self.sumo_s = 0.0
         """Wall time spent in the simulator's steps [s]."""
 
-    def _make(self, tracks: Sequence[Track]) -> None:
-        """Make tables for these vehicles, in which those that are new stand where their tracks begin."""
-        system = self._gatekeeper.system if self._gatekeeper else None
-        self._name(tracks)
-        tables = make_tables(
-            tracks, system, self._recorder.code, step_s=self._traffic.step_s, signals=self._signals
-        )
-        self._use(tables)
-        self._number(tracks)
-
-    @property
-    def _signals(self) -> Mapping[str, int]:
-        """The numbers of the signals that are obeyed, by movement."""
-        timetable = self._gatekeeper.timetable if self._gatekeeper else None
-        return timetable.numbers if timetable else {}
-
-    def _name(self, tracks: Sequence[Track]) -> None:
-        """Take note of what is on these tracks by number."""
-        self.movements: Sequence[str] = movements_of(tracks)
-        """Names of the movements by number."""
-        self.roads: Sequence[str] = roads_of(tracks)
-        """Names of the edges by number, one for each time that a loop leads over it; another list if anew."""
-
-    def _use(self, tables: Tables, states: Sequence[str] | None = None) -> None:
-        """Work on these tables from now on."""
+    def _use_tables(self) -> None:
+        """Work from now on on the tables as they are: ways have been laid, or vehicles have come or gone."""
         self.settle()
         self.changes += 1
-        keeper = self._gatekeeper
-        self.tables = tables
+        ground, keeper, before = self._ground, self._gatekeeper, self.tables
+        self.tables = tables = ground.tables
         self.run = cast("Any", tables.run)
         """The table of the run, one row, by column."""
         self._told = columns(cast("NDArray[np.void]", tables.run), "rows", "lost")[0]
@@ -145,43 +130,28 @@ class Engine:
         self.run["foresees"] = self.foresees and not self._traffic.gives_way
         self.vehicles = cast("NDArray[np.void]", tables.vehicles)
         """The table of vehicles, by column."""
-        if self._counted[1] is not tables.roads:
-            self._count_stood()
-            self._counted = self.roads, tables.roads
-        self._step = keeper.take_over(tables, self._recorder.code, states) if keeper else Step(tables)
-
-    def _count_stood(self) -> None:
-        """Add up by edge for how long vehicles have stood since the last time."""
-        roads, counted = self._counted
-        stood_s = counted["stood_s"]
-        for number in np.flatnonzero(stood_s).tolist():
-            self._stood_s[roads[number]] += float(stood_s[number])
-        stood_s[:] = 0.0
+        self._step = keeper.take_over(ground) if keeper else Step(tables)
+        if tables.acts is not before.acts:  # there was no room in those
+            for driver in self.drivers:
+                driver.goes_on(driver.robot, tables)
 
     @property
     def stood_s(self) -> Mapping[str, float]:
-        """For how long vehicles have stood on each edge, from ``run["counts_from_s"]`` on [s].
+        """For how long vehicles have stood on each edge, from ``run["counts_from_s"]`` on [s]."""
+        stood_s: defaultdict[str, float] = defaultdict(float)
+        for name, some_s in zip(self._ground.roads, cast("Any", self.tables.roads)["stood_s"], strict=True):
+            stood_s[name] += float(some_s)
+        return stood_s
 
-        Edges on which nobody stood may be missing.
-        """
-        self._count_stood()
-        return self._stood_s
-
-    def _number(self, tracks: Sequence[Track]) -> None:
-        """Let the vehicles have the rows of these tracks, and those that are new their drivers."""
-        known = self.driver_of
-        for robot, track in enumerate(tracks):
-            if track.vehicle in known:
-                known[track.vehicle].goes_on(robot, track, self.tables)
-        self.drivers[:] = [
-            known.get(track.vehicle) or Driver(robot, track, self.tables)
-            for robot, track in enumerate(tracks)
-        ]
-        self._ids = [driver.id for driver in self.drivers]
-        self._once = any(not track.rounds for track in tracks)
-        self.arrived = ()
-        self.driver_of.clear()
-        self.driver_of.update(zip(self._ids, self.drivers, strict=True))
+    def _number(self, tracks: Sequence[Track]) -> list[Driver]:
+        """Let vehicles that have got the last rows have drivers; return these."""
+        first = len(self.drivers)
+        fresh = [Driver(robot, track, self.tables) for robot, track in enumerate(tracks, first)]
+        self.drivers += fresh
+        self._ids += [driver.id for driver in fresh]
+        self._once |= any(not track.rounds for track in tracks)
+        self.driver_of.update((driver.id, driver) for driver in fresh)
+        return fresh
 
     def _take_in(self, driver: Driver) -> None:
         """Take over a vehicle where it is, at the beginning or later."""

@@ -188,7 +188,7 @@ def _comes_later(other: int, leg: int, shared: int, i: int, k: int, f: int, t: T
 @part
 def _number(i: int, leg: int, t: Tables) -> int:
     """Return the number of the grant that led out of the leg."""
-    return int(t.lists[t.vehicles[i].number_at + (leg + 1) % t.vehicles[i].numbers])
+    return int(t.numbers[i, (leg + 1) % t.numbers.shape[1]])
 
 
 @part

@@ -23,6 +23,7 @@ from loopgate.drive.codes import (
     STOPPING,
     number_of,
 )
+from loopgate.drive.ground import HOLDERS, LINE, Ground
 from loopgate.drive.histogram import Histogram
 from loopgate.drive.obstacles import Obstacle
 from loopgate.drive.requests import REASK_S
@@ -32,7 +33,7 @@ from loopgate.drive.timetable import Timetable
 from loopgate.gates import Decision, Gate, Reason
 from loopgate.gates.certified import CertifiedGate
 from loopgate.gates.following import following
-from loopgate.model import Configuration, System
+from loopgate.model import System
 from loopgate.negotiation.base import InformedNegotiation, Negotiation, Request
 from loopgate.negotiation.pressure import Pressure
 
@@ -79,23 +80,29 @@ class Gatekeeper:
         """Whether anything has been granted since the requests were collected."""
         self._decision_us, self._counted = 0.0, 0
         """How long a compiled decision took when it was last timed [us], and how many have been counted."""
-        self.states: Sequence[str] = ()
-        """Names of the states by number."""
-        self._numbers: dict[str, int] = {}
-        self._known: object = None
-        """The table of states that was taken over last."""
         self.change(system, gate)
 
-    def change(self, system: System, gate: Gate, *, joined: bool = False) -> None:
-        """Go on with other robots, which stand as the system says; their tables are to be taken over next.
+    def change(
+        self, system: System, gate: Gate, rows: Sequence[int] | None = None, *, joined: bool = False
+    ) -> None:
+        """Go on with other robots, which stand as the system says; the tables are to be taken over next.
 
-        In these a robot may be `joined` by others; else nobody else ever comes to a place of its own.
+        Parameters
+        ----------
+        rows
+            By robot the number that it has in the tables; by default the same.
+        joined
+            Whether a robot may be joined by others; else nobody else ever comes to a place of its own.
         """
         self.system = system
         self.gate = gate
+        self._rows = range(len(system.robots)) if rows is None else rows
+        self._robots = {row: robot for robot, row in enumerate(self._rows)}
         self._following = following(gate)
         self._by_chain = isinstance(gate, CertifiedGate) and gate.by_chain_alone
         self._by_chain = self._by_chain and (joined or len(system.robots) > 1)
+        self.in_place = self._by_chain and joined
+        """Whether vehicles can come and go with no gate made anew."""
         everyone = self._by_chain and isinstance(gate, CertifiedGate) and gate.promise == "everyone"
         self._serve_after_s = self._patience_s if everyone else math.inf
         self._configuration = system.initial
@@ -104,34 +111,20 @@ class Gatekeeper:
         if isinstance(self.negotiation, InformedNegotiation):
             self.negotiation.prepare(system)
 
-    def take_over(
-        self, tables: Tables, code: Callable[[str], int], states: Sequence[str] | None = None
-    ) -> Step:
-        """Take over the tables, in which words have the numbers that `code` gives; return the way in.
-
-        The states in them are the system's, or others, by number: then the chain rule decides alone.
-        """
-        if states is None or states is not self.states:
-            self.states = self.system.states if states is None else states
-            self._numbers = {str(name): number for number, name in enumerate(self.states)}
-        self._tables = tables
+    def take_over(self, ground: Ground) -> Step:
+        """Take over the tables; return the way in."""
+        self._ground, self._code = ground, ground.code
+        self._tables = tables = ground.tables
         self._step = Step(self._with_lights())
-        self._code = code
         self._vehicles = v = cast("Any", tables.vehicles)
         # Read by column: a number of a row costs ten times as much.
         self._granted_leg, self._leg_at, self._legs = v["granted"], v["leg_at"], v["legs"]
         self._since_s, self._asked_at_s, self._decided = v["since_s"], v["asked_at_s"], v["decided"]
         self._reason, self._going = v["reason"], v["going"]
-        self._entries = cast("Any", tables.entries)
-        if tables.states is self._known:
-            return self._step  # only vehicles have come or gone
-        self._known = tables.states
-        self._run, self._states, self._reasons = (
-            cast("Any", table) for table in (tables.run, tables.states, tables.reasons)
+        self._run, self._states, self._reasons, self._entries = (
+            cast("Any", table) for table in (tables.run, tables.states, tables.reasons, tables.entries)
         )
-        self._held_by, self._rooms = self._states["held_by"], self._states["room"]
-        self._holders, self._line, self._queue = (self._states[c] for c in ("holders", "line", "queue"))
-        self._outside = self._states["outside"]
+        self._held_by, self._rooms, self._outside = (self._states[c] for c in ("held_by", "room", "outside"))
         self._state_behind = cast("Any", tables.legs)["state"]
         self._run["serve_after_s"] = self._serve_after_s
         self._run["at_once"] = not self.obstacles and self.timetable is None
@@ -141,12 +134,17 @@ class Gatekeeper:
                 self._run[column] = figure
         return self._step
 
+    @property
+    def signals(self) -> Mapping[str, int]:
+        """Numbers of the signals that are obeyed, by movement."""
+        return self.timetable.numbers if self.timetable is not None else {}
+
     def _with_lights(self) -> Tables:
         return self._tables if self.timetable is None else self.timetable.put_into(self._tables)
 
     def number(self, state: str) -> int | None:
         """Return the number of a state; None if nobody comes there."""
-        return self._numbers.get(state)
+        return self._ground.states.get(state)
 
     @property
     def by_chain(self) -> bool:
@@ -187,15 +185,11 @@ class Gatekeeper:
 
     def holders(self, state: int) -> list[int]:
         """Return the robots that hold `state`, in the order in which they took it."""
-        begin = self._holders[state]
-        robots: list[int] = self._tables.lists[begin : begin + self._held_by[state]].tolist()
-        return robots
+        return self._ground.read(state, HOLDERS)
 
     def line(self, state: int) -> list[int]:
         """Return the robots whose last grant is `state`, first one first."""
-        begin = self._line[state]
-        robots: list[int] = self._tables.lists[begin : begin + self._queue[state]].tolist()
-        return robots
+        return self._ground.read(state, LINE)
 
     def slots(self, state: int) -> int:
         """Return how many vehicles fit into `state`."""
@@ -206,14 +200,6 @@ class Gatekeeper:
         """How often each reason was given."""
         counts = zip(REASONS, self._reasons["refused"].tolist(), strict=True)
         return {reason.value: count for reason, count in counts if reason and count}
-
-    def configuration(self) -> Configuration:
-        """Return the configuration, written out. O(robots and states)."""
-        at = tuple((self._vehicles["granted"] % self._vehicles["legs"]).tolist())
-        lists, states = self._tables.lists, self._states
-        lines = [(states["line"][s], states["queue"][s]) for s in self.system.fifo_states]
-        queues = tuple(tuple(lists[begin : begin + length].tolist()) for begin, length in lines)
-        return Configuration(at, queues)
 
     def answer(self) -> None:
         """Decide what is pending, and let vehicles go or stay, until nobody else may go; look at lights."""
@@ -357,8 +343,8 @@ class Gatekeeper:
                 obstacle.granted(robot)
         return granted
 
-    def _ask_gate(self, robot: int) -> None:
-        begin = perf_counter_ns()
+    def _ask_gate(self, row: int) -> None:
+        begin, robot = perf_counter_ns(), self._robots[row]
         if self._following is not None:
             decision = self._following.decide_here(robot)
         else:
@@ -367,7 +353,7 @@ class Gatekeeper:
         self.messages += decision.messages
         self._decisions[robot] = decision
         stage = self._code(decision.stage)
-        self._step(drive.SETTLE, robot, int(decision.admitted), number_of(decision.reason), stage)
+        self._step(drive.SETTLE, row, int(decision.admitted), number_of(decision.reason), stage)
         if decision.admitted:
             if self._following is not None:
                 self._following.moved_here(robot)
@@ -389,12 +375,14 @@ class Gatekeeper:
                 if circle:
                     return [circle]
                 return [[other for other in range(len(self._vehicles)) if other != robot]]
+            asking = self._robots[robot]
+            decision: Decision | None
             if self._following is not None:
-                decision = self._following.decide_here(robot)  # by now others may be in its way, or none
+                decision = self._following.decide_here(asking)  # by now others may be in its way, or none
             else:
-                decision = self._decisions[robot]
-            if decision.blockers:
-                return [list(decision.blockers)]
+                decision = self._decisions.get(asking)  # none if the gate is another by now
+            if decision is not None and decision.blockers:
+                return [[self._rows[other] for other in decision.blockers]]
         return [[other for other in range(len(self._vehicles)) if other != robot]]
 
     def outside_blockers(self, robot: int) -> list[list[str]]:

@@ -22,8 +22,9 @@ def wanted_state(i: int, t: Tables) -> int:
 
 @inner
 def room(state: int, t: Tables) -> int:
-    """Return how many more vehicles fit into the state."""
-    return int(t.states[state].room - t.states[state].held_by)
+    """Return how many more vehicles fit into the state, and into its lists."""
+    place = t.states[state]
+    return int(min(place.room, place.most) - place.held_by)
 
 
 @inner
@@ -83,15 +84,6 @@ def strike(i: int, t: Tables) -> None:
             t.entries[kept].waiting = t.entries[n].waiting
             kept += 1
     t.run[0].waiting = kept
-
-
-@part
-def joins(i: int, t: Tables) -> None:
-    """Let a vehicle that has just got its row hold the state it stands in, behind all others there."""
-    place = t.states[last_state(i, t)]
-    place.queue = append(place.line, place.queue, place.most, i, t)
-    place.held_by = append(place.holders, place.held_by, place.most, i, t)
-    t.run[0].version += 1
 
 
 @part

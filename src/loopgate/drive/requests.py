@@ -158,8 +158,8 @@ def grant(i: int, reason: int, stage: int, t: Tables) -> None:
     before.queue = remove(t.lists, before.line, before.queue, i)
     one.granted += 1
     run.grants += 1
-    t.lists[one.number_at + one.granted % one.numbers] = run.grants
-    if one.granted - one.crossed >= one.numbers:
+    t.numbers[i, one.granted % t.numbers.shape[1]] = run.grants
+    if one.granted - one.crossed >= t.numbers.shape[1]:
         run.lost += 1
     place = t.states[last_state(i, t)]
     place.queue = append(place.line, place.queue, place.most, i, t)

@@ -36,7 +36,6 @@ __all__ = [
     "DECIDE",
     "FULL",
     "IDLE",
-    "JOIN",
     "LEAVE",
     "LIGHTS",
     "LOOK",
@@ -66,11 +65,10 @@ SETTLE: Final = 8
 TELL: Final = 9
 DECIDE: Final = 10
 IDLE: Final = 11
-JOIN: Final = 12
-LEAVE: Final = 13
-ORDER: Final = 14
-UNREAD: Final = 15
-LIGHTS: Final = 16
+LEAVE: Final = 12
+ORDER: Final = 13
+UNREAD: Final = 14
+LIGHTS: Final = 15
 
 
 @inner
@@ -221,17 +219,6 @@ def _go(i: int, t: Tables) -> None:
 
 
 @part
-def _join(i: int, t: Tables) -> None:
-    """Take in a vehicle that is held at the end of the state it stands in."""
-    one = t.vehicles[i]
-    one.held = True
-    one.line_m = one.held_m = end_m(i, one.granted, t)
-    holdings.joins(i, t)
-    if holdings.first_before(i, t) == NOBODY:
-        _consider(i, t)
-
-
-@part
 def _leave(i: int, last: int, t: Tables) -> None:
     """Let a vehicle go, and whoever is first behind it then ask; another one is to have its number."""
     place = t.states[state_of(i, t.vehicles[i].granted, t)]
@@ -350,8 +337,6 @@ def _step(
         requests.settle(i, leg, reason, stage, t)
     elif what == TELL:
         said = 1 if _tell(t) else 0
-    elif what == JOIN:
-        _join(i, t)
     elif what == LEAVE:
         _leave(i, leg, t)
     return said
@@ -402,9 +387,8 @@ class Step:
             traffic. ``CONSIDER``: some are steered no longer. ``ANSWER``: all requests are answered, by
             pressure and the chain rule, and vehicles told. ``TURN``: `LOOK` and `ANSWER`. ``UNREAD``,
             ``COLLECT``, ``ORDER``, ``STILL_FREE``, ``REFUSE``, ``SETTLE``, ``DECIDE``, ``TELL``, ``LIGHTS``:
-            parts of `ANSWER`, for other rules in between; see `loopgate.drive.requests`. ``JOIN``, ``LEAVE``:
-            a vehicle has got its row, or is about to give it back, to another one perhaps. ``IDLE``: nothing
-            is done.
+            parts of `ANSWER`, for other rules in between; see `loopgate.drive.requests`. ``LEAVE``: a vehicle
+            is about to give its row back, to another one perhaps. ``IDLE``: nothing is done.
         robot, leg, reason, stage
             The vehicle that it is about, and what about it. For ``ORDER`` it is how many are ready. For
             ``SETTLE`` the leg says whether the vehicle is admitted, for ``LEAVE`` who is to have its row,

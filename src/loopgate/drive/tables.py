@@ -43,8 +43,6 @@ class VehicleRow:
         Where its legs are in the table of legs, and how many.
     entered, granted, tail, crossed
         The leg of the front, and what it holds; see above.
-    number_at, numbers
-        Where the numbers of its last grants are in the lists, by leg modulo how many there are.
     trespassing, held, steered, asking
         Whether the front was past its line, whether it is to stop there, whether it is steered (see
         `Steering`), whether it has to be told when it must ask.
@@ -120,8 +118,6 @@ class VehicleRow:
     entered: int
     halted_s: float
     length_m: float
-    number_at: int
-    numbers: int
     road_lap: int
     lap_m: float
     next_lap_m: float
@@ -438,7 +434,9 @@ class Tables(NamedTuple):
     fronts
         How far vehicles are on their ways, by vehicle, as on ways that were never changed [m].
     lists
-        Lists of vehicles, and of the numbers of grants.
+        Lists of vehicles.
+    numbers
+        The numbers of the last grants to each vehicle, by leg modulo how many are kept.
     letters
         What lights show, SUMO's letters by their codes, one for each link.
     """
@@ -459,6 +457,7 @@ class Tables(NamedTuple):
     calls: Numbers
     fronts: Floats
     lists: Numbers
+    numbers: Numbers
     signals: Sequence[SignalRow]
     lights: Sequence[LightRow]
     phases: Sequence[PhaseRow]

@@ -150,7 +150,7 @@ class Rerouting:
                 and way.track.loop != track.loop
                 and same
                 and abs(there.position_m - line.position_m) < _SAME_M
-                and self._engine.seats(way.track)
+                and self._engine.knows(way.track)
             ):
                 yield way
 

@@ -85,7 +85,7 @@ def crossing(
     for robot, number in enumerate(grants):
         if number:
             books.do(SETTLE, robot, 1)
-            books.tables.lists[books.columns["number_at"][robot] + 1] = number
+            books.tables.numbers[robot, 1] = number
     return books.tables
 
 

@@ -3,8 +3,6 @@
 import pytest
 from lights_scene import LINE_M, Scene, signal
 
-from loopgate.drive.books import carry_over
-
 
 @pytest.mark.parametrize("letter", ["r", "y", "u"])
 def test_nothing_is_granted_into_red_or_yellow(letter: str) -> None:
@@ -156,19 +154,3 @@ def test_standing_at_a_red_with_a_grant_is_counted() -> None:
     scene.row["speed"] = 0.0
     scene.look()
     assert [scene.run[name] for name in ("let_go", "stood", "stood_s")] == [1, 1, 3.0]
-
-
-def test_who_gets_another_row_is_looked_after_all_the_same() -> None:
-    """Tables made anew take over who was let go, and who drives on."""
-    scene, later = (Scene(signal("t"), at_m=90.0, speed=5.0) for _ in range(2))
-    scene.shows("t", "G", 1000.0)
-    later.shows("t", "G", 1000.0)
-    scene.let_go()
-    carry_over(scene.tables, later.tables, {0: 0})
-    later.told_to_drive_on = True
-    later.look()
-    assert later.drives_on()
-    later.row["front"] = 101.0
-    later.look()
-    assert not later.drives_on()
-    assert later.run["let_go"] == 1

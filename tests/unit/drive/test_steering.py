@@ -8,8 +8,8 @@ from fake_traffic import FakeTraffic, FakeVehicle
 
 from builders import system
 from loopgate.abstraction.itinerary import Guide, Leg
-from loopgate.drive.build import make_tables
 from loopgate.drive.driver import Driver
+from loopgate.drive.ground import Ground
 from loopgate.drive.steering import Steering
 from loopgate.drive.step import LOOK, Step
 from loopgate.drive.track import Round, Track
@@ -63,7 +63,7 @@ def world(guide: Guide, start_m: float = 20.0) -> World:
         ),
     )
     roads = system({"v": "e/1 e/2"})
-    tables = make_tables([track], roads, Recorder(None).code, step_s=traffic.step_s)
+    tables = Ground.of([track], roads, Recorder(None).code, step_s=traffic.step_s).tables
     driver = Driver(0, track, tables)
     driver.drives_like(traffic.dynamics("v"))
     driver.correct(start_m)

@@ -108,7 +108,8 @@ class AttachedFleet(Fleet):
         for vehicle in sorted(gone & self.newcomers.keys()):
             del self.newcomers[vehicle]
             self._traffic.leave_gate(vehicle)
-        super().drop(sorted(gone), reason)
+        if self.let_go(gone, reason):
+            self.answer()
 
     def after_step(self) -> None:
         """Do what is due after a step of the traffic."""
@@ -131,8 +132,8 @@ class AttachedFleet(Fleet):
         if not self.members and not self.newcomers:
             return
         present = set(self._traffic.vehicles())
-        self.drop([n.vehicle for n in self.newcomers.values() if n.seen and n.vehicle not in present], GONE)
-        self.drop(self.members.keys() - present, GONE)
+        known = [*self.members, *(newcomer.vehicle for newcomer in self.newcomers.values() if newcomer.seen)]
+        self.drop([vehicle for vehicle in known if vehicle not in present], GONE)
         moved = [vehicle for vehicle, driver in self.members.items() if self._is_moved(driver)]
         self._rejoin(moved, "moved")
         for newcomer in self.newcomers.values():
@@ -182,26 +183,22 @@ class AttachedFleet(Fleet):
             self._rejoin(list(self.members), "another plan")
         self._next, self.plan = None, plan
         self.drive_by(plan.itineraries, plan.tracks, plan.room)
-        if self.engine is not None and self.members:
-            self._change(self.engine.books())
         return True
 
     def _try(self, newcomers: Sequence[Newcomer]) -> bool:
         """Take newcomers in together if places and gate allow it."""
-        tracks: dict[str, Track] = {}
         for newcomer in newcomers:
             newcomer.tried_s = self._traffic.now_s
-            tracks[newcomer.vehicle] = self.plan.track(
-                newcomer.vehicle, newcomer.loop.id, front_m=newcomer.arc_m, position=newcomer.position or 0
-            )
-        if not self.take_in(tracks, {n.vehicle: n.left_m for n in newcomers}, beyond=1):
+        tracks = [
+            self.plan.track(n.vehicle, n.loop.id, front_m=n.arc_m, position=n.position or 0)
+            for n in newcomers
+        ]
+        if not self.take_in(tracks, beyond=1):
             return False
-        for vehicle in tracks:
-            del self.newcomers[vehicle]
+        self.answer()
+        for newcomer in newcomers:
+            del self.newcomers[newcomer.vehicle]
         return True
-
-    def _on(self, track: Track) -> Track:
-        return self.plan.on(track)
 
     def begin(self, system: System, gate: Gate, tracks: Sequence[Track]) -> ChangingEngine:
         """Begin, usually with nobody, for vehicles that are about to join."""

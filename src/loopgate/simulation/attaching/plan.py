@@ -59,10 +59,6 @@ class Plan:
         known = self._tracks[loop]
         return replace(known, vehicle=vehicle, start_m=front_m, start_position=position, renews=True)
 
-    def on(self, track: Track) -> Track:
-        """Return the track of a vehicle, which was made by an earlier plan that this one goes on with."""
-        return replace(track, legs=self._tracks[track.loop].legs)
-
     def goes_on_with(self, earlier: Plan) -> bool:
         """Return whether vehicles that drive by an earlier plan can drive by this one from now on.
 

@@ -36,7 +36,7 @@ class Crowds:
 
         O(places on the way), and O(vehicles) once a step.
         """
-        places, limits_mps = self._way(track, engine, keeper)
+        places, limits_mps = self._way(track, keeper)
         states = cast("Any", engine.tables.states)
         room = states["room"][places].sum()
         if states["queue"][places].sum() <= _TAKEN * room:
@@ -47,7 +47,7 @@ class Crowds:
         lost = np.maximum(0.0, self._on[places] - self._speed_mps[places] / limits_mps)
         return bool(lost.sum() > _LOST * room)
 
-    def _way(self, track: Track, engine: ChangingEngine, keeper: Gatekeeper) -> tuple[Ints, Floats]:
+    def _way(self, track: Track, keeper: Gatekeeper) -> tuple[Ints, Floats]:
         """Return the places on the way of a vehicle, by number, and the speed limits there [m/s]."""
         key = track.loop, track.start_position
         way = self._ways.get(key)
@@ -57,9 +57,7 @@ class Crowds:
                 number = None if leg.away else keeper.number(leg.state)
                 if number is not None:
                     limits[number] = self._network.edges[leg.line.edge].lanes[leg.line.lane].speed_mps
-            way = np.array([*limits], dtype=np.int64), np.array([*limits.values()])
-            if engine.changes_in_place:  # else they may have other numbers next time
-                self._ways[key] = way
+            way = self._ways[key] = np.array([*limits], dtype=np.int64), np.array([*limits.values()])
         return way
 
     def _count(self, engine: ChangingEngine) -> None:

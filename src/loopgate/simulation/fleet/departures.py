@@ -10,7 +10,7 @@ import numpy as np
 
 from loopgate.drive.changing import ChangingEngine
 from loopgate.drive.codes import NOBODY
-from loopgate.drive.track import make_track
+from loopgate.drive.track import Track, make_track
 from loopgate.errors import TrafficError
 from loopgate.network import RoadNetwork
 from loopgate.simulation.demand.placing import Departure
@@ -116,6 +116,8 @@ class OpenDepartures(Departures):
         super().__init__(departures)
         self._network, self._traffic, self._engine = network, traffic, engine
         self._starts = {one.start.vehicle: one.start for one in departures}
+        ways = [make_track(network, start.loop) for start in self._starts.values()]
+        engine.lay([*(driver.track for driver in engine.drivers), *ways], {})
 
     def look(self) -> None:
         """Take note of those that SUMO has put in."""
@@ -218,7 +220,6 @@ class GatedDepartures(Departures):
             self._fleet.let_go(engine.arrived, _ARRIVED)
         if self._entering:
             self._take_in()
-        self._fleet.settle()
         if self._fleet.changes != changes:
             self._fleet.answer()
         if engine is None or not (self._outside or self._coming):
@@ -259,7 +260,7 @@ class GatedDepartures(Departures):
         if now < self._tried_s.get(vehicle, now - _AGAIN_S) + _AGAIN_S:
             return
         self._tried_s[vehicle] = now
-        if not self._fleet.admits(*self._asked([one])):
+        if one.track is None or not self._fleet.admits(one.track):
             return
         engine.shut(place)
         how = self._how[vehicle]
@@ -289,10 +290,10 @@ class GatedDepartures(Departures):
             if one.start.vehicle in present and (self._how[one.start.vehicle].rolling or self._holds(one))
         ]
         names = {one.start.vehicle for one in here}
-        together = bool(here) and not self._fleet.in_place and self._fleet.take_in(*self._asked(here))
+        together = bool(here) and not self._fleet.in_place and self._fleet.take_in(self._tracks(here))
         for one in entering:
             vehicle = one.start.vehicle
-            if vehicle in names and (together or self._fleet.take_in(*self._asked([one]))):
+            if vehicle in names and (together or self._fleet.take_in(self._tracks([one]))):
                 self.departed_s[vehicle] = self._traffic.now_s - self._traffic.step_s
             else:
                 self._traffic.take_out(vehicle)
@@ -309,11 +310,8 @@ class GatedDepartures(Departures):
             return False
 
     @staticmethod
-    def _asked(some: Sequence[Departure]) -> tuple[dict[str, Any], dict[str, float]]:
-        """Return tracks, and how far it is to the ends of the places [m], as `Fleet.take_in` has them."""
-        tracks = {one.track.vehicle: one.track for one in some if one.track is not None}
-        left_m = {v: track.legs[track.start_position].end_m - track.front_m for v, track in tracks.items()}
-        return tracks, left_m
+    def _tracks(some: Sequence[Departure]) -> list[Track]:
+        return [one.track for one in some if one.track is not None]
 
 
 def _queues_at(one: Departure) -> Iterator[str]:

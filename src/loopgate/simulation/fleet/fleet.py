@@ -1,16 +1,16 @@
 """Vehicles under a gate that join and leave: in a run as in a simulation of somebody else's."""
 
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 from time import perf_counter
 
 from loopgate.abstraction.itinerary import Itinerary
-from loopgate.drive.books import Books
+from loopgate.drive.build import places_on
 from loopgate.drive.changing import ChangingEngine
 from loopgate.drive.driver import Driver
 from loopgate.drive.gatekeeper import Gatekeeper
+from loopgate.drive.ground import Ground
 from loopgate.drive.obstacles import Obstacle
 from loopgate.drive.timetable import Timetable
 from loopgate.drive.track import Track
@@ -28,9 +28,6 @@ from loopgate.simulation.around.lights import signals_of
 from loopgate.simulation.around.surroundings import Surroundings
 from loopgate.simulation.scenario import SERVE_AFTER_S
 from loopgate.traffic.base import Traffic
-
-_Ready = tuple[Sequence[Track], Books, System, Gate]
-"""Tracks, books, system and gate that vehicles go on with."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,7 +66,9 @@ class Fleet:
     -----
     A vehicle is taken in where it is as a whole in a place of its loop and can stop at the end of that: then
     it holds a slot there and nothing else, and the gate is made anew for all vehicles as they stand. It is a
-    start like any other, which the gate refuses if it could not keep its promise.
+    start like any other, which the gate refuses if it could not keep its promise. Under the chain rule alone
+    none is made for those who drive once: they are residents of no set of places, and loops have left them
+    room (`_refuse_crowd`), so the gate promises with them what it did without.
     """
 
     def __init__(self, network: RoadNetwork, traffic: Traffic, recorder: Recorder, rules: Rules) -> None:
@@ -89,8 +88,6 @@ class Fleet:
         self.around: Surroundings | None = None
         self.looks: Sequence[Callable[[], None]] = ()
         """What surroundings have to do after each step, once the drive has done its part."""
-        self._leaving: Sequence[str] = ()
-        """Vehicles that are to be let go with the next change."""
         self.changes = 0
         """How often vehicles joined or left."""
         self.stays = False
@@ -102,13 +99,6 @@ class Fleet:
     def members(self) -> Mapping[str, Driver]:
         """The vehicles under the gate, by name."""
         return self.engine.driver_of if self.engine else {}
-
-    @property
-    def books(self) -> Books:
-        """The holders of every place and crossing."""
-        books = self.engine.books() if self.engine is not None and self.members else Books({}, {}, {})
-        books.strike(self._leaving)
-        return books
 
     def drive_by(
         self, itineraries: Sequence[Itinerary], ways: Sequence[Track], room: Mapping[str, int]
@@ -125,61 +115,91 @@ class Fleet:
         self.slots = sum(most for state, most in room.items() if state not in away)
         once = {id(way.legs): way.legs for way in ways if not way.rounds}
         self._passing = [tuple(leg.state for leg in legs) for legs in once.values()]
-        if self.around is not None:
+        if self.engine is not None and self.around is not None:
+            self.engine.lay(ways, room)
             self.around.plan(itineraries, ways)
 
     def begin(self, system: System, gate: Gate, tracks: Sequence[Track]) -> ChangingEngine:
         """Begin with these vehicles, one per robot, which stand as the system says; or with none of them."""
-        rules, traffic = self._rules, self._traffic
-        self.keeper = Gatekeeper(system, gate, rules.negotiation, serve_after_s=rules.serve_after_s)
-        self.keeper.obstacles = self._obstacles
+        rules, traffic, ground = self._rules, self._traffic, None
+        self.keeper = keeper = Gatekeeper(system, gate, rules.negotiation, serve_after_s=rules.serve_after_s)
+        keeper.obstacles = self._obstacles
         timetable = Timetable(traffic, signals_of(self._network))
         if rules.lights:
-            self.keeper.timetable = timetable
+            keeper.timetable = timetable
+        if self.stays or not tracks:
+            ground = Ground(self._recorder.code, step_s=traffic.step_s, signals=keeper.signals)
+            ground.lay(self._ways, places_on(self._ways, self.room))
         self.engine = engine = ChangingEngine(
-            traffic, tracks, self.keeper, self._recorder, foresees=rules.foresees
+            traffic, tracks, keeper, self._recorder, foresees=rules.foresees, ground=ground
         )
-        self.around = Surroundings(
-            self._network, traffic, engine, self.keeper, timetable, others=rules.others
-        )
+        if self.stays:
+            self._expect_others(gate)
+            engine.go_by(system, gate, joined=True)
+        self.around = Surroundings(self._network, traffic, engine, keeper, timetable, others=rules.others)
         self.looks = self.around.each_step
-        if self.stays and isinstance(gate, CertifiedGate):
-            engine.drive_by(self._ways, self.room)
         self.around.plan(self._itineraries, self._ways)
         return engine
 
-    def take_in(self, tracks: Mapping[str, Track], left_m: Mapping[str, float], *, beyond: int = 0) -> bool:
+    def take_in(self, tracks: Sequence[Track], *, beyond: int = 0) -> bool:
         """Take vehicles in together if places and gate allow it; return whether they do.
+
+        `answer` has to follow, but not before all who are on the road are taken in: who is granted a state
+        counts as ahead of those that are taken in there after it, and would wait for ever behind one that may
+        not go before it.
 
         Parameters
         ----------
         tracks
-            By vehicle; it begins where the vehicle is, and can be held at the end of that state.
-        left_m
-            How far it is to there [m].
+            They begin where the vehicles are, which can be held at the ends of those states.
         beyond
             By how many vehicles a state may hold more than it has slots for.
         """
-        if len(tracks) == 1 and not beyond and self.in_place:
-            track = next(iter(tracks.values()))
-            if not track.rounds and self.engine is not None and self.engine.seats(track):
-                return self._seat(self.engine, track)
-        ready = self._ready(tracks, left_m, beyond)
-        if ready is None:
+        try:
+            made = self._with(tracks, beyond)
+        except GateError:
             return False
-        self._go_on(*ready)
+        if self.engine is None and made is not None:
+            self.begin(*made, ())
+        if self.engine is not None:
+            self.changes += 1
+            self.engine.join(tracks)
+            if made is not None:
+                self.engine.go_by(*made, joined=self.stays)
         return True
 
-    def admits(self, tracks: Mapping[str, Track], left_m: Mapping[str, float]) -> bool:
-        """Return whether `take_in` would take them in, if they were there; places have slots for them.
+    def admits(self, track: Track) -> bool:
+        """Return whether `take_in` would take a vehicle in, if it were there."""
+        try:
+            self._with([track])
+        except GateError:
+            return False
+        return True
 
-        Of those who drive once, the chain rule can be asked without a gate made anew: they are residents of
-        no set of places.
+    def answer(self) -> None:
+        """Let those go who can go since vehicles have come or gone."""
+        if self.engine is not None:
+            self.engine.answer()
+
+    def _with(self, tracks: Sequence[Track], beyond: int = 0) -> tuple[System, Gate] | None:
+        """Return the system and the gate with those who join; None if the gate goes on as it is.
+
+        Raises
+        ------
+        GateError
+            If there is no place for one, or the gate cannot keep its promise.
         """
-        alone = len(tracks) == 1 and not any(track.rounds for track in tracks.values())
-        if alone and self.keeper is not None and self.keeper.by_chain and (self.members or self.in_place):
-            return not any(self._closes(track) for track in tracks.values())
-        return self._ready(tracks, left_m, 0) is not None
+        come = Counter(track.legs[track.start_position].state for track in tracks)
+        for state, number in come.items():
+            if len(self.holders(state)) + number > self.room[state] + beyond:
+                msg = f"{state} is full"
+                raise GateError(msg)
+        if not self.in_place or len(tracks) > 1 or tracks[0].rounds:
+            return self._make(tracks)
+        if self._closes(tracks[0]):
+            msg = "a circle of full places would close"
+            raise GateError(msg)
+        return None
 
     def _closes(self, track: Track) -> bool:
         """Return whether a vehicle that begins on a track closes a circle of full places."""
@@ -195,58 +215,18 @@ class Fleet:
 
     def holders(self, state: str) -> list[Driver]:
         """Return the members that hold a state."""
-        number = self.keeper.number(state) if self.keeper is not None else None
-        if self.keeper is None or self.engine is None or number is None or not self.members:
-            return []
-        return [self.engine.drivers[robot] for robot in self.keeper.holders(number)]
+        return self.engine.holding(state) if self.engine is not None else []
 
     @property
     def in_place(self) -> bool:
-        """Whether those who drive once join and leave one by one, and nothing is made anew for them.
+        """Whether no gate is made anew for those who drive once."""
+        return self.keeper is not None and self.keeper.in_place
 
-        They are residents of no set of places, and loops have left them room (`_refuse_crowd`), so the gate
-        promises with them what it did without.
-        """
-        return self.engine is not None and self.engine.changes_in_place
-
-    def _seat(self, engine: ChangingEngine, track: Track) -> bool:
-        """Take in a vehicle that drives once if its place and the chain rule allow it."""
-        self.settle()
-        state = track.legs[track.start_position].state
-        if len(self.holders(state)) >= self.room[state] or self._closes(track):
-            return False
-        self.changes += 1
-        engine.seat(track)
-        return True
-
-    def _ready(self, tracks: Mapping[str, Track], left_m: Mapping[str, float], beyond: int) -> _Ready | None:
-        """Return what the vehicles are to go on with when some join, None if they must not."""
-        books, drivers = self.books, self.members
-
-        def left(state: str, other: str) -> float:
-            return left_m[other] if other in left_m else drivers[other].left_m(state)
-
-        for vehicle, track in tracks.items():
-            state = track.legs[track.start_position].state
-            if len(books.holders.get(state, ())) >= self.room[state] + beyond:
-                return None
-            books.enter(vehicle, state, left_m[vehicle], partial(left, state))
-        try:
-            return self._make(books, tracks)
-        except GateError:
-            return None
-
-    def drop(self, vehicles: Sequence[str], reason: str) -> None:
-        """Let vehicles go that are under the gate."""
-        self.let_go(vehicles, reason)
-        self.settle()
-        self.answer()
-
-    def let_go(self, vehicles: Sequence[str], reason: str) -> None:
-        """Let vehicles go with the next change; `settle` has to follow."""
+    def let_go(self, vehicles: Iterable[str], reason: str) -> bool:
+        """Let those go that are under the gate; return whether anybody is: then `answer` has to follow."""
         leaving = sorted(set(vehicles) & self.members.keys())
         if not leaving or self.engine is None:
-            return
+            return False
         now = self._traffic.now_s
         for vehicle in leaving:
             driver = self.members[vehicle]
@@ -255,88 +235,61 @@ class Fleet:
                 self._recorder.note(now, vehicle, Event.LEAVE, driver.leg(leg).state)
             self._recorder.note(now, vehicle, Event.END, driver.leg(driver.granted).state, reason)
             self._traffic.leave_gate(vehicle)
-        self._leaving = leaving
+        self.changes += 1
+        self.engine.leave(leaving)
+        if self.members and not self.in_place:
+            self.engine.go_by(*self._make(()), joined=self.stays)
+        return True
 
-    def settle(self) -> None:
-        """Make the change that is due since vehicles were let go, if it has not been made."""
-        if not self._leaving or self.engine is None:
-            return
-        once = not any(self.members[vehicle].track.rounds for vehicle in self._leaving)
-        if once and self.engine.unseat(self._leaving):
-            self.changes += 1
-            self._leaving = ()
-            return
-        books = self.books
-        if books.everybody:
-            self._change(books)
-        else:
-            self._leaving = ()
-            self.engine.clear()
-
-    def answer(self) -> None:
-        """Let others go where that is possible since vehicles have come or gone in place.
-
-        Not before all who are on the road are taken in: who is granted a state counts as ahead of those that
-        are taken in there after it, and would wait for ever behind one that may not go before it.
-        """
-        if self.engine is not None and self.in_place:
-            self.engine.answer()
-
-    def _on(self, track: Track) -> Track:
-        """Return the track of a member as it is to go on."""
-        return track
-
-    def _change(self, books: Books) -> None:
-        """Make system, gate and tables anew: some have left, or what they drive by is another."""
-        self._go_on(*self._make(books, {}))
-
-    def _make(self, books: Books, joining: Mapping[str, Track]) -> _Ready:
-        """Make system and gate anew.
+    def _make(self, joining: Sequence[Track]) -> tuple[System, Gate]:
+        """Make system and gate anew, with those who join.
 
         Raises
         ------
         GateError
-            If the gate cannot keep its promise with those who join.
+            If the gate cannot keep its promise with them.
         """
         members = self.members
-        vehicles = books.everybody
-        tracks = [joining[v] if v in joining else self._on(members[v].track) for v in vehicles]
-        positions = [
-            track.start_position if track.vehicle in joining else members[track.vehicle].granted
-            for track in tracks
-        ]
+        lines: dict[StateId, list[str]] = {}
+        for driver in members.values():
+            state = driver.leg(driver.granted).state
+            if self.engine is not None and state not in lines:
+                lines[state] = [other.id for other in self.engine.line(state)]
+        tracks = {vehicle: driver.track for vehicle, driver in members.items()}
+        left_m = {v: driver.end_m(driver.granted) - driver.front_m for v, driver in members.items()}
+        positions = {vehicle: driver.granted for vehicle, driver in members.items()}
+        for track in joining:
+            leg = track.legs[track.start_position]
+            tracks[track.vehicle], positions[track.vehicle] = track, track.start_position
+            left_m[track.vehicle] = leg.end_m - track.front_m
+            line = lines.setdefault(leg.state, [])
+            line.insert(sum(left_m[other] <= left_m[track.vehicle] for other in line), track.vehicle)
+        standing = [vehicle for line in lines.values() for vehicle in line]
+        vehicles = [*standing, *(vehicle for vehicle in members if vehicle not in set(standing))]
         room = self.room
-        standing = Counter({state: len(line) for state, line in books.lines.items()})
-        standing.update(str(members[vehicle].leg(members[vehicle].granted).state) for vehicle in books.aside)
-        system = _system(tracks, positions, standing, room)
+        system = _system([tracks[v] for v in vehicles], [positions[v] for v in vehicles], room)
         gate = make_gate(self._rules.gate, system, perf_counter)
-        if self.stays and isinstance(gate, CertifiedGate):
-            gate.expect_others()
-        comes_to_stay = self.stays and any(track.rounds for track in joining.values())
+        if self.stays:
+            self._expect_others(gate)
+        comes_to_stay = self.stays and any(track.rounds for track in joining)
         _refuse_crowd(gate, system, room, self._passing if comes_to_stay else ())
-        return tracks, books, system, gate
+        return system, gate
 
-    def _go_on(self, tracks: Sequence[Track], books: Books, system: System, gate: Gate) -> None:
-        self.changes += 1
-        self._leaving = ()
-        engine = self.engine or self.begin(system, gate, ())
-        engine.change(tracks, books, system=system, gate=gate, room=self.room)
+    @staticmethod
+    def _expect_others(gate: Gate) -> None:
+        if isinstance(gate, CertifiedGate):
+            gate.expect_others()
 
 
-def _system(
-    tracks: Sequence[Track], positions: Sequence[int], standing: Mapping[str, int], room: Mapping[str, int]
-) -> System:
+def _system(tracks: Sequence[Track], positions: Sequence[int], room: Mapping[str, int]) -> System:
     """Return the vehicles as robots that stand where they are; a place holds all that stand in it."""
     robots = [
-        Robot(
-            RobotId(track.vehicle),
-            tuple(leg.state for leg in track.legs),
-            start=position % len(track.legs),
-        )
-        for track, position in zip(tracks, positions, strict=True)
+        Robot(RobotId(track.vehicle), tuple(leg.state for leg in track.legs), start=at % len(track.legs))
+        for track, at in zip(tracks, positions, strict=True)
     ]
     visited = dict.fromkeys(state for robot in robots for state in robot.path)
-    capacity = {StateId(state): max(room[state], standing.get(state, 0)) for state in visited}
+    standing = Counter(robot.path[robot.start] for robot in robots)
+    capacity = {state: max(room[state], standing[state]) for state in visited}
     return System(robots, capacity, capacity.keys())
 
 

@@ -43,10 +43,6 @@ def test_one_goes_on_with_another_that_leaves_its_places_as_they_are(roads: Road
     new = {c.id for leg in larger.layout.itineraries["b"].legs for c in leg.crossings}
     foes = {foe for leg in larger.layout.itineraries["a"].legs for c in leg.crossings for foe in c.foes}
     assert new & foes
-    track = plan.track("v", "a", front_m=10.0, position=1)
-    on = larger.on(track)
-    assert (on.start_m, on.start_position, on.renews) == (10.0, 1, True)
-    assert on.legs is larger.layout.itineraries["a"].legs
 
 
 def test_longer_vehicles_make_it_another_plan(roads: RoadNetwork) -> None:
