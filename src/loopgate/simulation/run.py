@@ -1,40 +1,60 @@
-"""One run from scenario to summary."""
+"""One run from scenario to summary: put together, started, driven, told."""
 
-from collections.abc import Callable, Container, Mapping, Sequence
-from contextlib import ExitStack, closing
-from dataclasses import replace
-from math import isnan, nan
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, closing, contextmanager
+from math import inf
 from pathlib import Path
+from random import Random
 from time import perf_counter
 from typing import Any
 
 from loopgate.audit import read_layout, write_layout
-from loopgate.drive.gatekeeper import Gatekeeper
+from loopgate.disk import writing
+from loopgate.drive.changing import ChangingEngine
 from loopgate.folders import remove_abandoned, temporary_folder
-from loopgate.network import Edge, RoadNetwork, read_loops
-from loopgate.network.coverage import measure_coverage
+from loopgate.gates import Gate, make_gate
+from loopgate.model import System, write_system
+from loopgate.negotiation.base import Negotiation
+from loopgate.negotiation.registry import make_negotiation
+from loopgate.network import RoadNetwork, read_loops
+from loopgate.network.additional import type_names
 from loopgate.network.sumo_config import is_sumo_config
+from loopgate.network.traffic_file import read_traffic
+from loopgate.results.recorder import Recorder
 from loopgate.simulation import outcome
 from loopgate.simulation.assembly import Assembly, assemble
-from loopgate.simulation.checking import audit_run
-from loopgate.simulation.fleet.departures import Departures
+from loopgate.simulation.fleet.departures import Departures, GatedDepartures, OpenDepartures
+from loopgate.simulation.fleet.fleet import Fleet, Rules
+from loopgate.simulation.fleet.parking import Parking
+from loopgate.simulation.fleet.spacing import Holding, SpeedAdvice
+from loopgate.simulation.fleet.stops import Stops
 from loopgate.simulation.loop_run import Mishaps, RunCourse, Tick, drive
-from loopgate.simulation.monitoring import monitoring_figures, shape_text, write_streets
-from loopgate.simulation.outcome import Folder, Tally
+from loopgate.simulation.outcome import Folder
 from loopgate.simulation.plain_run import run_plainly
+from loopgate.simulation.positions import make_layout, record_positions
+from loopgate.simulation.rerouting import Rerouting
 from loopgate.simulation.scenario import Scenario
-from loopgate.simulation.session import Session, open_session
-from loopgate.simulation.sumo.start import TRIPS, check_backend, check_outputs
-from loopgate.simulation.watching.flow import FlowMeter, flow_table, loop_table
+from loopgate.simulation.session import Session, sum_up
+from loopgate.simulation.sumo.input import without_vehicles, write_ordinary, write_sumo_input
+from loopgate.simulation.sumo.leading_off import refuse_what_leads_off
+from loopgate.simulation.sumo.room import Room
+from loopgate.simulation.sumo.start import (
+    check_backend,
+    check_outputs,
+    output_options,
+    plain_options,
+    start_traffic,
+)
+from loopgate.simulation.sumo_options import SumoOptions, sumo_options
+from loopgate.simulation.watching.flow import FlowMeter
 from loopgate.simulation.watching.fronts import FrontRecorder
-from loopgate.simulation.watching.trips import gated_trips, read_trips, trip_figures
 from loopgate.simulation.watching.verdicts import Verdicts
 from loopgate.simulation.watching.watch import Watch
+from loopgate.simulation.watching.window import Window
 from loopgate.simulation.ways_driven import as_driven
+from loopgate.traffic.base import Traffic
 
-_ON_SEGMENTS = (
-    "lights: on segments no state ends at a light, so a vehicle holds its zone while it waits there at a red"
-)
+_Keeping = tuple[System, Gate, Negotiation]
 
 
 def simulate(
@@ -81,11 +101,7 @@ def simulate(
 
 
 def _run(
-    scenario: Scenario,
-    folder: Folder,
-    tick: Tick | None,
-    backend: str,
-    watch_class: type[Watch],
+    scenario: Scenario, folder: Folder, tick: Tick | None, backend: str, watch_class: type[Watch]
 ) -> dict[str, Any]:
     tick = tick or (lambda _now, _course: None)
     if is_plain(scenario):
@@ -103,14 +119,13 @@ def _run(
         flow = FlowMeter(traffic, engine)
         own, once = frozenset(assembly.names), assembly.trips
         among = bool(scenario.traffic or assembly.ordinary)
-        mixed = own if among else None
         judged = among and session.keeper is not None
         verdicts = Verdicts(assembly.network, traffic, engine) if judged else None
         watch = watch_class(
             traffic,
             after_s=scenario.deadlock_after_s,
             at_gate=engine.refused,
-            own=mixed,
+            own=own if among else None,
             trails=verdicts.trails if verdicts else None,
         )
         course = drive(
@@ -124,37 +139,11 @@ def _run(
             over=lambda: bool(once) and session.departures.over,
         )
         engine.settle()
-        tallies = _tallies(assembly, session, watch, course)
-        surrounded = session.around.report() if session.around else {}
-        surrounded |= session.stops.report() | session.departures.report(course.end_s)
+        tallies, told = session.tallies(assembly, watch, course), session.report(course.end_s)
         if session.rerouting is not None:
-            surrounded |= session.rerouting.report()
             layout = read_layout(folder / outcome.LAYOUT)
             write_layout(as_driven(layout, session.rerouting.turns), folder / outcome.LAYOUT)
-        if "at_lights" in surrounded and scenario.abstraction == "segments":
-            surrounded["warnings"] = [_ON_SEGMENTS]
-    keeper, departed = session.keeper, session.departures.departed_s
-    if assembly.trips:
-        tallies = _with_trips(assembly, session.departures, tallies, folder, course)
-        surrounded.pop("mean_depart_delay_s", None)  # that of trips is told with their other delays
-    folder.write_table(flow_table(flow.rows), outcome.FLOW)
-    ways = {loop.id: [(span.begin_m, span.edge) for span in loop.roads] for loop in assembly.loops}
-    folder.write_table(loop_table(ways), outcome.LOOPS)
-    summary = _summary(scenario, assembly, keeper, course, tallies, folder, engine.stood_s, departed)
-    summary |= {name: getattr(engine, name) for name in ("overruns", "trespasses", "strays")}
-    summary["clean"] = outcome.is_clean(summary) if keeper else None
-    added = [*outcome.mishaps(summary), *surrounded.pop("warnings", [])]
-    summary["warnings"] = [*session.notes, *summary["warnings"], *added]
-    summary |= surrounded
-    if among:
-        summary["collisions_by_others"] = sum(one.erred == "ordinary" for one in course.verdicts)
-        others = summary.setdefault("others", {})
-        others["collisions"] = course.collisions_of_others
-        others["verdicts"] = [one.figures() for one in course.verdicts]
-    if assembly.ordinary:
-        mine = {vehicle.id for vehicle in assembly.ordinary}
-        trips = read_trips(folder / TRIPS, interrupted=course.outcome == "interrupted").values()
-        summary["others"] |= trip_figures(trip for trip in trips if trip.vehicle in mine)
+    summary = sum_up(scenario, assembly, session, course, tallies, told, flow.rows, folder)
     summary["wall_s"] |= {"prepared": round(prepared_s, 3), "total": round(perf_counter() - began, 3)}
     folder.write_summary(summary)
     return summary
@@ -168,21 +157,6 @@ def _after(look: Callable[[], None], tick: Tick) -> Tick:
         tick(now, course)
 
     return both
-
-
-def _with_trips(
-    assembly: Assembly, departures: Departures, tallies: Sequence[Tally], folder: Folder, course: RunCourse
-) -> list[Tally]:
-    """Return what each vehicle did, with what SUMO says of those that drive once."""
-    mine = [tally for tally in tallies if tally.vehicle in assembly.trips]
-    trips = gated_trips(
-        read_trips(folder / TRIPS, held=True, interrupted=course.outcome == "interrupted"),
-        {tally.vehicle: tally.depart_delay_s for tally in mine},
-        {tally.vehicle: tally.stopped_s for tally in mine},
-        departures.arrived,
-        departures.wanted_s.keys() - departures.departed_s.keys(),
-    )
-    return [replace(tally, trip=trips.get(tally.vehicle)) for tally in tallies]
 
 
 def is_plain(scenario: Scenario) -> bool:
@@ -199,83 +173,156 @@ def is_plain(scenario: Scenario) -> bool:
     return any(vehicle.once for vehicle in file.vehicles)
 
 
-def _tallies(assembly: Assembly, session: Session, watch: Watch, course: RunCourse) -> list[Tally]:
-    """Return what each vehicle did; one that has not departed did nothing."""
-    now, drivers, departures = course.end_s, session.engine.driver_of, session.departures
-    on_road = set(session.traffic.vehicles())
-    loops = {start.vehicle: start.loop for start in assembly.everybody}
-    tallies = []
-    for vehicle in assembly.names:
-        driver, loop = drivers.get(vehicle), loops[vehicle]
-        wanted_s = departures.wanted_s.get(vehicle)
-        if wanted_s is not None and wanted_s > now:
-            continue
-        departed_s = course.begin_s if wanted_s is None else departures.departed_s.get(vehicle, nan)
-        seen_s = 0.0 if isnan(departed_s) else now - max(departed_s, course.begin_s)
-        stops = session.stops.of(vehicle)
-        gone = departures.arrived.get(vehicle)
-        if gone is not None:
-            seen_s = gone.at_s - max(departed_s, course.begin_s)
-        tally = Tally(
-            vehicle=vehicle,
-            loop=loop.id,
-            loop_length_m=loop.length_m,
-            laps=driver.laps if driver else 0,
-            distance_m=driver.distance_m if driver else gone.distance_m if gone else 0.0,
-            hold_s=driver.total_hold_s(now) if driver else gone.hold_s if gone else 0.0,
-            longest_wait_s=driver.worst_wait_s(now) if driver else gone.longest_wait_s if gone else 0.0,
-            standing_s=watch.standing_s(vehicle),
-            position_m=session.traffic.position(vehicle) if vehicle in on_road else (nan, nan),
-            stood_s=driver.stood_s if driver else gone.stood_s if gone else 0.0,
-            driven_s=max(0.0, seen_s),
-            depart_delay_s=departures.delay_s(vehicle, now),
-            stops=stops.served,
-            stopped_s=stops.stood_s,
-        )
-        tallies.append(tally)
-    return tallies
-
-
-def _summary(
+@contextmanager
+def open_session(
     scenario: Scenario,
     assembly: Assembly,
-    keeper: Gatekeeper | None,
-    course: RunCourse,
-    tallies: list[Tally],
     folder: Folder,
-    stood_s: Mapping[str, float],
-    departed: Container[str],
-) -> dict[str, Any]:
-    duration = max(0.0, course.end_s - course.begin_s)
-    folder.write_vehicles(tallies)
-    rows = {
-        edge: _edge_row(assembly.network.edge(edge), stood_s.get(edge, 0.0))
-        for loop in assembly.loops
-        for edge in loop.edges
-    }
-    edges, watch = None, dict[str, Any]()
-    if duration > 0:
-        edges = folder.write_edges(list(rows.values()), begin_s=course.begin_s, end_s=course.end_s)
-        watch = write_streets(scenario, assembly, tallies, folder, begin_s=course.begin_s, end_s=course.end_s)
-    waits: dict[str, Any] = {}
-    findings: list[str] = []
-    audited: dict[str, Any] = {}
-    if keeper is not None:
-        findings, audited = audit_run(scenario, assembly, tallies, folder, departed)
-        waits = outcome.waits(folder, course)
-    figures = outcome.summary(
-        scenario,
-        course,
-        tallies,
-        loops=len(assembly.loops),
-        folder=folder,
-        keeper=keeper,
-        findings=findings,
-        warnings=(*assembly.warnings, *(assembly.abstraction.warnings if assembly.abstraction else ())),
+    *,
+    backend: str,
+    negotiation: Negotiation | None = None,
+) -> Iterator[Session]:
+    """Start SUMO for a scenario.
+
+    Parameters
+    ----------
+    backend
+        ``libsumo``, ``traci`` or ``gui``.
+    negotiation
+        Instead of the scenario's.
+
+    Raises
+    ------
+    LoopgateError
+        If the scenario does not fit together, SUMO refuses it, or the disk is full.
+    """
+    said = sumo_options(scenario)
+    keeping = _keeping(scenario, assembly, negotiation)
+    with writing(folder / outcome.SCENARIO):
+        scenario.write(folder / outcome.SCENARIO)
+    if assembly.abstraction is not None:
+        write_system(assembly.abstraction.system, folder / outcome.SYSTEM)
+    log = folder / outcome.SUMO_LOG
+    options = [
+        *said.arguments,
+        *("--net-file", str(assembly.network.file)),
+        *_input_options(scenario, assembly, folder, said),
+        *plain_options(scenario, log),
+        *output_options(scenario, folder.path, trips=bool(assembly.trips or assembly.ordinary)),
+        *(record_positions(folder / outcome.POSITIONS) if scenario.positions else ()),
+    ]
+    room = [Room(folder / outcome.POSITIONS).check] if scenario.positions else []
+    if assembly.abstraction is not None:
+        write_layout(make_layout(assembly, scenario.step_s), folder / outcome.LAYOUT)
+    with ExitStack() as stack:
+        others = bool(scenario.traffic or assembly.ordinary)
+        traffic = start_traffic(options, backend=backend, log=log, yields=others, words=scenario.sumo)
+        stack.callback(traffic.close)
+        recorder = Recorder(folder / outcome.EVENTS)
+        stack.callback(recorder.close)
+        fleet = None
+        if keeping is not None:
+            fleet = _fleet(scenario, assembly, traffic, recorder, keeping)
+            engine = fleet.begin(*keeping[:2], assembly.tracks)
+        else:
+            engine = ChangingEngine(traffic, assembly.tracks, None, recorder, foresees=assembly.foresees)
+        around = fleet.around if fleet else None
+        parking = Parking(traffic, engine, around.has_room) if around else None
+        stops = Stops(traffic, engine, recorder, assembly.stops, parking)
+        departures = _departures(assembly, traffic, engine, fleet)
+        rerouting = Rerouting(assembly, traffic, engine) if fleet and assembly.anew else None
+        spacing = _spacing(scenario, assembly, traffic, engine)
+        seen = [Window(traffic, engine, assembly.loops).look] if backend == "gui" else []
+        looks = (
+            *((engine.open_up,) if fleet and (assembly.departures or assembly.stops) else ()),
+            *((departures.look,) if assembly.departures else ()),
+            *((rerouting.look,) if rerouting else ()),
+            *((stops.look,) if assembly.stops else ()),
+            *(fleet.looks if fleet else ()),
+            *spacing,
+            *room,
+            *seen,
+        )
+        keeper = fleet.keeper if fleet else None
+        notes = (*said.notes, *(parking.notes(assembly.stops) if parking else ()))
+        yield Session(traffic, engine, recorder, keeper, around, stops, departures, rerouting, looks, notes)
+
+
+def _fleet(
+    scenario: Scenario, assembly: Assembly, traffic: Traffic, recorder: Recorder, keeping: _Keeping
+) -> Fleet:
+    """Return the fleet of a gated run, which has not begun."""
+    system, _, orders = keeping
+    lights = scenario.rule_for_lights == "obey"
+    rules = Rules(
+        scenario.gate,
+        orders,
+        lights=lights,
+        others=bool(scenario.traffic or assembly.ordinary),
+        serve_after_s=scenario.serve_after_s or inf,
+        foresees=assembly.foresees,
     )
-    figures |= waits | audited | monitoring_figures(edges, measure_coverage(assembly.network, assembly.loops))
-    return figures | {"watch": watch}
+    fleet = Fleet(assembly.network, traffic, recorder, rules)
+    fleet.stays = bool(assembly.departures)
+    abstraction = assembly.abstraction
+    itineraries = (*abstraction.itineraries, *abstraction.later) if abstraction else ()
+    later = (departure.track for departure in (*assembly.departures, *assembly.other_ways))
+    tracks = (*assembly.tracks, *(track for track in later if track is not None))
+    room = {str(state): most for state, most in zip(system.states, system.room, strict=True)}
+    fleet.drive_by(itineraries, tracks, (dict(abstraction.room) if abstraction else {}) or room)
+    return fleet
 
 
-def _edge_row(edge: Edge, stood_s: float) -> tuple[str, float, str, str, float]:
-    return edge.id, edge.length_m, shape_text(edge), edge.to_junction, stood_s
+def _departures(
+    assembly: Assembly, traffic: Traffic, engine: ChangingEngine, fleet: Fleet | None
+) -> Departures:
+    if fleet is not None:
+        return GatedDepartures(assembly.departures, assembly.network, traffic, fleet)
+    return OpenDepartures(assembly.departures, assembly.network, traffic, engine)
+
+
+def _spacing(
+    scenario: Scenario, assembly: Assembly, traffic: Traffic, engine: ChangingEngine
+) -> list[Callable[[], None]]:
+    if scenario.rule_for_spacing == "none":
+        return []
+    loops = {start.vehicle: start.loop for start in assembly.everybody}
+    if scenario.rule_for_spacing == "hold":
+        return [Holding(assembly.network, loops, engine).look]
+    return [SpeedAdvice(assembly.network, loops, engine, traffic).look]
+
+
+def _input_options(scenario: Scenario, assembly: Assembly, folder: Folder, said: SumoOptions) -> list[str]:
+    beside = tuple(dict.fromkeys((*said.additional_files, *scenario.stop_files, *assembly.stop_files)))
+    routes = ["--route-files", ""] if said.configured else []
+    if scenario.traffic:
+        ordinary = read_traffic(scenario.traffic)
+        ordinary.check_names(assembly.names)
+        beside, routes = tuple(dict.fromkeys((*beside, *ordinary.additional_files))), ordinary.options()
+    if assembly.ordinary:
+        file = folder / outcome.ORDINARY
+        write_ordinary(assembly.ordinary, file, known=type_names(beside))
+        if scenario.traffic:
+            ordinary.check_names(vehicle.id for vehicle in assembly.ordinary)
+        routes = ["--route-files", ",".join([*routes[1:], str(file)] if scenario.traffic else [str(file)])]
+    if scenario.gated:
+        refuse_what_leads_off(beside, assembly.loops)
+    beside = without_vehicles(beside, assembly.vehicle_files, folder.path)
+    departing = tuple(departure.start for departure in assembly.departures)
+    placed, later = (assembly.starts, departing) if scenario.gated else ((*assembly.starts, *departing), ())
+    starts = write_sumo_input(placed, folder.path, beside=beside, begin_s=assembly.begin_s, later=later)
+    begin = ["--begin", f"{assembly.begin_s:g}"] if assembly.begin_s and not said.configured else []
+    return [*starts, *routes, *begin]
+
+
+def _keeping(scenario: Scenario, assembly: Assembly, negotiation: Negotiation | None) -> _Keeping | None:
+    """Return states, gate and negotiation of a gated run: before SUMO starts, since the gate may refuse."""
+    if not scenario.gated or assembly.abstraction is None:
+        return None
+    system = assembly.abstraction.system
+    gate = make_gate(scenario.gate, system, perf_counter)
+    return (
+        system,
+        gate,
+        negotiation or make_negotiation(scenario.rule_for_negotiation, Random(scenario.seed)),
+    )
