@@ -16,8 +16,8 @@ from random import Random
 from fuzz_mutations import NASTY, spoiled_word
 
 from loopgate import Scenario, Sweep, read_results, read_run, read_scenario, read_sweep, run, run_sweep
+from loopgate.abstraction.queue_survey import survey_queues
 from loopgate.abstraction.queues import make_queues
-from loopgate.abstraction.surveying import survey_queues
 from loopgate.audit import audit_events, audit_positions, read_layout
 from loopgate.cli.check_certificate import check_certificate
 from loopgate.cli.verify import verify

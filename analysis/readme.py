@@ -16,7 +16,7 @@ import headline
 import pandas as pd
 from PIL import Image
 
-from loopgate.abstraction.surveying import survey_queues
+from loopgate.abstraction.queue_survey import survey_queues
 from loopgate.network import RoadNetwork, generate_loops
 from loopgate.network.vehicle_type import DEFAULT_TYPE
 from loopgate.report.queue_map import draw_queues

@@ -8,8 +8,8 @@ from itertools import pairwise
 
 import networkx as nx
 
+from loopgate.abstraction.queue_survey import refused_queues
 from loopgate.abstraction.stretches import least_change_m, least_place_m
-from loopgate.abstraction.surveying import refused_queues
 from loopgate.errors import RouteError
 from loopgate.network import Loop, RoadNetwork, make_loop
 from loopgate.network.cover.design import CoverTask, Design, make_design, walks_of
@@ -74,8 +74,7 @@ def cover_streets(
         Called with rounds done and rounds in all.
     """
     kept_off: dict[str, CoverReason] = {}
-    needed_m = kind.length_m + kind.min_gap_m
-    task = replace(task, change_m=least_change_m(needed_m), place_m=least_place_m(needed_m))
+    task = replace(task, change_m=least_change_m(kind.needed_m), place_m=least_place_m(kind.needed_m))
     while True:
         design = make_design(network, task, without=kept_off)
         plan, finished = _best(design, count, seed, progress)

@@ -80,7 +80,7 @@ def find_conflicts(
         By lane, where the first place on it begins and the last one ends; lanes without a place are missing.
     """
     by_id = {movement.id: movement for movement in movements}
-    lengths = {m.id: sum(network.lanes[lane].length_m for lane in m.via) for m in by_id.values()}
+    lengths = {m.id: network.over_m(m) for m in by_id.values()}
     foes: dict[str, set[str]] = {name: set() for name in by_id}
     overlaps: dict[str, dict[str, Overlap]] = {name: {} for name in by_id}
     pairs = list(_pairs(network, by_id.values()))
@@ -102,8 +102,7 @@ def find_conflicts(
         overlaps=overlaps,
         lengths_m=lengths,
         speeds_mps={
-            m.id: min(network.lanes[lane].speed_mps for lane in (*m.via, f"{m.to_edge}_{m.to_lane}"))
-            for m in by_id.values()
+            m.id: min(network.lanes[lane].speed_mps for lane in (*m.via, m.to_id)) for m in by_id.values()
         },
         unlisted=tuple(sorted(unlisted)),
     )
@@ -116,7 +115,7 @@ def _between_places(
 
     Nobody who waits in a place is in the way, however near a touch is: fronts are looked at some way apart.
     """
-    before, behind = f"{movement.from_edge}_{movement.from_lane}", f"{movement.to_edge}_{movement.to_lane}"
+    before, behind = movement.from_id, movement.to_id
     line_m = places[before].end_m - network.lanes[before].length_m if before in places else -math.inf
     return line_m, length_m + places[behind].begin_m if behind in places else math.inf
 
@@ -156,9 +155,8 @@ class _UnderWay:
                 self._inside[lane] = number, driven
                 driven += network.lanes[lane].length_m
             self._length_m.append(driven)
-            before = f"{movement.from_edge}_{movement.from_lane}"
-            self._between[before, f"{movement.to_edge}_{movement.to_lane}"] = number
-            self._out_of.setdefault(before, []).append(number)
+            self._between[movement.from_id, movement.to_id] = number
+            self._out_of.setdefault(movement.from_id, []).append(number)
 
     def rows(
         self, courses: Sequence[Course], course: Ints, at_m: Floats, length_m: Floats, touched_m: Floats

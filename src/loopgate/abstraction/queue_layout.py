@@ -79,7 +79,7 @@ def lay_out_queues(
         are, else as many as the longest visitor of its lane leaves room for.
     """
     counts = Counter(users)
-    if not counted or len({kind.length_m + kind.min_gap_m for _, kind in users}) == 1:
+    if not counted or len({kind.needed_m for _, kind in users}) == 1:
         counts = Counter(dict.fromkeys(counts, _MANY))  # how many there are of a kind makes no difference
     if not network.content:
         return _lay_out(network, counts)
@@ -170,7 +170,7 @@ class _Plan:
             for span in loop.roads:
                 # A stretch cuts all lanes of its edge at the same places, so the edge's longest counts.
                 on = span.edge if span.edge in self.stretches else span.lane_id
-                needs.setdefault(on, Counter())[kind.length_m + kind.min_gap_m] += count
+                needs.setdefault(on, Counter())[kind.needed_m] += count
         self._needed = {on: tuple(sorted(some.items(), reverse=True)) for on, some in needs.items()}
 
     def chain(self, loop: Loop) -> list[Piece]:
@@ -183,7 +183,7 @@ class _Plan:
                 why = Refusal(f"has no movement from lane {span.lane_id} to edge {made.to_edge}", span.edge)
                 raise RefusedLoopError({loop.id: why})
             pieces += self._on_edge(span)
-            length = sum(self._network.lanes[lane].length_m for lane in movement.via)
+            length = self._network.over_m(movement)
             pieces.append(Piece(span.end_m, length, span.edge, span.lane, span.length_m, movement=movement))
         if loop.closed:
             return pieces
@@ -239,12 +239,12 @@ class _Plan:
 
     def why_not(self, loop: Loop, chain: Sequence[Piece], kind: VehicleType) -> Refusal | None:
         """Return what keeps a loop from working as queues; None if nothing does."""
+        least_m = least_change_m(kind.needed_m)
         for span in loop.roads:
-            needed = kind.length_m + kind.min_gap_m
-            if span.lane_in != span.lane and span.length_m < least_change_m(needed):
+            if span.lane_in != span.lane and span.length_m < least_m:
                 return Refusal(
                     f"must change from lane {span.lane_in} to lane {span.lane} on edge {span.edge}, which is "
-                    f"{span.length_m:.1f} m long; that takes {least_change_m(needed):.1f} m: "
+                    f"{span.length_m:.1f} m long; that takes {least_m:.1f} m: "
                     "lead it another way",
                     span.edge,
                 )
@@ -260,7 +260,7 @@ class _Plan:
             guides = find_guides(self._network, list(_course(loop, here, between, after)), kind.vclass)
             if isinstance(guides, Connection):
                 return Refusal(
-                    f"leads from lane {guides.from_edge}_{guides.from_lane} to edge {guides.to_edge}, which "
+                    f"leads from lane {guides.from_id} to edge {guides.to_edge}, which "
                     f"is too short to tell SUMO on which of its lanes to go on; lead it another way",
                     guides.from_edge,
                 )
@@ -358,8 +358,8 @@ class _Legs:
                 # SUMO may let it wait before the last of its lanes inside, or before all.
                 ahead_m + sum(self._network.lanes[lane].length_m for lane in made.via[:-1]),
                 limits,
-                f"{made.from_edge}_{made.from_lane}",
-                f"{made.to_edge}_{made.to_lane}",
+                made.from_id,
+                made.to_id,
             )
         return self._made[key]
 

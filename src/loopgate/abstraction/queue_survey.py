@@ -1,10 +1,20 @@
-"""Loops as the queues abstraction sees them: places, crossings with their conflicts, loops it refuses."""
+"""Looks at loops as queues: which work, what places and crossings they have, and room for how many."""
 
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from loopgate.abstraction.itinerary import Itinerary
+import numpy as np
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import maximum_flow
+
+from loopgate.abstraction.itinerary import Crossing, Itinerary, Leg
+from loopgate.abstraction.queue_layout import QueueLayout, lay_out_queues, why_not
+from loopgate.abstraction.queues import most_at_start
 from loopgate.abstraction.stretches import Stretch
+from loopgate.errors import Refusal, RefusedLoopError
 from loopgate.network.loop import Loop
+from loopgate.network.road import RoadNetwork
+from loopgate.network.vehicle_type import VehicleType
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,3 +129,177 @@ class QueueSurvey:
             for conflict in crossing.conflicts
             if not conflict.listed and crossing.id < conflict.foe
         )
+
+
+def survey_queues(network: RoadNetwork, users: Sequence[tuple[Loop, VehicleType]]) -> QueueSurvey:
+    """Cut loops into places and crossings, leaving out those that cannot work.
+
+    A loop is refused for what is wrong with it alone, or because the long vehicles of others leave it no
+    room; then it is left out, and the rest is looked at again.
+
+    `users`: for each vehicle its loop and its type.
+    """
+    reasons = _alone(network, users)
+    while True:
+        fit = [(loop, kind) for loop, kind in users if loop.id not in reasons]
+        try:
+            layout = lay_out_queues(network, fit)
+        except RefusedLoopError as error:
+            reasons[error.loop] = error.refused[error.loop]
+        else:
+            break
+    return _survey(
+        network, tuple({loop.id: loop for loop, _ in fit}.values()), layout, _refused(users, reasons)
+    )
+
+
+def refused_queues(
+    network: RoadNetwork, users: Sequence[tuple[Loop, VehicleType]]
+) -> tuple[RefusedLoop, ...]:
+    """Return the loops that cannot work; all of them together are looked at if each works by itself.
+
+    `network`, `users`: as for `survey_queues`, which takes several times as long and finds all.
+    """
+    reasons = _alone(network, users)
+    if not reasons:
+        try:
+            lay_out_queues(network, users)
+        except RefusedLoopError as error:
+            reasons = dict(error.refused)
+    return _refused(users, reasons)
+
+
+def _alone(network: RoadNetwork, users: Sequence[tuple[Loop, VehicleType]]) -> dict[str, Refusal]:
+    """Return by loop what is wrong with it by itself."""
+    reasons: dict[str, Refusal] = {}
+    for loop, kind in users:
+        if loop.id not in reasons and (refusal := why_not(network, loop, kind)):
+            reasons[loop.id] = refusal
+    return reasons
+
+
+def _refused(
+    users: Sequence[tuple[Loop, VehicleType]], reasons: Mapping[str, Refusal]
+) -> tuple[RefusedLoop, ...]:
+    every = {loop.id: loop for loop, _ in users if loop.id in reasons}
+    return tuple(RefusedLoop(loop, *reasons[name]) for name, loop in every.items())
+
+
+def _survey(
+    network: RoadNetwork, loops: tuple[Loop, ...], layout: QueueLayout, refused: tuple[RefusedLoop, ...]
+) -> QueueSurvey:
+    itineraries = tuple(layout.itineraries[loop.id] for loop in loops)
+    at_start = most_at_start(layout)
+    return QueueSurvey(
+        loops=loops,
+        itineraries=itineraries,
+        places=tuple(_places(loops, itineraries, layout, at_start)),
+        crossings=tuple(_crossings(network, loops, itineraries, layout)),
+        joined=_joined(loops, itineraries, layout),
+        refused=refused,
+        even=_even(itineraries, at_start),
+    )
+
+
+def _places(
+    loops: Sequence[Loop], itineraries: Sequence[Itinerary], layout: QueueLayout, at_start: Mapping[str, int]
+) -> Iterator[PlaceSurvey]:
+    legs: dict[str, tuple[Loop, Leg]] = {}
+    visitors: dict[str, dict[str, None]] = {}
+    for loop, itinerary in zip(loops, itineraries, strict=True):
+        for leg in itinerary.legs:
+            legs.setdefault(str(leg.state), (loop, leg))
+            visitors.setdefault(str(leg.state), {})[loop.id] = None
+    for name, (loop, leg) in legs.items():
+        span, place = loop.span_at((leg.begin_m + leg.end_m) / 2), layout.places[name]
+        yield PlaceSurvey(
+            id=name,
+            lane=f"{leg.line.edge}_{leg.line.lane}",
+            begin_m=leg.begin_m - span.begin_m,
+            length_m=place.length_m,
+            capacity=place.capacity,
+            at_start=at_start[name],
+            loops=tuple(visitors[name]),
+        )
+
+
+def _crossings(
+    network: RoadNetwork, loops: Sequence[Loop], itineraries: Sequence[Itinerary], layout: QueueLayout
+) -> Iterator[CrossingSurvey]:
+    users: dict[str, dict[str, None]] = {}
+    made: dict[str, tuple[Loop, Leg, Crossing]] = {}
+    for loop, itinerary in zip(loops, itineraries, strict=True):
+        for leg in itinerary.legs:
+            for crossing in leg.crossings:
+                users.setdefault(crossing.id, {})[loop.id] = None
+                made.setdefault(crossing.id, (loop, leg, crossing))
+    known = {connection.id: connection for connection in network.connections}
+    found = layout.conflicts
+    unlisted = {*found.unlisted, *((other, one) for one, other in found.unlisted)}
+    for name, (loop, leg, crossing) in made.items():
+        if name in known:
+            stretch, length, overlaps = None, found.lengths_m[name], found.overlaps[name]
+        else:
+            edge = network.lanes[crossing.from_lane].edge
+            stretch = layout.stretches[edge]
+            length = stretch.end_m - stretch.begin_m
+            # In the itinerary they count from the end of the leg before.
+            begin = next(span.begin_m for span in loop.spans if span.edge == edge) + stretch.begin_m
+            ahead = (begin - leg.end_m) % loop.length_m
+            overlaps = {foe: (low - ahead, high - ahead) for foe, (low, high) in crossing.overlaps.items()}
+        conflicts = []
+        for foe in sorted(crossing.foes):
+            low, high = overlaps.get(foe, (None, None))
+            conflicts.append(ConflictSurvey(foe, low, high, listed=(name, foe) not in unlisted))
+        yield CrossingSurvey(
+            id=name,
+            from_lane=crossing.from_lane,
+            to_lane=crossing.to_lane,
+            junction=known[name].junction if name in known else "",
+            stretch=stretch,
+            length_m=length,
+            loops=tuple(users[name]),
+            conflicts=tuple(conflicts),
+        )
+
+
+def _joined(
+    loops: Sequence[Loop], itineraries: Sequence[Itinerary], layout: QueueLayout
+) -> tuple[JoinedLane, ...]:
+    """Return the lanes on which neither a place nor a stretch lies."""
+    lengths: dict[str, float] = {}
+    users: dict[str, dict[str, None]] = {}
+    for loop, itinerary in zip(loops, itineraries, strict=True):
+        used = {leg.line.edge for leg in itinerary.legs} | layout.stretches.keys()
+        for span in loop.spans:
+            if not span.internal and span.edge not in used:
+                lengths[span.lane_id] = span.length_m
+                users.setdefault(span.lane_id, {})[loop.id] = None
+    return tuple(JoinedLane(lane, length, tuple(users[lane])) for lane, length in lengths.items())
+
+
+def _even(itineraries: Sequence[Itinerary], at_start: Mapping[str, int]) -> int:
+    """Return for how many vehicles, given to the loops in turn, there is a place each at the start.
+
+    A flow from loops through their places to the sink, as large as the vehicles are many; bisection, since
+    fewer vehicles need no more room. O(log n) maximum flows.
+    """
+    places = {state: k for k, state in enumerate(at_start)}
+    count = len(itineraries)
+    source, sink = count + len(places), count + len(places) + 1
+    ways = sorted(
+        {(k, count + places[str(leg.state)]) for k, way in enumerate(itineraries) for leg in way.legs}
+    )
+    exits = [(count + k, sink, most) for k, most in enumerate(at_start.values())]
+
+    def fits(vehicles: int) -> bool:
+        entries = [(source, k, (vehicles + count - 1 - k) // count) for k in range(count)]
+        rows, columns, room = zip(*entries, *((a, b, vehicles) for a, b in ways), *exits, strict=True)
+        graph = csr_array((np.array(room, dtype=np.int32), (rows, columns)), shape=(sink + 1, sink + 1))
+        return int(maximum_flow(graph, source, sink).flow_value) == vehicles
+
+    low, high = 0, sum(at_start.values()) if count else 0
+    while low < high:
+        middle = (low + high + 1) // 2
+        low, high = (middle, high) if fits(middle) else (low, middle - 1)
+    return low

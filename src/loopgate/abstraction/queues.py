@@ -103,7 +103,7 @@ def _told_exactly(
     may all users of a loop. Room only shrinks with each vehicle, so bisection finds the number.
     """
     low, high = error.fitting, error.vehicles - 1
-    if len({kind.length_m + kind.min_gap_m for kind in kinds}) == 1 and low >= error.loops:
+    if len({kind.needed_m for kind in kinds}) == 1 and low >= error.loops:
         return error
     while low < high:
         count = (low + high + 1) // 2

@@ -123,7 +123,7 @@ def lay_stretches(
         for span in loop.spans:
             if span.internal:
                 continue
-            needed[span.edge] = max(needed.get(span.edge, 0.0), kind.length_m + kind.min_gap_m)
+            needed[span.edge] = max(needed.get(span.edge, 0.0), kind.needed_m)
             low, high = sorted((span.lane, span.lane_in))
             lanes.update((network.edges[span.edge].lanes[k].id, None) for k in range(low, high + 1))
             if low != high:

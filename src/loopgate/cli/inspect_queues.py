@@ -12,12 +12,11 @@ import click
 from rich.console import Console
 
 from loopgate.abstraction.itinerary import Abstraction
-from loopgate.abstraction.queue_survey import QueueSurvey
+from loopgate.abstraction.queue_survey import QueueSurvey, survey_queues
 from loopgate.abstraction.queues import make_queues
 from loopgate.abstraction.stopping import fit_stops
 from loopgate.abstraction.sumo_shapes import write_shapes
 from loopgate.abstraction.survey import Survey, survey
-from loopgate.abstraction.surveying import survey_queues
 from loopgate.cli.inspect_shared import (
     Wanted,
     common_data,

@@ -252,12 +252,9 @@ def find_loops(
 def generate_loops(
     network: RoadNetwork,
     count: int,
-    *,
-    ease: str = "raise --max-shared",
-    progress: Callable[[int], None] | None = None,
     **options: Unpack[LoopOptions],
 ) -> tuple[Loop, ...]:
-    """Make as many loops as asked for; parameters as for `find_loops`.
+    """Make as many loops as asked for; network, count and options as for `find_loops`.
 
     Raises `RouteError` if not enough loops were found; the text says how many there are.
 
@@ -269,7 +266,7 @@ def generate_loops(
     >>> [loop.id for loop in generate_loops(network, 2, length_m=(500, 900), seed=2)]
     ['loop0', 'loop1']
     """
-    found = find_loops(network, count, ease=ease, progress=progress, **options)
+    found = find_loops(network, count, **options)
     if found.shortfall:
         msg = f"{found.shortfall}; ask for fewer, {found.way_out}"
         raise RouteError(msg)

@@ -76,7 +76,17 @@ class Connection:
     @property
     def id(self) -> str:
         """``fromlane>tolane``, unique in the network."""
-        return f"{self.from_edge}_{self.from_lane}>{self.to_edge}_{self.to_lane}"
+        return f"{self.from_id}>{self.to_id}"
+
+    @property
+    def from_id(self) -> str:
+        """The lane that it leads from."""
+        return f"{self.from_edge}_{self.from_lane}"
+
+    @property
+    def to_id(self) -> str:
+        """The lane that it leads to."""
+        return f"{self.to_edge}_{self.to_lane}"
 
 
 @dataclass(frozen=True, slots=True)

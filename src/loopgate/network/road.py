@@ -154,6 +154,10 @@ class RoadNetwork:
             and all(vclass in self.lanes[lane].allowed for lane in connection.via)
         )
 
+    def over_m(self, connection: Connection) -> float:
+        """Return how long a movement is inside its junction [m]."""
+        return sum(self.lanes[lane].length_m for lane in connection.via)
+
     def without(self, edges: Collection[str]) -> RoadNetwork:
         """Return the network as it is if these edges are closed to everybody."""
         closed = {lane.id: replace(lane, allowed=frozenset()) for e in edges for lane in self.edges[e].lanes}

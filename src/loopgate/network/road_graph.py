@@ -45,7 +45,7 @@ def parts_with_loops(network: RoadNetwork, *, vclass: str, u_turns: bool) -> tup
         if not network.allows(c, vclass) or (c.direction == "t" and not u_turns):
             continue
         graph.add_edge(c.from_edge, c.to_edge)
-        metres = sum(network.lanes[lane].length_m for lane in c.via)
+        metres = network.over_m(c)
         pair = (c.from_edge, c.to_edge)
         through[pair] = min(metres, through.get(pair, metres))
     parts = nx.strongly_connected_components(graph) if graph else ()

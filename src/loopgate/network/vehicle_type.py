@@ -87,6 +87,11 @@ class VehicleType:
     ``<param>`` elements by key."""
 
     @property
+    def needed_m(self) -> float:
+        """The room that it takes where vehicles queue: its length and its gap [m]."""
+        return self.length_m + self.min_gap_m
+
+    @property
     def width_m(self) -> float:
         """Width [m]: what the file says, or SUMO's for the class."""
         try:

@@ -152,6 +152,8 @@ def assemble(scenario: Scenario) -> Assembly:
     if scenario.gated or scenario.abstraction != "segments" or apart:
         # The first who comes shows the states; nobody stands in them yet.
         abstraction = _abstraction(scenario, network, vehicles or later[:1], [*later, *others])
+    devices, bereft = leading_devices(scenario, everybody, anew.keys()) if scenario.gated else ((), ())
+    vehicles, later = ([_driven(scenario, v, devices) for v in some] for some in (vehicles, later))
     starts, tracks = _place(scenario, network, vehicles, abstraction)
     if abstraction is None or not scenario.gated:
         departures = tuple(departs_at_edge(vehicle) for vehicle in later)
@@ -161,13 +163,6 @@ def assemble(scenario: Scenario) -> Assembly:
             for vehicle, way in zip([*later, *others], abstraction.later, strict=True)
         )
     departures, other_ways = departures[: len(later)], departures[len(later) :]
-    devices, bereft = leading_devices(scenario, everybody, anew.keys()) if scenario.gated else ((), ())
-    advised = scenario.rule_for_spacing == "advice"
-    if devices or advised:
-        starts = [_driven(start, devices, advised=advised) for start in starts]
-        departures = tuple(
-            replace(one, start=_driven(one.start, devices, advised=advised)) for one in departures
-        )
     return Assembly(
         network,
         tuple({vehicle.loop.id: vehicle.loop for vehicle in everybody if vehicle.loop.closed}.values()),
@@ -245,10 +240,10 @@ def _place(
     return starts, tracks
 
 
-def _driven(start: Start, devices: Collection[str], *, advised: bool) -> Start:
-    """Return a vehicle as it is driven under a gate: without these devices, by advice or not."""
-    bare = without_devices(start, devices)
-    return replace(bare, type=advised_type(bare.type)) if advised else bare
+def _driven(scenario: Scenario, vehicle: LoopVehicle, devices: Collection[str]) -> LoopVehicle:
+    """Return a vehicle as it is driven: without these devices, by advice or not."""
+    bare = without_devices(vehicle, devices) if devices else vehicle
+    return replace(bare, type=advised_type(bare.type)) if scenario.rule_for_spacing == "advice" else bare
 
 
 def _stops(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from roads import roads
 
 from loopgate.abstraction.covering import cover_streets
-from loopgate.abstraction.surveying import survey_queues
+from loopgate.abstraction.queue_survey import survey_queues
 from loopgate.network import make_loop
 from loopgate.network.cover.design import CoverTask
 from loopgate.network.cover.reasons import CoverReason

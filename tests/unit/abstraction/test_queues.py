@@ -15,9 +15,8 @@ from roads import roads
 from loopgate.abstraction.itinerary import Guide
 from loopgate.abstraction.movements import REACH_M, reach_m
 from loopgate.abstraction.queue_layout import lay_out_queues, why_not
-from loopgate.abstraction.queue_survey import RefusedLoop
+from loopgate.abstraction.queue_survey import RefusedLoop, survey_queues
 from loopgate.abstraction.queues import make_queues
-from loopgate.abstraction.surveying import survey_queues
 from loopgate.errors import Refusal, RefusedLoopError, ScenarioError, TooManyVehiclesError
 from loopgate.gates import make_gate
 from loopgate.network import RoadNetwork, VehicleType, generate_loops, make_loop

@@ -141,12 +141,12 @@ def lane_graph(
         arc = node.get((c.from_edge, c.from_lane)), node.get((c.to_edge, c.to_lane))
         if arc[0] is None or arc[1] is None or (c.direction == "t" and not u_turns):
             continue
-        metres = sum(network.lanes[lane].length_m for lane in c.via)
+        metres = network.over_m(c)
         if metres < through.get((arc[0], arc[1]), np.inf):
             through[arc[0], arc[1]], shortest[arc[0], arc[1]] = metres, c
     length, seconds = [], []
     for c in shortest.values():
-        lanes_on = [network.lanes[lane] for lane in (*c.via, f"{c.to_edge}_{c.to_lane}")]
+        lanes_on = [network.lanes[lane] for lane in (*c.via, c.to_id)]
         length.append(sum(lane.length_m for lane in lanes_on) + _SPARE_M)
         seconds.append(sum(lane.length_m / lane.speed_mps for lane in lanes_on) + _SPARE_M)
     ends = np.array(list(shortest), dtype=np.int64).reshape(-1, 2)

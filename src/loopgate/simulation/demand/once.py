@@ -84,7 +84,7 @@ def share_lanes(network: RoadNetwork, vehicles: Sequence[LoopVehicle]) -> list[L
             edges,
             vclass=kind.vclass,
             load=load,
-            change_m=least_change_m(kind.length_m + kind.min_gap_m),
+            change_m=least_change_m(kind.needed_m),
             wishes=LaneWishes(
                 _index(said.get("departLane")), _index(said.get("arrivalLane")), lanes_of_stops(vehicle.stops)
             ),
@@ -126,7 +126,7 @@ def _find_other_ways(network: RoadNetwork, vehicles: Sequence[LoopVehicle]) -> l
     known = {(v.loop.edges, v.loop.spans[0].lane, v.type) for v in vehicles}
     found: list[LoopVehicle] = []
     for v in vehicles:
-        lane, change_m = v.loop.spans[0].lane, least_change_m(v.type.length_m + v.type.min_gap_m)
+        lane, change_m = v.loop.spans[0].lane, least_change_m(v.type.needed_m)
         for edges in ways[asked[v.id]]:
             if (edges, lane, v.type) in known:
                 continue

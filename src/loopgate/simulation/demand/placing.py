@@ -64,7 +64,7 @@ def spread(vehicles: Sequence[LoopVehicle], rng: Random) -> list[float]:
 def _next_free(
     loop: Loop, kind: VehicleType, wish: float, taken: defaultdict[str, list[tuple[float, float]]]
 ) -> float | None:
-    needed = kind.length_m + kind.min_gap_m
+    needed = kind.needed_m
     for step in range(int(loop.length_m / _TRY_EVERY_M) + 1):
         arc = (wish + step * _TRY_EVERY_M) % loop.length_m
         span = loop.span_at(arc)

@@ -14,7 +14,6 @@ from loopgate.network.trips import MIDDLE
 from loopgate.reading import shown
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.settings import is_on
-from loopgate.simulation.sumo.input import Start
 from loopgate.simulation.sumo_words import own_words
 
 LEADING = {
@@ -124,12 +123,12 @@ def leading_devices(
     return tuple(found), tuple(found[device] for device in found if device in told)
 
 
-def without_devices(start: Start, devices: Collection[str]) -> Start:
+def without_devices(vehicle: LoopVehicle, devices: Collection[str]) -> LoopVehicle:
     """Return a vehicle, and its type, without devices; SUMO takes none from a vehicle that is there."""
     off = {has_device(device): "false" for device in devices}
-    kind = replace(start.type, parameters={**start.type.parameters, **off})
-    own = {name: value for name, value in start.parameters.items() if name not in off}
-    return replace(start, type=kind, parameters=own)
+    kind = replace(vehicle.type, parameters={**vehicle.type.parameters, **off})
+    own = {name: value for name, value in vehicle.parameters.items() if name not in off}
+    return replace(vehicle, type=kind, parameters=own)
 
 
 def _options(scenario: Scenario, *, configured: bool) -> Iterator[tuple[str, str]]:
