@@ -22,7 +22,7 @@ from loopgate.gates.certified.banker import _harmless, fixpoint
 from loopgate.gates.certified.chain_rule import ChainRule
 from loopgate.gates.certified.checker import Checker
 from loopgate.gates.certified.crowding import _Net, find_crowd, refuse_crowds
-from loopgate.gates.certified.exploration import _Walk
+from loopgate.gates.certified.exploration import _components
 from loopgate.gates.certified.free_slots import FreeSlots
 from loopgate.gates.certified.homes import Homes
 from loopgate.gates.certified.occupancy import Occupancy
@@ -157,9 +157,9 @@ def test_unbroken_all_pass() -> None:
         pytest.param(Search._branch, "for i in part:", "for i in part[:1]:", id="search tries one robot"),
         pytest.param(Homes._take_over, "self._found_for(robot)", "self.witness", id="witness not kept up"),
         pytest.param(
-            _Walk.comes_back_to,
-            "self._low[here] = min(self._low[here], self.index[there])",
-            "pass",
+            _components,
+            'connection="strong"',
+            'connection="weak"',
             id="components torn apart",
         ),
         pytest.param(SystemIndex._homes, "[self.never_blocks[s] for", "[True for", id="everything is a home"),

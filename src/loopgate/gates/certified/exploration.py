@@ -1,9 +1,14 @@
 """Keeping everybody able to go round for ever where robots have no homes: exact, for small systems."""
 
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from collections.abc import Set as AbstractSet
 from math import inf
-from typing import Any, NamedTuple
+from typing import Any
+
+import numpy as np
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import connected_components
 
 from loopgate.gates.base import Decision, Reason, refusal
 from loopgate.gates.certified.budget import Budget, BudgetError
@@ -14,53 +19,8 @@ from loopgate.gates.certified.proof import wait_after
 from loopgate.gates.certified.system_index import SystemIndex
 from loopgate.model import Configuration
 
-
-class _Frame(NamedTuple):
-    here: Configuration
-    entered_by: int
-    moves: Iterator[tuple[int, Configuration]]
-
-
-class _Walk:
-    """The open part of Tarjan's depth-first search for strongly connected components."""
-
-    def __init__(self, root: Configuration, moves: Iterator[tuple[int, Configuration]]) -> None:
-        self.index = {root: 0}
-        self.frames = [_Frame(root, -1, moves)]
-        self.left_by = -1
-        """The move into the configuration that was left last."""
-        self._low = {root: 0}
-        self._open = [root]
-        self._is_open = {root}
-
-    def comes_back_to(self, there: Configuration) -> bool:
-        """Take note of a move from the walk's end to `there`, if that is open; say whether it is."""
-        if there not in self._is_open:
-            return False
-        here = self.frames[-1].here
-        self._low[here] = min(self._low[here], self.index[there])
-        return True
-
-    def enter(self, there: Configuration, robot: int, moves: Iterator[tuple[int, Configuration]]) -> None:
-        """Go on to `there`, which is new."""
-        self.index[there] = self._low[there] = len(self.index)
-        self._open.append(there)
-        self._is_open.add(there)
-        self.frames.append(_Frame(there, robot, moves))
-
-    def leave(self) -> list[Configuration]:
-        """Go one back; return the members of the component that this closes, its root first, if it does."""
-        here, self.left_by, _ = self.frames.pop()
-        if self.frames:
-            before = self.frames[-1].here
-            self._low[before] = min(self._low[before], self._low[here])
-        if self._low[here] < self.index[here]:
-            return []
-        cut = self._open.index(here)
-        members = self._open[cut:]
-        del self._open[cut:]
-        self._is_open.difference_update(members)
-        return members
+_Moves = dict[Configuration, list[tuple[int, Configuration]]]
+"""The moves out of configurations: who moves, and to where."""
 
 
 class Exploration(Keeper):
@@ -180,99 +140,82 @@ class Exploration(Keeper):
                 yield robot, system.moved(configuration, robot)
 
     def live(self, root: Configuration, *, timed: bool = False) -> bool:
-        """Return whether every robot can go on for ever from `root` (Tarjan's components, depth first).
+        """Return whether every robot can go on for ever from `root`.
 
         Raises `BudgetError` if more configurations than the budget would have to be looked at, or, if
         `timed`, for longer.
         """
-        if self._known_live(root):
-            return True
-        if root in self._dead:
-            return False
-        deadline_s = self._budget.deadline_s() if timed else inf
-        walk = _Walk(root, self._moves(root))
-        while walk.frames:
-            for robot, there in walk.frames[-1].moves:
-                if there in self._dead or walk.comes_back_to(there):
-                    continue
-                if self._known_live(there):
-                    self._mark(walk, robot)
-                    return True
-                self._budget.check(len(walk.index) + 1, deadline_s)
-                walk.enter(there, robot, self._moves(there))
-                break
-            else:
-                members = walk.leave()
-                if members and self._settle(members):
-                    self._mark(walk)
-                    return True
-                self._dead.update(members)
-        return False
+        if not self._known_live(root) and root not in self._dead:
+            self._look_from(root, self._budget.deadline_s() if timed else inf)
+        return self._known_live(root)
 
     def _known_live(self, configuration: Configuration) -> bool:
         return configuration in self._next or configuration in self._circle
 
-    def _mark(self, walk: _Walk, last: int = -1) -> None:
-        """Remember that each configuration on the walk is live, and the move that leads on to the next."""
-        robots = [*(frame.entered_by for frame in walk.frames[1:]), walk.left_by if last < 0 else last]
-        for frame, robot in zip(walk.frames, robots, strict=False):  # on no frame, where the root was left
-            self._next[frame.here] = robot
+    def _look_from(self, root: Configuration, deadline_s: float) -> None:
+        """Remember of all that can be reached whether it is live: whether it leads to a circle of all."""
+        moves: _Moves = {}
+        todo = [root]
+        while todo:
+            here = todo.pop()
+            if here not in moves and here not in self._dead and not self._known_live(here):
+                self._budget.check(len(moves) + 1, deadline_s)
+                moves[here] = list(self._moves(here))
+                todo += [there for _, there in moves[here]]
+        for members in _components(moves):
+            self._settle(members, moves)
+        back: _Moves = {}
+        for here, on in moves.items():
+            for robot, there in on:
+                back.setdefault(there, []).append((robot, here))
+        todo = [there for there in (*moves, *back) if self._known_live(there)]
+        for there in todo:
+            for robot, here in back.get(there, ()):
+                if not self._known_live(here):
+                    self._next[here] = robot
+                    todo.append(here)
+        self._dead.update(here for here in moves if not self._known_live(here))
 
-    def _settle(self, members: list[Configuration]) -> bool:
-        """Remember the witnesses of a component in which every robot moves; False if some does not."""
-        system = self._system
-        base = members[0]
-        inside = set(members)
-        back: dict[Configuration, list[tuple[int, Configuration]]] = {}
-        for here in members:
-            for robot, there in self._moves(here):
-                if there in inside:
-                    back.setdefault(there, []).append((robot, here))
-        need = {i for i in range(len(system.robots)) if not system.finished(base, i)}
-        if not need <= {robot for arrivals in back.values() for robot, _ in arrivals}:
-            return False
-        towards = self._towards(base, back)
+    def _settle(self, members: AbstractSet[Configuration], moves: _Moves) -> None:
+        """Remember a circle of moves in a strongly connected component if every robot moves in it."""
+        base = min(members)
+        inside = {here: [move for move in moves[here] if move[1] in members] for here in members}
+        need = {i for i in range(len(self._system.robots)) if not self._system.finished(base, i)}
+        if not need <= {robot for on in inside.values() for robot, _ in on}:
+            return
         circle: list[int] = []
         here = base
-        while need:
-            part = self._shortest(here, inside, need)
-            for robot in part:
-                here = system.moved(here, robot)
-            circle += part
+        while need or here != base:
+            part, here = _shortest(inside, here, need, base)
             need.difference_update(part)
-        while here != base:
-            circle.append(towards[here])
-            here = system.moved(here, towards[here])
+            circle += part
         self._circle[base] = circle
-        self._next.update(towards)
-        return True
 
-    @staticmethod
-    def _towards(
-        base: Configuration, back: dict[Configuration, list[tuple[int, Configuration]]]
-    ) -> dict[Configuration, int]:
-        """Return the move that leads each configuration of the component one nearer to `base`."""
-        queue = deque([base])
-        towards: dict[Configuration, int] = {}
-        while queue:
-            for robot, here in back.get(queue.popleft(), ()):
-                if here != base and here not in towards:
-                    towards[here] = robot
-                    queue.append(here)
-        return towards
 
-    def _shortest(self, start: Configuration, inside: set[Configuration], need: set[int]) -> list[int]:
-        """Return the fewest moves inside the component that end with a move of a robot in `need`."""
-        queue: deque[tuple[Configuration, tuple[int, ...]]] = deque([(start, ())])
-        seen = {start}
-        while queue:
-            here, path = queue.popleft()
-            for robot, there in self._moves(here):
-                if there not in inside:
-                    continue
-                if robot in need:
-                    return [*path, robot]
-                if there not in seen:
-                    seen.add(there)
-                    queue.append((there, (*path, robot)))
-        return []
+def _components(moves: _Moves) -> Iterable[set[Configuration]]:
+    """Return configurations in sets of those that lead to each other."""
+    number = {here: k for k, here in enumerate(moves)}
+    steps = [(k, number[there]) for here, k in number.items() for _, there in moves[here] if there in number]
+    begins, ends = np.array(steps, np.int32).reshape(-1, 2).T
+    graph = csr_array((np.ones(len(steps), np.int8), (begins, ends)), shape=(len(moves), len(moves)))
+    _, labels = connected_components(graph, connection="strong")
+    parts: dict[int, set[Configuration]] = {}
+    for here, label in zip(moves, labels.tolist(), strict=True):
+        parts.setdefault(label, set()).add(here)
+    return parts.values()
+
+
+def _shortest(
+    moves: _Moves, start: Configuration, need: AbstractSet[int], goal: Configuration
+) -> tuple[list[int], Configuration]:
+    """Return the fewest moves that end with one of a robot in `need`, or if there is none, in `goal`."""
+    todo: deque[tuple[Configuration, tuple[int, ...]]] = deque([(start, ())])
+    seen = {start}
+    while True:
+        here, way = todo.popleft()
+        for robot, there in moves[here]:
+            if robot in need or (not need and there == goal):
+                return [*way, robot], there
+            if there not in seen:
+                seen.add(there)
+                todo.append((there, (*way, robot)))
