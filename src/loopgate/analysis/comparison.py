@@ -23,6 +23,9 @@ def compute_mean(
 ) -> pd.DataFrame:
     """Return the mean of a value over runs, with Student's t interval.
 
+    One row per group: `by`, `RUNS`, `MEAN`, `STD`, `LOW`, `HIGH` (in the unit of `value`; the last three are
+    missing for a single run). An interval of what is negative in no run stops at 0.
+
     Raises `AnalysisError` on a missing column or a level that is none.
 
     Parameters
@@ -31,12 +34,6 @@ def compute_mean(
         One row per run; failed runs, and runs without the value, are left out.
     value
         Column of `runs`, such as `KM_PER_H` [vehicle-km/h], `LAPS_PER_H` [1/h] or `HOLD` [s].
-
-    Returns
-    -------
-    DataFrame
-        One row per group: `by`, `RUNS`, `MEAN`, `STD`, `LOW`, `HIGH` (in the unit of `value`; the last
-        three are missing for a single run). An interval of what is negative in no run stops at 0.
 
     Examples
     --------
@@ -73,6 +70,10 @@ def compute_paired(
 ) -> pd.DataFrame:
     """Compare each gate with a baseline on the same seeds.
 
+    One row per gate and group: `of`, `by`, `BASELINE`, `PAIRS`, `DIFFERENCE`, `LOW`, `HIGH` (BCa bootstrap
+    interval of the mean difference, in the unit of `value`), `RATIO` (missing if the baseline is 0), `BETTER`
+    (share of pairs).
+
     Runs with equal `by` and `match` are a pair; a run without partner is left out. Pairing takes out what
     both gates share (loops, starts), so few seeds tell more than two separate means do.
 
@@ -93,13 +94,6 @@ def compute_paired(
         Columns that make a group, and columns that make a pair within it.
     level, seed
         Confidence level; seed of the bootstrap's random numbers.
-
-    Returns
-    -------
-    DataFrame
-        One row per gate and group: `of`, `by`, `BASELINE`, `PAIRS`, `DIFFERENCE`, `LOW`, `HIGH` (BCa
-        bootstrap interval of the mean difference, in the unit of `value`), `RATIO` (missing if the baseline
-        is 0), `BETTER` (share of pairs).
 
     Examples
     --------
@@ -150,6 +144,9 @@ def compute_paired(
 def compute_fundamental(*, runs: pd.DataFrame, by: Sequence[str] = ()) -> pd.DataFrame:
     """Return density, flow and speed of every run (the macroscopic fundamental diagram).
 
+    Columns: `runs`, or `by`, and `DENSITY` [vehicles/km], `FLOW` [vehicles/h], `SPEED` [km/h] (means of a
+    group).
+
     Vehicles, distance and speed are taken over all edges on some loop: density is vehicles per km of
     edge, flow is vehicle-km per hour and km of edge.
 
@@ -162,11 +159,6 @@ def compute_fundamental(*, runs: pd.DataFrame, by: Sequence[str] = ()) -> pd.Dat
         failed runs, and runs without a length, are left out.
     by
         Columns that make a group, such as gate and vehicles; without them each run is a row.
-
-    Returns
-    -------
-    DataFrame
-        `runs`, or `by`, and `DENSITY` [vehicles/km], `FLOW` [vehicles/h], `SPEED` [km/h] (means of a group).
 
     Examples
     --------
@@ -203,6 +195,9 @@ def compute_capacity(
 ) -> pd.DataFrame:
     """Return the vehicle count at which the mean of a value peaks.
 
+    One row per group: `by`, `CAPACITY` [vehicles], `LOW`, `HIGH` [vehicles], `PEAK` (unit of `value`),
+    `AT_BORDER`.
+
     The interval holds `level` of the peaks found when the runs of each vehicle count are resampled.
 
     Raises `AnalysisError` on a missing column.
@@ -215,12 +210,6 @@ def compute_capacity(
         Column of `runs`; the peak is its greatest mean, the smallest count on a tie.
     level, resamples, seed
         Confidence level; number and seed of the bootstrap's resamples.
-
-    Returns
-    -------
-    DataFrame
-        One row per group: `by`, `CAPACITY` [vehicles], `LOW`, `HIGH` [vehicles], `PEAK` (unit of `value`),
-        `AT_BORDER`.
 
     Examples
     --------

@@ -22,6 +22,8 @@ def compute_lap_distribution(
 ) -> pd.DataFrame:
     """Return quantiles of the lap times of all runs of a group together.
 
+    One row per group and quantile: `by`, `LAPS` (of all runs), `QUANTILE`, `LAP_TIME` [s].
+
     A run's row keeps 21 quantiles of its lap times, so the result is exact to a twentieth of each run's
     distribution; runs count in proportion to their laps.
 
@@ -34,11 +36,6 @@ def compute_lap_distribution(
         out.
     quantiles
         Between 0 and 1.
-
-    Returns
-    -------
-    DataFrame
-        One row per group and quantile: `by`, `LAPS` (of all runs), `QUANTILE`, `LAP_TIME` [s].
 
     Examples
     --------
@@ -71,6 +68,11 @@ def compute_lap_distribution(
 def compute_decision_time(*, runs: pd.DataFrame, by: Sequence[str] = (c.GATE, c.VEHICLES)) -> pd.DataFrame:
     """Return how long gates take to decide, how often they refuse, and how many messages they send.
 
+    One row per group: `by`, `RUNS`, `DECISIONS` (sum), `DECISION_MEDIAN` [us] (median over runs of the run's
+    median), `DECISION_P99` [us] (median over runs of the run's 99th percentile), `DECISION_MAX` [us]
+    (greatest of all), `REFUSED_SHARE` (refusals per decision), `MESSAGES_PER_DECISION` (missing where no
+    messages are counted).
+
     Raises `AnalysisError` on a missing column.
 
     Parameters
@@ -78,14 +80,6 @@ def compute_decision_time(*, runs: pd.DataFrame, by: Sequence[str] = (c.GATE, c.
     runs
         One row per run with `DECISIONS`, `REFUSALS`, `MESSAGES` and the decision times [us]; failed runs
         are left out.
-
-    Returns
-    -------
-    DataFrame
-        One row per group: `by`, `RUNS`, `DECISIONS` (sum), `DECISION_MEDIAN` [us] (median over runs of the
-        run's median), `DECISION_P99` [us] (median over runs of the run's 99th percentile), `DECISION_MAX`
-        [us] (greatest of all), `REFUSED_SHARE` (refusals per decision), `MESSAGES_PER_DECISION` (missing
-        where no messages are counted).
 
     Examples
     --------
@@ -123,6 +117,11 @@ def compute_edge_means(
 ) -> pd.DataFrame:
     """Return visits, hold time and revisit intervals of each edge, averaged over the runs of a group.
 
+    One row per group and edge: `by`, `EDGE`, `RUNS` (with the edge on a loop), `VISITS`, `HOLD` [s] and,
+    where rows know it, `STOOD` [s] (means per run), `MEAN_REVISIT` [s] (mean over the runs that revisit it),
+    `IDLENESS` [s] (mean per run), `MAX_REVISIT` [s] (greatest of all runs), `SHAPE`, `JUNCTION` (where it
+    ends; empty if the edge sets do not know).
+
     Raises `AnalysisError` on a missing column.
 
     Parameters
@@ -131,14 +130,6 @@ def compute_edge_means(
         One row per run with `EDGE_SET` and the lists per edge; failed runs are left out.
     edge_sets
         For each `EDGE_SET` the table of its edges (`EDGE`, `EDGE_LENGTH` [m], `SHAPE`).
-
-    Returns
-    -------
-    DataFrame
-        One row per group and edge: `by`, `EDGE`, `RUNS` (with the edge on a loop), `VISITS`, `HOLD` [s] and,
-        where rows know it, `STOOD` [s] (means per run), `MEAN_REVISIT` [s] (mean over the runs that revisit
-        it), `IDLENESS` [s] (mean per run), `MAX_REVISIT` [s] (greatest of all runs), `SHAPE`, `JUNCTION`
-        (where it ends; empty if the edge sets do not know).
 
     Examples
     --------
@@ -193,6 +184,9 @@ def compute_ranked(
 ) -> pd.DataFrame:
     """Return the junctions, or the edges, before which vehicles stood longest.
 
+    By group, the longest first: `by`, `what`, `STOOD` [s] (all vehicles) and `VISITS`, means per run. Where
+    nobody stood is left out.
+
     Raises `AnalysisError` on a missing column.
 
     Parameters
@@ -203,12 +197,6 @@ def compute_ranked(
         `JUNCTION` or `EDGE`.
     first
         How many of each group.
-
-    Returns
-    -------
-    DataFrame
-        By group, the longest first: `by`, `what`, `STOOD` [s] (all vehicles) and `VISITS`, means per run.
-        Where nobody stood is left out.
 
     Examples
     --------

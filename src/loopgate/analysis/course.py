@@ -19,6 +19,9 @@ _HOUR_S = 3600.0
 def compute_flow(*, flow: pd.DataFrame, every_s: float = 60.0, by: Sequence[str] = ()) -> pd.DataFrame:
     """Return what all vehicles together did, interval by interval, and what they did until then.
 
+    One row per group and interval: `by`, `TIME` (its end [s]), `ON_ROAD`, `STILL` (mean numbers), `SPEED`
+    [km/h], `KM_PER_H`, `LAPS_PER_H`, and since the beginning `DISTANCE_KM`, `LAPS`, `STOOD_H`.
+
     Raises `AnalysisError` on a missing column, or intervals shorter than the rows.
 
     Parameters
@@ -29,13 +32,6 @@ def compute_flow(*, flow: pd.DataFrame, every_s: float = 60.0, by: Sequence[str]
         Length of the intervals [s], from the beginning on; a last one that is not full is left out.
     by
         Columns that make a group; the runs of a group are averaged.
-
-    Returns
-    -------
-    DataFrame
-        One row per group and interval: `by`, `TIME` (its end [s]), `ON_ROAD`, `STILL` (mean numbers),
-        `SPEED` [km/h], `KM_PER_H`, `LAPS_PER_H`, and since the
-        beginning `DISTANCE_KM`, `LAPS`, `STOOD_H`.
 
     Examples
     --------
@@ -79,6 +75,9 @@ def compute_flow(*, flow: pd.DataFrame, every_s: float = 60.0, by: Sequence[str]
 def compute_causes(*, events: pd.DataFrame, end_s: float, begin_s: float = 0.0) -> pd.DataFrame:
     """Return how long vehicles waited for a gate, by the reason of the refusal.
 
+    One row per reason, the one that cost most first: `REASON`, `WAITS` (how many had it), `WAIT` [s] (all
+    together), `LONGEST` [s] (the longest that one wait was for it).
+
     `compute_wait_causes` has each wait; see `loopgate.gates.Reason` for the words.
 
     Raises `AnalysisError` on a missing column or an empty period.
@@ -89,12 +88,6 @@ def compute_causes(*, events: pd.DataFrame, end_s: float, begin_s: float = 0.0) 
         `EVENT_COLUMNS`, in any order.
     begin_s, end_s
         Period of observation [s], to which stretches are clipped.
-
-    Returns
-    -------
-    DataFrame
-        One row per reason, the one that cost most first: `REASON`, `WAITS` (how many had it), `WAIT` [s] (all
-        together), `LONGEST` [s] (the longest that one wait was for it).
 
     Examples
     --------
@@ -119,6 +112,9 @@ def compute_time_space(
 ) -> pd.DataFrame:
     """Return when the vehicles of a loop entered which edge, as points of a time-space diagram.
 
+    By vehicle and time: `VEHICLE`, `LAP_NUMBER` (from 0: rounds of the loop's first edge), `TIME` [s],
+    `POSITION` [m], `EDGE`. A round ends with a point at the loop's length.
+
     Raises `AnalysisError` on a missing column, or a loop that is not there.
 
     Parameters
@@ -129,12 +125,6 @@ def compute_time_space(
         `VEHICLE_COLUMNS`: who is on which loop.
     loops
         `LOOP_COLUMNS`: where its edges begin.
-
-    Returns
-    -------
-    DataFrame
-        By vehicle and time: `VEHICLE`, `LAP_NUMBER` (from 0: rounds of the loop's first edge), `TIME` [s],
-        `POSITION` [m], `EDGE`. A round ends with a point at the loop's length.
 
     Examples
     --------
@@ -177,6 +167,9 @@ def compute_stuck(
 ) -> pd.DataFrame:
     """Return the vehicles that had not moved for long when the run ended, and whom they wait for.
 
+    The one that has stood longest first: `VEHICLE`, `LOOP`, `SINCE` [s], `STANDING` [s], `WAITS_FOR` (the
+    next vehicle of its deadlock; empty for others), `X`, `Y` [m].
+
     Raises `AnalysisError` on a missing column.
 
     Parameters
@@ -189,12 +182,6 @@ def compute_stuck(
         When the run ended [s].
     after_s
         How long is long [s]; the vehicles of a deadlock are stuck all the same.
-
-    Returns
-    -------
-    DataFrame
-        The one that has stood longest first: `VEHICLE`, `LOOP`, `SINCE` [s], `STANDING` [s], `WAITS_FOR` (the
-        next vehicle of its deadlock; empty for others), `X`, `Y` [m].
 
     Examples
     --------

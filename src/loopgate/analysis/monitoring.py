@@ -24,6 +24,8 @@ from loopgate.results.columns import Event
 def compute_revisit_intervals(*, events: pd.DataFrame, end_s: float, begin_s: float = 0.0) -> pd.DataFrame:
     """Return every revisit interval that ended in the period.
 
+    One row per interval, by edge and time: `EDGE`, `BEGIN` [s], `END` [s], `INTERVAL` [s].
+
     Raises `AnalysisError` on a missing column or an empty period.
 
     Parameters
@@ -32,11 +34,6 @@ def compute_revisit_intervals(*, events: pd.DataFrame, end_s: float, begin_s: fl
         `EVENT_COLUMNS`, in any order.
     begin_s, end_s
         Period of observation (begin, end] [s]. An interval counts if its second visit lies in it.
-
-    Returns
-    -------
-    DataFrame
-        One row per interval, by edge and time: `EDGE`, `BEGIN` [s], `END` [s], `INTERVAL` [s].
 
     Examples
     --------
@@ -65,6 +62,11 @@ def compute_revisits(
 ) -> pd.DataFrame:
     """Return visits, revisit intervals and idleness of every edge.
 
+    One row per edge: `EDGE`, `VISITS` (in the period), `MEAN_REVISIT`, `MAX_REVISIT` and `WEIGHTED_REVISIT`
+    [s] (NaN without an interval; the last weights each interval by its length: the interval in which a moment
+    lies), `IDLENESS` [s] (mean over the period's time), `WORST_IDLENESS` [s] (greatest at any moment of the
+    period, both ends included).
+
     Intervals still open at the end are no revisit intervals, but count in the idleness: in a run that
     locks up, look at the idleness. Time O(n log n) in the events.
 
@@ -78,14 +80,6 @@ def compute_revisits(
         Period of observation (begin, end] [s]; what happened before it is used to know the last visit.
     edges
         The edges to report, also those never visited; default: those visited, sorted.
-
-    Returns
-    -------
-    DataFrame
-        One row per edge: `EDGE`, `VISITS` (in the period), `MEAN_REVISIT`, `MAX_REVISIT` and
-        `WEIGHTED_REVISIT` [s] (NaN without an interval; the last weights each interval by its length: the
-        interval in which a moment lies), `IDLENESS` [s] (mean over the period's time), `WORST_IDLENESS` [s]
-        (greatest at any moment of the period, both ends included).
 
     Examples
     --------
@@ -134,15 +128,12 @@ def compute_revisits(
 def compute_edge_holds(*, events: pd.DataFrame, end_s: float, begin_s: float = 0.0) -> pd.DataFrame:
     """Return the time vehicles stood at gates, by the edge they stood on.
 
+    One row per edge with a hold, sorted: `EDGE`, `EDGE_HOLD` [s] within the period.
+
     A vehicle stands on the edge it entered last before the hold began; holds before a vehicle's first
     `Event.EDGE` row are on no known edge and are left out.
 
     Raises `AnalysisError` on a missing column or an empty period.
-
-    Returns
-    -------
-    DataFrame
-        One row per edge with a hold, sorted: `EDGE`, `EDGE_HOLD` [s] within the period.
 
     Examples
     --------
@@ -175,6 +166,8 @@ def compute_edges(
 ) -> pd.DataFrame:
     """Return the table that a run folder keeps as ``edges.parquet``.
 
+    Columns: `EDGE_COLUMNS`, in the order of `edges`.
+
     Raises `AnalysisError` on a missing column or an empty period.
 
     Parameters
@@ -185,11 +178,6 @@ def compute_edges(
         The edges on some loop: `EDGE` (unique), `EDGE_LENGTH` [m], `SHAPE`.
     begin_s, end_s
         Period of observation (begin, end] [s].
-
-    Returns
-    -------
-    DataFrame
-        `EDGE_COLUMNS`, in the order of `edges`.
 
     Examples
     --------

@@ -27,17 +27,14 @@ def compute_deadlock_rate(
 ) -> pd.DataFrame:
     """Return the share of runs with a deadlock, with Wilson intervals.
 
+    One row per group: `by`, `RUNS`, `DEADLOCKED`, `RATE`, `LOW`, `HIGH` (shares, 0 to 1).
+
     Raises `AnalysisError` on a missing column or a level that is none.
 
     Parameters
     ----------
     runs
         One row per run, with `DEADLOCKS` and the columns of `by`; failed runs are left out.
-
-    Returns
-    -------
-    DataFrame
-        One row per group: `by`, `RUNS`, `DEADLOCKED`, `RATE`, `LOW`, `HIGH` (shares, 0 to 1).
 
     Examples
     --------
@@ -63,6 +60,10 @@ def compute_survival(
 ) -> pd.DataFrame:
     """Return Kaplan-Meier curves of the time to the first deadlock.
 
+    One row per curve and time at which a run locked up or was censored, from time 0 on: `by`, `AT` [s],
+    `AT_RISK`, `DEADLOCKED`, `CENSORED`, `SURVIVAL`, `LOW`, `HIGH` (shares, 0 to 1; the interval is missing
+    where nothing varies: before the first deadlock, and where all are deadlocked).
+
     A run without deadlock is censored at the end of its observation: it says that the time is longer, not
     that it is infinite. Intervals are Greenwood's on the log-log scale (Kalbfleisch and Prentice 1980).
 
@@ -77,13 +78,6 @@ def compute_survival(
         Columns that make a curve.
     level
         Confidence level of the pointwise interval.
-
-    Returns
-    -------
-    DataFrame
-        One row per curve and time at which a run locked up or was censored, from time 0 on: `by`, `AT` [s],
-        `AT_RISK`, `DEADLOCKED`, `CENSORED`, `SURVIVAL`, `LOW`, `HIGH` (shares, 0 to 1; the interval is
-        missing where nothing varies: before the first deadlock, and where all are deadlocked).
 
     Examples
     --------
@@ -143,6 +137,9 @@ def compute_time_to_deadlock(
 ) -> pd.DataFrame:
     """Return median and restricted mean of the time to the first deadlock, from the Kaplan-Meier curve.
 
+    One row per group: `by`, `RUNS`, `DEADLOCKED`, `MEDIAN_TIME` [s] (missing if fewer than half were seen to
+    lock up), `RESTRICTED_MEAN` [s], `HORIZON` [s].
+
     Raises `AnalysisError` on a missing column or a horizon that is not positive.
 
     Parameters
@@ -152,12 +149,6 @@ def compute_time_to_deadlock(
     horizon_s
         The restricted mean is the area under the curve up to here [s]; default: as far as every curve is
         known, so that groups can be compared (a curve that has reached 0 is known for ever).
-
-    Returns
-    -------
-    DataFrame
-        One row per group: `by`, `RUNS`, `DEADLOCKED`, `MEDIAN_TIME` [s] (missing if fewer than half were
-        seen to lock up), `RESTRICTED_MEAN` [s], `HORIZON` [s].
 
     Examples
     --------
@@ -197,20 +188,17 @@ def compute_time_to_deadlock(
 def compute_safety(*, runs: pd.DataFrame, by: Sequence[str] = (c.NETWORK, c.GATE)) -> pd.DataFrame:
     """Return how many runs of each group were deadlocked, collided, teleported, or failed their audit.
 
+    One row per group: `by`; `FAILED` (runs that could not be made) and `RUNS` (the others, on which the rest
+    stands); `DEADLOCKED` of them; sums of `COLLISIONS` and `TELEPORTS`; `CLEAN`, runs under a gate whose
+    audit found nothing (missing where there is none); mean of `LAPS_PER_H` [1/h]; greatest `LONGEST_WAIT`
+    [s].
+
     Raises `AnalysisError` on a missing column.
 
     Parameters
     ----------
     runs
         One row per run.
-
-    Returns
-    -------
-    DataFrame
-        One row per group: `by`; `FAILED` (runs that could not be made) and `RUNS` (the others, on which
-        the rest stands); `DEADLOCKED` of them; sums of `COLLISIONS` and `TELEPORTS`; `CLEAN`, runs under a
-        gate whose audit found nothing (missing where there is none); mean of `LAPS_PER_H` [1/h]; greatest
-        `LONGEST_WAIT` [s].
 
     Examples
     --------
@@ -243,19 +231,15 @@ def compute_safety(*, runs: pd.DataFrame, by: Sequence[str] = (c.NETWORK, c.GATE
 def compute_trips(*, runs: pd.DataFrame, by: Sequence[str] = (c.GATE, c.VEHICLES)) -> pd.DataFrame:
     """Return how many trips of a run arrived, how long they took, and what they lost.
 
+    One row per group: `by`; `RUNS`; means over runs of `ARRIVED`, `UNFINISHED`, `MEAN_TRIP`, `MEAN_WAITING`,
+    `MEAN_TIME_LOSS`, `MEAN_DEPART_DELAY` and `MEAN_DELAY` [s]; greatest `WORST_DELAY` [s].
+
     Raises `AnalysisError` on a missing column.
 
     Parameters
     ----------
     runs
         One row per run; failed runs, and runs in which nobody drives once, are left out.
-
-    Returns
-    -------
-    DataFrame
-        One row per group: `by`; `RUNS`; means over runs of `ARRIVED`, `UNFINISHED`, `MEAN_TRIP`,
-        `MEAN_WAITING`, `MEAN_TIME_LOSS`, `MEAN_DEPART_DELAY` and `MEAN_DELAY` [s]; greatest `WORST_DELAY`
-        [s].
 
     Examples
     --------

@@ -22,6 +22,8 @@ _SECONDS_PER_HOUR = 3600.0
 def compute_laps(*, events: pd.DataFrame, end_s: float, begin_s: float = 0.0) -> pd.DataFrame:
     """Return every lap completed in the period.
 
+    One row per lap, by vehicle and time: `VEHICLE`, `LAP_NUMBER`, `BEGIN` [s], `END` [s], `LAP_TIME` [s].
+
     A lap lasts from the vehicle's lap before; the first one from its first `Event.START` or `Event.EDGE` row
     (a vehicle without one has no first lap time, and that lap is left out).
 
@@ -33,12 +35,6 @@ def compute_laps(*, events: pd.DataFrame, end_s: float, begin_s: float = 0.0) ->
         `EVENT_COLUMNS`, in any order.
     begin_s, end_s
         Period of observation (begin, end] [s]; a lap counts if it was completed in it.
-
-    Returns
-    -------
-    DataFrame
-        One row per lap, by vehicle and time: `VEHICLE`, `LAP_NUMBER`, `BEGIN` [s], `END` [s],
-        `LAP_TIME` [s].
 
     Examples
     --------
@@ -69,13 +65,10 @@ def compute_laps(*, events: pd.DataFrame, end_s: float, begin_s: float = 0.0) ->
 def compute_holds(*, events: pd.DataFrame, end_s: float, begin_s: float = 0.0) -> pd.DataFrame:
     """Return every stand at a gate, `Event.HOLD` to `Event.GO`, clipped to the period.
 
-    Raises `AnalysisError` on a missing column or an empty period.
+    One row per hold, by vehicle and time: `VEHICLE`, `PLACE` (the state it waits for), `SINCE` [s] (when it
+    came to rest), `BEGIN` [s], `END` [s], `HOLD` [s] (END - BEGIN), `OPEN`.
 
-    Returns
-    -------
-    DataFrame
-        One row per hold, by vehicle and time: `VEHICLE`, `PLACE` (the state it waits for), `SINCE` [s]
-        (when it came to rest), `BEGIN` [s], `END` [s], `HOLD` [s] (END - BEGIN), `OPEN`.
+    Raises `AnalysisError` on a missing column or an empty period.
 
     Examples
     --------
@@ -92,15 +85,12 @@ def compute_holds(*, events: pd.DataFrame, end_s: float, begin_s: float = 0.0) -
 def compute_waits(*, events: pd.DataFrame, end_s: float, begin_s: float = 0.0) -> pd.DataFrame:
     """Return every wait for a gate, first `Event.REFUSE` to `Event.GRANT`, clipped to the period.
 
+    One row per wait, by vehicle and time: `VEHICLE`, `PLACE` (the state it waits for), `SINCE` [s] (when it
+    was first refused), `BEGIN` [s], `END` [s], `WAIT` [s] (END - BEGIN), `OPEN`.
+
     A vehicle may wait without standing: it is refused, slows down and is let in before it rests.
 
     Raises `AnalysisError` on a missing column or an empty period.
-
-    Returns
-    -------
-    DataFrame
-        One row per wait, by vehicle and time: `VEHICLE`, `PLACE` (the state it waits for), `SINCE` [s]
-        (when it was first refused), `BEGIN` [s], `END` [s], `WAIT` [s] (END - BEGIN), `OPEN`.
 
     Examples
     --------
@@ -117,13 +107,10 @@ def compute_waits(*, events: pd.DataFrame, end_s: float, begin_s: float = 0.0) -
 def compute_vehicle_holds(*, events: pd.DataFrame, end_s: float, begin_s: float = 0.0) -> pd.DataFrame:
     """Return laps, hold time and longest wait of each vehicle that has an event.
 
-    Raises `AnalysisError` on a missing column or an empty period.
+    One row per vehicle, sorted by name: `VEHICLE`, `LAPS` (completed in the period), `HOLD` [s] (total),
+    `LONGEST_WAIT` [s] (0 if it was never refused).
 
-    Returns
-    -------
-    DataFrame
-        One row per vehicle, sorted by name: `VEHICLE`, `LAPS` (completed in the period), `HOLD` [s] (total),
-        `LONGEST_WAIT` [s] (0 if it was never refused).
+    Raises `AnalysisError` on a missing column or an empty period.
 
     Examples
     --------
@@ -152,6 +139,8 @@ def compute_throughput(
 ) -> pd.DataFrame:
     """Return what all vehicles together achieved in the period.
 
+    One row: ``laps``, ``laps_per_h`` [1/h], ``km_per_h`` [vehicle-km/h] (NaN without a distance).
+
     Raises `AnalysisError` on a missing column or an empty period.
 
     Parameters
@@ -162,11 +151,6 @@ def compute_throughput(
         Period of observation (begin, end] [s].
     distance_m
         Distance driven by all vehicles in the period [m], where it is known.
-
-    Returns
-    -------
-    DataFrame
-        One row: ``laps``, ``laps_per_h`` [1/h], ``km_per_h`` [vehicle-km/h] (NaN without a distance).
 
     Examples
     --------

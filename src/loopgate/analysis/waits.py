@@ -17,6 +17,9 @@ _GRANTS = "grants"
 def compute_wait_causes(*, events: pd.DataFrame, end_s: float, begin_s: float = 0.0) -> pd.DataFrame:
     """Return for every wait for a gate how long it was for which cause, clipped to the period.
 
+    One row per wait and cause, by vehicle and time: `VEHICLE`, `PLACE` (the state it waits for), `SINCE` [s]
+    (when it was first refused), `CAUSE` (`loopgate.gates.Reason`), `WAIT` [s].
+
     A wait is one of `compute_waits`. It is for the reason of the last refusal until the next refusal, which
     comes with a new reason, or the grant.
 
@@ -28,12 +31,6 @@ def compute_wait_causes(*, events: pd.DataFrame, end_s: float, begin_s: float = 
         `EVENT_COLUMNS` up to the reason; refusals and grants suffice.
     begin_s, end_s
         Period of observation [s].
-
-    Returns
-    -------
-    DataFrame
-        One row per wait and cause, by vehicle and time: `VEHICLE`, `PLACE` (the state it waits for), `SINCE`
-        [s] (when it was first refused), `CAUSE` (`loopgate.gates.Reason`), `WAIT` [s].
 
     Examples
     --------
@@ -75,19 +72,16 @@ def compute_longest_waits(
 ) -> pd.DataFrame:
     """Return for what the longest waits of each group of runs were.
 
+    One row per group and cause: `by`, `CAUSE`, `RUNS`; `MEAN` over the runs and `MOST` of any of them of the
+    longest time that one wait was for that cause [s]. Runs without a gate are left out, and causes for which
+    nobody waited.
+
     Raises `AnalysisError` on a missing column.
 
     Parameters
     ----------
     runs
         One row per run.
-
-    Returns
-    -------
-    DataFrame
-        One row per group and cause: `by`, `CAUSE`, `RUNS`; `MEAN` over the runs and `MOST` of any of them of
-        the longest time that one wait was for that cause [s]. Runs without a gate are left out, and causes
-        for which nobody waited.
 
     Examples
     --------
@@ -112,14 +106,11 @@ def compute_longest_waits(
 def wait_figures(causes: pd.DataFrame | None) -> dict[str, Any]:
     """Return what ``summary.json`` says of the longest waits.
 
-    `causes`: what `compute_wait_causes` returns; None if nothing was measured.
+    Keys: ``longest_wait``: the vehicle, the state it waited for, since when [s], and how long [s] for
+    which cause, longest first; None if nobody waited. Times at stops do not count for which is the longest.
+    ``longest_waits_s``: by cause, the longest time that one wait was for it [s].
 
-    Returns
-    -------
-    dict
-        ``longest_wait``: the vehicle, the state it waited for, since when [s], and how long [s] for which
-        cause, longest first; None if nobody waited. Times at stops do not count for which is the longest.
-        ``longest_waits_s``: by cause, the longest time that one wait was for it [s].
+    `causes`: what `compute_wait_causes` returns; None if nothing was measured.
     """
     if causes is None or causes.empty:
         return {"longest_wait": None, "longest_waits_s": {}}

@@ -34,6 +34,10 @@ def compute_watch(
 ) -> pd.DataFrame:
     """Return how often and how evenly every street was seen, the one that was idle longest first.
 
+    Columns: `WATCH_COLUMNS`: those of `compute_revisits`, `HEADWAY_CV` (standard deviation over mean of the
+    intervals; NaN for fewer than two), `BUNCHED` (share of them, NaN without one), `BOUND` [s] and `WITHIN`
+    (share of the period in which the idleness is at most the bound).
+
     Raises `AnalysisError` on a missing column or an empty period.
 
     Parameters
@@ -46,13 +50,6 @@ def compute_watch(
         Period of observation (begin, end] [s].
     bound_s
         Time that no street should go unseen for longer than [s], for all or by street; infinity for none.
-
-    Returns
-    -------
-    DataFrame
-        `WATCH_COLUMNS`: those of `compute_revisits`, `HEADWAY_CV` (standard deviation over mean of the
-        intervals; NaN for fewer than two), `BUNCHED` (share of them, NaN without one), `BOUND` [s] and
-        `WITHIN` (share of the period in which the idleness is at most the bound).
 
     Examples
     --------
@@ -119,6 +116,9 @@ def compute_seen_within(
 ) -> pd.DataFrame:
     """Return which share of the streets was seen within so long.
 
+    Columns: `SEEN_WITHIN` [s]; `NOW`: share of the streets seen no longer ago than that, on average over the
+    period; `ALWAYS`: share of the streets for which that held all the time.
+
     Raises `AnalysisError` on a missing column, an empty period, or no streets.
 
     Parameters
@@ -131,12 +131,6 @@ def compute_seen_within(
         Period of observation (begin, end] [s].
     times_s
         For which times [s]; default: from 0 to the longest on a street that was visited, in a hundred steps.
-
-    Returns
-    -------
-    DataFrame
-        `SEEN_WITHIN` [s]; `NOW`: share of the streets seen no longer ago than that, on average over the
-        period; `ALWAYS`: share of the streets for which that held all the time.
 
     Examples
     --------
@@ -174,6 +168,8 @@ def compute_seen_within(
 def compute_rarest(*, streets: pd.DataFrame, first: int = 15) -> pd.DataFrame:
     """Return the streets that went unseen longest, of those that were seen at all.
 
+    One row per street with the columns named below, the one that went unseen longest first.
+
     Raises `AnalysisError` on a missing column.
 
     Parameters
@@ -182,11 +178,6 @@ def compute_rarest(*, streets: pd.DataFrame, first: int = 15) -> pd.DataFrame:
         ``streets.parquet``: `EDGE`, `STREET` (its name), `VISITS`, `IDLENESS` and `WORST_IDLENESS` [s].
     first
         How many.
-
-    Returns
-    -------
-    DataFrame
-        These columns, the street that went unseen longest first.
 
     Examples
     --------
@@ -207,6 +198,10 @@ def compute_rarest(*, streets: pd.DataFrame, first: int = 15) -> pd.DataFrame:
 def compute_districts(*, watch: pd.DataFrame, districts: Mapping[str, Iterable[str]]) -> pd.DataFrame:
     """Return how well groups of streets were watched, the one idle longest first.
 
+    Columns: `DISTRICT`, `STREETS` (how many edges), `NEVER_SEEN`, `VISITS` (of all), `IDLENESS` and
+    `WORST_IDLENESS` [s] (mean and greatest), `HEADWAY_CV` and `BUNCHED` (means over those seen), and
+    `WITHIN`.
+
     Raises `AnalysisError` on a missing column.
 
     Parameters
@@ -215,13 +210,6 @@ def compute_districts(*, watch: pd.DataFrame, districts: Mapping[str, Iterable[s
         From `compute_watch`.
     districts
         The edges of each group, by its name; an edge may be in several, or in none.
-
-    Returns
-    -------
-    DataFrame
-        `DISTRICT`, `STREETS` (how many edges), `NEVER_SEEN`, `VISITS` (of all), `IDLENESS` and
-        `WORST_IDLENESS` [s] (mean and greatest), `HEADWAY_CV` and `BUNCHED` (means over those seen), and
-        `WITHIN`.
 
     Examples
     --------

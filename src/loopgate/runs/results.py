@@ -61,10 +61,7 @@ class Results:
     def read_flow(self, runs: pd.DataFrame) -> pd.DataFrame:
         """Return what was measured over time in those of `runs` that have a folder.
 
-        Returns
-        -------
-        DataFrame
-            `FLOW_COLUMNS`, and of `runs` the columns `KEY` and `SERIES`.
+        Columns: `FLOW_COLUMNS`, and of `runs` the columns `KEY` and `SERIES`.
         """
         series = runs[SERIES] if SERIES in runs else runs[c.GATE]
         parts = [

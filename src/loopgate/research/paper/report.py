@@ -19,6 +19,8 @@ def reproduce(
 ) -> dict[str, Any]:
     """Reproduce Section 5 into the folder `out`.
 
+    Keys: ``rows`` (a list of ``what, printed, ours, why``), ``seconds`` and ``quick``.
+
     Writes ``table.md`` and ``table.json`` (printed, ours, why they differ), ``live_rounds.png``,
     ``fig11.png`` and ``fig12.png``.
 
@@ -34,11 +36,6 @@ def reproduce(
         Where the random numbers begin.
     progress
         Called with the number of the steps that are done.
-
-    Returns
-    -------
-    dict
-        ``rows`` (a list of ``what, printed, ours, why``), ``seconds`` and ``quick``.
     """
     began = time.perf_counter()
     with writing(out):
