@@ -43,19 +43,26 @@ class Dynamics:
     speed_factor: float
 
 
-@dataclass(frozen=True, slots=True)
-class Light:
-    """The state of a traffic light."""
+class Light(NamedTuple):
+    """The state of a traffic light.
+
+    Attributes
+    ----------
+    state
+        SUMO's letter for each link: ``G`` and ``g`` green, ``y`` yellow, ``r`` red, ``o`` and ``O`` off.
+    changes_s
+        When it may change next [s]: certain for a program that is fixed, else the earliest.
+    program, phase
+        Which program it follows and the number of the phase.
+    spent_s
+        For how long the phase has lasted [s].
+    """
 
     state: str
-    """SUMO's letter for each link: ``G`` and ``g`` green, ``y`` yellow, ``r`` red, ``o`` and ``O`` off."""
     changes_s: float
-    """When it may change next [s]: certain for a program that is fixed, else the earliest."""
     program: str = ""
     phase: int = 0
-    """`program` and `phase`: which program it follows and the number of the phase."""
     spent_s: float = 0.0
-    """For how long the phase has lasted [s]."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,14 +11,12 @@ ERROR: tuple[type[Exception], ...] = (libsumo.TraCIException, libsumo.FatalTraCI
 
 _wrapped = libsumo.libsumo._libsumo  # noqa: SLF001  what is underneath has no other name
 
-READS: Mapping[str, Callable[[str], Any]] = {
-    name: getattr(_wrapped, f"vehicle_{name}", getattr(libsumo.vehicle, name))
-    for name in ("getDistance", "getLaneID", "getLanePosition", "getSpeed")
+READS: Mapping[str, Callable[..., Any]] = {
+    name: read
+    for name, read in vars(_wrapped).items()
+    if name.startswith(("vehicle_get", "trafficlight_get"))
 }
-"""Readings taken of every vehicle in every step, by the name of the function that the wrapper has for it.
-
-Without that function where that can be had: it takes a third of the time.
-"""
+"""Readings of vehicles and lights without the function that the wrapper has for each: a third of the time."""
 
 
 def start(options: Sequence[str]) -> Any:  # noqa: ANN401  libsumo has no types

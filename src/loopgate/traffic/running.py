@@ -93,7 +93,7 @@ class RunningSumo:
         return self._types.get(name) or self._types.get(name.partition("@")[0])
 
 
-def _backend(api: object) -> tuple[tuple[type[Exception], ...], Mapping[str, Callable[[str], Any]]]:
+def _backend(api: object) -> tuple[tuple[type[Exception], ...], Mapping[str, Callable[..., Any]]]:
     """Return what it raises, and quicker ways to read vehicles."""
     if getattr(api, "__name__", "") == "libsumo":
         from loopgate.traffic import libsumo_backend

@@ -45,7 +45,7 @@ class SumoTraffic(SumoStops, SumoLights):
     shared
         Whether somebody else may tell vehicles under the gate to stop.
     reads
-        Quicker ways to read vehicles than those of ``api.vehicle``, by their names there.
+        Quicker ways to read than those of ``api``, by domain and name there, such as ``vehicle_getSpeed``.
     """
 
     def __init__(
@@ -55,19 +55,23 @@ class SumoTraffic(SumoStops, SumoLights):
         *,
         yields: bool = False,
         shared: bool = True,
-        reads: Mapping[str, Callable[[str], Any]] | None = None,
+        reads: Mapping[str, Callable[..., Any]] | None = None,
     ) -> None:
-        super().__init__(api, error, shared=shared)
+        def read(name: str) -> Callable[..., Any]:
+            domain, _, call = name.partition("_")
+            found: Callable[..., Any] = (reads or {}).get(name) or getattr(getattr(api, domain), call)
+            return found
+
+        SumoStops.__init__(self, api, error, read, shared=shared)
+        SumoLights.__init__(self, api, read)
         self._yields = yields
         self._speed_mode = YIELDING_SPEED_MODE if yields else GATED_SPEED_MODE
         self._heedless: set[str] = set()
         self._first: set[str] = set()
         """The vehicles that keep no right of way."""
         self._running = True
-        reads = reads or {}
         self._odometer, *self._reads = (
-            reads.get(name, getattr(api.vehicle, name))
-            for name in ("getDistance", "getLaneID", "getLanePosition", "getSpeed")
+            read(f"vehicle_{name}") for name in ("getDistance", "getLaneID", "getLanePosition", "getSpeed")
         )
         self._seen, self._seen_s = Whereabouts(), -inf
         self._now = float(api.simulation.getTime())

@@ -1,31 +1,32 @@
 """Traffic lights in SUMO."""
 
+from collections.abc import Callable
 from typing import Any
 
 from loopgate.traffic.base import Light, Phase, Program
 
 _STATIC = 0  # SUMO's number for lights that follow a timetable
 
+_FIGURES = ("getRedYellowGreenState", "getNextSwitch", "getProgram", "getPhase", "getSpentDuration")
+"""What reads the figures of a `Light`, one after the other."""
+
 
 class SumoLights:
-    """The calls of `Traffic` that are about lights."""
+    """The calls of `Traffic` that are about lights; `read` finds a reading by its name."""
 
-    _api: Any
+    def __init__(self, api: Any, read: Callable[[str], Callable[..., Any]]) -> None:  # noqa: ANN401  no types
+        self._programs_of, self._program_of = (
+            api.trafficlight.getAllProgramLogics,
+            read("trafficlight_getProgram"),
+        )
+        self._figures = [read(f"trafficlight_{name}") for name in _FIGURES]
 
     def light(self, light: str) -> Light:
-        get = self._api.trafficlight
-        return Light(
-            state=get.getRedYellowGreenState(light),
-            changes_s=float(get.getNextSwitch(light)),
-            program=get.getProgram(light),
-            phase=int(get.getPhase(light)),
-            spent_s=float(get.getSpentDuration(light)),
-        )
+        return Light._make([figure(light) for figure in self._figures])
 
     def light_program(self, light: str) -> Program:
-        get = self._api.trafficlight
-        name = get.getProgram(light)
-        logic = next((one for one in get.getAllProgramLogics(light) if one.programID == name), None)
+        name = self._program_of(light)
+        logic = next((one for one in self._programs_of(light) if one.programID == name), None)
         if logic is None:
             return Program((), fixed=False)
         fixed = int(logic.type) == _STATIC

@@ -1,6 +1,6 @@
 """Stops in SUMO: those by which vehicles are held, and those of their own."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from loopgate.errors import TrafficError
@@ -24,13 +24,14 @@ _LEFT, _RIGHT = 1, -1  # SUMO's numbers for directions
 class SumoStops:
     """The calls of `Traffic` that are about stops.
 
-    `api`, `error`, `shared`: as of `loopgate.traffic.sumo.SumoTraffic`.
+    `api`, `error`, `shared`: as of `loopgate.traffic.sumo.SumoTraffic`; `read` finds a reading by its name.
     """
 
     def __init__(
         self,
         api: Any,  # noqa: ANN401  neither API has types
         error: type[Exception] | tuple[type[Exception], ...],
+        read: Callable[[str], Callable[..., Any]],
         *,
         shared: bool,
     ) -> None:
@@ -39,11 +40,14 @@ class SumoStops:
         self._shared = shared
         self._vehicle = api.vehicle
         self._simulation = api.simulation
+        self._lane_of, self._stops_of = read("vehicle_getLaneID"), read("vehicle_getStops")
         self._holds: dict[str, tuple[str, float]] = {}
         """Where vehicles are held: lane, and position on it [m]."""
         self._stopping: set[str] = set()
         """The vehicles that have been told other stops."""
         self._lets_change: dict[tuple[str, str], bool] = {}
+        self._classes: dict[str, str] = {}
+        """The classes of vehicles that nobody else can change."""
 
     def hold(self, vehicle: str, edge: str, lane_index: int, position_m: float) -> bool:
         """Set a stop on this pass that only `release` ends.
@@ -52,14 +56,14 @@ class SumoStops:
         way.
         """
         get, lane = self._vehicle, f"{edge}_{lane_index}"
-        here = get.getLaneID(vehicle)
+        here = self._lane_of(vehicle)
         on_edge = here.rpartition("_")[0] == edge
         if on_edge and here != lane:
             return False
         stop = {"pos": position_m, "laneIndex": lane_index, "duration": _FOR_EVER_S}
-        alone = not get.getStops(vehicle, 1)
+        alone = vehicle not in self._holds if self._is_ours(vehicle) else not self._stops_of(vehicle, 1)
         try:
-            if on_edge and alone and self._may_insert(edge, get.getVehicleClass(vehicle)):
+            if on_edge and alone and self._may_insert(edge, self._class_of(vehicle)):
                 get.insertStop(vehicle, 0, edge, **stop)
             else:
                 get.setStop(vehicle, edge, **stop)
@@ -67,12 +71,24 @@ class SumoStops:
             msg = f"vehicle {vehicle}: SUMO cannot hold it on {lane} at {position_m:.1f} m: {error}"
             raise TrafficError(msg) from error
         self._holds[vehicle] = lane, position_m
-        taken = get.getStops(vehicle, 1) if alone else self._stop_number(vehicle) is not None
+        taken = self._stops_of(vehicle, 1) if alone else self._stop_number(vehicle) is not None
         if not taken:
             del self._holds[vehicle]
             msg = f"vehicle {vehicle}: SUMO has not taken the stop on {lane} at {position_m:.1f} m"
             raise TrafficError(msg)
         return True
+
+    def _is_ours(self, vehicle: str) -> bool:
+        """Return whether the vehicle has no stops but the one that holds it."""
+        return not (self._shared or vehicle in self._stopping)
+
+    def _class_of(self, vehicle: str) -> str:
+        vclass = self._classes.get(vehicle)
+        if vclass is None:
+            vclass = str(self._vehicle.getVehicleClass(vehicle))
+            if not self._shared:
+                self._classes[vehicle] = vclass
+        return vclass
 
     def _may_insert(self, edge: str, vclass: str) -> bool:
         """Return whether `insertStop` acts on this pass, for a vehicle on the edge that has no other stops.
@@ -95,8 +111,8 @@ class SumoStops:
 
     def _stop_number(self, vehicle: str) -> int | None:
         """Return which of the vehicle's stops is the one that holds it; None if there is none."""
-        stops = self._vehicle.getStops(vehicle, 0)
-        if not (self._shared or vehicle in self._stopping):
+        stops = self._stops_of(vehicle, 0)
+        if self._is_ours(vehicle):
             return 0 if stops else None
         lane, position_m = self._holds[vehicle]
         for number, stop in enumerate(stops):
@@ -110,15 +126,21 @@ class SumoStops:
 
     def drop_hold(self, vehicle: str) -> None:
         """Drop the stop by which the vehicle is held, if it is, reached or not, and no other stop."""
-        if vehicle in self._holds:
-            number = self._stop_number(vehicle)
-            del self._holds[vehicle]
-            if number is not None:
-                self._vehicle.replaceStop(vehicle, number, "")
+        if vehicle not in self._holds:
+            return
+        number = 0 if self._is_ours(vehicle) else self._stop_number(vehicle)
+        del self._holds[vehicle]
+        if number is None:
+            return
+        try:
+            self._vehicle.replaceStop(vehicle, number, "")
+        except self._error:
+            if self._stops_of(vehicle, 1):
+                raise  # else there was none left: it was on a way on which the vehicle is no more
 
     def forget_stops(self, vehicle: str, edge: str, route: str, alone: str) -> bool:
         """Lead the vehicle off its stops' edges and back: SUMO keeps only stops on the present route."""
-        if self._vehicle.getRoadID(vehicle) != edge or self._vehicle.getStops(vehicle, 1):
+        if self._vehicle.getRoadID(vehicle) != edge or self._stops_of(vehicle, 1):
             return False  # a stop ahead, which is not ours, would be forgotten too
         self._vehicle.setRouteID(vehicle, alone)
         self._vehicle.setRouteID(vehicle, route)
@@ -129,11 +151,12 @@ class SumoStops:
         if not self._holds:
             return ()
         ids = self._simulation.getStopStartingVehiclesIDList()
-        return [vehicle for vehicle in ids if vehicle in self._holds and self._stop_number(vehicle) == 0]
+        held = [vehicle for vehicle in ids if vehicle in self._holds]
+        return [vehicle for vehicle in held if self._is_ours(vehicle) or self._stop_number(vehicle) == 0]
 
     def stops_before(self, vehicle: str, edge: str, position_m: float) -> bool:
         """Return whether its next stop is there, and not the one by which it is held."""
-        stops = self._vehicle.getStops(vehicle, 1)
+        stops = self._stops_of(vehicle, 1)
         if not stops or (vehicle in self._holds and self._stop_number(vehicle) == 0):
             return False
         stop = stops[0]
@@ -160,7 +183,7 @@ class SumoStops:
 
     def _number_of(self, vehicle: str, stop: Stop) -> int:
         """Return which of the vehicle's stops is the last one at a place."""
-        stops = self._vehicle.getStops(vehicle, 0)
+        stops = self._stops_of(vehicle, 0)
         for number in range(len(stops) - 1, -1, -1):
             there = stops[number].lane == stop.lane and (
                 abs(stops[number].endPos - stop.end_m) < _SAME_STOP_M
@@ -177,11 +200,11 @@ class SumoStops:
 
     def stops_ahead(self, vehicle: str) -> int:
         held = vehicle in self._holds and self._stop_number(vehicle) is not None
-        return len(self._vehicle.getStops(vehicle, 0)) - held
+        return len(self._stops_of(vehicle, 0)) - held
 
     def stays_s(self, vehicle: str) -> float:
         """Return for how long it will stand at its stop [s]; SUMO counts down."""
-        stops = self._vehicle.getStops(vehicle, 1)
+        stops = self._stops_of(vehicle, 1)
         return float(stops[0].duration) if stops and self._vehicle.isStopped(vehicle) else 0.0
 
     def stay(self, vehicle: str, for_s: float) -> None:

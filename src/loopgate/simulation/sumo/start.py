@@ -108,7 +108,7 @@ def start_traffic(
 
 def _backend(
     name: str,
-) -> tuple[Callable[[Sequence[str]], Any], tuple[type[Exception], ...], Mapping[str, Callable[[str], Any]]]:
+) -> tuple[Callable[[Sequence[str]], Any], tuple[type[Exception], ...], Mapping[str, Callable[..., Any]]]:
     if name == "libsumo":
         from loopgate.traffic import libsumo_backend  # noqa: PLC0415  loads SUMO into the process
 
