@@ -105,10 +105,12 @@ class Scene:
         """The row of the run."""
         return cast("Any", self.tables.run)[0]
 
-    def shows(self, light: str, state: str, changes_s: float, *, after: str = "r") -> None:
+    def shows(
+        self, light: str, state: str, changes_s: float, *, after: str = "r", fixed: bool = True
+    ) -> None:
         """Let a light show a letter until a time, then another for 1000 s."""
         self.traffic.lights[light] = Light(state, changes_s, "p", 0)
-        self.traffic.programs[light] = Program((Phase(state, 50.0, 1), Phase(after, 1000.0, 0)), fixed=True)
+        self.traffic.programs[light] = Program((Phase(state, 50.0, 1), Phase(after, 1000.0, 0)), fixed=fixed)
 
     def ask(self, what: int, number: int = 0, from_s: float = 0.0, to_s: float = 0.0) -> float:
         """Ask compiled code, once all lights that it needs have been read."""
@@ -120,7 +122,7 @@ class Scene:
         said = _ask(what, number, from_s, to_s, self.tables)
         for _, act, _ in self.tables.acts[: self.run["acts"]].tolist():
             assert act in (HEED, HEEDLESS)
-            self.told_to_drive_on = act == HEEDLESS
+            self.told_to_drive_on = bool(act == HEEDLESS)
         self.run["acts"] = 0
         return float(said)
 

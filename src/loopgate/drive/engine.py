@@ -127,6 +127,7 @@ class Engine:
         """The table of the run, one row, by column."""
         self._told = columns(cast("NDArray[np.void]", tables.run), "rows", "lost")[0]
         """How many rows there are, how many acts, and how many found no room."""
+        self.run["yields"] = self._traffic.gives_way
         self.run["foresees"] = self.foresees and not self._traffic.gives_way
         self.vehicles = cast("NDArray[np.void]", tables.vehicles)
         """The table of vehicles, by column."""
@@ -225,8 +226,10 @@ class Engine:
         self._turns += 1
         busy = self._steering.steers or self._worn.any or self._turns % _TIMED_EVERY == 0
         if keeper.compiled and not busy:
-            if self._step(drive.TURN, odometer=odometer, robots=halted):
-                keeper.answer()  # lights had to be read before all was answered
+            unread = self._step(drive.TURN, odometer=odometer, robots=halted)
+            while unread:
+                keeper.read_lights()
+                unread = self._step(drive.ANSWER)
         else:
             self._step(drive.LOOK, odometer=odometer, robots=halted)
             if busy or keeper.obstacles:

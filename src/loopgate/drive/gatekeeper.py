@@ -206,7 +206,7 @@ class Gatekeeper:
         waiting = self._run["waiting"][0]
         if self.compiled and (waiting or self.timetable):
             while self._time(lambda: self._step(drive.ANSWER)):
-                self._read_lights()
+                self.read_lights()
             return
         if waiting:
             self._decide()
@@ -214,9 +214,9 @@ class Gatekeeper:
                 self._decide()
         if self.timetable:
             while self._step(drive.LIGHTS):
-                self._read_lights()
+                self.read_lights()
 
-    def _read_lights(self) -> None:
+    def read_lights(self) -> None:
         """Read the lights of which the steps have to know."""
         if self.timetable is not None and self.timetable.read():
             self._step.use(self._with_lights())
@@ -260,7 +260,7 @@ class Gatekeeper:
         if self.obstacles and self._run["serving"][0]:
             self._look_outside()
         while self.timetable and self._step(drive.UNREAD):
-            self._read_lights()
+            self.read_lights()
         robots = self._in_order(self._step(drive.COLLECT), now_s)
         if self._by_chain and not any(obstacle.heeds_grants for obstacle in self.obstacles):
             if robots:

@@ -244,17 +244,18 @@ def let_go(i: int, j: int, t: Tables) -> None:
             if before < _MOST and _is_at_line(k, j, t) and next_letter(signal, t) != _ARROW:
                 one.committed |= 1 << before
             before += 1
-    _tell(i, t)
 
 
-@inner
-def _tell(i: int, t: Tables) -> None:
-    """Let SUMO know whether the vehicle drives on whatever the first light before it shows."""
-    one = t.vehicles[i]
-    drives_on = bool(one.committed & 1)
-    if drives_on != one.heedless:
-        one.heedless = drives_on
-        act(i, HEEDLESS if drives_on else HEED, t)
+@part
+def _may_close(signal: int, t: Tables) -> bool:
+    """Return whether a signal may not be open in the next step.
+
+    Where vehicles keep SUMO's right of way it counts as such all along: they look at others in another way if
+    they are to drive on at red.
+    """
+    light = t.lights[t.signals[signal].light]
+    due = t.run[0].yields or (not light.fixed and light.changes_s <= t.run[0].now_s)
+    return bool(due or next_letter(signal, t) not in OPEN)
 
 
 @part
@@ -267,14 +268,14 @@ def _stops(i: int, signal: int, left_m: float, t: Tables) -> bool:
 
 
 @part
-def _look_at(i: int, signal: int, left_m: float, bit: int, t: Tables) -> None:
+def _look_at(i: int, signal: int, left_m: float, bit: int, counts: bool, t: Tables) -> None:  # noqa: FBT001  compiled
     """Look at a light before a vehicle that was let go, so many metres ahead."""
     one, run = t.vehicles[i], t.run[0]
     if next_letter(signal, t) in OPEN:
         return
     if one.committed & bit and _stops(i, signal, left_m, t):
         one.committed &= ~bit
-    if one.speed < STANDING_MPS:
+    if counts and one.speed < STANDING_MPS:
         run.stood_s += run.step_s
         if not one.stood_at & bit:
             one.stood_at |= bit
@@ -283,23 +284,27 @@ def _look_at(i: int, signal: int, left_m: float, bit: int, t: Tables) -> None:
 
 @inner
 def look(t: Tables) -> bool:
-    """Let vehicles stop for a red if they can, and count those who stand at one; once a step.
+    """Let vehicles stop for a red if they can, and count those who stand at one, once a step.
 
-    Return whether lights have to be read before that. O(vehicles).
+    SUMO is told who drives on when the light before it closes, and not before. Return whether lights have to
+    be read before that. O(vehicles).
     """
     run = t.run[0]
-    if len(t.signals) == 0 or run.looked_s == run.now_s:
+    if len(t.signals) == 0:
         return False
     if unread(t):
         return True
+    counts = run.looked_s != run.now_s
     run.looked_s = run.now_s
     for i in range(len(t.vehicles)):
-        one, before = t.vehicles[i], 0
+        one, before, drives_on = t.vehicles[i], 0, False
         for number in range(one.lit, _pass_number(i, one.granted, t)):
             k, line_m = _pass_at(i, number, t)
             signal = t.passes[k].signal
             if signal != NOBODY and (before > 0 or one.front <= line_m):
-                _look_at(i, signal, line_m - one.front, 1 << min(before, _MOST), t)
+                _look_at(i, signal, line_m - one.front, 1 << min(before, _MOST), counts, t)
+                if before == 0:
+                    drives_on = bool(one.committed & 1) and _may_close(signal, t)
                 before += 1
             elif before == 0:
                 one.lit = number + 1
@@ -308,5 +313,7 @@ def look(t: Tables) -> bool:
                     run.on_red += t.letters[letters + t.signals[signal].link] in _RED
                     one.committed >>= 1
                     one.stood_at >>= 1
-        _tell(i, t)
+        if drives_on != one.heedless:
+            one.heedless = drives_on
+            act(i, HEEDLESS if drives_on else HEED, t)
     return False

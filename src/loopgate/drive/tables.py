@@ -336,8 +336,9 @@ class DriveRow:
     ----------
     now_s, step_s
         Simulated time, and length of a step [s].
-    foresees
-        Whether one on a shared stretch is out of the way if it will have left it in time.
+    foresees, yields
+        Whether one on a shared stretch is out of the way if it will have left it in time, and whether all
+        keep the simulator's right of way too.
     at_once
         Whether nothing outside of the system, such as a light, can stop one that has been let go.
     crowded, patience_s, wait_s
@@ -372,6 +373,7 @@ class DriveRow:
     now_s: float
     step_s: float
     foresees: bool
+    yields: bool
     at_once: bool
     crowded: float
     patience_s: float

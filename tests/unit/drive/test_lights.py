@@ -44,8 +44,8 @@ def test_who_was_let_go_drives_on_at_amber_and_stops_for_a_red_only_if_it_can() 
     for scene in (stops, passes):
         scene.shows("t", "G", 30.0)
         scene.let_go()
-        assert scene.drives_on()
         scene.look()
+        assert not scene.drives_on(), "the light is green"
         scene.shows("t", "r", 1000.0)
         scene.traffic.now_s = 31.0
         scene.look()
@@ -57,13 +57,30 @@ def test_who_was_let_go_drives_on_at_amber_and_stops_for_a_red_only_if_it_can() 
     assert passes.run["on_red"] == 1
 
 
+def test_sumo_is_told_who_drives_on_before_the_light_closes() -> None:
+    """In the step before amber; at once where that may come any time, or SUMO's right of way is kept."""
+    for changes_s, fixed, yields, told in (
+        (30.0, True, False, False),
+        (1.0, True, False, True),
+        (1.0, False, False, True),
+        (30.0, False, False, False),
+        (30.0, True, True, True),
+    ):
+        scene = Scene(signal("t"), at_m=95.0, speed=10.0)
+        scene.run["yields"] = yields
+        scene.shows("t", "G", changes_s, after="y", fixed=fixed)
+        scene.let_go()
+        scene.traffic.now_s = 1.0
+        scene.look()
+        assert scene.drives_on() is told
+
+
 def two_lights(*, at_m: float) -> Scene:
     """Return a vehicle that was let go over two junctions, one after the other, both lights green."""
     scene = Scene(signal("t"), after=[signal("u")], at_m=at_m, speed=10.0)
     for light, line_m in (("t", LINE_M), ("u", 300.0)):
         scene.shows(light, "G", 30.0)
         scene.let_go(line_m)
-    assert scene.drives_on()
     return scene
 
 
@@ -71,6 +88,8 @@ def test_who_is_over_the_line_of_one_light_still_drives_on_at_amber_at_the_next(
     """It was let go there too."""
     scene = two_lights(at_m=95.0)
     scene.row["front"] = 101.0
+    scene.shows("u", "y", 1000.0)
+    scene.traffic.now_s = 31.0
     scene.look()
     assert scene.drives_on()
     scene.row["front"] = 301.0
@@ -83,11 +102,12 @@ def test_who_stops_at_a_light_is_not_let_through_it_by_a_grant_beyond() -> None:
     scene = two_lights(at_m=40.0)
     scene.look()
     scene.shows("t", "r", 1000.0)
-    scene.shows("u", "G", 1000.0)
+    scene.shows("u", "y", 1000.0)
     scene.traffic.now_s = 31.0
     scene.look()
     assert not scene.drives_on()
     scene.let_go(500.0)
+    scene.look()
     assert not scene.drives_on()
     scene.row["front"] = 101.0
     scene.look()
@@ -100,6 +120,9 @@ def test_before_a_green_arrow_a_vehicle_stops() -> None:
     scene.shows("t", "s", 30.0)
     assert not scene.keeps()
     scene.let_go()
+    scene.shows("t", "r", 1000.0)
+    scene.traffic.now_s = 31.0
+    scene.look()
     assert not scene.drives_on()
 
 
