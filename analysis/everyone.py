@@ -21,10 +21,10 @@ from loopgate.cli.progress import show_progress
 from loopgate.errors import UnsafeStartError
 from loopgate.gates.base import Reason
 from loopgate.gates.certified import CertifiedGate
-from loopgate.gates.certified.budget import Budget
 from loopgate.gates.certified.crowding import find_crowd
 from loopgate.gates.certified.free_slots import FreeSlots
 from loopgate.gates.certified.occupancy import Occupancy
+from loopgate.gates.certified.search import Budget
 from loopgate.gates.certified.service import next_mover
 from loopgate.gates.certified.system_index import SystemIndex
 from loopgate.model import System

@@ -12,9 +12,9 @@ from road_oracle import Reach
 from service_bound import longest_service, moves_until, slow_line
 
 from loopgate.errors import SystemModelError
-from loopgate.gates.certified.budget import Budget
 from loopgate.gates.certified.free_slots import FreeSlots
 from loopgate.gates.certified.occupancy import Occupancy
+from loopgate.gates.certified.search import Budget
 from loopgate.gates.certified.service import next_mover
 from loopgate.gates.certified.system_index import SystemIndex
 from loopgate.research.theory.oracle import Oracle, OracleLimitError

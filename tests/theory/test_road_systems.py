@@ -23,9 +23,9 @@ from small_roads import (
 
 from loopgate.errors import SystemModelError
 from loopgate.gates import make_gate
-from loopgate.gates.certified.budget import Budget
 from loopgate.gates.certified.chain_rule import ChainRule
 from loopgate.gates.certified.occupancy import Occupancy
+from loopgate.gates.certified.search import Budget
 from loopgate.research.state_space import StateSpace, Verification, verify_space
 from loopgate.research.theory.instances import instance
 

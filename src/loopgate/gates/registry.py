@@ -89,8 +89,6 @@ def make_gate(gate: object, system: System, clock: Callable[[], float] | None = 
     ----------
     gate
         A name (``name`` or ``name:option=value,...``), or a class or function as for `name_gate`.
-    system
-        The system on which it decides.
     clock
         Tells the time [s] to a gate with a budget of time; without one its time has no limit.
 

@@ -45,8 +45,6 @@ def base_map(
         The loops that must be on the page; the whole network if there are none.
     file
         The picture; the name's ending says which format (PNG, SVG, PDF).
-    title
-        A line above the map.
     dpi
         Pixels per inch of a PNG; the page is 13.7 inches wide.
     """

@@ -69,10 +69,6 @@ def draw_map(
         Arc length of each vehicle's front at the beginning [m], to mark it; possibly none.
     unwatched
         Edges to mark as those that no loop reaches.
-    title
-        A line above the map.
-    dpi
-        Pixels per inch of a PNG.
     """
     with base_map(network, loops, file, title=title, dpi=dpi) as axes:
         scale = points_per_m(axes)

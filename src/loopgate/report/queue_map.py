@@ -55,10 +55,6 @@ def draw_queues(
     ----------
     file
         The picture (PNG, SVG, PDF).
-    title
-        A line above the map.
-    dpi
-        Pixels per inch of a PNG.
     """
     loops = [*found.loops, *(refusal.loop for refusal in found.refused)]
     with base_map(network, loops, file, title=title, dpi=dpi) as axes:

@@ -97,8 +97,6 @@ def read_table(
 
     Parameters
     ----------
-    file
-        A Parquet file.
     wanted
         Columns that it must have.
     made_by
@@ -124,8 +122,6 @@ def read_rows(file: Path, columns: Collection[str] | None = None) -> Rows:
 
     Parameters
     ----------
-    file
-        In the folder ``rows``.
     columns
         Which to read; default: all.
     """

@@ -3,11 +3,11 @@
 from typing import Any
 
 from loopgate.gates.base import Decision, Reason, refusal
-from loopgate.gates.certified.budget import Budget
 from loopgate.gates.certified.homes import Homes
 from loopgate.gates.certified.keepers import Keeper
 from loopgate.gates.certified.occupancy import Occupancy
 from loopgate.gates.certified.proof import dead_after
+from loopgate.gates.certified.search import Budget
 from loopgate.gates.certified.system_index import SystemIndex
 from loopgate.model import Configuration, System
 

@@ -5,7 +5,6 @@ from collections.abc import Iterator
 
 from loopgate.errors import GateError, UnsafeStartError
 from loopgate.gates.base import Reason
-from loopgate.gates.certified.budget import Budget, BudgetError
 from loopgate.gates.certified.chain_rule import ChainRule
 from loopgate.gates.certified.crowding import refuse_crowds
 from loopgate.gates.certified.deadlock import stuck_for_good
@@ -14,6 +13,7 @@ from loopgate.gates.certified.free_slots import FreeSlots
 from loopgate.gates.certified.homes import Homes
 from loopgate.gates.certified.keepers import Keeper
 from loopgate.gates.certified.occupancy import Occupancy
+from loopgate.gates.certified.search import Budget, BudgetError
 from loopgate.gates.certified.system_index import SystemIndex
 from loopgate.model import System
 

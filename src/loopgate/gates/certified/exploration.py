@@ -11,11 +11,11 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
 from loopgate.gates.base import Decision, Reason, refusal
-from loopgate.gates.certified.budget import Budget, BudgetError
 from loopgate.gates.certified.checker import Checker
 from loopgate.gates.certified.keepers import Keeper, overruled
 from loopgate.gates.certified.occupancy import Occupancy
 from loopgate.gates.certified.proof import wait_after
+from loopgate.gates.certified.search import Budget, BudgetError
 from loopgate.gates.certified.system_index import SystemIndex
 from loopgate.model import Configuration
 

@@ -6,12 +6,12 @@ from typing import Any
 
 from loopgate.errors import GateError
 from loopgate.gates.base import Decision, Reason, refusal
-from loopgate.gates.certified.budget import Budget, BudgetError
 from loopgate.gates.certified.chain_rule import ChainRule
 from loopgate.gates.certified.choosing import choose_keeper
 from loopgate.gates.certified.keepers import Keeper
 from loopgate.gates.certified.occupancy import Occupancy
 from loopgate.gates.certified.patience import Patience
+from loopgate.gates.certified.search import Budget, BudgetError
 from loopgate.model import Configuration, System
 
 _PROMISES = ("auto", "everyone", "somebody")

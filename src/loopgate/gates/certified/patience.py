@@ -8,8 +8,6 @@ class Patience:
 
     Parameters
     ----------
-    robots
-        How many robots there are.
     patience
         A robot has waited too long after so many moves of others per robot without one of its own; 0: never.
 

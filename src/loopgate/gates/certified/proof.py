@@ -4,10 +4,9 @@ from itertools import groupby
 from typing import Any
 
 from loopgate.gates.certified.banker import reduce_to_core
-from loopgate.gates.certified.budget import BudgetError
 from loopgate.gates.certified.deadlock import stuck_for_good
 from loopgate.gates.certified.occupancy import Occupancy
-from loopgate.gates.certified.search import parts_of
+from loopgate.gates.certified.search import BudgetError, parts_of
 from loopgate.gates.certified.system_index import SystemIndex
 
 _MOST_LINES = 100_000
@@ -39,11 +38,6 @@ class Prover:
     - ``wait``: robots that can never move again, because each waits for others of them.
     - ``harmless``: moves that cost nobody anything, and an earlier line about what is then left (``to``).
     - ``moves``: for every robot that can move, an earlier line about what follows.
-
-    Parameters
-    ----------
-    layout
-        The system's layout.
     """
 
     def __init__(self, layout: SystemIndex, budget: int) -> None:

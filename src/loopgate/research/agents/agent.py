@@ -42,8 +42,6 @@ class Agent:
     ----------
     system
         The system; the agent takes from it its own path, and no more.
-    network
-        Where it sends and gets messages.
     """
 
     def __init__(self, system: System, robot: int, network: MessageNetwork) -> None:

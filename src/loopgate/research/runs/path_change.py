@@ -33,8 +33,6 @@ def change_path(
 
     Parameters
     ----------
-    system, configuration
-        The old system, and where everyone stands.
     robot, path, closed
         The robot whose path to change, and its new path; it starts at the first visit of the state in which
         it stands.

@@ -30,8 +30,6 @@ def check_certificate(system: System, certificate: Mapping[str, Any]) -> None:
 
     Parameters
     ----------
-    system
-        The system it is about.
     certificate
         ``positions``, ``queues`` (robots by name), ``robot``, ``verdict`` (``admitted`` or ``refused``) and
         ``kind``:

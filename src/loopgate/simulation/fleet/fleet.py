@@ -18,7 +18,7 @@ from loopgate.errors import GateError
 from loopgate.gates import Gate, make_gate
 from loopgate.gates.certified import CertifiedGate
 from loopgate.gates.certified.crowding import SPARE, find_crowd
-from loopgate.gates.certified.entering import closes_by_entering
+from loopgate.gates.certified.deadlock import closes_by_entering
 from loopgate.model import Robot, RobotId, StateId, System
 from loopgate.negotiation.base import Negotiation
 from loopgate.network import RoadNetwork

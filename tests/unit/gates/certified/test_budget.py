@@ -12,12 +12,12 @@ import pytest
 from loopgate.errors import GateError, UnsafeStartError
 from loopgate.gates import Reason, make_gate
 from loopgate.gates.certified import CertifiedGate
-from loopgate.gates.certified.budget import Budget, BudgetError
 from loopgate.gates.certified.checker import Checker
 from loopgate.gates.certified.exploration import Exploration
 from loopgate.gates.certified.free_slots import FreeSlots
 from loopgate.gates.certified.homes import Homes
 from loopgate.gates.certified.occupancy import Occupancy
+from loopgate.gates.certified.search import Budget, BudgetError
 from loopgate.gates.certified.system_index import SystemIndex
 from loopgate.model import Robot, RobotId, StateId, System
 from loopgate.research.theory.random_systems import any_system
