@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -65,6 +64,7 @@ def look_at_queues(roads: RoadNetwork, file: RoutesFile, wanted: Wanted) -> Scen
     Loops that cannot work are left out of all figures but their own table.
     """
     seen = _look(roads, file, wanted)
+    found = seen.found
     if wanted.as_json:
         click.echo(json.dumps(_data(seen)))
     else:
@@ -72,18 +72,16 @@ def look_at_queues(roads: RoadNetwork, file: RoutesFile, wanted: Wanted) -> Scen
     if wanted.picture is not None:
         from loopgate.report.queue_map import draw_queues
 
-        draw_queues(roads, seen.found, wanted.picture, title=_title(roads, seen.found))
+        loops, places = counted(len(found.loops), "loop"), counted(len(found.places), "place")
+        title = f"{roads.name}: {loops}, {places} for {found.holds} vehicles"
+        draw_queues(roads, found, wanted.picture, title=title)
     if wanted.additional is not None:
-        _write_shapes(seen.found, wanted.additional)
+        room = {place.id: place.capacity for place in found.places}
+        refused = [(one.loop, one.reason, one.edge) for one in found.refused]
+        write_shapes(wanted.additional, found.loops, found.itineraries, room, refused)
     if seen.problem is None and wanted.out is not None and seen.placed is not None:
         write_system(seen.placed.system, wanted.out, note=f"{roads.name}, {file.file.name}: queues")
     return seen.problem
-
-
-def _write_shapes(found: QueueSurvey, file: Path) -> None:
-    room = {place.id: place.capacity for place in found.places}
-    refused = [(one.loop, one.reason, one.edge) for one in found.refused]
-    write_shapes(file, found.loops, found.itineraries, room, refused)
 
 
 def _look(roads: RoadNetwork, file: RoutesFile, wanted: Wanted) -> _Seen:
@@ -159,11 +157,6 @@ def _refusal(file: RoutesFile, found: QueueSurvey) -> ScenarioError:
         f"{file.file}: {len(names)} of {every} loops cannot work as queues, as said above: {listed(names)}; "
         "leave them out or lead them another way"
     )
-
-
-def _title(roads: RoadNetwork, found: QueueSurvey) -> str:
-    name = f"{roads.name}: {counted(len(found.loops), 'loop')}, {counted(len(found.places), 'place')}"
-    return f"{name} for {found.holds} vehicles"
 
 
 def _data(seen: _Seen) -> dict[str, Any]:

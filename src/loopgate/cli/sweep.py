@@ -6,6 +6,7 @@ import contextlib
 import json
 from collections import Counter
 from collections.abc import Iterator
+from dataclasses import asdict
 from datetime import timedelta
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -141,7 +142,7 @@ def _show_plan(
     plan = estimate(points, folder, workers)
     if as_json:
         runs = [{"key": point.key, **point.scenario} for point in points]
-        click.echo(json.dumps({**plan.to_dict(), "runs": runs}, default=str))
+        click.echo(json.dumps({**asdict(plan), "runs": runs}, default=str))
         return
     varying = [
         *described.grid,

@@ -2,9 +2,8 @@
 
 import os
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from loopgate.errors import SweepError
 from loopgate.reading import is_folder, refusing
@@ -28,10 +27,6 @@ class Estimate:
     """Wall time on all workers together [s]."""
     basis: str
     """The source of the estimate, in words."""
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the estimate as names and values."""
-        return asdict(self)
 
 
 def estimate(points: Sequence[Point], folder: Path, workers: int | None = None) -> Estimate:
