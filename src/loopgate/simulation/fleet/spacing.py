@@ -13,6 +13,7 @@ from itertools import pairwise
 import numpy as np
 
 from loopgate.arrays import Floats
+from loopgate.drive import spacing
 from loopgate.drive.engine import Engine
 from loopgate.drive.tables import Numbers
 from loopgate.network import Loop, RoadNetwork, VehicleType
@@ -44,18 +45,11 @@ class Neighbours:
     """
 
     def __init__(self, laps_s: Floats, loops: Numbers) -> None:
-        self._laps_s, self._loops = laps_s, loops
-        # Who is before whom changes; how many there are on each loop does not.
-        by_loop = np.argsort(loops, kind="stable")
-        laps, grouped = laps_s[by_loop], loops[by_loop]
-        begins = np.flatnonzero(np.r_[True, grouped[1:] != grouped[:-1]][: len(loops)])
-        sizes = np.diff(np.r_[begins, len(loops)])
-        self._last = begins + sizes - 1
-        self._last_laps = laps[begins]
-        self._next = np.arange(1, len(loops) + 1)
-        self._next[self._last] = begins
-        self._before = np.argsort(self._next)
-        self._spacings = 2.0 * laps / np.repeat(sizes, sizes)
+        self._laps_s = laps_s
+        self._order = np.argsort(loops, kind="stable")
+        grouped = loops[self._order]
+        changes = np.flatnonzero(grouped[1:] != grouped[:-1]) + 1
+        self._begins = np.r_[0, changes, len(loops)]
 
     def leads(self, times_s: Floats) -> Floats:
         """Return how far each vehicle is ahead.
@@ -69,16 +63,9 @@ class Neighbours:
         -------
         ndarray
             In units of even spacing: 0 in the middle, 1 where the one ahead is two spacings nearer than the
-            one behind. 0 for one vehicle alone. O(n log n).
+            one behind. 0 for one vehicle alone. O(n) where they keep their order.
         """
-        times_s = times_s % self._laps_s
-        order = np.lexsort((times_s, self._loops))
-        places = times_s[order]
-        ahead = places[self._next] - places
-        ahead[self._last] += self._last_laps
-        found = np.empty(len(places))
-        found[order] = (ahead[self._before] - ahead) / self._spacings
-        return found
+        return spacing.leads(times_s % self._laps_s, self._laps_s, self._begins, self._order)
 
 
 class Leads:
