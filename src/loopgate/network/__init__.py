@@ -3,10 +3,10 @@
 from loopgate.network.generate import FoundLoops, find_loops, generate_loops
 from loopgate.network.lanes import make_loop
 from loopgate.network.loop import LaneSpan, Loop
-from loopgate.network.loop_vehicle import LoopVehicle
+from loopgate.network.loop_vehicle import LoopVehicle, RoutesFile
 from loopgate.network.records import Connection, Edge, Junction, Lane
 from loopgate.network.road import RoadNetwork, packaged_networks
-from loopgate.network.routes_file import RoutesFile, read_loops
+from loopgate.network.routes_file import read_loops
 from loopgate.network.routes_text import write_loops
 from loopgate.network.sumo_config import read_sumo_config
 from loopgate.network.vehicle_type import VehicleType

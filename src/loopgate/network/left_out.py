@@ -9,6 +9,8 @@ from xml.etree import ElementTree as ET
 from loopgate.network.clock import as_number
 from loopgate.network.departures import FLOW_ATTRIBUTES
 from loopgate.network.stops import STOP_ATTRIBUTES
+from loopgate.network.trips import Led
+from loopgate.reading import counted
 
 _OF_VEHICLES = {"id", "type", "route", "departEdge", "color", "line", "personNumber", "containerNumber"}
 
@@ -112,3 +114,16 @@ def _untaken(
 def _is_done_anyway(name: str, value: str) -> bool:
     figure = as_number(value)
     return not math.isnan(figure) and (name == "departPos" or _AS_IT_IS.get(name) == figure)
+
+
+def wayless(path: Path, led: Led) -> Iterator[str]:
+    """Say which trips are left out since there is no way between their ends."""
+    lost = [name for name, ways in led.items() if not any(ways.values())]
+    if lost:
+        yield f"{path}: {counted(len(lost), 'vehicle')} left out for want of a way, first {lost[0]}"
+    some = [name for name, ways in led.items() if any(ways.values()) and not all(ways.values())]
+    if some:
+        yield (
+            f"{path}: {len(some)} trips or flows find no way for all classes of their type, and are left out "
+            f"where such a one is drawn, first {some[0]}"
+        )

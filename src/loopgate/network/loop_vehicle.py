@@ -1,16 +1,17 @@
-"""Vehicles and flows: of a route file, as it has them, and of a run, before they stand anywhere."""
+"""What a route file comes to: loops, and the vehicles and flows on them, before they stand anywhere."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from random import Random
 
 from loopgate.network.departures import Flow
 from loopgate.network.loop import Loop
 from loopgate.network.spreads import draw
 from loopgate.network.stops import Stop
-from loopgate.network.vehicle_type import VehicleType
+from loopgate.network.vehicle_type import DEFAULT_TYPE, VehicleType
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,3 +78,59 @@ class LoopVehicle:
         if ways or not self.ways:
             way = draw(ways, rng) if ways else self
             yield replace(way, id=name, type=kind, types=(), ways=())
+
+
+@dataclass(frozen=True, slots=True)
+class RoutesFile:
+    """The content of a route file or configuration."""
+
+    file: Path
+    loops: tuple[Loop, ...]
+    """One per route, in the file's order."""
+    vehicles: tuple[LoopVehicle, ...]
+    """Vehicles and flows on them, in the file's order; possibly none."""
+    types: dict[str, VehicleType]
+    """The vehicle types that it and its additional files define, by id."""
+    default: VehicleType = DEFAULT_TYPE
+    """That of vehicles of which no type is said: the first of the file itself, else SUMO's."""
+    stops: Mapping[str, tuple[Stop, ...]] = field(default_factory=dict)
+    """Of routes, by loop: those of whoever drives on it."""
+    stop_files: tuple[Path, ...] = ()
+    """The additional files that stops name places of."""
+    vehicle_files: tuple[Path, ...] = ()
+    """The additional files that hold some of its vehicles."""
+    left_out: tuple[str, ...] = ()
+    left_out_of_routes: tuple[str, ...] = ()
+    """`left_out` and `left_out_of_routes`: what the file says that is not taken over, a line for each kind of
+    thing; and without what it says of its vehicles, for those who put others on its loops."""
+
+    @property
+    def first_s(self) -> float:
+        """When the first vehicle departs [s]."""
+        return min((v.flow.begin_s if v.flow else v.depart_s for v in self.vehicles), default=0.0)
+
+    def longest_vehicle(self) -> tuple[float, float]:
+        """Return length and minimum gap [m], the largest of the file's vehicles; SUMO's if it has none."""
+        drawn = [kind for v in self.vehicles for kind, _ in v.types]
+        kinds = [*drawn, *(v.type for v in self.vehicles)] or [self.default]
+        return max(kind.length_m for kind in kinds), max(kind.min_gap_m for kind in kinds)
+
+    def drawn(self, seed: int) -> RoutesFile:
+        """Return the same with what is drawn of each vehicle or flow as a run's seed has it."""
+        return replace(self, vehicles=tuple(one for v in self.vehicles for one in v.drawn(v.id, seed)))
+
+    def robots(self) -> tuple[list[str], list[Loop], dict[str, float]]:
+        """Return names and loops of the file's vehicles, or else of its loops, one robot on each.
+
+        The mapping says where the file wants vehicles to start, as arc length [m] by name.
+        """
+        if not self.vehicles:
+            return [loop.id for loop in self.loops], list(self.loops), {}
+        starts = {v.id: v.depart_m for v in self.vehicles if v.depart_m is not None}
+        return [v.id for v in self.vehicles], [v.loop for v in self.vehicles], starts
+
+    def robot_types(self) -> list[VehicleType]:
+        """Return the type of each robot of `robots`: its own, else the file's `default`."""
+        if self.vehicles:
+            return [vehicle.type for vehicle in self.vehicles]
+        return [self.default] * len(self.loops)

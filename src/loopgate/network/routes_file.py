@@ -5,78 +5,43 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from xml.etree import ElementTree as ET
 
 from loopgate.errors import RouteError
 from loopgate.keeping import Kept
 from loopgate.network.additional import FLEET, demand_beside
+from loopgate.network.clock import time_of
 from loopgate.network.content import content_identity
-from loopgate.network.left_out import left_out
+from loopgate.network.departures import Flow, depart_s, read_flow
+from loopgate.network.lanes import make_loop
+from loopgate.network.left_out import left_out, wayless
 from loopgate.network.loop import Loop
-from loopgate.network.loop_vehicle import LoopVehicle
+from loopgate.network.loop_vehicle import LoopVehicle, RoutesFile
 from loopgate.network.road import RoadNetwork
-from loopgate.network.route_elements import RouteElements
-from loopgate.network.stops import Stop, read_stopping_places
+from loopgate.network.route_lanes import make_route
+from loopgate.network.spreads import parts, refuse_nothing, share_of
+from loopgate.network.stops import (
+    Stop,
+    StoppingPlace,
+    lanes_of_stops,
+    on_loop,
+    read_stopping_places,
+    read_stops,
+)
 from loopgate.network.sumo_config import is_sumo_config, read_sumo_config
-from loopgate.network.trips import Led, drives_once, lead_trips
-from loopgate.network.vehicle_type import DEFAULT_TYPE, VehicleType
+from loopgate.network.trips import MIDDLE, Led, closes, drives_once, lead_trips, one_round
+from loopgate.network.vehicle_type import DEFAULT_TYPE, VehicleType, vehicle_type
 from loopgate.network.xml_file import read_xml
-from loopgate.reading import counted, is_file, refusing
+from loopgate.reading import is_file, refusing, shown
 
+_BEYOND_M = 10.0
+"""Largest distance of a position beyond its edge [m]: the lanes of an edge differ in length."""
 
-@dataclass(frozen=True, slots=True)
-class RoutesFile:
-    """The content of a route file or configuration."""
+_CARRIED = ("color", "line", "personNumber", "containerNumber")
+"""Attributes of vehicles that SUMO is told as they are."""
 
-    file: Path
-    loops: tuple[Loop, ...]
-    """One per route, in the file's order."""
-    vehicles: tuple[LoopVehicle, ...]
-    """Vehicles and flows on them, in the file's order; possibly none."""
-    types: dict[str, VehicleType]
-    """The vehicle types that it and its additional files define, by id."""
-    default: VehicleType = DEFAULT_TYPE
-    """That of vehicles of which no type is said: the first of the file itself, else SUMO's."""
-    stops: Mapping[str, tuple[Stop, ...]] = field(default_factory=dict)
-    """Of routes, by loop: those of whoever drives on it."""
-    stop_files: tuple[Path, ...] = ()
-    """The additional files that stops name places of."""
-    vehicle_files: tuple[Path, ...] = ()
-    """The additional files that hold some of its vehicles."""
-    left_out: tuple[str, ...] = ()
-    left_out_of_routes: tuple[str, ...] = ()
-    """`left_out` and `left_out_of_routes`: what the file says that is not taken over, a line for each kind of
-    thing; and without what it says of its vehicles, for those who put others on its loops."""
-
-    @property
-    def first_s(self) -> float:
-        """When the first vehicle departs [s]."""
-        return min((v.flow.begin_s if v.flow else v.depart_s for v in self.vehicles), default=0.0)
-
-    def longest_vehicle(self) -> tuple[float, float]:
-        """Return length and minimum gap [m], the largest of the file's vehicles; SUMO's if it has none."""
-        drawn = [kind for v in self.vehicles for kind, _ in v.types]
-        kinds = [*drawn, *(v.type for v in self.vehicles)] or [self.default]
-        return max(kind.length_m for kind in kinds), max(kind.min_gap_m for kind in kinds)
-
-    def drawn(self, seed: int) -> RoutesFile:
-        """Return the same with what is drawn of each vehicle or flow as a run's seed has it."""
-        return replace(self, vehicles=tuple(one for v in self.vehicles for one in v.drawn(v.id, seed)))
-
-    def robots(self) -> tuple[list[str], list[Loop], dict[str, float]]:
-        """Return names and loops of the file's vehicles, or else of its loops, one robot on each.
-
-        The mapping says where the file wants vehicles to start, as arc length [m] by name.
-        """
-        if not self.vehicles:
-            return [loop.id for loop in self.loops], list(self.loops), {}
-        starts = {v.id: v.depart_m for v in self.vehicles if v.depart_m is not None}
-        return [v.id for v in self.vehicles], [v.loop for v in self.vehicles], starts
-
-    def robot_types(self) -> list[VehicleType]:
-        """Return the type of each robot of `robots`: its own, else the file's `default`."""
-        if self.vehicles:
-            return [vehicle.type for vehicle in self.vehicles]
-        return [self.default] * len(self.loops)
+_CARRIED_ONCE = ("departLane", "departSpeed", "arrivalLane", "arrivalPos", "arrivalSpeed", *MIDDLE)
+"""The same, of those who drive once."""
 
 
 def read_loops(
@@ -136,7 +101,7 @@ def _read(network: RoadNetwork, path: Path, stops: Sequence[Path], *, once: bool
     places = read_stopping_places(beside) if asked else {}
     fleet = [(source, one) for source, top in tops for one in top if one.tag in FLEET]
     once = once and drives_once(network, tops, fleet)
-    found = RouteElements(network, places, once)
+    found = _Found(network, places, once)
     found.collect_types([*more, *own])
     if once:
         kinds = [one for _, top in tops for one in top.iter("vType") if one.get("id")]
@@ -167,7 +132,7 @@ def _read(network: RoadNetwork, path: Path, stops: Sequence[Path], *, once: bool
         stops=at_routes,
         stop_files=tuple(dict.fromkeys(place.file for name, place in places.items() if name in used)),
         vehicle_files=tuple(file for file, top in more if any(one.tag in FLEET for one in top)),
-        left_out=(*_wayless(path, found.led), *left_out(tops, fleet=True, once=once)),
+        left_out=(*wayless(path, found.led), *left_out(tops, fleet=True, once=once)),
         left_out_of_routes=left_out(tops, fleet=False),
     )
 
@@ -177,14 +142,255 @@ def _first_of_class(spread: Sequence[tuple[VehicleType, float]]) -> dict[str, st
     return {kind.vclass: kind.id for kind, _ in reversed(spread)}
 
 
-def _wayless(path: Path, led: Led) -> Iterator[str]:
-    """Say which trips are left out since there is no way between their ends."""
-    lost = [name for name, ways in led.items() if not any(ways.values())]
-    if lost:
-        yield f"{path}: {counted(len(lost), 'vehicle')} left out for want of a way, first {lost[0]}"
-    some = [name for name, ways in led.items() if any(ways.values()) and not all(ways.values())]
-    if some:
-        yield (
-            f"{path}: {len(some)} trips or flows find no way for all classes of their type, and are left out "
-            f"where such a one is drawn, first {some[0]}"
+@dataclass(frozen=True, slots=True)
+class _Route:
+    id: str
+    edges: tuple[str, ...]
+    source: Path
+    stops: tuple[Stop, ...]
+    cycle_s: float
+    again: bool
+    """Whether it is driven round and round."""
+
+    def loop(self, network: RoadNetwork, vclass: str, stops: Sequence[Stop]) -> Loop:
+        """Return it over lanes that a class of vehicles may use and from which all its stops are reached."""
+        source = str(self.source)
+        if not self.again:
+            return make_route(network, self.id, self.edges, vclass=vclass, source=source)
+        lanes = lanes_of_stops((*self.stops, *stops))
+        edges = one_round(self.edges)
+        return make_loop(network, self.id, edges, vclass=vclass, source=source, on_lanes=lanes)
+
+
+@dataclass(frozen=True, slots=True)
+class _RouteChoice:
+    """A route that a vehicle is drawn to, with its share, and its first type and all its stops on it."""
+
+    route: str
+    share: float
+    vclass: str
+    type: VehicleType
+    stops: tuple[Stop, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class _Asked:
+    """A vehicle or flow whose loops are not made yet."""
+
+    element: ET.Element
+    depart_s: float
+    flow: Flow | None
+    types: tuple[tuple[VehicleType, float], ...]
+    ways: tuple[_RouteChoice, ...]
+
+    def on_loops(self, loops: Mapping[str, Loop], path: Path) -> LoopVehicle:
+        """Return it with where it departs and where it stops."""
+        ways = tuple((self._on(loops[way.route], way, path), way.share) for way in self.ways)
+        first = ways[0][0]
+        return replace(
+            first,
+            types=self.types if len(self.types) > 1 else (),
+            ways=ways if len(ways) > 1 or first.vclass else (),
         )
+
+    def _on(self, loop: Loop, way: _RouteChoice, path: Path) -> LoopVehicle:
+        name, said = self.element.get("id", ""), self.element.attrib
+        what = f"{path}: vehicle {name}"
+        try:
+            edge = int(said.get("departEdge") or 0) % len(loop.edges)
+        except ValueError:
+            edge = 0  # "random" and the like
+        carried = _CARRIED if loop.closed else (*_CARRIED, *_CARRIED_ONCE)
+        return LoopVehicle(
+            name,
+            loop,
+            way.type,
+            depart_m=_depart(what, loop, edge, said.get("departPos", "")),
+            depart_s=self.depart_s,
+            flow=self.flow,
+            edge=edge,
+            stops=on_loop(loop, way.stops, what),
+            attributes={key: said[key] for key in carried if said.get(key)},
+            parameters={one.get("key", ""): one.get("value", "") for one in self.element.findall("param")},
+            vclass=way.vclass,
+        )
+
+
+@dataclass(slots=True)
+class _Found:
+    """What the files read so far hold: routes, types, vehicles, and the distributions to draw from."""
+
+    network: RoadNetwork
+    places: Mapping[str, StoppingPlace]
+    once: bool
+    led: Led = field(default_factory=dict)
+    """The ways of trips: to be known before vehicles are collected."""
+    routes: dict[str, _Route] = field(default_factory=dict)
+    """By name."""
+    types: dict[str, VehicleType] = field(default_factory=dict)
+    drawn_routes: dict[str, tuple[tuple[str, float], ...]] = field(default_factory=dict)
+    drawn_types: dict[str, tuple[tuple[VehicleType, float], ...]] = field(default_factory=dict)
+    """`drawn_routes` and `drawn_types`: what distributions draw from, with shares, by name."""
+    _asked: list[_Asked] = field(default_factory=list)
+
+    def collect_types(self, tops: Sequence[tuple[Path, ET.Element]]) -> None:
+        """Take note of types, and of their distributions in SUMO's order: one may name those before it."""
+        shares: dict[str, float] = {}
+        for source, top in tops:
+            for element in (one for one in top.iter("vType") if one.get("id")):
+                kind = vehicle_type(element, str(source))
+                self.types[kind.id] = kind
+                shares[kind.id] = share_of(element, f"{source}: vType {kind.id}")
+        for source, top in tops:
+            for spread in top.findall("vTypeDistribution"):
+                name = spread.get("id", "")
+                what = f"{source}: vTypeDistribution {name}"
+                drawn: list[tuple[VehicleType, float]] = []
+                for part in parts(spread, what, named="vTypes", tag="vType"):
+                    share = shares.get(part.name, 1.0) if part.share is None else part.share
+                    some = self._kinds(what, part.name)
+                    whole = sum(each for _, each in some)
+                    drawn += [(kind, share * each / whole) for kind, each in some]
+                refuse_nothing([share for _, share in drawn], what)
+                self.drawn_types[name] = tuple(drawn)
+
+    def collect_routes(self, source: Path, top: ET.Element) -> None:
+        """Take note of routes that stand for themselves."""
+        for number, element in enumerate(top.findall("route")):
+            self._add(source, element, element.get("id") or f"route{number}")
+        for spread in top.findall("routeDistribution"):
+            name = spread.get("id", "distribution")
+            self.drawn_routes[name] = self._add_spread(source, spread, name)
+
+    def _add(self, source: Path, element: ET.Element, name: str) -> None:
+        """Take note of a route; raise `RouteError` if its name is taken or it has no edges."""
+        if name in self.routes:
+            other = self.routes[name].source
+            msg = f"{source}: route {name}: the id is used twice (also in {other}); rename one"
+            raise RouteError(msg)
+        edges = tuple(element.get("edges", "").split())
+        if not edges:
+            msg = f"{source}: route {name}: it lists no edges"
+            raise RouteError(msg)
+        what = f"{source}: route {name}"
+        cycle_s = time_of(element, "cycleTime", what) or 0.0
+        stops = self._stops(element, what, cycle_s, since_depart=True)
+        again = not self.once or (element.get("repeat", "0") != "0" and closes(self.network, edges))
+        self.routes[name] = _Route(name, edges, source, stops, cycle_s, again)
+
+    def _add_spread(self, source: Path, spread: ET.Element, name: str) -> tuple[tuple[str, float], ...]:
+        """Take note of the routes of a distribution; return their names and shares."""
+        what = f"{source}: routeDistribution {name}"
+        drawn: list[tuple[str, float]] = []
+        own = 0
+        for part in parts(spread, what, named="routes", tag="route"):
+            route = part.name
+            if part.element is not None:
+                route = part.name or f"{name}.{own}"
+                own += 1
+                self._add(source, part.element, route)
+            drawn.append((route, 1.0 if part.share is None else part.share))
+        refuse_nothing([share for _, share in drawn], what)
+        return tuple(drawn)
+
+    def _stops(
+        self, element: ET.Element, what: str, cycle_s: float, *, since_depart: bool
+    ) -> tuple[Stop, ...]:
+        """Return the stops inside a route or vehicle."""
+        stops, since = element.findall("stop"), since_depart
+        return read_stops(self.network, stops, self.places, what=what, cycle_s=cycle_s, since_depart=since)
+
+    def collect_vehicles(self, source: Path, top: ET.Element) -> None:
+        """Take note of vehicles and flows, and of routes inside them."""
+        for element in top:
+            if element.tag not in FLEET:
+                continue
+            name = element.get("id", "")
+            what = f"{source}: {element.tag} {name}"
+            types = self._kinds(what, element.get("type", DEFAULT_TYPE.id))
+            flow = read_flow(element, what) if element.tag == "flow" else None
+            at_s = 0.0 if flow else depart_s(element, what)
+            ways = []
+            for on, share, vclass in self._ways(source, element, what):
+                if on not in self.routes:
+                    msg = f"{what}: its route {on} is in no route file or additional file; define it"
+                    raise RouteError(msg)
+                route = self.routes[on]
+                own = self._stops(element, what, route.cycle_s, since_depart=False)
+                kind = next(kind for kind, _ in types if vclass in {"", kind.vclass})
+                ways.append(_RouteChoice(on, share, vclass, kind, (*route.stops, *own)))
+            self._asked.append(_Asked(element, at_s, flow, types, tuple(ways)))
+
+    def _ways(self, source: Path, element: ET.Element, what: str) -> Iterator[tuple[str, float, str]]:
+        """Yield the routes of a vehicle: names, shares, and the classes that they are for, if not for all."""
+        name, on = element.get("id", ""), element.get("route", "")
+        inner, spread = element.find("route"), element.find("routeDistribution")
+        if inner is not None:
+            self._add(source, inner, name)
+            yield name, 1.0, ""
+        elif spread is not None:
+            yield from ((one, share, "") for one, share in self._add_spread(source, spread, name))
+        elif on:
+            yield from ((one, share, "") for one, share in self.drawn_routes.get(on, ((on, 1.0),)))
+        elif name in self.led:
+            led = self.led[name]
+            for vclass, edges in led.items():
+                if edges:
+                    way = name if len(led) == 1 else f"{name}@{vclass}"
+                    self._add(source, ET.Element("route", edges=edges), way)
+                    yield way, 1.0, vclass if len(led) > 1 else ""
+        else:
+            msg = (
+                f"{what}: it has no route, only ends between which SUMO would choose a way; "
+                f"write its route, closed (duarouter computes routes)"
+            )
+            raise RouteError(msg)
+
+    def _kinds(self, what: str, name: str) -> tuple[tuple[VehicleType, float], ...]:
+        """Return the types from which that of a vehicle is drawn, with shares: mostly one.
+
+        Where a file describes SUMO's own default type, that counts.
+        """
+        if name in self.drawn_types:
+            return self.drawn_types[name]
+        if name in self.types or name == DEFAULT_TYPE.id:
+            return ((self.types.get(name, DEFAULT_TYPE), 1.0),)
+        known = f"; they define {', '.join(list(self.types)[:5])}" if self.types else ""
+        msg = f"{what}: its type {shown(name)} is no <vType> of the route files or additional files{known}"
+        raise RouteError(msg)
+
+    def make_loops(self) -> list[Loop]:
+        """Return the loop of each route, for its first vehicle's class and with the stops of them all."""
+        kinds: dict[str, VehicleType] = {}
+        stops: dict[str, list[Stop]] = {}
+        for way in (way for vehicle in self._asked for way in vehicle.ways):
+            kinds.setdefault(way.route, way.type)
+            stops.setdefault(way.route, []).extend(way.stops)
+        return [
+            route.loop(self.network, kinds.get(name, DEFAULT_TYPE).vclass, stops.get(name, ()))
+            for name, route in self.routes.items()
+        ]
+
+    def on_loops(
+        self, loops: Mapping[str, Loop], path: Path
+    ) -> tuple[tuple[LoopVehicle, ...], dict[str, tuple[Stop, ...]]]:
+        """Return the vehicles on loops by name, and by loop where whoever drives on it stops."""
+        vehicles = tuple(vehicle.on_loops(loops, path) for vehicle in self._asked)
+        stopping = (route for route in self.routes.values() if route.stops)
+        return vehicles, {
+            route.id: on_loop(loops[route.id], route.stops, f"{route.source}: route {route.id}")
+            for route in stopping
+        }
+
+
+def _depart(what: str, loop: Loop, edge: int, position: str) -> float | None:
+    """Return the arc length of a position on an edge by number, or None if it is no number."""
+    try:
+        position_m = float(position)
+    except ValueError:
+        return None  # "base", "random", "free": SUMO would choose
+    span = loop.roads[edge]
+    if not abs(position_m) <= span.length_m + _BEYOND_M:
+        msg = f"{what}: departPos is {shown(position)}; edge {span.edge} is {span.length_m:g} m long"
+        raise RouteError(msg)
+    return span.begin_m + (position_m if position_m >= 0 else span.length_m + position_m)

@@ -77,6 +77,15 @@ def closes(network: RoadNetwork, edges: Sequence[str]) -> bool:
     return edges[0] == edges[-1] or any(c.to_edge == edges[0] for c in network.outgoing(edges[-1]))
 
 
+def one_round(edges: Sequence[str]) -> tuple[str, ...]:
+    """Return one round of a route: without the first edge at its end, and without whole repetitions."""
+    once = tuple(edges[:-1]) if len(edges) > 1 and edges[0] == edges[-1] else tuple(edges)
+    for length in range(1, len(once) // 2 + 1):
+        if len(once) % length == 0 and once == once[:length] * (len(once) // length):
+            return once[:length]
+    return once
+
+
 def lead_trips(
     network: RoadNetwork,
     elements: Sequence[tuple[Path, ET.Element]],

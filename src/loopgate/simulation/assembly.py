@@ -14,7 +14,7 @@ from loopgate.drive.track import Track, make_track
 from loopgate.errors import ScenarioError
 from loopgate.network import Loop, LoopVehicle, RoadNetwork, read_loops
 from loopgate.network.cover.wishes import read_districts, read_weights
-from loopgate.network.routes_file import RoutesFile
+from loopgate.network.loop_vehicle import RoutesFile
 from loopgate.network.stops import Stop
 from loopgate.network.sumo_config import is_sumo_config
 from loopgate.reading import counted

@@ -9,8 +9,7 @@ from roads import roads
 
 from loopgate.errors import RouteError
 from loopgate.network import read_loops
-from loopgate.network.loop_vehicle import LoopVehicle
-from loopgate.network.routes_file import RoutesFile
+from loopgate.network.loop_vehicle import LoopVehicle, RoutesFile
 
 NET = roads(
     {"a": (100, 2), "b": (50, 2), "c": (100, 2)},

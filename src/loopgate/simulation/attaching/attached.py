@@ -15,7 +15,7 @@ from loopgate.errors import ScenarioError, TrafficError
 from loopgate.folders import temporary_folder
 from loopgate.negotiation.registry import make_negotiation
 from loopgate.network import Loop, RoadNetwork, VehicleType, make_loop
-from loopgate.network.route_elements import one_round
+from loopgate.network.trips import one_round
 from loopgate.results.columns import Event
 from loopgate.results.recorder import EventFeed, Happening, read_events
 from loopgate.simulation.attaching.attached_fleet import GONE, AttachedFleet

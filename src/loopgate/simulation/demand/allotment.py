@@ -7,7 +7,7 @@ from dataclasses import replace
 from loopgate.errors import ScenarioError
 from loopgate.network import Loop, LoopVehicle, RoadNetwork, VehicleType
 from loopgate.network.cover.watch import allot, even_starts_m, laps_s
-from loopgate.network.routes_file import RoutesFile
+from loopgate.network.loop_vehicle import RoutesFile
 from loopgate.network.vehicle_type import type_of_class
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.values import parse_amounts

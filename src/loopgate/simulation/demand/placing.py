@@ -9,7 +9,7 @@ from loopgate.abstraction.itinerary import Itinerary
 from loopgate.drive.track import Track, make_track
 from loopgate.errors import ScenarioError
 from loopgate.network import Loop, LoopVehicle, RoadNetwork, VehicleType
-from loopgate.network.routes_file import RoutesFile
+from loopgate.network.loop_vehicle import RoutesFile
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.sumo.input import Start, start_of
 from loopgate.simulation.sumo_options import begins_s
