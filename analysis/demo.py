@@ -76,7 +76,7 @@ def draw(name: str, file: Path, *, dpi: int = DPI) -> Path:
     if states is None:
         msg = "one vehicle per loop always has states"
         raise RuntimeError(msg)
-    itineraries = {itinerary.loop: itinerary for itinerary in states.itineraries}
+    itineraries = {itinerary.loop.id: itinerary for itinerary in states.itineraries}
     draw_map(
         assembly.network,
         assembly.loops,

@@ -127,10 +127,10 @@ def limit_km(alone: Mapping[str, float], itineraries: Sequence[Itinerary]) -> fl
 
     `alone` is the speed on each loop that none exceeds in the mean [m/s].
     """
-    by_loop = {itinerary.loop: itinerary for itinerary in itineraries}
+    by_loop = {itinerary.loop.id: itinerary for itinerary in itineraries}
     names = list(by_loop)
     column = {loop: k for k, loop in enumerate(names)}
-    vehicles = np.array([sum(one.loop == loop for one in itineraries) for loop in names])
+    vehicles = np.array([sum(one.loop.id == loop for one in itineraries) for loop in names])
     found = uses(by_loop)
     turns = list(exclusive(found))
     taken = np.zeros((len(turns), len(names)))
@@ -138,7 +138,7 @@ def limit_km(alone: Mapping[str, float], itineraries: Sequence[Itinerary]) -> fl
         for way in ways:
             for loop, number in found[way].passes.items():
                 taken[row, column[loop]] += number * found[way].headway_s
-    metres = np.array([by_loop[loop].length_m for loop in names])
+    metres = np.array([by_loop[loop].loop.length_m for loop in names])
     most = [(0.0, n * alone[loop] / m) for loop, n, m in zip(names, vehicles, metres, strict=True)]
     solved = linprog(-metres, A_ub=taken, b_ub=np.ones(len(turns)), bounds=most, method="highs")
     return 3.6 * float(metres @ solved.x)

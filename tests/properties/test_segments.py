@@ -98,7 +98,7 @@ def check_proposition_1(itineraries: tuple[Itinerary, ...]) -> None:
         states = [leg.state for leg in itinerary.legs]
         for pair in zip(states, states[1:] + states[:1], strict=True):
             if len(set(pair)) == 2:
-                colours.setdefault(frozenset(pair), set()).add(itinerary.loop)
+                colours.setdefault(frozenset(pair), set()).add(itinerary.loop.id)
     assert [users for users in colours.values() if len(users) > 1] == []
 
 

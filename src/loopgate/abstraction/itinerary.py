@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 
 from loopgate.model import StateId, System
-from loopgate.network.loop import LanePosition
+from loopgate.network.loop import LanePosition, Loop
 
 CLEARANCE_M = 1.0
 """The length of a state beyond the vehicles and gaps it holds [m]: vehicles stop centimetres off a line, and
@@ -97,13 +97,11 @@ class Leg:
 
 @dataclass(frozen=True, slots=True)
 class Itinerary:
-    """The legs of one loop in driving order; leg ``k`` is position ``k`` of its robots' paths."""
+    """A loop with its legs in driving order; leg ``k`` is position ``k`` of its robots' paths."""
 
-    loop: str
-    length_m: float
-    """Length of one lap [m]."""
-    legs: tuple[Leg, ...]
-    """One per position; ascending ``begin_m``."""
+    loop: Loop
+    legs: tuple[Leg, ...] = ()
+    """One per position; ascending ``begin_m``. None for vehicles under no gate."""
     keeps_lane: bool = False
     """Whether vehicles change lanes only where a `Guide` says so, and are on one lane in each state."""
 

@@ -115,9 +115,7 @@ def _lay_out(network: RoadNetwork, counts: Mapping[tuple[Loop, VehicleType], int
     return QueueLayout(
         places={p.place.name: p.place for p in pieces if p.place is not None},
         itineraries={
-            name: Itinerary(
-                name, loop.lap_m, tuple(legs.of(loop, chains[name], tuple(classes[name]))), keeps_lane=True
-            )
+            name: Itinerary(loop, tuple(legs.of(loop, chains[name], tuple(classes[name]))), keeps_lane=True)
             for name, loop in loops.items()
         },
         conflicts=conflicts,

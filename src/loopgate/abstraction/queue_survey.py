@@ -93,9 +93,8 @@ class RefusedLoop:
 class QueueSurvey:
     """All of it."""
 
-    loops: tuple[Loop, ...]
     itineraries: tuple[Itinerary, ...]
-    """`loops` and `itineraries`: the loops that work, in the order given, and how they are cut."""
+    """The loops that work, in the order given, and how they are cut."""
     places: tuple[PlaceSurvey, ...]
     crossings: tuple[CrossingSurvey, ...]
     joined: tuple[JoinedLane, ...]
@@ -104,6 +103,11 @@ class QueueSurvey:
     """The loops that do not work, in the order given."""
     even: int
     """How many vehicles can start if the loops get them in turn."""
+
+    @property
+    def loops(self) -> tuple[Loop, ...]:
+        """The loops that work."""
+        return tuple(way.loop for way in self.itineraries)
 
     @property
     def holds(self) -> int:
@@ -148,9 +152,7 @@ def survey_queues(network: RoadNetwork, users: Sequence[tuple[Loop, VehicleType]
             reasons[error.loop] = error.refused[error.loop]
         else:
             break
-    return _survey(
-        network, tuple({loop.id: loop for loop, _ in fit}.values()), layout, _refused(users, reasons)
-    )
+    return _survey(network, layout, _refused(users, reasons))
 
 
 def refused_queues(
@@ -185,28 +187,26 @@ def _refused(
     return tuple(RefusedLoop(loop, *reasons[name]) for name, loop in every.items())
 
 
-def _survey(
-    network: RoadNetwork, loops: tuple[Loop, ...], layout: QueueLayout, refused: tuple[RefusedLoop, ...]
-) -> QueueSurvey:
-    itineraries = tuple(layout.itineraries[loop.id] for loop in loops)
+def _survey(network: RoadNetwork, layout: QueueLayout, refused: tuple[RefusedLoop, ...]) -> QueueSurvey:
+    itineraries = tuple(layout.itineraries.values())
     at_start = most_at_start(layout)
     return QueueSurvey(
-        loops=loops,
         itineraries=itineraries,
-        places=tuple(_places(loops, itineraries, layout, at_start)),
-        crossings=tuple(_crossings(network, loops, itineraries, layout)),
-        joined=_joined(loops, itineraries, layout),
+        places=tuple(_places(itineraries, layout, at_start)),
+        crossings=tuple(_crossings(network, itineraries, layout)),
+        joined=_joined(itineraries, layout),
         refused=refused,
         even=_even(itineraries, at_start),
     )
 
 
 def _places(
-    loops: Sequence[Loop], itineraries: Sequence[Itinerary], layout: QueueLayout, at_start: Mapping[str, int]
+    itineraries: Sequence[Itinerary], layout: QueueLayout, at_start: Mapping[str, int]
 ) -> Iterator[PlaceSurvey]:
     legs: dict[str, tuple[Loop, Leg]] = {}
     visitors: dict[str, dict[str, None]] = {}
-    for loop, itinerary in zip(loops, itineraries, strict=True):
+    for itinerary in itineraries:
+        loop = itinerary.loop
         for leg in itinerary.legs:
             legs.setdefault(str(leg.state), (loop, leg))
             visitors.setdefault(str(leg.state), {})[loop.id] = None
@@ -224,11 +224,12 @@ def _places(
 
 
 def _crossings(
-    network: RoadNetwork, loops: Sequence[Loop], itineraries: Sequence[Itinerary], layout: QueueLayout
+    network: RoadNetwork, itineraries: Sequence[Itinerary], layout: QueueLayout
 ) -> Iterator[CrossingSurvey]:
     users: dict[str, dict[str, None]] = {}
     made: dict[str, tuple[Loop, Leg, Crossing]] = {}
-    for loop, itinerary in zip(loops, itineraries, strict=True):
+    for itinerary in itineraries:
+        loop = itinerary.loop
         for leg in itinerary.legs:
             for crossing in leg.crossings:
                 users.setdefault(crossing.id, {})[loop.id] = None
@@ -263,13 +264,12 @@ def _crossings(
         )
 
 
-def _joined(
-    loops: Sequence[Loop], itineraries: Sequence[Itinerary], layout: QueueLayout
-) -> tuple[JoinedLane, ...]:
+def _joined(itineraries: Sequence[Itinerary], layout: QueueLayout) -> tuple[JoinedLane, ...]:
     """Return the lanes on which neither a place nor a stretch lies."""
     lengths: dict[str, float] = {}
     users: dict[str, dict[str, None]] = {}
-    for loop, itinerary in zip(loops, itineraries, strict=True):
+    for itinerary in itineraries:
+        loop = itinerary.loop
         used = {leg.line.edge for leg in itinerary.legs} | layout.stretches.keys()
         for span in loop.spans:
             if not span.internal and span.edge not in used:

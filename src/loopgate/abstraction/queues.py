@@ -124,7 +124,7 @@ def most_at_start(layout: QueueLayout) -> dict[str, int]:
 
 def _leg_at(itinerary: Itinerary, arc_m: float) -> int:
     """Return the first leg whose end does not lie before an arc length."""
-    arc = arc_m % itinerary.length_m
+    arc = arc_m % itinerary.loop.lap_m
     return next((k for k, leg in enumerate(itinerary.legs) if leg.end_m >= arc), 0)
 
 
@@ -165,7 +165,7 @@ def choose_places(
         if not _place(number, positions, itineraries, most, taken, chosen):
             raise TooManyVehiclesError(
                 vehicles=len(itineraries),
-                loops=len({itinerary.loop for itinerary in itineraries}),
+                loops=len({itinerary.loop.id for itinerary in itineraries}),
                 fitting=number,
                 name=names[number],
             )

@@ -24,9 +24,8 @@ DEFAULT_RHO_M = 1.25
 class SegmentLayout:
     """Loops cut into states, before vehicles are placed."""
 
-    loops: tuple[Loop, ...]
     itineraries: tuple[Itinerary, ...]
-    """`loops` and `itineraries`: one of each per robot."""
+    """One per robot."""
     warnings: tuple[str, ...]
     """Lines for the user: what makes these loops a bad fit."""
 
@@ -82,7 +81,6 @@ _KEPT: Kept[SegmentLayout] = Kept(8)
 def _lay_out(loops: Sequence[Loop], rho_m: float, need_m: float, piece_m: float) -> SegmentLayout:
     zones = make_zones(loops, collision_segments(loops, rho_m), need_m)
     return SegmentLayout(
-        loops=tuple(loops),
         itineraries=tuple(_itinerary(loop, k, zones, need_m, piece_m) for k, loop in enumerate(loops)),
         warnings=tuple(zone_warnings(loops, zones, zone_state)),
     )
@@ -140,9 +138,8 @@ def place_vehicles(
     starts_m
         Arc length of the front of vehicles that start at a place of their own, by robot name.
     """
-    names = [loop.id for loop in layout.loops] if names is None else names
+    names = [way.loop.id for way in layout.itineraries] if names is None else names
     starts = choose_starts(
-        layout.loops,
         layout.itineraries,
         names=names,
         vehicle_length_m=vehicle_length_m,
@@ -199,7 +196,7 @@ def _itinerary(loop: Loop, number: int, zones: Zones, need_m: float, piece_m: fl
         count += not leg.state
         state = leg.state or StateId(f"{loop.id}/{count}")
         named.append(Leg(state, leg.begin_m, leg.end_m, line=loop.locate(leg.end_m)))
-    return Itinerary(loop.id, lap, tuple(named))
+    return Itinerary(loop, tuple(named))
 
 
 def _shift(leg: Leg, lap_m: float) -> float:

@@ -18,7 +18,6 @@ class StartPosition(NamedTuple):
 
 
 def choose_starts(
-    loops: Sequence[Loop],
     itineraries: Sequence[Itinerary],
     *,
     names: Sequence[str],
@@ -33,7 +32,7 @@ def choose_starts(
 
     Parameters
     ----------
-    loops, itineraries, names
+    itineraries, names
         One of each per vehicle.
     rng
         Chooses among the places.
@@ -45,7 +44,8 @@ def choose_starts(
         for leg in itinerary.legs:
             visitors.setdefault(leg.state, set()).add(i)
     choices: list[list[StartPosition]] = []
-    for loop, itinerary, name in zip(loops, itineraries, names, strict=True):
+    for itinerary, name in zip(itineraries, names, strict=True):
+        loop = itinerary.loop
         if name in given_m:
             choices.append([_given(itinerary, name, given_m[name], vehicle_length_m)])
             continue
@@ -100,13 +100,13 @@ def _match(
 
 
 def _given(itinerary: Itinerary, name: str, front_m: float, vehicle_length_m: float) -> StartPosition:
-    lap = itinerary.length_m
+    lap = itinerary.loop.lap_m
     for position, leg in enumerate(itinerary.legs):
         for front in (front_m % lap, front_m % lap - lap):
             if leg.begin_m + vehicle_length_m <= front <= leg.end_m:
                 return StartPosition(position, front)
     msg = (
-        f"vehicle {name}: at {front_m:.1f} m on {itinerary.loop} it stands across two states; "
+        f"vehicle {name}: at {front_m:.1f} m on {itinerary.loop.id} it stands across two states; "
         f"move it by its length (departPos) or leave the place open"
     )
     raise ScenarioError(msg)

@@ -5,7 +5,6 @@ from dataclasses import replace
 
 from loopgate.abstraction.itinerary import Itinerary
 from loopgate.errors import ScenarioError
-from loopgate.network.loop import Loop
 from loopgate.network.stops import Stop
 from loopgate.network.vehicle_type import VehicleType
 
@@ -21,9 +20,7 @@ _SHORT_M = 0.5
 """So far before the end of a stop a vehicle may come to rest [m]."""
 
 
-def fit_stops(
-    loop: Loop, itinerary: Itinerary, kind: VehicleType, stops: Sequence[Stop], *, what: str
-) -> tuple[Stop, ...]:
+def fit_stops(way: Itinerary, kind: VehicleType, stops: Sequence[Stop], *, what: str) -> tuple[Stop, ...]:
     """Return the stops as a vehicle under a gate makes them: as a whole within one state, before its line.
 
     A stop on a lane that goes beyond the line is shortened, as far as it says itself where it begins.
@@ -38,12 +35,12 @@ def fit_stops(
     what
         File and vehicle, for messages.
     """
-    return tuple(_fit(loop, itinerary, kind, stop, f"{what}: the stop at {stop.name}") for stop in stops)
+    return tuple(_fit(way, kind, stop, f"{what}: the stop at {stop.name}") for stop in stops)
 
 
-def _fit(loop: Loop, itinerary: Itinerary, kind: VehicleType, stop: Stop, what: str) -> Stop:
-    lap_m = itinerary.length_m
-    places = itinerary.legs if loop.closed else itinerary.legs[:-1]  # behind the last place it is away
+def _fit(way: Itinerary, kind: VehicleType, stop: Stop, what: str) -> Stop:
+    loop, lap_m = way.loop, way.loop.lap_m
+    places = way.legs if loop.closed else way.legs[:-1]  # behind the last place it is away
     legs = [(leg, (stop.arc_m - leg.begin_m) % lap_m) for leg in places if leg.line.edge == stop.edge]
     if not legs:
         msg = f"{what} is on {stop.lane}, where nobody can wait, since it is too short; move it"
@@ -51,7 +48,7 @@ def _fit(loop: Loop, itinerary: Itinerary, kind: VehicleType, stop: Stop, what: 
     leg, in_m = min(legs, key=lambda found: found[1])
     if (lane := f"{leg.line.edge}_{leg.line.lane}") != stop.lane:
         if stop.any_lane:
-            return _fit(loop, itinerary, kind, replace(stop, name=lane, lane=lane), what)
+            return _fit(way, kind, replace(stop, name=lane, lane=lane), what)
         msg = (
             f"{what} is on lane {stop.lane}, but loop {loop.id} leads over {lane} there; move "
             f"the stop, lead the route so that its lane is on the way, or --gate open"
@@ -69,7 +66,7 @@ def _fit(loop: Loop, itinerary: Itinerary, kind: VehicleType, stop: Stop, what: 
         end_m = offset_m + last_m
         start_m = min(stop.start_m, end_m - _LEAST_M)
         shorter = replace(stop, start_m=start_m, end_m=end_m, arc_m=stop.arc_m - in_m + last_m)
-        return _fit(loop, itinerary, kind, shorter, what)
+        return _fit(way, kind, shorter, what)
     if in_m - _SHORT_M < kind.length_m:
         msg = (
             f"{what} ends at {stop.end_m:g} m of lane {stop.lane}: a vehicle of {kind.length_m:g} m would "

@@ -32,7 +32,6 @@ _TURN = 0.618034
 
 def write_shapes(
     file: Path,
-    loops: Sequence[Loop],
     itineraries: Sequence[Itinerary],
     room: Mapping[str, int],
     refused: Sequence[tuple[Loop, str, str | None]] = (),
@@ -47,8 +46,8 @@ def write_shapes(
 
     Parameters
     ----------
-    loops, itineraries
-        Loops, and how each is cut, in the same order.
+    itineraries
+        The loops, each with how it is cut.
     room
         How many vehicles a state holds; states that are not there hold one.
     refused
@@ -61,15 +60,16 @@ def write_shapes(
     """
     top = ET.Element("additional")
     names = _Names()
-    for number, (loop, way) in enumerate(zip(loops, itineraries, strict=True)):
+    for number, way in enumerate(itineraries):
+        loop = way.loop
         _add_loop(top, names, loop, _hue(number), length_m=f"{loop.length_m:.1f}", places=str(len(way.legs)))
     users: dict[str, list[str]] = {}
     for way in itineraries:
         for leg in way.legs:
-            users.setdefault(leg.state, []).append(way.loop)
-    for loop, leg, _ in _once(loops, itineraries, lambda leg, _: leg.state):
+            users.setdefault(leg.state, []).append(way.loop.id)
+    for loop, leg, _ in _once(itineraries, lambda leg, _: leg.state):
         _add_place(top, names, loop, leg, room.get(leg.state, 1), users[leg.state])
-    for loop, leg, after in _once(loops, itineraries, _between):
+    for loop, leg, after in _once(itineraries, _between):
         _add_crossing(top, names, loop, leg, after)
     for loop, reason, edge in refused:
         _add_loop(top, names, loop, _REFUSED, reason=reason)
@@ -106,16 +106,16 @@ def _between(leg: Leg, after: Leg) -> Hashable:
 
 
 def _once(
-    loops: Sequence[Loop], itineraries: Sequence[Itinerary], key: Callable[[Leg, Leg], Hashable]
+    itineraries: Sequence[Itinerary], key: Callable[[Leg, Leg], Hashable]
 ) -> Iterator[tuple[Loop, Leg, Leg]]:
     """Yield each leg with the one behind it; of those with the same key the first."""
     seen: set[Hashable] = set()
-    for loop, way in zip(loops, itineraries, strict=True):
+    for way in itineraries:
         for number, leg in enumerate(way.legs):
             after = way.legs[(number + 1) % len(way.legs)]
             if (known := key(leg, after)) not in seen:
                 seen.add(known)
-                yield loop, leg, after
+                yield way.loop, leg, after
 
 
 def _add_loop(top: ET.Element, names: _Names, loop: Loop, colour: str, **figures: str) -> None:

@@ -65,7 +65,7 @@ def survey(itineraries: Sequence[Itinerary]) -> Survey:
     visits: dict[StateId, list[tuple[str, float]]] = {}
     for itinerary in itineraries:
         for leg in itinerary.legs:
-            visits.setdefault(leg.state, []).append((itinerary.loop, leg.end_m - leg.begin_m))
+            visits.setdefault(leg.state, []).append((itinerary.loop.id, leg.end_m - leg.begin_m))
     loops_of = {state: tuple(dict.fromkeys(loop for loop, _ in found)) for state, found in visits.items()}
     loops = []
     for itinerary in itineraries:
@@ -73,12 +73,12 @@ def survey(itineraries: Sequence[Itinerary]) -> Survey:
         meets = dict.fromkeys(loop for leg in shared for loop in loops_of[leg.state])
         loops.append(
             LoopSurvey(
-                loop=itinerary.loop,
-                length_m=itinerary.length_m,
+                loop=itinerary.loop.id,
+                length_m=itinerary.loop.lap_m,
                 states=len(itinerary.legs),
                 visits=len(shared),
                 shared_m=sum(leg.end_m - leg.begin_m for leg in shared),
-                meets=tuple(loop for loop in meets if loop != itinerary.loop),
+                meets=tuple(loop for loop in meets if loop != itinerary.loop.id),
             )
         )
     zones = [

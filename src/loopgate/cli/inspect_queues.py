@@ -78,7 +78,7 @@ def look_at_queues(roads: RoadNetwork, file: RoutesFile, wanted: Wanted) -> Scen
     if wanted.additional is not None:
         room = {place.id: place.capacity for place in found.places}
         refused = [(one.loop, one.reason, one.edge) for one in found.refused]
-        write_shapes(wanted.additional, found.loops, found.itineraries, room, refused)
+        write_shapes(wanted.additional, found.itineraries, room, refused)
     if seen.problem is None and wanted.out is not None and seen.placed is not None:
         write_system(seen.placed.system, wanted.out, note=f"{roads.name}, {file.file.name}: queues")
     return seen.problem
@@ -135,12 +135,12 @@ def _place(
 
 def _unfit_stop(file: RoutesFile, users: Sequence[_User], found: QueueSurvey) -> ScenarioError | None:
     """Return what is wrong with a stop, if one would be in somebody's way."""
-    ways = {way.loop: way for way in found.itineraries}
+    ways = {way.loop.id: way for way in found.itineraries}
     stops = {vehicle.id: vehicle.stops for vehicle in file.vehicles}
     try:
         for name, loop, kind in users:
             mine = stops.get(name, file.stops.get(loop.id, ()))
-            fit_stops(loop, ways[loop.id], kind, mine, what=f"{file.file}: vehicle {name}")
+            fit_stops(ways[loop.id], kind, mine, what=f"{file.file}: vehicle {name}")
     except ScenarioError as error:
         return error
     return None

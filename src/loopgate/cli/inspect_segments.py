@@ -67,12 +67,12 @@ def look_at_segments(
             seen.layout.itineraries,
             wanted.picture,
             starts_m=seen.placed.starts_m if seen.placed else (),
-            title=f"{roads.name}: {counted(len(seen.layout.loops), 'loop')}, {found.shared:.0%} shared",
+            title=f"{roads.name}: {counted(len(seen.layout.itineraries), 'loop')}, {found.shared:.0%} shared",
         )
     if wanted.additional is not None:
         capacity = seen.placed.system.capacity if seen.placed else {}
         room = {str(state): most for state, most in capacity.items()}
-        write_shapes(wanted.additional, seen.layout.loops, seen.layout.itineraries, room)
+        write_shapes(wanted.additional, seen.layout.itineraries, room)
     if seen.problem is None and wanted.out is not None and seen.placed is not None:
         note = f"{roads.name}, {file.file.name}: segments, rho {rho_m:g} m"
         write_system(seen.placed.system, wanted.out, note=note)

@@ -41,7 +41,7 @@ def loops_data(
     found: Survey, itineraries: Iterable[Itinerary], *, state: str, crossings: bool
 ) -> list[dict[str, Any]]:
     """Return loops with their legs as JSON has them; `state` is what a state is called there."""
-    legs = {itinerary.loop: itinerary.legs for itinerary in itineraries}
+    legs = {itinerary.loop.id: itinerary.legs for itinerary in itineraries}
     return [
         {
             "id": loop.loop,

@@ -42,7 +42,7 @@ def look_at_trips(scenario: Scenario, *, every: bool, as_json: bool) -> None:
 def _data(assembly: Assembly) -> dict[str, Any]:
     abstraction = assembly.abstraction
     ways = (*abstraction.itineraries, *abstraction.later) if abstraction else ()
-    legs = {way.loop: len(way.legs) for way in ways}
+    legs = {way.loop.id: len(way.legs) for way in ways}
     room = abstraction.room if abstraction else {}
     away = {leg.state for way in ways for leg in way.legs[-1:] if leg.away}
     slots = [most for state, most in room.items() if state not in away]

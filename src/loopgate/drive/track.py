@@ -99,25 +99,20 @@ class Track:
 
 
 def make_track(
-    network: RoadNetwork,
-    loop: Loop,
-    itinerary: Itinerary | None = None,
-    *,
-    vehicle: str = "",
-    front_m: float = 0.0,
-    position: int = 0,
+    network: RoadNetwork, way: Itinerary, *, vehicle: str = "", front_m: float = 0.0, position: int = 0
 ) -> Track:
     """Return the track of a vehicle.
 
     Parameters
     ----------
-    itinerary
-        Its states; None for a vehicle under no gate.
+    way
+        Its loop, and its states there.
     front_m
         Arc length of its front at the beginning [m].
     position
-        The position on the itinerary in which it starts.
+        The position on the way in which it starts.
     """
+    loop = way.loop
     return Track(
         vehicle=vehicle,
         loop=loop.id,
@@ -126,9 +121,9 @@ def make_track(
         top_speed_mps=max(network.lanes[span.lane_id].speed_mps for span in loop.spans),
         rounds=rounds(loop) if loop.closed else (),
         edges=tuple((span.begin_m, span.edge) for span in loop.roads),
-        legs=itinerary.legs if itinerary else (),
+        legs=way.legs,
         start_position=position,
-        keeps_lane=bool(itinerary and itinerary.keeps_lane),
+        keeps_lane=way.keeps_lane,
     )
 
 

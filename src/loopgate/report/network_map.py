@@ -75,7 +75,7 @@ def draw_map(
         found = survey(itineraries)
         zones = {zone.state: zone.length_m for zone in found.zones}
         if itineraries:
-            _zones(axes, loops, itineraries, zones, scale)
+            _zones(axes, itineraries, zones, scale)
         left = [np.asarray(lane.shape) for edge in unwatched for lane in network.edges[edge].lanes[:1]]
         draw_lines(axes, left, _ZONE, 1.4, 5)
         _loops(axes, loops, starts_m, scale)
@@ -85,15 +85,14 @@ def draw_map(
 
 def _zones(
     axes: Axes,
-    loops: Sequence[Loop],
     itineraries: Sequence[Itinerary],
     zones: Mapping[StateId, float],
     scale: float,
 ) -> None:
     width = float(np.clip(9.0 * scale, 5.0, 16.0))
     where: dict[str, list[Floats]] = {}
-    for loop, itinerary in zip(loops, itineraries, strict=True):
-        curve = loop.curve()
+    for itinerary in itineraries:
+        loop, curve = itinerary.loop, itinerary.loop.curve()
         for leg in itinerary.legs:
             if leg.state in zones:
                 line = cut_curve(*curve, loop.length_m, leg.begin_m, leg.end_m)

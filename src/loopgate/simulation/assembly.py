@@ -6,7 +6,7 @@ from functools import cached_property
 from pathlib import Path
 from random import Random
 
-from loopgate.abstraction.itinerary import Abstraction
+from loopgate.abstraction.itinerary import Abstraction, Itinerary
 from loopgate.abstraction.queues import make_queues
 from loopgate.abstraction.segments import make_segments
 from loopgate.abstraction.stopping import fit_stops
@@ -229,14 +229,14 @@ def _place(
     starts, tracks = [], []
     fronts_m = abstraction.starts_m if abstraction else spread(vehicles, Random(scenario.seed))
     for number, (vehicle, front_m) in enumerate(zip(vehicles, fronts_m, strict=False)):
-        way = abstraction.itineraries[number] if abstraction else None
-        position = abstraction.system.robots[number].start if abstraction else 0
-        lane = way.legs[position].line.lane if way and way.keeps_lane else None
+        way, position = Itinerary(vehicle.loop), 0
+        if abstraction is not None:
+            way, position = abstraction.itineraries[number], abstraction.system.robots[number].start
+        lane = way.legs[position].line.lane if way.keeps_lane else None
         starts.append(start_of(vehicle, front_m, lane))
         if not scenario.gated:
-            way, position = None, 0
-        name, loop = vehicle.id, vehicle.loop
-        tracks.append(make_track(network, loop, way, vehicle=name, front_m=front_m, position=position))
+            way, position = Itinerary(vehicle.loop), 0
+        tracks.append(make_track(network, way, vehicle=vehicle.id, front_m=front_m, position=position))
     return starts, tracks
 
 
@@ -254,11 +254,9 @@ def _stops(
     if not scenario.gated or abstraction is None:
         return stops
     source = scenario.routes or scenario.network
-    ways = {way.loop: way for way in (*abstraction.itineraries, *abstraction.later)}
+    ways = {way.loop.id: way for way in (*abstraction.itineraries, *abstraction.later)}
     return {
-        vehicle.id: fit_stops(
-            vehicle.loop, way, vehicle.type, vehicle.stops, what=f"{source}: vehicle {vehicle.id}"
-        )
+        vehicle.id: fit_stops(way, vehicle.type, vehicle.stops, what=f"{source}: vehicle {vehicle.id}")
         for vehicle in vehicles
         if vehicle.stops
         for way in (ways[vehicle.loop.id],)

@@ -23,7 +23,7 @@ def test_places_and_then_away() -> None:
     assert [leg.state for leg in way.legs] == ["A0A1_0", "A1A2_0", "A2A3_0", "away A2A3_0"]
     assert [leg.away for leg in way.legs] == [False, False, False, True]
     assert [len(leg.crossings) for leg in way.legs] == [1, 1, 0, 0]
-    assert way.legs[-1].begin_m <= WAY.length_m < way.legs[-1].end_m < way.length_m
+    assert way.legs[-1].begin_m <= WAY.length_m < way.legs[-1].end_m < way.loop.lap_m
     assert way.legs[-1].begin_m == pytest.approx(way.legs[-2].end_m + 0.1)
 
 

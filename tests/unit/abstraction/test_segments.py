@@ -265,7 +265,7 @@ def test_the_order_of_loops_decides_nothing_but_names() -> None:
 
     def stretches(found: Abstraction) -> dict[str, list[tuple[float, float]]]:
         return {
-            itinerary.loop: [leg[1:] for leg in legs(itinerary) if leg[0].startswith("zone")]
+            itinerary.loop.id: [leg[1:] for leg in legs(itinerary) if leg[0].startswith("zone")]
             for itinerary in found.itineraries
         }
 

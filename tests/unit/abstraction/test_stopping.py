@@ -22,7 +22,7 @@ def fitted(end_m: float, *, start_m: float = 0.0, kind: str = "lane", lane: str 
     """Return a stop on edge b as a bus makes it."""
     way = lay_out_queues(NET, [(LOOP, BUS)]).itineraries["r"]
     stops = on_loop(LOOP, [Stop("here", kind, lane, start_m, end_m)], "x.rou.xml: vehicle v")
-    (stop,) = fit_stops(LOOP, way, BUS, stops, what="x.rou.xml: vehicle v")
+    (stop,) = fit_stops(way, BUS, stops, what="x.rou.xml: vehicle v")
     return stop
 
 

@@ -1,5 +1,6 @@
 """Places, crossings and loops as SUMO's shapes."""
 
+from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
@@ -19,11 +20,11 @@ def place(name: str, begin_m: float, end_m: float, *crossings: Crossing) -> Leg:
     return Leg(StateId(name), begin_m, end_m, crossings)
 
 
-WAY = Itinerary("a:b", 200.0, (place("p", 10.0, 40.0, FREE), place("q", 50.0, 190.0, FOE)))
+WAY = Itinerary(SQUARE, (place("p", 10.0, 40.0, FREE), place("q", 50.0, 190.0, FOE)))
 
 
 def written(file: Path, *ways: Itinerary) -> dict[str, ET.Element]:
-    count = write_shapes(file, [SQUARE] * len(ways), ways, {"p": 4})
+    count = write_shapes(file, ways, {"p": 4})
     shapes = {shape.attrib["id"]: shape for shape in ET.parse(file).getroot()}
     assert len(shapes) == count
     return shapes
@@ -66,7 +67,7 @@ def test_conflicts_are_seen_and_named(tmp_path: Path) -> None:
 
 def test_what_loops_share_is_drawn_once(tmp_path: Path) -> None:
     """Two loops on the same way: two lines, the places and crossings of one, both named."""
-    shapes = written(tmp_path / "x.add.xml", WAY, Itinerary("other", 200.0, WAY.legs))
+    shapes = written(tmp_path / "x.add.xml", WAY, Itinerary(replace(SQUARE, id="other"), WAY.legs))
     assert [name for name in shapes if name.startswith(("place", "crossing"))] == [
         *("place_p", "place_q", "crossing_p_to_q", "crossing_q_to_p"),
     ]
@@ -76,7 +77,7 @@ def test_what_loops_share_is_drawn_once(tmp_path: Path) -> None:
 def test_loops_that_cannot_work_are_marked_where_they_fail(tmp_path: Path) -> None:
     """With the reason, at the end of the edge to blame."""
     file = tmp_path / "x.add.xml"
-    write_shapes(file, [], [], {}, [(SQUARE, "ends in a wall", "a:b.e1")])
+    write_shapes(file, [], {}, [(SQUARE, "ends in a wall", "a:b.e1")])
     mark = next(shape for shape in ET.parse(file).getroot() if shape.attrib["id"] == "refused_a_b")
     assert (mark.attrib["x"], mark.attrib["y"]) == ("50.00", "50.00")
     assert figures(mark)["reason"] == "ends in a wall"

@@ -199,7 +199,7 @@ def test_a_way_that_bends_back_over_its_own_stop_line_is_its_own_foe() -> None:
     layout = lay_out_queues(net, users(net, ["w", "e", "b"]))
     assert "w_0>e_0" in layout.conflicts.foes["w_0>e_0"]
     leg = next(leg for leg in layout.itineraries["loop0"].legs if leg.state == "w_0")
-    assert leg.end_m < layout.itineraries["loop0"].length_m
+    assert leg.end_m < layout.itineraries["loop0"].loop.length_m
     assert waiting_parts(net, touches(net, ["w", "e", "b"]), {})["w_0"].end_m < 80.0
 
 

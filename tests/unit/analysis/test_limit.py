@@ -19,7 +19,7 @@ def loop(name: str, foe: str) -> Any:  # noqa: ANN401  as much of an itinerary a
         SimpleNamespace(state=f"{name}0", crossings=(way,)),
         SimpleNamespace(state=f"{name}1", crossings=()),
     ]
-    return SimpleNamespace(loop=name, legs=legs, length_m=LOOP_M)
+    return SimpleNamespace(loop=SimpleNamespace(id=name, length_m=LOOP_M), legs=legs)
 
 
 @pytest.mark.parametrize(

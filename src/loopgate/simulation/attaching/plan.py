@@ -29,10 +29,7 @@ class Plan:
         self.network = network
         self.users = users
         self.layout: QueueLayout = lay_out_queues(network, users)
-        loops = {loop.id: loop for loop, _ in users}
-        self._tracks = {
-            name: make_track(network, loop, self.layout.itineraries[name]) for name, loop in loops.items()
-        }
+        self._tracks = {name: make_track(network, way) for name, way in self.layout.itineraries.items()}
 
     def extended(self, users: Iterable[tuple[Loop, VehicleType]]) -> Plan:
         """Return the plan with other loops, or other types on them; the same one if it knows all."""

@@ -145,7 +145,7 @@ def _roomiest(loop: Loop, way: Itinerary, first: int) -> int:
 def departs_in_place(network: RoadNetwork, vehicle: LoopVehicle, way: Itinerary) -> Departure:
     """Return where a vehicle departs under a gate: as a whole within the place where its file wants it."""
     wish_m = vehicle.loop.roads[vehicle.edge].begin_m if vehicle.depart_m is None else vehicle.depart_m
-    lap_m = way.length_m
+    lap_m = way.loop.lap_m
     places = len(way.legs) - (0 if vehicle.loop.closed else 1)
     position = min(range(places), key=lambda k: (way.legs[k].end_m - _LEAST_M - wish_m) % lap_m)
     if not vehicle.loop.closed and vehicle.depart_m is None:
@@ -158,5 +158,5 @@ def departs_in_place(network: RoadNetwork, vehicle: LoopVehicle, way: Itinerary)
     if not vehicle.loop.closed:
         vehicle = replace(vehicle, attributes={**vehicle.attributes, **_arrival(vehicle, way)})
     start = start_of(vehicle, front_m, leg.line.lane, depart_s=vehicle.depart_s)
-    track = make_track(network, vehicle.loop, way, vehicle=vehicle.id, front_m=front_m, position=position)
+    track = make_track(network, way, vehicle=vehicle.id, front_m=front_m, position=position)
     return Departure(start, track, vehicle.depart_s)

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from loopgate.abstraction.itinerary import Itinerary
 from loopgate.drive.changing import ChangingEngine
 from loopgate.drive.codes import NOBODY
 from loopgate.drive.track import Track, make_track
@@ -116,7 +117,7 @@ class OpenDepartures(Departures):
         super().__init__(departures)
         self._network, self._traffic, self._engine = network, traffic, engine
         self._starts = {one.start.vehicle: one.start for one in departures}
-        ways = [make_track(network, start.loop) for start in self._starts.values()]
+        ways = [make_track(network, Itinerary(start.loop)) for start in self._starts.values()]
         engine.lay([*(driver.track for driver in engine.drivers), *ways], {})
 
     def look(self) -> None:
@@ -130,7 +131,8 @@ class OpenDepartures(Departures):
                 continue
             self.departed_s[vehicle] = self._traffic.now_s - self._traffic.step_s
             at_m = start.loop.roads[start.edge].begin_m + self._traffic.lane(vehicle)[1]
-            tracks.append(make_track(self._network, start.loop, vehicle=vehicle, front_m=at_m))
+            way = Itinerary(start.loop)
+            tracks.append(make_track(self._network, way, vehicle=vehicle, front_m=at_m))
         if tracks:
             self._engine.join(tracks)
 

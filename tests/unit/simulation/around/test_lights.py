@@ -4,6 +4,7 @@ from types import SimpleNamespace
 from typing import Any
 
 from lights_scene import Scene, signal
+from roads import polygon
 
 from loopgate.abstraction.itinerary import Crossing, Itinerary, Leg
 from loopgate.model import StateId
@@ -15,7 +16,7 @@ def told(scene: Scene) -> Lights:
     engine: Any = SimpleNamespace(run=scene.tables.run)
     lights = Lights(engine, scene.timetable)
     leg = Leg(StateId("a"), 0.0, 100.0, (Crossing("over t", frozenset()),))
-    lights.plan([Itinerary("loop", 400.0, (leg,))])
+    lights.plan([Itinerary(polygon("loop", [(0.0, 0.0), (200.0, 0.0)]), (leg,))])
     return lights
 
 
