@@ -11,7 +11,7 @@ from typing import NamedTuple
 from loopgate.errors import GateError, SystemModelError
 from loopgate.gates import Gate, make_gate
 from loopgate.gates.certified import CertifiedGate
-from loopgate.gates.certified import entering as rule
+from loopgate.gates.certified import deadlock as rule
 from loopgate.model import Configuration, Robot, RobotId, StateId, System
 from loopgate.simulation.fleet.fleet import _refuse_crowd
 
