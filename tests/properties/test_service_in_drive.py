@@ -52,8 +52,6 @@ def crowded(roads: Roads) -> Iterator[tuple[System, int]]:
 class Flashing:
     """Lights that are green for a vehicle for three seconds in every twenty."""
 
-    heeds_grants = True
-
     def __init__(self) -> None:
         self.now_s = 0.0
 

@@ -158,6 +158,10 @@ class FakeTraffic:
         edges = [name for name, _ in self.fleet[vehicle].edges]
         return edges, edges.index(self.lane(vehicle)[0].removesuffix("_0"))
 
+    def route_id(self, vehicle: str) -> str:
+        """Return one for each vehicle: its edges stay."""
+        return vehicle
+
     def lead(self, vehicle: str, edges: Sequence[str]) -> None:
         """Take note: it circulates all the same."""
         self.led[vehicle] = tuple(edges)

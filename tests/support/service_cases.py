@@ -26,8 +26,6 @@ AFTER_S = 20.0
 class Red:
     """A light that is red for some vehicles."""
 
-    heeds_grants = True
-
     def __init__(self, *robots: int) -> None:
         self.robots = set(robots)
 

@@ -111,6 +111,11 @@ def vehicle_rows(
         "crossed": start,
         "halted_s": math.nan,
         "red_since_s": math.nan,
+        "yields_s": math.nan,
+        "kept_mps": math.nan,
+        "clear": NOBODY,
+        "stands_s": math.nan,
+        "freed": NOBODY,
         "lit": [sum(len(leg.crossings) for leg in t.legs[: t.start_position]) for t in tracks],
     }
     return table(VehicleRow, columns, length=len(tracks))

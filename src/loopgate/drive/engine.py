@@ -225,7 +225,7 @@ class Engine:
         halted = self._came_to_rest()
         self._turns += 1
         busy = self._steering.steers or self._worn.any or self._turns % _TIMED_EVERY == 0
-        if keeper.compiled and not busy:
+        if keeper.compiled and not busy and not keeper.looks_around:
             unread = self._step(drive.TURN, odometer=odometer, robots=halted)
             while unread:
                 keeper.read_lights()
@@ -289,7 +289,7 @@ class Engine:
 
     def _refusal(self, keeper: Gatekeeper, driver: Driver) -> tuple[list[list[str]], str]:
         inside = [[self._ids[robot] for robot in robots] for robots in keeper.blockers(driver.robot)]
-        return inside + keeper.outside_blockers(driver.robot), driver.leg(driver.granted + 1).state
+        return inside + keeper.outside_blockers(driver.robot, self._ids), driver.leg(driver.granted + 1).state
 
     @property
     def strays(self) -> int:

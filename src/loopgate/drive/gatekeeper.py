@@ -48,8 +48,9 @@ _OUTSIDE = frozenset(number_of(reason) for reason in (Reason.RED, Reason.TRAFFIC
 class Gatekeeper:
     """Answers the requests in the tables. Knows robots, states and time; no roads.
 
-    Pressure, the chain rule of the certified gate, and lights are compiled; every other negotiation and gate
-    is asked from here, between the parts of the same compiled step, and so is what else can be in the way.
+    Pressure, the chain rule of the certified gate, lights and ordinary traffic are compiled; every other
+    negotiation and gate is asked from here, between the parts of the same compiled step, and so is what else
+    can be in the way.
 
     Parameters
     ----------
@@ -72,9 +73,13 @@ class Gatekeeper:
         self._times: defaultdict[str, Histogram] = defaultdict(Histogram)
         self.messages = 0
         self.obstacles: tuple[Obstacle, ...] = ()
-        """The other things that can be in the way; asked in this order, after room, crossings and lights."""
+        """The other things that can be in the way; asked in this order, after all that is compiled."""
         self.timetable: Timetable | None = None
         """The lights that are obeyed; to be set before tables are taken over."""
+        self._around: Mapping[str, Any] = {}
+        self._names: Sequence[str] = ()
+        self._look: Callable[[], object] | None = None
+        """Tables of ordinary traffic, the names of its vehicles by number, and what looks where these are."""
         self._by_pressure = type(negotiation) is Pressure
         self._granted = False
         """Whether anything has been granted since the requests were collected."""
@@ -115,7 +120,7 @@ class Gatekeeper:
         """Take over the tables; return the way in."""
         self._ground, self._code = ground, ground.code
         self._tables = tables = ground.tables
-        self._step = Step(self._with_lights())
+        self._step = Step(self._all_tables())
         self._vehicles = v = cast("Any", tables.vehicles)
         # Read by column: a number of a row costs ten times as much.
         self._granted_leg, self._leg_at, self._legs = v["granted"], v["leg_at"], v["legs"]
@@ -127,7 +132,7 @@ class Gatekeeper:
         self._held_by, self._rooms, self._outside = (self._states[c] for c in ("held_by", "room", "outside"))
         self._state_behind = cast("Any", tables.legs)["state"]
         self._run["serve_after_s"] = self._serve_after_s
-        self._run["at_once"] = not self.obstacles and self.timetable is None
+        self._run["at_once"] = self._at_once
         negotiation = self.negotiation
         if isinstance(negotiation, Pressure):
             for column, figure in zip(("crowded", "patience_s", "wait_s"), negotiation.figures, strict=True):
@@ -139,8 +144,39 @@ class Gatekeeper:
         """Numbers of the signals that are obeyed, by movement."""
         return self.timetable.numbers if self.timetable is not None else {}
 
-    def _with_lights(self) -> Tables:
-        return self._tables if self.timetable is None else self.timetable.put_into(self._tables)
+    def _all_tables(self) -> Tables:
+        tables = self._tables._replace(**self._around)
+        return tables if self.timetable is None else self.timetable.put_into(tables)
+
+    @property
+    def _at_once(self) -> bool:
+        return not self.obstacles and self.timetable is None and self._look is None
+
+    def look_around(
+        self, around: Mapping[str, Any], names: Sequence[str], look: Callable[[], object]
+    ) -> None:
+        """Heed ordinary traffic.
+
+        Parameters
+        ----------
+        around
+            Its tables, by name (`loopgate.drive.around`).
+        names
+            Of the vehicles in these by number.
+        look
+            Brings them up to date; called before requests are answered.
+        """
+        self._around, self._names, self._look = around, names, look
+        self._step.use(self._all_tables())
+
+    @property
+    def looks_around(self) -> bool:
+        """Whether ordinary traffic is heeded."""
+        return self._look is not None
+
+    def ask(self, what: int, robot: int = 0) -> int:
+        """Ask of the steps what has to do with ordinary traffic alone; see `loopgate.drive.step.Step`."""
+        return self._step(what, robot)
 
     def number(self, state: str) -> int | None:
         """Return the number of a state; None if nobody comes there."""
@@ -204,6 +240,8 @@ class Gatekeeper:
     def answer(self) -> None:
         """Decide what is pending, and let vehicles go or stay, until nobody else may go; look at lights."""
         waiting = self._run["waiting"][0]
+        if waiting and self._look is not None:
+            self._look()
         if self.compiled and (waiting or self.timetable):
             while self._time(lambda: self._step(drive.ANSWER)):
                 self.read_lights()
@@ -219,7 +257,7 @@ class Gatekeeper:
     def read_lights(self) -> None:
         """Read the lights of which the steps have to know."""
         if self.timetable is not None and self.timetable.read():
-            self._step.use(self._with_lights())
+            self._step.use(self._all_tables())
 
     @property
     def decision_us(self) -> Mapping[str, Histogram]:
@@ -256,13 +294,13 @@ class Gatekeeper:
         """Decide once; nobody is told."""
         now_s = float(self._run["now_s"][0])
         self._granted = False
-        self._run["at_once"] = not self.obstacles and self.timetable is None
+        self._run["at_once"] = self._at_once
         if self.obstacles and self._run["serving"][0]:
             self._look_outside()
         while self.timetable and self._step(drive.UNREAD):
             self.read_lights()
         robots = self._in_order(self._step(drive.COLLECT), now_s)
-        if self._by_chain and not any(obstacle.heeds_grants for obstacle in self.obstacles):
+        if self._by_chain:
             if robots:
                 self._decide_by_chain(robots)
             for robot in robots if self.obstacles else ():
@@ -327,12 +365,9 @@ class Gatekeeper:
         self._time(lambda: self._step(drive.DECIDE, robots=np.array(robots, dtype=np.int64)))
 
     def _decide_one(self, robot: int) -> None:
-        if self._granted and (not self._step(drive.STILL_FREE, robot) or self._obstructed(robot)):
+        if self._granted and not self._step(drive.STILL_FREE, robot):
             return
-        if self._by_chain:
-            self._decide_by_chain([robot])
-        else:
-            self._ask_gate(robot)
+        self._ask_gate(robot)
         self._granted |= self._note_grant(robot)
 
     def _note_grant(self, robot: int) -> bool:
@@ -385,12 +420,27 @@ class Gatekeeper:
                 return [[self._rows[other] for other in decision.blockers]]
         return [[other for other in range(len(self._vehicles)) if other != robot]]
 
-    def outside_blockers(self, robot: int) -> list[list[str]]:
-        """Return as `blockers` does, by name, who keeps `robot` from a grant as the obstacles say.
+    def outside_blockers(self, robot: int, ids: Sequence[str]) -> list[list[str]]:
+        """Return as `blockers` does, by name, who keeps `robot` from a grant outside of the system.
 
-        Whatever it was refused for last: that may have passed since, and an obstacle not.
+        Whatever it was refused for last: that may have passed since, and what is outside not. The vehicles
+        of the system have the names `ids`, by number.
         """
         one = self._vehicles[robot]
         if not one["pending"] or int(one["reason"]) == STOPPING:
             return []
-        return [list(some) for obstacle in self.obstacles for some in obstacle.blockers(robot)]
+        found = [list(some) for obstacle in self.obstacles for some in obstacle.blockers(robot)]
+        if self._look is None:
+            return found
+        self._look()
+        self._step(drive.FIND, robot)
+        found += ([vehicle] for vehicle in self._found())
+        if self._step(drive.INSIDE, robot):
+            found.append(self._found() + [ids[other] for other in self.holders(self.wanted(robot))])
+        elif self._step(drive.TIGHT, robot):
+            found.append([*ids[:robot], *ids[robot + 1 :]])
+        return found
+
+    def _found(self) -> list[str]:
+        found = self._around["others"]["found"][: self._run["found"][0]]
+        return [self._names[other] for other in found.tolist()]

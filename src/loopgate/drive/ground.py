@@ -9,6 +9,7 @@ from typing import Any, Final, Self
 
 import numpy as np
 
+from loopgate.drive.around import AROUND
 from loopgate.drive.build import Code, LegRows, Place, moves_of, places_of, states_of, vehicle_rows
 from loopgate.drive.codes import REASONS
 from loopgate.drive.driver import Driver
@@ -29,7 +30,7 @@ from loopgate.drive.track import Track
 from loopgate.model import System
 from loopgate.results.columns import Event
 
-__all__ = ["HOLDERS", "LINE", "Ground"]
+__all__ = ["HOLDERS", "LINE", "Ground", "nothing_around"]
 
 HOLDERS: Final = ("holders", "held_by")
 LINE: Final = ("line", "queue")
@@ -119,6 +120,7 @@ class Ground:
             "phases": table(PhaseRow, length=0),
             "letters": np.zeros(0, dtype=np.int64),
             **legs.tables,
+            **nothing_around(),
             **_room_for(0),
         }
         self._tables = Tables(**made)  # row by row they are what it says
@@ -278,6 +280,13 @@ class Ground:
         every: Any = self._tables.vehicles
         every[robot] = every[self._count]
         self._tables.numbers[robot] = self._tables.numbers[self._count]
+
+
+def nothing_around() -> dict[str, Any]:
+    """Return the tables of ordinary traffic, by name: there is none."""
+    rows = {name: table(row, length=0) for name, row in AROUND.items()}
+    numbers = {name: np.zeros(0, dtype=np.int64) for name in ("way_at", "lane_lists")}
+    return {**rows, **numbers, "routes": np.zeros((0, 2), dtype=np.int64)}
 
 
 def _room_for(count: int) -> dict[str, Any]:

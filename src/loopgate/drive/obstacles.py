@@ -18,9 +18,6 @@ class Obstacle(Protocol):
     again and again.
     """
 
-    heeds_grants: bool
-    """Whether it may be in the way of one after another has been granted something in the same step."""
-
     def in_the_way(self, robot: int) -> Reason | None:
         """Return why `robot`, whose request nothing else speaks against, may not set out now.
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from loopgate.drive import lights, service
+from loopgate.drive import lights, others, service
 from loopgate.drive.codes import (
     CROSSING,
     DEADLOCK,
@@ -185,12 +185,12 @@ def still_free(i: int, t: Tables) -> bool:
     for k in range(t.legs[j].pass_at, t.legs[j].pass_end):
         for f in range(t.passes[k].foe_at, t.passes[k].foe_end):
             crossed |= t.moves[t.foes[f].movement].entered == t.run[0].turn
-    if crossed:
-        why = _in_the_way(i, t)
-        if why != NOTHING:
-            refuse(i, why, NOTHING, t)
-            return False
-    return True
+    why = _in_the_way(i, t) if crossed else NOTHING
+    if why == NOTHING and t.run[0].grants > t.run[0].granted and others.obstruct(i, t):
+        why = TRAFFIC
+    if why != NOTHING:
+        refuse(i, why, NOTHING, t)
+    return bool(why == NOTHING)
 
 
 @inner
@@ -218,6 +218,8 @@ def _possible(i: int, t: Tables) -> bool:
         why = SPACING  # nobody waits behind it
     if why == NOTHING and len(t.signals) > 0 and lights.keeps(i, t):
         why = RED
+    if why == NOTHING and others.obstruct(i, t):
+        why = TRAFFIC
     if why != NOTHING:
         refuse(i, why, NOTHING, t)
         return False
@@ -231,11 +233,11 @@ def _due(i: int, t: Tables) -> bool:
 
 
 @part
-def _look_at_lights(t: Tables) -> None:
-    """See which of those that must move next are kept by a light."""
+def _look_outside(t: Tables) -> None:
+    """See which of those that must move next are kept by a light or by ordinary traffic."""
     for i in range(len(t.vehicles)):
         if t.vehicles[i].mover and t.vehicles[i].pending:
-            t.vehicles[i].at_red = lights.keeps(i, t)
+            t.vehicles[i].barred = lights.keeps(i, t) or others.obstruct(i, t)
 
 
 @inner
@@ -246,12 +248,13 @@ def collect(t: Tables) -> int:
     """
     run = t.run[0]
     run.turn += 1
+    run.granted = run.grants
     begin = run.waiting - run.fresh
     if run.now_s > run.decided_s:
         run.decided_s = run.now_s
         keep_for_late(t)
         if run.serving > 0:
-            _look_at_lights(t)
+            _look_outside(t)
         service.serve(t)
         begin = 0
     run.fresh = 0

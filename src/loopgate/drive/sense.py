@@ -63,6 +63,7 @@ def braking_m(speed: float, decel: float, step_s: float) -> float:
     return step_s * (steps * speed - loss * steps * (steps + 1) / 2)
 
 
+@inner
 def safe_mps(room_m: float, decel: float, step_s: float) -> float:
     """Return the highest speed of the next step from which a vehicle can still stop in some metres [m/s].
 

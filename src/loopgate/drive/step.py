@@ -11,7 +11,8 @@ from typing import Any, Final
 
 import numpy as np
 
-from loopgate.drive import holdings, lights, requests
+from loopgate.drive import holdings, lights, others, requests, seen
+from loopgate.drive.circles import is_too_tight
 from loopgate.drive.codes import BRAKE, NOBODY, NOTHING, PIVOT, RELEASE, STEER, STOP
 from loopgate.drive.gaps import begin_m, end_m, leg_of, state_of
 from loopgate.drive.sense import (
@@ -26,6 +27,7 @@ from loopgate.drive.sense import (
     sense,
 )
 from loopgate.drive.tables import Floats, Numbers, Tables
+from loopgate.drive.yielding import give_way
 from loopgate.kernel_cache import inner, kernel, part, way_in
 
 __all__ = [
@@ -34,17 +36,24 @@ __all__ = [
     "COLLECT",
     "CONSIDER",
     "DECIDE",
+    "FIND",
+    "FOLLOW",
     "FULL",
+    "GIVE_WAY",
     "IDLE",
+    "INSIDE",
     "LEAVE",
     "LIGHTS",
     "LOOK",
     "NO_ROBOTS",
     "ORDER",
     "REFUSE",
+    "ROOM",
+    "SEE",
     "SETTLE",
     "STILL_FREE",
     "TELL",
+    "TIGHT",
     "TURN",
     "UNREAD",
     "Step",
@@ -69,6 +78,13 @@ LEAVE: Final = 12
 ORDER: Final = 13
 UNREAD: Final = 14
 LIGHTS: Final = 15
+FOLLOW: Final = 16
+SEE: Final = 17
+GIVE_WAY: Final = 18
+FIND: Final = 19
+INSIDE: Final = 20
+TIGHT: Final = 21
+ROOM: Final = 22
 
 
 @inner
@@ -295,6 +311,27 @@ def _answer(t: Tables) -> bool:
     return lights.look(t)
 
 
+@inner
+def _ask_others(what: int, i: int, t: Tables) -> int:
+    """Do what has to do with ordinary traffic alone."""
+    said = 0
+    if what == FOLLOW:
+        said = seen.follow_routes(t)
+    elif what == SEE:
+        said = seen.see(t)
+    elif what == GIVE_WAY:
+        said = give_way(t)
+    elif what == FIND:
+        others.find_in_the_way(i, t)
+    elif what == INSIDE:
+        said = 1 if others.find_inside(i, t) else 0
+    elif what == TIGHT:
+        said = 1 if is_too_tight(i, t.vehicles[i].granted + 1, t) else 0
+    elif what == ROOM:
+        said = 1 if others.has_room(i, t) else 0
+    return said
+
+
 @kernel
 def _step(
     what: int,
@@ -339,6 +376,8 @@ def _step(
         said = 1 if _tell(t) else 0
     elif what == LEAVE:
         _leave(i, leg, t)
+    elif what >= FOLLOW:
+        said = _ask_others(what, i, t)
     return said
 
 
@@ -387,7 +426,11 @@ class Step:
             traffic. ``CONSIDER``: some are steered no longer. ``ANSWER``: all requests are answered, by
             pressure and the chain rule, and vehicles told. ``TURN``: `LOOK` and `ANSWER`. ``UNREAD``,
             ``COLLECT``, ``ORDER``, ``STILL_FREE``, ``REFUSE``, ``SETTLE``, ``DECIDE``, ``TELL``, ``LIGHTS``:
-            parts of `ANSWER`, for other rules in between; see `loopgate.drive.requests`. ``LEAVE``: a vehicle
+            parts of `ANSWER`, for other rules in between; see `loopgate.drive.requests`. ``FOLLOW``, ``SEE``:
+            ordinary vehicles have been read; see `loopgate.drive.seen`. ``GIVE_WAY``: gated ones give way to
+            them; see `loopgate.drive.yielding`. ``FIND``, ``INSIDE``, ``TIGHT``, ``ROOM``: who of them is in
+            the way of a vehicle or inside its next state, whether a circle is too tight for it, and whether
+            it has room to come back from beside the road; see `loopgate.drive.others`. ``LEAVE``: a vehicle
             is about to give its row back, to another one perhaps. ``IDLE``: nothing is done.
         robot, leg, reason, stage
             The vehicle that it is about, and what about it. For ``ORDER`` it is how many are ready. For
@@ -401,8 +444,9 @@ class Step:
         Returns
         -------
         int
-            How many are ready (``COLLECT``) or go (``ORDER``), whether it is so (``STILL_FREE``), or anybody
-            may go (``TELL``), or lights have to be read before `ANSWER`, which has stopped there, can go on
-            (``ANSWER``, ``TURN``, ``UNREAD``, ``LIGHTS``).
+            How many are ready (``COLLECT``), go (``ORDER``), are found (``FOLLOW``) or have to be told
+            (``GIVE_WAY``), and how many rows that takes (``SEE``); whether it is so (``STILL_FREE``,
+            ``INSIDE``, ``TIGHT``, ``ROOM``), or anybody may go (``TELL``), or lights have to be read before
+            `ANSWER`, which has stopped there, can go on (``ANSWER``, ``TURN``, ``UNREAD``, ``LIGHTS``).
         """
         return int(self._enter(what, robot, leg, reason, stage, odometer, robots, self._tables))

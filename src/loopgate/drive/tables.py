@@ -8,6 +8,21 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from loopgate.drive.around import (
+    AcrossRow,
+    ApproachRow,
+    ArrivalRow,
+    CrossedRow,
+    EdgeRow,
+    JunctionRow,
+    LaneRow,
+    LinkRow,
+    OtherRow,
+    PlaceRow,
+    RearRow,
+    WayRow,
+)
+
 Floats = NDArray[np.float64]
 Numbers = NDArray[np.int64]
 Codes = NDArray[np.int32]
@@ -55,9 +70,9 @@ class VehicleRow:
         Whether it has a request, since when [s]; why that was refused last, and the word for the gate's stage
         by number; the version of the books when it was last looked at; when the gate was last asked [s], and
         whether it ever was; whether it has been granted, but not been told.
-    mover, named_s, shut, at_red
+    mover, named_s, shut, barred
         Whether it must move next, for one that is served, since when on end [s], and whether something
-        outside of the system, or a light, is in its way.
+        outside of the system is in its way, or a light or ordinary traffic.
     turned
         Whether it is served, and its service has come to a circle.
     stop_m, parks
@@ -71,6 +86,12 @@ class VehicleRow:
     committed, stood_at, heedless
         At which of the lights between there and its last granted leg it drives on whatever they show, and at
         which of them it has stood, one bit each; and whether the simulator lets it drive on at the first.
+    yields_s, kept_mps, clear, first, stands_s, freed
+        Of one that has its grant, among ordinary traffic (`loopgate.drive.yielding`): since when it has been
+        before a junction with somebody in its way [s]; how fast it may drive, if it is kept out of that
+        [m/s]; on which movement nobody came when it was looked last, until it is past that; whether it goes
+        on inside where it would be in the way if it waited; since when it has stood at its line with nobody
+        in its way [s]; and on which movement it goes without giving way, since it did for too long.
     spare_s
         For how long its request may be passed over so that it falls back to the middle between its neighbours
         on its loop [s]; below 0 it is behind that already, and others soon let it pass.
@@ -133,8 +154,14 @@ class VehicleRow:
     named_s: float
     parks: bool
     shut: bool
-    at_red: bool
+    barred: bool
     turned: bool
+    yields_s: float
+    kept_mps: float
+    clear: int
+    first: bool
+    stands_s: float
+    freed: int
 
 
 class RoadRow:
@@ -360,6 +387,12 @@ class DriveRow:
         somebody last took these figures.
     counts_from_s
         From when on standing counts for vehicles and edges [s].
+    granted
+        How many grants there had been when requests were last collected.
+    others, seen, rears, arrivals
+        Length of these lists of ordinary traffic: those read, those seen on the road.
+    marks, found
+        How often marks have been renewed; how many of them a question was about.
     let_go, stood, stood_s, on_red
         How many lights vehicles were let go towards, at how many of these they stood, for how long [s], and
         over how many lines they drove on red.
@@ -400,6 +433,13 @@ class DriveRow:
     ended: int
     driven_m: float
     counts_from_s: float
+    granted: int
+    others: int
+    seen: int
+    rears: int
+    arrivals: int
+    marks: int
+    found: int
     let_go: int
     stood: int
     stood_s: float
@@ -441,6 +481,12 @@ class Tables(NamedTuple):
         The numbers of the last grants to each vehicle, by leg modulo how many are kept.
     letters
         What lights show, SUMO's letters by their codes, one for each link.
+    edges, lanes, links, junctions, others, rears, arrivals, routes
+        Of ordinary traffic (`loopgate.drive.around`): the roads, and where it is. The routes of the vehicles,
+        each one after the other: edges, and the junctions behind them, `NOBODY` for none.
+    ways, crossed, across, approaches, places, way_at, lane_lists
+        And where it can be in the way of the gated vehicles: where the legs of each loop are among the ways,
+        by the word for the loop; lists of lanes.
     """
 
     run: Sequence[DriveRow]
@@ -464,3 +510,18 @@ class Tables(NamedTuple):
     lights: Sequence[LightRow]
     phases: Sequence[PhaseRow]
     letters: Numbers
+    edges: Sequence[EdgeRow]
+    lanes: Sequence[LaneRow]
+    links: Sequence[LinkRow]
+    junctions: Sequence[JunctionRow]
+    others: Sequence[OtherRow]
+    rears: Sequence[RearRow]
+    arrivals: Sequence[ArrivalRow]
+    routes: Numbers
+    ways: Sequence[WayRow]
+    crossed: Sequence[CrossedRow]
+    across: Sequence[AcrossRow]
+    approaches: Sequence[ApproachRow]
+    places: Sequence[PlaceRow]
+    way_at: Numbers
+    lane_lists: Numbers

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any, cast
 
 import numpy as np
+from numpy.typing import NDArray
 
 from loopgate.drive.lights import OPEN
 from loopgate.drive.rows import table
@@ -91,6 +92,17 @@ class Timetable:
         """Return whether a vehicle may drive now."""
         row = self._now[self._known(light)]
         return int(self._letters[row["letters"] + link]) in OPEN
+
+    def numbers_of(self, lights: Iterable[str]) -> NDArray[np.int64]:
+        """Return the numbers of lights, for `showing`."""
+        return np.array([self._lights[light] for light in lights], dtype=np.int64)
+
+    def showing(self, lights: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Return where the letters are of what each of some lights shows now: elsewhere once that changes."""
+        rows, now_s = self._now[lights], self._traffic.now_s
+        for number in lights[(rows["seen_s"] != now_s) & (now_s > rows["changes_s"])].tolist():
+            self._read(number)
+        return cast("NDArray[np.int64]", self._now["letters"][lights])
 
     def ever_open(self, light: str, link: int) -> bool:
         """Return whether the program that the light follows now opens the link in any phase."""

@@ -160,6 +160,9 @@ class Traffic(Protocol):
     def route(self, vehicle: str) -> tuple[Sequence[str], int]:
         """Return the edges of the vehicle's route, and the number of the one it is on or has just left."""
 
+    def route_id(self, vehicle: str) -> str:
+        """Return the name of the vehicle's route: another one as soon as it is led by other edges."""
+
     def mean_speed(self, edge: str) -> float:
         """Return the mean speed of those on an edge [m/s]; where nobody is, the speed allowed."""
 

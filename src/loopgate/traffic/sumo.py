@@ -70,8 +70,9 @@ class SumoTraffic(SumoStops, SumoLights):
         self._first: set[str] = set()
         """The vehicles that keep no right of way."""
         self._running = True
-        self._odometer, *self._reads = (
-            read(f"vehicle_{name}") for name in ("getDistance", "getLaneID", "getLanePosition", "getSpeed")
+        self._odometer, self._route_id, *self._reads = (
+            read(f"vehicle_{name}")
+            for name in ("getDistance", "getRouteID", "getLaneID", "getLanePosition", "getSpeed")
         )
         self._seen, self._seen_s = Whereabouts(), -inf
         self._now = float(api.simulation.getTime())
@@ -220,6 +221,9 @@ class SumoTraffic(SumoStops, SumoLights):
 
     def route(self, vehicle: str) -> tuple[Sequence[str], int]:
         return self._vehicle.getRoute(vehicle), int(self._vehicle.getRouteIndex(vehicle))
+
+    def route_id(self, vehicle: str) -> str:
+        return str(self._route_id(vehicle))
 
     def mean_speed(self, edge: str) -> float:
         return float(self._api.edge.getLastStepMeanSpeed(edge))

@@ -21,8 +21,6 @@ class Barrier:
     names: Sequence[Sequence[str]] = ()
     granted_to: list[int] = field(default_factory=list)
 
-    heeds_grants = True
-
     def in_the_way(self, robot: int) -> Reason | None:
         """Say what a test wants."""
         del robot
@@ -65,11 +63,11 @@ def test_who_waits_for_an_obstacle_waits_for_no_vehicle_of_the_system() -> None:
     books.asks(0, 0.0)
     books.decide(0.0)
     assert books.blockers(0) == []
-    assert books.outside_blockers(0) == []
+    assert books.outside_blockers(0, ()) == []
     barrier.reason, barrier.names = Reason.TRAFFIC, [["car"]]
     books.decide(1.0)
     assert books.blockers(0) == []
-    assert books.outside_blockers(0) == [["car"]]
+    assert books.outside_blockers(0, ()) == [["car"]]
 
 
 def test_a_full_state_goes_before_an_obstacle() -> None:
@@ -81,4 +79,4 @@ def test_a_full_state_goes_before_an_obstacle() -> None:
     books.asks(1, 1.0)
     assert books.decide(1.0) == [(1, False, "occupied")]
     assert books.blockers(1) == [[0]]
-    assert books.outside_blockers(1) == []
+    assert books.outside_blockers(1, ()) == []

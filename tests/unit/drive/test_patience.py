@@ -77,8 +77,6 @@ def test_after_a_minute_nobody_may_set_out_across_its_way(late: bool) -> None:  
 class Red:
     """A light that is red for one robot."""
 
-    heeds_grants = True
-
     def __init__(self, robot: int) -> None:
         self.robot = robot
 
@@ -118,29 +116,6 @@ def test_one_step_never_sends_two_across_each_others_way() -> None:
     books.asks(A, 0.0)
     books.asks(B, 0.0)
     assert books.decide(0.0) == [(A, True, "free"), (B, False, "crossing")]
-
-
-class Once(Red):
-    """A light that turns red with the first grant."""
-
-    heeds_grants = True
-
-    def in_the_way(self, robot: int) -> Reason | None:
-        """Refuse all but the first."""
-        return Reason.RED if robot != self.robot and self.robot >= 0 else None
-
-    def granted(self, robot: int) -> None:
-        """Let this be the first."""
-        self.robot = robot
-
-
-def test_what_changes_with_a_grant_binds_the_next_of_the_same_step() -> None:
-    """B and C follow each other, but the obstacle is asked again after B."""
-    books = three()
-    books.obstacles = (Once(-1),)
-    books.asks(B, 0.0)
-    books.asks(C, 0.0)
-    assert books.decide(0.0) == [(B, True, "free"), (C, False, "red")]
 
 
 class Refusing:

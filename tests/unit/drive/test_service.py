@@ -57,8 +57,6 @@ def test_a_vehicle_that_does_not_clear_its_crossing_keeps_others_for_good() -> N
 class Always:
     """A light that never turns green, or ordinary traffic that never gives way, for one vehicle."""
 
-    heeds_grants = True
-
     def __init__(self, reason: Reason) -> None:
         self._reason = reason
 

@@ -1,210 +1,258 @@
-"""Where ordinary vehicles are, and where their routes lead: read from the simulation, once a step."""
+"""Ordinary vehicles, read from the simulation into their tables, once a step."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from collections.abc import Set as AbstractSet
-from itertools import pairwise
-from typing import NamedTuple
+from collections.abc import Callable, Mapping, Sequence
+from operator import itemgetter
+from typing import Any, Final
 
-from loopgate.drive.driver import Driver
+import numpy as np
+from numpy.typing import NDArray
+
+from loopgate.drive import step as drive
+from loopgate.drive.codes import NOBODY
+from loopgate.drive.engine import Engine
+from loopgate.drive.gatekeeper import Gatekeeper
+from loopgate.drive.ground import nothing_around
 from loopgate.drive.sense import STANDING_MPS
-from loopgate.network import RoadNetwork
-from loopgate.simulation.around.crossing_ways import Movement, Place
-from loopgate.traffic.base import Dynamics, Traffic
+from loopgate.drive.timetable import Timetable
+from loopgate.drive.yielding import KEPT, WAITS
+from loopgate.simulation.around.roads import Roads
+from loopgate.simulation.around.ways import Ways
+from loopgate.traffic.base import Traffic
 
-__all__ = ["BEYOND_M", "Seen", "Sight"]
+__all__ = ["Sight"]
 
-_Route = tuple[tuple[str, ...], int]
-"""The edges of a vehicle's route, and the number of the one that it is on or has just left."""
-
-BEYOND_M = 0.3
-"""How far past the end of a place vehicles may stand that are in it [m]."""
-
-_GAP_M = 2.5
-"""Room that a vehicle keeps free before it when it stands: SUMO's default [m]."""
-
-_AGAIN_S = 5.0
-"""So long a route is taken to be as it was [s]: SUMO may lead vehicles another way."""
-
-
-class Seen(NamedTuple):
-    """A vehicle, the lane and the position of its front on it [m], its length [m], and its speed [m/s]."""
-
-    vehicle: str
-    lane: str
-    position_m: float
-    length_m: float
-    speed_mps: float
-
-
-class _Rear(NamedTuple):
-    """A vehicle whose front has left a lane, and where on that its rear is [m]; below 0 before it."""
-
-    seen: Seen
-    rear_m: float
+_AT_FIRST: Final = {"others": 64, "rears": 256, "arrivals": 256, "routes": 4096}
+"""Room in the tables; at least twice as much whenever that is not enough."""
 
 
 class Sight:
-    """The vehicles on the road, not beside it, under no gate. O(vehicles) in a step in which it is asked.
+    """The vehicles under no gate: where they are, and how gated ones give way to them.
+
+    O(vehicles) in a step in which anybody asks.
 
     Parameters
     ----------
-    network, traffic
-        The roads, and the running simulation.
-    drivers
-        Of all vehicles under the gate.
+    roads
+        The network's.
+    traffic
+        The running simulation.
+    engine, keeper
+        Drive the vehicles under the gate.
+    timetable
+        What the lights show.
     """
 
-    def __init__(self, network: RoadNetwork, traffic: Traffic, drivers: Sequence[Driver]) -> None:
-        self._network, self._traffic, self._drivers = network, traffic, drivers
-        self._behind: dict[str | tuple[str, str], str] = {}
-        """The lane behind one inside a junction; and behind one outside, for those who come from an edge."""
-        for movement in network.connections:
-            way = (f"{movement.from_edge}_{movement.from_lane}", *movement.via)
-            self._behind |= {lane: behind for behind, lane in pairwise(way)}
-            self._behind[movement.from_edge, f"{movement.to_edge}_{movement.to_lane}"] = way[-1]
-        self.on: Mapping[str, Sequence[Seen]] = {}
-        """By the lane on which their fronts are."""
-        self._over: Mapping[str, Sequence[_Rear]] = {}
-        """By the lanes behind that, on which the rest of them is."""
-        self.seen: Sequence[Seen] = ()
-        """All of them, lane by lane."""
-        self.turned: Sequence[Seen] = ()
-        """Vehicles whose routes were not known at the last look, or not for long enough, or for that lane."""
-        self.led: dict[str, tuple[str, ...]] = {}
-        """Routes that have been read, and were not so before, until somebody has taken note."""
-        self.busy: AbstractSet[str] = frozenset()
-        """The lanes on which they are with some part."""
-        self.kinds: Mapping[str, Dynamics] = {}
-        """Their dynamics."""
-        self._names: set[str] = set()
-        """Vehicles seen so far; not one that was about to come under the gate."""
+    def __init__(
+        self, roads: Roads, traffic: Traffic, engine: Engine, keeper: Gatekeeper, timetable: Timetable
+    ) -> None:
+        self._roads, self._traffic, self._engine, self._keeper = roads, traffic, engine, keeper
+        self._timetable = timetable
+        self._tables: dict[str, NDArray[Any]] = {**nothing_around(), **roads.tables}
+        self._names: list[str] = []
+        """Of the vehicles by row; whose row is free has none."""
+        self._routes: list[str] = []
+        """Names of their routes."""
+        self._rows: dict[str, int] = {}
+        """The rows of those that are there."""
+        self._read: tuple[Sequence[str], int] = (), -1
+        """Who was there at the last look, and the changes of the engine until then."""
+        self._pick: Callable[[Sequence[Any]], Sequence[Any]] = tuple
+        """Picks the ordinary ones out of these."""
+        self._at: NDArray[np.int64] = np.zeros(0, dtype=np.int64)
+        """Their rows."""
+        self._routes_end = 0
         self._seen_s = -math.inf
-        self._routes: dict[str, tuple[_Route, float, str]] = {}
-        """Routes, until when they are taken to be so [s], and the lane of the vehicle then."""
+        self._met: set[str] = set()
+        """All that have been seen so far; not one that was about to come under the gate."""
+        self._lit: Mapping[str, Sequence[tuple[int, int]]] = {}
+        """By light, the approaches that have a link of it, and the link."""
+        self._lights = self._shown = np.zeros(0, dtype=np.int64)
+        """The numbers of these lights, and what the tables say that they show."""
+        for name, length in _AT_FIRST.items():
+            self._make_room(name, length)
 
     @property
     def count(self) -> int:
         """How many have been seen so far."""
-        return len(self._names)
+        return len(self._met)
 
-    def look(self) -> bool:
-        """See where they are now; return whether that is news."""
+    def plan(self, ways: Ways) -> None:
+        """Take over what lies before the gated vehicles, the first time or anew."""
+        self._tables |= ways.tables
+        ways.place_on_lanes(self._tables["lanes"])
+        numbers = (self._keeper.number(state) for state in ways.states)
+        self._tables["places"]["state"] = [NOBODY if n is None else n for n in numbers]
+        self._lit, self._lights = ways.lit, self._timetable.numbers_of(ways.lit)
+        self._shown = np.full(len(self._lights), -1)
+        for column in ("clear", "freed"):
+            self._engine.vehicles[column] = NOBODY
+        self._hand_over()
+
+    def _hand_over(self) -> None:
+        self._keeper.look_around(self._tables, self._names, self.look)
+
+    def _make_room(self, name: str, length: int) -> None:
+        """Make room for so many rows in one of the tables that grow."""
+        before = self._tables[name]
+        self._tables[name] = made = np.zeros((length, *before.shape[1:]), dtype=before.dtype).view(
+            type(before)
+        )
+        made[: len(before)] = before
+
+    def look(self) -> None:
+        """See where they are now."""
         traffic = self._traffic
         if self._seen_s == traffic.now_s:
-            return False
+            return
         self._seen_s = traffic.now_s
-        gated = {driver.id for driver in self._drivers}
-        self._names -= gated
-        on: dict[str, list[Seen]] = {}
-        turned: list[Seen] = []
-        kinds: dict[str, Dynamics] = {}
-        for vehicle, lane, position_m, speed_mps in zip(*traffic.whereabouts(), strict=True):
-            if vehicle in gated:
-                continue
-            kind = self.kinds.get(vehicle)
-            if kind is None:
-                kind = traffic.dynamics(vehicle)
-                self._names.add(vehicle)
-            kinds[vehicle] = kind
-            if speed_mps <= STANDING_MPS and traffic.parks(vehicle):
-                continue
-            one = Seen(vehicle, lane, position_m, kind.length_m, speed_mps)
-            on.setdefault(lane, []).append(one)
-            known = self._routes.get(vehicle)
-            if known is None or known[1] <= self._seen_s or known[2] != lane:
-                turned.append(one)
-        for vehicle in self._routes.keys() - kinds.keys():
-            del self._routes[vehicle]
-        self.kinds, self.on, self.turned = kinds, on, turned
-        self.seen = [one for lane in on.values() for one in lane]
-        self._over = self._rears()
-        self.busy = on.keys() | self._over.keys()
-        return True
+        vehicles, lanes, positions_m, speeds_mps = traffic.whereabouts()
+        if self._read != (vehicles, self._engine.changes):
+            self._find(vehicles)
+        others, at, pick = self._tables["others"], self._at, self._pick
+        run = self._engine.run
+        run["others"] = len(at)
+        if len(at):
+            speeds = np.array(pick(speeds_mps))
+            others["lane"][at] = [*map(self._roads.lanes.__getitem__, pick(lanes))]
+            others["position_m"][at] = pick(positions_m)
+            others["speed"][at] = speeds
+            others["parks"][at] = False
+            for row in at[speeds <= STANDING_MPS].tolist():
+                if traffic.parks(self._names[row]):
+                    others["parks"][row] = True
+            self._look_at_lights()
+            self._look_at_routes()
+        elif not run["seen"][0]:
+            return
+        needed = self._keeper.ask(drive.SEE)
+        if needed > len(self._tables["rears"]):  # as long as the other one
+            for name in ("rears", "arrivals"):
+                self._make_room(name, 2 * needed)
+            self._hand_over()
+            self._keeper.ask(drive.SEE)
 
-    def _rears(self) -> dict[str, list[_Rear]]:
-        over: dict[str, list[_Rear]] = {}
-        for one in self.seen:
-            if one.length_m > one.position_m:
-                for lane, rear_m in self._lanes_behind(one):
-                    over.setdefault(lane, []).append(_Rear(one, rear_m))
-        return over
+    def _find(self, vehicles: Sequence[str]) -> None:
+        """Give rows to those that are new, and take them from those that are gone or under the gate."""
+        gated = self._engine.driver_of
+        self._met -= gated.keys()
+        which = [number for number, vehicle in enumerate(vehicles) if vehicle not in gated]
+        self._pick = _picker(which)
+        there = self._pick(vehicles)
+        for vehicle in self._rows.keys() - there:
+            self._names[self._rows.pop(vehicle)] = ""
+        fresh = [vehicle for vehicle in there if vehicle not in self._rows]
+        free = [row for row, name in enumerate(self._names) if not name] if fresh else []
+        for vehicle in fresh:
+            self._add(vehicle, free.pop() if free else len(self._names))
+        self._at = np.array([self._rows[vehicle] for vehicle in there], dtype=np.int64)
+        self._tables["others"]["read"][: len(there)] = self._at
+        self._read = vehicles, self._engine.changes
 
-    def _lanes_behind(self, one: Seen) -> Iterator[tuple[str, float]]:
-        """Yield the lanes on which a vehicle is that its front has left, and where its rear is [m]."""
-        lane, left_m = one.lane, one.length_m - one.position_m
-        edges, at = self.route(one)
-        while left_m > 0:
-            edge = lane.rpartition("_")[0]
-            if not lane.startswith(":"):
-                at = at if edges[at] == edge else at - 1
-                behind = self._behind.get((edges[at - 1], lane)) if at > 0 else None
-            else:
-                behind = self._behind.get(lane)
-            if behind is None:
-                return
-            lane = behind
-            rear_m = self._network.lanes[lane].length_m - left_m
-            yield lane, rear_m
-            left_m = -rear_m
+    def _add(self, vehicle: str, row: int) -> None:
+        """Give a vehicle its row."""
+        if row == len(self._names):
+            self._names.append("")
+            self._routes.append("")
+            if row == len(self._tables["others"]):
+                self._make_room("others", 2 * row)
+                self._hand_over()
+        self._met.add(vehicle)
+        self._names[row], self._routes[row], self._rows[vehicle] = vehicle, "", row
+        kind, one = self._traffic.dynamics(vehicle), self._tables["others"][row]
+        one["length_m"], one["accel"], one["decel"] = kind.length_m, kind.accel_mps2, kind.decel_mps2
+        one["route_at"] = one["route_end"] = one["at"] = 0
+        one["on"], one["seen_s"] = NOBODY, -math.inf
 
-    def upon(self, lane: str, past_m: float = math.inf) -> Sequence[Seen]:
-        """Return those whose fronts are on a lane, or have left it with some part still before `past_m`."""
-        rears = (one.seen for one in self._over.get(lane, ()) if one.rear_m < past_m)
-        return (*self.on.get(lane, ()), *rears)
+    def _look_at_routes(self) -> None:
+        """See where the routes of those lead that are elsewhere, or may be led another way."""
+        read, names, routes = self._traffic.route_id, self._names, self._routes
+        rows = self._tables["others"]["found"][: self._keeper.ask(drive.FOLLOW)].tolist()
+        lost = int(self._engine.run["found"][0])
+        for row in rows[:lost]:
+            self._read_route(row, read(names[row]))
+        for row in rows[lost:]:
+            name = read(names[row])
+            if name != routes[row]:
+                self._read_route(row, name)
 
-    def across(self, movement: Movement, lanes: Iterable[str] | None = None) -> list[Seen]:
-        """Return those inside the junction who are in the way of a movement; on `lanes` if given."""
-        among = movement.across if lanes is None else lanes
-        if self.busy.isdisjoint(among):
-            return []
-        return [seen for lane in among for seen in self.upon(lane, movement.past_m.get(lane, math.inf))]
+    def _read_route(self, row: int, name: str) -> None:
+        """See where the route of a vehicle leads, and how far it is on that."""
+        one = self._tables["others"][row]
+        edges, at = self._traffic.route(self._names[row])
+        if name != self._routes[row]:
+            route = self._roads.route(edges)
+            one["route_at"], one["route_end"] = self._write(route)
+            self._routes[row] = name
+        one["at"] = one["route_at"] + at
+        lane = self._tables["lanes"][one["lane"]]
+        is_there = lane["inside"] or (at < len(edges) and self._roads.edge(edges[at]) == lane["edge"])
+        one["on"] = one["lane"] if is_there else NOBODY
 
-    def inside(self, place: Place) -> list[Seen]:
-        """Return those in a place, and those about to drive into it."""
-        here = self.on.get(place.lane, ())
-        if not here and self.on.keys().isdisjoint(place.into):
-            return []
-        inside = [s for s in here if place.begin_m <= s.position_m <= place.end_m + BEYOND_M]
-        for lane in place.into:
-            if lane in self.on:
-                inside += self.on[lane]
-        return inside
+    def _write(self, route: Sequence[tuple[int, int]]) -> tuple[int, int]:
+        """Write a route; return where it begins and ends."""
+        if self._routes_end + len(route) > len(self._tables["routes"]):
+            self._gather_routes(len(route))
+        begin = self._routes_end
+        self._routes_end = begin + len(route)
+        self._tables["routes"][begin : self._routes_end] = route
+        return begin, self._routes_end
 
-    def fit(self, place: Place, robots: Sequence[int], length_m: float) -> float:
-        """Return how many more vehicles of a length fit into a place beside those and these robots.
+    def _gather_routes(self, more: int) -> None:
+        """Write the routes of those that are there one after the other, with room for so many edges more."""
+        before, others, end = self._tables["routes"], self._tables["others"], 0
+        kept: list[NDArray[np.int64]] = []
+        for row in self._rows.values():
+            one = others[row]
+            route = before[one["route_at"] : one["route_end"]]
+            one["at"] += end - one["route_at"]
+            one["route_at"], one["route_end"] = end, end + len(route)
+            kept.append(route)
+            end += len(route)
+        self._make_room("routes", max(len(before), 2 * (end + more)))
+        self._tables["routes"][:end] = np.concatenate([*kept, before[:0]])
+        self._routes_end = end
+        self._hand_over()
 
-        That is infinite where there is no ordinary vehicle: then it is for the gate to say. Its slots are as
-        long as the longest vehicle needs; where there are ordinary ones, each takes what it is long.
-        """
-        inside = self.inside(place)
-        if not inside:
-            return math.inf
-        lengths = [s.length_m for s in inside] + [self._drivers[robot].length_m for robot in robots]
-        left_m = place.end_m - place.begin_m - sum(lengths) - _GAP_M * len(lengths)
-        return max(0, math.floor(left_m / (length_m + _GAP_M)))
+    def _look_at_lights(self) -> None:
+        """Take note of which lights on the ways across movements are open."""
+        shown = self._timetable.showing(self._lights)
+        changed = (shown != self._shown).nonzero()[0].tolist()
+        self._shown = shown
+        lit, is_open = [*self._lit.items()] if changed else [], self._tables["approaches"]["is_open"]
+        for number in changed:
+            light, links = lit[number]
+            for approach, link in links:
+                is_open[approach] = self._timetable.is_open(light, link)
 
-    def route(self, one: Seen) -> _Route:
-        """Return the edges of its route, and the number of the one that it is on or has just left."""
-        now, lane = self._seen_s, one.lane
-        known = self._routes.get(one.vehicle)
-        if known is not None and now < known[1]:
-            route, until_s, was = known
-            if lane == was:
-                return route
-            edges, at = route
-            edge = lane.rpartition("_")[0]
-            if not lane.startswith(":") and edges[at] != edge:
-                at += 1
-            if lane.startswith(":") or (at < len(edges) and edges[at] == edge):
-                self._routes[one.vehicle] = (edges, at), until_s, lane
-                return edges, at
-        read, at = self._traffic.route(one.vehicle)
-        edges = tuple(read)
-        if known is None or known[0][0] != edges:
-            self.led[one.vehicle] = edges
-        there = lane.startswith(":") or (at < len(edges) and edges[at] == lane.rpartition("_")[0])
-        self._routes[one.vehicle] = (edges, at), now + _AGAIN_S, lane if there else ""
-        return edges, at
+    def give_way(self) -> None:
+        """Tell gated vehicles how to give way; once a step (`loopgate.drive.yielding`)."""
+        self.look()
+        told = self._keeper.ask(drive.GIVE_WAY)
+        if not told:
+            return
+        drivers, vehicles = self._engine.drivers, self._engine.vehicles
+        calls = sorted(
+            (drivers[robot].id, robot, what) for robot, what in self._engine.tables.calls[:told].tolist()
+        )
+        for vehicle, robot, what in calls:
+            if what & KEPT:
+                kept_mps = float(vehicles["kept_mps"][robot])
+                self._traffic.keep_to(vehicle, None if math.isnan(kept_mps) else kept_mps)
+        for vehicle, robot, what in calls:
+            if what & WAITS:
+                self._traffic.give_way(vehicle, gives=not vehicles["first"][robot])
+
+    def has_room(self, robot: int) -> bool:
+        """Return whether a vehicle that is to come back into its place has room among ordinary ones."""
+        self.look()
+        return bool(self._keeper.ask(drive.ROOM, robot))
+
+
+def _picker(which: Sequence[int]) -> Callable[[Sequence[Any]], Sequence[Any]]:
+    """Return what picks these out of a list."""
+    if len(which) > 1:
+        return itemgetter(*which)
+    return lambda some: [some[number] for number in which]

@@ -12,20 +12,25 @@ from loopgate.drive.gatekeeper import Gatekeeper
 from loopgate.drive.timetable import Timetable
 from loopgate.drive.track import Track
 from loopgate.network import RoadNetwork
-from loopgate.simulation.around.circles import Circles
-from loopgate.simulation.around.coming import Coming
-from loopgate.simulation.around.crossing_ways import CrossingWays, Place, Way
+from loopgate.simulation.around.crossing_ways import CrossingWays
 from loopgate.simulation.around.lights import Lights
-from loopgate.simulation.around.others import Others
+from loopgate.simulation.around.roads import Roads
 from loopgate.simulation.around.sight import Sight
-from loopgate.simulation.around.yielding import Yielding
+from loopgate.simulation.around.ways import Ways
 from loopgate.traffic.base import Traffic
 
 __all__ = ["Surroundings"]
 
+_PROMISE = (
+    "The gate sees to gated vehicles only: none of its grants closes a circle of them, and they leave room "
+    "in each for ordinary ones. More of those than there is room for can still hold them up for good, and "
+    "between the two there is no more than SUMO's right of way."
+)
+"""The promise that holds with ordinary traffic about."""
+
 
 class Surroundings:
-    """Puts up the obstacles that are asked for, and tells what they did.
+    """Lets the drive heed ordinary traffic, and tells what came of that and of lights.
 
     Parameters
     ----------
@@ -33,6 +38,8 @@ class Surroundings:
         The roads, and the running simulation.
     engine, keeper
         Made for it.
+    code
+        Gives words their numbers.
     timetable
         What lights show; they are obeyed if it is the keeper's.
     others
@@ -45,28 +52,16 @@ class Surroundings:
         traffic: Traffic,
         engine: Engine,
         keeper: Gatekeeper,
+        code: Callable[[str], int],
         timetable: Timetable,
         *,
         others: bool,
     ) -> None:
-        self._find = CrossingWays(network) if others else None
-        self._ways: dict[str, tuple[Way, ...]] = {}
         self._lights = Lights(engine, timetable) if keeper.timetable is not None else None
-        sight = Sight(network, traffic, engine.drivers)
-        self._circles = Circles(network, keeper, engine.drivers, self._ways, sight)
-        self._others = (
-            Others(
-                engine.drivers,
-                self._ways,
-                keeper,
-                sight,
-                Yielding(traffic, engine, self._ways, timetable, sight, Coming(network, sight)),
-                self._circles,
-            )
-            if others
-            else None
-        )
-        keeper.obstacles += (self._others,) if self._others is not None else ()
+        self._sight: Sight | None = None
+        if others:
+            self._find, self._roads, self._code = CrossingWays(network), Roads(network), code
+            self._sight = Sight(self._roads, traffic, engine, keeper, timetable)
 
     def plan(self, itineraries: Iterable[Itinerary], tracks: Iterable[Track]) -> None:
         """Take over what the vehicles drive by, the first time or anew.
@@ -80,29 +75,23 @@ class Surroundings:
         """
         if self._lights is not None:
             self._lights.plan(itineraries)
-        if self._find is not None:
-            self._ways.clear()
-            places: dict[str, Place] = {}
-            for track in {track.loop: track for track in tracks}.values():
-                self._ways[track.loop] = self._find.of(track)
-                for position, leg in enumerate(track.legs):
-                    places.setdefault(str(leg.state), self._find.place(track, position))
-            self._circles.plan(places)
+        if self._sight is not None:
+            self._sight.plan(Ways(self._find, self._roads, tracks, self._code))
 
     def has_room(self, driver: Driver) -> bool:
         """Return whether a vehicle that is to come back into its place has room among ordinary ones."""
-        return self._others is None or self._others.has_room(driver)
+        return self._sight is None or self._sight.has_room(driver.robot)
 
     @property
     def each_step(self) -> list[Callable[[], None]]:
         """Functions to be called after each step."""
-        return [self._others.look] if self._others is not None else []
+        return [self._sight.give_way] if self._sight is not None else []
 
     def report(self) -> dict[str, Any]:
-        """Return what the obstacles add to ``summary.json``; call before the simulation is closed."""
+        """Return what they add to ``summary.json``; call before the simulation is closed."""
         found: dict[str, Any] = {}
         if self._lights is not None:
             found |= {"at_lights": self._lights.figures(), "warnings": self._lights.warnings()}
-        if self._others is not None:
-            found["others"] = self._others.figures()
+        if self._sight is not None:
+            found["others"] = {"vehicles": self._sight.count, "promise": _PROMISE}
         return found

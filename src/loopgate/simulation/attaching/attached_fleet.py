@@ -34,8 +34,6 @@ class _Orders:
     would keep a crossing from others meanwhile.
     """
 
-    heeds_grants = False
-
     def __init__(self, traffic: Traffic) -> None:
         self._traffic = traffic
         self.pause = False

@@ -136,7 +136,9 @@ class Fleet:
         if self.stays:
             self._expect_others(gate)
             engine.go_by(system, gate, joined=True)
-        self.around = Surroundings(self._network, traffic, engine, keeper, timetable, others=rules.others)
+        self.around = Surroundings(
+            self._network, traffic, engine, keeper, self._recorder.code, timetable, others=rules.others
+        )
         self.looks = self.around.each_step
         self.around.plan(self._itineraries, self._ways)
         return engine

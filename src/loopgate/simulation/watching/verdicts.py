@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Mapping
+from collections.abc import Set as AbstractSet
 from dataclasses import asdict, dataclass
 from itertools import pairwise
 from typing import Any, NamedTuple
@@ -113,17 +114,25 @@ class Verdicts:
 
     def look(self) -> None:
         """Remember where everybody is; once a step. O(vehicles)."""
-        now, here, before = self._traffic.now_s, self._traffic.whereabouts(), self._lanes
-        lanes = self._lanes = dict(zip(here.vehicles, here.lanes, strict=True))
-        moved = [(vehicle, lane) for vehicle, lane in lanes.items() if before.get(vehicle) != lane]
-        gone = before.keys() - lanes.keys()
-        for vehicle in gone:
-            self._letters.pop(vehicle, None)
+        now, here, lanes = self._traffic.now_s, self._traffic.whereabouts(), self._lanes
+        was = self._moments[-1][1] if self._moments else Whereabouts()
+        if here.vehicles == was.vehicles:
+            both = zip(here.vehicles, here.lanes, was.lanes, strict=True)
+            moved = [(vehicle, lane) for vehicle, lane, before in both if lane != before]
+            gone: AbstractSet[str] = frozenset()
+        else:
+            pairs = zip(here.vehicles, here.lanes, strict=True)
+            moved = [(vehicle, lane) for vehicle, lane in pairs if lanes.get(vehicle) != lane]
+            gone = lanes.keys() - here.vehicles
         if self._lit:
             for vehicle, lane in moved:
-                movement = self._driven_onto(before.get(vehicle, ""), lane)
+                movement = self._driven_onto(lanes.get(vehicle, ""), lane)
                 if movement is not None:
                     self._letters[vehicle] = self._letter(movement)
+        for vehicle in gone:
+            self._letters.pop(vehicle, None)
+            del lanes[vehicle]
+        lanes.update(moved)
         self.trails.look(now, moved, gone)
         self._moments.append((now, here))
         while now - self._moments[0][0] > _REMEMBERED_S:

@@ -1,81 +1,73 @@
 """How much room gated vehicles leave for ordinary ones in circles of places, without SUMO."""
 
-from types import SimpleNamespace
-from typing import Any
+from collections.abc import Sequence
 from unittest.mock import Mock
 
 import pytest
 from fake_traffic import whereabouts
+from ordinary_scene import Found, Watched, road_network
 
 from builders import system
-from loopgate.simulation.around.circles import Circles
-from loopgate.simulation.around.crossing_ways import Place, Way
-from loopgate.simulation.around.sight import Sight
+from loopgate.abstraction.itinerary import Leg
+from loopgate.drive import step as drive
+from loopgate.drive.track import Track
+from loopgate.model import StateId
+from loopgate.simulation.around.crossing_ways import Movement, Place, Way
 from loopgate.traffic.base import Dynamics
 
 LEADS_TO = {"a": "b", "b": "c", "c": "a", "d": "a"}
-ROADS = system(
-    {f"v{state}": f"{state} {ahead}" for state, ahead in LEADS_TO.items()},
-    capacity=dict.fromkeys(LEADS_TO, 3),
-    fifo=tuple(LEADS_TO),
-)
+LOOPS = {"a": "abc", "b": "bca", "c": "cab", "d": "dabc"}
 
 
-class Ring:
-    """Places a, b and c of 24 m and three slots, whose vehicles go round; one at d wants to come into a."""
+def track(vehicle: str, loop: str, front_m: float, *, away: Sequence[str] = ()) -> Track:
+    """Return a vehicle in the first place of its loop, each of whose places has 24 m."""
+    legs = [Leg(StateId(state), 24.0 * n, 24.0 * (n + 1), away=state in away) for n, state in enumerate(loop)]
+    return Track(vehicle, loop, 24.0 * len(loop), front_m, 10.0, (), ((0.0, loop[0]),), tuple(legs))
 
-    def __init__(self, **standing: int) -> None:
-        self.drivers: list[Any] = []
-        self.lines: dict[str, list[int]] = {}
+
+class Ring(Watched):
+    """Places a, b and c of 24 m and three slots, whose vehicles go round; one at d wants to come into a.
+
+    The first of those at c may be to leave the circle there, to d.
+    """
+
+    def __init__(self, *, leaves: bool = False, away: Sequence[str] = (), **standing: int) -> None:
+        tracks: list[Track] = []
+        self.first: dict[str, int] = {}
         for state in (*standing, "d"):
-            count = standing.get(state, 1)
-            self.lines[state] = list(range(len(self.drivers), len(self.drivers) + count))
-            self.drivers += [self._driver(state, place) for place in range(count)]
+            self.first[state] = len(tracks)
+            for place in range(standing.get(state, 1)):
+                loop = "cd" if leaves and state == "c" and place == 0 else LOOPS[state]
+                tracks.append(track(f"{state}{place}", loop, 24.0 - 7.5 * place, away=away))
+        paths = {one.vehicle: " ".join(one.loop) for one in tracks}
         self.on: dict[str, tuple[str, float]] = {}
         self.routes: dict[str, list[str]] = {}
         traffic = Mock(
             now_s=0.0,
+            step_s=1.0,
             whereabouts=lambda: whereabouts(**{v: (*at, 0.0) for v, at in self.on.items()}),
             parks=lambda _: False,
             dynamics=lambda _: Dynamics(5.0, 2.6, 4.5, 1.0),
             route=lambda v: (self.routes[v], 0),
+            route_id=lambda v: " ".join(self.routes[v]),
         )
-        keeper = Mock(
-            number=lambda state: ROADS.states.index(state) if state in ROADS.states else None,
-            slots=lambda _: 3,
-            line=lambda number: self.lines.get(ROADS.states[number], []),
+        roads = [*LEADS_TO, *(f"behind-{state}" for state in LEADS_TO), "foe", "elsewhere", "street"]
+        network = road_network(
+            dict.fromkeys(roads, 24.0), [*LEADS_TO.items(), ("behind-c", "a"), ("foe", "a")]
         )
-        network: Any = SimpleNamespace(
-            connections=[
-                SimpleNamespace(from_edge=one, from_lane=0, to_edge=other, to_lane=0, via=())
-                for one, other in (*LEADS_TO.items(), ("behind-c", "a"), ("foe", "a"))
+        movement = Movement(0.0, ("foe_0",), (), (), 20.0, 10.0, 0.0)
+        places = {state: Place(f"{state}_0", 0.0, 24.0, ()) for state in LEADS_TO}
+        ways = {
+            loop: [
+                Way(f"{state}_0", 24.0, (movement,), (f"behind-{state}_0",), places[ahead])
+                for state, ahead in zip(loop, loop[1:] + loop[0], strict=True)
             ]
-        )
-        self.sight = Sight(network, traffic, self.drivers)
-        across: Any = SimpleNamespace(across=("foe_0",))
-        ways: Any = {
-            state: [Way("", 0.0, (across,), (f"behind-{state}_0",), next=Place("", 0.0, 0.0, ()))]
-            for state in LEADS_TO
+            for loop in (*LOOPS.values(), "cd")
         }
-        self.circles = Circles(network, keeper, self.drivers, ways, self.sight)
-        self.circles.plan({state: Place(f"{state}_0", 0.0, 24.0, ()) for state in LEADS_TO})
-        self.traffic = traffic
-
-    def _driver(self, state: str, place: int) -> Any:  # noqa: ANN401  stands for a driver
-        way = [state]
-        while len(way) < 4:
-            way.append(LEADS_TO[way[-1]])
-        return SimpleNamespace(
-            id=f"{state}{place}",
-            robot=len(self.drivers),
-            granted=0,
-            row={"mover": False},
-            track=SimpleNamespace(loop=state),
-            length_m=5.0,
-            front_m=24.0 - 7.5 * place,
-            leg=lambda number: SimpleNamespace(state=way[number], away=False),
-            end_m=lambda number: 24.0 * (number + 1),
-        )
+        robots = system(paths, capacity=dict.fromkeys("abcd", 3), fifo=tuple("abcd"))
+        super().__init__(robots, tracks, traffic, network, Found(ways, places))
+        for driver in self.engine.drivers:
+            driver.drives_like(traffic.dynamics(driver.id))
 
     def put(self, name: str, edge: str, position_m: float, route: str = "") -> None:
         """Put an ordinary vehicle on the road, with the rest of its route."""
@@ -85,10 +77,10 @@ class Ring:
     def tight(self, state: str = "d", *, must_move: bool = False) -> bool:
         """Ask for the first vehicle of a place."""
         self.traffic.now_s += 10.0
-        self.sight.look()
-        robot = self.lines[state][0]
-        self.drivers[robot].row["mover"] = must_move
-        return self.circles.too_tight(robot)
+        self.look()
+        robot = self.first[state]
+        self.engine.vehicles["mover"][robot] = must_move
+        return bool(self.keeper.ask(drive.TIGHT, robot))
 
 
 def test_who_comes_into_a_circle_leaves_room_for_one_more() -> None:
@@ -118,7 +110,7 @@ def test_ordinary_vehicles_take_room_in_a_circle() -> None:
 def test_one_that_is_first_and_leaves_opens_the_circle() -> None:
     """Its route ends beyond c, or leads on round."""
     ring = Ring(a=2, b=3, c=2)
-    ring.drivers[ring.lines["c"][0]].front_m = 16.5
+    ring.engine.vehicles["front"][ring.first["c"]] = 16.5
     ring.put("o", "c", 24.0)
     assert not ring.tight(must_move=True)
     ring.put("o", "c", 24.0, "a b")
@@ -128,8 +120,7 @@ def test_one_that_is_first_and_leaves_opens_the_circle() -> None:
 @pytest.mark.parametrize("where", ["behind-c", "foe"])
 def test_one_that_stands_on_a_crossing_goes_before_the_first_of_the_place(where: str) -> None:
     """That of c leaves the circle, but an ordinary vehicle stands in its way and is to go on round."""
-    ring = Ring(a=2, b=3, c=2)
-    ring.drivers[ring.lines["c"][0]].leg = lambda _: SimpleNamespace(state="d", away=False)
+    ring = Ring(a=2, b=3, c=2, leaves=True)
     assert not ring.tight(must_move=True)
     ring.put("o", where, 3.0, "a b")
     ring.put("p", "c", 9.0, "elsewhere")
@@ -155,11 +146,16 @@ def test_a_share_of_a_place_stays_free() -> None:
 
 def test_who_arrives_is_never_in_anybodys_way() -> None:
     """Behind its last line is room for all there are, and no ordinary vehicle on its lane takes any of it."""
-    ring = Ring()
-    last = ring.drivers[0]
-    last.leg = lambda number: SimpleNamespace(state="away d_0" if number else "d", away=bool(number))
-    keeper: Any = ring.circles._keeper
-    keeper.number, keeper.slots, keeper.line = (lambda _: 0), (lambda _: 2000), (lambda _: [])
-    ring.circles.plan({"d": Place("d_0", 0.0, 24.0, ()), "away d_0": Place("d_0", -976.0, 24.0, ())})
-    ring.put("o", "d", 10.0)
+    assert Ring(a=2, b=0, c=0).tight()
+    ring = Ring(a=2, b=0, c=0, away="a")
+    ring.put("o", "a", 10.0)
     assert not ring.tight()
+
+
+def test_anybody_else_may_have_to_move_on_first() -> None:
+    """Of those in the circle and those that could leave it: that is not told apart."""
+    ring = Ring(a=1, b=3, c=3)
+    ring.put("o", "street", 3.0)
+    assert ring.is_barred(ring.first["d"])
+    (some,) = ring.blockers(ring.first["d"])
+    assert sorted(some) == ["a0", *(f"{state}{place}" for state in "bc" for place in range(3))]

@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from itertools import pairwise
+from typing import Any
 from unittest.mock import Mock
 
 import pytest
 from fake_traffic import whereabouts
+from ordinary_scene import Watched, alone_on
 
 from loopgate.network import RoadNetwork, generate_loops
 from loopgate.network.vehicle_type import DEFAULT_TYPE
-from loopgate.simulation.around.coming import Arrival, Coming
 from loopgate.simulation.around.crossing_ways import CrossingWays
-from loopgate.simulation.around.sight import Sight
 from loopgate.simulation.attaching.plan import Plan
 from loopgate.traffic.base import Dynamics
 
@@ -40,28 +39,29 @@ def test_vehicles_come_to_the_junctions_on_their_routes() -> None:
     }
     traffic = Mock(
         now_s=0.0,
+        step_s=1.0,
         whereabouts=lambda: whereabouts(**{v: (*at, speeds[v]) for v, at in lanes.items()}),
         dynamics=lambda _: CAR,
         parks=lambda _: False,
         route=lambda _: (loop.edges, 0),
+        route_id=lambda _: "route",
     )
-    sight = Sight(network, traffic, [])
-    coming = Coming(network, sight)
+    watched = Watched(*alone_on(network, loop), traffic, network, CrossingWays(network))
 
-    def arrivals() -> dict[tuple[str, str], Sequence[Arrival]]:
-        assert sight.look()
-        coming.look()
-        return {b: some for b in pairwise(loop.edges) if (some := coming.arrivals(*b))}
+    def arrivals() -> dict[tuple[str, str], list[Any]]:
+        watched.look()
+        return {b: some for b in pairwise(loop.edges) if (some := watched.arrivals(*b))}
 
     found = arrivals()
     one, queued = found[first, second]
-    assert (queued.stands, queued.last_s) == ("queues", math.inf)
-    assert one.last_s == pytest.approx(2.0)
-    assert 1.5 < one.first_s < 2.0
-    behind_s = {arrival.last_s for arrival in found[second, third]}
+    assert (queued["stands"], queued["last_s"]) == (True, math.inf)
+    assert not one["stands"]
+    assert one["last_s"] == pytest.approx(2.0)
+    assert 1.5 < one["first_s"] < 2.0
+    behind_s = {arrival["last_s"] for arrival in found[second, third]}
     assert network.edges[second].lanes[0].length_m / 10.0 == pytest.approx(min(behind_s))
     assert len(behind_s) == 2
-    assert all(a.first_s <= 20.0 for arrivals in found.values() for a in arrivals)
+    assert all(a["first_s"] <= 20.0 for arrivals in found.values() for a in arrivals)
     traffic.now_s, traffic.route = 1.0, Mock(side_effect=AssertionError)
     lanes.clear()
     lanes["moves"] = f"{second}_0", 0.0

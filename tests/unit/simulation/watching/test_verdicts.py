@@ -37,7 +37,7 @@ class Junction:
         )
         driver = SimpleNamespace(id="g", row={"trespassing": trespassing})
         engine: Any = SimpleNamespace(
-            drivers=[driver], driver_of={"g": driver}, vehicles={"granted": np.array([0])}
+            changes=0, drivers=[driver], driver_of={"g": driver}, vehicles={"granted": np.array([0])}
         )
         self.verdicts = Verdicts(network, self.traffic, engine)
 

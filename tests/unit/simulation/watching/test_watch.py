@@ -170,7 +170,7 @@ def test_who_came_last_into_the_circle_is_told() -> None:
     """And whether it is gated; the places of who is not in the circle do not count."""
     traffic = Standing({"a": ["b"], "b": ["a"], "c": ["a"]})
     granted = np.array([0])
-    engine: Any = SimpleNamespace(drivers=[SimpleNamespace(id="b")], vehicles={"granted": granted})
+    engine: Any = SimpleNamespace(changes=0, drivers=[SimpleNamespace(id="b")], vehicles={"granted": granted})
     trails = Trails(engine)
     trails.look(1.0, [("a", "lane of a"), ("b", "far")])
     granted[0] = 1
