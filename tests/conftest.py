@@ -1,11 +1,13 @@
 """Settings shared by all tests."""
 
 import signal
+from pathlib import Path
 
+import pytest
 from hypothesis import settings
 from numba import config
 
-from loopgate.kernel_cache import mark
+from loopgate import kernel_cache
 
 # Examples are derived from the test, not from chance: a red test stays red until it is mended.
 settings.register_profile("quick", deadline=None, max_examples=60, derandomize=True)
@@ -14,7 +16,14 @@ settings.load_profile("quick")
 
 
 def pytest_configure() -> None:
-    """Let Ctrl-C reach the programs that tests start: shells in the background tell theirs to ignore it."""
+    """Refuse to test another checkout than this one, and let Ctrl-C reach the programs that tests start.
+
+    Shells in the background tell theirs to ignore it.
+    """
+    tested, ours = Path(kernel_cache.__file__).resolve().parent, Path(__file__).resolve().parents[1]
+    if not tested.is_relative_to(ours):
+        msg = f"{ours}: its tests would test {tested}; run `make test` here, or put {ours}/src on PYTHONPATH"
+        raise pytest.UsageError(msg)
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
     for group in (
@@ -22,4 +31,4 @@ def pytest_configure() -> None:
         "network",
         "research",
     ):  # else it is said in the middle of a test that they compile
-        mark(config.CACHE_DIR, group)  # type: ignore[attr-defined]
+        kernel_cache.mark(config.CACHE_DIR, group)  # type: ignore[attr-defined]
