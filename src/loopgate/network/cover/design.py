@@ -74,7 +74,7 @@ class Design:
 
     def dearer(self, more: Mapping[str, float]) -> Design:
         """Return the design where driving over some streets costs so much more, whatever came before."""
-        cost = self.ways.cost.copy(order="K")  # as the search is compiled for it
+        cost = self.ways.cost.copy()
         for rank, node in enumerate(self.ways.nodes):
             cost[:, rank] += more.get(self.graph.edges[node], 0.0)
         return replace(self, ways=replace(self.ways, cost=cost))

@@ -62,6 +62,6 @@ def shortest_ways(graph: LaneGraph, cost: Floats, nodes: Sequence[int]) -> Ways:
         totals = reach[rank, graph.tail[into]] + cost[into]
         best = int(totals.argmin())
         closed[rank], closing[rank] = totals[best], graph.tail[into[best]]
-    between = reach[:, required]
+    between = np.ascontiguousarray(reach[:, required])  # else of one node all would be compiled anew
     np.fill_diagonal(between, closed)
     return Ways(required, between, before, closing)
