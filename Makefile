@@ -33,6 +33,7 @@ pictures: $(STAMP) ## draw the pictures of the concepts anew
 setup: $(STAMP) ## make .venv with everything that requirements.lock names
 
 test: $(STAMP) ## run all tests but the slow ones and those in a browser
+	$(BIN)/python tests/support/compiling.py
 	$(BIN)/python -m pytest -n auto --dist worksteal -m "not slow" --ignore=tests/browser
 
 check: $(STAMP) ## lint, format, types, import layers
