@@ -4,6 +4,7 @@ import signal
 from pathlib import Path
 
 import pytest
+import vl_convert
 from hypothesis import settings
 from numba import config
 
@@ -32,3 +33,10 @@ def pytest_configure() -> None:
         "research",
     ):  # else it is said in the middle of a test that they compile
         kernel_cache.mark(config.CACHE_DIR, group)  # type: ignore[attr-defined]
+
+
+@pytest.fixture
+def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Leave figures empty, where words and tables are what is looked at."""
+    monkeypatch.setattr(vl_convert, "vegalite_to_svg", lambda _: '<svg xmlns="http://www.w3.org/2000/svg"/>')
+    monkeypatch.setattr(vl_convert, "svg_to_png", lambda *_, **__: b"")

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+from command import loopgate
 
 from loopgate.results.recorder import read_events
 
@@ -63,12 +64,6 @@ def begun(*words: str | Path, disk: Path, wait_for: Path | None = None) -> Itera
         finally:
             with suppress(ProcessLookupError):
                 os.killpg(process.pid, signal.SIGKILL)
-
-
-def loopgate(*words: str | Path) -> subprocess.CompletedProcess[str]:
-    """Run the command to its end."""
-    command = [sys.executable, "-c", MAIN, *map(str, words)]
-    return subprocess.run(command, capture_output=True, text=True, check=False, timeout=100)
 
 
 def wait_until_gone(group: int) -> None:
@@ -180,17 +175,11 @@ def test_what_is_printed_to_a_full_disk(words: tuple[str, ...]) -> None:
     assert len(said) == 1, done.stderr  # besides progress, which a slow machine shows
 
 
-def test_no_display_is_said_at_once(tmp_path: Path) -> None:
+def test_no_display_is_said_at_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Before the network is read: here there is none."""
-    environment = {k: v for k, v in os.environ.items() if k not in {"DISPLAY", "WAYLAND_DISPLAY"}}
-    done = subprocess.run(
-        [sys.executable, "-c", MAIN, "run", str(tmp_path / "no.net.xml"), "--loops", "1", "--gui"],
-        env=environment,
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=30,
-    )
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
+    done = loopgate("run", tmp_path / "no.net.xml", "--loops", "1", "--gui")
     assert done.returncode == 2
     assert "DISPLAY" in done.stderr
     assert len(done.stderr.splitlines()) == 1

@@ -403,7 +403,7 @@ def test_loops_are_not_led_another_way_and_that_is_said(tmp_path: Path) -> None:
     text = demand(tmp_path, loops=0).read_text(encoding="utf-8")
     through = tmp_path / "through.rou.xml"
     through.write_text(text.replace("<trip ", '<trip via="C2C3" '), encoding="utf-8")
-    summary = run(tmp_path / "via", through, sumo="--device.rerouting.probability 1")
+    summary = run(tmp_path / "via", through, sumo="--device.rerouting.probability 1", duration_s=60.0)
     assert "rerouting" not in summary
     assert any("gated vehicles go without rerouting devices" in line for line in summary["warnings"])
 

@@ -54,12 +54,16 @@ SHORTER = {
     r"^(python analysis/(?:throughput_city|alone).py) --seeds 5 --write": (
         r"\1 --seeds 1 --vehicles 60 150 --duration 20 --rules certified --out study"
     ),
+    r"^(loopgate sweep .*)$": r"\1 --workers 1",
     r"^duration_s = 300$": "duration_s = 30",
     r"^vehicles = \[10, 40, 80\]$": "vehicles = [10, 40]",
     r"^vehicles = \[100, 300, 500\]$": "vehicles = [100, 300]",
     r"^seed = \{.*$": "seed = [1, 2]",
 }
-"""What takes minutes or hours as printed is run with a shorter time, fewer vehicles, or fewer systems."""
+"""What takes minutes or hours as printed is run with a shorter time, fewer vehicles, or fewer systems.
+
+And sweeps in one process besides this one: to start another takes longer than its share of the runs.
+"""
 
 OUTCOMES = {0, 3}
 """Exit codes of commands that do what they say; 3 is a run that locks up, as some are meant to."""

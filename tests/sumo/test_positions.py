@@ -77,7 +77,7 @@ def test_segments_are_audited_too(tmp_path: Path) -> None:
 
 
 def test_one_forgotten_foe_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Mutation: two movements that cross are no foes; the drawing tells, even if nobody meets there."""
+    """Mutation: two movements that cross are no foes; the drawing tells, even if nobody meets there soon."""
     one, other = "B2C2_0>C2D2_0", "C1C2_0>C2C3_0"
 
     def forget(c: Conflicts) -> Conflicts:
@@ -87,7 +87,7 @@ def test_one_forgotten_foe_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
         return dataclasses.replace(c, foes=foes)
 
     break_conflicts(monkeypatch, forget)
-    found = rules(simulate(GRID))
+    found = rules(simulate(dataclasses.replace(GRID, duration_s=30.0)))
     assert found["foe"] >= 1
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 
 from loopgate.gates import Gate, Reason
 from loopgate.gates.deadlocks import deadlocked_robots, homes_decide_liveness
@@ -12,6 +13,9 @@ from loopgate.model import Configuration, System
 from loopgate.research.state_space import Counterexample, ExplorationFigures, Verification
 from loopgate.research.theory.oracle import Oracle
 from loopgate.research.theory.orders import Orders
+
+oracle_of = lru_cache(maxsize=8)(Oracle)
+"""One for all gates that are asked about a system, since what it finds out does not depend on them."""
 
 
 def successors(system: System, here: Configuration) -> dict[int, Configuration]:
@@ -53,7 +57,7 @@ def can_be_kept(system: System) -> set[Configuration]:
 def judge_of(system: System, gate: Gate) -> Callable[[Configuration], bool]:
     """Return what says whether a configuration keeps the gate's promise."""
     if getattr(gate, "promise", "everyone") == "everyone":
-        return Oracle(system).live
+        return oracle_of(system).live
     return can_be_kept(system).__contains__
 
 
@@ -90,7 +94,7 @@ def visits(system: System, gate: Gate) -> list[_Visit]:
 
 def explore_plainly(system: System, gate: Gate) -> ExplorationFigures:
     """Find what `loopgate.research.state_space.explore` finds, with a counterexample."""
-    safe, live = judge_of(system, gate), Oracle(system).live
+    safe, live = judge_of(system, gate), oracle_of(system).live
     orders, ordered = Orders(system), homes_decide_liveness(system)
     by_order: dict[str, int] = {}
     counterexample: Counterexample | None = None

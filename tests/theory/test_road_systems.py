@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import csv
-import subprocess
 import sys
 from functools import partial
 from pathlib import Path
 
 import pytest
+import road_systems
 from small_roads import (
     Roads,
     commuters,
@@ -28,8 +28,6 @@ from loopgate.gates.certified.occupancy import Occupancy
 from loopgate.gates.certified.search import Budget
 from loopgate.research.state_space import StateSpace, Verification, verify_space
 from loopgate.research.theory.instances import instance
-
-STUDY = Path(__file__).parents[2] / "analysis" / "road_systems.py"
 
 WIDE = [
     (ring(5), 3, 12, 0),
@@ -147,18 +145,22 @@ def test_too_many_vehicles_are_told_so() -> None:
         road_system(ring(3), 5, 2)
 
 
-def test_the_study(tmp_path: Path) -> None:
+def test_the_study(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     """It ends well, says what it found, and does not do again what it has done."""
     file = tmp_path / "rows.csv"
-    command = [sys.executable, str(STUDY), "--limit", "60", "--vehicles", "4", "-o", str(file)]
-    first = subprocess.run(command, check=False, capture_output=True, text=True)
-    assert first.returncode == 0, first.stderr
-    assert "whatever is not a circular wait lets somebody move for ever" in first.stdout
+    monkeypatch.setattr(sys, "argv", ["", "--limit", "60", "--vehicles", "4", "-o", str(file)])
+    with pytest.raises(SystemExit, match=r"^0$"):
+        road_systems.main()
+    said, written = capsys.readouterr().out, file.read_bytes()
+    assert "whatever is not a circular wait lets somebody move for ever" in said
     with file.open(encoding="utf-8", newline="") as stream:
         rows = list(csv.DictReader(stream))
     certified = [row for row in rows if row["gate"].startswith("certified")]
     assert len(certified) > 100
     assert all(row["unsafe_admitted"] == row["stuck"] == row["deadlocks"] == "0" for row in certified)
     assert any(int(row["deadlocks"]) for row in rows if row["gate"] == "collision")
-    again = subprocess.run(command, check=False, capture_output=True, text=True)
-    assert again.stdout == first.stdout
+    with pytest.raises(SystemExit, match=r"^0$"):
+        road_systems.main()
+    assert (capsys.readouterr().out, file.read_bytes()) == (said, written)

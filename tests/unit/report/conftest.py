@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-import vl_convert
 
 from loopgate.report.page import write_report
 from loopgate.runs.results import Results, read_results
@@ -42,10 +41,3 @@ def full(tmp_path_factory: pytest.TempPathFactory) -> tuple[Results, Path]:
     results = swept(folder, FULL)
     write_report(results, folder / "r.html")
     return results, folder
-
-
-@pytest.fixture
-def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Leave figures empty, where words and tables are what is looked at."""
-    monkeypatch.setattr(vl_convert, "vegalite_to_svg", lambda _: '<svg xmlns="http://www.w3.org/2000/svg"/>')
-    monkeypatch.setattr(vl_convert, "svg_to_png", lambda *_, **__: b"")

@@ -53,7 +53,7 @@ class Cluster:
             process.wait()
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def cluster(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cluster]:
     made = Cluster(tmp_path_factory.mktemp("cluster"))
     try:
@@ -62,31 +62,6 @@ def cluster(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cluster]:
         yield made
     finally:
         made.end()
-
-
-def test_two_workers_one_killed_in_the_middle(fake_runner: str, cluster: Cluster, tmp_path: Path) -> None:
-    """The table is that of an undisturbed sweep on this machine, and both workers have made rows."""
-    network = tmp_path / "n.net.xml"
-    network.write_text("<net/>", encoding="utf-8")
-    base = {"network": str(network), "sleep_s": 0.2, "duration_s": 300}
-    sweep = Sweep("s", base, {"vehicles": [5, 60], "seed": list(range(12))})
-    run_sweep(sweep, tmp_path / "calm", executor=ThreadPoolExecutor(1), runner=fake_runner)
-
-    def kill_one(progress: Progress) -> None:
-        if progress.done == 8:
-            cluster.processes[-1].send_signal(signal.SIGKILL)
-
-    with dask_executor(cluster.address) as (pool, size):
-        outcome = run_sweep(
-            sweep, tmp_path / "far", executor=pool, workers=size, runner=fake_runner, report=kill_one
-        )
-    assert (outcome.done, outcome.failed) == (24, 0)
-    calm, far = (read_results(tmp_path / name).runs for name in ("calm", "far"))
-    assert far["worker"].nunique() == 2
-    assert str(os.getpid()) not in {name.split(":")[1] for name in far["worker"]}
-    pd.testing.assert_frame_equal(
-        calm.drop(columns=list(VOLATILE_COLUMNS)), far.drop(columns=list(VOLATILE_COLUMNS))
-    )
 
 
 def test_files_travel_with_the_runs(cluster: Cluster, tmp_path: Path) -> None:
@@ -116,3 +91,31 @@ def test_no_scheduler_is_one_clear_line() -> None:
         dask_executor("tcp://127.0.0.1:9"),
     ):
         pass
+
+
+def test_two_workers_one_killed_in_the_middle(fake_runner: str, cluster: Cluster, tmp_path: Path) -> None:
+    """The table is that of an undisturbed sweep on this machine, and both workers have made rows.
+
+    The last one that the cluster is of use for.
+    """
+    network = tmp_path / "n.net.xml"
+    network.write_text("<net/>", encoding="utf-8")
+    base = {"network": str(network), "sleep_s": 0.2, "duration_s": 300}
+    sweep = Sweep("s", base, {"vehicles": [5, 60], "seed": list(range(12))})
+    run_sweep(sweep, tmp_path / "calm", executor=ThreadPoolExecutor(1), runner=fake_runner)
+
+    def kill_one(progress: Progress) -> None:
+        if progress.done == 8:
+            cluster.processes[-1].send_signal(signal.SIGKILL)
+
+    with dask_executor(cluster.address) as (pool, size):
+        outcome = run_sweep(
+            sweep, tmp_path / "far", executor=pool, workers=size, runner=fake_runner, report=kill_one
+        )
+    assert (outcome.done, outcome.failed) == (24, 0)
+    calm, far = (read_results(tmp_path / name).runs for name in ("calm", "far"))
+    assert far["worker"].nunique() == 2
+    assert str(os.getpid()) not in {name.split(":")[1] for name in far["worker"]}
+    pd.testing.assert_frame_equal(
+        calm.drop(columns=list(VOLATILE_COLUMNS)), far.drop(columns=list(VOLATILE_COLUMNS))
+    )
