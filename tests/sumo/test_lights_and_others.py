@@ -84,10 +84,10 @@ def test_ordinary_traffic(tmp_path: Path) -> None:
 
 
 def test_ordinary_traffic_finds_room_in_circles_of_places(tmp_path: Path) -> None:
-    """With so many on the grid SUMO's own rules lock up, and so did a gate that leaves no room for others."""
-    traffic = _trips(tmp_path / "others.rou.xml", every_s=6.0, duration_s=1200.0, seed=2)
+    """With so many on the grid a gate that leaves no room for others locks up after nine minutes."""
+    traffic = _trips(tmp_path / "others.rou.xml", every_s=3.0, duration_s=700.0, seed=2)
     crowd = Scenario(
-        network=str(GRID), loops=30, vehicles=260, seed=2, traffic=str(traffic), duration_s=1200.0
+        network=str(GRID), loops=30, vehicles=260, seed=2, traffic=str(traffic), duration_s=700.0
     )
     summary = simulate(crowd)
     assert (summary["outcome"], summary["deadlocks"], summary["collisions"]) == ("done", [], 0)
