@@ -12,12 +12,14 @@ import shutil
 import sys
 import time
 from collections.abc import Callable
+from functools import wraps
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
 import numpy as np
-from numba import config, njit
-from numba.core import event
+from numba import config, njit, typeof
+from numba.core import event, types
+from numba.extending import overload
 
 _PACKAGE = Path(__file__).parent
 _ROOMS = "*.py", "drive/*.py", "gates/*.py", "network/cover/*.py", "research/**/*.py"
@@ -79,12 +81,22 @@ def mark(folder: str, group: str) -> bool:
     return True
 
 
+_WITH: dict[Callable[..., Any], str] = {}
+"""Functions that are compiled only with a table, and which; see `only_with`."""
+
+
 class _Announcer(event.Listener):
-    """Says on stderr that much is compiled: once for a folder, and for each of the package's own packages."""
+    """Says on stderr that much is compiled: once for a folder, and for each of the package's own packages.
+
+    And once more for what is compiled only with some table.
+    """
 
     def on_start(self, event: event.Event) -> None:
-        package, _, module = event.data["dispatcher"].py_func.__module__.partition(".")
-        group = module.partition(".")[0]
+        function = event.data["dispatcher"].py_func
+        package, _, module = function.__module__.partition(".")
+        if module == "kernel_cache":
+            return  # a line of it, for what is called
+        group = module.partition(".")[0] + (f" with {_WITH[function]}" if function in _WITH else "")
         if package == __package__ and mark(config.CACHE_DIR, group):  # type: ignore[attr-defined]
             text = f"compiling its kernels ({group}), once for this version; about half a minute"
             sys.stderr.write(f"loopgate: {text}\n")
@@ -118,8 +130,33 @@ def way_in(function: F, *like: Any) -> F:  # noqa: ANN401  what it is called wit
     others would end the process. Uncompiled it is the function itself.
     """
     function(*like)
-    compiled = list(getattr(function, "overloads", {}).values())
-    return cast("F", compiled[0].entry_point) if len(compiled) == 1 else function
+    compiled = getattr(function, "overloads", {}).get(tuple(typeof(one) for one in like))
+    return cast("F", compiled.entry_point) if compiled else function
+
+
+def only_with(table: str, otherwise: int | None) -> Callable[[F], F]:
+    """Compile a function as an `inner` one where its last parameter has this table, and not None instead.
+
+    Elsewhere calls give another answer, and nothing is compiled.
+    """
+
+    def decorate(function: F) -> F:
+        compiled = inner(function)
+        _WITH[function] = table
+
+        @wraps(function)
+        def choose(*args: Any) -> Any:  # noqa: ANN401  as the function has them
+            return otherwise if getattr(args[-1], table) is None else compiled(*args)
+
+        @overload(choose, strict=False)  # only this one has annotations
+        def _chosen(*args: Any) -> Callable[..., Any]:  # noqa: ANN401  types of numba's
+            if isinstance(args[-1].types[args[-1].fields.index(table)], types.NoneType):
+                return lambda *args: otherwise  # noqa: ARG005
+            return lambda *args: compiled(*args)  # noqa: PLW0108  that is what becomes part of the caller
+
+        return cast("F", choose)
+
+    return decorate
 
 
 def constant(value: int) -> int:

@@ -12,7 +12,19 @@ ROOT = Path(__file__).parents[2]
 DRIVE = """
 from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario
-simulate(Scenario(network="networks/grid5-priority.net.xml", loops=2, vehicles=2, duration_s=1.0))
+for lights in ("off", "obey"):
+    simulate(Scenario(network="networks/grid5-actuated.net.xml", loops=2, duration_s=1.0, lights=lights))
+"""
+OTHERS = """
+import tempfile
+from pathlib import Path
+from loopgate.simulation.run import simulate
+from loopgate.simulation.scenario import Scenario
+with tempfile.TemporaryDirectory() as folder:
+    trips = Path(folder, "trips.rou.xml")
+    trips.write_text('<routes><trip id="a" depart="0" from="A0A1" to="C0D0"/></routes>')
+    network = "networks/grid5-actuated.net.xml"
+    simulate(Scenario(network=network, loops=2, duration_s=3.0, lights="off", traffic=str(trips)))
 """
 STUDIES = """
 from loopgate.abstraction.covering import cover_streets
@@ -28,5 +40,5 @@ cover_streets(RoadNetwork.open("sumo:square"), CoverTask(), 2)
 """
 
 if __name__ == "__main__" and mark(config.CACHE_DIR, "tests"):  # type: ignore[attr-defined]
-    started = [subprocess.Popen([sys.executable, "-c", code], cwd=ROOT) for code in (DRIVE, STUDIES)]
+    started = [subprocess.Popen([sys.executable, "-c", code], cwd=ROOT) for code in (DRIVE, OTHERS + STUDIES)]
     sys.exit(max(abs(process.wait()) for process in started))

@@ -1,7 +1,7 @@
 """Tables of ordinary traffic, which is under no gate, and of what the gated vehicles could meet of it.
 
 The first of them, of the roads, are made once for a network; those of the ways once for the loops that are
-driven; the rest is seen anew in each step. Without ordinary traffic all of them are empty.
+driven; the rest is seen anew in each step.
 """
 
 from __future__ import annotations

@@ -67,6 +67,8 @@ _WORDS: Final = {
     "chain": "chain",
 }
 
+_AROUND: Final = {**AROUND, "signals": SignalRow, "lights": LightRow, "phases": PhaseRow}
+
 
 class Ground:
     """Tables for ways, on which vehicles come and go one by one: only their rows are made.
@@ -109,18 +111,14 @@ class Ground:
         words = [code(reason.value) if reason else 0 for reason in REASONS]
         legs = LegRows((), self.states, self._moves, {})
         made: dict[str, Any] = {
+            **dict.fromkeys(Tables._fields),
             "run": run,
             "reasons": table(ReasonRow, {"word": words}),
             "roads": table(RoadRow, length=0),
             "states": states_of((), (), code),
             "moves": moves_of(legs, ()),
             "lists": np.zeros(0, dtype=np.int64),
-            "signals": table(SignalRow, length=0),
-            "lights": table(LightRow, length=0),
-            "phases": table(PhaseRow, length=0),
-            "letters": np.zeros(0, dtype=np.int64),
             **legs.tables,
-            **nothing_around(),
             **_room_for(0),
         }
         self._tables = Tables(**made)  # row by row they are what it says
@@ -283,9 +281,12 @@ class Ground:
 
 
 def nothing_around() -> dict[str, Any]:
-    """Return the tables of ordinary traffic, by name: there is none."""
-    rows = {name: table(row, length=0) for name, row in AROUND.items()}
-    numbers = {name: np.zeros(0, dtype=np.int64) for name in ("way_at", "lane_lists")}
+    """Return the tables of ordinary traffic, by name, and those of lights: there are none.
+
+    All of these, so that with ordinary traffic the same is compiled whether lights are obeyed or not.
+    """
+    rows = {name: table(row, length=0) for name, row in _AROUND.items()}
+    numbers = {name: np.zeros(0, dtype=np.int64) for name in ("way_at", "lane_lists", "letters")}
     return {**rows, **numbers, "routes": np.zeros((0, 2), dtype=np.int64)}
 
 

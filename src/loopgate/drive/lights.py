@@ -24,7 +24,7 @@ from loopgate.drive.gaps import leg_of
 from loopgate.drive.motion import time_s
 from loopgate.drive.sense import STANDING_MPS, act, braking_m
 from loopgate.drive.tables import Tables
-from loopgate.kernel_cache import inner, part
+from loopgate.kernel_cache import inner, only_with, part
 
 __all__ = ["OPEN", "keeps", "let_go", "look", "may_be_open", "next_letter", "red_at_s", "unread"]
 
@@ -84,7 +84,7 @@ def _pass_at(i: int, number: int, t: Tables) -> tuple[int, float]:
     return int(k), float(lap * one.lap_m + t.passes[k].light_m)
 
 
-@inner
+@only_with("signals", otherwise=False)
 def unread(t: Tables) -> bool:
     """Return whether lights have to be read before requests are answered, and mark these."""
     missing = False
@@ -199,7 +199,7 @@ def _may_pass(i: int, k: int, j: int, t: Tables) -> bool:
     return may_be_open(signal, fast_s, _START_S + slow_s, t)
 
 
-@inner
+@only_with("signals", otherwise=False)
 def keeps(i: int, t: Tables) -> bool:
     """Return whether some light on the crossing before the vehicle does not let it pass, or not in time."""
     one, run, j, first = t.vehicles[i], t.run[0], leg_of(i, t.vehicles[i].granted, t), NOBODY
@@ -229,7 +229,7 @@ def keeps(i: int, t: Tables) -> bool:
     return True
 
 
-@inner
+@only_with("signals", otherwise=None)
 def let_go(i: int, j: int, t: Tables) -> None:
     """Take note that the vehicle has just been granted what is behind leg `j`."""
     one = t.vehicles[i]
@@ -282,7 +282,7 @@ def _look_at(i: int, signal: int, left_m: float, bit: int, counts: bool, t: Tabl
             run.stood += 1
 
 
-@inner
+@only_with("signals", otherwise=False)
 def look(t: Tables) -> bool:
     """Let vehicles stop for a red if they can, and count those who stand at one, once a step.
 

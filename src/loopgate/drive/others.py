@@ -26,7 +26,7 @@ from loopgate.drive.holdings import last_state, wanted_state
 from loopgate.drive.motion import time_s
 from loopgate.drive.seen import ANYBODY, BEYOND_M, fit, is_across, is_in, is_upon, mark, way_of
 from loopgate.drive.tables import Tables
-from loopgate.kernel_cache import inner, part
+from loopgate.kernel_cache import inner, only_with, part
 
 __all__ = ["comes", "find_in_the_way", "find_inside", "has_room", "is_late", "obstruct"]
 
@@ -43,7 +43,7 @@ _APART_S: Final = 1.0
 """Time to spare between a gated vehicle leaving and one with the right of way getting there [s]."""
 
 
-@inner
+@only_with("others", otherwise=False)
 def obstruct(i: int, t: Tables) -> bool:
     """Return whether an ordinary vehicle is in the way of the vehicle, which wants to set out."""
     if t.run[0].seen == 0:

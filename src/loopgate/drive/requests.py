@@ -170,8 +170,7 @@ def grant(i: int, reason: int, stage: int, t: Tables) -> None:
     one.going = True
     one.reason = reason
     one.stage = stage
-    if len(t.signals) > 0:
-        lights.let_go(i, j, t)
+    lights.let_go(i, j, t)
     strike(i, t)
     t.entries[run.answers].answered = i
     run.answers += 1
@@ -216,7 +215,7 @@ def _possible(i: int, t: Tables) -> bool:
     why = _in_the_way(i, t)
     if why == NOTHING and run.now_s - one.since_s < one.spare_s and t.states[last_state(i, t)].queue == 1:
         why = SPACING  # nobody waits behind it
-    if why == NOTHING and len(t.signals) > 0 and lights.keeps(i, t):
+    if why == NOTHING and lights.keeps(i, t):
         why = RED
     if why == NOTHING and others.obstruct(i, t):
         why = TRAFFIC

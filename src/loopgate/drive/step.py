@@ -28,7 +28,7 @@ from loopgate.drive.sense import (
 )
 from loopgate.drive.tables import Floats, Numbers, Tables
 from loopgate.drive.yielding import give_way
-from loopgate.kernel_cache import inner, kernel, part, way_in
+from loopgate.kernel_cache import inner, kernel, only_with, part, way_in
 
 __all__ = [
     "ANSWER",
@@ -311,7 +311,7 @@ def _answer(t: Tables) -> bool:
     return lights.look(t)
 
 
-@inner
+@only_with("others", otherwise=0)
 def _ask_others(what: int, i: int, t: Tables) -> int:
     """Do what has to do with ordinary traffic alone."""
     said = 0
@@ -395,17 +395,22 @@ class Step:
 
     Notes
     -----
-    There is one way in, with all tables in a plain tuple: each way costs seconds to compile.
+    There is one way in, with all tables in a plain tuple: each way costs seconds to compile. So does each set
+    of tables: with those of lights, with those of ordinary traffic too, or neither.
     Uncompiled (``NUMBA_DISABLE_JIT=1``) the same steps run in Python: the oracle of the compiled ones.
     """
 
     def __init__(self, tables: Tables) -> None:
-        self._tables = tuple(tables)
-        self._enter = way_in(_step, IDLE, 0, 0, 0, 0, _NO_ODOMETER, NO_ROBOTS, self._tables)
+        self._there: list[bool] = []
+        """Which tables there are."""
+        self.use(tables)
 
     def use(self, tables: Tables) -> None:
-        """Work on these tables from now on, which have the same kinds of rows."""
+        """Work on these tables from now on."""
+        before, self._there = self._there, [one is not None for one in tables]
         self._tables = tuple(tables)
+        if self._there != before:
+            self._enter = way_in(_step, IDLE, 0, 0, 0, 0, _NO_ODOMETER, NO_ROBOTS, self._tables)
 
     def __call__(
         self,

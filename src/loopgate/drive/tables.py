@@ -464,6 +464,8 @@ class DriveRow:
 class Tables(NamedTuple):
     """All tables, and lists that they point into.
 
+    Those of lights and of ordinary traffic are None where there are none: then nothing of them is compiled.
+
     Attributes
     ----------
     rows, times
