@@ -130,7 +130,8 @@ def way_in(function: F, *like: Any) -> F:  # noqa: ANN401  what it is called wit
     others would end the process. Uncompiled it is the function itself.
     """
     function(*like)
-    compiled = getattr(function, "overloads", {}).get(tuple(typeof(one) for one in like))
+    kinds = tuple(typeof(one) for one in like)  # type: ignore[no-untyped-call]
+    compiled = getattr(function, "overloads", {}).get(kinds)
     return cast("F", compiled.entry_point) if compiled else function
 
 
