@@ -240,8 +240,10 @@ class Gatekeeper:
     def answer(self) -> None:
         """Decide what is pending, and let vehicles go or stay, until nobody else may go; look at lights."""
         waiting = self._run["waiting"][0]
-        if waiting and self._look is not None:
-            self._look()
+        if self._look is not None:
+            if waiting:
+                self._look()
+            self.read_lights()  # it reads some too, and may have needed more room
         if self.compiled and (waiting or self.timetable):
             while self._time(lambda: self._step(drive.ANSWER)):
                 self.read_lights()

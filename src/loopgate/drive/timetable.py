@@ -63,6 +63,8 @@ class Timetable:
         self._now = table(LightRow, {"seen_s": -math.inf, "changes_s": -math.inf}, length=len(self._names))
         self._phases, self._phase_count = table(PhaseRow, length=1), 0
         self._letters, self._letter_count = np.zeros(1, dtype=np.int64), 0
+        self._given = self._phases, self._letters
+        """As they were put into tables."""
         self._states: dict[str, int] = {}
         """Where the letters of a state are."""
         self._written: dict[Program, int] = {}
@@ -74,6 +76,7 @@ class Timetable:
 
     def put_into(self, tables: Tables) -> Tables:
         """Return tables for vehicles that obey these lights."""
+        self._given = self._phases, self._letters
         return tables._replace(
             signals=cast("Any", self._signals),  # row by row they are what `Tables` says
             lights=cast("Any", self._now),
@@ -83,10 +86,9 @@ class Timetable:
 
     def read(self) -> bool:
         """Read the lights that are marked as unread; return whether tables are to take over more room."""
-        before = self._phases, self._letters
         for number in np.flatnonzero(self._now["unread"]).tolist():
             self._read(number)
-        return before[0] is not self._phases or before[1] is not self._letters
+        return self._given[0] is not self._phases or self._given[1] is not self._letters
 
     def is_open(self, light: str, link: int) -> bool:
         """Return whether a vehicle may drive now."""

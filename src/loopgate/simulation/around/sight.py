@@ -116,10 +116,12 @@ class Sight:
         run["others"] = len(at)
         if len(at):
             speeds = np.array(pick(speeds_mps))
-            others["lane"][at] = [*map(self._roads.lanes.__getitem__, pick(lanes))]
+            number = self._roads.lanes.get
+            on = np.array([number(lane, NOBODY) for lane in pick(lanes)])
+            others["lane"][at] = on
             others["position_m"][at] = pick(positions_m)
             others["speed"][at] = speeds
-            others["parks"][at] = False
+            others["parks"][at] = on == NOBODY  # in a parking area behind others, or being teleported
             for row in at[speeds <= STANDING_MPS].tolist():
                 if traffic.parks(self._names[row]):
                     others["parks"][row] = True
