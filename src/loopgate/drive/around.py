@@ -1,7 +1,7 @@
-"""Tables of ordinary traffic, which is under no gate, and of what the gated vehicles could meet of it.
+"""Tables of what is around the gated vehicles: lights that they obey, and traffic under no gate.
 
-The first of them, of the roads, are made once for a network; those of the ways once for the loops that are
-driven; the rest is seen anew in each step.
+Of ordinary traffic those of the roads are made once for a network, those of the ways, with what can be met on
+them, once for the loops that are driven; the rest is seen anew in each step.
 """
 
 from __future__ import annotations
@@ -17,12 +17,56 @@ __all__ = [
     "EdgeRow",
     "JunctionRow",
     "LaneRow",
+    "LightRow",
     "LinkRow",
     "OtherRow",
+    "PhaseRow",
     "PlaceRow",
     "RearRow",
+    "SignalRow",
     "WayRow",
 ]
+
+
+class SignalRow:
+    """What a light shows to a movement: the light, the number of its link, lowest limit behind it [m/s]."""
+
+    light: int
+    link: int
+    speed_mps: float
+
+
+class LightRow:
+    """A light, as it was read.
+
+    Attributes
+    ----------
+    phase, phases, fixed
+        Its phase, how many its program has (0 where it follows none), and whether they last as planned.
+    letters
+        Where the letters are that it shows.
+    changes_s, seen_s, spent_s
+        When it may change next, when it was read, and for how long it had shown this then [s].
+    unread
+        Whether it has to be read now.
+    """
+
+    phase: int
+    phases: int
+    fixed: bool
+    letters: int
+    changes_s: float
+    seen_s: float
+    spent_s: float
+    unread: bool
+
+
+class PhaseRow:
+    """A phase of a program: where its letters are, how long it lasts at most [s], and the phase after it."""
+
+    letters: int
+    longest_s: float
+    following: int
 
 
 class EdgeRow:
@@ -221,6 +265,9 @@ class PlaceRow:
 
 
 AROUND: Final[dict[str, type]] = {
+    "signals": SignalRow,
+    "lights": LightRow,
+    "phases": PhaseRow,
     "edges": EdgeRow,
     "lanes": LaneRow,
     "links": LinkRow,

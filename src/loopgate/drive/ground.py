@@ -18,11 +18,8 @@ from loopgate.drive.step import FULL
 from loopgate.drive.tables import (
     DriveRow,
     EntryRow,
-    LightRow,
-    PhaseRow,
     ReasonRow,
     RoadRow,
-    SignalRow,
     Tables,
     VehicleRow,
 )
@@ -66,8 +63,6 @@ _WORDS: Final = {
     "not_granted": "not granted",
     "chain": "chain",
 }
-
-_AROUND: Final = {**AROUND, "signals": SignalRow, "lights": LightRow, "phases": PhaseRow}
 
 
 class Ground:
@@ -285,7 +280,7 @@ def nothing_around() -> dict[str, Any]:
 
     All of these, so that with ordinary traffic the same is compiled whether lights are obeyed or not.
     """
-    rows = {name: table(row, length=0) for name, row in _AROUND.items()}
+    rows = {name: table(row, length=0) for name, row in AROUND.items()}
     numbers = {name: np.zeros(0, dtype=np.int64) for name in ("way_at", "lane_lists", "letters")}
     return {**rows, **numbers, "routes": np.zeros((0, 2), dtype=np.int64)}
 

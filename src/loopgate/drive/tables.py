@@ -16,10 +16,13 @@ from loopgate.drive.around import (
     EdgeRow,
     JunctionRow,
     LaneRow,
+    LightRow,
     LinkRow,
     OtherRow,
+    PhaseRow,
     PlaceRow,
     RearRow,
+    SignalRow,
     WayRow,
 )
 
@@ -200,47 +203,6 @@ class PassRow:
     foe_end: int
     signal: int
     light_m: float
-
-
-class SignalRow:
-    """What a light shows to a movement: the light, the number of its link, lowest limit behind it [m/s]."""
-
-    light: int
-    link: int
-    speed_mps: float
-
-
-class LightRow:
-    """A light, as it was read.
-
-    Attributes
-    ----------
-    phase, phases, fixed
-        Its phase, how many its program has (0 where it follows none), and whether they last as planned.
-    letters
-        Where the letters are that it shows.
-    changes_s, seen_s, spent_s
-        When it may change next, when it was read, and for how long it had shown this then [s].
-    unread
-        Whether it has to be read now.
-    """
-
-    phase: int
-    phases: int
-    fixed: bool
-    letters: int
-    changes_s: float
-    seen_s: float
-    spent_s: float
-    unread: bool
-
-
-class PhaseRow:
-    """A phase of a program: where its letters are, how long it lasts at most [s], and the phase after it."""
-
-    letters: int
-    longest_s: float
-    following: int
 
 
 class FoeRow:

@@ -10,9 +10,10 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from loopgate.drive.around import LightRow, PhaseRow, SignalRow
 from loopgate.drive.lights import OPEN
 from loopgate.drive.rows import table
-from loopgate.drive.tables import LightRow, PhaseRow, SignalRow, Tables
+from loopgate.drive.tables import Tables
 from loopgate.traffic.base import Program, Traffic
 
 __all__ = ["Signal", "Timetable"]

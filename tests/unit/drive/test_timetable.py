@@ -1,11 +1,13 @@
 """When links are open, by programs that are fixed and programs that follow the traffic."""
 
 import math
+from typing import Any
 
 import pytest
 from fake_traffic import FakeTraffic
 from lights_scene import Scene, signal
 
+from loopgate.drive.tables import Tables
 from loopgate.drive.timetable import Signal, Timetable
 from loopgate.traffic.base import Light, Phase, Program
 
@@ -118,3 +120,16 @@ def test_lights_that_are_off_let_everybody_pass() -> None:
     assert scene.timetable.is_open("t", 0)
     assert scene.may_be_open(1, 0.0, 1e6)
     assert scene.next() == ("O", math.inf)
+
+
+def test_tables_take_over_the_room_that_somebody_else_needed() -> None:
+    """Ordinary traffic asks what lights show; what the steps look at would end before their phases."""
+    timetable = Timetable(cross(fixed=True).traffic, [Signal("m", "t", 0, 10.0)])
+    nothing: Any = dict.fromkeys(Tables._fields)
+    before = timetable.put_into(Tables(**nothing))
+    assert not timetable.read()
+    timetable.showing(timetable.numbers_of(["t"]))
+    assert timetable.read()
+    after = timetable.put_into(before)
+    assert not timetable.read()
+    assert len(before.phases) < len(CROSS) <= len(after.phases)
