@@ -79,7 +79,7 @@ throughput: $(STAMP) ## vehicle-km in the hour, SUMO's own rules beside the gate
 	$(BIN)/python analysis/throughput_city.py --seeds 5 --write
 	$(BIN)/python analysis/limit.py --seeds 5 --step 1 --write
 	$(BIN)/python analysis/limit.py --seeds 5 --step 0.5 --write
-	$(BIN)/python analysis/throughput_lights.py --seeds 3 --duration 900 --write
+	$(BIN)/python analysis/throughput_lights.py --seeds 5 --duration 900 --write
 	$(BIN)/python analysis/alone.py --seeds 5 --write
 
 soak: $(STAMP) ## ten simulated hours per network and gate; all tests, slow ones too, with many more examples

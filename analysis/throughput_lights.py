@@ -3,7 +3,7 @@
 The five-by-five grid with lights that follow the traffic and south-east Berlin on random loops; other
 networks with lights by their files.
 
-    python analysis/throughput_lights.py --seeds 3 --duration 900 --write
+    python analysis/throughput_lights.py --seeds 5 --duration 900 --write
 
 prints the tables and renews them in ``docs/studies/throughput.md`` (not those of files). Runs that are done
 are kept, see ``--help``.

@@ -9,6 +9,7 @@ from __future__ import annotations
 import argparse
 import math
 import re
+import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -115,6 +116,9 @@ def simulate(study: Study, given: argparse.Namespace) -> pd.DataFrame:
                 common = {"routes": str(routes), "vehicles": count, "seed": seed}
                 include.append({**common, **rule.scenario})
                 names.append(rule.name)
+    if not include:
+        chosen = " ".join(map(str, study.vehicles)), ", ".join(rule.name for rule in study.rules)
+        sys.exit(f"{study.name}: nothing is left to run; its vehicles are {chosen[0]}, its rules {chosen[1]}")
     base = {
         "abstraction": "queues",
         "on_deadlock": "continue",  # the hour goes on around it

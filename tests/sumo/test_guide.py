@@ -54,6 +54,12 @@ SHORTER = {
     r"^(python analysis/(?:throughput_city|alone).py) --seeds 5 --write": (
         r"\1 --seeds 1 --vehicles 60 150 --duration 20 --rules certified --out study"
     ),
+    r"^(python analysis/throughput_lights.py) --seeds 5 --duration 900 --write": (
+        r"\1 --seeds 1 --vehicles 50 60 --duration 20 --rules certified --out study"
+    ),
+    r"^(python analysis/limit.py) --seeds 5 (--step \S+) --write": (
+        r"\1 --seeds 1 --vehicles 60 --duration 20 --rules certified \2 --out study"
+    ),
     r"^(loopgate sweep .*)$": r"\1 --workers 1",
     r"^duration_s = 300$": "duration_s = 30",
     r"^vehicles = \[10, 40, 80\]$": "vehicles = [10, 40]",
@@ -97,6 +103,7 @@ def shorter(text: str) -> str:
 def run_line(line: str) -> None:
     """Run a command as it is printed, or shorter."""
     program, *words = shlex.split(shorter(line))
+    assert "--write" not in words, f"{line}: it would renew the page with what it finds in seconds"
     if program == "loopgate":
         done = loopgate(*words)
     else:
