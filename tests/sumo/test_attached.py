@@ -65,22 +65,15 @@ def of(happened: list[Happening], event: str) -> list[tuple[str, str]]:
 
 
 def test_among_ordinary_traffic_with_an_owner_who_interferes(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Ten minutes of the study, with more interference."""
+    """Ten minutes of the study, with more interference; both ways to SUMO make the same of it."""
     monkeypatch.setattr(attached, "EVERY_S", OFTEN)
-    summary = attached.run("libsumo", 1, 600)
-    assert (summary["trespasses"], summary["overruns"], summary["collisions"]) == (0, 0, 0)
-    assert summary["vehicles"] + summary["waiting"] == attached.ON_LOOPS
-    assert summary["left"] > 30
-    assert summary["laps"] > 5
-    assert summary["others"]["vehicles"] > 100
-    libsumo.start(["sumo", "-n", str(GRID), "--no-step-log"])  # for the fixture
-
-
-def test_both_ways_to_sumo_make_the_same_of_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Interference too, for a third of that time: over its socket SUMO takes five times as long."""
-    monkeypatch.setattr(attached, "EVERY_S", OFTEN)
-    found = [attached.run(backend, 1, 200) for backend in ("libsumo", "traci")]
-    assert found[0]["left"] > 10
+    found = [attached.run(backend, 1, 600) for backend in ("libsumo", "traci")]
+    for summary in found:
+        assert (summary["trespasses"], summary["overruns"], summary["collisions"]) == (0, 0, 0)
+        assert summary["vehicles"] + summary["waiting"] == attached.ON_LOOPS
+        assert summary["left"] > 30
+        assert summary["laps"] > 5
+        assert summary["others"]["vehicles"] > 100
     for name in ("distance_km", "left", "hold_s", "decisions", "refusals"):
         assert found[0][name] == found[1][name], name
     libsumo.start(["sumo", "-n", str(GRID), "--no-step-log"])  # for the fixture

@@ -22,9 +22,9 @@ GRID = str(Path(__file__).parents[2] / "networks" / "grid5-priority.net.xml")
 TYPES = {"car": (5.0, 2.5), "van": (7.0, 1.5), "bus": (12.0, 3.5)}
 
 
-def routes(file: Path, vehicles: int, count: int = 8) -> str:
-    """Write loops with vehicles on them in turn, of the three types in turn on each loop."""
-    loops = generate_loops(RoadNetwork.open(GRID), count, length_m=(500.0, 1500.0))
+def routes(file: Path, vehicles: int) -> str:
+    """Write eight loops with vehicles on them in turn, of the three types in turn on each loop."""
+    loops = generate_loops(RoadNetwork.open(GRID), 8, length_m=(500.0, 1500.0))
     lines = [f'<vType id="{k}" length="{m}" minGap="{gap}"/>' for k, (m, gap) in TYPES.items()]
     lines += [f'<route id="{loop.id}" edges="{" ".join(loop.edges)}"/>' for loop in loops]
     for k in range(vehicles):
@@ -60,20 +60,20 @@ def test_nothing_collides_and_no_place_holds_more_than_fit(tmp_path: Path) -> No
 
 def test_the_number_that_can_start_starts_and_moves_and_one_more_is_refused(tmp_path: Path) -> None:
     """Of a thousand vehicles the run names how many can start; these get going, and one more is too many."""
-    crowd = Scenario(network=GRID, routes=routes(tmp_path / "crowd.rou.xml", 1000, 3), duration_s=300.0)
+    crowd = Scenario(network=GRID, routes=routes(tmp_path / "crowd.rou.xml", 1000), duration_s=300.0)
     with pytest.raises(TooManyVehiclesError, match=r"the first \d+ can start") as refused:
         simulate(crowd)
     found = re.search(r"take at most (\d+)", str(refused.value))
     assert found is not None
     most = int(found[1])
-    assert most == refused.value.fitting > 60
-    fitting = Scenario(network=GRID, routes=routes(tmp_path / "most.rou.xml", most, 3), duration_s=300.0)
+    assert most == refused.value.fitting > 100
+    fitting = Scenario(network=GRID, routes=routes(tmp_path / "most.rou.xml", most), duration_s=300.0)
     summary = simulate(fitting, tmp_path / "run")
     assert (summary["vehicles"], summary["outcome"], summary["audit"]) == (most, "done", "clean")
     assert summary["collisions"] == summary["overruns"] == 0
     driven = pd.read_parquet(tmp_path / "run" / "vehicles.parquet")["distance_m"]
     assert (driven > 10.0).mean() > 0.9
-    one_more = Scenario(network=GRID, routes=routes(tmp_path / "more.rou.xml", most + 1, 3), duration_s=300.0)
+    one_more = Scenario(network=GRID, routes=routes(tmp_path / "more.rou.xml", most + 1), duration_s=300.0)
     with pytest.raises(TooManyVehiclesError, match=f"the first {most} can start"):
         simulate(one_more)
 

@@ -137,14 +137,14 @@ run_sweep(sweep, sys.argv[1], workers=2, runner=sys.argv[2])
 """
 
 
-def test_killed_three_times_and_resumed_gives_the_undisturbed_table(fake_runner: str, tmp_path: Path) -> None:
-    """Kill -9 some random time after two more rows are there, three times; the workers end with the sweep."""
+def test_killed_five_times_and_resumed_gives_the_undisturbed_table(fake_runner: str, tmp_path: Path) -> None:
+    """Kill -9 some random time after two more rows are there, five times; the workers end with the sweep."""
     random = Random(1)
     program = [sys.executable, "-c", COMMAND]
     calm = Sweep("s", {"duration_s": 300, "sleep_s": 0.1}, TWENTY_FOUR)
     run_sweep(calm, tmp_path / "calm", executor=ThreadPoolExecutor(2), runner=fake_runner)
     rows = tmp_path / "killed" / "rows"
-    for _ in range(3):
+    for _ in range(5):
         before = len(list(rows.glob("*.parquet")))
         process = subprocess.Popen([*program, str(tmp_path / "killed"), fake_runner], start_new_session=True)
         while len(list(rows.glob("*.parquet"))) < before + 2:
