@@ -77,7 +77,8 @@ class Books(Gatekeeper):
         *,
         serve_after_s: float = math.inf,
     ) -> None:
-        super().__init__(system, gate, negotiation, serve_after_s=serve_after_s)
+        super().__init__(negotiation, serve_after_s=serve_after_s)
+        self.change(system, gate)
         tracks = [
             track(robot.id, its, lap_m=100.0, start_m=its[robot.start].begin_m, position=robot.start)
             for robot, its in zip(system.robots, legs, strict=True)

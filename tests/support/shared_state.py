@@ -105,7 +105,8 @@ def world(*starts_m: float, gate: str = "collision") -> tuple[ChangingEngine, Fa
     }
     traffic = FakeTraffic(fleet)
     notes = Notes()
-    keeper = Gatekeeper(robots, make_gate(gate, robots), OldestFirst(Random(1)))
+    keeper = Gatekeeper(OldestFirst(Random(1)))
+    keeper.change(robots, make_gate(gate, robots))
     engine = ChangingEngine(traffic, tracks, keeper, notes)  # type: ignore[arg-type]  # the notes stand in for a recorder
     return engine, traffic, notes
 

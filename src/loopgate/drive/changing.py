@@ -85,12 +85,16 @@ class ChangingEngine(Engine):
         """Return whether a vehicle can come on a track."""
         return self._ground.knows(track)
 
-    def join(self, tracks: Sequence[Track]) -> None:
-        """Take vehicles in; under a gate each is held at the end of its state, in line as it stands there."""
+    def stand(self, tracks: Sequence[Track]) -> list[Driver]:
+        """Let vehicles stand where their tracks begin, to be taken over; return them."""
         self._ground.take(tracks)
         self._use_tables()
+        return self._number(tracks)
+
+    def join(self, tracks: Sequence[Track]) -> None:
+        """Take vehicles in; under a gate each is held at the end of its state, in line as it stands there."""
         now = self.run["now_s"] = self._traffic.now_s
-        for driver in self._number(tracks):
+        for driver in self.stand(tracks):
             self._take_in(driver)
             if self._gatekeeper is not None:
                 driver.row["held"] = True

@@ -54,10 +54,6 @@ class Gatekeeper:
 
     Parameters
     ----------
-    system
-        Robots and states.
-    gate
-        Made for it.
     negotiation
         Orders the requests that are possible at the same time.
     serve_after_s
@@ -65,9 +61,10 @@ class Gatekeeper:
         rule decides and promises everyone to go on; infinity for never.
     """
 
-    def __init__(
-        self, system: System, gate: Gate, negotiation: Negotiation, *, serve_after_s: float = math.inf
-    ) -> None:
+    system: System
+    gate: Gate
+
+    def __init__(self, negotiation: Negotiation, *, serve_after_s: float = math.inf) -> None:
         self._patience_s = serve_after_s
         self.negotiation = negotiation
         self._times: defaultdict[str, Histogram] = defaultdict(Histogram)
@@ -85,15 +82,19 @@ class Gatekeeper:
         """Whether anything has been granted since the requests were collected."""
         self._decision_us, self._counted = 0.0, 0
         """How long a compiled decision took when it was last timed [us], and how many have been counted."""
-        self.change(system, gate)
+        self.in_place = self._by_chain = False
+        """Whether vehicles can come and go with no gate made anew, and whether the chain rule decides."""
+        self._serve_after_s = math.inf
 
     def change(
         self, system: System, gate: Gate, rows: Sequence[int] | None = None, *, joined: bool = False
     ) -> None:
-        """Go on with other robots, which stand as the system says; the tables are to be taken over next.
+        """Go on with these robots, which stand as the system says; the tables are to be taken over next.
 
         Parameters
         ----------
+        system, gate
+            Robots and states, and a gate made for them.
         rows
             By robot the number that it has in the tables; by default the same.
         joined
@@ -107,7 +108,6 @@ class Gatekeeper:
         self._by_chain = isinstance(gate, CertifiedGate) and gate.by_chain_alone
         self._by_chain = self._by_chain and (joined or len(system.robots) > 1)
         self.in_place = self._by_chain and joined
-        """Whether vehicles can come and go with no gate made anew."""
         everyone = self._by_chain and isinstance(gate, CertifiedGate) and gate.promise == "everyone"
         self._serve_after_s = self._patience_s if everyone else math.inf
         self._configuration = system.initial

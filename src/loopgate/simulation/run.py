@@ -223,7 +223,7 @@ def open_session(
         fleet = None
         if keeping is not None:
             fleet = _fleet(scenario, assembly, traffic, recorder, keeping)
-            engine = fleet.begin(*keeping[:2], assembly.tracks)
+            engine = fleet.engine
         else:
             engine = ChangingEngine(traffic, assembly.tracks, None, recorder, foresees=assembly.foresees)
         around = fleet.around if fleet else None
@@ -238,7 +238,7 @@ def open_session(
             *((departures.look,) if assembly.departures else ()),
             *((rerouting.look,) if rerouting else ()),
             *((stops.look,) if assembly.stops else ()),
-            *(fleet.looks if fleet else ()),
+            *(fleet.around.each_step if fleet else ()),
             *spacing,
             *room,
             *seen,
@@ -251,25 +251,25 @@ def open_session(
 def _fleet(
     scenario: Scenario, assembly: Assembly, traffic: Traffic, recorder: Recorder, keeping: _Keeping
 ) -> Fleet:
-    """Return the fleet of a gated run, which has not begun."""
-    system, _, orders = keeping
-    lights = scenario.rule_for_lights == "obey"
+    """Return the fleet of a gated run, whose vehicles are to be taken over."""
+    system, gate, orders = keeping
     rules = Rules(
         scenario.gate,
         orders,
-        lights=lights,
+        lights=scenario.rule_for_lights == "obey",
         others=bool(scenario.traffic or assembly.ordinary),
         serve_after_s=scenario.serve_after_s or inf,
         foresees=assembly.foresees,
+        expects=bool(assembly.departures),
     )
     fleet = Fleet(assembly.network, traffic, recorder, rules)
-    fleet.stays = bool(assembly.departures)
     abstraction = assembly.abstraction
     itineraries = (*abstraction.itineraries, *abstraction.later) if abstraction else ()
     later = (departure.track for departure in (*assembly.departures, *assembly.other_ways))
     tracks = (*assembly.tracks, *(track for track in later if track is not None))
     room = {str(state): most for state, most in zip(system.states, system.room, strict=True)}
     fleet.drive_by(itineraries, tracks, (dict(abstraction.room) if abstraction else {}) or room)
+    fleet.begin(system, gate, assembly.tracks)
     return fleet
 
 

@@ -165,7 +165,8 @@ def test_a_vehicle_granted_in_the_same_step_does_not_ask_for_the_state_after() -
     fleet = {
         name: FakeVehicle([(f"{name}p", 200.0), (f"{name}q", 200.0)], start) for name, start in starts.items()
     }
-    keeper = Gatekeeper(robots, make_gate("collision", robots), OldestFirst(Random(1)))
+    keeper = Gatekeeper(OldestFirst(Random(1)))
+    keeper.change(robots, make_gate("collision", robots))
     notes = Notes()
     engine = Engine(FakeTraffic(fleet), tracks, keeper, notes)  # type: ignore[arg-type]  # as in `world`
     engine.begin()

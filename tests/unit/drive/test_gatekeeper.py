@@ -36,7 +36,8 @@ def test_only_the_chain_rule_and_pressure_are_compiled(
     spec: dict[str, Any] = {"gate": "certified:promise=somebody", "negotiation": "pressure", **WIDE, **change}
     robots = system(RING, starts=spec["starts"], capacity=spec["capacity"], fifo=spec["fifo"])
     negotiation = make_negotiation(spec["negotiation"], Random(1))
-    keeper = Gatekeeper(robots, make_gate(spec["gate"], robots), negotiation)
+    keeper = Gatekeeper(negotiation)
+    keeper.change(robots, make_gate(spec["gate"], robots))
     assert keeper.compiled == compiled
     keeper.obstacles = (object(),)  # type: ignore[assignment]  # it is not asked
     assert not keeper.compiled

@@ -18,9 +18,9 @@ from loopgate.network import Loop, RoadNetwork, VehicleType, make_loop
 from loopgate.network.trips import one_round
 from loopgate.results.columns import Event
 from loopgate.results.recorder import EventFeed, Happening, read_events
-from loopgate.simulation.attaching.attached_fleet import GONE, AttachedFleet
+from loopgate.simulation.attaching.entrance import GONE, Entrance
 from loopgate.simulation.attaching.newcomers import Newcomer
-from loopgate.simulation.fleet.fleet import Rules
+from loopgate.simulation.fleet.fleet import Fleet, Rules
 from loopgate.simulation.outcome import EVENTS
 from loopgate.simulation.settings import why_unsafe
 from loopgate.simulation.sumo.devices import LEADING
@@ -64,17 +64,21 @@ class Attached:
         self._done = {"laps": 0.0, "distance_m": 0.0, "hold_s": 0.0, "longest_wait_s": 0.0}
         self._collisions = self._collisions_with_others = self._vehicles = 0
         self._colliding = Collisions()
-        self._made: AttachedFleet | None = None
+        self._made: Entrance | None = None
         self._final: dict[str, Any] | None = None
         self.events: pd.DataFrame = pd.DataFrame()
         """`EVENT_COLUMNS`: what happened to whom, where and when; there at the end."""
 
     @property
-    def _fleet(self) -> AttachedFleet:
+    def _entrance(self) -> Entrance:
         if self._made is None:
             msg = "attach: use what it returns in a with statement"
             raise TrafficError(msg)
         return self._made
+
+    @property
+    def _fleet(self) -> Fleet:
+        return self._entrance.fleet
 
     def add(self, *vehicles: str) -> None:
         """Take vehicles under the gate as soon as that can be; until then they are held back.
@@ -91,9 +95,9 @@ class Attached:
             If SUMO knows no such vehicle, its route is not closed, its loop cannot work, or it drives in a
             way that no gate can count on; the text says which vehicle, and why. Then none is added.
         """
-        known = self._fleet.members.keys() | self._fleet.newcomers.keys()
+        known = self._fleet.members.keys() | self._entrance.newcomers.keys()
         newcomers = [self._newcomer(vehicle) for vehicle in dict.fromkeys(vehicles) if vehicle not in known]
-        self._fleet.add(newcomers)
+        self._entrance.add(newcomers)
         self._ends.update((n.vehicle, self._traffic.route(n.vehicle)[0][-1]) for n in newcomers)
 
     def _newcomer(self, vehicle: str) -> Newcomer:
@@ -144,10 +148,10 @@ class Attached:
             If one is not under the gate, and does not wait to be.
         """
         for vehicle in vehicles:
-            if vehicle not in self._fleet.members and vehicle not in self._fleet.newcomers:
+            if vehicle not in self._fleet.members and vehicle not in self._entrance.newcomers:
                 msg = f"vehicle {vehicle}: it is not under the gate; add it first"
                 raise TrafficError(msg)
-        self._fleet.drop(vehicles, "left")
+        self._entrance.drop(vehicles, "left")
         for vehicle in vehicles:
             self._send_home(vehicle)
 
@@ -171,7 +175,7 @@ class Attached:
         """
         self._traffic.look_at_clock()
         self._note_collisions()
-        self._fleet.after_step()
+        self._entrance.after_step()
         fresh = self._recorder.take()
         for row in fresh:
             if (row.event, row.reason) == (Event.END, GONE):
@@ -186,7 +190,7 @@ class Attached:
     @property
     def waiting(self) -> tuple[str, ...]:
         """The vehicles that wait to come under it."""
-        return tuple(sorted(self._fleet.newcomers))
+        return tuple(sorted(self._entrance.newcomers))
 
     def _note_collisions(self) -> None:
         own, now = self._fleet.members.keys(), self._traffic.now_s
@@ -215,19 +219,19 @@ class Attached:
         """Figures so far; by the names of ``summary.json`` where that has them."""
         if self._final is not None:
             return self._final
-        return self._figures() | (self._fleet.around.report() if self._fleet.around else {})
+        return self._figures() | self._fleet.around.report()
 
     def _figures(self) -> dict[str, Any]:
         figures = dict(self._done)
         for driver in self._fleet.members.values():
             self._add_up(figures, driver)
         engine, keeper = self._fleet.engine, self._fleet.keeper
-        times = Histogram(keeper.decision_us.values() if keeper else ())
+        times = Histogram(keeper.decision_us.values())
         return {
             **self._settings,
             "duration_s": round(self._traffic.now_s - self._begin_s, 3),
             "vehicles": len(self._fleet.members),
-            "waiting": len(self._fleet.newcomers),
+            "waiting": len(self._entrance.newcomers),
             "left": self._vehicles,
             "changes": self._fleet.changes,
             "loops": len(self._loops),
@@ -237,9 +241,9 @@ class Attached:
             "longest_wait_s": round(figures["longest_wait_s"], 3),
             "collisions": self._collisions,
             "collisions_with_others": self._collisions_with_others,
-            **{name: getattr(engine, name, 0) for name in ("overruns", "trespasses", "strays")},
+            **{name: getattr(engine, name) for name in ("overruns", "trespasses", "strays")},
             "decisions": times.count,
-            "refusals": dict(sorted(keeper.refusals.items())) if keeper else {},
+            "refusals": dict(sorted(keeper.refusals.items())),
             "decision_us": times.summary(),
         }
 
@@ -249,8 +253,8 @@ class Attached:
         self._stack.callback(self._recorder.close)
         settings = self._settings
         rules = Rules(settings["gate"], self._negotiation, lights=settings["lights"] == "obey")
-        self._made = AttachedFleet(self._network, self._traffic, self._recorder, rules)
-        self._made.on_leaving = self._count
+        self._made = Entrance(self._network, self._traffic, self._recorder, rules)
+        self._made.fleet.on_leaving = self._count
         return self
 
     def __exit__(
@@ -262,8 +266,8 @@ class Attached:
         with self._stack:
             final = self._figures()
             with suppress(TrafficError, *self._sumo.error):  # it may have been ended already
-                final |= self._fleet.around.report() if self._fleet.around else {}
-                self._fleet.drop([*self._fleet.members, *self._fleet.newcomers], "end")
+                final |= self._fleet.around.report()
+                self._entrance.drop([*self._fleet.members, *self._entrance.newcomers], "end")
             self._recorder.close()
             self.events = read_events(self._folder / EVENTS)
             self._final = final

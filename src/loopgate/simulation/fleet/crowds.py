@@ -31,12 +31,12 @@ class Crowds:
         self._on: Floats = np.empty(0)
         self._speed_mps: Floats = np.empty(0)
 
-    def hinder(self, track: Track, engine: ChangingEngine, keeper: Gatekeeper, now_s: float) -> bool:
+    def hinder(self, track: Track, engine: ChangingEngine, now_s: float) -> bool:
         """Return whether too many slots are taken, and too much time is lost, on the way of a vehicle.
 
         O(places on the way), and O(vehicles) once a step.
         """
-        places, limits_mps = self._way(track, keeper)
+        places, limits_mps = self._way(track, engine.keeper)
         states = cast("Any", engine.tables.states)
         room = states["room"][places].sum()
         if states["queue"][places].sum() <= _TAKEN * room:

@@ -209,7 +209,7 @@ class GatedDepartures(Departures):
     def look(self) -> None:
         """Let those go who have arrived, take in those that were put in, and put in others."""
         now, engine, changes = self._traffic.now_s, self._fleet.engine, self._fleet.changes
-        if engine is not None and engine.arrived:
+        if engine.arrived:
             for vehicle in engine.arrived:
                 driver = self._fleet.members[vehicle]
                 self.arrived[vehicle] = Arrived(
@@ -223,8 +223,8 @@ class GatedDepartures(Departures):
         if self._entering:
             self._take_in()
         if self._fleet.changes != changes:
-            self._fleet.answer()
-        if engine is None or not (self._outside or self._coming):
+            engine.answer()
+        if not (self._outside or self._coming):
             return
         while self._coming and self._coming[0].at_s <= now:
             self._outside.add(self._coming.popleft())
@@ -247,10 +247,7 @@ class GatedDepartures(Departures):
 
     def _is_crowded(self, engine: ChangingEngine, one: Departure) -> bool:
         """Return whether one more makes less traffic on the way that a vehicle is to drive."""
-        track, keeper = one.track, self._fleet.keeper
-        if track is None or keeper is None:
-            return False
-        return self._crowds.hinder(track, engine, keeper, self._traffic.now_s)
+        return one.track is not None and self._crowds.hinder(one.track, engine, self._traffic.now_s)
 
     def _try(self, engine: ChangingEngine, one: Departure, place: str) -> None:
         """Put a vehicle in if there is room for it."""
@@ -275,7 +272,7 @@ class GatedDepartures(Departures):
 
     def _is_clear(self, one: Departure, place: str) -> bool:
         """Return whether all in a place stand or drive before the vehicle, and it has a slot."""
-        inside = self._fleet.holders(place)
+        inside = self._fleet.engine.holding(place)
         begin_m = one.track.legs[one.track.start_position].begin_m if one.track else 0.0
         front_m = one.start.front_m - begin_m + one.start.type.min_gap_m
         return len(inside) < self._fleet.room[place] and all(
@@ -292,7 +289,7 @@ class GatedDepartures(Departures):
             if one.start.vehicle in present and (self._how[one.start.vehicle].rolling or self._holds(one))
         ]
         names = {one.start.vehicle for one in here}
-        together = bool(here) and not self._fleet.in_place and self._fleet.take_in(self._tracks(here))
+        together = bool(here) and not self._fleet.keeper.in_place and self._fleet.take_in(self._tracks(here))
         for one in entering:
             vehicle = one.start.vehicle
             if vehicle in names and (together or self._fleet.take_in(self._tracks([one]))):

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from time import perf_counter
 
 from loopgate.abstraction.itinerary import Itinerary
-from loopgate.drive.build import places_on
 from loopgate.drive.changing import ChangingEngine
 from loopgate.drive.driver import Driver
 from loopgate.drive.gatekeeper import Gatekeeper
@@ -44,6 +43,8 @@ class Rules:
         See `Gatekeeper`.
     foresees
         See `Engine`.
+    expects
+        Whether vehicles come later, on ways that are all known from the beginning on.
     """
 
     gate: object
@@ -52,6 +53,7 @@ class Rules:
     others: bool = True
     serve_after_s: float = SERVE_AFTER_S
     foresees: bool = False
+    expects: bool = False
 
 
 class Fleet:
@@ -61,6 +63,8 @@ class Fleet:
     ----------
     rules
         By what they are let go.
+    obstacles
+        Obstacles besides the surroundings; asked first.
 
     Notes
     -----
@@ -71,77 +75,62 @@ class Fleet:
     room (`_refuse_crowd`), so the gate promises with them what it did without.
     """
 
-    def __init__(self, network: RoadNetwork, traffic: Traffic, recorder: Recorder, rules: Rules) -> None:
-        self._network, self._traffic, self._recorder, self._rules = network, traffic, recorder, rules
-        self._obstacles: tuple[Obstacle, ...] = ()
-        """Obstacles besides the surroundings; asked first."""
-        self._itineraries: Sequence[Itinerary] = ()
-        self._ways: Sequence[Track] = ()
+    def __init__(
+        self,
+        network: RoadNetwork,
+        traffic: Traffic,
+        recorder: Recorder,
+        rules: Rules,
+        obstacles: Sequence[Obstacle] = (),
+    ) -> None:
+        self._traffic, self._recorder, self._rules = traffic, recorder, rules
         self._passing: Sequence[tuple[StateId, ...]] = ()
         """The states of each way that is driven once, by whoever comes."""
         self.room: Mapping[str, int] = {}
         """How many vehicles a state holds, by name."""
         self.slots = 0
         """How many all states on the road hold."""
-        self.keeper: Gatekeeper | None = None
-        self.engine: ChangingEngine | None = None
-        self.around: Surroundings | None = None
-        self.looks: Sequence[Callable[[], None]] = ()
-        """What surroundings have to do after each step, once the drive has done its part."""
         self.changes = 0
         """How often vehicles joined or left."""
-        self.stays = False
-        """Whether vehicles come later, on ways that are all known from the beginning on."""
         self.on_leaving: Callable[[Driver], None] = lambda _: None
         """Called with each vehicle that leaves, while it can still be asked."""
+        self.keeper = keeper = Gatekeeper(rules.negotiation, serve_after_s=rules.serve_after_s)
+        timetable = Timetable(traffic, signals_of(network))
+        keeper.obstacles, keeper.timetable = tuple(obstacles), timetable if rules.lights else None
+        ground = Ground(recorder.code, step_s=traffic.step_s, signals=keeper.signals)
+        self.engine = ChangingEngine(traffic, (), keeper, recorder, foresees=rules.foresees, ground=ground)
+        self.around = Surroundings(
+            network, traffic, self.engine, keeper, recorder.code, timetable, others=rules.others
+        )
 
     @property
     def members(self) -> Mapping[str, Driver]:
         """The vehicles under the gate, by name."""
-        return self.engine.driver_of if self.engine else {}
+        return self.engine.driver_of
 
     def drive_by(
         self, itineraries: Sequence[Itinerary], ways: Sequence[Track], room: Mapping[str, int]
     ) -> None:
-        """Take over what vehicles drive by, now and later; before they begin, or anew.
+        """Take over what vehicles drive by, now and later; the first time, or anew.
 
         Parameters
         ----------
         room
             How many vehicles a state holds, by name.
         """
-        self._itineraries, self._ways, self.room = itineraries, ways, room
+        self.room = room
         away = {leg.state for way in itineraries for leg in way.legs[-1:] if leg.away}
         self.slots = sum(most for state, most in room.items() if state not in away)
         once = {id(way.legs): way.legs for way in ways if not way.rounds}
         self._passing = [tuple(leg.state for leg in legs) for legs in once.values()]
-        if self.engine is not None and self.around is not None:
-            self.engine.lay(ways, room)
-            self.around.plan(itineraries, ways)
+        self.engine.lay(ways, room)
+        self.around.plan(itineraries, ways)
 
-    def begin(self, system: System, gate: Gate, tracks: Sequence[Track]) -> ChangingEngine:
+    def begin(self, system: System, gate: Gate, tracks: Sequence[Track]) -> None:
         """Begin with these vehicles, one per robot, which stand as the system says; or with none of them."""
-        rules, traffic, ground = self._rules, self._traffic, None
-        self.keeper = keeper = Gatekeeper(system, gate, rules.negotiation, serve_after_s=rules.serve_after_s)
-        keeper.obstacles = self._obstacles
-        timetable = Timetable(traffic, signals_of(self._network))
-        if rules.lights:
-            keeper.timetable = timetable
-        if self.stays or not tracks:
-            ground = Ground(self._recorder.code, step_s=traffic.step_s, signals=keeper.signals)
-            ground.lay(self._ways, places_on(self._ways, self.room))
-        self.engine = engine = ChangingEngine(
-            traffic, tracks, keeper, self._recorder, foresees=rules.foresees, ground=ground
-        )
-        if self.stays:
-            self._expect_others(gate)
-            engine.go_by(system, gate, joined=True)
-        self.around = Surroundings(
-            self._network, traffic, engine, keeper, self._recorder.code, timetable, others=rules.others
-        )
-        self.looks = self.around.each_step
-        self.around.plan(self._itineraries, self._ways)
-        return engine
+        self.engine.stand(tracks)
+        self._expect_others(gate)
+        self.engine.go_by(system, gate, joined=self._rules.expects)
 
     def take_in(self, tracks: Sequence[Track], *, beyond: int = 0) -> bool:
         """Take vehicles in together if places and gate allow it; return whether they do.
@@ -161,13 +150,10 @@ class Fleet:
             made = self._with(tracks, beyond)
         except GateError:
             return False
-        if self.engine is None and made is not None:
-            self.begin(*made, ())
-        if self.engine is not None:
-            self.changes += 1
-            self.engine.join(tracks)
-            if made is not None:
-                self.engine.go_by(*made, joined=self.stays)
+        self.changes += 1
+        self.engine.join(tracks)
+        if made is not None:
+            self.engine.go_by(*made, joined=self._rules.expects)
         return True
 
     def admits(self, track: Track) -> bool:
@@ -177,11 +163,6 @@ class Fleet:
         except GateError:
             return False
         return True
-
-    def answer(self) -> None:
-        """Let those go who can go since vehicles have come or gone."""
-        if self.engine is not None:
-            self.engine.answer()
 
     def _with(self, tracks: Sequence[Track], beyond: int = 0) -> tuple[System, Gate] | None:
         """Return the system and the gate with those who join; None if the gate goes on as it is.
@@ -193,10 +174,10 @@ class Fleet:
         """
         come = Counter(track.legs[track.start_position].state for track in tracks)
         for state, number in come.items():
-            if len(self.holders(state)) + number > self.room[state] + beyond:
+            if len(self.engine.holding(state)) + number > self.room[state] + beyond:
                 msg = f"{state} is full"
                 raise GateError(msg)
-        if not self.in_place or len(tracks) > 1 or tracks[0].rounds:
+        if not self.keeper.in_place or len(tracks) > 1 or tracks[0].rounds:
             return self._make(tracks)
         if self._closes(tracks[0]):
             msg = "a circle of full places would close"
@@ -205,29 +186,15 @@ class Fleet:
 
     def _closes(self, track: Track) -> bool:
         """Return whether a vehicle that begins on a track closes a circle of full places."""
-        if self.keeper is None:
-            return False
-        first, wanted = (
-            track.legs[(track.start_position + ahead) % len(track.legs)].state for ahead in (0, 1)
-        )
-        here = self.keeper.number(first)
-        if here is None:
-            return False  # no member comes there
-        return closes_by_entering(self.keeper, here, room=self.room[first], wanted=self.keeper.number(wanted))
-
-    def holders(self, state: str) -> list[Driver]:
-        """Return the members that hold a state."""
-        return self.engine.holding(state) if self.engine is not None else []
-
-    @property
-    def in_place(self) -> bool:
-        """Whether no gate is made anew for those who drive once."""
-        return self.keeper is not None and self.keeper.in_place
+        keeper, at = self.keeper, track.start_position
+        first, wanted = (track.legs[(at + ahead) % len(track.legs)].state for ahead in (0, 1))
+        here, there = keeper.number(first), keeper.number(wanted)
+        return here is not None and closes_by_entering(keeper, here, room=self.room[first], wanted=there)
 
     def let_go(self, vehicles: Iterable[str], reason: str) -> bool:
         """Let those go that are under the gate; return whether anybody is: then `answer` has to follow."""
         leaving = sorted(set(vehicles) & self.members.keys())
-        if not leaving or self.engine is None:
+        if not leaving:
             return False
         now = self._traffic.now_s
         for vehicle in leaving:
@@ -239,8 +206,8 @@ class Fleet:
             self._traffic.leave_gate(vehicle)
         self.changes += 1
         self.engine.leave(leaving)
-        if self.members and not self.in_place:
-            self.engine.go_by(*self._make(()), joined=self.stays)
+        if self.members and not self.keeper.in_place:
+            self.engine.go_by(*self._make(()), joined=self._rules.expects)
         return True
 
     def _make(self, joining: Sequence[Track]) -> tuple[System, Gate]:
@@ -255,7 +222,7 @@ class Fleet:
         lines: dict[StateId, list[str]] = {}
         for driver in members.values():
             state = driver.leg(driver.granted).state
-            if self.engine is not None and state not in lines:
+            if state not in lines:
                 lines[state] = [other.id for other in self.engine.line(state)]
         tracks = {vehicle: driver.track for vehicle, driver in members.items()}
         left_m = {v: driver.end_m(driver.granted) - driver.front_m for v, driver in members.items()}
@@ -271,15 +238,13 @@ class Fleet:
         room = self.room
         system = _system([tracks[v] for v in vehicles], [positions[v] for v in vehicles], room)
         gate = make_gate(self._rules.gate, system, perf_counter)
-        if self.stays:
-            self._expect_others(gate)
-        comes_to_stay = self.stays and any(track.rounds for track in joining)
+        self._expect_others(gate)
+        comes_to_stay = self._rules.expects and any(track.rounds for track in joining)
         _refuse_crowd(gate, system, room, self._passing if comes_to_stay else ())
         return system, gate
 
-    @staticmethod
-    def _expect_others(gate: Gate) -> None:
-        if isinstance(gate, CertifiedGate):
+    def _expect_others(self, gate: Gate) -> None:
+        if self._rules.expects and isinstance(gate, CertifiedGate):
             gate.expect_others()
 
 

@@ -1,4 +1,4 @@
-"""Vehicles of somebody else's simulation under a gate: they join, are interfered with, and leave."""
+"""How vehicles of somebody else's simulation come under a gate, are interfered with, and leave."""
 
 from collections.abc import Iterable, Sequence
 from typing import Any
@@ -7,9 +7,7 @@ import numpy as np
 
 from loopgate.drive.changing import ChangingEngine
 from loopgate.drive.driver import Driver
-from loopgate.drive.track import Track
-from loopgate.gates import Gate, Reason
-from loopgate.model import System
+from loopgate.gates import Reason
 from loopgate.network import RoadNetwork
 from loopgate.results.recorder import Recorder
 from loopgate.simulation.attaching.newcomers import Newcomer
@@ -37,13 +35,13 @@ class _Orders:
     def __init__(self, traffic: Traffic) -> None:
         self._traffic = traffic
         self.pause = False
-        self.drivers: Sequence[Driver] = ()
+        self.engine: ChangingEngine | None = None
 
     def in_the_way(self, robot: int) -> Reason | None:
         """Return TRAFFIC for newcomers, which are no more than that so far, and STOP."""
-        if self.pause:
+        if self.pause or self.engine is None:
             return Reason.TRAFFIC
-        driver = self.drivers[robot]
+        driver = self.engine.drivers[robot]
         line = driver.leg(driver.granted).line
         stops = self._traffic.stops_before(driver.id, line.edge, line.position_m)
         return Reason.STOP if stops else None
@@ -57,8 +55,8 @@ class _Orders:
         return ()
 
 
-class AttachedFleet(Fleet):
-    """The vehicles under a gate, and those that wait to be; somebody else makes the steps of the traffic.
+class Entrance:
+    """The vehicles that wait to come under a gate; somebody else makes the steps of the traffic.
 
     Parameters
     ----------
@@ -73,18 +71,15 @@ class AttachedFleet(Fleet):
     grants are withheld until each vehicle holds one place only; then all join anew, by the new plan.
     """
 
-    def __init__(
-        self,
-        network: RoadNetwork,
-        traffic: Traffic,
-        recorder: Recorder,
-        rules: Rules,
-    ) -> None:
-        super().__init__(network, traffic, recorder, rules)
+    def __init__(self, network: RoadNetwork, traffic: Traffic, recorder: Recorder, rules: Rules) -> None:
+        self._traffic = traffic
         self.plan = Plan(network, ())
         self._next: Plan | None = None
         self._orders = _Orders(traffic)
-        self._obstacles = (self._orders,)
+        self.fleet = Fleet(network, traffic, recorder, rules, [self._orders])
+        """The vehicles under the gate."""
+        self._engine = self._orders.engine = self.fleet.engine
+        self._members = self.fleet.members
         self.newcomers: dict[str, Newcomer] = {}
 
     def add(self, newcomers: Sequence[Newcomer]) -> None:
@@ -106,17 +101,15 @@ class AttachedFleet(Fleet):
         for vehicle in sorted(gone & self.newcomers.keys()):
             del self.newcomers[vehicle]
             self._traffic.leave_gate(vehicle)
-        if self.let_go(gone, reason):
-            self.answer()
+        if self.fleet.let_go(gone, reason):
+            self._engine.answer()
 
     def after_step(self) -> None:
         """Do what is due after a step of the traffic."""
         self._notice()
-        if self.engine is not None and self.members:
-            self._heed_speeds(self.engine.vehicles)
-            self.engine.after_step()
-            for look in self.looks:
-                look()
+        if self._members:
+            self._heed_speeds(self._engine.vehicles)
+            self._engine.after_step()
         self._take_in()
 
     def _heed_speeds(self, vehicles: Any) -> None:  # noqa: ANN401  a table, by column
@@ -127,12 +120,12 @@ class AttachedFleet(Fleet):
 
     def _notice(self) -> None:
         """Let go of those that are gone, and take those for newcomers that are elsewhere than they drove."""
-        if not self.members and not self.newcomers:
+        if not self._members and not self.newcomers:
             return
         present = set(self._traffic.vehicles())
-        known = [*self.members, *(newcomer.vehicle for newcomer in self.newcomers.values() if newcomer.seen)]
+        known = [*self._members, *(newcomer.vehicle for newcomer in self.newcomers.values() if newcomer.seen)]
         self.drop([vehicle for vehicle in known if vehicle not in present], GONE)
-        moved = [vehicle for vehicle, driver in self.members.items() if self._is_moved(driver)]
+        moved = [vehicle for vehicle, driver in self._members.items() if self._is_moved(driver)]
         self._rejoin(moved, "moved")
         for newcomer in self.newcomers.values():
             newcomer.seen |= newcomer.vehicle in present
@@ -140,7 +133,7 @@ class AttachedFleet(Fleet):
     def _rejoin(self, vehicles: Sequence[str], reason: str) -> None:
         kinds = {loop.id: (loop, kind) for loop, kind in self.plan.users}
         now = self._traffic.now_s
-        again = [Newcomer(v, *kinds[self.members[v].track.loop], now, seen=True) for v in vehicles]
+        again = [Newcomer(v, *kinds[self._members[v].track.loop], now, seen=True) for v in vehicles]
         self.drop(vehicles, reason)
         self.newcomers = {newcomer.vehicle: newcomer for newcomer in again} | self.newcomers  # they go first
 
@@ -170,17 +163,17 @@ class AttachedFleet(Fleet):
 
     def _replan(self, plan: Plan) -> bool:
         """Go over to another plan if that can be done now; else see to it that it can be soon."""
-        goes_on = not self.members or plan.goes_on_with(self.plan)
-        if not goes_on and not (self.engine is not None and self.engine.settled):
+        goes_on = not self._members or plan.goes_on_with(self.plan)
+        if not goes_on and not self._engine.settled:
             self._orders.pause = True
             return False
         self._orders.pause = False
         for newcomer in self.newcomers.values():
             newcomer.let_go(self._traffic)
         if not goes_on:
-            self._rejoin(list(self.members), "another plan")
+            self._rejoin(list(self._members), "another plan")
         self._next, self.plan = None, plan
-        self.drive_by(plan.itineraries, plan.tracks, plan.room)
+        self.fleet.drive_by(plan.itineraries, plan.tracks, plan.room)
         return True
 
     def _try(self, newcomers: Sequence[Newcomer]) -> bool:
@@ -191,16 +184,9 @@ class AttachedFleet(Fleet):
             self.plan.track(n.vehicle, n.loop.id, front_m=n.arc_m, position=n.position or 0)
             for n in newcomers
         ]
-        if not self.take_in(tracks, beyond=1):
+        if not self.fleet.take_in(tracks, beyond=1):
             return False
-        self.answer()
+        self._engine.answer()
         for newcomer in newcomers:
             del self.newcomers[newcomer.vehicle]
         return True
-
-    def begin(self, system: System, gate: Gate, tracks: Sequence[Track]) -> ChangingEngine:
-        """Begin, usually with nobody, for vehicles that are about to join."""
-        engine = super().begin(system, gate, tracks)
-        self._orders.drivers = engine.drivers
-        self.looks = ()  # how fast they drive is their owner's to say
-        return engine
