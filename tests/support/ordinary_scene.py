@@ -86,7 +86,8 @@ class Watched:
         signals: Sequence[Signal] = (),
     ) -> None:
         self.traffic, self.recorder = traffic, Recorder(None)
-        self.keeper = Gatekeeper(robots, make_gate("collision", robots), OldestFirst(Random(1)))
+        self.keeper = Gatekeeper(OldestFirst(Random(1)))
+        self.keeper.change(robots, make_gate("collision", robots))
         self.engine = Engine(traffic, tracks, self.keeper, self.recorder)
         self.roads = Roads(network)
         self.sight = Sight(self.roads, traffic, self.engine, self.keeper, Timetable(traffic, signals))
