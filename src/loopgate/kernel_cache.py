@@ -114,13 +114,26 @@ def kernel(function: F) -> F:
     return cast("F", njit(cache=True, error_model="numpy")(function))
 
 
+_UNCOUNTED: dict[str, Any] = {"_nrt": False}
+_ONLY_INSIDE: dict[str, Any] = _UNCOUNTED | {"no_cfunc_wrapper": True, "no_cpython_wrapper": True}
+
+
+def outer(function: F) -> F:
+    """Compile a function as a `kernel` that makes no arrays: all that it works on is kept by who calls it.
+
+    Elsewhere numba counts who refers to an array, whenever one is taken out of a tuple or handed on: for many
+    tables in one tuple that takes several times as long as the work itself. To make an array here is an error
+    when it is compiled.
+    """
+    return cast("F", njit(cache=True, error_model="numpy", **_UNCOUNTED)(function))
+
+
 def inner(function: F) -> F:
-    """Compile a function as a `kernel` that only compiled ones call, which takes seconds less.
+    """Compile a function as an `outer` one that only compiled ones call, which takes seconds less.
 
     There is no way in from Python: calling it from there ends the process.
     """
-    settings: dict[str, Any] = {"no_cfunc_wrapper": True, "no_cpython_wrapper": True}
-    return cast("F", njit(cache=True, error_model="numpy", **settings)(function))
+    return cast("F", njit(cache=True, error_model="numpy", **_ONLY_INSIDE)(function))
 
 
 def way_in(function: F, *like: Any) -> F:  # noqa: ANN401  what it is called with

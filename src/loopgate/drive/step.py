@@ -28,7 +28,7 @@ from loopgate.drive.sense import (
 )
 from loopgate.drive.tables import Floats, Numbers, Tables
 from loopgate.drive.yielding import give_way
-from loopgate.kernel_cache import inner, kernel, only_with, part, way_in
+from loopgate.kernel_cache import inner, only_with, outer, part, way_in
 
 __all__ = [
     "ANSWER",
@@ -332,7 +332,7 @@ def _ask_others(what: int, i: int, t: Tables) -> int:
     return said
 
 
-@kernel
+@outer
 def _step(
     what: int,
     i: int,
