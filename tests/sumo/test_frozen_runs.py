@@ -12,7 +12,7 @@ import os
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from random import Random
@@ -21,6 +21,7 @@ from typing import Any, Final
 import pytest
 from made_networks import netgenerate, small_roundabout, two_rings_of_road
 
+from loopgate.arrays import Floats
 from loopgate.network import RoadNetwork, generate_loops
 from loopgate.results.recorder import read_events
 from loopgate.simulation.run import simulate
@@ -211,9 +212,11 @@ def mislead(patch: pytest.MonkeyPatch) -> None:
     """Let ten vehicles be thought to be 60 m further on than they are, from the first half minute on."""
     read = SumoTraffic.odometers
 
-    def wrong(self: SumoTraffic, vehicles: Sequence[str]) -> Iterator[float]:
-        for number, at_m in enumerate(read(self, vehicles)):
-            yield at_m + (60.0 if number < 10 and self.now_s > 30.0 else 0.0)
+    def wrong(self: SumoTraffic, vehicles: Sequence[str]) -> Floats:
+        at_m = read(self, vehicles)
+        if self.now_s > 30.0:
+            at_m[:10] += 60.0
+        return at_m
 
     patch.setattr(SumoTraffic, "odometers", wrong)
 

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
+import numpy as np
+
+from loopgate.arrays import Floats
 from loopgate.network.stops import Stop
 from loopgate.traffic.base import Collision, Dynamics, Insertion, Light, Program, Whereabouts
 
@@ -109,9 +112,9 @@ class FakeTraffic:
         """Like SUMO's: from 0 at the start."""
         return self.fleet[vehicle].front_m - self.fleet[vehicle].start_m
 
-    def odometers(self, vehicles: Sequence[str]) -> Iterator[float]:
+    def odometers(self, vehicles: Sequence[str]) -> Floats:
         """Return the odometers."""
-        return map(self.odometer, vehicles)
+        return np.array([self.odometer(vehicle) for vehicle in vehicles])
 
     def lane(self, vehicle: str) -> tuple[str, float]:
         """Return the lane last changed to on its edge, and the position."""

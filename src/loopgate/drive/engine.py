@@ -11,6 +11,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from loopgate.arrays import Floats
 from loopgate.drive import step as drive
 from loopgate.drive.codes import BRAKE, HEED, HEEDLESS, PIVOT, RELEASE, STEER, STOP
 from loopgate.drive.driver import Driver
@@ -88,6 +89,7 @@ class Engine:
         self.arrived: tuple[str, ...] = ()
         """Vehicles that the simulator took off the road in the last step, at the ends of their routes."""
         self._ids: list[str] = []
+        self._odometers: Floats = np.zeros(0)
         self._once = False
         """Whether any vehicle drives its route once."""
         if ground is None:
@@ -135,6 +137,10 @@ class Engine:
         if tables.acts is not before.acts:  # there was no room in those
             for driver in self.drivers:
                 driver.goes_on(driver.robot, tables)
+
+    def odometers(self) -> tuple[Sequence[str], Floats]:
+        """Return the vehicles, and what their odometers read after the last step [m]."""
+        return self._ids, self._odometers
 
     @property
     def stood_s(self) -> Mapping[str, float]:
@@ -217,21 +223,21 @@ class Engine:
 
     def _turn(self, now: float) -> None:
         """Do what is due after a step of the traffic."""
-        keeper, odometer = self._gatekeeper, self._read()
+        keeper, self._odometers = self._gatekeeper, self._read()
         if keeper is None:
-            self._step(drive.LOOK, odometer=odometer)
+            self._step(drive.LOOK, odometer=self._odometers)
             self._carry_out(now)
             return
         halted = self._came_to_rest()
         self._turns += 1
         busy = self._steering.steers or self._worn.any or self._turns % _TIMED_EVERY == 0
         if keeper.compiled and not busy and not keeper.looks_around:
-            unread = self._step(drive.TURN, odometer=odometer, robots=halted)
+            unread = self._step(drive.TURN, odometer=self._odometers, robots=halted)
             while unread:
                 keeper.read_lights()
                 unread = self._step(drive.ANSWER)
         else:
-            self._step(drive.LOOK, odometer=odometer, robots=halted)
+            self._step(drive.LOOK, odometer=self._odometers, robots=halted)
             if busy or keeper.obstacles:
                 self._carry_out(now)
                 self._worn.forget(self.driver_of)
@@ -239,16 +245,15 @@ class Engine:
             keeper.answer()
         self._carry_out(now)
 
-    def _read(self) -> NDArray[np.float64]:
+    def _read(self) -> Floats:
         """Return what the odometers read, by vehicle [m]; not a number for one that has arrived."""
         if not self.arrived:
-            return np.fromiter(self._traffic.odometers(self._ids), dtype=np.float64, count=len(self._ids))
+            return self._traffic.odometers(self._ids)
         there = list(self._ids)
         gone = sorted(self.driver_of[name].robot for name in self.arrived)
         for robot in reversed(gone):
             del there[robot]
-        read = np.fromiter(self._traffic.odometers(there), dtype=np.float64, count=len(there))
-        return np.insert(read, np.array(gone) - np.arange(len(gone)), np.nan)
+        return np.insert(self._traffic.odometers(there), np.array(gone) - np.arange(len(gone)), np.nan)
 
     def asks_anew(self, driver: Driver) -> None:
         """Let a vehicle that has made its stop ask as of now: before, it did not wait for anybody."""

@@ -127,6 +127,7 @@ def _run(
             at_gate=engine.refused,
             own=own if among else None,
             trails=verdicts.trails if verdicts else None,
+            odometers=None if among or assembly.departures else engine.odometers,
         )
         course = drive(
             engine,

@@ -1,9 +1,10 @@
 """The seam to the traffic simulator: what the rest of the program asks of it."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple, Protocol
 
+from loopgate.arrays import Floats
 from loopgate.network.stops import Stop
 
 
@@ -127,7 +128,7 @@ class Traffic(Protocol):
     def gives_way(self) -> bool:
         """Whether vehicles under the gate keep the simulator's right of way too."""
 
-    def odometers(self, vehicles: Sequence[str]) -> Iterator[float]:
+    def odometers(self, vehicles: Sequence[str]) -> Floats:
         """Return the odometers [m] of `vehicles`, in their order."""
 
     def whereabouts(self) -> Whereabouts:

@@ -1,10 +1,13 @@
 """Traffic in SUMO, through libsumo or traci: both offer the same calls."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from math import inf
 from typing import Any
 
+import numpy as np
+
+from loopgate.arrays import Floats
 from loopgate.errors import TrafficError
 from loopgate.traffic.base import Collision, Dynamics, Insertion, Whereabouts
 from loopgate.traffic.sumo_lights import SumoLights
@@ -17,6 +20,9 @@ already inside a junction are still respected (bit 5 unset)."""
 
 YIELDING_SPEED_MODE = 31
 """SUMO's right of way holds too: where there is traffic that relies on it."""
+
+_CLOCK_DIGITS = 3
+"""SUMO counts milliseconds."""
 
 _ANY_LIGHT = ~16
 """Mask that takes the lights out of a speed mode, for a vehicle that drives on whatever they show."""
@@ -101,7 +107,7 @@ class SumoTraffic(SumoStops, SumoLights):
         except self._error as error:
             msg = f"SUMO stopped at {self._now:.0f} s: {error}"
             raise TrafficError(msg) from error
-        self.look_at_clock()
+        self._now, self._seen_s = round(self._now + self._step_s, _CLOCK_DIGITS), -inf
 
     def look_at_clock(self) -> None:
         """Take note of a step, which somebody else may have made."""
@@ -149,9 +155,9 @@ class SumoTraffic(SumoStops, SumoLights):
     def odometer(self, vehicle: str) -> float:
         return float(self._odometer(vehicle))
 
-    def odometers(self, vehicles: Sequence[str]) -> Iterator[float]:
+    def odometers(self, vehicles: Sequence[str]) -> Floats:
         try:
-            return iter([*map(self._odometer, vehicles)])
+            return np.fromiter(map(self._odometer, vehicles), np.float64, len(vehicles))
         except self._error as error:
             msg = (
                 f"{error} SUMO has taken it out: calibrators, rerouters and the like must leave vehicles on "

@@ -80,16 +80,15 @@ class FrontRecorder:
         if not self._times:
             return
         times = np.repeat(self._times, [len(some) for some in self._vehicles])
-        words, first, number = np.unique(
-            np.concatenate(self._vehicles), return_index=True, return_inverse=True
-        )
-        rank = np.argsort(np.argsort(first)).astype(np.int32)
-        """Of each word, in the order in which they came."""
-        vehicles = rank[number]
+        different = {id(some): some for some in self._vehicles}  # mostly there is one
+        words = [*dict.fromkeys(np.concatenate([*different.values()]).tolist())]
+        rank = np.zeros(max(words, default=0) + 1, dtype=np.int32)
+        rank[words] = np.arange(len(words))
+        vehicles = rank[np.concatenate(self._vehicles)]
         order = np.argsort(vehicles, kind="stable")
         fronts = np.rint(np.concatenate(self._fronts) * FRONTS_PER_M).astype(np.int32)
         every = self._recorder.words
-        names = pa.array([every[word] for word in words[np.argsort(first)].tolist()], type=pa.string())
+        names = pa.array([every[word] for word in words], type=pa.string())
         columns = [
             pa.array(times[order]),
             pa.DictionaryArray.from_arrays(pa.array(vehicles[order]), names),

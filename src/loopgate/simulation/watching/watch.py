@@ -7,8 +7,8 @@ from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from loopgate.arrays import Floats, Ints
 from loopgate.simulation.watching.trails import Trails
 from loopgate.simulation.watching.waits import WaitFor, circular_wait, deadlocked
 from loopgate.traffic.base import Traffic
@@ -83,6 +83,9 @@ class Watch:
         All vehicles on loops; None if there are no others.
     trails
         Over which lanes vehicles came, if that is noted.
+    odometers
+        Returns who is on the road, always the same, and how far each has driven [m], where somebody has read
+        that after the last step; else the simulation is asked.
     """
 
     def __init__(
@@ -93,9 +96,11 @@ class Watch:
         at_gate: Callable[[str], ToldRefusal | None] | None = None,
         own: Container[str] | None = None,
         trails: Trails | None = None,
+        odometers: Callable[[], tuple[Sequence[str], Floats]] | None = None,
     ) -> None:
         self._own, self._trails = own, trails
         self._traffic = traffic
+        self._odometers = odometers or self._read
         self._after_s = after_s
         self._at_gate = at_gate
         self._vehicles: Sequence[str] = ()
@@ -112,8 +117,8 @@ class Watch:
     def check(self) -> Deadlock | None:
         """Return a deadlock that was not known before, or None. Call every few seconds."""
         now = self._traffic.now_s
-        vehicles = self._traffic.vehicles()
-        still = {vehicles[n]: self._since_s[n] for n in self._look(vehicles, now).tolist()}
+        vehicles, at_m = self._odometers()
+        still = {vehicles[n]: self._since_s[n] for n in self._look(vehicles, at_m, now).tolist()}
         standstill = self._stands_still(still, len(vehicles), now)
         standing = sorted(v for v in still if self._waits_long(v, now) and now - still[v] >= self._after_s)
         self._known.intersection_update(standing)
@@ -138,7 +143,11 @@ class Watch:
             came = vehicle, at_s, vehicle in self._own
         return Deadlock(now, tuple(circle), wanted, len(stuck), self._by(waits, new), came)
 
-    def _look(self, vehicles: Sequence[str], now: float) -> NDArray[np.int64]:
+    def _read(self) -> tuple[Sequence[str], Floats]:
+        vehicles = self._traffic.vehicles()
+        return vehicles, self._traffic.odometers(vehicles)
+
+    def _look(self, vehicles: Sequence[str], at_m: Floats, now: float) -> Ints:
         """Take note of who has moved; return the numbers of those who have not."""
         if vehicles != self._vehicles:
             before = np.array([self._number.get(vehicle, -1) for vehicle in vehicles], dtype=np.int64)
@@ -146,7 +155,6 @@ class Watch:
                 np.append(column, -np.inf)[before] for column in (self._at_m, self._since_s)
             )
             self._vehicles, self._number = vehicles, {vehicle: n for n, vehicle in enumerate(vehicles)}
-        at_m = np.fromiter(self._traffic.odometers(vehicles), dtype=np.float64, count=len(vehicles))
         moved = at_m - self._at_m > _MOVED_M
         self._at_m[moved], self._since_s[moved] = at_m[moved], now
         return np.flatnonzero(~moved)

@@ -10,6 +10,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
+from loopgate.arrays import Floats
 from loopgate.simulation.watching.trails import Trails
 from loopgate.simulation.watching.watch import Deadlock, ToldRefusal, Watch
 from loopgate.traffic.base import Traffic
@@ -29,8 +30,8 @@ class Standing:
     def vehicles(self) -> Sequence[str]:
         return list(self.waits)
 
-    def odometers(self, vehicles: Sequence[str]) -> Iterator[float]:
-        return iter([self.at_m[vehicle] for vehicle in vehicles])
+    def odometers(self, vehicles: Sequence[str]) -> Floats:
+        return np.array([self.at_m[vehicle] for vehicle in vehicles])
 
     def lane(self, vehicle: str) -> tuple[str, float]:
         return f"lane of {vehicle}", 0.0
