@@ -230,7 +230,7 @@ class Engine:
             return
         halted = self._came_to_rest()
         self._turns += 1
-        busy = self._steering.steers or self._worn.any or self._turns % _TIMED_EVERY == 0
+        busy = self._steering.is_due(self._odometers) or self._turns % _TIMED_EVERY == 0
         if keeper.compiled and not busy and not keeper.looks_around:
             unread = self._step(drive.TURN, odometer=self._odometers, robots=halted)
             while unread:
@@ -240,10 +240,10 @@ class Engine:
             self._step(drive.LOOK, odometer=self._odometers, robots=halted)
             if busy or keeper.obstacles:
                 self._carry_out(now)
-                self._worn.forget(self.driver_of)
                 self._on_their_lanes()
             keeper.answer()
         self._carry_out(now)
+        self._worn.forget(self.driver_of)
 
     def _read(self) -> Floats:
         """Return what the odometers read, by vehicle [m]; not a number for one that has arrived."""

@@ -8,6 +8,7 @@ from collections import deque
 from dataclasses import dataclass
 
 from loopgate.abstraction.itinerary import Guide
+from loopgate.arrays import Floats
 from loopgate.drive.driver import Driver
 from loopgate.drive.sense import STANDING_MPS
 from loopgate.errors import TrafficError
@@ -32,6 +33,14 @@ class _Way:
     from_m: float
     still: bool = False
     stray_since_s: float | None = None
+
+    def past_m(self, front_m: float) -> float:
+        """Return how far a front is behind where the first guide is to be looked at [m]."""
+        return front_m - self.from_m - self.guides[0].from_m
+
+    def is_due(self, front_m: float) -> bool:
+        """Return whether the vehicle, its front there, has come so far; to change lanes as a whole."""
+        return self.past_m(front_m) >= (0.0 if self.guides[0].to_lane is None else self.driver.length_m)
 
 
 class Steering:
@@ -73,10 +82,12 @@ class Steering:
             self._ways[driver.id] = _Way(driver, deque(guides), driver.end_m(leg))
             self._set(driver, guides[0])
 
-    @property
-    def steers(self) -> bool:
-        """Whether any vehicle is steered."""
-        return bool(self._ways)
+    def is_due(self, odometers: Floats) -> bool:
+        """Return whether `step` may have to do anything, by what the odometers of all vehicles read [m]."""
+        return any(
+            way.is_due(float(odometers[way.driver.robot] + way.driver.row["offset"]))
+            for way in self._ways.values()
+        )
 
     def leads_back(self, driver: Driver) -> bool:
         """Return whether the vehicle is on its way back to the lane of its loop."""
@@ -131,14 +142,13 @@ class Steering:
     def _reached(self, way: _Way) -> bool:
         """Return whether the first guide has done its work; else let the vehicle change lanes if it may."""
         driver, guide = way.driver, way.guides[0]
-        past_m = driver.front_m - way.from_m - guide.from_m
-        if guide.to_lane is not None:
-            return past_m >= driver.length_m and self._changed(way, guide.edge, guide.to_lane)
-        if past_m < 0:
+        if not way.is_due(driver.front_m):
             return False
+        if guide.to_lane is not None:
+            return self._changed(way, guide.edge, guide.to_lane)
         edge, _, on = self._traffic.lane(driver.id)[0].rpartition("_")
         if edge != guide.edge:  # not yet, with its front right where that begins, or past it in a single step
-            return past_m > guide.position_m
+            return way.past_m(driver.front_m) > guide.position_m
         if int(on) == guide.lane:
             return True
         way.guides.popleft()

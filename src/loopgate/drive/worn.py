@@ -25,20 +25,13 @@ class WornStops:
 
     def __init__(self, traffic: Traffic) -> None:
         self._traffic = traffic
-        self._worn: set[str] = set()
         self._done: dict[str, int] = {}
         """In how many of its rounds a vehicle's stops have been forgotten."""
-
-    @property
-    def any(self) -> bool:
-        """Whether any vehicle has stops to be forgotten."""
-        return bool(self._worn)
 
     def made(self, driver: Driver) -> None:
         """Take note that a vehicle has come to rest at a stop."""
         driver.stops += 1
         if driver.stops > _MOST and driver.track.rounds:
-            self._worn.add(driver.id)
             driver.row["heeds_renewal"] = True
 
     def renewed(self, driver: Driver) -> None:
@@ -62,4 +55,3 @@ class WornStops:
     def drop(self, vehicle: str) -> None:
         """Take note that there is nothing to be forgotten."""
         self._done.pop(vehicle, None)
-        self._worn.discard(vehicle)

@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass
 
-import numpy as np
 import pytest
 from fake_traffic import FakeTraffic, FakeVehicle
 
@@ -37,13 +36,17 @@ class World:
 
     def busy(self) -> bool:
         """Whether it is steered."""
-        return self.steering.steers
+        return bool(self.steering._ways)
 
     def step(self) -> list[Driver]:
         """One step; who has arrived on its lane."""
         self.traffic.step()
-        self.do(LOOK, odometer=np.array([self.traffic.odometer("v")]))
-        return self.steering.step()
+        at_m = self.traffic.odometers(["v"])
+        self.do(LOOK, odometer=at_m)
+        due, told = self.steering.is_due(at_m), (len(self.traffic.holds), len(self.traffic.releases))
+        done = self.steering.step()
+        assert due or (not done and told == (len(self.traffic.holds), len(self.traffic.releases)))
+        return done
 
 
 def world(guide: Guide, start_m: float = 20.0) -> World:
