@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 import pytest
 from little_roads import LittleRoads, Unfair
@@ -49,23 +49,10 @@ def crowded(roads: Roads) -> Iterator[tuple[System, int]]:
             yield system, seed
 
 
-class Flashing:
-    """Lights that are green for a vehicle for three seconds in every twenty."""
-
-    def __init__(self) -> None:
-        self.now_s = 0.0
-
-    def in_the_way(self, robot: int) -> Reason | None:
-        """Refuse whose light is red."""
-        return None if (self.now_s + 7 * robot) % 20 < 3 else Reason.RED
-
-    def granted(self, robot: int) -> None:
-        """Do nothing."""
-
-    def blockers(self, robot: int) -> Sequence[Sequence[str]]:
-        """Return nobody."""
-        del robot
-        return ()
+def flash(world: LittleRoads) -> None:
+    """Let lights be green for a vehicle for three seconds in every twenty, in the second to come."""
+    at_s = world.now_s + 1.0
+    world.books.withhold(Reason.RED, *(i for i in range(len(world.moves)) if (at_s + 7 * i) % 20 >= 3))
 
 
 @pytest.mark.parametrize("roads", ROADS, ids=lambda roads: roads.name)
@@ -105,12 +92,9 @@ def test_nobody_is_kept_waiting_by_a_negotiation_that_never_lets_it_go(roads: Ro
 def test_nobody_is_kept_waiting_by_lights_that_turn_green_again_and_again(roads: Roads) -> None:
     """Seventeen of twenty seconds are red, and others may cross in the three that are green."""
     for system, seed in list(crowded(roads))[::3]:
-        lights = Flashing()
-        world = LittleRoads(
-            system, seed, serve_after_s=PATIENCE_S, negotiation=Unfair({seed}), obstacles=[lights]
-        )
+        world = LittleRoads(system, seed, serve_after_s=PATIENCE_S, negotiation=Unfair({seed}))
         for _ in range(3 * FOR_S):
-            lights.now_s = world.now_s + 1.0
+            flash(world)
             world.drive(1)
         assert max(world.longest_s) < 5 * SOON_S
         assert min(world.moves) > 0
@@ -130,11 +114,10 @@ def test_the_way_of_the_oldest_only_gets_shorter(roads: Roads) -> None:
     shorter = 0
     for system, seed in crowded(roads):
         layout = SystemIndex(system)
-        lights = Flashing()
-        world = LittleRoads(system, seed, serve_after_s=PATIENCE_S, obstacles=[lights])
+        world = LittleRoads(system, seed, serve_after_s=PATIENCE_S)
         before: dict[int, int] = {}
         for _ in range(FOR_S // 2):
-            lights.now_s = world.now_s + 1.0
+            flash(world)
             world.let_ask()
             oldest = oldest_late(world, PATIENCE_S)
             world.decide()

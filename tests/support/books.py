@@ -8,12 +8,12 @@ from typing import Any, cast
 
 from loopgate.abstraction.itinerary import Leg
 from loopgate.drive import holdings, requests
-from loopgate.drive.codes import REASONS
+from loopgate.drive.codes import NOTHING, REASONS, number_of
 from loopgate.drive.gatekeeper import Gatekeeper
 from loopgate.drive.ground import Ground
 from loopgate.drive.tables import Tables
 from loopgate.drive.track import Round, Track
-from loopgate.gates import Gate
+from loopgate.gates import Gate, Reason
 from loopgate.kernel_cache import kernel
 from loopgate.model import Configuration, System
 from loopgate.negotiation.base import Negotiation
@@ -33,6 +33,11 @@ def _left(robot: int, state: int, t: Tables) -> None:
 @kernel
 def _cleared(robot: int, leg: int, t: Tables) -> None:
     holdings.cleared(robot, leg, t)
+
+
+@kernel
+def _leaves(robot: int, t: Tables) -> None:
+    holdings.leaves(robot, t)
 
 
 @kernel
@@ -109,6 +114,13 @@ class Books(Gatekeeper):
         _asks(robot, self.tables)
         self.run["now_s"] = before
 
+    def withhold(self, reason: Reason | None = None, *robots: int) -> None:
+        """Withhold grants from these for a reason, and from nobody else."""
+        withheld = self.columns["withheld"]
+        withheld[:] = NOTHING
+        if reason is not None:
+            withheld[list(robots)] = number_of(reason)
+
     def left(self, robot: int, state: int) -> None:
         """Let the rear of a vehicle leave a state."""
         _left(robot, state, self.tables)
@@ -116,6 +128,10 @@ class Books(Gatekeeper):
     def cleared(self, robot: int, leg: int) -> None:
         """Let the rear of a vehicle pass what lies behind a leg."""
         _cleared(robot, leg, self.tables)
+
+    def leaves(self, robot: int) -> None:
+        """Let a vehicle go, with all that it holds."""
+        _leaves(robot, self.tables)
 
     def decide(self, now_s: float) -> list[tuple[int, bool, str]]:
         """Answer the requests; return who was told what."""

@@ -9,7 +9,7 @@ import numpy as np
 
 from loopgate.arrays import Floats
 from loopgate.network.stops import Stop
-from loopgate.traffic.base import Collision, Dynamics, Insertion, Light, Program, Whereabouts
+from loopgate.traffic.base import Collision, Dynamics, Insertion, Light, NextStop, Program, Whereabouts
 
 
 def whereabouts(**at: tuple[str, float, float]) -> Whereabouts:
@@ -73,7 +73,6 @@ class FakeTraffic:
         self.gaps = True
         self.led: dict[str, tuple[str, ...]] = {}
         self.renewed: list[tuple[str, str]] = []
-        self.told_to_stop: set[str] = set()
         self.waiting: dict[str, tuple[str, ...]] = {}
         self.crashes: tuple[Collision, ...] = ()
         self.lights: dict[str, Light] = {}
@@ -177,10 +176,10 @@ class FakeTraffic:
         """Take note."""
         self.renewed.append((vehicle, route))
 
-    def stops_before(self, vehicle: str, edge: str, position_m: float) -> bool:
-        """Return what a test has put there."""
-        del edge, position_m
-        return vehicle in self.told_to_stop
+    def next_stop(self, vehicle: str) -> NextStop | None:
+        """Return none: the drive does not ask."""
+        del vehicle
+        return None
 
     def lane_index(self, vehicle: str) -> int:
         """Return the lane last changed to."""

@@ -10,7 +10,6 @@ from typing import Any
 from books import Books
 
 from loopgate.abstraction.itinerary import Crossing, Leg
-from loopgate.drive.obstacles import Obstacle
 from loopgate.gates import make_gate
 from loopgate.model import System
 from loopgate.negotiation.base import Negotiation, Request, View
@@ -44,8 +43,8 @@ class LittleRoads:
         Draws what is drawn.
     serve_after_s
         See `Gatekeeper`.
-    negotiation, obstacles
-        Who goes first, and what else is in the way.
+    negotiation
+        Who goes first.
     rests
         Vehicles that never clear what they drive over, once they are granted something.
     gate
@@ -59,7 +58,6 @@ class LittleRoads:
         *,
         serve_after_s: float,
         negotiation: Negotiation | None = None,
-        obstacles: Sequence[Obstacle] = (),
         rests: Collection[int] = (),
         gate: str = "certified",
     ) -> None:
@@ -74,7 +72,6 @@ class LittleRoads:
             negotiation or Unfair(),
             serve_after_s=serve_after_s,
         )
-        self.books.obstacles = tuple(obstacles)
         self._rests = rests
         self.now_s = 0.0
         self._asks_at = [self._rng.uniform(0, 5) for _ in system.robots]

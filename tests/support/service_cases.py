@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from itertools import pairwise
 from typing import Any
 
@@ -21,25 +21,6 @@ from loopgate.negotiation.base import Negotiation
 from loopgate.negotiation.pressure import Pressure
 
 AFTER_S = 20.0
-
-
-class Red:
-    """A light that is red for some vehicles."""
-
-    def __init__(self, *robots: int) -> None:
-        self.robots = set(robots)
-
-    def in_the_way(self, robot: int) -> Reason | None:
-        """Refuse these."""
-        return Reason.RED if robot in self.robots else None
-
-    def granted(self, robot: int) -> None:
-        """Do nothing."""
-
-    def blockers(self, robot: int) -> Sequence[Sequence[str]]:
-        """Return nobody."""
-        del robot
-        return ()
 
 
 def books(
@@ -66,7 +47,7 @@ def books(
     return Books(robots, legs, gate, orders, serve_after_s=AFTER_S)
 
 
-def two_who_want_one_slot() -> tuple[Books, Red, list[int]]:
+def two_who_want_one_slot() -> tuple[Books, list[int]]:
     """Return books in which A has waited for long for a slot of s, and D for one second less.
 
     B has just left a slot there; A's light is red.
@@ -79,20 +60,19 @@ def two_who_want_one_slot() -> tuple[Books, Red, list[int]]:
     book.asks(b, 30.0)
     assert book.decide(30.0) == [(b, True, "free")]
     book.left(b, book.system.paths[b][0])
-    light = Red(a)
-    book.obstacles = (light,)
-    return book, light, [a, b, d, e]
+    book.withhold(Reason.RED, a)
+    return book, [a, b, d, e]
 
 
 def nobody_else_takes_the_slot() -> None:
     """However long A's light is red, D cannot have the slot; and A gets it when it is green."""
-    book, light, (a, _, d, _) = two_who_want_one_slot()
+    book, (a, _, d, _) = two_who_want_one_slot()
     for now_s in range(31, 45):
         said = book.decide(float(now_s))
         assert (d, True, "free") not in said
     assert book.columns["reason"][d] == list(Reason).index(Reason.SERVICE) + 1
     assert book.blockers(d) == [[a]]
-    light.robots.clear()
+    book.withhold()
     assert (a, True, "free") in book.decide(45.0)
 
 
@@ -101,15 +81,14 @@ def the_last_slot_is_kept_and_no_more() -> None:
     paths = {"a": "p h", "d": "d h", "e": "d h", "f": "f h", "g": "f h"}
     book = books(paths, {"p": 2, "h": 2, "d": 2, "f": 2})
     a, d, _, f, _ = range(5)
-    light = Red(a)
-    book.obstacles = (light,)
+    book.withhold(Reason.RED, a)
     book.asks(a, 0.0)
     assert book.decide(20.0) == [(a, False, "red")]
     book.asks(d, 21.0)
     assert book.decide(21.0) == [(d, True, "free")]
     book.asks(f, 22.0)
     assert book.decide(22.0) == [(f, False, "service")]
-    light.robots.clear()
+    book.withhold()
     assert (a, True, "free") in book.decide(23.0)
 
 
@@ -117,13 +96,13 @@ def who_has_room_behind_lets_others_in() -> None:
     """Keep D out of h, though there are slots for both, but not where there is one more."""
     book = books({"a": "p h", "d": "d h", "e": "d h"}, {"p": 2, "h": 2, "d": 3})
     a, d = range(2)
-    book.obstacles = (Red(a),)
+    book.withhold(Reason.RED, a)
     book.asks(a, 0.0)
     assert book.decide(20.0) == [(a, False, "red")]
     book.asks(d, 21.0)
     assert book.decide(21.0) == [(d, False, "service")]
     book = books({"a": "p h", "d": "d h", "e": "d h"}, {"p": 2, "h": 3, "d": 3})
-    book.obstacles = (Red(a),)
+    book.withhold(Reason.RED, a)
     book.asks(a, 0.0)
     book.decide(20.0)
     book.asks(d, 21.0)
@@ -138,7 +117,7 @@ def what_is_off_the_way_is_free() -> None:
     assert book.decide(0.0) == [(a, False, "occupied")]
     book.asks(x, 20.0)
     assert book.decide(20.0) == [(x, True, "free")]
-    book.obstacles = (Red(a),)
+    book.withhold(Reason.RED, a)
     book.asks(d, 21.0)
     assert book.decide(21.0) == [(d, True, "free")]
 
@@ -155,11 +134,11 @@ def after_a_circle_all_stays_shut() -> None:
         book.asks(robot, now_s)
         assert (robot, True, "free") in book.decide(now_s)
         book.left(robot, book.system.paths[robot][0])
-        book.obstacles = (Red(a),)
+        book.withhold(Reason.RED, a)
     assert book.room(state["x"]) == 1
     book.asks(d, 23.0)
     assert book.decide(23.0) == [(d, False, "service")]
-    book.obstacles = (Red(),)
+    book.withhold()
     assert book.decide(24.0) == [(a, True, "free")]
     assert book.decide(25.0) == [(d, True, "free")]
 
@@ -209,7 +188,7 @@ def a_way_is_kept_through_red_in_the_end() -> None:
     """While A's light is red C may cross its way, but not once A has been the one to move for two minutes."""
     for at_s, passes in ((100.0, True), (142.0, False)):
         book, (a, b, c) = _crossed()
-        book.obstacles = (Red(a),)
+        book.withhold(Reason.RED, a)
         book.asks(a, 0.0)
         book.asks(b, 1.0)
         book.decide(1.0)

@@ -238,7 +238,7 @@ class Engine:
                 unread = self._step(drive.ANSWER)
         else:
             self._step(drive.LOOK, odometer=self._odometers, robots=halted)
-            if busy or keeper.obstacles:
+            if busy:
                 self._carry_out(now)
                 self._on_their_lanes()
             keeper.answer()
@@ -269,7 +269,9 @@ class Engine:
         for driver in drivers:
             driver.row["pending"] = False
         pending, queue = self.vehicles["pending"], cast("Any", self.tables.entries)["waiting"]
-        still = [robot for robot in queue[: self.run["waiting"][0]].tolist() if pending[robot]]
+        waiting, fresh = (int(self.run[name][0]) for name in ("waiting", "fresh"))
+        still = [robot for robot in queue[:waiting].tolist() if pending[robot]]
+        self.run["fresh"] = int(pending[queue[waiting - fresh : waiting]].sum())
         queue[: len(still)] = still
         self.run["waiting"] = len(still)
 

@@ -25,7 +25,6 @@ from loopgate.drive.codes import (
 )
 from loopgate.drive.ground import HOLDERS, LINE, Ground
 from loopgate.drive.histogram import Histogram
-from loopgate.drive.obstacles import Obstacle
 from loopgate.drive.requests import REASK_S
 from loopgate.drive.step import Step
 from loopgate.drive.tables import Tables
@@ -49,8 +48,7 @@ class Gatekeeper:
     """Answers the requests in the tables. Knows robots, states and time; no roads.
 
     Pressure, the chain rule of the certified gate, lights and ordinary traffic are compiled; every other
-    negotiation and gate is asked from here, between the parts of the same compiled step, and so is what else
-    can be in the way.
+    negotiation and gate is asked from here, between the parts of the same compiled step.
 
     Parameters
     ----------
@@ -69,8 +67,6 @@ class Gatekeeper:
         self.negotiation = negotiation
         self._times: defaultdict[str, Histogram] = defaultdict(Histogram)
         self.messages = 0
-        self.obstacles: tuple[Obstacle, ...] = ()
-        """The other things that can be in the way; asked in this order, after all that is compiled."""
         self.timetable: Timetable | None = None
         """The lights that are obeyed; to be set before tables are taken over."""
         self._around: Mapping[str, Any] = {}
@@ -150,7 +146,7 @@ class Gatekeeper:
 
     @property
     def _at_once(self) -> bool:
-        return not self.obstacles and self.timetable is None and self._look is None
+        return self.timetable is None and self._look is None
 
     def look_around(
         self, around: Mapping[str, Any], names: Sequence[str], look: Callable[[], object]
@@ -189,8 +185,8 @@ class Gatekeeper:
 
     @property
     def compiled(self) -> bool:
-        """Whether all is decided in compiled code: by the chain rule and pressure, with no obstacles."""
-        return self._by_chain and self._by_pressure and not self.obstacles
+        """Whether all is decided in compiled code: by the chain rule and pressure."""
+        return self._by_chain and self._by_pressure
 
     def held(self, state: int) -> int:
         """Return how many vehicles hold `state`."""
@@ -297,16 +293,12 @@ class Gatekeeper:
         now_s = float(self._run["now_s"][0])
         self._granted = False
         self._run["at_once"] = self._at_once
-        if self.obstacles and self._run["serving"][0]:
-            self._look_outside()
         while self.timetable and self._step(drive.UNREAD):
             self.read_lights()
         robots = self._in_order(self._step(drive.COLLECT), now_s)
         if self._by_chain:
             if robots:
                 self._decide_by_chain(robots)
-            for robot in robots if self.obstacles else ():
-                self._note_grant(robot)
         else:
             for robot in robots:
                 self._decide_one(robot)
@@ -314,10 +306,6 @@ class Gatekeeper:
     def _in_order(self, ready: int, now_s: float) -> list[int]:
         """Return who goes of those that are ready, in order; the others are to stay."""
         listed = self._entries["ready"]
-        if self.obstacles:
-            robots = [robot for robot in listed[:ready].tolist() if not self._obstructed(robot)]
-            ready = len(robots)
-            listed[:ready] = robots
         if self._by_pressure and not self._run["serving"][0]:
             return cast("list[int]", listed[: self._step(drive.ORDER, ready)].tolist())
         requests = [self._request(robot) for robot in listed[:ready].tolist() if self._is_due(robot, now_s)]
@@ -326,13 +314,6 @@ class Gatekeeper:
         self._entries["staying"][: len(staying)] = staying
         self._run["staying"] = len(staying)
         return ordered
-
-    def _look_outside(self) -> None:
-        """See for whom of those that must move next something outside of the system is in the way."""
-        movers = self._vehicles["mover"] & self._vehicles["pending"]
-        for robot in np.flatnonzero(movers).tolist():
-            shut = any(obstacle.in_the_way(robot) is not None for obstacle in self.obstacles)
-            self._vehicles["shut"][robot] = shut
 
     def _ordered(self, requests: list[Request], now_s: float) -> Sequence[Request]:
         """Put the requests in order: whoever must move next goes before all others, whatever these say."""
@@ -349,17 +330,6 @@ class Gatekeeper:
         """Return whether the gate may be asked, for the first time or again."""
         return bool(not self._decided[robot] or now_s - self._asked_at_s[robot] >= REASK_S)
 
-    def _obstructed(self, robot: int) -> bool:
-        """Refuse the robot if an obstacle is in its way."""
-        for obstacle in self.obstacles:
-            reason = obstacle.in_the_way(robot)
-            if reason is not None:
-                number = number_of(reason)
-                if self._reason[robot] != number:
-                    self._step(drive.REFUSE, robot, 0, number)
-                return True
-        return False
-
     def _request(self, robot: int) -> Request:
         return Request(robot, self._state(robot, 0), self._state(robot, 1), float(self._since_s[robot]))
 
@@ -370,15 +340,7 @@ class Gatekeeper:
         if self._granted and not self._step(drive.STILL_FREE, robot):
             return
         self._ask_gate(robot)
-        self._granted |= self._note_grant(robot)
-
-    def _note_grant(self, robot: int) -> bool:
-        """Tell the obstacles of a grant, if there was one; return whether there was."""
-        granted = bool(self._going[robot])
-        if granted:
-            for obstacle in self.obstacles:
-                obstacle.granted(robot)
-        return granted
+        self._granted |= bool(self._going[robot])
 
     def _ask_gate(self, row: int) -> None:
         begin, robot = perf_counter_ns(), self._robots[row]
@@ -431,12 +393,11 @@ class Gatekeeper:
         one = self._vehicles[robot]
         if not one["pending"] or int(one["reason"]) == STOPPING:
             return []
-        found = [list(some) for obstacle in self.obstacles for some in obstacle.blockers(robot)]
         if self._look is None:
-            return found
+            return []
         self._look()
         self._step(drive.FIND, robot)
-        found += ([vehicle] for vehicle in self._found())
+        found = [[vehicle] for vehicle in self._found()]
         if self._step(drive.INSIDE, robot):
             found.append(self._found() + [ids[other] for other in self.holders(self.wanted(robot))])
         elif self._step(drive.TIGHT, robot):

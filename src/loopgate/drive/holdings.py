@@ -78,12 +78,15 @@ def cleared(i: int, leg: int, t: Tables) -> None:
 @inner
 def strike(i: int, t: Tables) -> None:
     """Take the request of a vehicle out, if there is one."""
-    kept = 0
-    for n in range(t.run[0].waiting):
+    run, kept = t.run[0], 0
+    old = run.waiting - run.fresh
+    for n in range(run.waiting):
         if t.entries[n].waiting != i:
             t.entries[kept].waiting = t.entries[n].waiting
             kept += 1
-    t.run[0].waiting = kept
+        elif n >= old:
+            run.fresh -= 1
+    run.waiting = kept
 
 
 @part

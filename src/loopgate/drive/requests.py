@@ -219,6 +219,8 @@ def _possible(i: int, t: Tables) -> bool:
         why = RED
     if why == NOTHING and others.obstruct(i, t):
         why = TRAFFIC
+    if why == NOTHING:
+        why = one.withheld
     if why != NOTHING:
         refuse(i, why, NOTHING, t)
         return False
@@ -233,10 +235,11 @@ def _due(i: int, t: Tables) -> bool:
 
 @part
 def _look_outside(t: Tables) -> None:
-    """See which of those that must move next are kept by a light or by ordinary traffic."""
+    """See which of those that must move next are kept by something outside of the system."""
     for i in range(len(t.vehicles)):
-        if t.vehicles[i].mover and t.vehicles[i].pending:
-            t.vehicles[i].barred = lights.keeps(i, t) or others.obstruct(i, t)
+        one = t.vehicles[i]
+        if one.mover and one.pending:
+            one.barred = one.withheld != NOTHING or lights.keeps(i, t) or others.obstruct(i, t)
 
 
 @inner

@@ -106,7 +106,7 @@ def _begin(anew: bool, t: Tables) -> None:  # noqa: FBT001  compiled
     for i in range(len(t.vehicles)):
         if anew or not t.vehicles[i].mover:
             t.vehicles[i].named_s = t.run[0].now_s
-            t.vehicles[i].shut = t.vehicles[i].barred = False
+            t.vehicles[i].barred = False
         t.vehicles[i].mover = False
         t.vehicles[i].turned = t.vehicles[i].turned and _is_late(i, t)
     for s in range(len(t.states)):
@@ -171,7 +171,7 @@ def _clear_way(mover: int, t: Tables) -> None:
     one = t.vehicles[mover]
     if not one.pending:
         return
-    if (one.shut or one.barred) and t.run[0].now_s - one.named_s < _THROUGH_RED_S:
+    if one.barred and t.run[0].now_s - one.named_s < _THROUGH_RED_S:
         return
     wanted = t.states[wanted_state(mover, t)]
     if wanted.held_by >= wanted.room:

@@ -73,9 +73,11 @@ class VehicleRow:
         Whether it has a request, since when [s]; why that was refused last, and the word for the gate's stage
         by number; the version of the books when it was last looked at; when the gate was last asked [s], and
         whether it ever was; whether it has been granted, but not been told.
-    mover, named_s, shut, barred
-        Whether it must move next, for one that is served, since when on end [s], and whether something
-        outside of the system is in its way, or a light or ordinary traffic.
+    mover, named_s, barred
+        Whether it must move next, for one that is served, since when on end [s], and whether a light or
+        ordinary traffic is in its way, or a grant is withheld.
+    withheld
+        The reason by which the caller withholds any grant from it, by number, `NOTHING` for none.
     turned
         Whether it is served, and its service has come to a circle.
     stop_m, parks
@@ -156,8 +158,8 @@ class VehicleRow:
     longest_s: float
     named_s: float
     parks: bool
-    shut: bool
     barred: bool
+    withheld: int
     turned: bool
     yields_s: float
     kept_mps: float

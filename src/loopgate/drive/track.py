@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from bisect import bisect_right
 from collections import Counter
 from dataclasses import dataclass
@@ -90,6 +91,11 @@ class Track:
         return min(
             (a + round((arc_m - a) / self.lap_m) * self.lap_m for a in arcs), key=lambda a: abs(a - arc_m)
         )
+
+    def ahead(self, edge: str, position_m: float, arc_m: float) -> float:
+        """Return the first arc length of a position on an edge that is not before another arc [m]."""
+        arcs = (begin + position_m for begin, name in self.edges if name == edge)
+        return min((arc_m + (a - arc_m) % self.lap_m for a in arcs), default=math.inf)
 
     @property
     def first_edge(self) -> str:

@@ -5,6 +5,7 @@ from typing import Any
 
 from loopgate.errors import TrafficError
 from loopgate.network.stops import Stop
+from loopgate.traffic.base import NextStop
 
 _FOR_EVER_S = 1e7
 
@@ -114,15 +115,13 @@ class SumoStops:
         stops = self._stops_of(vehicle, 0)
         if self._is_ours(vehicle):
             return 0 if stops else None
-        lane, position_m = self._holds[vehicle]
-        for number, stop in enumerate(stops):
-            if (
-                stop.lane == lane
-                and abs(stop.endPos - position_m) < _SAME_STOP_M
-                and stop.duration >= _FOR_EVER_S / 2
-            ):
-                return number
-        return None
+        return next((number for number, stop in enumerate(stops) if self._holds_by(vehicle, stop)), None)
+
+    def _holds_by(self, vehicle: str, stop: Any) -> bool:  # noqa: ANN401  neither API has types
+        """Return whether the vehicle is held by a stop of its."""
+        lane, position_m = self._holds.get(vehicle, ("", 0.0))
+        lasts, off_m = stop.duration >= _FOR_EVER_S / 2, abs(stop.endPos - position_m)
+        return bool(stop.lane == lane and lasts and off_m < _SAME_STOP_M)
 
     def drop_hold(self, vehicle: str) -> None:
         """Drop the stop by which the vehicle is held, if it is, reached or not, and no other stop."""
@@ -154,13 +153,11 @@ class SumoStops:
         held = [vehicle for vehicle in ids if vehicle in self._holds]
         return [vehicle for vehicle in held if self._is_ours(vehicle) or self._stop_number(vehicle) == 0]
 
-    def stops_before(self, vehicle: str, edge: str, position_m: float) -> bool:
-        """Return whether its next stop is there, and not the one by which it is held."""
-        stops = self._stops_of(vehicle, 1)
-        if not stops or (vehicle in self._holds and self._stop_number(vehicle) == 0):
-            return False
-        stop = stops[0]
-        return bool(stop.lane.rpartition("_")[0] == edge and stop.endPos <= position_m + _SAME_STOP_M)
+    def next_stop(self, vehicle: str) -> NextStop | None:
+        for stop in self._stops_of(vehicle, 2):
+            if not self._holds_by(vehicle, stop):
+                return NextStop(stop.lane.rpartition("_")[0], stop.endPos, bool(stop.stopFlags & _PARKS))
+        return None
 
     def set_stop(self, vehicle: str, stop: Stop) -> None:
         flags = (

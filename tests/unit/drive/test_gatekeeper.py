@@ -32,12 +32,10 @@ def test_only_the_chain_rule_and_pressure_are_compiled(
     change: dict[str, Any],
     compiled: bool,  # noqa: FBT001  a case
 ) -> None:
-    """Where every place is a FIFO state that holds two; and nothing else may be in the way."""
+    """Where every place is a FIFO state that holds two."""
     spec: dict[str, Any] = {"gate": "certified:promise=somebody", "negotiation": "pressure", **WIDE, **change}
     robots = system(RING, starts=spec["starts"], capacity=spec["capacity"], fifo=spec["fifo"])
     negotiation = make_negotiation(spec["negotiation"], Random(1))
     keeper = Gatekeeper(negotiation)
     keeper.change(robots, make_gate(spec["gate"], robots))
     assert keeper.compiled == compiled
-    keeper.obstacles = (object(),)  # type: ignore[assignment]  # it is not asked
-    assert not keeper.compiled

@@ -198,7 +198,7 @@ def test_nobody_is_said_to_wait_for_one_that_something_else_keeps() -> None:
     assert books.decide(61.0) == [(C, False, "crossing")]
     assert books.blockers(C) == [[A]]
     books.cleared(B, 0)
-    books.obstacles = (Red(A),)
+    books.withhold(Reason.RED, A)
     assert books.decide(62.0) == [(A, False, "red")]
     assert books.blockers(C) == []
     assert books.decide(63.0) == [(C, True, "free")]
@@ -233,8 +233,8 @@ def test_two_that_wait_for_one_slot_never_keep_something_from_each_other() -> No
     books.asks(C, 60.0)
     books.decide(60.0)
     books.left(B, robots.paths[B][0])
-    books.obstacles = (Red(A),)
+    books.withhold(Reason.RED, A)
     assert books.decide(61.0) == [(A, False, "red")]
     assert books.decide(62.0) == [(A, False, "occupied"), (D, False, "crossing")]
-    books.obstacles = ()
+    books.withhold()
     assert sorted(books.decide(63.0)) == [(A, True, "free"), (D, False, "occupied")]

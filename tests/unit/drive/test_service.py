@@ -1,7 +1,7 @@
 """Whoever has waited long enough for a grant is served; and what it takes for that to be enough."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from random import Random
 
 import pytest
@@ -26,11 +26,16 @@ def test_the_service_of_the_drive(case: Callable[[], None]) -> None:
     case()
 
 
-def grid(**options: object) -> LittleRoads:
-    """Drive a small grid with hardly a slot free; two vehicles are never let go by the negotiation."""
+def new_grid(**options: object) -> LittleRoads:
+    """Return a small grid with hardly a slot free; two vehicles are never let go by the negotiation."""
     robots = road_system(one_way_grid(), 13, 2, seed=5)
     given: dict[str, object] = {"serve_after_s": 20.0, "negotiation": Unfair({3, 8}), **options}
-    world = LittleRoads(robots, 1, **given)  # type: ignore[arg-type]  # as above
+    return LittleRoads(robots, 1, **given)  # type: ignore[arg-type]  # as above
+
+
+def grid(**options: object) -> LittleRoads:
+    """Drive it for a while."""
+    world = new_grid(**options)
     world.drive(FOR_S)
     return world
 
@@ -54,29 +59,12 @@ def test_a_vehicle_that_does_not_clear_its_crossing_keeps_others_for_good() -> N
     assert max(world.longest_s) > LONG_S
 
 
-class Always:
-    """A light that never turns green, or ordinary traffic that never gives way, for one vehicle."""
-
-    def __init__(self, reason: Reason) -> None:
-        self._reason = reason
-
-    def in_the_way(self, robot: int) -> Reason | None:
-        """Refuse that one."""
-        return self._reason if robot == 5 else None
-
-    def granted(self, robot: int) -> None:
-        """Do nothing."""
-
-    def blockers(self, robot: int) -> Sequence[Sequence[str]]:
-        """Return nobody."""
-        del robot
-        return ()
-
-
 @pytest.mark.parametrize("reason", [Reason.RED, Reason.TRAFFIC])
 def test_what_never_ends_outside_keeps_a_vehicle_for_good(reason: Reason) -> None:
     """Broken: lights turn green again and again, and ordinary traffic gives way."""
-    world = grid(obstacles=[Always(reason)])
+    world = new_grid()
+    world.books.withhold(reason, 5)
+    world.drive(FOR_S)
     assert max(world.longest_s) > LONG_S
 
 

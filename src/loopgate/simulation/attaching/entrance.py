@@ -5,9 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from loopgate.drive.changing import ChangingEngine
+from loopgate.drive.codes import NOTHING, TRAFFIC
 from loopgate.drive.driver import Driver
-from loopgate.gates import Reason
 from loopgate.network import RoadNetwork
 from loopgate.results.recorder import Recorder
 from loopgate.simulation.attaching.newcomers import Newcomer
@@ -21,38 +20,11 @@ GONE = "gone"
 _AGAIN_S = 1.0
 """A newcomer that was refused is looked at again after this time [s]."""
 
+_NEAR_M = 30.0
+"""So near to its line a vehicle that stands may be about to ask, behind others that do [m]."""
+
 _MOVED_M = 3.0
 """A vehicle further than this from where its odometer puts it has been moved [m]."""
-
-
-class _Orders:
-    """An obstacle: what the owner of the vehicles wants of them.
-
-    Nobody is granted anything while the plan is to change, nor while it is to stop before it gets there: it
-    would keep a crossing from others meanwhile.
-    """
-
-    def __init__(self, traffic: Traffic) -> None:
-        self._traffic = traffic
-        self.pause = False
-        self.engine: ChangingEngine | None = None
-
-    def in_the_way(self, robot: int) -> Reason | None:
-        """Return TRAFFIC for newcomers, which are no more than that so far, and STOP."""
-        if self.pause or self.engine is None:
-            return Reason.TRAFFIC
-        driver = self.engine.drivers[robot]
-        line = driver.leg(driver.granted).line
-        stops = self._traffic.stops_before(driver.id, line.edge, line.position_m)
-        return Reason.STOP if stops else None
-
-    def granted(self, robot: int) -> None:
-        """Do nothing."""
-
-    def blockers(self, robot: int) -> Sequence[Sequence[str]]:
-        """Return nobody: it ends by itself."""
-        del robot
-        return ()
 
 
 class Entrance:
@@ -75,10 +47,9 @@ class Entrance:
         self._traffic = traffic
         self.plan = Plan(network, ())
         self._next: Plan | None = None
-        self._orders = _Orders(traffic)
-        self.fleet = Fleet(network, traffic, recorder, rules, [self._orders])
+        self.fleet = Fleet(network, traffic, recorder, rules)
         """The vehicles under the gate."""
-        self._engine = self._orders.engine = self.fleet.engine
+        self._engine = self.fleet.engine
         self._members = self.fleet.members
         self.newcomers: dict[str, Newcomer] = {}
 
@@ -109,6 +80,7 @@ class Entrance:
         self._notice()
         if self._members:
             self._heed_speeds(self._engine.vehicles)
+            self._heed_stops(self._engine.vehicles)
             self._engine.after_step()
         self._take_in()
 
@@ -117,6 +89,24 @@ class Entrance:
         faster = vehicles["speed"] + vehicles["accel"] * self._traffic.step_s
         told = vehicles["speed"] > vehicles["top"]
         vehicles["top"] = np.where(told, faster, vehicles["top"])
+
+    def _heed_stops(self, vehicles: Any) -> None:  # noqa: ANN401  a table, by column
+        """Let nobody have a grant that is to stop before it gets there: it would keep a crossing from others.
+
+        Looked at of those that may ask in this step, or have a stop.
+        """
+        fast = vehicles["speed"] + 2.0 * vehicles["accel"] * self._traffic.step_s
+        left_m = vehicles["line_m"] - vehicles["front"]
+        near = left_m < _NEAR_M + fast * (3.0 * self._traffic.step_s + fast / vehicles["decel"])
+        for robot in np.flatnonzero(near | (vehicles["stop_m"] < np.inf)).tolist():
+            driver = self._engine.drivers[robot]
+            row, stop = driver.row, self._traffic.next_stop(driver.id)
+            if stop is not None:
+                row["stop_m"] = driver.track.ahead(stop.edge, stop.position_m, driver.front_m - _MOVED_M)
+                row["parks"] = stop.parks
+            elif row["stop_m"] < np.inf:
+                row["stop_m"], row["parks"] = np.inf, False
+                self._engine.asks_anew(driver)
 
     def _notice(self) -> None:
         """Let go of those that are gone, and take those for newcomers that are elsewhere than they drove."""
@@ -165,9 +155,9 @@ class Entrance:
         """Go over to another plan if that can be done now; else see to it that it can be soon."""
         goes_on = not self._members or plan.goes_on_with(self.plan)
         if not goes_on and not self._engine.settled:
-            self._orders.pause = True
+            self._engine.vehicles["withheld"] = TRAFFIC  # newcomers are no more than that so far
             return False
-        self._orders.pause = False
+        self._engine.vehicles["withheld"] = NOTHING
         for newcomer in self.newcomers.values():
             newcomer.let_go(self._traffic)
         if not goes_on:

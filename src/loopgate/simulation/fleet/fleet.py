@@ -10,7 +10,6 @@ from loopgate.drive.changing import ChangingEngine
 from loopgate.drive.driver import Driver
 from loopgate.drive.gatekeeper import Gatekeeper
 from loopgate.drive.ground import Ground
-from loopgate.drive.obstacles import Obstacle
 from loopgate.drive.timetable import Timetable
 from loopgate.drive.track import Track
 from loopgate.errors import GateError
@@ -63,8 +62,6 @@ class Fleet:
     ----------
     rules
         By what they are let go.
-    obstacles
-        Obstacles besides the surroundings; asked first.
 
     Notes
     -----
@@ -75,14 +72,7 @@ class Fleet:
     room (`_refuse_crowd`), so the gate promises with them what it did without.
     """
 
-    def __init__(
-        self,
-        network: RoadNetwork,
-        traffic: Traffic,
-        recorder: Recorder,
-        rules: Rules,
-        obstacles: Sequence[Obstacle] = (),
-    ) -> None:
+    def __init__(self, network: RoadNetwork, traffic: Traffic, recorder: Recorder, rules: Rules) -> None:
         self._traffic, self._recorder, self._rules = traffic, recorder, rules
         self._passing: Sequence[tuple[StateId, ...]] = ()
         """The states of each way that is driven once, by whoever comes."""
@@ -96,7 +86,7 @@ class Fleet:
         """Called with each vehicle that leaves, while it can still be asked."""
         self.keeper = keeper = Gatekeeper(rules.negotiation, serve_after_s=rules.serve_after_s)
         timetable = Timetable(traffic, signals_of(network))
-        keeper.obstacles, keeper.timetable = tuple(obstacles), timetable if rules.lights else None
+        keeper.timetable = timetable if rules.lights else None
         ground = Ground(recorder.code, step_s=traffic.step_s, signals=keeper.signals)
         self.engine = ChangingEngine(traffic, (), keeper, recorder, foresees=rules.foresees, ground=ground)
         self.around = Surroundings(
