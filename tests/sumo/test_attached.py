@@ -165,6 +165,23 @@ def test_while_it_stops_for_its_owner_it_keeps_nothing_from_others() -> None:
         drive(gate, lambda: libsumo.vehicle.getRoadID("v1") == "D0C0")
 
 
+def test_nobody_is_let_in_behind_one_that_stops_where_its_place_begins() -> None:
+    """The place holds more, but there is no room behind: the next one would stand on the junction."""
+    start()
+    put("v1", "v2")
+    with loopgate.attach(libsumo) as gate:
+        gate.add("v1", "v2")
+        drive(gate, lambda: len(gate.vehicles) == 2)
+        libsumo.vehicle.setStop("v1", "C1D1", pos=8.0, duration=60.0)
+        happened = drive(gate, lambda: libsumo.vehicle.isStopped("v1") and speed("v1") == 0.0)
+        happened += drive(gate, steps=40)
+        assert ("v2", "stop") in of(happened, "refuse")
+        assert libsumo.vehicle.getRoadID("v2") == "C2C1"
+        drive(gate, lambda: libsumo.vehicle.getRoadID("v2") == "C1D1")
+        assert not libsumo.vehicle.isStopped("v1")
+    assert (gate.summary["trespasses"], gate.summary["overruns"]) == (0, 0)
+
+
 def speed(vehicle: str) -> float:
     """Return its speed [m/s]."""
     return float(libsumo.vehicle.getSpeed(vehicle))

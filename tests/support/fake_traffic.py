@@ -9,7 +9,7 @@ import numpy as np
 
 from loopgate.arrays import Floats
 from loopgate.network.stops import Stop
-from loopgate.traffic.base import Collision, Dynamics, Insertion, Light, NextStop, Program, Whereabouts
+from loopgate.traffic.base import Collision, Dynamics, Insertion, Light, Program, Whereabouts
 
 
 def whereabouts(**at: tuple[str, float, float]) -> Whereabouts:
@@ -176,10 +176,9 @@ class FakeTraffic:
         """Take note."""
         self.renewed.append((vehicle, route))
 
-    def next_stop(self, vehicle: str) -> NextStop | None:
+    def next_stop(self, vehicle: str) -> None:
         """Return none: the drive does not ask."""
         del vehicle
-        return None
 
     def lane_index(self, vehicle: str) -> int:
         """Return the lane last changed to."""

@@ -92,14 +92,6 @@ class Whereabouts(NamedTuple):
     speeds_mps: Sequence[float] = ()
 
 
-class NextStop(NamedTuple):
-    """Where a vehicle stops next, and whether it leaves its lane for that."""
-
-    edge: str
-    position_m: float
-    parks: bool
-
-
 class Traffic(Protocol):
     """A running simulation of vehicles on roads. Positions in metres, speeds in m/s, times in seconds."""
 
@@ -219,8 +211,8 @@ class Traffic(Protocol):
     def halted(self) -> Sequence[str]:
         """Return the held vehicles that came to rest in the last step."""
 
-    def next_stop(self, vehicle: str) -> NextStop | None:
-        """Return the next stop of the vehicle, made or not, that does not hold it; None if there is none."""
+    def next_stop(self, vehicle: str) -> tuple[str, float] | None:
+        """Return edge and position [m] of the next stop, made or not, that does not hold the vehicle."""
 
     def set_stop(self, vehicle: str, stop: Stop) -> None:
         """Let the vehicle stop where it comes to that place next; raise `TrafficError` if it cannot."""

@@ -5,7 +5,6 @@ from typing import Any
 
 from loopgate.errors import TrafficError
 from loopgate.network.stops import Stop
-from loopgate.traffic.base import NextStop
 
 _FOR_EVER_S = 1e7
 
@@ -153,10 +152,10 @@ class SumoStops:
         held = [vehicle for vehicle in ids if vehicle in self._holds]
         return [vehicle for vehicle in held if self._is_ours(vehicle) or self._stop_number(vehicle) == 0]
 
-    def next_stop(self, vehicle: str) -> NextStop | None:
+    def next_stop(self, vehicle: str) -> tuple[str, float] | None:
         for stop in self._stops_of(vehicle, 2):
             if not self._holds_by(vehicle, stop):
-                return NextStop(stop.lane.rpartition("_")[0], stop.endPos, bool(stop.stopFlags & _PARKS))
+                return stop.lane.rpartition("_")[0], stop.endPos
         return None
 
     def set_stop(self, vehicle: str, stop: Stop) -> None:

@@ -20,9 +20,6 @@ GONE = "gone"
 _AGAIN_S = 1.0
 """A newcomer that was refused is looked at again after this time [s]."""
 
-_NEAR_M = 30.0
-"""So near to its line a vehicle that stands may be about to ask, behind others that do [m]."""
-
 _MOVED_M = 3.0
 """A vehicle further than this from where its odometer puts it has been moved [m]."""
 
@@ -91,21 +88,14 @@ class Entrance:
         vehicles["top"] = np.where(told, faster, vehicles["top"])
 
     def _heed_stops(self, vehicles: Any) -> None:  # noqa: ANN401  a table, by column
-        """Let nobody have a grant that is to stop before it gets there: it would keep a crossing from others.
-
-        Looked at of those that may ask in this step, or have a stop.
-        """
-        fast = vehicles["speed"] + 2.0 * vehicles["accel"] * self._traffic.step_s
-        left_m = vehicles["line_m"] - vehicles["front"]
-        near = left_m < _NEAR_M + fast * (3.0 * self._traffic.step_s + fast / vehicles["decel"])
-        for robot in np.flatnonzero(near | (vehicles["stop_m"] < np.inf)).tolist():
-            driver = self._engine.drivers[robot]
+        """Take note of where vehicles stop for their owner."""
+        stopping = vehicles["stop_m"] < np.inf
+        for driver in self._engine.drivers:
             row, stop = driver.row, self._traffic.next_stop(driver.id)
             if stop is not None:
-                row["stop_m"] = driver.track.ahead(stop.edge, stop.position_m, driver.front_m - _MOVED_M)
-                row["parks"] = stop.parks
-            elif row["stop_m"] < np.inf:
-                row["stop_m"], row["parks"] = np.inf, False
+                row["stop_m"] = driver.track.ahead(*stop, driver.front_m - _MOVED_M)
+            elif stopping[driver.robot]:
+                row["stop_m"] = np.inf
                 self._engine.asks_anew(driver)
 
     def _notice(self) -> None:
