@@ -14,8 +14,8 @@ from loopgate.traffic.base import Collision, Dynamics, Insertion, Light, Program
 
 def whereabouts(**at: tuple[str, float, float]) -> Whereabouts:
     """Return where vehicles are, each on a lane, with a position on it [m] and a speed [m/s]."""
-    columns = zip(*at.values(), strict=True) if at else ((), (), ())
-    return Whereabouts(tuple(at), *columns)
+    lanes, *figures = zip(*at.values(), strict=True) if at else ((), (), ())
+    return Whereabouts(tuple(at), lanes, *map(np.array, figures))
 
 
 @dataclass

@@ -2,10 +2,14 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple, Protocol
+from typing import Final, NamedTuple, Protocol
+
+import numpy as np
 
 from loopgate.arrays import Floats
 from loopgate.network.stops import Stop
+
+_NOTHING: Final[Floats] = np.zeros(0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,8 +92,8 @@ class Whereabouts(NamedTuple):
 
     vehicles: Sequence[str] = ()
     lanes: Sequence[str] = ()
-    positions_m: Sequence[float] = ()
-    speeds_mps: Sequence[float] = ()
+    positions_m: Floats = _NOTHING
+    speeds_mps: Floats = _NOTHING
 
 
 class Traffic(Protocol):

@@ -76,9 +76,8 @@ class SumoTraffic(SumoStops, SumoLights):
         self._first: set[str] = set()
         """The vehicles that keep no right of way."""
         self._running = True
-        self._odometer, self._route_id, *self._reads = (
-            read(f"vehicle_{name}")
-            for name in ("getDistance", "getRouteID", "getLaneID", "getLanePosition", "getSpeed")
+        self._odometer, self._route_id, *self._place_and_speed = (
+            read(f"vehicle_{name}") for name in ("getDistance", "getRouteID", "getLanePosition", "getSpeed")
         )
         self._seen, self._seen_s = Whereabouts(), -inf
         self._now = float(api.simulation.getTime())
@@ -168,8 +167,12 @@ class SumoTraffic(SumoStops, SumoLights):
     def whereabouts(self) -> Whereabouts:
         """Return where all vehicles are; read anew after a step, and where one has been taken out since."""
         if self._seen_s != self._now:
-            self._seen_s, vehicles = self._now, self.vehicles()
-            self._seen = Whereabouts(vehicles, *([*map(read, vehicles)] for read in self._reads))
+            self._seen_s, vehicles, before = self._now, self.vehicles(), self._seen.vehicles
+            vehicles = before if vehicles == before else vehicles  # sooner compared, and looked up
+            figures = (
+                np.fromiter(map(read, vehicles), np.float64, len(vehicles)) for read in self._place_and_speed
+            )
+            self._seen = Whereabouts(vehicles, [*map(self._lane_of, vehicles)], *figures)
         return self._seen
 
     def lane(self, vehicle: str) -> tuple[str, float]:

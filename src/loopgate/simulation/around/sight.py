@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from operator import itemgetter
+from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
 import numpy as np
@@ -20,7 +19,7 @@ from loopgate.drive.timetable import Timetable
 from loopgate.drive.yielding import KEPT, WAITS
 from loopgate.simulation.around.roads import Roads
 from loopgate.simulation.around.ways import Ways
-from loopgate.traffic.base import Traffic
+from loopgate.traffic.base import Traffic, Whereabouts
 
 __all__ = ["Sight"]
 
@@ -55,13 +54,15 @@ class Sight:
         """Of the vehicles by row; whose row is free has none."""
         self._routes: list[str] = []
         """Names of their routes."""
+        self._lanes: list[str] = []
+        """Names of the lanes that their fronts were on when it was looked last."""
         self._rows: dict[str, int] = {}
         """The rows of those that are there."""
         self._read: tuple[Sequence[str], int] = (), -1
         """Who was there at the last look, and the changes of the engine until then."""
-        self._pick: Callable[[Sequence[Any]], Sequence[Any]] = tuple
-        """Picks the ordinary ones out of these."""
-        self._at: NDArray[np.int64] = np.zeros(0, dtype=np.int64)
+        self._which = np.zeros(0, dtype=np.int64)
+        """Which of these are ordinary ones."""
+        self._at = np.zeros(0, dtype=np.int64)
         """Their rows."""
         self._routes_end = 0
         self._seen_s = -math.inf
@@ -108,23 +109,12 @@ class Sight:
         if self._seen_s == traffic.now_s:
             return
         self._seen_s = traffic.now_s
-        vehicles, lanes, positions_m, speeds_mps = traffic.whereabouts()
-        if self._read != (vehicles, self._engine.changes):
-            self._find(vehicles)
-        others, at, pick = self._tables["others"], self._at, self._pick
-        run = self._engine.run
-        run["others"] = len(at)
-        if len(at):
-            speeds = np.array(pick(speeds_mps))
-            number = self._roads.lanes.get
-            on = np.array([number(lane, NOBODY) for lane in pick(lanes)])
-            others["lane"][at] = on
-            others["position_m"][at] = pick(positions_m)
-            others["speed"][at] = speeds
-            others["parks"][at] = on == NOBODY  # in a parking area behind others, or being teleported
-            for row in at[speeds <= STANDING_MPS].tolist():
-                if traffic.parks(self._names[row]):
-                    others["parks"][row] = True
+        here, run = traffic.whereabouts(), self._engine.run
+        if self._read != (here.vehicles, self._engine.changes):
+            self._find(here.vehicles)
+        run["others"] = len(self._at)
+        if len(self._at):
+            self._write_down(here)
             self._look_at_lights()
             self._look_at_routes()
         elif not run["seen"][0]:
@@ -136,19 +126,35 @@ class Sight:
             self._hand_over()
             self._keeper.ask(drive.SEE)
 
+    def _write_down(self, here: Whereabouts) -> None:
+        """Write down where they are; lanes only where they are others, for numbers are slow to look up."""
+        others, at, lanes, known = self._tables["others"], self._at, here.lanes, self._lanes
+        on, speeds_mps = others["lane"], here.speeds_mps[self._which]
+        for n, row in zip(self._which.tolist(), at.tolist(), strict=True):
+            if lanes[n] != known[row]:
+                known[row] = lanes[n]
+                on[row] = self._roads.lanes.get(lanes[n], NOBODY)
+        others["position_m"][at] = here.positions_m[self._which]
+        others["speed"][at] = speeds_mps
+        others["parks"][at] = on[at] == NOBODY  # in a parking area behind others, or being teleported
+        for row in at[speeds_mps <= STANDING_MPS].tolist():
+            if self._traffic.parks(self._names[row]):
+                others["parks"][row] = True
+
     def _find(self, vehicles: Sequence[str]) -> None:
         """Give rows to those that are new, and take them from those that are gone or under the gate."""
         gated = self._engine.driver_of
-        self._met -= gated.keys()
+        if self._read[1] != self._engine.changes:
+            self._met -= gated.keys()
         which = [number for number, vehicle in enumerate(vehicles) if vehicle not in gated]
-        self._pick = _picker(which)
-        there = self._pick(vehicles)
+        there = [vehicles[number] for number in which]
         for vehicle in self._rows.keys() - there:
             self._names[self._rows.pop(vehicle)] = ""
         fresh = [vehicle for vehicle in there if vehicle not in self._rows]
         free = [row for row, name in enumerate(self._names) if not name] if fresh else []
         for vehicle in fresh:
             self._add(vehicle, free.pop() if free else len(self._names))
+        self._which = np.array(which, dtype=np.int64)
         self._at = np.array([self._rows[vehicle] for vehicle in there], dtype=np.int64)
         self._tables["others"]["read"][: len(there)] = self._at
         self._read = vehicles, self._engine.changes
@@ -158,15 +164,16 @@ class Sight:
         if row == len(self._names):
             self._names.append("")
             self._routes.append("")
+            self._lanes.append("")
             if row == len(self._tables["others"]):
                 self._make_room("others", 2 * row)
                 self._hand_over()
         self._met.add(vehicle)
-        self._names[row], self._routes[row], self._rows[vehicle] = vehicle, "", row
+        self._names[row], self._routes[row], self._lanes[row], self._rows[vehicle] = vehicle, "", "", row
         kind, one = self._traffic.dynamics(vehicle), self._tables["others"][row]
         one["length_m"], one["accel"], one["decel"] = kind.length_m, kind.accel_mps2, kind.decel_mps2
         one["route_at"] = one["route_end"] = one["at"] = 0
-        one["on"], one["seen_s"] = NOBODY, -math.inf
+        one["lane"], one["on"], one["seen_s"] = NOBODY, NOBODY, -math.inf
 
     def _look_at_routes(self) -> None:
         """See where the routes of those lead that are elsewhere, or may be led another way."""
@@ -220,6 +227,8 @@ class Sight:
 
     def _look_at_lights(self) -> None:
         """Take note of which lights on the ways across movements are open."""
+        if not self._lit:
+            return
         shown = self._timetable.showing(self._lights)
         changed = (shown != self._shown).nonzero()[0].tolist()
         self._shown = shown
@@ -251,10 +260,3 @@ class Sight:
         """Return whether a vehicle that is to come back into its place has room among ordinary ones."""
         self.look()
         return bool(self._keeper.ask(drive.ROOM, robot))
-
-
-def _picker(which: Sequence[int]) -> Callable[[Sequence[Any]], Sequence[Any]]:
-    """Return what picks these out of a list."""
-    if len(which) > 1:
-        return itemgetter(*which)
-    return lambda some: [some[number] for number in which]

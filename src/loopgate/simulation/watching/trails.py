@@ -4,16 +4,22 @@ from __future__ import annotations
 
 from collections import defaultdict, deque
 from collections.abc import Collection, Iterable, Iterator
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from loopgate.drive.engine import Engine
+from loopgate.traffic.base import Whereabouts
 
 __all__ = ["Trails"]
 
 _KEPT = 64
 """So many lanes, and grants, of a vehicle are remembered."""
+
+_TOGETHER: Final = 32
+"""So many steps become part of the trails at once: a step of the simulator between two leaves nothing in the
+processor's caches."""
 
 
 def _kept() -> deque[Any]:
@@ -32,27 +38,57 @@ class Trails:
     def __init__(self, engine: Engine) -> None:
         self._engine = engine
         self._changes = -1
+        self._names: list[str] = []
+        """The gated vehicles by number, and the changes of the engine until then."""
+        self._seen: list[tuple[float, Whereabouts, NDArray[np.int64]]] = []
+        """Steps that are not part of the trails yet: when, who was where, and the last legs granted."""
+        self._here = Whereabouts()
         self._granted = np.zeros(0, dtype=np.int64)
-        """The last legs granted to the gated vehicles by number, and the changes of the engine until then."""
+        """The same, of the last step that is part of them."""
         self._lanes: dict[str, deque[tuple[float, str]]] = defaultdict(_kept)
         self._grants: dict[str, deque[tuple[float, int]]] = defaultdict(_kept)
 
-    def look(self, now: float, moved: Iterable[tuple[str, str]], gone: Iterable[str] = ()) -> None:
-        """Take note of the lanes onto which vehicles have come, and of who is gone; once a step."""
-        for vehicle in gone:
-            del self._lanes[vehicle]
-        for vehicle, lane in moved:
-            self._lanes[vehicle].append((now, lane))
-        drivers, granted = self._engine.drivers, self._engine.vehicles["granted"]
-        known = self._engine.changes == self._changes
-        for robot in np.flatnonzero(granted != self._granted).tolist() if known else range(len(drivers)):
-            grants, leg = self._grants[drivers[robot].id], int(granted[robot])
-            if not grants or grants[-1][1] != leg:  # else it has only been away
-                grants.append((now, leg))
-        self._changes, self._granted = self._engine.changes, granted.copy()
+    def look(self, now: float, here: Whereabouts) -> None:
+        """Take note of where vehicles are; once a step."""
+        engine = self._engine
+        if engine.changes != self._changes:
+            self.catch_up()
+            self._changes, self._names = engine.changes, [driver.id for driver in engine.drivers]
+            self._granted = np.full(len(self._names), -1)
+        self._seen.append((now, here, engine.vehicles["granted"].copy()))
+        if len(self._seen) == _TOGETHER:
+            self.catch_up()
+
+    def catch_up(self) -> tuple[list[tuple[str, str, str]], list[str]]:
+        """Return who came from which lane onto which since it was asked last, and who is gone."""
+        moved: list[tuple[str, str, str]] = []
+        gone: list[str] = []
+        for now, here, granted in self._seen:
+            was = self._here
+            if here.vehicles == was.vehicles:
+                both = zip(here.vehicles, was.lanes, here.lanes, strict=True)
+                moves = [(vehicle, before, lane) for vehicle, before, lane in both if lane != before]
+            else:
+                on = dict(zip(was.vehicles, was.lanes, strict=True))
+                pairs = zip(here.vehicles, here.lanes, strict=True)
+                moves = [(v, on.get(v, ""), lane) for v, lane in pairs if on.get(v) != lane]
+                for vehicle in on.keys() - here.vehicles:
+                    del self._lanes[vehicle]
+                    gone.append(vehicle)
+            for vehicle, _, lane in moves:
+                self._lanes[vehicle].append((now, lane))
+            for robot in np.flatnonzero(granted != self._granted).tolist():
+                grants, leg = self._grants[self._names[robot]], int(granted[robot])
+                if not grants or grants[-1][1] != leg:  # else it has only been away
+                    grants.append((now, leg))
+            self._here, self._granted = here, granted
+            moved += moves
+        self._seen.clear()
+        return moved, gone
 
     def back(self, vehicle: str) -> Iterator[tuple[float, str]]:
         """Yield when a vehicle came onto which lanes, last one first, as far as that is remembered."""
+        self.catch_up()
         return reversed(self._lanes.get(vehicle, ()))
 
     def came_s(self, vehicle: str, lanes: Collection[str]) -> float:
@@ -71,6 +107,7 @@ class Trails:
 
     def last(self, vehicles: Iterable[str], lanes: Collection[str]) -> tuple[str, float]:
         """Return who of some vehicles came last onto some lanes, of those that are there, and when [s]."""
+        self.catch_up()
         there = [v for v in vehicles if v in self._lanes and self._lanes[v][-1][1] in lanes]
         at_s, vehicle = max((self.came_s(v, lanes), v) for v in there)
         return vehicle, at_s

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Mapping
-from collections.abc import Set as AbstractSet
 from dataclasses import asdict, dataclass
 from itertools import pairwise
 from typing import Any, NamedTuple
@@ -104,8 +103,6 @@ class Verdicts:
         """Over which lanes they came."""
         self._network, self._traffic, self._drivers = network, traffic, engine.driver_of
         self._moments: deque[tuple[float, Whereabouts]] = deque()
-        self._lanes: dict[str, str] = {}
-        """On which lane everybody was when it was looked last."""
         self._letters: dict[str, str] = {}
         """What the light showed when vehicles drove into the last junction; empty for none."""
         self._lit = any(movement.signal is not None for movement in network.connections)
@@ -114,26 +111,16 @@ class Verdicts:
 
     def look(self) -> None:
         """Remember where everybody is; once a step. O(vehicles)."""
-        now, here, lanes = self._traffic.now_s, self._traffic.whereabouts(), self._lanes
-        was = self._moments[-1][1] if self._moments else Whereabouts()
-        if here.vehicles == was.vehicles:
-            both = zip(here.vehicles, here.lanes, was.lanes, strict=True)
-            moved = [(vehicle, lane) for vehicle, lane, before in both if lane != before]
-            gone: AbstractSet[str] = frozenset()
-        else:
-            pairs = zip(here.vehicles, here.lanes, strict=True)
-            moved = [(vehicle, lane) for vehicle, lane in pairs if lanes.get(vehicle) != lane]
-            gone = lanes.keys() - here.vehicles
+        now, here = self._traffic.now_s, self._traffic.whereabouts()
+        self.trails.look(now, here)
         if self._lit:
-            for vehicle, lane in moved:
-                movement = self._driven_onto(lanes.get(vehicle, ""), lane)
+            moved, gone = self.trails.catch_up()
+            for vehicle, was, lane in moved:
+                movement = self._driven_onto(was, lane)
                 if movement is not None:
                     self._letters[vehicle] = self._letter(movement)
-        for vehicle in gone:
-            self._letters.pop(vehicle, None)
-            del lanes[vehicle]
-        lanes.update(moved)
-        self.trails.look(now, moved, gone)
+            for vehicle in gone:
+                self._letters.pop(vehicle, None)
         self._moments.append((now, here))
         while now - self._moments[0][0] > _REMEMBERED_S:
             self._moments.popleft()
@@ -182,7 +169,7 @@ class Verdicts:
     def _erred(self, gated: str, ordinary: str, collision: Collision) -> tuple[str, str]:
         if self._drivers[gated].row["trespassing"]:
             return gated, f"{gated} was where it had no grant for"
-        if ordinary not in self._lanes:
+        if ordinary not in self._moments[-1][1].vehicles:
             return gated, f"{ordinary} is on foot"
         one, other = self._entry(gated), self._entry(ordinary)
         if one is None or other is None or _from(one) == _from(other) or not self._near(one, other):
@@ -249,7 +236,7 @@ def _moment(here: Whereabouts, vehicle: str) -> _Moment | None:
     if vehicle not in here.vehicles:
         return None
     at = here.vehicles.index(vehicle)
-    return _Moment(here.lanes[at], here.positions_m[at], here.speeds_mps[at])
+    return _Moment(here.lanes[at], float(here.positions_m[at]), float(here.speeds_mps[at]))
 
 
 def _edge(lane: str) -> str:

@@ -4,6 +4,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+from fake_traffic import whereabouts
 
 from loopgate.simulation.watching.trails import Trails
 
@@ -22,8 +23,7 @@ def test_who_came_last_into_a_circle() -> None:
     }
     for second in range(6):
         granted[0] = int(second >= 1)
-        moved = (name for name, lanes in ways.items() if not second or lanes[second] != lanes[second - 1])
-        trails.look(float(second), [(name, ways[name][second]) for name in moved])
+        trails.look(float(second), whereabouts(**{v: (on[second], 0.0, 0.0) for v, on in ways.items()}))
     assert trails.came_s("within", CIRCLE) == 0.0
     assert trails.came_s("o", CIRCLE) == 2.0
     assert trails.came_s("g", CIRCLE) == 1.0

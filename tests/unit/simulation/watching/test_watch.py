@@ -9,6 +9,7 @@ from typing import Any, cast
 
 import numpy as np
 import pytest
+from fake_traffic import whereabouts
 
 from loopgate.arrays import Floats
 from loopgate.simulation.watching.trails import Trails
@@ -173,10 +174,11 @@ def test_who_came_last_into_the_circle_is_told() -> None:
     granted = np.array([0])
     engine: Any = SimpleNamespace(changes=0, drivers=[SimpleNamespace(id="b")], vehicles={"granted": granted})
     trails = Trails(engine)
-    trails.look(1.0, [("a", "lane of a"), ("b", "far")])
-    granted[0] = 1
-    trails.look(2.0, [("c", "far")])
-    trails.look(3.0, [("b", "lane of b"), ("c", "lane of c")])
+    ways = (1.0, "far", "far", 0), (2.0, "far", "far", 1), (3.0, "lane of b", "lane of c", 1)
+    for at_s, b, c, leg in ways:
+        granted[0] = leg
+        on = {"a": "lane of a", "b": b, "c": c}
+        trails.look(at_s, whereabouts(**{vehicle: (lane, 0.0, 0.0) for vehicle, lane in on.items()}))
     watch = Watch(cast("Traffic", traffic), after_s=60.0, own="b", trails=trails)
     assert next(named(watch, traffic)).last == ("b", 2.0, True)
 
