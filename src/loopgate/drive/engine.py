@@ -372,12 +372,11 @@ class Engine:
 
         SUMO's lanes are looked at only here, where vehicles are held, and where a stop leads to one.
         """
-        v, arrived = self.vehicles, set(self.arrived)
-        for robot in np.flatnonzero((v["speed"] < STANDING_MPS) & ~v["held"] & ~v["steered"]).tolist():
+        for robot in np.flatnonzero(self.vehicles["speed"] < STANDING_MPS).tolist():
             driver = self.drivers[robot]
-            if driver.id in arrived:
+            if driver.row["held"] or driver.row["steered"] or driver.id in self.arrived:
                 continue
-            leg = int(v["entered"][robot])
+            leg = int(driver.row["entered"])
             line = driver.leg(leg).line
             lane, _ = self._traffic.lane(driver.id)
             beside = lane.startswith(f"{line.edge}_") and lane != f"{line.edge}_{line.lane}"
