@@ -82,7 +82,8 @@ class FrontRecorder:
         times = np.repeat(self._times, [len(some) for some in self._vehicles])
         different = {id(some): some for some in self._vehicles}  # mostly there is one
         words = [*dict.fromkeys(np.concatenate([*different.values()]).tolist())]
-        rank = np.zeros(max(words, default=0) + 1, dtype=np.int32)
+        kind = np.min_scalar_type(len(words))  # numbers of 16 bits are sorted much sooner
+        rank = np.zeros(max(words, default=0) + 1, dtype=kind)
         rank[words] = np.arange(len(words))
         vehicles = rank[np.concatenate(self._vehicles)]
         order = np.argsort(vehicles, kind="stable")
@@ -91,7 +92,7 @@ class FrontRecorder:
         names = pa.array([every[word] for word in words], type=pa.string())
         columns = [
             pa.array(times[order]),
-            pa.DictionaryArray.from_arrays(pa.array(vehicles[order]), names),
+            pa.DictionaryArray.from_arrays(pa.array(vehicles[order].astype(np.int32)), names),
             pa.array(fronts[order]),
         ]
         self._times.clear()
