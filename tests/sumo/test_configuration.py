@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import json
 import shutil
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+from loopgate import run
+from loopgate.analysis.rows import run_row
 from loopgate.errors import TrafficError
 from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario
@@ -42,6 +46,41 @@ def test_a_configuration_is_honoured(tmp_path: Path, gate: str) -> None:
     assert (tmp_path / "t.xml").is_file()
     assert (tmp_path / "run" / "fcd.xml.gz").stat().st_size > 1000
     assert [line for line in summary["warnings"] if "time-to-teleport 300 is not taken over" in line]
+
+
+def test_a_run_that_begins_in_the_morning_has_the_figures_of_one_at_midnight(tmp_path: Path) -> None:
+    """No street has been idle since midnight, laps are counted, and so is how long a deadlock took."""
+    grid, found, seen = ROOT / "networks" / "grid5-priority.net.xml", list[list[Any]](), list[list[float]]()
+    for begin, gate in ((0, "certified"), (25200, "certified"), (0, "open"), (25200, "open")):
+        config = tmp_path / f"{begin}.sumocfg"
+        text = f'<configuration><net-file value="{grid}"/><begin value="{begin}"/></configuration>'
+        config.write_text(text)
+        scenario = Scenario.from_dict(
+            {
+                "network": str(config),
+                "traffic": "",
+                "routes": str(ROOT / "routes" / "grid5.rou.xml"),
+                "gate": gate,
+                "vehicles": 30 if gate == "certified" else 260,
+                "duration_s": 600,
+                "warmup_s": 60,
+                "revisit_s": 300,
+            }
+        )
+        one = run(scenario)
+        assert one.summary["begins_s"] == begin
+        row, _ = run_row(scenario=one.scenario, summary=one.summary, events=one.events, edges=one.edges)
+        points = json.loads(one.figures["seen"].to_json())["datasets"].values()
+        within = sorted(point["y"] for some in points for point in some if "y" in point)
+        figures = ("idleness_s", "worst_idleness_s", "laps", "distance_km", "unvisited_edges", "watch")
+        told = ("lap_mean_s", "lapless_vehicles", "first_deadlock_s", "observed_s")
+        found.append([one.summary[name] for name in figures] + [row[name] for name in told])
+        seen.append(within)
+    assert found[0] == found[1]
+    assert found[2] == found[3]
+    assert found[2][-2] is not None
+    assert seen[0] == pytest.approx(seen[1], abs=1e-6)
+    assert seen[2] == pytest.approx(seen[3], abs=1e-6)
 
 
 def test_an_option_that_sumo_does_not_know_is_named() -> None:

@@ -58,7 +58,12 @@ def compute_revisit_intervals(*, events: pd.DataFrame, end_s: float, begin_s: fl
 
 
 def compute_revisits(
-    *, events: pd.DataFrame, end_s: float, begin_s: float = 0.0, edges: Iterable[str] | None = None
+    *,
+    events: pd.DataFrame,
+    end_s: float,
+    begin_s: float = 0.0,
+    edges: Iterable[str] | None = None,
+    since_s: float = 0.0,
 ) -> pd.DataFrame:
     """Return visits, revisit intervals and idleness of every edge.
 
@@ -80,6 +85,8 @@ def compute_revisits(
         Period of observation (begin, end] [s]; what happened before it is used to know the last visit.
     edges
         The edges to report, also those never visited; default: those visited, sorted.
+    since_s
+        When the simulation began [s]: from then on an edge is idle until its first visit.
 
     Examples
     --------
@@ -105,14 +112,14 @@ def compute_revisits(
     result[run.WEIGHTED_REVISIT] = _weighted(between).reindex(index).astype(float)
 
     # Idleness rises from 0 along each gap between visits; its integral over the part of the gap inside the
-    # period is a difference of squares. The gaps tile [0, end]: from 0, between visits, and to the end.
-    previous = visits.groupby(run.PLACE, sort=False)[run.TIME].shift().fillna(0.0)
+    # period is a difference of squares. The gaps tile [since, end]: to the first visit, between, to the end.
+    previous = visits.groupby(run.PLACE, sort=False)[run.TIME].shift().fillna(since_s)
     area = (
         pd.Series(_gap_area(previous, visits[run.TIME], begin_s), index=visits[run.PLACE])
         .groupby(level=0)
         .sum()
     )
-    last = visits.groupby(run.PLACE)[run.TIME].max().reindex(index).fillna(0.0)
+    last = visits.groupby(run.PLACE)[run.TIME].max().reindex(index).fillna(since_s)
     total = area.reindex(index).fillna(0.0) + _gap_area(last, np.full(len(last), float(end_s)), begin_s)
     result[run.IDLENESS] = (total / (end_s - begin_s)).astype(float)
 
@@ -162,7 +169,7 @@ def compute_edge_holds(*, events: pd.DataFrame, end_s: float, begin_s: float = 0
 
 
 def compute_edges(
-    *, events: pd.DataFrame, edges: pd.DataFrame, end_s: float, begin_s: float = 0.0
+    *, events: pd.DataFrame, edges: pd.DataFrame, end_s: float, begin_s: float = 0.0, since_s: float = 0.0
 ) -> pd.DataFrame:
     """Return the table that a run folder keeps as ``edges.parquet``.
 
@@ -178,6 +185,8 @@ def compute_edges(
         The edges on some loop: `EDGE` (unique), `EDGE_LENGTH` [m], `SHAPE`.
     begin_s, end_s
         Period of observation (begin, end] [s].
+    since_s
+        See `compute_revisits`.
 
     Examples
     --------
@@ -190,7 +199,9 @@ def compute_edges(
     [['e1', 1, 15.0]]
     """
     check_columns(edges, (run.EDGE, run.EDGE_LENGTH, run.SHAPE), "edges")
-    revisits = compute_revisits(events=events, begin_s=begin_s, end_s=end_s, edges=edges[run.EDGE])
+    revisits = compute_revisits(
+        events=events, begin_s=begin_s, end_s=end_s, edges=edges[run.EDGE], since_s=since_s
+    )
     holds = compute_edge_holds(events=events, begin_s=begin_s, end_s=end_s)
     table = (
         edges[[run.EDGE, run.EDGE_LENGTH, run.SHAPE]]

@@ -131,7 +131,7 @@ def run_row(
     audit = summary.get(c.AUDIT)
     row[c.AUDIT] = audit if audit is None or isinstance(audit, str) else json.dumps(audit)
     row[c.WARNINGS] = json.dumps(summary.get(c.WARNINGS) or [], ensure_ascii=False)
-    row |= _laps(row, events) | _edges(edges)
+    row |= _laps(row, events, float(summary.get("begins_s", 0.0))) | _edges(edges)
     if audit == c.NOT_GATED:  # nobody was held, and nobody measured how long vehicles waited instead
         row |= dict.fromkeys((c.HOLD, c.LONGEST_WAIT, c.EDGE_HOLD))
     known = [run.JUNCTION] if run.JUNCTION in edges else []
@@ -154,15 +154,16 @@ def _time(scenario: Mapping[str, Any], summary: Mapping[str, Any]) -> dict[str, 
     deadlocks = summary.get(c.DEADLOCKS) or []
     first = deadlocks[0] if deadlocks else {}
     measured = float(summary[c.DURATION])
-    warmup = float(scenario.get(c.WARMUP, 0.0))
+    warmup, begins_s = float(scenario.get(c.WARMUP, 0.0)), float(summary.get("begins_s", 0.0))
+    first_s = first["at_s"] - begins_s if "at_s" in first else None
     return {
         c.DURATION: float(scenario.get(c.DURATION, measured)),
         c.WARMUP: warmup,
         c.MEASURED: measured,
         c.DEADLOCKS: len(deadlocks),
-        c.FIRST_DEADLOCK: first.get("at_s"),
+        c.FIRST_DEADLOCK: first_s,
         c.DEADLOCK_SIZE: len(first["vehicles"]) if "vehicles" in first else None,
-        c.OBSERVED: first.get("at_s", warmup + measured),
+        c.OBSERVED: warmup + measured if first_s is None else first_s,
     }
 
 
@@ -172,8 +173,8 @@ def _refusals(reasons: object) -> dict[str, Any]:
     return {c.REFUSALS: sum(reasons.values()), c.REFUSAL_REASONS: json.dumps(dict(reasons), sort_keys=True)}
 
 
-def _laps(row: Mapping[str, Any], events: pd.DataFrame) -> dict[str, Any]:
-    begin, end = row[c.WARMUP], row[c.WARMUP] + row[c.MEASURED]
+def _laps(row: Mapping[str, Any], events: pd.DataFrame, begins_s: float) -> dict[str, Any]:
+    begin, end = begins_s + row[c.WARMUP], begins_s + row[c.WARMUP] + row[c.MEASURED]
     if begin >= end or not row[c.LOOPS]:
         return {c.LAP_MEAN: None, c.LAP_QUANTILES: None, c.LAPLESS: None}
     late = events[run.TIME].gt(max(begin, end - _HALF_HOUR_S)) & events[run.TIME].le(end)

@@ -31,6 +31,7 @@ def compute_watch(
     end_s: float,
     bound_s: float | Mapping[str, float],
     begin_s: float = 0.0,
+    since_s: float = 0.0,
 ) -> pd.DataFrame:
     """Return how often and how evenly every street was seen, the one that was idle longest first.
 
@@ -50,6 +51,8 @@ def compute_watch(
         Period of observation (begin, end] [s].
     bound_s
         Time that no street should go unseen for longer than [s], for all or by street; infinity for none.
+    since_s
+        See `compute_revisits`.
 
     Examples
     --------
@@ -61,14 +64,15 @@ def compute_watch(
     >>> seen[["edge", "visits", "worst_idleness_s"]].values.tolist()
     [['e2', 0, 100.0], ['e1', 3, 30.0]]
     """
-    table = compute_revisits(events=events, begin_s=begin_s, end_s=end_s, edges=streets).set_index(run.EDGE)
-    between = compute_revisit_intervals(events=events, begin_s=begin_s, end_s=end_s)
+    period = {"begin_s": begin_s, "end_s": end_s}
+    table = compute_revisits(events=events, edges=streets, since_s=since_s, **period).set_index(run.EDGE)
+    between = compute_revisit_intervals(events=events, **period)
     intervals = between.groupby(run.EDGE)[a.INTERVAL]
     table[run.HEADWAY_CV] = intervals.std() / intervals.mean().where(lambda mean: mean > 0.0)
     short = between[a.INTERVAL] < _BUNCHED * intervals.transform("mean")
     table[run.BUNCHED] = short.groupby(between[run.EDGE]).mean()
     table[run.BOUND] = [bound_s[edge] if isinstance(bound_s, Mapping) else bound_s for edge in table.index]
-    gaps = _gaps(events, list(table.index), begin_s, end_s)
+    gaps = _gaps(events, list(table.index), since_s, **period)
     over = np.bincount(gaps.street, gaps.over_s(table[run.BOUND].to_numpy()[gaps.street]), len(table))
     table[run.WITHIN] = 1.0 - over / (end_s - begin_s)
     worst = table.reset_index().sort_values(
@@ -79,7 +83,7 @@ def compute_watch(
 
 @dataclass(frozen=True, slots=True)
 class _Gaps:
-    """For each street the times between visits, from 0 to the first one and from the last one to the end."""
+    """For each street the times from the beginning to the first visit, between visits, and to the end."""
 
     street: Ints
     since: Floats
@@ -92,7 +96,9 @@ class _Gaps:
         return over
 
 
-def _gaps(events: pd.DataFrame, streets: Sequence[str], begin_s: float, end_s: float) -> _Gaps:
+def _gaps(
+    events: pd.DataFrame, streets: Sequence[str], since_s: float, *, begin_s: float, end_s: float
+) -> _Gaps:
     number = pd.Series(range(len(streets)), index=list(streets), dtype="int64")
     visits = events[
         (events[run.EVENT] == Event.EDGE) & (events[run.TIME] <= end_s) & events[run.PLACE].isin(number.index)
@@ -102,7 +108,7 @@ def _gaps(events: pd.DataFrame, streets: Sequence[str], begin_s: float, end_s: f
     order = np.lexsort((until, at))
     at, until = at[order], until[order]
     first = np.r_[True, at[1:] != at[:-1]] if len(at) else np.zeros(0, dtype=bool)
-    since = np.where(first, 0.0, np.r_[0.0, until[:-1]] if len(at) else until)
+    since = np.where(first, since_s, np.r_[0.0, until[:-1]] if len(at) else until)
     return _Gaps(at, since, until, begin_s)
 
 
@@ -112,6 +118,7 @@ def compute_seen_within(
     streets: Iterable[str],
     end_s: float,
     begin_s: float = 0.0,
+    since_s: float = 0.0,
     times_s: Iterable[float] | None = None,
 ) -> pd.DataFrame:
     """Return which share of the streets was seen within so long.
@@ -129,6 +136,8 @@ def compute_seen_within(
         All edges to be seen, those that nobody visits included.
     begin_s, end_s
         Period of observation (begin, end] [s].
+    since_s
+        See `compute_revisits`.
     times_s
         For which times [s]; default: from 0 to the longest on a street that was visited, in a hundred steps.
 
@@ -148,11 +157,11 @@ def compute_seen_within(
     if not names:
         msg = "streets: none are given; expected the names of edges"
         raise AnalysisError(msg)
-    gaps = _gaps(events, names, begin_s, end_s)
+    gaps = _gaps(events, names, since_s, begin_s=begin_s, end_s=end_s)
     longest = np.zeros(len(names))
     inside = gaps.until > begin_s
     np.maximum.at(longest, gaps.street[inside], (gaps.until - gaps.since)[inside])
-    visited = gaps.street[gaps.since > 0.0]
+    visited = gaps.street[gaps.since > since_s]
     most = longest[visited].max() if len(visited) else longest.max()
     times = np.linspace(0.0, most, _POINTS + 1) if times_s is None else np.array(list(times_s))
     whole = len(names) * (end_s - begin_s)

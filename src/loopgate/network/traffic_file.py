@@ -1,10 +1,14 @@
 """Ordinary traffic beside the vehicles on loops: a route file or configuration that goes to SUMO as it is."""
 
+import math
 from collections.abc import Iterable
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
+from xml.etree import ElementTree as ET
 
 from loopgate.errors import RouteError
+from loopgate.network.clock import seconds
 from loopgate.network.sumo_config import is_sumo_config, read_sumo_config
 from loopgate.network.vehicle_type import vehicle_type
 from loopgate.network.xml_file import read_xml
@@ -24,10 +28,21 @@ class TrafficFile:
     """`route_files` and `additional_files`: what SUMO has to load."""
     ids: frozenset[str]
     """Names of vehicles, trips and flows."""
+    first_s: float
+    """When the first of them departs, or a person [s]; infinity if none says when."""
 
     def options(self) -> list[str]:
         """Return the SUMO options that load the route files; additional files are for the caller to join."""
         return ["--route-files", ",".join(str(file) for file in self.route_files)]
+
+    def too_late(self, end_s: float) -> tuple[str, ...]:
+        """Say so if nobody departs before a run is over; additional files are not looked into."""
+        if self.additional_files or not end_s <= self.first_s < math.inf:
+            return ()
+        when = (
+            f"nobody departs before {end_s:g} s, when the run is over; the first does at {self.first_s:g} s"
+        )
+        return (f"{self.file}: {when}: give a .sumocfg with begin {self.first_s:g} as NETWORK",)
 
     def check_names(self, vehicles: Iterable[str]) -> None:
         """Raise `RouteError` if one of `vehicles` has the name of an ordinary one."""
@@ -52,14 +67,23 @@ def read_traffic(file: Path | str) -> TrafficFile:
     else:
         routes, additional = (path,), ()
     ids: set[str] = set()
-    persons = False
+    first_s, persons = math.inf, False
     for source in routes:
         top = read_xml(source, root="routes", what="route file", error=RouteError)
         for element in top.iter("vType"):
             vehicle_type(element, str(source))
         ids.update(element.get("id", "") for tag in _VEHICLES for element in top.iter(tag))
         persons |= any(next(top.iter(tag), None) is not None for tag in _PERSONS)
+        departing = (one for tag in (*_VEHICLES, *_PERSONS) for one in top.iter(tag))
+        first_s = min([first_s, *map(_departs_s, departing)])
     if not ids and not persons:
         msg = f"{path}: no vehicles in it; expected <vehicle>, <trip> or <flow> elements as ordinary traffic"
         raise RouteError(msg)
-    return TrafficFile(path, routes, additional, frozenset(ids))
+    return TrafficFile(path, routes, additional, frozenset(ids), first_s)
+
+
+def _departs_s(element: ET.Element) -> float:
+    """Return when somebody departs, or may begin to [s]; infinity if no time is said, which is for SUMO."""
+    with suppress(ValueError):
+        return seconds(element.get("depart") or element.get("begin") or "0")
+    return math.inf

@@ -59,8 +59,10 @@ def _add_watch(content: Content, one: Run, period: dict[str, Any]) -> None:
         return
     content.known |= {"run.streets": streets, _STREETS: streets[run.EDGE]}
     content.table("rarest", "Streets that went unseen longest", compute_rarest, {"streets": "run.streets"})
-    of = {"events": "run.events", "streets": _STREETS}
-    seen = content.table("seen-within", "Seen within", compute_seen_within, of, listed=False, **period)
+    of, since_s = {"events": "run.events", "streets": _STREETS}, float(one.summary.get("begins_s", 0.0))
+    seen = content.table(
+        "seen-within", "Seen within", compute_seen_within, of, listed=False, **period, since_s=since_s
+    )
     never = int((streets[run.VISITS] == 0).sum())
     caption = "Broad and strong where a street went unseen for long."
     if never:

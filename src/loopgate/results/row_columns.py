@@ -77,9 +77,13 @@ MEAN_TRIP: Final = _number(
 )  # from departure to arrival, mean over those who arrived; else missing
 OUTCOME: Final = _text("outcome")  # done or deadlock
 DEADLOCKS: Final = _whole("deadlocks")  # how many
-FIRST_DEADLOCK: Final = _number("first_deadlock_s")  # simulated time, missing without deadlock
+FIRST_DEADLOCK: Final = _number(
+    "first_deadlock_s"
+)  # simulated time since the beginning, missing without deadlock
 DEADLOCK_SIZE: Final = _whole("deadlock_vehicles")  # vehicles in the first deadlock
-OBSERVED: Final = _number("observed_s")  # simulated time until the first deadlock or the end
+OBSERVED: Final = _number(
+    "observed_s"
+)  # simulated time until the first deadlock or the end, from the beginning
 COLLISIONS: Final = _whole("collisions")  # as SUMO reports them, of gated vehicles
 TELEPORTS: Final = _whole("teleports")  # as SUMO reports them
 OVERRUNS: Final = _whole("overruns")  # held vehicles that could not brake for their line, or did not

@@ -107,12 +107,14 @@ class Run:
         return found
 
     def _seen(self, streets: pd.DataFrame) -> Chart:
-        begin_s = float(self.scenario.get("warmup_s", 0.0))
+        since_s = float(self.summary.get("begins_s", 0.0))
+        begin_s = since_s + float(self.scenario.get("warmup_s", 0.0))
         seen = compute_seen_within(
             events=self.events,
             streets=streets[run.EDGE],
             begin_s=begin_s,
             end_s=begin_s + float(self.summary["duration_s"]),
+            since_s=since_s,
         )
         return plot_seen_within({"": seen}, bound_s=self.scenario.get("revisit_s") or None)
 

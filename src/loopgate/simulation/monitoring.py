@@ -91,8 +91,8 @@ def write_streets(
     bound_s = scenario.revisit_s or math.inf
     bounds = {edge.id: bound_s / wishes.weights.get(edge.id, 1.0) for edge in edges}
     events = read_events(folder / EVENTS, (Event.EDGE,))
-    period = {"begin_s": begin_s, "end_s": end_s}
-    watch = compute_watch(events=events, streets=list(bounds), bound_s=bounds, **period)
+    period, since_s = {"begin_s": begin_s, "end_s": end_s}, assembly.begin_s
+    watch = compute_watch(events=events, streets=list(bounds), bound_s=bounds, since_s=since_s, **period)
     records = [network.edge(str(name)) for name in watch[EDGE]]
     table = watch.copy()
     table[STREET] = [edge.street for edge in records]
@@ -106,7 +106,7 @@ def write_streets(
     if len(intervals):
         figures["interval_quantiles_s"] = np.quantile(intervals, LAP_GRID).round(1).tolist()
     streets = both_ways(network, list(bounds))
-    figures["either_way"] = _either_way(events, streets, bounds, **period)
+    figures["either_way"] = _either_way(events, streets, bounds, since_s=since_s, **period)
     if wishes.districts:
         districts = compute_districts(watch=watch, districts=wishes.districts).round(4)
         figures["districts"] = json.loads(districts.to_json(orient="records"))
@@ -123,6 +123,7 @@ def _either_way(
     streets: Sequence[Sequence[str]],
     bounds: Mapping[str, float],
     *,
+    since_s: float,
     begin_s: float,
     end_s: float,
 ) -> dict[str, Any]:
@@ -132,6 +133,7 @@ def _either_way(
     table = compute_watch(
         events=either,
         streets=[street[0] for street in streets],
+        since_s=since_s,
         begin_s=begin_s,
         end_s=end_s,
         bound_s={street[0]: min(bounds[edge] for edge in street) for street in streets},

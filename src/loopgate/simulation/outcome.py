@@ -175,7 +175,12 @@ class Folder:
             frame.to_parquet(self / VEHICLES, index=False)
 
     def write_edges(
-        self, edges: Sequence[tuple[str, float, str, str, float]], *, begin_s: float, end_s: float
+        self,
+        edges: Sequence[tuple[str, float, str, str, float]],
+        *,
+        begin_s: float,
+        end_s: float,
+        since_s: float = 0.0,
     ) -> pd.DataFrame:
         """Write ``edges.parquet`` from the events.
 
@@ -184,7 +189,11 @@ class Folder:
         events = read_events(self / EVENTS, (Event.EDGE, Event.HOLD, Event.GO))
         frame = pd.DataFrame(edges, columns=[EDGE, EDGE_LENGTH, SHAPE, JUNCTION, STOOD])
         table = compute_edges(
-            events=events, edges=frame[[EDGE, EDGE_LENGTH, SHAPE]], begin_s=begin_s, end_s=end_s
+            events=events,
+            edges=frame[[EDGE, EDGE_LENGTH, SHAPE]],
+            begin_s=begin_s,
+            end_s=end_s,
+            since_s=since_s,
         )
         table[JUNCTION], table[STOOD] = frame[JUNCTION], frame[STOOD].astype(float)
         self.write_table(table, EDGES)

@@ -98,7 +98,7 @@ def run_plainly(scenario: Scenario, folder: Folder, tick: Tick, backend: str) ->
     folder.write_edges([], begin_s=course.begin_s, end_s=max(course.end_s, course.begin_s + 1.0))
     summary = outcome.summary(scenario, course, tallies, loops=0, folder=folder, warnings=said.notes)
     summary["vehicles"] = sum(trip.departed for trip in found)
-    summary |= monitoring_figures(None, None)
+    summary |= monitoring_figures(None, None) | {"begins_s": round(course.begin_s, 3)}
     if own is not None:
         others = sum(trip.departed for trip in everybody) - summary["vehicles"]
         summary["others"] = {"vehicles": others, "collisions": course.collisions_of_others}

@@ -19,7 +19,7 @@ from loopgate.negotiation.registry import make_negotiation
 from loopgate.network import RoadNetwork, read_loops
 from loopgate.network.additional import type_names
 from loopgate.network.sumo_config import is_sumo_config
-from loopgate.network.traffic_file import read_traffic
+from loopgate.network.traffic_file import TrafficFile, read_traffic
 from loopgate.results.recorder import Recorder
 from loopgate.simulation import outcome
 from loopgate.simulation.assembly import Assembly, assemble
@@ -198,6 +198,7 @@ def open_session(
         If the scenario does not fit together, SUMO refuses it, or the disk is full.
     """
     said = sumo_options(scenario)
+    beside = read_traffic(scenario.traffic) if scenario.traffic else None
     keeping = _keeping(scenario, assembly, negotiation)
     with writing(folder / outcome.SCENARIO):
         scenario.write(folder / outcome.SCENARIO)
@@ -207,7 +208,7 @@ def open_session(
     options = [
         *said.arguments,
         *("--net-file", str(assembly.network.file)),
-        *_input_options(scenario, assembly, folder, said),
+        *_input_options(scenario, assembly, folder, said, beside),
         *plain_options(scenario, log),
         *output_options(scenario, folder.path, trips=bool(assembly.trips or assembly.ordinary)),
         *(record_positions(folder / outcome.POSITIONS) if scenario.positions else ()),
@@ -245,7 +246,9 @@ def open_session(
             *seen,
         )
         keeper = fleet.keeper if fleet else None
-        notes = (*said.notes, *(parking.notes(assembly.stops) if parking else ()))
+        end_s = assembly.begin_s + scenario.warmup_s + scenario.duration_s
+        late = beside.too_late(end_s) if beside else ()
+        notes = (*said.notes, *late, *(parking.notes(assembly.stops) if parking else ()))
         yield Session(traffic, engine, recorder, keeper, around, stops, departures, rerouting, looks, notes)
 
 
@@ -293,19 +296,20 @@ def _spacing(
     return [SpeedAdvice(assembly.network, loops, engine, traffic).look]
 
 
-def _input_options(scenario: Scenario, assembly: Assembly, folder: Folder, said: SumoOptions) -> list[str]:
+def _input_options(
+    scenario: Scenario, assembly: Assembly, folder: Folder, said: SumoOptions, ordinary: TrafficFile | None
+) -> list[str]:
     beside = tuple(dict.fromkeys((*said.additional_files, *scenario.stop_files, *assembly.stop_files)))
     routes = ["--route-files", ""] if said.configured else []
-    if scenario.traffic:
-        ordinary = read_traffic(scenario.traffic)
+    if ordinary:
         ordinary.check_names(assembly.names)
         beside, routes = tuple(dict.fromkeys((*beside, *ordinary.additional_files))), ordinary.options()
     if assembly.ordinary:
         file = folder / outcome.ORDINARY
         write_ordinary(assembly.ordinary, file, known=type_names(beside))
-        if scenario.traffic:
+        if ordinary:
             ordinary.check_names(vehicle.id for vehicle in assembly.ordinary)
-        routes = ["--route-files", ",".join([*routes[1:], str(file)] if scenario.traffic else [str(file)])]
+        routes = ["--route-files", ",".join([*routes[1:], str(file)] if ordinary else [str(file)])]
     if scenario.gated:
         refuse_what_leads_off(beside, assembly.loops)
     beside = without_vehicles(beside, assembly.vehicle_files, folder.path)

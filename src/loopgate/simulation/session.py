@@ -185,8 +185,9 @@ def _summary(
     }
     edges, watch = None, dict[str, Any]()
     if duration > 0:
-        edges = folder.write_edges(list(rows.values()), begin_s=course.begin_s, end_s=course.end_s)
-        watch = write_streets(scenario, assembly, tallies, folder, begin_s=course.begin_s, end_s=course.end_s)
+        period = {"begin_s": course.begin_s, "end_s": course.end_s}
+        edges = folder.write_edges(list(rows.values()), since_s=assembly.begin_s, **period)
+        watch = write_streets(scenario, assembly, tallies, folder, **period)
     waits: dict[str, Any] = {}
     findings: list[str] = []
     audited: dict[str, Any] = {}
@@ -204,7 +205,7 @@ def _summary(
         warnings=(*assembly.warnings, *(assembly.abstraction.warnings if assembly.abstraction else ())),
     )
     figures |= waits | audited | monitoring_figures(edges, measure_coverage(assembly.network, assembly.loops))
-    return figures | {"watch": watch}
+    return figures | {"begins_s": assembly.begin_s, "watch": watch}
 
 
 def _edge_row(edge: Edge, stood_s: float) -> tuple[str, float, str, str, float]:

@@ -27,6 +27,18 @@ def test_a_route_file(tmp_path: Path) -> None:
         found.check_names(["v1", "c"])
 
 
+@pytest.mark.parametrize(("departs", "first_s"), [("7:00:00", 25200.0), ("triggered", 3e4), ("90.5", 90.5)])
+def test_who_departs_when_the_run_is_over_is_named(tmp_path: Path, departs: str, first_s: float) -> None:
+    """Traffic of the morning is not there at midnight: the first one decides, if it says when."""
+    file = tmp_path / "t.rou.xml"
+    file.write_text(f'<routes><trip id="a" depart="{departs}"/><flow id="b" begin="30000"/></routes>')
+    found = read_traffic(file)
+    assert found.first_s == first_s
+    assert found.too_late(first_s + 1.0) == ()
+    (said,) = found.too_late(60.0)
+    assert f"the first does at {first_s:g} s" in said
+
+
 def test_a_configuration(tmp_path: Path) -> None:
     """Its route files and what they need besides."""
     (tmp_path / "t.rou.xml").write_text(ROUTES)
