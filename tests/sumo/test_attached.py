@@ -182,6 +182,55 @@ def test_nobody_is_let_in_behind_one_that_stops_where_its_place_begins() -> None
     assert (gate.summary["trespasses"], gate.summary["overruns"]) == (0, 0)
 
 
+def test_a_stop_of_the_next_round_bars_nobody_now() -> None:
+    """It lies just behind where the vehicle stands, which is still to drive on."""
+    start()
+    put("v1")
+    with loopgate.attach(libsumo) as gate:
+        gate.add("v1")
+        drive(gate, lambda: len(gate.vehicles) == 1)
+        libsumo.vehicle.setStop("v1", "C1D1", pos=85.0, duration=20.0)
+        drive(gate, lambda: libsumo.vehicle.isStopped("v1"))
+        drive(gate, steps=5)
+        libsumo.vehicle.setStop("v1", "C1D1", pos=84.0, duration=20.0)
+        drive(gate, steps=400)
+    assert gate.summary["laps"] >= 2
+
+
+def test_who_joins_while_it_stops_for_its_owner_is_granted_nothing_yet() -> None:
+    """It would keep the next crossing from others as long as it stands."""
+    start()
+    put("v1")
+    libsumo.simulationStep()
+    libsumo.vehicle.setStop("v1", "C1D1", pos=85.0, duration=100.0)
+    while not libsumo.vehicle.isStopped("v1"):
+        libsumo.simulationStep()
+    with loopgate.attach(libsumo) as gate:
+        gate.add("v1")
+        happened = drive(gate, steps=30)
+        assert of(happened, "start")
+        assert libsumo.vehicle.isStopped("v1")
+        assert of(happened, "refuse") == [("v1", "stop")]
+        assert not of(happened, "grant")
+        drive(gate, lambda: libsumo.vehicle.getRoadID("v1") == "D0C0")
+
+
+@pytest.mark.parametrize("stops", [1, 2])
+def test_time_at_an_owners_stop_is_no_wait_for_a_grant(stops: int) -> None:
+    """Whether or not there is another one to come."""
+    start()
+    put("v1")
+    with loopgate.attach(libsumo) as gate:
+        gate.add("v1")
+        drive(gate, lambda: len(gate.vehicles) == 1)
+        libsumo.vehicle.setStop("v1", "C1D1", pos=85.0, duration=120.0)
+        if stops > 1:
+            libsumo.vehicle.setStop("v1", "D0C0", pos=40.0, duration=5.0)
+        drive(gate, steps=400)
+    assert gate.summary["laps"] >= 1
+    assert gate.summary["longest_wait_s"] < 20.0
+
+
 def speed(vehicle: str) -> float:
     """Return its speed [m/s]."""
     return float(libsumo.vehicle.getSpeed(vehicle))

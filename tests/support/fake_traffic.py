@@ -177,7 +177,7 @@ class FakeTraffic:
         self.renewed.append((vehicle, route))
 
     def next_stop(self, vehicle: str) -> None:
-        """Return none: the drive does not ask."""
+        """Return none: only who attaches asks."""
         del vehicle
 
     def lane_index(self, vehicle: str) -> int:

@@ -28,21 +28,20 @@ class TrafficFile:
     """`route_files` and `additional_files`: what SUMO has to load."""
     ids: frozenset[str]
     """Names of vehicles, trips and flows."""
-    first_s: float
-    """When the first of them departs, or a person [s]; infinity if none says when."""
+    departs_s: tuple[tuple[float, float], ...]
+    """When each of them departs, or a person, at the earliest and the latest [s]."""
 
     def options(self) -> list[str]:
         """Return the SUMO options that load the route files; additional files are for the caller to join."""
         return ["--route-files", ",".join(str(file) for file in self.route_files)]
 
-    def too_late(self, end_s: float) -> tuple[str, ...]:
-        """Say so if nobody departs before a run is over; additional files are not looked into."""
-        if self.additional_files or not end_s <= self.first_s < math.inf:
+    def absent(self, begin_s: float, end_s: float) -> tuple[str, ...]:
+        """Say so if nobody departs in the time of a run; additional files are not looked into."""
+        if self.additional_files or any(s < end_s and until_s >= begin_s for s, until_s in self.departs_s):
             return ()
-        when = (
-            f"nobody departs before {end_s:g} s, when the run is over; the first does at {self.first_s:g} s"
-        )
-        return (f"{self.file}: {when}: give a .sumocfg with begin {self.first_s:g} as NETWORK",)
+        first_s, last_s = min(s for s, _ in self.departs_s), max(until_s for _, until_s in self.departs_s)
+        when = f"from {begin_s:g} to {end_s:g} s, the time of the run, but from {first_s:g} to {last_s:g} s"
+        return (f"{self.file}: nobody departs {when}: give a .sumocfg that begins then as NETWORK",)
 
     def check_names(self, vehicles: Iterable[str]) -> None:
         """Raise `RouteError` if one of `vehicles` has the name of an ordinary one."""
@@ -67,7 +66,8 @@ def read_traffic(file: Path | str) -> TrafficFile:
     else:
         routes, additional = (path,), ()
     ids: set[str] = set()
-    first_s, persons = math.inf, False
+    departs_s: list[tuple[float, float]] = []
+    persons = False
     for source in routes:
         top = read_xml(source, root="routes", what="route file", error=RouteError)
         for element in top.iter("vType"):
@@ -75,15 +75,18 @@ def read_traffic(file: Path | str) -> TrafficFile:
         ids.update(element.get("id", "") for tag in _VEHICLES for element in top.iter(tag))
         persons |= any(next(top.iter(tag), None) is not None for tag in _PERSONS)
         departing = (one for tag in (*_VEHICLES, *_PERSONS) for one in top.iter(tag))
-        first_s = min([first_s, *map(_departs_s, departing)])
+        departs_s += map(_departs_s, departing)
     if not ids and not persons:
         msg = f"{path}: no vehicles in it; expected <vehicle>, <trip> or <flow> elements as ordinary traffic"
         raise RouteError(msg)
-    return TrafficFile(path, routes, additional, frozenset(ids), first_s)
+    return TrafficFile(path, routes, additional, frozenset(ids), tuple(departs_s))
 
 
-def _departs_s(element: ET.Element) -> float:
-    """Return when somebody departs, or may begin to [s]; infinity if no time is said, which is for SUMO."""
+def _departs_s(element: ET.Element) -> tuple[float, float]:
+    """Return when somebody departs, at the earliest and the latest [s]; at any time if that is for SUMO."""
     with suppress(ValueError):
-        return seconds(element.get("depart") or element.get("begin") or "0")
-    return math.inf
+        depart, end = element.get("depart"), element.get("end")
+        if depart:
+            return seconds(depart), seconds(depart)
+        return seconds(element.get("begin", "0")), seconds(end) if end else math.inf
+    return -math.inf, math.inf

@@ -13,7 +13,7 @@ from loopgate.errors import ScenarioError
 from loopgate.network import RoadNetwork
 from loopgate.network.additional import type_names
 from loopgate.network.sumo_config import is_sumo_config
-from loopgate.network.traffic_file import read_traffic
+from loopgate.network.traffic_file import TrafficFile, read_traffic
 from loopgate.results.columns import FLOW_EVERY_S
 from loopgate.results.recorder import Recorder
 from loopgate.simulation import outcome
@@ -64,7 +64,8 @@ def run_plainly(scenario: Scenario, folder: Folder, tick: Tick, backend: str) ->
     with writing(folder / outcome.SCENARIO):
         scenario.write(folder / outcome.SCENARIO)
     log = folder / outcome.SUMO_LOG
-    files, own = _own_files(scenario, folder, said)
+    ordinary = read_traffic(scenario.traffic) if scenario.traffic else None
+    files, own = _own_files(scenario, folder, said, ordinary)
     options = [
         *said.arguments,
         *files,
@@ -96,7 +97,9 @@ def run_plainly(scenario: Scenario, folder: Folder, tick: Tick, backend: str) ->
     tallies = [_tally(trip, standing, duration) for trip in found]
     folder.write_vehicles([tally for tally in tallies if tally.trip and tally.trip.departed])
     folder.write_edges([], begin_s=course.begin_s, end_s=max(course.end_s, course.begin_s + 1.0))
-    summary = outcome.summary(scenario, course, tallies, loops=0, folder=folder, warnings=said.notes)
+    end_s = course.begin_s + scenario.duration_s
+    notes = (*said.notes, *(ordinary.absent(course.begin_s, end_s) if ordinary else ()))
+    summary = outcome.summary(scenario, course, tallies, loops=0, folder=folder, warnings=notes)
     summary["vehicles"] = sum(trip.departed for trip in found)
     summary |= monitoring_figures(None, None) | {"begins_s": round(course.begin_s, 3)}
     if own is not None:
@@ -107,7 +110,7 @@ def run_plainly(scenario: Scenario, folder: Folder, tick: Tick, backend: str) ->
 
 
 def _own_files(
-    scenario: Scenario, folder: Folder, said: SumoOptions
+    scenario: Scenario, folder: Folder, said: SumoOptions, ordinary: TrafficFile | None
 ) -> tuple[list[str], frozenset[str] | None]:
     """Return SUMO's options for network and routes, where no configuration is all that there is.
 
@@ -120,8 +123,8 @@ def _own_files(
     beside = tuple(dict.fromkeys((*said.additional_files, *(file.stop_files if file else ()))))
     write_ordinary(vehicles, folder / outcome.ORDINARY, known=type_names(beside))
     own, routes = None, [str(folder / outcome.ORDINARY)]
-    if scenario.traffic:
-        ordinary, own = read_traffic(scenario.traffic), frozenset(vehicle.id for vehicle in vehicles)
+    if ordinary:
+        own = frozenset(vehicle.id for vehicle in vehicles)
         ordinary.check_names(own)
         beside = tuple(dict.fromkeys((*beside, *ordinary.additional_files)))
         routes += map(str, ordinary.route_files)

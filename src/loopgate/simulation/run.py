@@ -247,8 +247,8 @@ def open_session(
         )
         keeper = fleet.keeper if fleet else None
         end_s = assembly.begin_s + scenario.warmup_s + scenario.duration_s
-        late = beside.too_late(end_s) if beside else ()
-        notes = (*said.notes, *late, *(parking.notes(assembly.stops) if parking else ()))
+        absent = beside.absent(assembly.begin_s, end_s) if beside else ()
+        notes = (*said.notes, *absent, *(parking.notes(assembly.stops) if parking else ()))
         yield Session(traffic, engine, recorder, keeper, around, stops, departures, rerouting, looks, notes)
 
 

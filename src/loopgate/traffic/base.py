@@ -215,8 +215,11 @@ class Traffic(Protocol):
     def halted(self) -> Sequence[str]:
         """Return the held vehicles that came to rest in the last step."""
 
-    def next_stop(self, vehicle: str) -> tuple[str, float] | None:
-        """Return edge and position [m] of the next stop, made or not, that does not hold the vehicle."""
+    def next_stop(self, vehicle: str) -> tuple[str, float, bool] | None:
+        """Return edge and position [m] of the stop that a vehicle makes, or makes next, if there is one.
+
+        And whether it comes after the stop that holds the vehicle, which does not count.
+        """
 
     def set_stop(self, vehicle: str, stop: Stop) -> None:
         """Let the vehicle stop where it comes to that place next; raise `TrafficError` if it cannot."""

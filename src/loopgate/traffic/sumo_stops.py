@@ -114,10 +114,10 @@ class SumoStops:
         stops = self._stops_of(vehicle, 0)
         if self._is_ours(vehicle):
             return 0 if stops else None
-        return next((number for number, stop in enumerate(stops) if self._holds_by(vehicle, stop)), None)
+        return next((number for number, stop in enumerate(stops) if self._is_hold(vehicle, stop)), None)
 
-    def _holds_by(self, vehicle: str, stop: Any) -> bool:  # noqa: ANN401  neither API has types
-        """Return whether the vehicle is held by a stop of its."""
+    def _is_hold(self, vehicle: str, stop: Any) -> bool:  # noqa: ANN401  neither API has types
+        """Return whether a stop of the vehicle is the one that holds it."""
         lane, position_m = self._holds.get(vehicle, ("", 0.0))
         lasts, off_m = stop.duration >= _FOR_EVER_S / 2, abs(stop.endPos - position_m)
         return bool(stop.lane == lane and lasts and off_m < _SAME_STOP_M)
@@ -152,10 +152,10 @@ class SumoStops:
         held = [vehicle for vehicle in ids if vehicle in self._holds]
         return [vehicle for vehicle in held if self._is_ours(vehicle) or self._stop_number(vehicle) == 0]
 
-    def next_stop(self, vehicle: str) -> tuple[str, float] | None:
-        for stop in self._stops_of(vehicle, 2):
-            if not self._holds_by(vehicle, stop):
-                return stop.lane.rpartition("_")[0], stop.endPos
+    def next_stop(self, vehicle: str) -> tuple[str, float, bool] | None:
+        for number, stop in enumerate(self._stops_of(vehicle, 2)):
+            if not self._is_hold(vehicle, stop):
+                return stop.lane.rpartition("_")[0], stop.endPos, number > 0
         return None
 
     def set_stop(self, vehicle: str, stop: Stop) -> None:

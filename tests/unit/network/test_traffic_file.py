@@ -27,16 +27,22 @@ def test_a_route_file(tmp_path: Path) -> None:
         found.check_names(["v1", "c"])
 
 
-@pytest.mark.parametrize(("departs", "first_s"), [("7:00:00", 25200.0), ("triggered", 3e4), ("90.5", 90.5)])
-def test_who_departs_when_the_run_is_over_is_named(tmp_path: Path, departs: str, first_s: float) -> None:
-    """Traffic of the morning is not there at midnight: the first one decides, if it says when."""
+@pytest.mark.parametrize(
+    ("departs", "absent_at_s"), [("7:00:00", (0, 25199)), ("90.5", (0, 90)), ("90.5", (91, 200))]
+)
+def test_traffic_of_another_time_is_named(tmp_path: Path, departs: str, absent_at_s: tuple[int, int]) -> None:
+    """Nobody of the morning is there at midnight; who departs at any time, or for long, may be."""
     file = tmp_path / "t.rou.xml"
-    file.write_text(f'<routes><trip id="a" depart="{departs}"/><flow id="b" begin="30000"/></routes>')
-    found = read_traffic(file)
-    assert found.first_s == first_s
-    assert found.too_late(first_s + 1.0) == ()
-    (said,) = found.too_late(60.0)
-    assert f"the first does at {first_s:g} s" in said
+    flows = {"": True, '<flow id="b" begin="30000"/>': True, '<flow id="b" begin="0" end="99999"/>': False}
+    flows['<trip id="b" depart="triggered"/>'] = False
+    for more, absent in flows.items():
+        file.write_text(f'<routes><trip id="a" depart="{departs}"/>{more}</routes>')
+        found = read_traffic(file)
+        assert bool(found.absent(*absent_at_s)) == absent
+        assert not found.absent(0, 25201)
+    file.write_text(f'<routes><trip id="a" depart="{departs}"/></routes>')
+    (said,) = read_traffic(file).absent(*absent_at_s)
+    assert f"nobody departs from {absent_at_s[0]} to {absent_at_s[1]} s" in said
 
 
 def test_a_configuration(tmp_path: Path) -> None:

@@ -127,7 +127,7 @@ class Sight:
             self._keeper.ask(drive.SEE)
 
     def _write_down(self, here: Whereabouts) -> None:
-        """Write down where they are; lanes only where they are others, for numbers are slow to look up."""
+        """Write down where they are; lanes only where they have changed: numbers are slow to look up."""
         others, at, lanes, known = self._tables["others"], self._at, here.lanes, self._lanes
         on, speeds_mps = others["lane"], here.speeds_mps[self._which]
         for n, row in zip(self._which.tolist(), at.tolist(), strict=True):

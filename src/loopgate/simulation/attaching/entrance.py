@@ -91,11 +91,14 @@ class Entrance:
         """Take note of where vehicles stop for their owner."""
         stopping = vehicles["stop_m"] < np.inf
         for driver in self._engine.drivers:
-            row, stop = driver.row, self._traffic.next_stop(driver.id)
+            row, stop, at_m = driver.row, self._traffic.next_stop(driver.id), np.inf
             if stop is not None:
-                row["stop_m"] = driver.track.ahead(*stop, driver.front_m - _MOVED_M)
-            elif stopping[driver.robot]:
-                row["stop_m"] = np.inf
+                edge, position_m, beyond = stop
+                line_m = driver.line_m if np.isfinite(driver.line_m) else driver.front_m
+                at_m = driver.track.ahead(edge, position_m, line_m if beyond else driver.front_m - _MOVED_M)
+            is_over = stopping[driver.robot] and at_m > row["stop_m"] + _MOVED_M
+            row["stop_m"] = at_m
+            if is_over:
                 self._engine.asks_anew(driver)
 
     def _notice(self) -> None:
@@ -166,6 +169,7 @@ class Entrance:
         ]
         if not self.fleet.take_in(tracks, beyond=1):
             return False
+        self._heed_stops(self._engine.vehicles)
         self._engine.answer()
         for newcomer in newcomers:
             del self.newcomers[newcomer.vehicle]
