@@ -6,6 +6,7 @@ import importlib
 import re
 import sys
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import attached
@@ -59,6 +60,17 @@ def drive(
     return happened
 
 
+@contextmanager
+def under_gate(*vehicles: str) -> Iterator[loopgate.Attached]:
+    """Start the grid, and take vehicles that depart on its first loop under a gate."""
+    start()
+    put(*vehicles)
+    with loopgate.attach(libsumo) as gate:
+        gate.add(*vehicles)
+        drive(gate, lambda: len(gate.vehicles) == len(vehicles))
+        yield gate
+
+
 def of(happened: list[Happening], event: str) -> list[tuple[str, str]]:
     """Return vehicle and reason of the events of a kind."""
     return [(row.vehicle, row.reason) for row in happened if row.event == event]
@@ -102,11 +114,7 @@ def test_they_join_while_they_drive_and_get_round() -> None:
 
 def test_who_leaves_drives_on_as_before() -> None:
     """Its modes are as they were, its route ends where it did, and its place is free for others."""
-    start()
-    put("v1", "v2")
-    with loopgate.attach(libsumo) as gate:
-        gate.add("v1", "v2")
-        drive(gate, lambda: len(gate.vehicles) == 2)
+    with under_gate("v1", "v2") as gate:
         assert libsumo.vehicle.getLaneChangeMode("v1") != 1621
         drive(gate, steps=50)
         gate.leave("v1")
@@ -125,11 +133,7 @@ def test_who_leaves_drives_on_as_before() -> None:
 
 def test_who_is_moved_or_removed_gives_its_place_back() -> None:
     """A moved vehicle is taken in anew where it is; the odometer of SUMO cannot tell."""
-    start()
-    put("v1", "v2")
-    with loopgate.attach(libsumo) as gate:
-        gate.add("v1", "v2")
-        drive(gate, lambda: len(gate.vehicles) == 2)
+    with under_gate("v1", "v2") as gate:
         libsumo.vehicle.moveTo("v1", "D1D0_0", 40.0)
         happened = drive(gate, lambda: len(gate.vehicles) == 2)
         assert of(happened, "end") == [("v1", "moved")]
@@ -150,11 +154,7 @@ def test_who_is_moved_or_removed_gives_its_place_back() -> None:
 
 def test_while_it_stops_for_its_owner_it_keeps_nothing_from_others() -> None:
     """It is refused with the reason `stop` until its stop is over, which is not taken for a hold."""
-    start()
-    put("v1")
-    with loopgate.attach(libsumo) as gate:
-        gate.add("v1")
-        drive(gate, lambda: len(gate.vehicles) == 1)
+    with under_gate("v1") as gate:
         # Near enough to the line that it asks while it stands there.
         libsumo.vehicle.setStop("v1", "C1D1", pos=85.0, duration=60.0)
         happened = drive(gate, lambda: libsumo.vehicle.isStopped("v1") and speed("v1") == 0.0)
@@ -167,11 +167,7 @@ def test_while_it_stops_for_its_owner_it_keeps_nothing_from_others() -> None:
 
 def test_nobody_is_let_in_behind_one_that_stops_where_its_place_begins() -> None:
     """The place holds more, but there is no room behind: the next one would stand on the junction."""
-    start()
-    put("v1", "v2")
-    with loopgate.attach(libsumo) as gate:
-        gate.add("v1", "v2")
-        drive(gate, lambda: len(gate.vehicles) == 2)
+    with under_gate("v1", "v2") as gate:
         libsumo.vehicle.setStop("v1", "C1D1", pos=8.0, duration=60.0)
         happened = drive(gate, lambda: libsumo.vehicle.isStopped("v1") and speed("v1") == 0.0)
         happened += drive(gate, steps=40)
@@ -184,11 +180,7 @@ def test_nobody_is_let_in_behind_one_that_stops_where_its_place_begins() -> None
 
 def test_a_stop_of_the_next_round_bars_nobody_now() -> None:
     """It lies just behind where the vehicle stands, which is still to drive on."""
-    start()
-    put("v1")
-    with loopgate.attach(libsumo) as gate:
-        gate.add("v1")
-        drive(gate, lambda: len(gate.vehicles) == 1)
+    with under_gate("v1") as gate:
         libsumo.vehicle.setStop("v1", "C1D1", pos=85.0, duration=20.0)
         drive(gate, lambda: libsumo.vehicle.isStopped("v1"))
         drive(gate, steps=5)
@@ -218,11 +210,7 @@ def test_who_joins_while_it_stops_for_its_owner_is_granted_nothing_yet() -> None
 @pytest.mark.parametrize("stops", [1, 2])
 def test_time_at_an_owners_stop_is_no_wait_for_a_grant(stops: int) -> None:
     """Whether or not there is another one to come."""
-    start()
-    put("v1")
-    with loopgate.attach(libsumo) as gate:
-        gate.add("v1")
-        drive(gate, lambda: len(gate.vehicles) == 1)
+    with under_gate("v1") as gate:
         libsumo.vehicle.setStop("v1", "C1D1", pos=85.0, duration=120.0)
         if stops > 1:
             libsumo.vehicle.setStop("v1", "D0C0", pos=40.0, duration=5.0)
@@ -343,11 +331,7 @@ def test_arguments_are_checked() -> None:
 
 def test_the_simulation_may_end_first() -> None:
     """Figures and events are there all the same."""
-    start()
-    put("v1")
-    with loopgate.attach(libsumo) as gate:
-        gate.add("v1")
-        drive(gate, lambda: len(gate.vehicles) == 1)
+    with under_gate("v1") as gate:
         libsumo.close()
     assert gate.summary["vehicles"] == 1
     assert "start" in set(gate.events["event"])

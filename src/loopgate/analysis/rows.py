@@ -131,7 +131,7 @@ def run_row(
     audit = summary.get(c.AUDIT)
     row[c.AUDIT] = audit if audit is None or isinstance(audit, str) else json.dumps(audit)
     row[c.WARNINGS] = json.dumps(summary.get(c.WARNINGS) or [], ensure_ascii=False)
-    row |= _laps(row, events, float(summary.get("begins_s", 0.0))) | _edges(edges)
+    row |= _laps(row, events, _begins_s(summary)) | _edges(edges)
     if audit == c.NOT_GATED:  # nobody was held, and nobody measured how long vehicles waited instead
         row |= dict.fromkeys((c.HOLD, c.LONGEST_WAIT, c.EDGE_HOLD))
     known = [run.JUNCTION] if run.JUNCTION in edges else []
@@ -154,8 +154,8 @@ def _time(scenario: Mapping[str, Any], summary: Mapping[str, Any]) -> dict[str, 
     deadlocks = summary.get(c.DEADLOCKS) or []
     first = deadlocks[0] if deadlocks else {}
     measured = float(summary[c.DURATION])
-    warmup, begins_s = float(scenario.get(c.WARMUP, 0.0)), float(summary.get("begins_s", 0.0))
-    first_s = first["at_s"] - begins_s if "at_s" in first else None
+    warmup = float(scenario.get(c.WARMUP, 0.0))
+    first_s = first["at_s"] - _begins_s(summary) if "at_s" in first else None
     return {
         c.DURATION: float(scenario.get(c.DURATION, measured)),
         c.WARMUP: warmup,
@@ -165,6 +165,10 @@ def _time(scenario: Mapping[str, Any], summary: Mapping[str, Any]) -> dict[str, 
         c.DEADLOCK_SIZE: len(first["vehicles"]) if "vehicles" in first else None,
         c.OBSERVED: warmup + measured if first_s is None else first_s,
     }
+
+
+def _begins_s(summary: Mapping[str, Any]) -> float:
+    return float(summary.get(run.BEGINS, 0.0))
 
 
 def _refusals(reasons: object) -> dict[str, Any]:

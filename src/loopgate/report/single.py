@@ -59,7 +59,7 @@ def _add_watch(content: Content, one: Run, period: dict[str, Any]) -> None:
         return
     content.known |= {"run.streets": streets, _STREETS: streets[run.EDGE]}
     content.table("rarest", "Streets that went unseen longest", compute_rarest, {"streets": "run.streets"})
-    of, since_s = {"events": "run.events", "streets": _STREETS}, float(one.summary.get("begins_s", 0.0))
+    of, since_s = {"events": "run.events", "streets": _STREETS}, float(one.summary.get(run.BEGINS, 0.0))
     seen = content.table(
         "seen-within", "Seen within", compute_seen_within, of, listed=False, **period, since_s=since_s
     )

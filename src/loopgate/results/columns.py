@@ -3,6 +3,9 @@
 from enum import StrEnum
 from typing import Final
 
+# summary.json
+BEGINS: Final = "begins_s"  # when the simulation begins [s]; times of events are SUMO's, from there on
+
 # events.parquet: one row per event
 TIME: Final = "time_s"  # simulated time [s]
 VEHICLE: Final = "vehicle"  # its name

@@ -107,7 +107,7 @@ class Run:
         return found
 
     def _seen(self, streets: pd.DataFrame) -> Chart:
-        since_s = float(self.summary.get("begins_s", 0.0))
+        since_s = float(self.summary.get(run.BEGINS, 0.0))
         begin_s = since_s + float(self.scenario.get("warmup_s", 0.0))
         seen = compute_seen_within(
             events=self.events,

@@ -14,7 +14,7 @@ from loopgate.network import RoadNetwork
 from loopgate.network.additional import type_names
 from loopgate.network.sumo_config import is_sumo_config
 from loopgate.network.traffic_file import TrafficFile, read_traffic
-from loopgate.results.columns import FLOW_EVERY_S
+from loopgate.results.columns import BEGINS, FLOW_EVERY_S
 from loopgate.results.recorder import Recorder
 from loopgate.simulation import outcome
 from loopgate.simulation.assembly import read_vehicles
@@ -101,7 +101,7 @@ def run_plainly(scenario: Scenario, folder: Folder, tick: Tick, backend: str) ->
     notes = (*said.notes, *(ordinary.absent(course.begin_s, end_s) if ordinary else ()))
     summary = outcome.summary(scenario, course, tallies, loops=0, folder=folder, warnings=notes)
     summary["vehicles"] = sum(trip.departed for trip in found)
-    summary |= monitoring_figures(None, None) | {"begins_s": round(course.begin_s, 3)}
+    summary |= monitoring_figures(None, None) | {BEGINS: round(course.begin_s, 3)}
     if own is not None:
         others = sum(trip.departed for trip in everybody) - summary["vehicles"]
         summary["others"] = {"vehicles": others, "collisions": course.collisions_of_others}

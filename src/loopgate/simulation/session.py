@@ -9,6 +9,7 @@ from loopgate.drive.changing import ChangingEngine
 from loopgate.drive.gatekeeper import Gatekeeper
 from loopgate.network import Edge
 from loopgate.network.coverage import measure_coverage
+from loopgate.results.columns import BEGINS
 from loopgate.results.recorder import Recorder
 from loopgate.simulation import outcome
 from loopgate.simulation.around.surroundings import Surroundings
@@ -205,7 +206,7 @@ def _summary(
         warnings=(*assembly.warnings, *(assembly.abstraction.warnings if assembly.abstraction else ())),
     )
     figures |= waits | audited | monitoring_figures(edges, measure_coverage(assembly.network, assembly.loops))
-    return figures | {"begins_s": assembly.begin_s, "watch": watch}
+    return figures | {BEGINS: assembly.begin_s, "watch": watch}
 
 
 def _edge_row(edge: Edge, stood_s: float) -> tuple[str, float, str, str, float]:

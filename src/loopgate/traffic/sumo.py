@@ -168,9 +168,8 @@ class SumoTraffic(SumoStops, SumoLights):
         """Return where all vehicles are; read anew after a step, and where one has been taken out since."""
         if self._seen_s != self._now:
             self._seen_s, vehicles, before = self._now, self.vehicles(), self._seen.vehicles
-            vehicles = (
-                before if vehicles == before else vehicles
-            )  # the same object is compared and looked up sooner
+            if vehicles == before:
+                vehicles = before  # the same object is compared and looked up sooner
             figures = (
                 np.fromiter(map(read, vehicles), np.float64, len(vehicles)) for read in self._place_and_speed
             )

@@ -1,5 +1,6 @@
 """How vehicles of somebody else's simulation come under a gate, are interfered with, and leave."""
 
+import math
 from collections.abc import Iterable, Sequence
 from typing import Any
 
@@ -77,7 +78,7 @@ class Entrance:
         self._notice()
         if self._members:
             self._heed_speeds(self._engine.vehicles)
-            self._heed_stops(self._engine.vehicles)
+            self._heed_stops()
             self._engine.after_step()
         self._take_in()
 
@@ -87,18 +88,17 @@ class Entrance:
         told = vehicles["speed"] > vehicles["top"]
         vehicles["top"] = np.where(told, faster, vehicles["top"])
 
-    def _heed_stops(self, vehicles: Any) -> None:  # noqa: ANN401  a table, by column
-        """Take note of where vehicles stop for their owner."""
-        stopping = vehicles["stop_m"] < np.inf
+    def _heed_stops(self) -> None:
+        """Take note of where vehicles stop for their owner; a stop after the one that holds is beyond it."""
         for driver in self._engine.drivers:
-            row, stop, at_m = driver.row, self._traffic.next_stop(driver.id), np.inf
+            before_m, stop, at_m = float(driver.row["stop_m"]), self._traffic.next_stop(driver.id), math.inf
             if stop is not None:
                 edge, position_m, beyond = stop
-                line_m = driver.line_m if np.isfinite(driver.line_m) else driver.front_m
-                at_m = driver.track.ahead(edge, position_m, line_m if beyond else driver.front_m - _MOVED_M)
-            is_over = stopping[driver.robot] and at_m > row["stop_m"] + _MOVED_M
-            row["stop_m"] = at_m
-            if is_over:
+                at_m = driver.track.ahead(
+                    edge, position_m, driver.line_m if beyond else driver.front_m - _MOVED_M
+                )
+            driver.row["stop_m"] = at_m
+            if at_m > before_m + _MOVED_M:  # that one is over
                 self._engine.asks_anew(driver)
 
     def _notice(self) -> None:
@@ -169,7 +169,7 @@ class Entrance:
         ]
         if not self.fleet.take_in(tracks, beyond=1):
             return False
-        self._heed_stops(self._engine.vehicles)
+        self._heed_stops()
         self._engine.answer()
         for newcomer in newcomers:
             del self.newcomers[newcomer.vehicle]
