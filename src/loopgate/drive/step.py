@@ -7,6 +7,7 @@ caller, in the order in which they came about.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any, Final
 
 import numpy as np
@@ -384,6 +385,19 @@ def _step(
 _NO_ODOMETER: Final = np.zeros(0)
 NO_ROBOTS: Final[Numbers] = np.zeros(0, dtype=np.int64)
 
+_WAYS_IN: Final[dict[tuple[Any, ...], Callable[..., int]]] = {}
+"""Ways in that were made, by all that the compiler makes of the tables: to type them takes it milliseconds,
+and vehicles that join and leave bring new tables each time."""
+
+
+def _kind(table: Any) -> object:  # noqa: ANN401  a table or none
+    """Return all that the type of a table depends on for the compiler."""
+    if not isinstance(table, np.ndarray):
+        return type(table)
+    flags = table.flags
+    layout = flags.c_contiguous, flags.f_contiguous, flags.writeable, flags.aligned
+    return type(table), table.dtype, table.ndim, layout
+
 
 class Step:
     """The one way into the compiled drive, from Python: called with a constant of this module.
@@ -410,7 +424,10 @@ class Step:
         before, self._there = self._there, [one is not None for one in tables]
         self._tables = tuple(tables)
         if self._there != before:
-            self._enter = way_in(_step, IDLE, 0, 0, 0, 0, _NO_ODOMETER, NO_ROBOTS, self._tables)
+            kinds = tuple(_kind(one) for one in self._tables)
+            if kinds not in _WAYS_IN:
+                _WAYS_IN[kinds] = way_in(_step, IDLE, 0, 0, 0, 0, _NO_ODOMETER, NO_ROBOTS, self._tables)
+            self._enter = _WAYS_IN[kinds]
 
     def __call__(
         self,

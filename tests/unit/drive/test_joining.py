@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from fake_traffic import FakeTraffic, FakeVehicle
 from shared_state import drive, world
 
+from loopgate.drive import step
 from loopgate.drive.changing import ChangingEngine
 from loopgate.gates import make_gate
+from loopgate.kernel_cache import way_in
 from loopgate.model import Robot, RobotId, StateId, System
 
 STARTS_M = (120.0, 125.0, 60.0, 10.0)
@@ -114,3 +118,27 @@ def test_who_is_nearer_to_the_end_comes_first_in_line() -> None:
         engine.join([track])
     assert [driver.id for driver in engine.line("pv0")] == ["w1", "v0", "w2", "w0"]
     assert [driver.id for driver in engine.holding("pv0")] == ["w1", "v0", "w2", "w0"]
+
+
+def test_new_tables_of_the_same_kind_make_no_new_way_in(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The compiler types all tables for each way in, which takes milliseconds at each join and leave."""
+    made: list[object] = []
+
+    def count(function: Callable[..., int], *like: object) -> Callable[..., int]:
+        made.append(like)
+        return way_in(function, *like)
+
+    rows_with_changes(1e9)
+    monkeypatch.setattr(step, "way_in", count)
+    rows_with_changes(10.0)
+    assert not made
+
+
+def test_tables_of_another_type_make_a_way_in_of_their_own() -> None:
+    """A way in takes types for granted: with tables of others the process would end."""
+    table = np.zeros((4, 2))
+    others = (table.astype(np.int64), table[:, 0], table.T, np.zeros((4, 2))[:, ::2], None)
+    read_only = np.zeros((4, 2))
+    read_only.setflags(write=False)
+    assert step._kind(table) == step._kind(np.ones((7, 2)))
+    assert all(step._kind(other) != step._kind(table) for other in (*others, read_only))
