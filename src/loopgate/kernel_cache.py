@@ -9,6 +9,7 @@ which anything is compiled, and of `loopgate.gates`, whose reasons are constants
 import hashlib
 import os
 import shutil
+import stat
 import sys
 import time
 from collections.abc import Callable
@@ -35,11 +36,14 @@ F = TypeVar("F", bound=Callable[..., Any])
 def kernel_folder(given: str = "", package: Path = _PACKAGE) -> str:
     """Return the folder for compiled code of the sources as they are; empty if none can be made.
 
+    Compiled code is run as it is found. So a folder is taken only if it belongs to the user and nobody else
+    may read or write there, and if nobody else can put another folder in its place.
+
     Parameters
     ----------
     given
-        The folder that the user wants compiled code to be in (``NUMBA_CACHE_DIR``); else it is the package's
-        own, or the user's where that cannot be written to.
+        The folder that the user wants compiled code to be in (``NUMBA_CACHE_DIR``); else, and where that
+        folder is not taken, it is the package's own, or the user's where that cannot be written to.
     """
     facts = [
         (str(file.relative_to(package)), file.stat().st_size, file.stat().st_mtime_ns)
@@ -47,17 +51,29 @@ def kernel_folder(given: str = "", package: Path = _PACKAGE) -> str:
     ]
     name = _PREFIX + hashlib.sha256(repr(facts).encode()).hexdigest()[:16]
     own = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "loopgate"
-    for place in (Path(given),) if given else (package / "__pycache__", own):
+    for place in (*((Path(given),) if given else ()), package / "__pycache__", own):
         folder = place / name
         try:
-            if not folder.is_dir():
-                folder.mkdir(parents=True)
+            if not os.path.lexists(folder):
+                place.mkdir(parents=True, exist_ok=True)
+                folder.mkdir(mode=0o700)
                 _delete_old(place)
-            if os.access(folder, os.W_OK):
+            if is_private(folder) and os.access(folder, os.W_OK):
                 return str(folder)
         except OSError:
             continue
-    return given
+    return ""
+
+
+def is_private(folder: Path) -> bool:
+    """Return whether a folder is the user's, closed to all others, and nobody else can replace it."""
+    if not hasattr(os, "geteuid"):  # Windows has no such modes; a user's folders there are closed to others
+        return folder.is_dir()
+    facts, above = folder.lstat(), folder.parent.stat()
+    mine = stat.S_ISDIR(facts.st_mode) and facts.st_uid == os.geteuid()
+    open_above = above.st_mode & (stat.S_IWGRP | stat.S_IWOTH) and not above.st_mode & stat.S_ISVTX
+    kept = above.st_uid in {0, os.geteuid()} and not open_above
+    return mine and stat.S_IMODE(facts.st_mode) & 0o777 == stat.S_IRWXU and kept
 
 
 def _delete_old(place: Path) -> None:

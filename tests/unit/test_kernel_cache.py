@@ -6,6 +6,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -64,6 +65,48 @@ def test_what_is_a_week_old_is_deleted(tmp_path: Path) -> None:
     (sources / "a.py").write_text("A = 12\n", encoding="utf-8")
     assert Path(kernel_folder("", sources)).is_dir()
     assert not before.exists()
+
+
+@pytest.mark.skipif(not hasattr(os, "geteuid"), reason="Windows has no such modes")
+@pytest.mark.parametrize(
+    "spoil", ["open", "listed", "link", "file", "open above", "foreign", "foreign above"]
+)
+def test_code_that_somebody_else_may_have_left_is_not_run(
+    spoil: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Compiled code is run as it is found: the package's own folder takes the place of such a folder."""
+    sources = package(tmp_path / "package")
+    place = tmp_path / "wanted"
+    folder = Path(kernel_folder(str(place), sources))
+    assert folder.parent == place
+    assert folder.stat().st_mode & 0o777 == 0o700
+    shown, facts = Path.lstat, Path.stat
+    if spoil in {"open", "listed"}:
+        folder.chmod(0o722 if spoil == "open" else 0o755)
+    elif spoil == "link":
+        folder.rename(tmp_path / "elsewhere")
+        folder.symlink_to(tmp_path / "elsewhere", target_is_directory=True)
+    elif spoil == "file":
+        folder.rmdir()
+        folder.write_text("", encoding="utf-8")
+    elif spoil == "open above":
+        place.chmod(0o777)
+    else:
+        of = folder if spoil == "foreign" else place
+
+        def owned(method: Any) -> Any:  # noqa: ANN401  of a path
+            def ask(path: Path, **given: Any) -> os.stat_result:  # noqa: ANN401  as the method has it
+                found = method(path, **given)
+                return os.stat_result((*found[:4], 4_321, *found[5:])) if path == of else found
+
+            return ask
+
+        monkeypatch.setattr(Path, "lstat", owned(shown))
+        monkeypatch.setattr(Path, "stat", owned(facts))
+    assert Path(kernel_folder(str(place), sources)).parent == sources / "__pycache__"
+    place.chmod(0o1777)
+    if spoil == "open above":  # as /tmp is: nobody else can rename what is there
+        assert Path(kernel_folder(str(place), sources)) == folder
 
 
 def test_an_installation_that_cannot_be_written_to(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -81,7 +82,8 @@ def inspect(
     from loopgate.network.sumo_config import is_sumo_config
 
     if routes is None and not is_sumo_config(network):
-        msg = f"{network}: which loops? Give --routes FILE ('loopgate loops {network} -o FILE' makes some)"
+        command = shlex.join(["loopgate", "loops", network, "-o", "FILE"])
+        msg = f"{network}: which loops? Give --routes FILE ({command} makes some)"
         raise ScenarioError(msg)
     if abstraction == "queues" and not (rho_m is None and piece_m is None):
         msg = "--rho and --piece belong to --abstraction segments; queues have neither"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import shlex
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import asdict
@@ -105,7 +106,7 @@ def sweep(
         f"{folder}: {outcome.present + outcome.done} of {outcome.total} rows, "
         f"{outcome.done} made now in {_span(outcome.seconds)}{rate}{failed}"
     )
-    click.echo(f"next: loopgate report {folder} -o {folder}/report.html")
+    click.echo(f"next: {shlex.join(['loopgate', 'report', str(folder), '-o', f'{folder}/report.html'])}")
 
 
 def _check(points: list[Point], file: Path) -> None:

@@ -153,9 +153,8 @@ def load_scene(folder: Path, report: Callable[[int], None] = lambda _percent: No
 
 
 def _again(summary: Mapping[str, Any], folder: Path) -> str:
-    command = str(
-        summary.get("command") or f"loopgate run {summary['network']} -o {shlex.quote(str(folder))}"
-    )
+    words = ["loopgate", "run", str(summary["network"]), "-o", str(folder)]
+    command = str(summary.get("command") or shlex.join(words))
     return f"{command} --positions --overwrite"
 
 

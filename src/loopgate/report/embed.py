@@ -14,7 +14,7 @@ from markupsafe import Markup
 
 from loopgate.plots.charts import records
 from loopgate.plots.style import colours, config
-from loopgate.report.tables import plain
+from loopgate.report.tables import csv_of, plain
 
 _SNIPPET = "window.vegaEmbed = vegaEmbed;"
 
@@ -60,7 +60,7 @@ def download(table: pd.DataFrame) -> dict[str, str]:
     simple = plain(table)
     buffer = io.BytesIO()
     simple.to_parquet(buffer, index=False, compression="zstd")
-    packed = gzip.compress(simple.to_csv(index=False).encode(), mtime=0)
+    packed = gzip.compress(csv_of(table).encode(), mtime=0)
     return {"csv": base64.b64encode(packed).decode(), "parquet": base64.b64encode(buffer.getvalue()).decode()}
 
 

@@ -117,6 +117,7 @@ def _write(results: Results, page: Path, folder: Path, report: Callable[[int, in
         dark=DARK,
         content=script_json({"specs": writer.specs, "tables": writer.files}),
         scripts=[Markup(one) for one in (drawing, script) if one],  # noqa: S704 - ours and the library's
+        hash_of=lambda style: Markup(hash_of(style)),  # noqa: S704 - a digest
         hashes=Markup(" ".join(hash_of(one) for one in (drawing, script) if one)),  # noqa: S704 - digests
     )
     with writing(page):

@@ -11,6 +11,9 @@ from loopgate.report.headline import DASH, number
 Cells = tuple[list[str], list[list[str]]]
 """Headings and rows, as text."""
 
+_FORMULA = ("=", "+", "-", "@")
+"""Begins what a spreadsheet computes, or hides from its reader."""
+
 _SHARES = {RATE, BETTER, REFUSED_SHARE}
 
 
@@ -32,9 +35,31 @@ def plain(table: pd.DataFrame) -> pd.DataFrame:
     return table.assign(**lists)
 
 
+def csv_of(table: pd.DataFrame) -> str:
+    """Return the table as CSV that no spreadsheet takes for formulas.
+
+    A text that begins as a formula does (``=``, ``+``, ``-``, ``@``, behind blanks too, or a tab) gets an
+    apostrophe before it. Names of streets and files often do; the Parquet files hold these names as they are.
+    """
+    simple = plain(table)
+    texts = {
+        name: simple[name].map(_no_formula)
+        for name in simple.columns
+        if not pd.api.types.is_numeric_dtype(simple[name])
+    }
+    return str(simple.assign(**texts).rename(columns=_no_formula).to_csv(index=False))
+
+
+def _no_formula(value: object) -> object:
+    if not isinstance(value, str):
+        return value
+    text = value.replace("\r", " ")  # a reader may take the rest for a row of its own
+    return f"'{text}" if text.lstrip().startswith(_FORMULA) or text.startswith("\t") else text
+
+
 def write_csv(table: pd.DataFrame, file: Path) -> None:
     """Write the table with all its digits."""
-    plain(table).to_csv(file, index=False)
+    file.write_text(csv_of(table), encoding="utf-8")
 
 
 def write_latex(table: pd.DataFrame, file: Path, *, caption: str) -> None:

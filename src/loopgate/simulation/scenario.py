@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import shlex
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache, lru_cache
@@ -292,9 +293,10 @@ class Scenario:
         file.write_text(tomli_w.dumps(self.to_dict()), encoding="utf-8")
 
     def command(self, out: str) -> str:
-        """Return the shell command that repeats the run into folder `out`."""
+        """Return the shell command that repeats the run into folder `out`; names in it are quoted."""
         default = Scenario(network=self.network)
-        words = ["loopgate", "run", self.network]
+        network = f"./{self.network}" if self.network.startswith("-") else self.network
+        words = ["loopgate", "run", network]
         for field in dataclasses.fields(self):
             value = getattr(self, field.name)
             if field.name == "network" or value == getattr(default, field.name):
@@ -305,7 +307,7 @@ class Scenario:
             if field.name == "loop_length_m":
                 value = f"{value[0]:g}:{value[1]:g}"
             words += ["--" + _OPTION.get(field.name, field.name).replace("_", "-"), f"{value}"]
-        return " ".join([*words, "-o", out])
+        return shlex.join([*words, "-o", out])
 
 
 @cache

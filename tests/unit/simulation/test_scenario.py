@@ -1,5 +1,7 @@
 """Scenarios: from files, from mappings, and what is wrong with them."""
 
+import shlex
+import subprocess
 from dataclasses import replace
 from pathlib import Path
 
@@ -90,3 +92,16 @@ def test_the_command_repeats_the_run() -> None:
     """Only what differs from the defaults is spelled out."""
     command = Scenario(network="sumo:DRT", loops=12, loop_length_m=(400.0, 3000.0), seed=2).command("out")
     assert command == "loopgate run sumo:DRT --loops 12 --length 400:3000 --seed 2 -o out"
+
+
+@pytest.mark.parametrize(
+    "name", ["$(touch run).net.xml", "a b'c.net.xml", "-x;reboot.net.xml", "`id`&.net.xml"]
+)
+def test_a_name_in_the_command_is_a_name_to_the_shell(name: str) -> None:
+    """Whoever pastes the command runs nothing but it, and the words are the names again."""
+    made = Scenario(network=name, routes=name, sumo="--tls.actuated.jam-threshold 10", gate="certified")
+    words = shlex.split(made.command(name))
+    command = f"printf '%s\\n' {made.command(name)}"
+    said = subprocess.run(["/bin/sh", "-c", command], capture_output=True, text=True, check=True)
+    assert said.stdout.splitlines() == words
+    assert words[2].removeprefix("./") == words[words.index("--routes") + 1] == words[-1] == name
