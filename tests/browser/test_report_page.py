@@ -13,6 +13,8 @@ from chromium import CHROMIUM, MISSING, Tab, open_browser
 
 from loopgate.report.page import write_report
 from loopgate.runs.results import read_results
+from loopgate.simulation.run import simulate
+from loopgate.simulation.scenario import Scenario
 from loopgate.sweep import Sweep, run_sweep
 from loopgate.sweep.task import load_runner
 
@@ -39,6 +41,31 @@ def pages(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     return {
         name: write_report(read_results(folder / name), folder / f"{name}.html").page
         for name in ("sweep", "run")
+    }
+
+
+REAL: dict[str, dict[str, Any]] = {
+    "one": {"network": "sumo:DRT", "loops": 4, "vehicles": 12, "duration_s": 300},
+    "watch": {"network": "sumo:DRT", "loops": 4, "vehicles": 12, "duration_s": 300, "revisit_s": 200.0},
+}
+"""Single runs in which hundreds of streets are on no loop."""
+
+GRID: dict[str, Any] = {"vehicles": [10, 60], "gate": ["open", "certified"], "seed": [1, 2, 3]}
+ROADS: dict[str, Any] = {"network": "networks/grid5-priority.net.xml", "loops": 12, "duration_s": 120}
+
+
+@pytest.fixture(scope="module")
+def real_pages(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    """Simulate one run, one watch and one sweep of two gates, and make their pages."""
+    folder = tmp_path_factory.mktemp("real")
+    for name, settings in REAL.items():
+        simulate(Scenario(**settings), folder / name)
+    base = {**ROADS, "network": str(Path(ROADS["network"]).resolve()), "on_deadlock": "continue"}
+    with ThreadPoolExecutor(1) as pool:
+        run_sweep(Sweep("real", base, GRID, []), folder / "sweep", executor=pool)
+    return {
+        name: write_report(read_results(folder / name), folder / f"{name}.html").page
+        for name in (*REAL, "sweep")
     }
 
 
@@ -79,6 +106,45 @@ def test_in_any_light(browser: Tab, pages: dict[str, Path], name: str, width: in
     tab.call("Runtime.evaluate", expression=(files("axe_core_python") / "axe.min.js").read_text() + ";0")
     tab.value("document.querySelectorAll('details').forEach(part => { part.open = true; })")
     assert [fault for fault in tab.value(AXE) if fault[0] in {"serious", "critical"}] == []
+
+
+MARKS = (
+    "Object.fromEntries([...document.querySelectorAll('[data-figure]')].map(box => [box.dataset.figure,"
+    " box.querySelectorAll('svg .role-mark path, svg .role-mark line, svg .role-mark text').length]))"
+)
+EXPECTED = {
+    "run": {"over-time", "so-far", "map", "unwatched", "seen-within"},
+    "sweep": {"throughput", "speed", "fundamental-diagram", "capacity", "paired", "deadlock-rate", "map"},
+}
+"""Figures that every report of a single run, and of a sweep of two gates, has."""
+
+
+@pytest.mark.sumo
+@pytest.mark.parametrize("name", ["one", "watch", "sweep"])
+@pytest.mark.parametrize(
+    ("width", "scheme", "media"),
+    [(1280, "light", ""), (375, "light", ""), (1280, "dark", ""), (375, "dark", ""), (700, "dark", "print")],
+)
+def test_every_figure_of_a_real_run_is_drawn(
+    browser: Tab, real_pages: dict[str, Path], name: str, width: int, scheme: str, media: str
+) -> None:
+    """Marks in every figure, nothing on the console, nothing cut off: on screens and on paper."""
+    tab = opened(browser, real_pages[name], width, scheme)
+    try:
+        if media:
+            tab.value("dispatchEvent(new Event('beforeprint'))")
+            tab.call("Emulation.setEmulatedMedia", media=media)
+        marks = tab.value(MARKS)
+        assert marks.keys() >= EXPECTED["sweep" if name == "sweep" else "run"]
+        assert [figure for figure, count in marks.items() if not count] == []
+        assert tab.noise == []
+        assert tab.value("document.documentElement.scrollWidth") <= width
+        if name != "sweep":
+            assert marks["unwatched"] > 300
+            bare = "document.querySelectorAll('#unwatched path[stroke-dasharray]').length"
+            assert tab.value(bare) > 100
+    finally:
+        tab.call("Emulation.setEmulatedMedia", media="", features=[])
 
 
 def test_a_series_is_switched_off_in_all_figures(browser: Tab, pages: dict[str, Path]) -> None:

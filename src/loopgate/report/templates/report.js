@@ -72,8 +72,9 @@ function fitted(spec, width) {
     const panel = Math.floor(width / fit.columns) - (map ? 20 : 58);
     fit.spec.height = map ? Math.round(fit.spec.height * panel / fit.spec.width) : fit.spec.height;
     fit.spec.width = panel;
-    if (map) { // its projection is in pixels; map is how many metres are as broad as a panel
-      const { projection } = fit.spec, larger = panel / map / projection.scale;
+    for (const { projection } of map ? [fit.spec, ...fit.spec.layer ?? []] : []) { // each layer has its own
+      if (!projection) continue; // in pixels; map is how many metres are as broad as a panel
+      const larger = panel / map / projection.scale;
       projection.scale *= larger;
       projection.translate = projection.translate.map(shift => shift * larger);
     }
