@@ -14,6 +14,7 @@ from loopgate.versions import DISTRIBUTION
 
 EXIT_DEADLOCK = 3
 EXIT_UNCLEAN = 4
+EXIT_STARVING = 5
 EXIT_BAD_INPUT = 2
 
 _GROUPS = {

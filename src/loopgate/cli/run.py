@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from loopgate.cli.interrupts import EXIT_INTERRUPTED
-from loopgate.cli.main import EXIT_DEADLOCK, EXIT_UNCLEAN
+from loopgate.cli.main import EXIT_DEADLOCK, EXIT_STARVING, EXIT_UNCLEAN
 from loopgate.simulation.scenario import (
     ABSTRACTIONS,
     LIGHTS,
@@ -39,7 +39,8 @@ if TYPE_CHECKING:
 
     \b
     Exit codes: 0 done, 2 bad input or a full disk, 3 deadlock, 4 a gated run with a collision, an
-    overrun, a trespass or another finding of the audit, 130 interrupted.
+    overrun, a trespass or another finding of the audit, 5 vehicles starved behind one that stands,
+    130 interrupted.
 
     \b
     Ctrl-C, SIGTERM and SIGHUP interrupt: the run folder then holds the results up to that moment.
@@ -165,7 +166,7 @@ def exit_code(summary: Mapping[str, Any]) -> int:
         return EXIT_INTERRUPTED
     if summary.get("clean") is False:
         return EXIT_UNCLEAN
-    return EXIT_DEADLOCK if summary["outcome"] == "deadlock" else 0
+    return {"deadlock": EXIT_DEADLOCK, "starving": EXIT_STARVING}.get(summary["outcome"], 0)
 
 
 def _scenario(network: str, given: dict[str, Any]) -> Scenario:

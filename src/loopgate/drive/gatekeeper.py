@@ -206,6 +206,10 @@ class Gatekeeper:
         here, ahead = (float(self._held_by[state] / self._rooms[state]) for state in states)
         return here, ahead
 
+    def here(self, robot: int) -> int:
+        """Return the state of the last grant to `robot`."""
+        return self._state(robot, 0)
+
     def wanted(self, robot: int) -> int:
         """Return the state behind the last that was granted to `robot`."""
         return self._state(robot, 1)

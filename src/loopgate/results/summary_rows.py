@@ -1,6 +1,6 @@
 """The figures of one run in words, as the terminal and a notebook show them."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from loopgate.results.row_columns import NOT_GATED
@@ -30,6 +30,7 @@ def summary_rows(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
         ("idleness", _idleness(summary)),
         *_watch(summary.get("watch") or {}),
         ("deadlocks", _deadlocks(summary)),
+        *_starving(summary.get("starving") or []),
         ("collisions, teleports", f"{summary['collisions']}, {summary['teleports']}"),
         *_strange(summary),
         *([("gate's promise", f"to {summary['promise']}")] if summary.get("promise") else []),
@@ -139,6 +140,17 @@ def _deadlocks(summary: Mapping[str, Any]) -> str:
     size = len(first["vehicles"])
     came = f", {first['last']['vehicle']} the last to come" if "last" in first else ""
     return f"{len(found)}; the first at {first['at_s']:.0f} s, {size} vehicles in a circle{whose}{came}"
+
+
+def _starving(sinks: Sequence[Mapping[str, Any]]) -> list[tuple[str, str]]:
+    """Return the row about vehicles that starved, where any did."""
+    if not sinks:
+        return []
+    most = max(sinks, key=lambda sink: len(sink["vehicles"]))
+    count = len({vehicle for sink in sinks for vehicle in sink["vehicles"]})
+    behind = f"behind {most['behind']} on {most['lane']}" if most["behind"] else "at gates"
+    text = f"{count} vehicles; {len(most['vehicles'])} of them {behind} ({most['why']})"
+    return [("starving", f"{text} from {most['noticed_s']:.0f} s on")]
 
 
 def _coverage(summary: Mapping[str, Any]) -> str:

@@ -12,6 +12,7 @@ from loopgate.results.columns import FLOW_EVERY_S, Event
 from loopgate.results.recorder import Recorder
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.watching.collisions import Collisions
+from loopgate.simulation.watching.starving import Sink
 from loopgate.simulation.watching.verdicts import CollisionVerdict, Verdicts
 from loopgate.simulation.watching.watch import Deadlock, Watch
 from loopgate.traffic.base import Traffic
@@ -24,7 +25,7 @@ class RunCourse:
     Attributes
     ----------
     outcome
-        ``done``, ``deadlock`` or ``interrupted``.
+        ``done``, ``starving``, ``deadlock`` or ``interrupted``.
     begin_s, end_s
         The measured time [s].
     deadlocks
@@ -35,6 +36,8 @@ class RunCourse:
         Collisions in which no vehicle on a loop has a part.
     verdicts
         Who erred in those of a gated vehicle with an ordinary one.
+    starving
+        Vehicles behind which others starved.
     sumo_s, total_s
         Wall time in SUMO's steps, and in all [s].
     """
@@ -47,6 +50,7 @@ class RunCourse:
     collisions_of_others: int = 0
     verdicts: list[CollisionVerdict] = field(default_factory=list)
     teleports: int = 0
+    starving: list[Sink] = field(default_factory=list)
     sumo_s: float = 0.0
     total_s: float = 0.0
 

@@ -213,8 +213,10 @@ class Folder:
 
 
 _PROMISE_OF = {
-    "everyone": "in the model of the trace everyone can go on for ever, after every move; not how soon",
-    "somebody": "in the model of the trace somebody can always move and no circular wait forms; not who",
+    "everyone": "in the model of the trace everyone can go on for ever, after every move, as long as no "
+    "vehicle stands for good; not how soon",
+    "somebody": "in the model of the trace somebody can always move and no circular wait forms, as long as "
+    "no vehicle stands for good; not who",
 }
 
 
@@ -264,6 +266,7 @@ def summary(
         **_traffic_figures(tallies, duration),
         "outcome": course.outcome,
         "deadlocks": [_deadlock_figures(deadlock) for deadlock in course.deadlocks],
+        "starving": [sink.figures() for sink in course.starving],
         "collisions": course.collisions,
         "teleports": course.teleports,
         "decisions": decisions.count,
@@ -321,6 +324,12 @@ def mishaps(summary: Mapping[str, Any]) -> list[str]:
         lines.append(
             f"SUMO took {summary['strays']} vehicles to another lane than their loop's; they were led back: "
             "the events 'stray' say which, and where"
+        )
+    for sink in summary["starving"]:
+        behind = f"behind {sink['behind']}, which stands on lane {sink['lane']}" if sink["behind"] else ""
+        lines.append(
+            f"{len(sink['vehicles'])} vehicles starved {behind or 'at gates'} ({sink['why']}): from "
+            f"{sink['noticed_s']:g} s to {sink['until_s']:g} s the promise that everyone goes on did not hold"
         )
     if faults := summary["refusals"].get(Reason.FAULT.value):
         lines.append(

@@ -48,6 +48,7 @@ from loopgate.simulation.sumo.start import (
 from loopgate.simulation.sumo_options import SumoOptions, sumo_options
 from loopgate.simulation.watching.flow import FlowMeter
 from loopgate.simulation.watching.fronts import FrontRecorder
+from loopgate.simulation.watching.starving import StarvationWatch
 from loopgate.simulation.watching.verdicts import Verdicts
 from loopgate.simulation.watching.watch import Watch
 from loopgate.simulation.watching.window import Window
@@ -129,16 +130,20 @@ def _run(
             trails=verdicts.trails if verdicts else None,
             odometers=None if among or assembly.departures else engine.odometers,
         )
+        hunger = StarvationWatch(engine, session.keeper, traffic) if session.keeper else None
         course = drive(
             engine,
             traffic,
             watch,
             Mishaps(traffic, recorder, RunCourse(), own=own, verdicts=verdicts),
             scenario=scenario,
-            tick=_after(flow.look, tick),
+            tick=_after(flow.look, _after(hunger.check, tick) if hunger else tick),
             each_step=[*session.each_step, fronts.look],
             over=lambda: bool(once) and session.departures.over,
         )
+        if hunger is not None and hunger.sinks:
+            course.starving = list(hunger.sinks.values())
+            course.outcome = "starving" if course.outcome == "done" else course.outcome
         engine.settle()
         tallies, told = session.tallies(assembly, watch, course), session.report(course.end_s)
         if session.rerouting is not None:

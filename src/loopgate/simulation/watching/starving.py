@@ -1,0 +1,171 @@
+"""Recognises vehicles that starve: others are let go, and they are not, since somebody ahead stands."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from loopgate.arrays import Floats
+from loopgate.drive.codes import NOTHING, REASONS, RED, STOPPING, TRAFFIC
+from loopgate.drive.engine import Engine
+from loopgate.drive.gatekeeper import Gatekeeper
+from loopgate.traffic.base import Traffic
+
+__all__ = ["Sink", "StarvationWatch"]
+
+_STARVING_S = 600.0
+"""A vehicle starves if it has been granted nothing for so long, though others have [s]."""
+
+_PASSED_M = 100.0
+"""A vehicle that drives so far on one grant does not starve: its place is long [m]."""
+
+_STANDS_S = 60.0
+"""A vehicle that has stood for so long, and waits for nobody, keeps others from going on [s]."""
+
+_OUTSIDE = frozenset(int(reason) for reason in (RED, STOPPING, TRAFFIC))
+
+
+@dataclass(slots=True)
+class Sink:
+    """A vehicle that stands, and the vehicles that starve behind it.
+
+    Attributes
+    ----------
+    vehicle, lane, why
+        The vehicle that stands, its lane, and for what reason; the vehicle is empty where no vehicle that
+        stands was found, and `why` is then the gate's reason.
+    noticed_s, until_s
+        When vehicles were first found to starve behind it [s], and when last.
+    victims
+        All vehicles that starved behind it.
+    """
+
+    vehicle: str
+    lane: str
+    why: str
+    noticed_s: float
+    until_s: float
+    victims: set[str]
+
+    def figures(self) -> dict[str, Any]:
+        """Return it for ``summary.json``."""
+        return {
+            "behind": self.vehicle,
+            "lane": self.lane,
+            "why": self.why,
+            "noticed_s": self.noticed_s,
+            "until_s": self.until_s,
+            "vehicles": sorted(self.victims),
+        }
+
+
+class StarvationWatch:
+    """Looks now and then at all vehicles under the gate, and names those that starve.
+
+    A vehicle starves if for `after_s` it has been granted no place and has not driven a hundred metres,
+    while others have been granted places, and it is not at a stop of its own. It starves behind the first
+    vehicle that stands and waits for no other, found by following whom each waits for: the first in line in
+    its place, and for that one the vehicles that keep it from a grant.
+
+    Parameters
+    ----------
+    engine, keeper, traffic
+        The drive, its gatekeeper, and the running simulation.
+    after_s
+        For how long [s].
+    """
+
+    def __init__(
+        self, engine: Engine, keeper: Gatekeeper, traffic: Traffic, *, after_s: float = _STARVING_S
+    ) -> None:
+        self._engine, self._keeper, self._traffic, self._after_s = engine, keeper, traffic, after_s
+        self._seen: dict[str, tuple[float, float, float]] = {}
+        """Of each vehicle its last grant, where its odometer stood then [m], and when that was [s]."""
+        self._stood: dict[str, tuple[float, float]] = {}
+        """Of each vehicle its odometer when it had moved last [m], and when that was [s]."""
+        self._others_s = -np.inf
+        """When anybody was last seen to have been granted anything [s]."""
+        self.sinks: dict[tuple[str, str], Sink] = {}
+        """All that were found, by vehicle and reason."""
+
+    def check(self) -> None:
+        """Look at all vehicles. Call every few seconds. O(vehicles)."""
+        now = self._traffic.now_s
+        ids, at_m = self._engine.odometers()
+        starving = self._look(ids, at_m, now)
+        if now - self._others_s >= self._after_s:
+            return  # nobody is let go: that is a standstill, and the watch for deadlocks tells of it
+        for robot in starving:
+            vehicle = ids[robot]
+            if self._pauses(vehicle):
+                continue
+            head, why = self._behind(robot, ids, now)
+            lane = self._traffic.lane(head)[0] if head else ""
+            sink = self.sinks.setdefault((head, why), Sink(head, lane, why, now, now, set()))
+            sink.until_s = now
+            sink.victims.add(vehicle)
+
+    def _look(self, ids: Iterable[str], at_m: Floats, now: float) -> list[int]:
+        """Take note of grants and ways; return the numbers of vehicles without either for long."""
+        granted = self._engine.vehicles["granted"].tolist()
+        long = []
+        for robot, (vehicle, metres) in enumerate(zip(ids, at_m.tolist(), strict=True)):
+            last, from_m, since_s = self._seen.get(vehicle, (-1.0, 0.0, now))
+            if granted[robot] != last or metres - from_m > _PASSED_M:
+                if last >= 0.0 and granted[robot] != last:
+                    self._others_s = now
+                self._seen[vehicle] = float(granted[robot]), metres, now
+            elif now - since_s >= self._after_s:
+                long.append(robot)
+            if abs(metres - self._stood.get(vehicle, (-np.inf, now))[0]) > 0.5:  # noqa: PLR2004  it moved
+                self._stood[vehicle] = metres, now
+        return long
+
+    def _pauses(self, vehicle: str) -> bool:
+        return self._traffic.stays_s(vehicle) > 0.0 or self._traffic.awaits(vehicle)
+
+    def _behind(self, robot: int, ids: Sequence[str], now: float) -> tuple[str, str]:
+        """Return the vehicle that stands ahead of one that starves, and why it does."""
+        everyone = len(ids) - 1
+        queue, seen = deque([robot]), {robot}
+        while queue:
+            one = queue.popleft()
+            ahead = self._ahead(one)
+            if len(ahead) >= everyone > 1:
+                continue  # the gate keeps it for the sake of all
+            if not ahead and one != robot and now - self._stood[ids[one]][1] >= _STANDS_S:
+                return ids[one], self._why(one, ids[one])
+            fresh = [other for other in ahead if other not in seen]
+            seen.update(fresh)
+            queue.extend(fresh)
+        row: Any = self._engine.vehicles[robot]
+        if not self._ahead(robot):
+            return ids[robot], self._why(robot, ids[robot])
+        reason = REASONS[int(row["reason"])]
+        return "", str(reason.value if reason else "queue")
+
+    def _ahead(self, robot: int) -> list[int]:
+        """Return for whom a vehicle waits: the first in line in its place, else whoever keeps it."""
+        state = self._keeper.here(robot)
+        line = self._keeper.line(state)
+        if line and line[0] != robot:
+            return [line[0]]
+        row: Any = self._engine.vehicles[robot]
+        if row["pending"] and int(row["reason"]) == int(STOPPING) and not np.isfinite(row["stop_m"]):
+            return self._keeper.line(self._keeper.wanted(robot))[:1]  # it waits behind one that is to stop
+        return sorted({other for some in self._keeper.blockers(robot) for other in some} - {robot})
+
+    def _why(self, robot: int, vehicle: str) -> str:
+        """Return why a vehicle stands that waits for no other under the gate."""
+        row: Any = self._engine.vehicles[robot]
+        if self._pauses(vehicle):
+            return "stop"
+        reason = int(row["reason"])
+        if row["pending"] and (reason in _OUTSIDE or reason != NOTHING):
+            known = REASONS[reason]
+            return str(known.value) if known else "no reason known"
+        return "light" if self._traffic.pauses(vehicle) else "no reason known"

@@ -1,0 +1,57 @@
+"""A vehicle that stands for good is named, with the vehicles that starve behind it."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from loopgate import Scenario
+from loopgate.cli.run import exit_code
+from loopgate.results.summary_rows import summary_rows
+from loopgate.simulation.run import simulate
+
+pytestmark = pytest.mark.sumo
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def made(folder: Path, *, stands: bool) -> dict[str, object]:
+    """Run the grid, one of whose vehicles stands in the middle of its loop, or does not."""
+    text = (ROOT / "routes/grid5.rou.xml").read_text(encoding="utf-8")
+    first = re.search(r'<route id="([^"]+)" edges="([^"]+)"', text)
+    assert first is not None
+    edge = first[2].split()[3]
+    stop = f'<stop lane="{edge}_0" endPos="60" duration="100000"/>' if stands else ""
+    flows = [
+        f'<vehicle id="v{n}" route="{route}" depart="0"/>'
+        for n, route in enumerate(re.findall(r'<route id="([^"]+)"', text) * 3)
+    ]
+    flows.append(f'<vehicle id="broken" route="{first[1]}" depart="0">{stop}</vehicle>')
+    file = folder / "routes.rou.xml"
+    body = re.sub(r"<(vehicle|flow|trip)\b.*?(/>|</\1>)", "", text, flags=re.DOTALL)
+    file.write_text(body.replace("</routes>", "\n".join(flows) + "</routes>"), encoding="utf-8")
+    network = str(ROOT / "networks/grid5-priority.net.xml")
+    return simulate(Scenario(network=network, routes=str(file), duration_s=1000.0))
+
+
+def test_a_vehicle_that_stands_for_good_is_named(tmp_path: Path) -> None:
+    """Whoever is behind it starves; the run is not done, and says when its promise ceased to hold."""
+    summary = made(tmp_path, stands=True)
+    assert summary["outcome"] == "starving"
+    assert exit_code(summary) == 5
+    sinks = summary["starving"]
+    assert isinstance(sinks, list)
+    assert {(sink["behind"], sink["why"]) for sink in sinks} == {("broken", "stop")}
+    assert len(sinks[0]["vehicles"]) > 1
+    assert "broken" not in sinks[0]["vehicles"]
+    assert 600.0 <= sinks[0]["noticed_s"] <= 1000.0
+    assert any("starved behind broken" in line for line in summary["warnings"])  # type: ignore[attr-defined]
+    assert "broken" in dict(summary_rows(summary))["starving"]
+
+
+def test_nobody_starves_where_all_drive(tmp_path: Path) -> None:
+    """The same vehicles, none of which stops."""
+    summary = made(tmp_path, stands=False)
+    assert (summary["outcome"], summary["starving"], exit_code(summary)) == ("done", [], 0)
