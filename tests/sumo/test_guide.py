@@ -23,7 +23,7 @@ PAGES = sorted(str(file.relative_to(DOCS).with_suffix("")) for file in DOCS.rglo
 BLOCK = re.compile(r'^```(\w+)(?: title="([^"]+)")?\n(.*?)^```', re.MULTILINE | re.DOTALL)
 
 NOT_RUN = {
-    "start": ["python3 -m venv", "pip install sumo-loopgate"],  # what installs it
+    "start": ["python3 -m venv", "pip install "],  # what installs it
     "troubleshooting": ["loopgate run some.sumocfg --gate open"],  # the reader's own file
     "README": ["network + loops", " "],  # a picture
     "sweeps": [
