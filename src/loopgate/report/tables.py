@@ -13,6 +13,8 @@ Cells = tuple[list[str], list[list[str]]]
 
 _FORMULA = ("=", "+", "-", "@")
 """Begins what a spreadsheet computes, or hides from its reader."""
+_FIGURES = frozenset("0123456789.,+-eE ")
+"""A text of nothing else calls no function: shapes of streets, and edges named by numbers below zero."""
 
 _SHARES = {RATE, BETTER, REFUSED_SHARE}
 
@@ -39,7 +41,8 @@ def csv_of(table: pd.DataFrame) -> str:
     """Return the table as CSV that no spreadsheet takes for formulas.
 
     A text that begins as a formula does (``=``, ``+``, ``-``, ``@``, behind blanks too, or a tab) gets an
-    apostrophe before it. Names of streets and files often do; the Parquet files hold these names as they are.
+    apostrophe before it, unless it holds figures alone, as the shapes of streets do. Names of streets and
+    files often begin so; the Parquet files hold these names as they are.
     """
     simple = plain(table)
     texts = {
@@ -54,6 +57,8 @@ def _no_formula(value: object) -> object:
     if not isinstance(value, str):
         return value
     text = value.replace("\r", " ")  # a reader may take the rest for a row of its own
+    if _FIGURES.issuperset(text):
+        return text
     return f"'{text}" if text.lstrip().startswith(_FORMULA) or text.startswith("\t") else text
 
 

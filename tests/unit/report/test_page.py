@@ -466,3 +466,12 @@ def test_a_name_is_no_formula_in_a_spreadsheet(begin: str, tmp_path: Path) -> No
         rows = list(csv.reader(stream))
     name = name.replace("\r", " ")
     assert rows == [["street", "list", f"'{name}"], [f"'{name}", f"'{name} b", "-1.5"], ["a", "", "2.0"]]
+
+
+@pytest.mark.parametrize("text", ["-3.20,10.5 4,5", "-12", "+1e-3,-2E5", " -1 -2"])
+def test_a_text_of_figures_stays_as_it_is(text: str, tmp_path: Path) -> None:
+    """Who draws the streets by their shapes reads the file as it was; one letter more and it is a formula."""
+    write_csv(pd.DataFrame({"shape": [text, f"{text}+A1"], text: [1, 2]}), tmp_path / "t.csv")
+    with (tmp_path / "t.csv").open(encoding="utf-8", newline="") as stream:
+        rows = list(csv.reader(stream))
+    assert rows == [["shape", text], [text, "1"], [f"'{text}+A1", "2"]]
