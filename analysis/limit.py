@@ -29,6 +29,7 @@ from scipy.optimize import linprog
 from signals import CONTROLLERS, controlled
 from throughput import GRID, LOOPS
 from throughput_study import (
+    LONGEST_WAIT,
     ROOT,
     RULE,
     WARMUP_S,
@@ -42,7 +43,7 @@ from throughput_study import (
     safety,
     simulate,
     waits,
-    write_section,
+    write_study,
 )
 
 from loopgate import Scenario
@@ -52,6 +53,7 @@ from loopgate.results import row_columns as c
 from loopgate.simulation.assembly import assemble
 from loopgate.simulation.run import simulate as simulate_one
 
+VEHICLE_KM = "Vehicle-km per hour, by number of vehicles:"
 HEADWAY_S, SPACE_M = 1.3, 7.5
 """Two follow each other over a junction at this time and the time for this length at the speed there."""
 
@@ -210,13 +212,14 @@ def section(runs: pd.DataFrame, made: Study, folder: Path, step_s: float) -> str
     return "\n\n".join(
         (
             f"## {made.title}",
-            f"{len(runs)} runs of {hours:g} h, {seeds} seed{'s' * (seeds > 1)}. Vehicle-km in the hour:",
+            f"{len(runs)} runs of {hours:g} h, {seeds} seed{'s' * (seeds > 1)}.",
+            VEHICLE_KM,
             markdown(kilometres(runs, made)),
-            "Times the best of the others at that number, seed by seed:",
+            "Ratio to the best of the others with as many vehicles, seed by seed:",
             markdown(ratios(runs, made)),
-            "The limit, and how much of it is reached:",
+            "The limit, and the share of it that is reached:",
             markdown(limits(runs, folder, step_s)),
-            "Longest wait:",
+            LONGEST_WAIT,
             markdown(waits(runs, made)),
             safety(runs),
         )
@@ -288,7 +291,7 @@ def main() -> None:
     every = f"{text}\n\nAll figures:\n\n{markdown(details(runs, made))}\n"
     (given.out / f"{made.name}.md").write_text(every, encoding="utf-8")
     if given.write:
-        write_section(text, made.name)
+        write_study(text, made.name, *([VEHICLE_KM] if given.step == 1 else []))
 
 
 if __name__ == "__main__":

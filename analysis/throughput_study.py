@@ -26,9 +26,16 @@ from loopgate.sweep import Sweep, run_sweep
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "studies" / "throughput.md"
+TABLES = ROOT / "analysis" / "tables" / "throughput.md"
+"""Every table of the studies; the page shows those that :func:`shown` keeps."""
+
 RULE = "rule"
 SUMO = "SUMO"
 WARMUP_S = 300.0
+LONGEST_WAIT = (
+    "Longest wait under gates in any run; in brackets the mean number of vehicles without a lap in the last "
+    "half hour:"
+)
 _MOST_TIMES = 10
 """More than so many times a rule that has locked up is not told."""
 
@@ -90,7 +97,9 @@ def parser(description: str | None) -> argparse.ArgumentParser:
     made.add_argument("--jobs", type=int, default=2, help="processes")
     made.add_argument("--out", type=Path, default=ROOT / "out" / "throughput", help="results folder")
     made.add_argument(
-        "--write", action="store_true", help=f"renew the study's part of docs/studies/{PAGE.name}"
+        "--write",
+        action="store_true",
+        help=f"renew the study's part of docs/studies/{PAGE.name} and of analysis/tables/{TABLES.name}",
     )
     return made
 
@@ -223,7 +232,7 @@ def safety(runs: pd.DataFrame) -> str:
     counted = [f"{name} {count:.0f}" for name, count in counts.items() if count]
     clean = f"{int((gated[c.AUDIT] == 'clean').sum())} of {len(gated)}"
     return (
-        f"Collisions: {', '.join(counted) or 'none'}{'; under all else none' if counted else ''}. "
+        f"Collisions: {', '.join(counted) or 'none'}{'; under the others none' if counted else ''}. "
         f"Clean audits of gated runs: {clean}. Teleports: {int(done[c.TELEPORTS].sum())}."
     )
 
@@ -252,8 +261,8 @@ def markdown(table: pd.DataFrame) -> str:
     """Return the table as Markdown."""
     head = [str(name) for name in table.columns]
     rows = [[str(value) for value in row] for row in table.itertuples(index=False)]
-    rule = ["---"] * len(head)
-    return "\n".join("| " + " | ".join(cells) + " |" for cells in (head, rule, *rows))
+    first, *others = ("| " + " | ".join(cells) + " |" for cells in (head, *rows))
+    return "\n".join((first, "|" + "---|" * len(head), *others))
 
 
 def section(runs: pd.DataFrame, study: Study) -> str:
@@ -261,24 +270,46 @@ def section(runs: pd.DataFrame, study: Study) -> str:
     seeds, hours = runs[c.SEED].nunique(), runs[c.DURATION].max() / 3600
     explained = (
         f"{len(runs)} runs of {hours:g} h after {WARMUP_S:g} s of warm-up, {seeds} seed{'s' * (seeds > 1)}"
-        "; means with 95 % intervals over the seeds. *Locked*: runs in which vehicles came to wait for each "
-        "other in a circle."
+        ". Means with 95 % intervals over the seeds. *Locked*: runs with a deadlock."
     )
     parts = [
         f"## {study.title}",
         explained,
-        "Vehicle-km in the hour, by number of vehicles:",
+        "Vehicle-km per hour, by number of vehicles:",
         markdown(kilometres(runs, study)),
-        "Times those of the best of SUMO's own rules at that number, seed by seed:",
+        "Ratio to the best of SUMO's own rules with as many vehicles, seed by seed:",
         markdown(ratios(runs, study)),
-        (
-            "Longest wait under gates, of any run; in brackets, where there are any, how many vehicles made "
-            "no lap in the last half hour, on average:"
-        ),
+        LONGEST_WAIT,
         markdown(waits(runs, study)),
         safety(runs),
     ]
     return "\n\n".join(parts)
+
+
+def shown(text: str, *left_out: str) -> str:
+    """Return the part of a section that the page shows.
+
+    Parameters
+    ----------
+    text
+        The whole section.
+    left_out
+        Tables whose heading begins so stay in the file of tables; the table of waits always does.
+    """
+    kept: list[str] = []
+    parts = iter(text.split("\n\n"))
+    for part in parts:
+        if part.startswith((LONGEST_WAIT, *left_out)):
+            next(parts)  # its table
+        else:
+            kept.append(part)
+    return "\n\n".join(kept)
+
+
+def write_study(text: str, name: str, *left_out: str) -> None:
+    """Renew a study's section in the file of tables, and what the page shows of it."""
+    write_section(text, name, TABLES)
+    write_section(shown(text, *left_out), name)
 
 
 def write_section(text: str, name: str, page: Path = PAGE) -> None:
@@ -310,4 +341,4 @@ def conduct(study: Study, given: argparse.Namespace) -> None:
         given.out / f"{study.name}.csv", index=False
     )
     if given.write:
-        write_section(text, study.name)
+        write_study(text, study.name)

@@ -13,6 +13,7 @@ the study may be ended at any time; see ``--help``.
 from __future__ import annotations
 
 import argparse
+import math
 import random
 import re
 from collections.abc import Iterable, Iterator, Mapping
@@ -39,10 +40,14 @@ from loopgate.runs.results import read_results
 from loopgate.sweep import Sweep, run_sweep
 
 PAGE = ROOT / "docs" / "studies" / "covering.md"
+TABLES = ROOT / "analysis" / "tables" / "watched.md"
+"""A table for each cell; the page shows one row of each."""
+
 RULE = "rule"
 WARMUP_S, DURATION_S = 1800.0, 3600.0
 REVISIT_S = 600.0
 MARGIN = 1.5
+MEAN, WORST = "idleness [s]", "worst [s]"
 GRID = str(ROOT / "networks" / "grid5-priority.net.xml")
 BS3D = "sumo:bs3d"
 COUNTS = {"sumo:DRT": 18, BS3D: 5, GRID: 12}
@@ -204,16 +209,16 @@ def table(cell: Cell, runs: pd.DataFrame) -> pd.DataFrame:
         done = group[group[c.STATUS] == c.STATUS_OK]
         if done.empty:
             if len(group):
-                rows.append({RULE: rule, "idleness [s]": f"refused: {group[c.ERROR].iloc[0]}"})
+                rows.append({RULE: rule, MEAN: f"refused: {group[c.ERROR].iloc[0]}"})
             continue
         gated = done[done[c.AUDIT] != c.NOT_GATED]
         row = {
             RULE: rule,
-            "idleness [s]": with_half(done[c.IDLENESS], 1),
+            MEAN: with_half(done[c.IDLENESS], 1),
             "over even": _over(done[c.IDLENESS] / done[c.IF_EVEN]),
-            "worst [s]": with_half(done[c.WORST_IDLENESS], 0),
+            WORST: with_half(done[c.WORST_IDLENESS], 0),
             "worst over even": _over(done[c.WORST_IDLENESS] / done[c.WORST_IF_EVEN]),
-            "headways vary by": f"{done[c.HEADWAY_CV].mean():.2f}",
+            "coefficient of variation": f"{done[c.HEADWAY_CV].mean():.2f}",
             "bunched": f"{done[c.BUNCHED].mean():.1%}",
             "never seen": f"{done[c.NEVER_SEEN].mean():.0f}",
             "km": with_half(done[c.KM_PER_H], 0),
@@ -262,6 +267,33 @@ def renewed(page: str, tables: Iterable[str]) -> str:
     return "\n\n".join(parts.values())
 
 
+def overview(tables: str) -> str:
+    """Return a table with one row for each table: idleness under SUMO's best rule and under the gate."""
+    rows = []
+    for part in re.split(r"\n\n(?=\*\*)", tables):
+        named, _, text = part.partition("\n\n")
+        what, seeds = named.rsplit("**, ", 1)
+        head, _, *lines = (
+            [cell.strip() for cell in line.strip("|").split("|")] for line in text.splitlines()
+        )
+        found = {line[0]: dict(zip(head, line, strict=True)) for line in lines}
+        own = min(
+            (name for name in found if name.startswith("SUMO")), key=lambda name: _first(found[name][MEAN])
+        )
+        row = {"network, vehicles, loops": what.removeprefix("**"), "seeds": seeds.removesuffix(" seeds")}
+        columns = {"SUMO": own} | {rule: f"loopgate, {rule}" for rule in ("none", "hold", "advice")}
+        for short, title in ((MEAN, "mean"), (WORST, "worst")):
+            for column, rule in columns.items():
+                row[f"{title}: {column}"] = found.get(rule, {}).get(short, "")
+        row["SUMO: locked, collisions"] = f"{found[own]['locked']}, {found[own]['collisions']}"
+        rows.append(row)
+    return markdown(pd.DataFrame(rows))
+
+
+def _first(cell: str) -> float:
+    return math.inf if cell.startswith("refused") else float(cell.split(maxsplit=1)[0])
+
+
 def main() -> None:
     """Run what is missing, print the tables, and renew the page if asked to."""
     words = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -272,7 +304,11 @@ def main() -> None:
     words.add_argument("--done", action="store_true", help="run nothing; show what has been run")
     words.add_argument("--jobs", type=int, default=1, help="processes")
     words.add_argument("--out", type=Path, default=ROOT / "out" / "watched", help="results folder")
-    words.add_argument("--write", action="store_true", help=f"renew these tables in docs/studies/{PAGE.name}")
+    words.add_argument(
+        "--write",
+        action="store_true",
+        help=f"renew analysis/tables/{TABLES.name} and docs/studies/{PAGE.name}",
+    )
     given = words.parse_args()
     chosen = [
         cell
@@ -293,7 +329,9 @@ def main() -> None:
                 tables[cell.name] = f"{said}\n\n{markdown(table(cell, runs))}"
                 print(f"\n{tables[cell.name]}", flush=True)
     if given.write:
-        write_section(renewed(PAGE.read_text(encoding="utf-8"), tables.values()), "watched", PAGE)
+        every = renewed(TABLES.read_text(encoding="utf-8"), tables.values())
+        write_section(every, "watched", TABLES)
+        write_section(overview(every), "watched", PAGE)
 
 
 if __name__ == "__main__":

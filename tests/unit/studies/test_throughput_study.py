@@ -1,10 +1,26 @@
 """The tables of throughput, by hand."""
 
+import re
 from pathlib import Path
 
 import pandas as pd
 import pytest
-from throughput_study import Rule, Study, details, kilometres, markdown, ratios, safety, waits, write_section
+from limit import VEHICLE_KM
+from throughput_study import (
+    LONGEST_WAIT,
+    PAGE,
+    TABLES,
+    Rule,
+    Study,
+    details,
+    kilometres,
+    markdown,
+    ratios,
+    safety,
+    shown,
+    waits,
+    write_section,
+)
 
 STUDY = Study(
     name="grid",
@@ -72,7 +88,7 @@ def test_waits_and_safety_are_told_rule_by_rule() -> None:
     table = waits(RUNS, STUDY).set_index("rule")["60"]
     assert table.to_dict() == {"SUMO, a": "(1.5)", "SUMO, b": "", "certified": "9 s"}
     hit = pd.DataFrame([row("SUMO, a", 1, 1.0, collisions=3), row("certified", 1, 1.0)])
-    said = "Collisions: SUMO, a 3; under all else none. Clean audits of gated runs: 1 of 1. Teleports: 0."
+    said = "Collisions: SUMO, a 3; under the others none. Clean audits of gated runs: 1 of 1. Teleports: 0."
     assert safety(hit) == said
 
 
@@ -91,6 +107,19 @@ def test_a_section_of_the_page_is_renewed_and_the_rest_stays(tmp_path: Path) -> 
     for _ in range(2):
         write_section(markdown(pd.DataFrame({"a": [1]})), "grid", page)
     text = page.read_text(encoding="utf-8")
-    assert text == "top\n<!-- grid: begin -->\n| a |\n| --- |\n| 1 |\n<!-- grid: end -->\nbottom\n"
+    assert text == "top\n<!-- grid: begin -->\n| a |\n|---|\n| 1 |\n<!-- grid: end -->\nbottom\n"
     with pytest.raises(ValueError, match="there is no <!-- city: begin -->"):
         write_section("x", "city", page)
+
+
+def test_the_page_shows_the_tables_that_the_file_of_tables_holds() -> None:
+    """All but the waits, and the distances at steps of 1 s."""
+    tables = TABLES.read_text(encoding="utf-8")
+    found = re.findall(r"<!-- (\S+): begin -->\n(.*?)\n<!-- \1: end -->", tables, re.DOTALL)
+    assert len(found) >= 7
+    page = PAGE.read_text(encoding="utf-8")
+    for name, text in found:
+        part = shown(text, *([VEHICLE_KM] if name == "limit-1" else []))
+        assert f"<!-- {name}: begin -->\n{part}\n<!-- {name}: end -->" in page, name
+        assert LONGEST_WAIT in text
+        assert LONGEST_WAIT not in part

@@ -48,3 +48,14 @@ def test_only_tables_that_were_made_are_renewed() -> None:
     assert watched.renewed(page, ["**c**, 1 seeds\n\nnew", "**a**, 5 seeds\n\nbetter"]) == (
         "**a**, 5 seeds\n\nbetter\n\n**b**, 2 seeds\n\nkept\n\n**c**, 1 seeds\n\nnew"
     )
+
+
+def test_the_page_shows_a_row_of_each_table_that_the_file_of_tables_holds() -> None:
+    """The best of SUMO's own rules stands for them."""
+    tables, page = (file.read_text(encoding="utf-8") for file in (watched.TABLES, watched.PAGE))
+    marks = "<!-- watched: begin -->\n", "\n<!-- watched: end -->"
+    every = tables.partition(marks[0])[2].partition(marks[1])[0]
+    assert watched.overview(every).join(marks) in page
+    assert watched.overview(every).count("\n") - 1 == every.count("**, ")
+    grid = next(line for line in page.splitlines() if line.startswith("| grid5-priority, 40"))
+    assert " 25.3 ± 3.2 " in grid  # right before left; by priority it is 27.0
