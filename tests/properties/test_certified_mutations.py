@@ -19,6 +19,7 @@ from loopgate.errors import GateError, IllegalMoveError, SystemModelError
 from loopgate.gates import Decision
 from loopgate.gates.certified import CertifiedGate, deadlock
 from loopgate.gates.certified.banker import _harmless, fixpoint
+from loopgate.gates.certified.chain import follow, next_mover
 from loopgate.gates.certified.chain_rule import ChainRule
 from loopgate.gates.certified.checker import Checker
 from loopgate.gates.certified.crowding import _Net, find_crowd, refuse_crowds
@@ -28,7 +29,6 @@ from loopgate.gates.certified.homes import Homes
 from loopgate.gates.certified.occupancy import Occupancy
 from loopgate.gates.certified.patience import Patience
 from loopgate.gates.certified.search import Search
-from loopgate.gates.certified.service import _last_of_circle, next_mover
 from loopgate.gates.certified.system_index import SystemIndex
 from loopgate.gates.deadlocks import deadlocked_robots, homes_decide_liveness
 from loopgate.model import Configuration, Robot, StateId, System
@@ -170,7 +170,7 @@ def test_unbroken_all_pass() -> None:
             id="blocked ends overlooked",
         ),
         pytest.param(Occupancy.step, "self.count[left] -= 1", "pass", id="states never emptied"),
-        pytest.param(ChainRule.closes, "return chain", "return []", id="no chain rule"),
+        pytest.param(ChainRule.closes, "return full.circle()", "return []", id="no chain rule"),
         pytest.param(
             ChainRule._leavers, "for i in line:", "for i in line[::-1]:", id="last instead of first"
         ),
@@ -227,11 +227,12 @@ def test_unbroken_everyone_goes_on() -> None:
         ),
         pytest.param(_Net.tight, "s - 1", "s", id="cuts not looked at"),
         pytest.param(
-            next_mover, "not in seen and _full", "not in seen and not _full", id="service of the first only"
+            next_mover, "chain.places[-1] if chain.places else place", "place", id="service of the first only"
         ),
-        pytest.param(_last_of_circle, "return last", "return head", id="service closes circles"),
-        pytest.param(ChainRule.closes, "return chain", "return []", id="no chain rule"),
-        pytest.param(ChainRule.closes, "if place == left or", "if", id="the slot behind overlooked"),
+        pytest.param(next_mover, "circle[-1] if circle else last", "last", id="service closes circles"),
+        pytest.param(ChainRule.closes, "return full.circle()", "return []", id="no chain rule"),
+        pytest.param(follow, " - (place == entered)", "", id="the slot that it takes overlooked"),
+        pytest.param(follow, " + (place == left)", "", id="the slot behind overlooked"),
         pytest.param(FreeSlots._full, "count[s] >= room[s]", "count[s] > room[s]", id="full overlooked"),
     ],
 )

@@ -11,7 +11,7 @@ import comers
 import pytest
 from comers import Comers, Everything, explored
 
-from loopgate.gates.certified import deadlock
+from loopgate.gates.certified import chain
 
 
 def residents() -> Everything:
@@ -62,5 +62,5 @@ def test_were_they_not_to_that_would_be_noticed(monkeypatch: pytest.MonkeyPatch)
 
 def test_were_everybody_let_in_that_would_be_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
     """Who fills a place although that closes a circle makes a configuration from which nobody arrives."""
-    monkeypatch.setattr(deadlock, "closes_by_entering", lambda *_, **__: False)
+    monkeypatch.setattr(chain, "closes_by_entering", lambda *_, **__: False)
     assert any(everything.stuck() for everything in explored(range(150), loops=False, least=2, most=260))

@@ -21,7 +21,8 @@ from small_roads import (
 )
 
 from loopgate.abstraction.itinerary import Leg
-from loopgate.drive import requests
+from loopgate.drive import service
+from loopgate.drive.codes import NOBODY
 from loopgate.drive.step import SETTLE
 from loopgate.drive.tables import Tables
 from loopgate.errors import SystemModelError, UnsafeStartError
@@ -46,7 +47,7 @@ MOVES = 150
 @njit(error_model="numpy")
 def closes(i: int, tables: Tables) -> bool:
     """Return whether the move is refused; compiled here, as a part of a step is."""
-    return bool(requests._closes(i, tables))
+    return bool(service.last_of_circle(i, tables) != NOBODY)
 
 
 def books_of(system: System) -> Books:

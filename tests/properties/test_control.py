@@ -79,7 +79,9 @@ def test_the_chain_rule_admits_what_is_safe_and_nothing_else(roads: Roads) -> No
                 can += [robot] * ours
             assert not any(circle_from(vehicle.leg.place) for vehicle in vehicles)
             served = rng.randrange(len(vehicles))
-            assert next_mover(vehicles[served]).number == next_of_gate(stand, served)
+            mover = next_mover(vehicles[served])
+            assert mover is not None
+            assert mover.number == next_of_gate(stand, served)
             robot = rng.choice(can)
             ledger._settle(vehicles[robot])
             here = system.moved(here, robot)

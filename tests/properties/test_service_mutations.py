@@ -71,7 +71,7 @@ MUTATIONS: Final[dict[str, tuple[Any, str, Any]]] = {
     "nothing": (service, "NOBODY", NOBODY),
     "nobody is served": (service, "serve", lambda _t: None),
     "the one served is to move, whoever is before it": (service, "_mover", lambda i, _t: i),
-    "a circle is closed": (service, "_last_of_circle", lambda head, *_: head),
+    "a circle is closed": (service, "_mover", _changed("_mover", ("return mover", "return head"))),
     "the youngest goes first": (
         service,
         "serve",
@@ -83,7 +83,7 @@ MUTATIONS: Final[dict[str, tuple[Any, str, Any]]] = {
     "nobody may enter": (
         requests,
         "service",
-        SimpleNamespace(bars=_bars_all, serve=service.serve, stops_here=service.stops_here),
+        SimpleNamespace(**{**vars(service), "bars": _bars_all}),
     ),
     "places are not marked": (service, "_mover", _after(service._mover, _forget)),
     "what was looked at is forgotten": (service, "_begin", _after(service._begin, _forget)),

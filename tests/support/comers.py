@@ -11,7 +11,7 @@ from typing import NamedTuple
 from loopgate.errors import GateError, SystemModelError
 from loopgate.gates import Gate, make_gate
 from loopgate.gates.certified import CertifiedGate
-from loopgate.gates.certified import deadlock as rule
+from loopgate.gates.certified import chain as rule
 from loopgate.model import Configuration, Robot, RobotId, StateId, System
 from loopgate.simulation.fleet.fleet import _refuse_crowd
 
@@ -95,7 +95,10 @@ class Comers:
             wanted = self.following(first, robot)
             standing = _Standing(self, node.lines)
             return not rule.closes_by_entering(
-                standing, first, room=self.slots[first], wanted=standing.away if wanted is None else wanted
+                standing,
+                first,
+                free=self.slots[first] - len(node.lines[first]),
+                onward=standing.away if wanted is None else wanted,
             )
         there = self.entered(node, robot)
         key = there.lines, None if self.wide else there.outside
@@ -197,11 +200,11 @@ class _Standing:
         self._comers, self._lines = comers, lines
         self.away = len(lines)
 
-    def line(self, state: int) -> Sequence[int]:
-        return self._lines[state] if state < self.away else ()
+    def free(self, state: int) -> int:
+        return self._comers.slots[state] - len(self._lines[state]) if state < self.away else 1
 
-    def slots(self, state: int) -> int:
-        return self._comers.slots[state] if state < self.away else 1
+    def first(self, state: int) -> int | None:
+        return self._lines[state][0] if state < self.away and self._lines[state] else None
 
     def wanted(self, robot: int) -> int:
         place = next(place for place, line in enumerate(self._lines) if robot in line)

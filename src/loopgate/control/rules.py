@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Final
 
-from loopgate.control.chain import after_move
+from loopgate.control.chain import full_after
 from loopgate.control.places import Place, Vehicle
 
 
@@ -35,7 +35,7 @@ def room(vehicle: Vehicle) -> Refusal | None:
 
 def chain(vehicle: Vehicle) -> Refusal | None:
     """Refuse a move that would close a circle of full places, or lead into one that is there."""
-    after = after_move(vehicle)
+    after = full_after(vehicle)
     return Refusal("deadlock", after.places) if after.circle() else None
 
 

@@ -8,7 +8,7 @@ from typing import Any, cast
 from loopgate.drive.codes import CROSSING, NOBODY, OCCUPIED, SERVICE
 from loopgate.drive.tables import Tables
 
-__all__ = ["blockers", "in_circle"]
+__all__ = ["blockers"]
 
 
 def blockers(robot: int, tables: Tables) -> list[list[int]]:
@@ -24,28 +24,6 @@ def blockers(robot: int, tables: Tables) -> list[list[int]]:
     if state["held_by"] < state["room"]:
         return list(_kept_by([int(state["slot"])], robot, tables))
     return [_others(robot, state["holders"], state["held_by"], tables)]
-
-
-def in_circle(robot: int, tables: Tables) -> list[int]:
-    """Return the heads of the full places of the circle that the move of `robot` would close, if it would."""
-    states: Any = tables.states
-
-    def state(one: int, ahead: int) -> int:
-        row: Any = tables.vehicles[one]
-        leg: Any = tables.legs[row["leg_at"] + (row["granted"] + ahead) % row["legs"]]
-        return int(leg["state"])
-
-    here, target = state(robot, 0), state(robot, 1)
-    place, heads = target, list[int]()
-    while len(heads) <= len(states):
-        if place == here or states[place]["queue"] < states[place]["room"] - (place == target):
-            return []
-        head = int(tables.lists[states[place]["line"]])
-        heads.append(head)
-        place = state(head, 1)
-        if place == target:
-            return heads
-    return []
 
 
 def _on_the_way(robot: int, leg: Any, tables: Tables) -> Iterator[list[int]]:  # noqa: ANN401  a row

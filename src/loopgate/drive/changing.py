@@ -19,7 +19,7 @@ from loopgate.drive.ground import HOLDERS, LINE
 from loopgate.drive.track import Track
 from loopgate.errors import TrafficError
 from loopgate.gates import Gate
-from loopgate.gates.certified.deadlock import leads_round
+from loopgate.gates.certified.chain import leads_round
 from loopgate.model import System
 from loopgate.results.columns import Event
 

@@ -11,7 +11,7 @@ from typing import Any, cast
 import numpy as np
 
 from loopgate.drive import step as drive
-from loopgate.drive.blocking import blockers, in_circle
+from loopgate.drive.blocking import blockers
 from loopgate.drive.codes import (
     CROSSING,
     NOTHING,
@@ -31,6 +31,7 @@ from loopgate.drive.tables import Tables
 from loopgate.drive.timetable import Timetable
 from loopgate.gates import Decision, Gate, Reason
 from loopgate.gates.certified import CertifiedGate
+from loopgate.gates.certified.chain import closes
 from loopgate.gates.following import following
 from loopgate.model import System
 from loopgate.negotiation.base import InformedNegotiation, Negotiation, Request
@@ -231,6 +232,14 @@ class Gatekeeper:
         """Return how many vehicles fit into `state`."""
         return int(self._rooms[state])
 
+    def free(self, state: int) -> int:
+        """Return how many slots of `state` nobody has been granted, as the chain rule counts them."""
+        return self.slots(state) - int(self._states["queue"][state])
+
+    def first(self, state: int) -> int | None:
+        """Return the robot that goes on first of those whose last grant is `state`."""
+        return next(iter(self.line(state)), None)
+
     @property
     def refusals(self) -> dict[str, int]:
         """How often each reason was given."""
@@ -374,9 +383,9 @@ class Gatekeeper:
             return blockers(robot, self._tables)
         if reason != RESERVE:
             if self._by_chain:
-                circle = in_circle(robot, self._tables)
+                circle = closes(self, self.here(robot), self.wanted(robot))
                 if circle:
-                    return [circle]
+                    return [[first for place in circle for first in self.line(place)[:1]]]
                 return [[other for other in range(len(self._vehicles)) if other != robot]]
             asking = self._robots[robot]
             decision: Decision | None

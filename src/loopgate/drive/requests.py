@@ -281,30 +281,10 @@ def _waits(i: int, t: Tables) -> bool:
 
 
 @inner
-def _closes(i: int, t: Tables) -> bool:
-    """Return whether the vehicle's move would close a circle of full places (`ChainRule.closes`).
-
-    All fit into a private state, and there are two at least: so none is ever full in a chain.
-    """
-    here = last_state(i, t)
-    target = wanted_state(i, t)
-    if t.states[target].queue + 1 < t.states[target].room:
-        return False
-    place = target
-    for _ in range(len(t.states)):
-        place = wanted_state(t.lists[t.states[place].line], t)
-        if place == here or t.states[place].queue < t.states[place].room - (1 if place == target else 0):
-            return False
-        if place == target:
-            break
-    return True  # also for a circle without it, of which there are none
-
-
-@inner
 def decide_by_chain(i: int, t: Tables) -> None:
     """Decide the vehicle's request by the chain rule, if its way is still free."""
     if still_free(i, t):
-        closes = _closes(i, t)
+        closes = service.last_of_circle(i, t) != NOBODY
         t.run[0].decisions += 1
         settle(i, 0 if closes else 1, DEADLOCK if closes else FREE, t.run[0].chain, t)
 

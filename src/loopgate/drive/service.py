@@ -18,11 +18,11 @@ from typing import Final
 
 from loopgate.drive.codes import NOBODY, STOPPING
 from loopgate.drive.gaps import end_m, leg_of, state_of
-from loopgate.drive.holdings import wanted_state
+from loopgate.drive.holdings import last_state, wanted_state
 from loopgate.drive.tables import Tables
 from loopgate.kernel_cache import inner, part
 
-__all__ = ["bars", "serve", "stops_here"]
+__all__ = ["bars", "last_of_circle", "serve", "stops_here"]
 
 _THROUGH_RED_S: Final = 120.0
 """After this long a mover's way is kept clear while its light is red too [s]. Else each green could find
@@ -33,6 +33,27 @@ somebody there who may cross at the same time."""
 def stops_here(i: int, t: Tables) -> bool:
     """Return whether the vehicle is to stop, or does, before it gets to the end of its last grant."""
     return bool(t.vehicles[i].stop_m < end_m(i, t.vehicles[i].granted, t))
+
+
+@inner
+def last_of_circle(i: int, t: Tables) -> int:
+    """Return the head of the last place of the circle of full places that the vehicle's move would close.
+
+    `NOBODY` if it closes none. It is the walk of `loopgate.gates.certified.chain`, compiled. All fit into a
+    private state, and there are two at least: so none is ever full in a chain.
+    """
+    left, filled = last_state(i, t), wanted_state(i, t)
+    if t.states[filled].queue + 1 < t.states[filled].room:
+        return int(NOBODY)
+    place, last = filled, int(NOBODY)
+    for _ in range(len(t.states)):
+        last = _head(place, t)
+        place = wanted_state(last, t)
+        if place == filled:
+            return last
+        if place == left or not _full(place, t):
+            return int(NOBODY)
+    return last  # a circle without the filled place: the gate lets none come about
 
 
 @inner
@@ -140,29 +161,14 @@ def _mover(served: int, t: Tables) -> int:
         t.states[here].served = served
         if not _full(there, t):
             t.states[there].served = served
-            mover = _last_of_circle(head, here, there, t)
-            if mover != head:
-                t.vehicles[served].turned = True
+            mover = last_of_circle(head, t)
+            if mover == NOBODY:
+                return head
+            t.vehicles[served].turned = True
             return mover
         here = there
         head = _head(here, t)
     return NOBODY  # full places in a circle: the gate lets none come about
-
-
-@part
-def _last_of_circle(head: int, left: int, filled: int, t: Tables) -> int:
-    """Return the head of the last place of the circle that the move of `head` would close; `head` if none."""
-    if t.states[filled].queue + 1 < t.states[filled].room:
-        return head
-    place = filled
-    for _ in range(len(t.states)):
-        last = _head(place, t)
-        place = wanted_state(last, t)
-        if place == filled:
-            return last
-        if place == left or not _full(place, t):
-            return head
-    return head
 
 
 @part

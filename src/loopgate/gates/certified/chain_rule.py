@@ -1,8 +1,10 @@
 """Keeping the flow: the chain rule over wide places, and the way home over narrow ones in between."""
 
+from collections.abc import Callable
 from typing import Any
 
 from loopgate.gates.base import Decision, Reason, refusal
+from loopgate.gates.certified.chain import follow
 from loopgate.gates.certified.homes import Homes
 from loopgate.gates.certified.keepers import Keeper
 from loopgate.gates.certified.occupancy import Occupancy
@@ -149,21 +151,18 @@ class ChainRule(Keeper):
 
     def closes(self, stand: Occupancy, robot: int, target: int) -> list[int]:
         """Return the full places of the circle that the robot's move to `target`, which fills it, closes."""
-        after, at, held, room = self._after, stand.at, self._held, self.layout.room
-        left = self._rest[robot][at[robot]]
-        chain = [target]
-        while True:
-            leavers, unsure = self._leavers(stand, chain[-1])
-            if chain[-1] == target and (unsure or target not in stand.queue):
-                return self._closes_any(stand, robot, left, target)  # the robot itself may leave it next
-            if len(leavers) != 1 or len(chain) > len(held):
-                return self._closes_any(stand, robot, left, target)
-            place = after[leavers[0]][at[leavers[0]]]
-            if place == left or not self._wide[place] or held[place] < room[place] - (place == target):
-                return []
-            if place == target:
-                return chain
-            chain.append(place)
+
+        def first(place: int) -> int | None:
+            leavers, unsure = self._leavers(stand, place)
+            if place == target and (unsure or target not in stand.queue):
+                return None  # the robot itself may leave it next
+            return leavers[0] if len(leavers) == 1 else None
+
+        left = self._rest[robot][stand.at[robot]]
+        full = follow(_Rests(stand, self._held, first, self._after), target, entered=target, left=left)
+        if full.places and first(full.places[-1]) is None:
+            return self._closes_any(stand, robot, left, target)
+        return full.circle()
 
     def _closes_any(self, stand: Occupancy, robot: int, left: int, target: int) -> list[int]:
         """As `closes` where places have several robots that may leave next: by peeling off what is free."""
@@ -220,3 +219,27 @@ class ChainRule(Keeper):
         if decision.reason is Reason.OCCUPIED:
             return {"kind": "reserved", "place": states[target]}
         return {"kind": "full", "places": [states[s] for s in self.closes(stand, robot, target)]}
+
+
+class _Rests:
+    """Rests as the chain rule sees them.
+
+    `held`: how many robots hold each. `first`: who leaves a rest next, None if that may be one of several.
+    `after`: by robot and position, the rest that it drives to when it leaves the one that it holds.
+    """
+
+    def __init__(
+        self, stand: Occupancy, held: list[int], first: Callable[[int], int | None], after: list[list[int]]
+    ) -> None:
+        self._at, self._layout = stand.at, stand.layout
+        self._held, self._after = held, after
+        self.first = first
+
+    def free(self, place: int) -> int:
+        """Return how many slots nobody holds; a place that is not wide is never waited for."""
+        return self._layout.room[place] - self._held[place] if self._layout.wide[place] else 1
+
+    def wanted(self, robot: int) -> int | None:
+        """Return the rest that a robot drives to next; None where its path ends."""
+        place = self._after[robot][self._at[robot]]
+        return place if place >= 0 else None

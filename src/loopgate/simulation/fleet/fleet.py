@@ -15,8 +15,8 @@ from loopgate.drive.track import Track
 from loopgate.errors import GateError
 from loopgate.gates import Gate, make_gate
 from loopgate.gates.certified import CertifiedGate
+from loopgate.gates.certified.chain import closes_by_entering
 from loopgate.gates.certified.crowding import SPARE, find_crowd
-from loopgate.gates.certified.deadlock import closes_by_entering
 from loopgate.model import Robot, RobotId, StateId, System
 from loopgate.negotiation.base import Negotiation
 from loopgate.network import RoadNetwork
@@ -179,7 +179,10 @@ class Fleet:
         keeper, at = self.keeper, track.start_position
         first, wanted = (track.legs[(at + ahead) % len(track.legs)].state for ahead in (0, 1))
         here, there = keeper.number(first), keeper.number(wanted)
-        return here is not None and closes_by_entering(keeper, here, room=self.room[first], wanted=there)
+        if here is None:
+            return False
+        free = self.room[first] - len(keeper.line(here))
+        return closes_by_entering(keeper, here, free=free, onward=there)
 
     def let_go(self, vehicles: Iterable[str], reason: str) -> bool:
         """Let those go that are under the gate; return whether anybody is: then `answer` has to follow."""

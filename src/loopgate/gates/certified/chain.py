@@ -1,0 +1,131 @@
+"""The chain rule: never close a circle of full places, each of whose first vehicle wants the next.
+
+`follow` is the one walk along full places. The gate asks it through `closes`, vehicles that join through
+`closes_by_entering`, vehicles that turn to another way through `leads_round`, service through `next_mover`,
+the recognition of deadlocks through `circle_from`. Each of them sees places and vehicles through `Standing`.
+
+Sound where places hold two or more. Where no set of places is crowded (`loopgate.gates.certified.crowding`),
+whatever the rule admits lets every vehicle go on for ever.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from typing import Final, Generic, Protocol, TypeVar
+
+P = TypeVar("P", bound=Hashable)
+V = TypeVar("V")
+
+
+class Standing(Protocol[P, V]):
+    """Who stands where, and wants what."""
+
+    def free(self, place: P, /) -> int:
+        """Return how many slots of a place are free."""
+        ...
+
+    def first(self, place: P, /) -> V | None:
+        """Return the vehicle that leaves a place next; None if the place is empty or that is not settled."""
+        ...
+
+    def wanted(self, vehicle: V, /) -> P | None:
+        """Return the place that a vehicle wants next; None where its path ends."""
+        ...
+
+
+class Chain(Generic[P]):
+    """Full places, each of whose first vehicle wants the next.
+
+    `places`: in the order of the walk, each once. `end`: the place that the first vehicle of the last of them
+    wants: it has room, or it is one of `places`; None where nobody knows, or that vehicle's path ends.
+    """
+
+    __slots__ = ("end", "places")
+
+    def __init__(self, places: list[P], end: P | None) -> None:
+        self.places: Final = places
+        self.end: Final = end
+
+    def circle(self) -> list[P]:
+        """Return the places that wait for one another in a circle; none if the chain ends elsewhere."""
+        if self.end is None or self.end not in self.places:
+            return []
+        return self.places[self.places.index(self.end) :]
+
+
+def follow(
+    standing: Standing[P, V],
+    begin: P | None,
+    *,
+    entered: P | None = None,
+    onward: P | None = None,
+    left: P | None = None,
+) -> Chain[P]:
+    """Follow full places from `begin`, each to the place that its first vehicle wants.
+
+    All is seen as if one more vehicle, which wants `onward`, were last in line in `entered`, and the first in
+    line had gone from `left`. O(places on the way).
+    """
+    seen: set[P] = set()
+    places: list[P] = []
+    place = begin
+    while place is not None and place not in seen:
+        if standing.free(place) - (place == entered) + (place == left) > 0:
+            break
+        seen.add(place)
+        places.append(place)
+        first = standing.first(place)
+        wanted = onward if place == entered else None
+        place = wanted if first is None else standing.wanted(first)
+    return Chain(places, place)
+
+
+def closes(standing: Standing[P, V], here: P, target: P | None, onward: P | None = None) -> list[P]:
+    """Return the full places of the circle that is there once the first in `here` has moved to `target`.
+
+    That vehicle wants `onward` after that.
+    """
+    return follow(standing, target, entered=target, onward=onward, left=here).circle()
+
+
+def closes_by_entering(standing: Standing[P, V], place: P, *, free: int, onward: P | None) -> bool:
+    """Return whether one more vehicle, last in line in `place`, closes a circle of full places.
+
+    So many slots are `free` there before. The vehicle wants `onward` next; None for a place that is empty.
+    """
+    if free > 1:
+        return False
+    first = standing.first(place)
+    return leads_round(standing, onward if first is None else standing.wanted(first), place)
+
+
+def leads_round(standing: Standing[P, V], begin: P | None, place: P) -> bool:
+    """Return whether full places lead from `begin` to `place`, be it full or not, or to a circle."""
+    chain = follow(standing, begin)
+    return place in chain.places or chain.end == place or bool(chain.circle())
+
+
+def circle_from(standing: Standing[P, V], place: P) -> list[P]:
+    """Return the circle of full places that `place` waits for; none if its vehicles can move some day."""
+    return follow(standing, place).circle()
+
+
+def next_mover(standing: Standing[P, V], place: P) -> V | None:
+    """Return the vehicle to move next, so that the first in `place` moves after finitely many such moves.
+
+    Ask again after each move, until that vehicle has moved. None if full places wait for one another in a
+    circle there, or nobody is first.
+
+    It is the first of the last full place that `place` leads to. Where the move of that vehicle closes a
+    circle, it is the first of the circle's last place, which wants the same place and closes none. So no move
+    closes a circle. It ends where no set of places is crowded.
+    """
+    first = standing.first(place)
+    if first is None:
+        return None
+    chain = follow(standing, standing.wanted(first))
+    if chain.circle():
+        return None
+    last = chain.places[-1] if chain.places else place
+    circle = closes(standing, last, chain.end)
+    return standing.first(circle[-1] if circle else last)
