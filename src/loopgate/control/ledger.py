@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from heapq import heappop, heappush
 from typing import Final
 
-from loopgate.control.places import Leg, Vehicle
+from loopgate.control.places import Leg, Place, Vehicle
 from loopgate.control.rules import Rule
 
 WAIT_TURNS: Final = 5
@@ -44,7 +45,8 @@ class Ledger:
         self.turn = 0
         self.looked_at = 0
         self._made = 0
-        self._woken: list[Vehicle] = []
+        self._woken: list[tuple[float, int, Vehicle]] = []
+        self._looking: list[Vehicle] = []
 
     def take_in(self, name: str, path: list[Leg], position: int) -> Vehicle:
         """Put a new vehicle last in line in the place at `position` of its path.
@@ -62,6 +64,7 @@ class Ledger:
         vehicle = Vehicle(self._made, name, path[position])
         self._made += 1
         self.vehicles[name] = vehicle
+        self._change(place)
         place.line.append(vehicle)
         return vehicle
 
@@ -80,10 +83,10 @@ class Ledger:
             self.wake(vehicle)
 
     def wake(self, vehicle: Vehicle) -> None:
-        """Look at a vehicle in the next answer."""
-        if vehicle.asks and not vehicle.woken:
+        """Look at a vehicle in the next answer, or in this one if it is under way."""
+        if vehicle.asks and not vehicle.woken and vehicle.leg.place.line[0] is vehicle:
             vehicle.woken = True
-            self._woken.append(vehicle)
+            heappush(self._woken, (self._rank(vehicle), vehicle.number, vehicle))
 
     def why_not(self, vehicle: Vehicle) -> str:
         """Return why a vehicle may not go on now, or "". Changes nothing."""
@@ -96,34 +99,49 @@ class Ledger:
     def answer(self) -> list[Vehicle]:
         """Answer all requests; return the vehicles that were let go, in that order.
 
-        Those that were refused are looked at again after each grant that may have lifted their refusal.
+        The vehicle with most pressure behind it, as it was before the first grant of this turn, is asked
+        about first. A refused vehicle is looked at again after each grant that may have lifted its refusal;
+        one that was refused for something that no grant lifts, once in each turn.
         """
         self.turn += 1
+        woken, self._woken = self._woken, []
+        looking, self._looking = self._looking, []
+        for _, _, vehicle in woken:
+            vehicle.woken = False
+            self.wake(vehicle)
+        for vehicle in looking:
+            self.wake(vehicle)
         gone: list[Vehicle] = []
-        while (vehicle := self._next()) is not None:
-            gone.append(vehicle)
+        if self.everybody:
+            self._wake_everybody()
+        while self._woken:
+            vehicle = heappop(self._woken)[2]
+            vehicle.woken = False
+            if vehicle.asks and vehicle.leg.place.line[0] is vehicle and self._settle(vehicle):
+                gone.append(vehicle)
+                if self.everybody:
+                    self._wake_everybody()
         return gone
 
-    def _next(self) -> Vehicle | None:
-        """Let the first go on that no rule refuses, the one with most pressure behind it first."""
-        woken = list(self.vehicles.values()) if self.everybody else self._woken
-        self._woken = []
-        for vehicle in woken:
-            vehicle.woken = False
-        ready = [v for v in woken if v.asks and v.leg.place.line[0] is v]
-        ready.sort(key=self._turn_of)
-        for number, vehicle in enumerate(ready):
-            if self._settle(vehicle):
-                for other in ready[number + 1 :]:
-                    self.wake(other)
-                return vehicle
-        return None
+    def _wake_everybody(self) -> None:
+        for vehicle in self.vehicles.values():
+            self.wake(vehicle)
 
-    def _turn_of(self, vehicle: Vehicle) -> tuple[float, int]:
-        wanted = vehicle.wanted()
-        before = 0 if wanted is None else len(wanted.line)
-        behind = len(vehicle.leg.place.line)
-        return before - behind - (self.turn - vehicle.since) / WAIT_TURNS, vehicle.number
+    def _rank(self, vehicle: Vehicle) -> float:
+        """Return the less the sooner it is asked about in this turn; grants of the turn do not change it."""
+        leg = vehicle.leg
+        before = 0 if leg.after is None else self._length(leg.after.place)
+        return before - self._length(leg.place) - (self.turn - vehicle.since) / WAIT_TURNS
+
+    def _length(self, place: Place) -> int:
+        """Return how many stood in a place before the first grant of this turn."""
+        return place.length_before if place.changed == self.turn else len(place.line)
+
+    def _change(self, place: Place) -> None:
+        """Note how many stand in a place before its line changes."""
+        if place.changed != self.turn:
+            place.changed = self.turn
+            place.length_before = len(place.line)
 
     def _settle(self, vehicle: Vehicle) -> bool:
         """Let a vehicle go on, or note why not and what wakes it."""
@@ -132,6 +150,8 @@ class Ledger:
             refusal = rule(vehicle)
             if refusal is not None:
                 vehicle.reason = refusal.reason
+                if not refusal.until:
+                    self._looking.append(vehicle)
                 for place in refusal.until:
                     if vehicle not in place.waiting:
                         place.waiting.append(vehicle)
@@ -148,11 +168,13 @@ class Ledger:
             return
         self._go_out(vehicle)
         vehicle.leg = after
+        self._change(after.place)
         after.place.line.append(vehicle)
 
     def _go_out(self, vehicle: Vehicle) -> None:
         """Take a vehicle out of its line; wake those that wait for that, and the one that is first now."""
         place = vehicle.leg.place
+        self._change(place)
         place.line.remove(vehicle)
         waiting, place.waiting = place.waiting, []
         for other in waiting:

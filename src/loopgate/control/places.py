@@ -9,16 +9,19 @@ class Place:
     """A piece of road where vehicles stand in line; the first in line leaves it first.
 
     `slots`: how many vehicles fit. `line`: the vehicles that hold a slot, first in line first. `waiting`:
-    vehicles elsewhere whose request is looked at again when a vehicle leaves this place.
+    vehicles elsewhere whose request is looked at again when a vehicle leaves this place. `length_before`: how
+    long the line was before it changed in the turn `changed` of the ledger.
     """
 
-    __slots__ = ("line", "name", "slots", "waiting")
+    __slots__ = ("changed", "length_before", "line", "name", "slots", "waiting")
 
     def __init__(self, name: str, slots: int) -> None:
         self.name: Final = name
         self.slots: Final = slots
         self.line: list[Vehicle] = []
         self.waiting: list[Vehicle] = []
+        self.changed = -1
+        self.length_before = 0
 
     def is_full(self) -> bool:
         """Return whether no slot is free."""
