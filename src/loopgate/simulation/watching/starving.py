@@ -113,7 +113,8 @@ class StarvationWatch:
         """Take note of grants and ways; return the numbers of vehicles without either for long."""
         granted = self._engine.vehicles["granted"].tolist()
         long = []
-        for robot, (vehicle, metres) in enumerate(zip(ids, at_m.tolist(), strict=True)):
+        # A vehicle that has joined since the last step has no odometer reading yet; its row is the last.
+        for robot, (vehicle, metres) in enumerate(zip(ids, at_m.tolist(), strict=False)):
             last, from_m, since_s = self._seen.get(vehicle, (-1.0, 0.0, now))
             if granted[robot] != last or metres - from_m > _PASSED_M:
                 if last >= 0.0 and granted[robot] != last:
