@@ -55,6 +55,10 @@ class GateError(LoopgateError):
     """An unknown gate, or a bad gate option."""
 
 
+class PluginError(LoopgateError):
+    """A gate or negotiation of a user's own that failed, or answered what is no answer."""
+
+
 class UnsafeStartError(GateError):
     """A start from which the gate cannot keep its promise."""
 

@@ -19,6 +19,7 @@ from types import ModuleType
 from typing import Any, NamedTuple, TypeVar, cast
 
 from loopgate.errors import LoopgateError
+from loopgate.foreign import blaming, is_ours, reason_of
 from loopgate.keeping import Kept
 from loopgate.reading import refusing, shown
 
@@ -63,6 +64,8 @@ class Plugins(NamedTuple):
     kind: str
     group: str
     error: type[LoopgateError]
+    given: str = "what it is made for"
+    """The one thing that a factory is called with, besides the options."""
 
     def name_of(self, thing: object) -> str:
         """Return a name by which `make` finds a class or function, in other processes too if it can.
@@ -95,7 +98,9 @@ class Plugins(NamedTuple):
     def make(self, spec: str, make: Callable[[Factory, Mapping[str, object]], T]) -> T:
         """Load what `spec` names and make it with the options of `spec`.
 
-        Raises `error` if nothing has that name, the thing has no such option, or refuses an option's value.
+        Raises `error` if nothing has that name, the thing has no such option, or refuses an option's value by
+        a `ValueError`. Raises `PluginError` if a user's own thing raises anything else, but for errors of the
+        package, which get its name if they lack it.
 
         Parameters
         ----------
@@ -118,11 +123,27 @@ class Plugins(NamedTuple):
             if (expected := _expected(value, known[option].annotation)) is not None:
                 msg = f"{self.kind} {name}: {option} is {shown(value)}; expected {expected}"
                 raise self.error(msg)
+        who = f"{self.kind} {_short(spec)}"
+        if not is_ours(factory):
+            return self._make_theirs(who, lambda: make(factory, options))
         try:
             return make(factory, options)
         except (TypeError, ValueError) as error:
-            msg = f"{self.kind} {_short(spec)}: {error}"
+            msg = f"{who}: {error}"
             raise self.error(msg) from error
+
+    def _make_theirs(self, who: str, make: Callable[[], T]) -> T:
+        problem: Exception
+        with blaming(f"{who}: making it", f"a class or function that is called with {self.given}"):
+            try:
+                return make()
+            except LoopgateError as error:
+                if not str(error).startswith(self.kind):
+                    error.args = (f"{who}: {error}",)
+                problem = error
+            except ValueError as error:
+                problem = self.error(f"{who}: {reason_of(error).removeprefix('ValueError: ')}")
+        raise problem
 
     def _option(self, spec: str, part: str) -> tuple[str, object]:
         key, equals, text = part.partition("=")
@@ -150,8 +171,10 @@ class Plugins(NamedTuple):
             raise self.error(msg)
         try:
             return cast("Factory", points[name].load())
-        except (ImportError, AttributeError) as error:
-            msg = f"{self.kind} {name}: it is installed, but cannot be imported ({error})"
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:
+            msg = f"{self.kind} {name}: it is installed, but cannot be imported ({reason_of(error)})"
             raise self.error(msg) from error
 
     def from_file(self, where: FilePlugin) -> Factory:
@@ -160,10 +183,16 @@ class Plugins(NamedTuple):
         Raises `error` if there is no such file, it fails, or it defines no such thing that can be called.
         """
         file, name = where
-        with refusing(f"{self.kind} {file}:{name}", "Python file", self.error, wrong="the file fails"):
+        with refusing(f"{self.kind} {file}:{name}", "Python file", self.error):
             source = Path(file).read_bytes()
+        try:
             module = _MODULES.get((str(Path(file).resolve()), source), lambda: _run_file(file, source))
-        thing = getattr(module, name, None)
+            thing = getattr(module, name, None)
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:
+            msg = f"{self.kind} {file}:{name}: the file fails ({reason_of(error)})"
+            raise self.error(msg) from error
         if not callable(thing):
             msg = f"{self.kind} {file}:{name}: the file defines no class or function of that name"
             raise self.error(msg)

@@ -124,6 +124,8 @@ def shown(value: object) -> str:
         text = repr(value)
     except (ValueError, RecursionError):  # whole numbers of thousands of digits; lists in lists in lists
         return f"a value of type {type(value).__name__} too long to be shown"
+    except Exception:  # noqa: BLE001  a user's own class may raise anything
+        return f"a value of type {type(value).__name__} that cannot be shown"
     return text if len(text) <= _LONGEST_VALUE else f"{text[: _LONGEST_VALUE - 4]} ..."
 
 

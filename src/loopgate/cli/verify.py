@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from contextlib import ExitStack
+from contextlib import ExitStack, nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
 from time import perf_counter
@@ -15,6 +15,7 @@ import click
 from loopgate.cli.progress import show_progress
 from loopgate.disk import writing
 from loopgate.errors import GateError
+from loopgate.foreign import blaming, is_ours
 from loopgate.model import Configuration, System, system_to_dict
 
 if TYPE_CHECKING:
@@ -106,7 +107,7 @@ class _Plan:
         """Check one system, everywhere or else by walks; write its certificates if they are asked for."""
         from loopgate.research.state_space import ExplorationLimitError, verify_everywhere, verify_walks
 
-        self._write({"system": system_to_dict(system)})
+        self._write(json.dumps({"system": system_to_dict(system)}, separators=(",", ":")))
         try:
             return verify_everywhere(
                 system, self._make, limit=self.limit, progress=report, each=self._certify
@@ -146,13 +147,16 @@ class _Plan:
         if not hasattr(gate, "certificate"):
             msg = f"gate {self.gate}: it gives no certificates; the gate certified does"
             raise GateError(msg)
-        certificate = gate.certificate(configuration, robot)
-        if certificate is not None:
-            self._write(certificate)
+        who = blaming(f"gate {self.gate}: certificate", "plain data, or None")
+        with nullcontext() if is_ours(gate) else who:
+            certificate = gate.certificate(configuration, robot)
+            line = None if certificate is None else json.dumps(certificate, separators=(",", ":"))
+        if line is not None:
+            self._write(line)
 
-    def _write(self, line: dict[str, Any]) -> None:
+    def _write(self, line: str) -> None:
         if self.stream is not None:
-            self.stream.write(json.dumps(line, separators=(",", ":")) + "\n")
+            self.stream.write(line + "\n")
 
 
 def _print(gate: str, found: Verification) -> None:

@@ -30,10 +30,12 @@ from loopgate.drive.step import Step
 from loopgate.drive.tables import Tables
 from loopgate.drive.timetable import Timetable
 from loopgate.gates import Decision, Gate, Reason
+from loopgate.gates.careful import careful
 from loopgate.gates.certified import CertifiedGate
 from loopgate.gates.certified.chain import closes
 from loopgate.gates.following import following
 from loopgate.model import System
+from loopgate.negotiation import careful as careful_order
 from loopgate.negotiation.base import InformedNegotiation, Negotiation, Request
 from loopgate.negotiation.pressure import Pressure
 
@@ -66,6 +68,7 @@ class Gatekeeper:
     def __init__(self, negotiation: Negotiation, *, serve_after_s: float = math.inf) -> None:
         self._patience_s = serve_after_s
         self.negotiation = negotiation
+        self._orders = careful_order.careful(negotiation)
         self._times: defaultdict[str, Histogram] = defaultdict(Histogram)
         self.messages = 0
         self.timetable: Timetable | None = None
@@ -101,17 +104,20 @@ class Gatekeeper:
         self.gate = gate
         self._rows = range(len(system.robots)) if rows is None else rows
         self._robots = {row: robot for robot, row in enumerate(self._rows)}
-        self._following = following(gate)
-        self._by_chain = isinstance(gate, CertifiedGate) and gate.by_chain_alone
+        self._asked = careful(gate, system)
+        self._following = following(self._asked)
+        # What is derived from it decides as it likes.
+        certified = gate if type(gate) is CertifiedGate else None
+        self._by_chain = certified is not None and certified.by_chain_alone
         self._by_chain = self._by_chain and (joined or len(system.robots) > 1)
         self.in_place = self._by_chain and joined
-        everyone = self._by_chain and isinstance(gate, CertifiedGate) and gate.promise == "everyone"
+        everyone = self._by_chain and certified is not None and certified.promise == "everyone"
         self._serve_after_s = self._patience_s if everyone else math.inf
         self._configuration = system.initial
         """For gates that do not follow the moves themselves."""
         self._decisions: dict[int, Decision] = {}
-        if isinstance(self.negotiation, InformedNegotiation):
-            self.negotiation.prepare(system)
+        if isinstance(self._orders, InformedNegotiation):
+            self._orders.prepare(system)
 
     def take_over(self, ground: Ground) -> Step:
         """Take over the tables; return the way in."""
@@ -131,7 +137,7 @@ class Gatekeeper:
         self._run["serve_after_s"] = self._serve_after_s
         self._run["at_once"] = self._at_once
         negotiation = self.negotiation
-        if isinstance(negotiation, Pressure):
+        if type(negotiation) is Pressure:
             for column, figure in zip(("crowded", "patience_s", "wait_s"), negotiation.figures, strict=True):
                 self._run[column] = figure
         return self._step
@@ -331,13 +337,13 @@ class Gatekeeper:
     def _ordered(self, requests: list[Request], now_s: float) -> Sequence[Request]:
         """Put the requests in order: whoever must move next goes before all others, whatever these say."""
         if not self._run["serving"][0]:
-            return self.negotiation.order(requests, self, now_s)
+            return self._orders.order(requests, self, now_s)
         first = self._vehicles["mover"]
         movers = [request for request in requests if first[request.robot]]
         if not movers:
-            return self.negotiation.order(requests, self, now_s)
+            return self._orders.order(requests, self, now_s)
         others = [request for request in requests if not first[request.robot]]
-        return [*movers, *(self.negotiation.order(others, self, now_s) if others else ())]
+        return [*movers, *(self._orders.order(others, self, now_s) if others else ())]
 
     def _is_due(self, robot: int, now_s: float) -> bool:
         """Return whether the gate may be asked, for the first time or again."""
@@ -360,7 +366,7 @@ class Gatekeeper:
         if self._following is not None:
             decision = self._following.decide_here(robot)
         else:
-            decision = self.gate.decide(self._configuration, robot)
+            decision = self._asked.decide(self._configuration, robot)
         self._times[decision.stage].add((perf_counter_ns() - begin) / 1000.0)
         self.messages += decision.messages
         self._decisions[robot] = decision
@@ -371,7 +377,7 @@ class Gatekeeper:
                 self._following.moved_here(robot)
             else:
                 self._configuration = self.system.moved(self._configuration, robot)
-                self.gate.moved(self._configuration, robot)
+                self._asked.moved(self._configuration, robot)
 
     def blockers(self, robot: int) -> list[list[int]]:
         """Return whom the request of `robot` waits for: of every set, some robot has to move on."""

@@ -5,6 +5,8 @@ from abc import ABC, abstractmethod
 from loopgate.gates.base import Decision, FollowingGate, Gate
 from loopgate.model import Configuration, MutableConfiguration, Placement, System
 
+_DECIDING = ("decide", "decide_here")
+
 
 class Follower(ABC):
     """A gate that decides by where robots stand, and by nothing else; see `FollowingGate`.
@@ -45,6 +47,13 @@ class Follower(ABC):
 
 def following(gate: Gate) -> FollowingGate | None:
     """Return the gate if it follows the moves itself, None if it is to be told configurations."""
-    if isinstance(gate, Follower) and not gate.follows:
-        return None
-    return gate if isinstance(gate, FollowingGate) else None
+    if isinstance(gate, Follower):
+        return gate if gate.follows else None
+    return gate if isinstance(gate, FollowingGate) and not _decides_anew(gate) else None
+
+
+def _decides_anew(gate: FollowingGate) -> bool:
+    """Return whether a class derived from one that follows has its own `decide`, but no `decide_here`."""
+    homes = [next((k for k in type(gate).__mro__ if name in vars(k)), None) for name in _DECIDING]
+    anew, here = homes
+    return anew is not here and anew is not None and here is not None and issubclass(anew, here)

@@ -13,12 +13,14 @@ from collections.abc import Callable, Mapping
 from importlib.metadata import entry_points
 
 from loopgate.errors import GateError
+from loopgate.foreign import blaming, is_ours
 from loopgate.gates.base import Gate, TimedGate
+from loopgate.gates.careful import check_methods
 from loopgate.model import System
 from loopgate.plugins import Plugins
 from loopgate.reading import shown
 
-_GATES = Plugins("gate", "loopgate.gates", GateError)
+_GATES = Plugins("gate", "loopgate.gates", GateError, "a System and its options")
 
 
 def gate_names() -> list[str]:
@@ -83,7 +85,8 @@ def make_gate(gate: object, system: System, clock: Callable[[], float] | None = 
     """Make a gate for `system`.
 
     Raises `GateError` if no gate has that name, the gate has no such option, it is none, or it refuses the
-    system's start.
+    system's start. Raises `PluginError` if a gate of a user's own fails, or has methods that cannot be called
+    as those of gates are.
 
     Parameters
     ----------
@@ -103,9 +106,12 @@ def make_gate(gate: object, system: System, clock: Callable[[], float] | None = 
     """
     spec = name_gate(gate)
     made: object = _GATES.make(spec, lambda f, o: f(system, **o))
-    if not isinstance(made, Gate):
+    if not isinstance(made, Gate) or isinstance(made, type):
         msg = f"gate {spec}: it makes {shown(made)}, which is no gate; expected the methods decide and moved"
         raise GateError(msg)
+    if not is_ours(made):
+        check_methods(made, spec)
     if clock is not None and isinstance(made, TimedGate):
-        made.use_clock(clock)
+        with blaming(f"gate {spec}: use_clock", "it to take a clock"):
+            made.use_clock(clock)
     return made

@@ -3,11 +3,15 @@
 from random import Random
 
 from loopgate.errors import ScenarioError
+from loopgate.foreign import is_ours
 from loopgate.negotiation.base import Negotiation
+from loopgate.negotiation.careful import check_methods
 from loopgate.plugins import Plugins
 from loopgate.reading import shown
 
-_NEGOTIATIONS = Plugins("negotiation", "loopgate.negotiations", ScenarioError)
+_NEGOTIATIONS = Plugins(
+    "negotiation", "loopgate.negotiations", ScenarioError, "a random.Random and its options"
+)
 
 
 def name_negotiation(negotiation: object) -> str:
@@ -40,10 +44,12 @@ def make_negotiation(spec: str, rng: Random) -> Negotiation:
     """Make the negotiation that `spec` names (``name`` or ``name:option=value,...``).
 
     Raises `ScenarioError` if no negotiation has that name, it has no such option, or an option has no such
-    value.
+    value. Raises `PluginError` if one of a user's own fails, or cannot be called as negotiations are.
     """
     made: object = _NEGOTIATIONS.make(spec, lambda f, o: f(rng, **o))
-    if not isinstance(made, Negotiation):
+    if not isinstance(made, Negotiation) or isinstance(made, type):
         msg = f"negotiation {spec}: it makes {shown(made)}, which is none; expected the method order"
         raise ScenarioError(msg)
+    if not is_ours(made):
+        check_methods(made, spec)
     return made

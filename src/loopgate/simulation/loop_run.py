@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from time import perf_counter
 
 from loopgate.drive.engine import Engine
+from loopgate.errors import PluginError
 from loopgate.results.columns import FLOW_EVERY_S, Event
 from loopgate.results.recorder import Recorder
 from loopgate.simulation.scenario import Scenario
@@ -38,6 +39,8 @@ class RunCourse:
         Who erred in those of a gated vehicle with an ordinary one.
     starving
         Vehicles behind which others starved.
+    fault
+        What a gate or negotiation of a user's own did that interrupted the run.
     sumo_s, total_s
         Wall time in SUMO's steps, and in all [s].
     """
@@ -51,6 +54,7 @@ class RunCourse:
     verdicts: list[CollisionVerdict] = field(default_factory=list)
     teleports: int = 0
     starving: list[Sink] = field(default_factory=list)
+    fault: PluginError | None = None
     sumo_s: float = 0.0
     total_s: float = 0.0
 
@@ -114,8 +118,9 @@ def drive(
                         break
                     if scenario.on_deadlock == "teleport":
                         _teleport_one(deadlock, engine, traffic)
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, PluginError) as ended:
         course.outcome = "interrupted"
+        course.fault = ended if isinstance(ended, PluginError) else None
     course.end_s = traffic.now_s
     course.total_s = perf_counter() - began
     course.sumo_s = engine.sumo_s

@@ -89,6 +89,9 @@ def simulate(
     ------
     LoopgateError
         If the scenario does not fit together, SUMO refuses it, or the disk is full; the text says which part.
+    PluginError
+        If a gate or negotiation of the user's own fails. What there was until then is in the folder: its
+        summary has the outcome ``interrupted`` and says as ``fault`` why.
     """
     check_backend(backend)
     with ExitStack() as stack:
@@ -151,7 +154,11 @@ def _run(
             write_layout(as_driven(layout, session.rerouting.turns), folder / outcome.LAYOUT)
     summary = sum_up(scenario, assembly, session, course, tallies, told, flow.rows, folder)
     summary["wall_s"] |= {"prepared": round(prepared_s, 3), "total": round(perf_counter() - began, 3)}
+    if course.fault is not None:
+        summary["fault"] = str(course.fault)
     folder.write_summary(summary)
+    if course.fault is not None:
+        raise course.fault
     return summary
 
 

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from loopgate.errors import SystemModelError
 from loopgate.gates import Gate
+from loopgate.gates.careful import careful
 from loopgate.model import Configuration, System
 
 
@@ -35,7 +36,7 @@ def count_runs(system: System, gate: Gate, start: Configuration | None = None) -
         if robot.next_position(len(robot.path) - 1) is not None:
             msg = f"robot {robot.id}: its path is closed; runs are counted on open paths only"
             raise SystemModelError(msg)
-    first = system.initial if start is None else start
+    first, gate = system.initial if start is None else start, careful(gate, system)
     known: dict[Configuration, tuple[float, float, int, int]] = {}
     stack = [first]
     while stack:

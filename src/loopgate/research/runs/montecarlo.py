@@ -9,6 +9,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from loopgate.gates import Gate
+from loopgate.gates.careful import careful
 from loopgate.gates.deadlocks import deadlocked_robots
 from loopgate.model import RobotId, System
 
@@ -78,7 +79,7 @@ def run_rounds(
     lengths: list[int] = []
     times: list[list[float]] = [[] for _ in system.robots]
     for number in range(rounds):
-        end, length = _round(system, make(), rng, times)
+        end, length = _round(system, careful(make(), system), rng, times)
         ends[end] += 1
         lengths.append(length)
         progress(number + 1)

@@ -7,6 +7,7 @@ from typing import Any
 
 from loopgate.errors import IllegalMoveError
 from loopgate.gates import Gate, Reason
+from loopgate.gates.careful import careful
 from loopgate.gates.circuits import Circuit, circuits_through, describe_circuit
 from loopgate.model import Configuration, RobotId, StateId, System
 from loopgate.research.theory.orders import OrderLimitError, Orders
@@ -59,7 +60,7 @@ def trace_moves(system: System, gate: Gate, moves: Iterable[RobotId]) -> list[Tr
     Raises `SystemModelError` if a move names no robot of the system; `IllegalMoveError` if the gate refuses a
     move; the text says why.
     """
-    here = system.initial
+    here, gate = system.initial, careful(gate, system)
     steps: list[TraceStep] = []
     orders = Orders(system, limit=_MOST_ORDERS)
     for name in moves:

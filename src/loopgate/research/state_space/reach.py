@@ -6,13 +6,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from loopgate.arrays import Flags, Ints, Small
+from loopgate.errors import PluginError
+from loopgate.foreign import blaming, name_of_class
 from loopgate.gates import Decision, Gate
 from loopgate.gates.algorithm2 import Algorithm2Gate
 from loopgate.gates.banker import BankerGate
+from loopgate.gates.careful import careful
 from loopgate.gates.collision import CollisionGate
 from loopgate.gates.open import OpenGate
 from loopgate.gates.walks import default_lookahead
 from loopgate.model import Configuration, RobotId, StateId
+from loopgate.reading import shown
 from loopgate.research.state_space.kernel_circuits import scratch_for
 from loopgate.research.state_space.kernel_gates import ALGORITHM2, BANKER, ask
 from loopgate.research.state_space.kernels import advance
@@ -40,12 +44,23 @@ class Counterexample:
     """The states in which the robots then stand."""
 
 
+PROMISES = ("everyone", "somebody")
+
+
 def promise_of(gate: Gate) -> str:
     """Return what `gate` is judged by: ``everyone`` or ``somebody`` can go on for ever.
 
     Its attribute ``promise`` says which; a gate that does not say is taken to promise everyone.
+
+    Raises `PluginError` if the attribute says neither.
     """
-    return str(getattr(gate, "promise", "everyone"))
+    who = f"gate {name_of_class(gate)}"
+    with blaming(f"{who}: promise", "everyone or somebody"):
+        promise = getattr(gate, "promise", "everyone")
+    if promise not in PROMISES:
+        msg = f"{who}: promise is {shown(promise)}; expected everyone or somebody"
+        raise PluginError(msg)
+    return str(promise)
 
 
 class Reach:
@@ -126,7 +141,7 @@ def asking(space: StateSpace, gate: Gate) -> Ask | None:
     robots share at most 64 states of capacity 1, ``algorithm2`` are compiled; others are asked themselves.
     """
     moves, encoding = space.moves, space.encoding
-    if isinstance(gate, (OpenGate, CollisionGate)):
+    if type(gate) in (OpenGate, CollisionGate):  # what is derived from them decides as it likes
         return None
     compiled = _compiled(space, gate)
     if compiled is None:
@@ -150,11 +165,11 @@ def asking(space: StateSpace, gate: Gate) -> Ask | None:
 def _compiled(space: StateSpace, gate: Gate) -> Ints | None:
     """Return the numbers that stand for `gate` in compiled code, or None."""
     system = space.system
-    if isinstance(gate, BankerGate):
+    if type(gate) is BankerGate:
         return np.array([BANKER, 0, 0], np.int64)
     shared = sum(not private for private in system.private)
     if (
-        isinstance(gate, Algorithm2Gate)
+        type(gate) is Algorithm2Gate
         and all(room == 1 for room in system.room)
         and shared <= _BITS
         and len(system.robots) <= _BITS
@@ -167,6 +182,7 @@ def ask_gate(space: StateSpace, gate: Gate, each: Each | None = None) -> Ask:
     """Return what asks the gate itself about every robot, and `each` time says what it answered."""
     moves = space.moves
     robots = range(moves.robots)
+    gate = careful(gate, space.system)
 
     def one_by_one(numbers: Small, admitted: Flags) -> None:
         for number in numbers.tolist():

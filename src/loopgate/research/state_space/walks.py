@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 from loopgate.errors import UnsafeStartError
 from loopgate.gates import Gate, Reason
+from loopgate.gates.careful import careful
 from loopgate.gates.deadlocks import deadlocked_robots, homes_decide_liveness
 from loopgate.model import Configuration, System
 from loopgate.research.state_space.reach import Counterexample, promise_of
@@ -89,16 +90,16 @@ def verify_walks(
         judge = judge or _judge_for(system, promise_of(gate), limit)
         if not judge.live(system.initial):
             return Verification("walks", judge.name, dead_starts_accepted=1)
-        here, moves = system.initial, list[int]()
+        here, moves, asked = system.initial, list[int](), careful(gate, system)
         for _ in range(steps):
-            admitted, broken = _ask(system, gate, here, judge, counts, each)
+            admitted, broken = _ask(system, gate, asked, here, judge, counts, each)
             if broken and example is None:
                 example = counterexample(system, broken[0], moves, here, broken[1])
             if not admitted:
                 break
             robot = rng.choice(admitted)
             here = system.moved(here, robot)
-            gate.moved(here, robot)
+            asked.moved(here, robot)
             moves.append(robot)
             counts["done"] += 1
             progress(counts["done"])
@@ -107,14 +108,20 @@ def verify_walks(
 
 
 def _ask(
-    system: System, gate: Gate, here: Configuration, judge: _Judge, counts: Counter[str], each: Each
+    system: System,
+    gate: Gate,
+    asked: Gate,
+    here: Configuration,
+    judge: _Judge,
+    counts: Counter[str],
+    each: Each,
 ) -> tuple[list[int], tuple[str, int] | None]:
     """Ask a gate about every robot; return those admitted and a promise that is broken, by whose move."""
     broken: tuple[str, int] | None = None
     admitted = []
     counts["configurations"] += 1
     for robot in range(len(system.robots)):
-        decision = gate.decide(here, robot)
+        decision = asked.decide(here, robot)
         counts["budget_stops"] += decision.reason is Reason.BUDGET
         if not system.enabled(here, robot):
             if decision.admitted:
