@@ -291,7 +291,7 @@ def main() -> None:
     every = f"{text}\n\nAll figures:\n\n{markdown(details(runs, made))}\n"
     (given.out / f"{made.name}.md").write_text(every, encoding="utf-8")
     if given.write:
-        write_study(text, made.name, *([VEHICLE_KM] if given.step == 1 else []))
+        write_study(text, made.name, VEHICLE_KM)
 
 
 if __name__ == "__main__":

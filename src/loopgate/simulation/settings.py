@@ -1,6 +1,6 @@
 """Settings that SUMO may have under a gate, which counts on drivers that keep clear of each other.
 
-What is taken, and what is foreseen of it, was measured: `docs/studies/queues.md` has the table.
+What is taken, and what is foreseen of it, was measured: `analysis/tables/roads.md` has the table.
 """
 
 import re
