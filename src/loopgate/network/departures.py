@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import count, islice, takewhile
+from math import ceil, inf
 from random import Random
 from xml.etree import ElementTree as ET
 
@@ -15,9 +16,6 @@ _OFTEN = ("period", *_PER_HOUR, "probability")
 
 FLOW_ATTRIBUTES = frozenset({"begin", "end", "number", *_OFTEN})
 """Attributes of ``<flow>`` that say when its vehicles depart."""
-
-_MOST = 100_000
-"""Vehicles of one flow; no loop holds as many."""
 
 _HOUR_S = 3600.0
 _WHY = ", since nothing else starts it"
@@ -40,22 +38,51 @@ class Flow:
     probability: float | None = None
     """Of a departure in each second, instead of both."""
 
-    def departures_s(self, run_end_s: float, rng: Random) -> list[float]:
-        """Return when its vehicles depart before the run ends [s]."""
-        end_s = run_end_s if self.end_s is None else self.end_s
-        times = takewhile(lambda at_s: at_s < min(end_s, run_end_s), self._times_s(end_s, rng))
-        return list(islice(times, _MOST if self.number is None else self.number))
-
-    def _times_s(self, end_s: float, rng: Random) -> Iterator[float]:
+    def departures_s(self, since_s: float, run_end_s: float, rng: Random) -> Iterator[tuple[int, float]]:
+        """Yield numbers, counted from 0, and times [s] of its departures from a time until the run ends."""
+        until_s = self._until_s(run_end_s)
+        times: Iterator[float]
+        first = 0
         if self.probability is not None:
-            draws = int(max(0.0, end_s - self.begin_s)) + 1
-            return (self.begin_s + k for k in range(draws) if rng.random() < self.probability)
+            draws, probability = int(max(0.0, until_s - self.begin_s)) + 1, self.probability
+            times = (self.begin_s + k for k in range(draws) if rng.random() < probability)
+        elif self.rate_per_s is not None:
+            times = _drawn_s(self.begin_s, self.rate_per_s, rng)
+        else:
+            period_s = self._every_s(run_end_s)
+            first = max(0, self._number_before(since_s, run_end_s) - 1)  # one less, for quotients are rounded
+            times = (self.begin_s + k * period_s for k in count(first))
+        numbered = enumerate(takewhile(lambda at_s: at_s < until_s, times), first)
+        most = None if self.number is None else max(0, self.number - first)
+        return ((k, at_s) for k, at_s in islice(numbered, most) if at_s >= since_s)
+
+    def expected(self, since_s: float, run_end_s: float) -> float:
+        """Return how many depart from a time until the run ends; on average, where they do so at random."""
+        most = inf if self.number is None else float(self.number)
+        until_s = self._until_s(run_end_s)
+        lasts_s = max(0.0, until_s - max(self.begin_s, since_s))
+        if self.probability is not None:
+            return min(most, self.probability * lasts_s)
         if self.rate_per_s is not None:
-            return _drawn_s(self.begin_s, self.rate_per_s, rng)
-        period_s = self.period_s
-        if period_s is None:
-            period_s = max(0.0, end_s - self.begin_s) / (self.number or 1)
-        return (self.begin_s + k * period_s for k in count())
+            return min(most, self.rate_per_s * lasts_s)
+        before = self._number_before(since_s, run_end_s)
+        return max(0.0, min(most, self._number_before(until_s, run_end_s)) - before)
+
+    def _until_s(self, run_end_s: float) -> float:
+        return run_end_s if self.end_s is None else min(self.end_s, run_end_s)
+
+    def _every_s(self, run_end_s: float) -> float:
+        if self.period_s is not None:
+            return self.period_s
+        return max(0.0, (run_end_s if self.end_s is None else self.end_s) - self.begin_s) / (self.number or 1)
+
+    def _number_before(self, at_s: float, run_end_s: float) -> int:
+        """Return how many depart before a time, of those that do so every period."""
+        every_s, lasts_s = self._every_s(run_end_s), at_s - self.begin_s
+        if lasts_s <= 0.0 or (every_s == 0.0 and self.number is None):
+            return 0
+        number = lasts_s / every_s if every_s > 0.0 else inf
+        return ceil(number) if self.number is None else ceil(min(number, self.number))
 
 
 def _drawn_s(begin_s: float, rate_per_s: float, rng: Random) -> Iterator[float]:

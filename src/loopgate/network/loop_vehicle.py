@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from math import inf
 from pathlib import Path
 from random import Random
 
@@ -47,20 +48,34 @@ class LoopVehicle:
         """Whether it drives its route once, or one of those it is drawn from, and not round and round."""
         return not self.loop.closed or any(way.once for way, _ in self.ways)
 
-    def each(self, begin_s: float, end_s: float, seed: int) -> list[LoopVehicle]:
-        """Return itself, or those of the flow, that depart in a run [s]; who did before is there at first.
+    def each(self, begin_s: float, end_s: float, seed: int) -> Iterator[LoopVehicle]:
+        """Yield itself, or those of the flow, that depart in a run [s]; who did before is there at first.
 
         Of those who drive their route once nobody departs before or after that. What is drawn of a vehicle
         follows from seed and name.
         """
-        some = self._each(begin_s, end_s, seed)
-        return [one for one in some if not one.once or begin_s <= one.depart_s < end_s]
+        for one in self._each(begin_s, end_s, seed):
+            if not one.once or begin_s <= one.depart_s < end_s:
+                yield one
+
+    def number(self, begin_s: float, end_s: float) -> float:
+        """Return how many `each` yields; on average, where they depart at random."""
+        since_s = self._since_s(begin_s)
+        if self.flow is not None:
+            return self.flow.expected(since_s, end_s)
+        return float(since_s <= self.depart_s < end_s or not self.once)
+
+    def _since_s(self, begin_s: float) -> float:
+        """Return since when whoever has departed is there [s]."""
+        ways = [way.loop for way, _ in self.ways] or [self.loop]
+        return -inf if any(way.closed for way in ways) else begin_s
 
     def _each(self, begin_s: float, end_s: float, seed: int) -> Iterator[LoopVehicle]:
-        names, first_s = [(self.id, self.depart_s)], self.depart_s
+        names: Iterable[tuple[str, float]] = [(self.id, self.depart_s)]
+        first_s = self.depart_s
         if self.flow is not None:
-            times_s = self.flow.departures_s(end_s, Random(f"{seed} {self.id}"))
-            names, first_s = [(f"{self.id}.{k}", at_s) for k, at_s in enumerate(times_s)], self.flow.begin_s
+            times_s = self.flow.departures_s(self._since_s(begin_s), end_s, Random(f"{seed} {self.id}"))
+            names, first_s = ((f"{self.id}.{k}", at_s) for k, at_s in times_s), self.flow.begin_s
         for name, at_s in names:
             for one in self.drawn(name, seed):
                 depart_s = at_s if one.once else max(begin_s, at_s)

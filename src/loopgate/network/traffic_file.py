@@ -1,7 +1,8 @@
 """Ordinary traffic beside the vehicles on loops: a route file or configuration that goes to SUMO as it is."""
 
 import math
-from collections.abc import Iterable
+import zlib
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,12 +10,17 @@ from xml.etree import ElementTree as ET
 
 from loopgate.errors import RouteError
 from loopgate.network.clock import seconds
+from loopgate.network.departures import Flow, read_flow
 from loopgate.network.sumo_config import is_sumo_config, read_sumo_config
 from loopgate.network.vehicle_type import vehicle_type
-from loopgate.network.xml_file import read_xml
+from loopgate.network.xml_file import open_xml, read_xml
 
 _VEHICLES = ("vehicle", "trip", "flow")
 _PERSONS = ("person", "personFlow", "container", "containerFlow")
+_FLOWS = ("flow", "personFlow", "containerFlow")
+
+MOST_OF_SUMO = 1_000_000
+"""Vehicles and persons of flows in one run, which SUMO makes as they are due: so many take some gigabytes."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,6 +36,8 @@ class TrafficFile:
     """Names of vehicles, trips and flows."""
     departs_s: tuple[tuple[float, float], ...]
     """When each of them departs, or a person, at the earliest and the latest [s]."""
+    flows: tuple[tuple[str, Flow], ...] = ()
+    """The flows among them, by name."""
 
     def options(self) -> list[str]:
         """Return the SUMO options that load the route files; additional files are for the caller to join."""
@@ -67,6 +75,7 @@ def read_traffic(file: Path | str) -> TrafficFile:
         routes, additional = (path,), ()
     ids: set[str] = set()
     departs_s: list[tuple[float, float]] = []
+    flows: list[tuple[str, Flow]] = []
     persons = False
     for source in routes:
         top = read_xml(source, root="routes", what="route file", error=RouteError)
@@ -76,10 +85,43 @@ def read_traffic(file: Path | str) -> TrafficFile:
         persons |= any(next(top.iter(tag), None) is not None for tag in _PERSONS)
         departing = (one for tag in (*_VEHICLES, *_PERSONS) for one in top.iter(tag))
         departs_s += map(_departs_s, departing)
+        flows += _flows(one for tag in _FLOWS for one in top.iter(tag))
     if not ids and not persons:
         msg = f"{path}: no vehicles in it; expected <vehicle>, <trip> or <flow> elements as ordinary traffic"
         raise RouteError(msg)
-    return TrafficFile(path, routes, additional, frozenset(ids), tuple(departs_s))
+    return TrafficFile(path, routes, additional, frozenset(ids), tuple(departs_s), tuple(flows))
+
+
+def _flows(elements: Iterable[ET.Element]) -> Iterator[tuple[str, Flow]]:
+    for element in elements:
+        with suppress(RouteError):  # for SUMO to judge
+            yield element.get("id", ""), read_flow(element, "")
+
+
+def flows_in(files: Iterable[Path]) -> list[tuple[str, Flow]]:
+    """Return the flows in files of SUMO's; what cannot be read is for SUMO to judge."""
+    found: list[tuple[str, Flow]] = []
+    for file in files:
+        with suppress(OSError, EOFError, zlib.error, ET.ParseError, ValueError), open_xml(file) as stream:
+            for _, element in ET.iterparse(stream):  # noqa: S314  expat refuses entities without bounds
+                found += _flows([element] if element.tag in _FLOWS else ())
+                if element.tag in {*_VEHICLES, *_PERSONS}:
+                    element.clear()
+    return found
+
+
+def check_flows(flows: Sequence[tuple[str, Flow]], begin_s: float, end_s: float, source: Path | str) -> None:
+    """Raise `RouteError` if more than `MOST_OF_SUMO` of these flows depart in a run: SUMO would make all."""
+    numbers = {name: flow.expected(begin_s, end_s) for name, flow in flows}
+    total = sum(numbers.values())
+    if total > MOST_OF_SUMO:
+        first = max(numbers, key=lambda name: numbers[name])
+        msg = (
+            f"{source}: about {total:.0f} vehicles and persons of flows depart from {begin_s:g} to "
+            f"{end_s:g} s, {numbers[first]:.0f} of them of {first}; expected at most {MOST_OF_SUMO}: lower "
+            f"number or rate, or shorten the run (--duration)"
+        )
+        raise RouteError(msg)
 
 
 def _departs_s(element: ET.Element) -> tuple[float, float]:

@@ -19,6 +19,7 @@ from loopgate.network.stops import Stop
 from loopgate.network.sumo_config import is_sumo_config
 from loopgate.reading import counted
 from loopgate.simulation.demand.allotment import evenly_round, give_loops
+from loopgate.simulation.demand.amount import check_number
 from loopgate.simulation.demand.once import choose_gated, fit_in, left_out, share_lanes
 from loopgate.simulation.demand.placing import (
     Departure,
@@ -143,7 +144,10 @@ def assemble(scenario: Scenario) -> Assembly:
         later, everybody = ([v for v in some if v.id not in gone] for some in (later, everybody))
         warnings = (*warnings, *left_out(unfit))
     if not everybody:
-        why = next(left_out(unfit), f"--gated {scenario.rule_for_gated} leaves none")
+        nobody = (
+            f"--gated {scenario.rule_for_gated} leaves none" if ordinary else "nobody departs in its time"
+        )
+        why = next(left_out(unfit), nobody)
         msg = f"{scenario.routes or scenario.network}: none of its vehicles is gated: {why}; or --gate open"
         raise ScenarioError(msg)
     peculiar = _peculiar(scenario, network, everybody) if scenario.gated else ()
@@ -202,6 +206,7 @@ def read_vehicles(
     if file.vehicles and not counts:
         begin_s = begins_s(scenario, file)
         end_s = begin_s + scenario.warmup_s + scenario.duration_s
+        check_number(file, begin_s, end_s)
         mine = [one for vehicle in file.vehicles for one in vehicle.each(begin_s, end_s, scenario.seed)]
         return share_lanes(network, mine), (*file.left_out, *_outside(scenario, file, begin_s, end_s)), file
     stopping = [

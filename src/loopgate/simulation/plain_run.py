@@ -12,8 +12,8 @@ from loopgate.drive.sense import STANDING_MPS
 from loopgate.errors import ScenarioError
 from loopgate.network import RoadNetwork
 from loopgate.network.additional import type_names
-from loopgate.network.sumo_config import is_sumo_config
-from loopgate.network.traffic_file import TrafficFile, read_traffic
+from loopgate.network.sumo_config import is_sumo_config, read_sumo_config
+from loopgate.network.traffic_file import TrafficFile, check_flows, flows_in, read_traffic
 from loopgate.results.columns import BEGINS, FLOW_EVERY_S
 from loopgate.results.recorder import Recorder
 from loopgate.simulation import outcome
@@ -65,6 +65,7 @@ def run_plainly(scenario: Scenario, folder: Folder, tick: Tick, backend: str) ->
         scenario.write(folder / outcome.SCENARIO)
     log = folder / outcome.SUMO_LOG
     ordinary = read_traffic(scenario.traffic) if scenario.traffic else None
+    _check_flows(scenario, ordinary)
     files, own = _own_files(scenario, folder, said, ordinary)
     options = [
         *said.arguments,
@@ -107,6 +108,18 @@ def run_plainly(scenario: Scenario, folder: Folder, tick: Tick, backend: str) ->
         summary["others"] = {"vehicles": others, "collisions": course.collisions_of_others}
     folder.write_summary(summary)
     return summary
+
+
+def _check_flows(scenario: Scenario, ordinary: TrafficFile | None) -> None:
+    """Refuse flows of more vehicles than SUMO has the memory for, unless they are counted as its own."""
+    begin_s = begins_s(scenario)
+    end_s = begin_s + scenario.duration_s
+    if not scenario.routes:
+        config = read_sumo_config(scenario.network)
+        flows = flows_in((*config.route_files, *config.additional_files))
+        check_flows(flows, begin_s, end_s, config.file)
+    if ordinary is not None:
+        check_flows(ordinary.flows, begin_s, end_s, ordinary.file)
 
 
 def _own_files(

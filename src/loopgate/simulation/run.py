@@ -19,7 +19,7 @@ from loopgate.negotiation.registry import make_negotiation
 from loopgate.network import RoadNetwork, read_loops
 from loopgate.network.additional import type_names
 from loopgate.network.sumo_config import is_sumo_config
-from loopgate.network.traffic_file import TrafficFile, read_traffic
+from loopgate.network.traffic_file import TrafficFile, check_flows, read_traffic
 from loopgate.results.recorder import Recorder
 from loopgate.simulation import outcome
 from loopgate.simulation.assembly import Assembly, assemble
@@ -210,7 +210,10 @@ def open_session(
         If the scenario does not fit together, SUMO refuses it, or the disk is full.
     """
     said = sumo_options(scenario)
+    end_s = assembly.begin_s + scenario.warmup_s + scenario.duration_s
     beside = read_traffic(scenario.traffic) if scenario.traffic else None
+    if beside is not None:
+        check_flows(beside.flows, assembly.begin_s, end_s, beside.file)
     keeping = _keeping(scenario, assembly, negotiation)
     with writing(folder / outcome.SCENARIO):
         scenario.write(folder / outcome.SCENARIO)
@@ -258,7 +261,6 @@ def open_session(
             *seen,
         )
         keeper = fleet.keeper if fleet else None
-        end_s = assembly.begin_s + scenario.warmup_s + scenario.duration_s
         absent = beside.absent(assembly.begin_s, end_s) if beside else ()
         notes = (*said.notes, *absent, *(parking.notes(assembly.stops) if parking else ()))
         yield Session(traffic, engine, recorder, keeper, around, stops, departures, rerouting, looks, notes)

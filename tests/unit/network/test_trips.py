@@ -43,7 +43,7 @@ def test_who_departs_outside_of_the_run_does_not(grid: RoadNetwork, tmp_path: Pa
     """As SUMO has it: a run that begins later leaves out who departed before."""
     found = read_loops(grid, file(tmp_path, '<trip id="a" depart="5" from="A0A1" to="A1A2"/>'), once=True)
     for times, departs in {(0, 60): 1, (6, 60): 0, (0, 5): 0}.items():
-        assert len(found.vehicles[0].each(*times, 1)) == departs
+        assert len(list(found.vehicles[0].each(*times, 1))) == departs
 
 
 def test_routes_with_repeat_are_loops_among_them(grid: RoadNetwork, tmp_path: Path) -> None:
@@ -104,6 +104,6 @@ def test_flows_of_a_drawn_type_without_a_way_for_one_class_go_on_without_it(tmp_
     network.write_text(source.replace(lane, f'{lane} disallow="tram"'), encoding="utf-8")
     found = read_loops(RoadNetwork.open(network), file(tmp_path, text), once=True)
     assert any("1 trips or flows find no way for all classes of" in line for line in found.left_out)
-    some = found.vehicles[0].each(0.0, 40.0, 1)
+    some = list(found.vehicles[0].each(0.0, 40.0, 1))
     assert {one.type.id for one in some} == {"car"}
     assert 10 < len(some) < 30

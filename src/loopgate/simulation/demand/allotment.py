@@ -9,6 +9,7 @@ from loopgate.network import Loop, LoopVehicle, RoadNetwork, VehicleType
 from loopgate.network.cover.watch import allot, even_starts_m, laps_s
 from loopgate.network.loop_vehicle import RoutesFile
 from loopgate.network.vehicle_type import type_of_class
+from loopgate.simulation.demand.amount import MOST_VEHICLES
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.values import parse_amounts
 
@@ -33,10 +34,11 @@ def allot_loops(scenario: Scenario, network: RoadNetwork, loops: Sequence[Loop])
     Raises
     ------
     ScenarioError
-        If a loop that is to have vehicles is not there.
+        If a loop that is to have vehicles is not there, or there would be more than `MOST_VEHICLES`.
     RouteError
         If there are fewer vehicles than loops that are to be seen equally often.
     """
+    _check_number(scenario.vehicles)
     if scenario.on_loops:
         numbers = _on_loops(scenario, loops)
     elif scenario.vehicles_per_km:
@@ -45,7 +47,14 @@ def allot_loops(scenario: Scenario, network: RoadNetwork, loops: Sequence[Loop])
         numbers = list(allot(laps_s(network, loops), scenario.vehicles or len(loops)))
     else:
         return [loops[i % len(loops)] for i in range(scenario.vehicles or len(loops))]
+    _check_number(sum(numbers))
     return [loop for loop, number in zip(loops, numbers, strict=True) for _ in range(number)]
+
+
+def _check_number(vehicles: int) -> None:
+    if vehicles > MOST_VEHICLES:
+        msg = f"vehicles: {vehicles} are asked for; expected at most {MOST_VEHICLES}"
+        raise ScenarioError(msg)
 
 
 def _on_loops(scenario: Scenario, loops: Sequence[Loop]) -> list[int]:

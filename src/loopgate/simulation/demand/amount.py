@@ -1,0 +1,30 @@
+"""How many vehicles a run may have: more are refused before they are made one by one."""
+
+from loopgate.errors import ScenarioError
+from loopgate.network.loop_vehicle import LoopVehicle, RoutesFile
+
+MOST_VEHICLES = 100_000
+"""Vehicles that depart in one run. Each is an object of its own: so many take about a gigabyte."""
+
+
+def check_number(file: RoutesFile, begin_s: float, end_s: float) -> None:
+    """Refuse a route file of which more than `MOST_VEHICLES` would depart in a run.
+
+    Raises
+    ------
+    ScenarioError
+        The text names the vehicle or flow that makes most of them.
+    """
+
+    def number(vehicle: LoopVehicle) -> float:
+        return vehicle.number(begin_s, end_s)
+
+    total = sum(map(number, file.vehicles))
+    if total > MOST_VEHICLES:
+        first = max(file.vehicles, key=number)
+        msg = (
+            f"{file.file}: about {total:.0f} vehicles depart from {begin_s:g} to {end_s:g} s, "
+            f"{number(first):.0f} of them of {first.id}; expected at most {MOST_VEHICLES}: lower number or "
+            f"rate, shorten the run (--duration), or give ordinary vehicles by --traffic"
+        )
+        raise ScenarioError(msg)
