@@ -34,6 +34,44 @@ def test_json_is_only_json(tmp_path: Path) -> None:
     assert json.loads(done.stdout) == json.loads((tmp_path / "out" / "summary.json").read_text())
 
 
+LOUD_GATE = """
+import os
+
+from loopgate.gates.open import OpenGate
+
+
+class Loud(OpenGate):
+    def __init__(self, system):
+        print("a gate talks")
+        os.write(1, b"and by the file descriptor")
+        super().__init__(system)
+"""
+
+
+@pytest.mark.parametrize("more", [[], ["--traci"], ["--gate", "open"], ["--gate", "LOUD"]])
+def test_json_is_only_json_whatever_else_is_printed(tmp_path: Path, more: list[str]) -> None:
+    """SUMO talks on stdout where a configuration says so, and a gate can print: that goes to stderr."""
+    (tmp_path / "loud.py").write_text(LOUD_GATE)
+    (tmp_path / "t.rou.xml").write_text(
+        '<routes><flow id="f" begin="0" end="50" number="3"><route edges="A0A1 A1A2 A2B2"/></flow></routes>'
+    )
+    (tmp_path / "beside.add.xml").write_text(
+        '<additional><edgeData id="e" file="stdout" period="10"/></additional>'
+    )
+    said = (
+        f'<net-file value="{GRID}"/><route-files value="t.rou.xml"/><verbose value="true"/>'
+        '<additional-files value="beside.add.xml"/><duration-log.statistics value="true"/>'
+        '<summary-output value="stdout"/><tripinfo-output value="-"/>'
+    )
+    config = tmp_path / "t.sumocfg"
+    config.write_text(f"<configuration>{said}</configuration>")
+    words = [word.replace("LOUD", str(tmp_path / "loud.py:Loud")) for word in more]
+    done = loopgate("run", config, "--duration", "60", "--json", *words)
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)["duration_s"] == 60
+    assert "<summary" in done.stderr
+
+
 def test_a_run_goes_on_with_the_loops_there_are(tmp_path: Path) -> None:
     """On a street where vehicles must turn round, with fewer loops than asked for, and a warning."""
     street = dead_end_street(tmp_path / "street.net.xml")

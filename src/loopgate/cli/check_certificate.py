@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from loopgate.cli.json_output import print_json
 from loopgate.cli.progress import Report, show_progress
 from loopgate.errors import SystemFileError
 from loopgate.reading import refusing
@@ -39,7 +40,7 @@ def check_certificate(ctx: click.Context, file: Path, *, as_json: bool) -> None:
                 wrong.append(error)
     if as_json:
         data = {"checked": kinds.total(), "kinds": dict(sorted(kinds.items())), "wrong": wrong}
-        click.echo(json.dumps(data))
+        print_json(data)
     else:
         for kind, count in sorted(kinds.items()):
             click.echo(f"{kind:12} {count}")

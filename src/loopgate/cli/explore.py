@@ -1,6 +1,5 @@
 """``loopgate explore``: every configuration that a gate lets come about."""
 
-import json
 from dataclasses import asdict
 from pathlib import Path
 from time import perf_counter
@@ -8,6 +7,7 @@ from typing import Any
 
 import click
 
+from loopgate.cli.json_output import print_json
 from loopgate.cli.numbers import FiniteRange
 from loopgate.cli.progress import show_progress
 
@@ -40,7 +40,7 @@ def explore(file: Path, gate: str, *, counterexample: bool, as_json: bool, memor
     if counterexample:
         data["counterexample"] = found.counterexample and asdict(found.counterexample)
     if as_json:
-        click.echo(json.dumps(data))
+        print_json(data)
         return
     for key, value in data.items():
         click.echo(f"{key:16} {_text(key, value)}")

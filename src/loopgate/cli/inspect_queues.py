@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-import click
 from rich.console import Console
 
 from loopgate.abstraction.itinerary import Abstraction
@@ -24,6 +22,7 @@ from loopgate.cli.inspect_shared import (
     print_reach,
     print_warnings,
 )
+from loopgate.cli.json_output import print_json
 from loopgate.cli.tables import console, print_table
 from loopgate.errors import ScenarioError
 from loopgate.model import write_system
@@ -66,7 +65,7 @@ def look_at_queues(roads: RoadNetwork, file: RoutesFile, wanted: Wanted) -> Scen
     seen = _look(roads, file, wanted)
     found = seen.found
     if wanted.as_json:
-        click.echo(json.dumps(_data(seen)))
+        print_json(_data(seen))
     else:
         _print(seen, every=wanted.every)
     if wanted.picture is not None:

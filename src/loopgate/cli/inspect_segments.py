@@ -1,11 +1,9 @@
 """`loopgate inspect --abstraction segments`: states of the loops, and the zones where loops meet."""
 
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import click
 from rich.console import Console
 
 from loopgate.abstraction.itinerary import Abstraction
@@ -20,6 +18,7 @@ from loopgate.cli.inspect_shared import (
     print_reach,
     print_warnings,
 )
+from loopgate.cli.json_output import print_json
 from loopgate.cli.tables import console, print_table
 from loopgate.errors import ScenarioError
 from loopgate.model import write_system
@@ -55,7 +54,7 @@ def look_at_segments(
     seen = _look(roads, file, wanted, rho_m, piece_m)
     found = survey(seen.layout.itineraries)
     if wanted.as_json:
-        click.echo(json.dumps(_data(seen, found)))
+        print_json(_data(seen, found))
     else:
         _print(seen, found, every=wanted.every)
     if wanted.picture is not None:

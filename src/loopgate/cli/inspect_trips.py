@@ -1,11 +1,9 @@
 """`loopgate inspect` of vehicles that drive their routes once: who is gated, by what ways, and who is not."""
 
-import json
 from typing import Any
 
-import click
-
 from loopgate.cli.inspect_shared import print_warnings
+from loopgate.cli.json_output import print_json
 from loopgate.cli.tables import console, print_table
 from loopgate.reading import counted
 from loopgate.simulation.assembly import Assembly, assemble
@@ -22,7 +20,7 @@ def look_at_trips(scenario: Scenario, *, every: bool, as_json: bool) -> None:
     assembly = assemble(scenario)
     data = _data(assembly)
     if as_json:
-        click.echo(json.dumps(data))
+        print_json(data)
         return
     to = console()
     roads = assembly.network.name

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from loopgate.cli.json_output import print_json
 from loopgate.cli.numbers import LENGTH_RANGE, FiniteRange
 
 if TYPE_CHECKING:
@@ -163,7 +163,7 @@ class LoopsWish:
         if self.out is not None:
             write_text(text, self.out)
         if self.as_json:
-            click.echo(json.dumps(data))
+            print_json(data)
         elif self.out is None:
             click.echo(text, nl=False)
 

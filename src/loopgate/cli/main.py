@@ -8,6 +8,7 @@ from typing import cast
 import click
 
 from loopgate.cli.interrupts import EXIT_INTERRUPTED, listen
+from loopgate.cli.json_output import only_json
 from loopgate.disk import DISK_FULL, disk_error
 from loopgate.errors import LoopgateError
 from loopgate.versions import DISTRIBUTION
@@ -58,7 +59,8 @@ def main() -> None:
     """Run the command line; errors of the package become one line on stderr and exit code 2."""
     listen()
     try:
-        code = cli.main(standalone_mode=False)
+        with only_json(wanted="--json" in sys.argv):
+            code = cli.main(standalone_mode=False)
         sys.stdout.flush()
     except click.ClickException as error:
         error.show()

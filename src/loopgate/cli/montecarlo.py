@@ -1,11 +1,11 @@
 """``loopgate montecarlo``: random rounds under a gate."""
 
-import json
 from pathlib import Path
 from time import perf_counter
 
 import click
 
+from loopgate.cli.json_output import print_json
 from loopgate.cli.progress import show_progress
 
 
@@ -27,7 +27,7 @@ def montecarlo(file: Path, gate: str, *, rounds: int, seed: int, as_json: bool) 
             system, lambda: make_gate(gate, system, perf_counter), rounds=rounds, seed=seed, progress=report
         )
     if as_json:
-        click.echo(json.dumps(found.as_dict()))
+        print_json(found.as_dict())
         return
     low, high = found.confidence
     share = f"{found.live_rate:.4f} (95 %: {low:.4f} to {high:.4f})"

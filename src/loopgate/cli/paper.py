@@ -1,10 +1,10 @@
 """``loopgate paper``: Section 5 of Zhou et al. 2020 with our figures beside the printed ones."""
 
-import json
 from pathlib import Path
 
 import click
 
+from loopgate.cli.json_output import print_json
 from loopgate.cli.progress import show_progress
 
 
@@ -26,7 +26,7 @@ def paper(out: Path, *, quick: bool, seed: int, as_json: bool) -> None:
     with show_progress("steps") as report:
         data = reproduce(out, quick=quick, seed=seed, progress=report)
     if as_json:
-        click.echo(json.dumps(data))
+        print_json(data)
         return
     for row in data["rows"]:
         click.echo(f"{row['what']}\n    printed {row['printed']}\n    ours    {row['ours']}")

@@ -1,9 +1,10 @@
 """`loopgate report`: a page from a results folder."""
 
-import json
 from pathlib import Path
 
 import click
+
+from loopgate.cli.json_output import print_json
 
 
 @click.command()
@@ -33,7 +34,7 @@ def report(*, results: tuple[Path, ...], out: Path | None, files: Path | None, a
         made = write_report(loaded, out or results[0] / "report.html", files=files, report=note)
     if as_json:
         written = {"page": str(made.page), "files": str(made.files) if made.files else None}
-        click.echo(json.dumps(written | {"figures": made.figures, "tables": made.tables}))
+        print_json(written | {"figures": made.figures, "tables": made.tables})
         return
     beside = f", {made.figures} figures and {made.tables} tables in {made.files}" if made.files else ""
     click.echo(f"{made.page}{beside}")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from loopgate.cli.interrupts import EXIT_INTERRUPTED
+from loopgate.cli.json_output import print_json
 from loopgate.cli.main import EXIT_DEADLOCK, EXIT_STARVING, EXIT_UNCLEAN
 from loopgate.simulation.scenario import (
     ABSTRACTIONS,
@@ -154,7 +154,7 @@ def run(
 
         summary = simulate(scenario, out, tick=tick, backend=backend, overwrite=overwrite)
     if as_json:
-        click.echo(json.dumps(summary, indent=1))
+        print_json(summary, indent=1)
     else:
         print_summary(summary, out)
     return exit_code(summary)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import json
 import shlex
 from collections import Counter
 from collections.abc import Iterator
@@ -14,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from loopgate.cli.json_output import print_json
 from loopgate.cli.numbers import FiniteRange
 from loopgate.cli.progress import show_progress
 from loopgate.errors import SweepError
@@ -98,7 +98,7 @@ def sweep(
         raise
     if as_json:
         text = {name: getattr(outcome, name) for name in ("total", "present", "done", "failed", "seconds")}
-        click.echo(json.dumps({"results": str(folder), **text}))
+        print_json({"results": str(folder), **text})
         return
     rate = f", {60 * outcome.done / outcome.seconds:.1f} runs/min" if outcome.done else ""
     failed = f", {outcome.failed} failed (see the column error)" if outcome.failed else ""
@@ -143,7 +143,7 @@ def _show_plan(
     plan = estimate(points, folder, workers)
     if as_json:
         runs = [{"key": point.key, **point.scenario} for point in points]
-        click.echo(json.dumps({**asdict(plan), "runs": runs}, default=str))
+        print_json({**asdict(plan), "runs": runs}, default=str)
         return
     varying = [
         *described.grid,

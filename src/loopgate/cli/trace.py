@@ -1,10 +1,11 @@
 """``loopgate trace``: a run move by move, with the gate's answers."""
 
-import json
 from pathlib import Path
 from time import perf_counter
 
 import click
+
+from loopgate.cli.json_output import print_json
 
 
 @click.command()
@@ -24,7 +25,7 @@ def trace(file: Path, gate: str, *, moves: str, as_json: bool) -> None:
     names = [RobotId(name.strip()) for name in moves.split(",") if name.strip()]
     steps = trace_moves(system, make_gate(gate, system, perf_counter), names)
     if as_json:
-        click.echo(json.dumps([step.as_dict() for step in steps]))
+        print_json([step.as_dict() for step in steps])
         return
     for step in steps:
         click.echo(f"{step.step:3}  {' '.join(step.configuration)}")

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, TextIO
 
 import click
 
+from loopgate.cli.json_output import print_json
 from loopgate.cli.progress import show_progress
 from loopgate.disk import writing
 from loopgate.errors import GateError
@@ -88,7 +89,7 @@ def verify(
         report = stack.enter_context(show_progress(what, total=systems))
         found = plan.check(read_system(file), report) if file else plan.check_random(systems or 1, report)
     if as_json:
-        click.echo(json.dumps({"gate": plan.gate, **found.as_dict()}))
+        print_json({"gate": plan.gate, **found.as_dict()})
     else:
         _print(plan.gate, found)
     ctx.exit(0 if found.holds else EXIT_BROKEN)
