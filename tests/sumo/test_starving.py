@@ -17,7 +17,7 @@ pytestmark = pytest.mark.sumo
 ROOT = Path(__file__).resolve().parents[2]
 
 
-def made(folder: Path, *, stands: bool) -> dict[str, object]:
+def made(folder: Path, *, stands: bool, standing: str = "wait") -> dict[str, object]:
     """Run the grid, one of whose vehicles stands in the middle of its loop, or does not."""
     text = (ROOT / "routes/grid5.rou.xml").read_text(encoding="utf-8")
     first = re.search(r'<route id="([^"]+)" edges="([^"]+)"', text)
@@ -33,7 +33,7 @@ def made(folder: Path, *, stands: bool) -> dict[str, object]:
     body = re.sub(r"<(vehicle|flow|trip)\b.*?(/>|</\1>)", "", text, flags=re.DOTALL)
     file.write_text(body.replace("</routes>", "\n".join(flows) + "</routes>"), encoding="utf-8")
     network = str(ROOT / "networks/grid5-priority.net.xml")
-    return simulate(Scenario(network=network, routes=str(file), duration_s=1000.0))
+    return simulate(Scenario(network=network, routes=str(file), duration_s=1000.0, standing=standing))
 
 
 def test_a_vehicle_that_stands_for_good_is_named(tmp_path: Path) -> None:

@@ -17,6 +17,7 @@ from loopgate.simulation.scenario import (
     LIGHTS,
     ON_DEADLOCK,
     SPACINGS,
+    STANDING,
     STARTS,
     Scenario,
     read_scenario,
@@ -97,6 +98,20 @@ if TYPE_CHECKING:
 )
 @click.option("--weights", help="File of streets to be seen more often: lines EDGE WEIGHT (with --revisit).")
 @click.option("--districts", help="XML file of polygons: tell of each how well it was watched.")
+@click.option(
+    "--incidents", help="TOML file of closures and breakdowns: contain them, and lead loops round them."
+)
+@click.option(
+    "--standing",
+    type=click.Choice(STANDING),
+    help="What stands long: contain (default): lead loops round it; wait: until it goes on.",
+)
+@click.option(
+    "--starving",
+    "starving_s",
+    type=float,
+    help="Name vehicles that are granted nothing for this long while others are [s].",
+)
 @click.option("--duration", "duration_s", type=float, help="Simulated time that is measured [s].")
 @click.option("--warmup", "warmup_s", type=float, help="Simulated time before that [s].")
 @click.option("--seed", type=int, help="Seed of SUMO, starting places and negotiation.")

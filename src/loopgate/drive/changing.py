@@ -179,7 +179,9 @@ class ChangingEngine(Engine):
                 return False
         here = bisect_left([begin_m for begin_m, _ in track.edges], track.legs[position].end_m) - 1
         now = self._traffic.now_s
-        self._traffic.lead(driver.id, [name for _, name in track.edges[here:]])
+        names = [name for _, name in track.edges]
+        rounds = [*names, *names, *names[: names.index(track.rerouted_on) + 1]] if track.rounds else []
+        self._traffic.lead(driver.id, [*names[here:], *rounds])
         if row["pending"]:
             row["longest_s"] = driver.worst_wait_s(now)
         self._withdraw([driver])

@@ -55,6 +55,7 @@ _OF_THE_WAY: Final = (
     "leg_at",
     "legs",
     "lit",
+    "pivot",
 )
 """Columns that say where on which way a vehicle is."""
 

@@ -59,6 +59,10 @@ class Event(StrEnum):
     """The vehicle could not stop at its stop `place`, and comes to it again a round later."""
     REROUTE = "reroute"
     """The vehicle goes on from `place` by another way to its end, that of the name in `reason`."""
+    BLOCK = "block"
+    """The vehicle, if any, stands in `place`, or this is closed: nobody is let in; `reason` says which."""
+    FREE = "free"
+    """The vehicle, if any, stands in `place` no longer, or this is open: others are let in again."""
     STRAY = "stray"
     """The vehicle is on lane `place`, which is not its loop's: it is led back."""
 

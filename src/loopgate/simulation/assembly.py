@@ -14,12 +14,14 @@ from loopgate.drive.track import Track, make_track
 from loopgate.errors import ScenarioError
 from loopgate.network import Loop, LoopVehicle, RoadNetwork, read_loops
 from loopgate.network.cover.wishes import read_districts, read_weights
+from loopgate.network.incidents import Incidents, read_incidents
 from loopgate.network.loop_vehicle import RoutesFile
 from loopgate.network.stops import Stop
 from loopgate.network.sumo_config import is_sumo_config
 from loopgate.reading import counted
 from loopgate.simulation.demand.allotment import evenly_round, give_loops
 from loopgate.simulation.demand.amount import check_number
+from loopgate.simulation.demand.detours import find_detours
 from loopgate.simulation.demand.once import choose_gated, fit_in, left_out, share_lanes
 from loopgate.simulation.demand.placing import (
     Departure,
@@ -79,7 +81,9 @@ class Assembly:
         Vehicles of the route file that are not under the gate.
     anew, other_ways
         The vehicles that drive once and are led another way where that is quicker, by name; and one of no
-        name on each further way that there is for that.
+        name on each further way that there is for that, and on each loop that leads round something.
+    incidents
+        Streets that are closed and vehicles that break down.
     """
 
     network: RoadNetwork
@@ -98,6 +102,13 @@ class Assembly:
     ordinary: tuple[LoopVehicle, ...] = ()
     anew: Mapping[str, Anew] = field(default_factory=dict)
     other_ways: tuple[Departure, ...] = ()
+    incidents: Incidents = field(default_factory=Incidents)
+
+    @property
+    def contains(self) -> bool:
+        """Whether anything may stand for long that vehicles are led round."""
+        planned = self.incidents.closures or self.incidents.breakdowns
+        return bool(planned or any(one.start.loop.closed for one in self.other_ways))
 
     @cached_property
     def trips(self) -> frozenset[str]:
@@ -150,6 +161,13 @@ def assemble(scenario: Scenario) -> Assembly:
         why = next(left_out(unfit), nobody)
         msg = f"{scenario.routes or scenario.network}: none of its vehicles is gated: {why}; or --gate open"
         raise ScenarioError(msg)
+    incidents, detours = Incidents(), list[LoopVehicle]()
+    if scenario.gated and scenario.abstraction == "queues":
+        closed = [v for v in [*vehicles, *later] if v.loop.closed]
+        if scenario.incidents:
+            incidents = read_incidents(network, scenario.incidents, {v.id for v in closed})
+        detours = find_detours(network, closed, incidents) if scenario.standing == "contain" else []
+        others += detours
     peculiar = _peculiar(scenario, network, everybody) if scenario.gated else ()
     abstraction = None
     apart = len({vehicle.loop.id for vehicle in vehicles}) == len(vehicles)
@@ -167,6 +185,9 @@ def assemble(scenario: Scenario) -> Assembly:
             for vehicle, way in zip([*later, *others], abstraction.later, strict=True)
         )
     departures, other_ways = departures[: len(later)], departures[len(later) :]
+    if detours:  # vehicles may go on by other loops than those of their types in SUMO
+        tracks = [replace(track, renews=True) for track in tracks]
+        departures, other_ways = (tuple(map(_renewing, some)) for some in (departures, other_ways))
     return Assembly(
         network,
         tuple({vehicle.loop.id: vehicle.loop for vehicle in everybody if vehicle.loop.closed}.values()),
@@ -184,7 +205,13 @@ def assemble(scenario: Scenario) -> Assembly:
         ordinary=tuple(ordinary),
         anew=anew,
         other_ways=other_ways,
+        incidents=incidents,
     )
+
+
+def _renewing(one: Departure) -> Departure:
+    """Return a departure whose route the drive renews."""
+    return replace(one, track=replace(one.track, renews=True)) if one.track and one.track.rounds else one
 
 
 def read_vehicles(

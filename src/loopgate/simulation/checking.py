@@ -1,9 +1,10 @@
 """Hands a finished gated run to the audit."""
 
-from collections.abc import Container, Sequence
+from collections.abc import Collection, Container, Mapping, Sequence
 from typing import Any
 
 from loopgate.audit import audit_events, audit_positions, read_layout
+from loopgate.audit.layout import LoopLeg
 from loopgate.model import Robot, RobotId, StateId
 from loopgate.results.recorder import read_event_pieces
 from loopgate.simulation import outcome
@@ -21,11 +22,12 @@ def audit_run(
     tallies: Sequence[Tally],
     folder: Folder,
     departed: Container[str],
+    turned: Collection[str] = (),
 ) -> tuple[list[str], dict[str, Any]]:
     """Audit a run from its folder; return the findings, and the figures for the summary.
 
     Where positions were recorded, bodies and crossings are checked too. `departed` are the vehicles that were
-    not there from the beginning.
+    not there from the beginning, `turned` those that went on by another way.
     """
     abstraction = assembly.abstraction
     if abstraction is None:
@@ -38,12 +40,14 @@ def audit_run(
         Robot(
             RobotId(one.track.vehicle),
             tuple(StateId(leg.state) for leg in ways[one.track.vehicle]),
-            closed=one.start.loop.closed,
+            closed=one.start.loop.closed and one.start.vehicle not in turned,
             start=one.track.start_position,
         )
         for one in assembly.departures
         if one.track is not None and one.track.vehicle in departed
     ]
+    joined += _turned(assembly, ways, turned)
+    laps = {vehicle: count for vehicle, count in laps.items() if vehicle not in turned}
     room = abstraction.room if joined else {}
     found = audit_events(read_event_pieces(trace), abstraction.system, laps=laps, joined=joined, room=room)
     findings = [finding.text for finding in found]
@@ -53,3 +57,19 @@ def audit_run(
         findings += [finding.text for finding in seen.findings]
         figures = {"audited": [*_ALWAYS, "crossings", "bodies"], "positions": seen.figures}
     return findings, figures
+
+
+def _turned(
+    assembly: Assembly, ways: Mapping[str, Sequence[LoopLeg]], turned: Collection[str]
+) -> list[Robot]:
+    """Return vehicles on loops that went on by other loops, each on all that it drove, as one open path."""
+    return [
+        Robot(
+            RobotId(start.vehicle),
+            tuple(StateId(leg.state) for leg in ways[start.vehicle]),
+            closed=False,
+            start=track.start_position,
+        )
+        for start, track in zip(assembly.starts, assembly.tracks, strict=True)
+        if start.vehicle in turned and start.loop.closed
+    ]

@@ -23,6 +23,7 @@ from loopgate.network.traffic_file import TrafficFile, check_flows, read_traffic
 from loopgate.results.recorder import Recorder
 from loopgate.simulation import outcome
 from loopgate.simulation.assembly import Assembly, assemble
+from loopgate.simulation.containment import Containment
 from loopgate.simulation.fleet.departures import Departures, GatedDepartures, OpenDepartures
 from loopgate.simulation.fleet.fleet import Fleet, Rules
 from loopgate.simulation.fleet.parking import Parking
@@ -133,7 +134,10 @@ def _run(
             trails=verdicts.trails if verdicts else None,
             odometers=None if among or assembly.departures else engine.odometers,
         )
-        hunger = StarvationWatch(engine, session.keeper, traffic) if session.keeper else None
+        hunger = None
+        if session.keeper is not None:
+            known = session.containment.why if session.containment else lambda _: ""
+            hunger = StarvationWatch(engine, session.keeper, traffic, after_s=scenario.starving_s, told=known)
         course = drive(
             engine,
             traffic,
@@ -149,9 +153,11 @@ def _run(
             course.outcome = "starving" if course.outcome == "done" else course.outcome
         engine.settle()
         tallies, told = session.tallies(assembly, watch, course), session.report(course.end_s)
-        if session.rerouting is not None:
+        if turns := session.turns:
             layout = read_layout(folder / outcome.LAYOUT)
-            write_layout(as_driven(layout, session.rerouting.turns), folder / outcome.LAYOUT)
+            drivers = [one for one in session.engine.drivers if one.id in turns and one.track.rounds]
+            granted = {driver.id: driver.granted for driver in drivers}
+            write_layout(as_driven(layout, turns, granted), folder / outcome.LAYOUT)
     summary = sum_up(scenario, assembly, session, course, tallies, told, flow.rows, folder)
     summary["wall_s"] |= {"prepared": round(prepared_s, 3), "total": round(perf_counter() - began, 3)}
     if course.fault is not None:
@@ -248,13 +254,20 @@ def open_session(
         stops = Stops(traffic, engine, recorder, assembly.stops, parking)
         departures = _departures(assembly, traffic, engine, fleet)
         rerouting = Rerouting(assembly, traffic, engine) if fleet and assembly.anew else None
+        contains = fleet is not None and assembly.contains
+        containment = (
+            Containment(assembly, traffic, engine, recorder, stops, waits=scenario.standing == "wait")
+            if contains
+            else None
+        )
         spacing = _spacing(scenario, assembly, traffic, engine)
         seen = [Window(traffic, engine, assembly.loops).look] if backend == "gui" else []
         looks = (
-            *((engine.open_up,) if fleet and (assembly.departures or assembly.stops) else ()),
+            *((engine.open_up,) if fleet and (assembly.departures or assembly.stops or containment) else ()),
             *((departures.look,) if assembly.departures else ()),
             *((rerouting.look,) if rerouting else ()),
             *((stops.look,) if assembly.stops else ()),
+            *((containment.look,) if containment else ()),
             *(fleet.around.each_step if fleet else ()),
             *spacing,
             *room,
@@ -263,7 +276,9 @@ def open_session(
         keeper = fleet.keeper if fleet else None
         absent = beside.absent(assembly.begin_s, end_s) if beside else ()
         notes = (*said.notes, *absent, *(parking.notes(assembly.stops) if parking else ()))
-        yield Session(traffic, engine, recorder, keeper, around, stops, departures, rerouting, looks, notes)
+        yield Session(
+            traffic, engine, recorder, keeper, around, stops, departures, rerouting, containment, looks, notes
+        )
 
 
 def _fleet(
@@ -278,7 +293,7 @@ def _fleet(
         others=bool(scenario.traffic or assembly.ordinary),
         serve_after_s=scenario.serve_after_s or inf,
         foresees=assembly.foresees,
-        expects=bool(assembly.departures),
+        expects=bool(assembly.departures) or assembly.contains,
     )
     fleet = Fleet(assembly.network, traffic, recorder, rules)
     abstraction = assembly.abstraction
@@ -329,7 +344,15 @@ def _input_options(
     beside = without_vehicles(beside, assembly.vehicle_files, folder.path)
     departing = tuple(departure.start for departure in assembly.departures)
     placed, later = (assembly.starts, departing) if scenario.gated else ((*assembly.starts, *departing), ())
-    starts = write_sumo_input(placed, folder.path, beside=beside, begin_s=assembly.begin_s, later=later)
+    round_ = [one.start for one in assembly.other_ways if one.start.loop.closed]
+    starts = write_sumo_input(
+        placed,
+        folder.path,
+        beside=beside,
+        begin_s=assembly.begin_s,
+        later=[*later, *round_],
+        renews=not round_,
+    )
     begin = ["--begin", f"{assembly.begin_s:g}"] if assembly.begin_s and not said.configured else []
     return [*starts, *routes, *begin]
 

@@ -23,6 +23,7 @@ from loopgate.simulation.values import Rule, amounts, checked, choice, flag, len
 ABSTRACTIONS = ("segments", "queues")
 LIGHTS = ("off", "keep", "obey")
 SPACINGS = ("none", "hold", "advice")
+STANDING = ("contain", "wait")
 STARTS = ("random", "even")
 ON_DEADLOCK = ("stop", "continue", "teleport")
 LONGEST_GATED_STEP_S = 1.0
@@ -53,6 +54,13 @@ class Scenario:
     stops
         Additional files, with commas between, that hold the bus stops and the like which route files name;
         SUMO loads all that is in them, persons too.
+    incidents
+        TOML file of closures and breakdowns (`loopgate.network.incidents.read_incidents`); empty for none.
+    standing
+        ``contain``: nobody is let in behind a vehicle that stands long, or onto what is closed, and loops are
+        led round it; ``wait``: vehicles wait until it goes on. For gates that decide by the chain rule.
+    starving_s
+        How long a vehicle is granted nothing, while others are, before it counts as starving [s].
     traffic
         Route file or ``.sumocfg`` with ordinary vehicles, which drive by SUMO's rules beside those on loops;
         empty for none. If it names the configuration that is the network, the loops are random.
@@ -139,6 +147,9 @@ class Scenario:
     network: Annotated[str, text()]
     routes: Annotated[str, text()] = ""
     stops: Annotated[str, text()] = ""
+    incidents: Annotated[str, text()] = ""
+    standing: Annotated[str, choice(STANDING)] = "contain"
+    starving_s: Annotated[float, real(1.0, _LONG_S)] = 600.0
     traffic: Annotated[str, text()] = ""
     loops: Annotated[int, whole(0, _MANY)] = 0
     loop_length_m: Annotated[tuple[float, float], length_range(1e6)] = (400.0, 2000.0)
@@ -181,6 +192,7 @@ class Scenario:
             msg = "network: missing; give a .net.xml file, a .sumocfg or sumo:NAME"
             raise ScenarioError(msg)
         _check_names(self.gate, self.rule_for_negotiation)
+        self._check_incidents()
         if self.traffic and self.gated and self.abstraction != "queues":
             msg = (
                 f"traffic: with gate {self.gate} it works on abstraction queues only; on {self.abstraction} "
@@ -208,6 +220,11 @@ class Scenario:
             raise ScenarioError(msg)
         if self.on_deadlock == "teleport" and self.gated:
             msg = "on_deadlock: teleport works with gate open only; no gated vehicle jumps past its gate"
+            raise ScenarioError(msg)
+
+    def _check_incidents(self) -> None:
+        if self.incidents and not (self.gated and self.abstraction == "queues"):
+            msg = "incidents: they need a gate on abstraction queues; with gate open give SUMO rerouters"
             raise ScenarioError(msg)
 
     @property
@@ -329,6 +346,7 @@ _OPTION = {
     "loop_length_m": "length",
     "revisit_s": "revisit",
     "serve_after_s": "serve_after",
+    "starving_s": "starving",
     "duration_s": "duration",
     "warmup_s": "warmup",
     "step_s": "step_length",
@@ -357,7 +375,7 @@ def read_scenario(file: Path | str) -> Scenario:
     """
     path = Path(file)
     data = read_toml(path, "scenario", ScenarioError)
-    for key in ("network", "routes", "traffic", "weights", "districts", "who", "gated"):
+    for key in ("network", "routes", "incidents", "traffic", "weights", "districts", "who", "gated"):
         name = data.get(key)
         if key in {"who", "gated"} and not is_file(path.parent / str(name)):
             continue

@@ -1,6 +1,6 @@
 """A simulation under way: its parts, and what they have to tell once it is over."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import isnan, nan
 from typing import Any
@@ -15,12 +15,13 @@ from loopgate.simulation import outcome
 from loopgate.simulation.around.surroundings import Surroundings
 from loopgate.simulation.assembly import Assembly
 from loopgate.simulation.checking import audit_run
+from loopgate.simulation.containment import Containment
 from loopgate.simulation.fleet.departures import Departures
 from loopgate.simulation.fleet.stops import Stops
 from loopgate.simulation.loop_run import RunCourse
 from loopgate.simulation.monitoring import monitoring_figures, shape_text, write_streets
 from loopgate.simulation.outcome import Folder, Tally
-from loopgate.simulation.rerouting import Rerouting
+from loopgate.simulation.rerouting import Rerouting, TurnOff
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.sumo.start import TRIPS
 from loopgate.simulation.watching.flow import Row, flow_table, loop_table
@@ -43,9 +44,9 @@ class Session:
         The simulation, the drive, and what takes the events.
     keeper, around
         What answers requests, and what is about; None where no gate rules.
-    stops, departures, rerouting
-        Those that vehicles make on the way, the departures of those who come later, and who of these is led
-        another way.
+    stops, departures, rerouting, containment
+        Those that vehicles make on the way, the departures of those who come later, who of these is led
+        another way, and what contains something that stands.
     each_step
         What is to be called after each step.
     notes
@@ -60,8 +61,15 @@ class Session:
     stops: Stops
     departures: Departures
     rerouting: Rerouting | None
+    containment: Containment | None
     each_step: tuple[Callable[[], None], ...]
     notes: tuple[str, ...]
+
+    @property
+    def turns(self) -> Mapping[str, Sequence[TurnOff]]:
+        """The turns to other ways that vehicles took, by name."""
+        every = (self.rerouting, self.containment)
+        return {vehicle: some for one in every if one for vehicle, some in one.turns.items() if some}
 
     def tallies(self, assembly: Assembly, watch: Watch, course: RunCourse) -> list[Tally]:
         """Return what each vehicle did; one that has not departed did nothing."""
@@ -103,6 +111,7 @@ class Session:
         """Return the figures of what is about, of stops, departures and other ways, when it ends [s]."""
         around = self.around.report() if self.around else {}
         other_ways = self.rerouting.report() if self.rerouting else {}
+        other_ways |= self.containment.report() if self.containment else {}
         return around | self.stops.report() | self.departures.report(end_s) | other_ways
 
 
@@ -193,7 +202,9 @@ def _summary(
     findings: list[str] = []
     audited: dict[str, Any] = {}
     if keeper is not None:
-        findings, audited = audit_run(scenario, assembly, tallies, folder, session.departures.departed_s)
+        findings, audited = audit_run(
+            scenario, assembly, tallies, folder, session.departures.departed_s, session.turns
+        )
         waits = outcome.waits(folder, course)
     figures = outcome.summary(
         scenario,

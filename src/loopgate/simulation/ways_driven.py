@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from loopgate.audit.layout import Layout, LoopLeg, LoopSpan, LoopWay
+from loopgate.network.loop import AWAY_M
 from loopgate.simulation.rerouting import TurnOff
 
 _ROUNDING_M = 1e-6
@@ -24,7 +25,20 @@ def continued(way: LoopWay, leg: int, other: LoopWay, position: int) -> LoopWay:
     return LoopWay(other.length_m + by_m, (*before, *behind), legs)
 
 
-def as_driven(layout: Layout, turns: Mapping[str, Sequence[TurnOff]]) -> Layout:
+def unrolled(way: LoopWay, leg: int, *, closed: bool) -> LoopWay:
+    """Return a way that is long enough for a leg of its endless way; an open one as it is."""
+    if not closed:
+        return way
+    laps = range(leg // len(way.legs) + 2)
+    by_m = [lap * way.length_m for lap in laps]
+    return LoopWay(
+        len(laps) * way.length_m + AWAY_M,  # it does not come round
+        tuple(_moved(span, metres) for metres in by_m for span in way.spans),
+        tuple(_leg_moved(one, metres) for metres in by_m for one in way.legs),
+    )
+
+
+def as_driven(layout: Layout, turns: Mapping[str, Sequence[TurnOff]], granted: Mapping[str, int]) -> Layout:
     """Return a layout in which each vehicle has one way, the one it drove, under a name of its own.
 
     Parameters
@@ -33,14 +47,20 @@ def as_driven(layout: Layout, turns: Mapping[str, Sequence[TurnOff]]) -> Layout:
         As it was before the run; all ways are in it.
     turns
         The turns that vehicles took, by name.
+    granted
+        The last leg that was granted to each of those on loops, on the way that it is on now. Its way is then
+        all that it drove, round after round.
     """
     loops, vehicles = dict(layout.loops), dict(layout.vehicles)
     for vehicle, some in turns.items():
         name = vehicles[vehicle].loop
         way, ahead = layout.loops[name], 0
-        for turn in some:
+        closed, last = vehicle in granted, [*(turn.leg for turn in some[1:]), granted.get(vehicle, 0)]
+        way = unrolled(way, some[0].leg, closed=closed)
+        for turn, until in zip(some, last, strict=True):
             leg = turn.leg + ahead
-            way = continued(way, leg, layout.loops[turn.way], turn.position)
+            other = unrolled(layout.loops[turn.way], until, closed=closed)
+            way = continued(way, leg, other, turn.position)
             ahead = leg - turn.position
             name = f"{name} > {turn.way}@{leg}"
         loops[name] = way

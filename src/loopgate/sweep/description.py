@@ -40,7 +40,7 @@ from loopgate.plugins import in_file
 from loopgate.reading import check_keys, is_file, is_plain, of_kind, read_toml, refusing, shown
 from loopgate.sweep.files import NamedFile, file_identity
 
-FILE_KEYS = ("network", "routes", "traffic", "weights", "districts")
+FILE_KEYS = ("network", "routes", "incidents", "traffic", "weights", "districts")
 """Scenario keys whose value may be a file; these files travel with the run."""
 
 _NAMERS: Mapping[str, Callable[[object], str]] = {"gate": name_gate, "negotiation": name_negotiation}

@@ -29,7 +29,7 @@ def test_it_leads_over_the_first_and_then_the_others_in_one_arc_length() -> None
     bodies = {name: VehicleBody("first", 5.0, 1.8, 10.0, 0) for name in ("led", "other")}
     layout = Layout(1.0, {}, loops, bodies, {}, {})
     turns = {"led": [TurnOff(1, "second", 0), TurnOff(1, "third", 2)]}
-    led = as_driven(layout, turns)
+    led = as_driven(layout, turns, {})
     assert set(led.loops) == {"first", led.vehicles["led"].loop}
     assert led.vehicles["other"].loop == "first"
     driven = led.loops[led.vehicles["led"].loop]
@@ -49,7 +49,7 @@ def test_who_was_not_led_another_way_keeps_its_own() -> None:
     """And ways that nobody drove are left out."""
     loops = {"first": way("a", "b"), "second": way("c", "d")}
     layout = Layout(1.0, {}, loops, {"v": VehicleBody("first", 5.0, 1.8, 10.0, 0)}, {}, {})
-    assert as_driven(layout, {}).loops == {"first": loops["first"]}
+    assert as_driven(layout, {}, {}).loops == {"first": loops["first"]}
 
 
 def test_on_the_road_where_it_turns_it_comes_on_one_lane_and_leaves_on_another() -> None:
@@ -61,7 +61,7 @@ def test_on_the_road_where_it_turns_it_comes_on_one_lane_and_leaves_on_another()
     layout = Layout(
         1.0, {}, {"first": first, "second": second}, {"v": VehicleBody("first", 5.0, 1.8, 10.0, 0)}, {}, {}
     )
-    led = as_driven(layout, {"v": [TurnOff(1, "second", 0)]})
+    led = as_driven(layout, {"v": [TurnOff(1, "second", 0)]}, {})
     spans = led.loops[led.vehicles["v"].loop].spans
     assert spans[1] == LoopSpan(100.0, 200.0, ("b_1", "b_0"), "b_0")
     assert [span.lanes[0] for span in spans] == ["a_0", "b_1", "d_0"]

@@ -236,6 +236,11 @@ class Stops:
         way.missed += 1
         self._recorder.note(self._traffic.now_s, way.driver.id, Event.MISSED, way.stops[number].name)
 
+    def making(self, vehicle: str) -> Stop | None:
+        """Return the stop at which a vehicle stands."""
+        way = self._ways.get(vehicle)
+        return way.stops[way.ahead[0].number] if way is not None and way.since_s is not None else None
+
     def of(self, vehicle: str) -> Made:
         """Return what a vehicle has made of its stops."""
         way = self._ways.get(vehicle)

@@ -115,6 +115,7 @@ def write_sumo_input(
     beside: Sequence[Path] = (),
     begin_s: float = 0.0,
     later: Sequence[Start] = (),
+    renews: bool = True,
 ) -> list[str]:
     """Write the additional file for `starts` into `folder` and return the SUMO options that load it.
 
@@ -124,6 +125,8 @@ def write_sumo_input(
     the vehicle can be held. Each loop has vehicle types of its own, since a rerouter is bound to vehicles by
     their type. SUMO loads the additional files `beside` first. Vehicles without a time of departure are there
     when the simulation begins, at `begin_s` [s]. Of those put in `later` only types and routes are written.
+    No rerouters are written unless SUMO `renews` the routes: else the drive does so, since vehicles may go on
+    by other loops.
 
     Raises
     ------
@@ -147,6 +150,8 @@ def write_sumo_input(
     for loop in (loop for loop in loops.values() if loop.closed):
         for route, edges in round_routes(loop).items():
             ET.SubElement(top, "route", id=route, edges=" ".join(edges))
+        if not renews:
+            continue
         again = rounds(loop)[0]
         types = " ".join(kind for kind, name in kinds.items() if name == loop.id)
         rerouter = ET.SubElement(top, "rerouter", id=f"again@{loop.id}", edges=again.edge, vTypes=types)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,9 +16,6 @@ from loopgate.drive.gatekeeper import Gatekeeper
 from loopgate.traffic.base import Traffic
 
 __all__ = ["Sink", "StarvationWatch"]
-
-_STARVING_S = 600.0
-"""A vehicle starves if it has been granted nothing for so long, though others have [s]."""
 
 _PASSED_M = 100.0
 """A vehicle that drives so far on one grant does not starve: its place is long [m]."""
@@ -77,12 +74,21 @@ class StarvationWatch:
         The drive, its gatekeeper, and the running simulation.
     after_s
         For how long [s].
+    told
+        Why a vehicle stands, where that is known; else an empty text.
     """
 
     def __init__(
-        self, engine: Engine, keeper: Gatekeeper, traffic: Traffic, *, after_s: float = _STARVING_S
+        self,
+        engine: Engine,
+        keeper: Gatekeeper,
+        traffic: Traffic,
+        *,
+        after_s: float = 600.0,
+        told: Callable[[str], str] = lambda _: "",
     ) -> None:
         self._engine, self._keeper, self._traffic, self._after_s = engine, keeper, traffic, after_s
+        self._told = told
         self._seen: dict[str, tuple[float, float, float]] = {}
         """Of each vehicle its last grant, where its odometer stood then [m], and when that was [s]."""
         self._stood: dict[str, tuple[float, float]] = {}
@@ -163,10 +169,12 @@ class StarvationWatch:
     def _why(self, robot: int, vehicle: str) -> str:
         """Return why a vehicle stands that waits for no other under the gate."""
         row: Any = self._engine.vehicles[robot]
+        if known := self._told(vehicle):
+            return known
         if self._pauses(vehicle):
             return "stop"
         reason = int(row["reason"])
         if row["pending"] and (reason in _OUTSIDE or reason != NOTHING):
-            known = REASONS[reason]
-            return str(known.value) if known else "no reason known"
+            refusal = REASONS[reason]
+            return str(refusal.value) if refusal else "no reason known"
         return "light" if self._traffic.pauses(vehicle) else "no reason known"

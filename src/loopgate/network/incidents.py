@@ -1,0 +1,136 @@
+"""What stands still during a run, by a file: streets that are closed for a time, vehicles that break down."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from loopgate.errors import ScenarioError
+from loopgate.network.clock import seconds
+from loopgate.network.road import RoadNetwork
+from loopgate.reading import check_keys, read_toml, shown
+
+_KEYS = ("closures", "breakdowns")
+
+
+@dataclass(frozen=True, slots=True)
+class Closure:
+    """An edge, or one of its lanes, onto which no vehicle is let from one time to another [s].
+
+    `lane` is empty where the whole edge is closed.
+    """
+
+    edge: str
+    lane: str
+    from_s: float
+    to_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class Breakdown:
+    """A vehicle that stands, wherever it is, from one time to another [s]."""
+
+    vehicle: str
+    from_s: float
+    to_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class Incidents:
+    """All closures and breakdowns of a run.
+
+    Examples
+    --------
+    >>> from loopgate.network.incidents import Closure, Incidents
+    >>> planned = Incidents((Closure("e1", "", 60.0, 120.0),))
+    >>> [closure.edge for closure in planned.closed_at(60.0)], planned.closed_at(120.0)
+    (['e1'], [])
+    """
+
+    closures: tuple[Closure, ...] = ()
+    breakdowns: tuple[Breakdown, ...] = ()
+
+    def closed_at(self, now_s: float) -> list[Closure]:
+        """Return the closures at a time [s]."""
+        return [one for one in self.closures if one.from_s <= now_s < one.to_s]
+
+    def broken_at(self, now_s: float) -> list[Breakdown]:
+        """Return the breakdowns at a time [s]."""
+        return [one for one in self.breakdowns if one.from_s <= now_s < one.to_s]
+
+
+def read_incidents(network: RoadNetwork, file: Path | str, vehicles: Collection[str]) -> Incidents:
+    """Read a TOML file of closures and breakdowns.
+
+    Each entry of ``[[closures]]`` has ``edge`` or ``lane``, each of ``[[breakdowns]]`` has ``vehicle``; both
+    have ``from`` and may have ``to``, in seconds or as ``h:m:s``. Without ``to`` it lasts to the end.
+
+    Parameters
+    ----------
+    network
+        The roads.
+    file
+        The file.
+    vehicles
+        Names of the vehicles on loops.
+
+    Raises
+    ------
+    ScenarioError
+        If the file cannot be read, or an entry names no edge, lane or vehicle; the text names the entry.
+    """
+    data = read_toml(file, "file of incidents", ScenarioError)
+    check_keys(data, _KEYS, file, ScenarioError)
+    closures = [_closure(network, one, what) for one, what in _entries(data, "closures", file)]
+    breakdowns = []
+    for one, what in _entries(data, "breakdowns", file):
+        check_keys(one, ("vehicle", "from", "to"), what, ScenarioError)
+        vehicle = one.get("vehicle")
+        if vehicle not in vehicles:
+            some = ", ".join(sorted(vehicles)[:3])
+            msg = f"{what}: vehicle is {shown(vehicle)}; expected the name of a vehicle on a loop, as {some}"
+            raise ScenarioError(msg)
+        breakdowns.append(Breakdown(str(vehicle), *_times(one, what)))
+    return Incidents(tuple(closures), tuple(breakdowns))
+
+
+def _entries(data: Mapping[str, Any], key: str, file: Path | str) -> list[tuple[Mapping[str, Any], str]]:
+    entries = data.get(key, [])
+    if not isinstance(entries, list) or not all(isinstance(one, dict) for one in entries):
+        msg = f"{file}: {key} is {shown(entries)}; expected tables [[{key}]]"
+        raise ScenarioError(msg)
+    return [(one, f"{file}: {key} {number}") for number, one in enumerate(entries, start=1)]
+
+
+def _closure(network: RoadNetwork, one: Mapping[str, Any], what: str) -> Closure:
+    check_keys(one, ("edge", "lane", "from", "to"), what, ScenarioError)
+    edge, lane = one.get("edge", ""), one.get("lane", "")
+    if bool(edge) == bool(lane):
+        msg = f"{what}: give the edge that is closed, or one lane"
+        raise ScenarioError(msg)
+    if lane and lane not in network.lanes:
+        msg = f"{what}: lane is {shown(lane)}, which is no lane of {network.name}"
+        raise ScenarioError(msg)
+    edge = edge or str(lane).rpartition("_")[0]
+    if edge not in network.edges:
+        msg = f"{what}: edge is {shown(edge)}, which is no edge of {network.name}"
+        raise ScenarioError(msg)
+    return Closure(str(edge), str(lane), *_times(one, what))
+
+
+def _times(one: Mapping[str, Any], what: str) -> tuple[float, float]:
+    found = []
+    for key, default in (("from", None), ("to", math.inf)):
+        said = one.get(key, default)
+        try:
+            found.append(math.inf if said == math.inf else seconds(str(said)))
+        except ValueError as error:
+            msg = f"{what}: {key} is {shown(said)}; expected seconds or h:m:s"
+            raise ScenarioError(msg) from error
+    if not found[0] < found[1]:
+        msg = f"{what}: it ends at {found[1]:g} s, but begins at {found[0]:g} s"
+        raise ScenarioError(msg)
+    return found[0], found[1]

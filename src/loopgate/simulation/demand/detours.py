@@ -1,0 +1,163 @@
+"""Loops that lead round streets on which something stands, found before the run."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Set as AbstractSet
+from contextlib import suppress
+from itertools import pairwise
+
+import networkx as nx
+
+from loopgate.abstraction.queue_layout import why_not
+from loopgate.errors import RefusedLoopError, RouteError
+from loopgate.network import Loop, LoopVehicle, RoadNetwork, make_loop
+from loopgate.network.incidents import Incidents
+
+LONG_STOP_S = 300.0
+"""A vehicle that stands on the road at a stop for longer is led round [s]."""
+
+_U_TURN_S = 60.0
+"""A turn on the spot counts as so much time [s]: another way is better, if it is not much longer."""
+
+
+_SKIPPED = 3.0
+"""The part of a loop that is left out counts so many times as long as the way round it."""
+
+
+class Detours:
+    """Finds loops that avoid some edges.
+
+    Parameters
+    ----------
+    network
+        The roads.
+    vclass
+        SUMO's class of the vehicles.
+    """
+
+    def __init__(self, network: RoadNetwork, vclass: str) -> None:
+        self._network, self._vclass = network, vclass
+        self._graph: nx.DiGraph[str] = nx.DiGraph()
+        for c in network.connections:
+            if network.allows(c, vclass):
+                extra_s = _U_TURN_S if c.direction == "t" else 0.0
+                taken_s = self._time_s(c.to_edge) + network.over_m(c) / 10.0 + extra_s
+                known = self._graph.get_edge_data(c.from_edge, c.to_edge, {"weight": math.inf})
+                if taken_s < known["weight"]:
+                    self._graph.add_edge(c.from_edge, c.to_edge, weight=taken_s)
+
+    def _time_s(self, edge: str) -> float:
+        """Return how long an edge takes at the speed that is allowed [s]."""
+        lanes = self._network.edges[edge].lanes
+        return lanes[0].length_m / max(lane.speed_mps for lane in lanes)
+
+    def around(self, loop: Loop, avoided: AbstractSet[str]) -> Loop | None:
+        """Return a loop that keeps as much of a loop as it can without these edges.
+
+        It leaves the loop at the last junction before them from where a way leads round. It comes back to the
+        loop where the way there and the part of the loop that is left out take the least time together.
+
+        Returns
+        -------
+        Loop or None
+            None if it does not use them, or no way leads round.
+        """
+        edges = self._edges_around(loop, avoided)
+        if edges is None:
+            return None
+        name = f"{loop.id}~{'~'.join(edge for edge in loop.edges if edge in avoided)}"
+        with suppress(RouteError, RefusedLoopError):
+            return make_loop(self._network, name, edges, vclass=self._vclass)
+        return None
+
+    def _edges_around(self, loop: Loop, avoided: AbstractSet[str]) -> tuple[str, ...] | None:
+        edges: tuple[str, ...] | None = loop.edges
+        if avoided.isdisjoint(loop.edges):
+            return None
+        roads = self._graph.subgraph(edge for edge in self._graph if edge not in avoided)
+        while edges is not None and not avoided.isdisjoint(edges):
+            edges = self._around_first(roads, edges, avoided)
+        return edges
+
+    def _around_first(
+        self, roads: nx.DiGraph[str], edges: tuple[str, ...], avoided: AbstractSet[str]
+    ) -> tuple[str, ...] | None:
+        """Return the edges of a loop without the first ones of those that are to be avoided."""
+        count = len(edges)
+        after = (k for k in range(count) if edges[k] not in avoided and edges[k - 1] in avoided)
+        first = next(after, None)
+        if first is None:
+            return None
+        round_ = edges[first:] + edges[:first]
+        last = max(k for k in range(count) if round_[k] not in avoided)
+        for leaves in range(last, 0, -1):
+            here = round_[leaves]
+            if here in avoided or here not in roads:
+                continue
+            times_s = nx.single_source_dijkstra_path_length(roads, here)
+            skipped_s, best = 0.0, (math.inf, 0)
+            for meets in range(leaves):
+                edge = round_[meets]
+                if edge in times_s and edge != here:
+                    best = min(best, (times_s[edge] + skipped_s, meets))
+                skipped_s += _SKIPPED * self._time_s(edge)
+            if best[0] < math.inf:
+                way: list[str] = nx.dijkstra_path(roads, here, round_[best[1]])
+                return (*round_[best[1] : leaves + 1], *way[1:-1])
+        return None
+
+
+def find_detours(
+    network: RoadNetwork, vehicles: Sequence[LoopVehicle], incidents: Incidents
+) -> list[LoopVehicle]:
+    """Return one vehicle of no name on each loop that may be needed while something stands.
+
+    Needed are loops round each closed edge, round all that are closed at once, and round each edge of the
+    loop of a vehicle that breaks down, or stands long at a stop on the road.
+
+    Parameters
+    ----------
+    vehicles
+        Those on loops, with their stops.
+    """
+    closed = [v for v in vehicles if v.loop.closed]
+    finders: dict[str, Detours] = {}
+    found: dict[tuple[str, str], LoopVehicle] = {}
+    for avoided in _avoided(closed, incidents):
+        for v in closed:
+            if avoided.isdisjoint(v.loop.edges) or v.loop.edges == tuple(avoided):
+                continue
+            finder = finders.setdefault(v.type.vclass, Detours(network, v.type.vclass))
+            loop = finder.around(v.loop, avoided)
+            if loop is None or (loop.id, v.type.id) in found:
+                continue
+            if why_not(network, loop, v.type) is None:
+                found[loop.id, v.type.id] = LoopVehicle("", loop, v.type)
+    return list(found.values())
+
+
+def _avoided(vehicles: Iterable[LoopVehicle], incidents: Incidents) -> Iterator[frozenset[str]]:
+    """Yield the sets of edges that something may stand on at the same time."""
+    by_name: Mapping[str, LoopVehicle] = {v.id: v for v in vehicles}
+    sets: dict[frozenset[str], None] = {}
+    times = sorted({one.from_s for one in incidents.closures} | {one.to_s for one in incidents.closures})
+    for now, _ in pairwise([*times, math.inf]):
+        if closed := frozenset(one.edge for one in incidents.closed_at(now)):
+            sets[closed] = None
+    for closure in incidents.closures:
+        sets[frozenset((closure.edge,))] = None
+    for breakdown in incidents.breakdowns:
+        for edge in by_name[breakdown.vehicle].loop.edges:
+            sets[frozenset((edge,))] = None
+    for v in by_name.values():
+        for stop in v.stops:
+            if stands_long(stop.duration_s, parks=stop.parks):
+                sets[frozenset((stop.edge,))] = None
+    yield from sets
+
+
+def stands_long(duration_s: float, *, parks: bool) -> bool:
+    """Return whether a stop of that duration [s] is one that vehicles are led round."""
+    return not parks and duration_s > LONG_STOP_S

@@ -1,0 +1,81 @@
+"""What stands is contained: vehicles are led round it, and everybody else goes on."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from loopgate import Scenario
+from loopgate.cli.run import exit_code
+from loopgate.results.columns import Event
+from loopgate.results.recorder import read_events
+from loopgate.simulation.run import simulate
+
+pytestmark = pytest.mark.sumo
+
+ROOT = Path(__file__).resolve().parents[2]
+NETWORK = str(ROOT / "networks/grid5-priority.net.xml")
+ROUTES = str(ROOT / "routes/grid5.rou.xml")
+
+
+def ran(folder: Path, incidents: str = "", **more: Any) -> dict[str, Any]:  # noqa: ANN401  fields of a scenario
+    """Run 120 vehicles on the grid for fifteen minutes, with these incidents."""
+    file = folder / "incidents.toml"
+    file.write_text(incidents, encoding="utf-8")
+    named: dict[str, Any] = {"incidents": str(file)} if incidents else {}
+    scenario = Scenario(
+        network=NETWORK, routes=ROUTES, vehicles=120, duration_s=900.0, positions=True, **named, **more
+    )
+    return simulate(scenario, folder / "run", overwrite=True)
+
+
+BROKEN = '[[breakdowns]]\nvehicle = "v1"\nfrom = 100\n'
+CLOSED = (
+    '[[closures]]\nedge = "C2C1"\nfrom = 100\nto = 400\n[[closures]]\nlane = "B2C2_0"\nfrom = 450\nto = 700\n'
+)
+
+
+@pytest.fixture(scope="module")
+def free(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+    """Return the same run in which nothing happens."""
+    return ran(tmp_path_factory.mktemp("free"))
+
+
+def test_everybody_else_goes_on_when_a_vehicle_breaks_down(tmp_path: Path, free: dict[str, Any]) -> None:
+    """They drive as far as without it; where they wait for it they do not."""
+    summary = ran(tmp_path, BROKEN)
+    assert summary["clean"]
+    assert summary["distance_km"] > 0.93 * free["distance_km"]
+    assert [one["why"] for one in summary["standing"]["blocked"]] == ["breakdown"]
+    assert summary["standing"]["blocked"][0]["vehicle"] == "v1"
+    assert summary["standing"]["led_round"] > 5
+    victims = {vehicle for sink in summary["starving"] for vehicle in sink["vehicles"]}
+    assert len(victims) <= 7
+    waiting = ran(tmp_path, BROKEN, standing="wait", starving_s=300.0)
+    assert waiting["distance_km"] < 0.8 * free["distance_km"]
+    assert (waiting["outcome"], exit_code(waiting)) == ("starving", 5)
+
+
+def test_nobody_drives_onto_what_is_closed(tmp_path: Path, free: dict[str, Any]) -> None:
+    """Nor waits for it; afterwards they are back on their loops."""
+    summary = ran(tmp_path, CLOSED)
+    assert summary["clean"]
+    assert (summary["outcome"], summary["starving"]) == ("done", [])
+    assert summary["distance_km"] > 0.93 * free["distance_km"]
+    events = read_events(
+        tmp_path / "run" / "events.parquet", (Event.ENTER, Event.GRANT, Event.BLOCK, Event.FREE)
+    )
+    granted = events[(events["event"] == "grant") & (events["place"] == "C2C1_0")]["time_s"]
+    assert not ((granted > 100.0) & (granted < 400.0)).any()
+    assert (granted > 400.0).any()
+    happened = events[events["event"].isin(["block", "free"])]
+    assert happened["time_s"].round().tolist() == [100.0, 400.0, 450.0, 700.0]
+    assert happened["reason"].tolist() == ["closed"] * 4
+
+
+def test_the_same_seed_gives_the_same_run(tmp_path: Path) -> None:
+    """Turns of vehicles too."""
+    one, other = (ran(tmp_path, BROKEN + CLOSED) for _ in range(2))
+    assert (one["distance_km"], one["standing"]) == (other["distance_km"], other["standing"])

@@ -1,0 +1,61 @@
+"""Files of closures and breakdowns."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import pytest
+
+from loopgate.errors import ScenarioError
+from loopgate.network import RoadNetwork
+from loopgate.network.incidents import Breakdown, Closure, read_incidents
+
+NETWORK = RoadNetwork.open(Path(__file__).resolve().parents[3] / "networks/ring3.net.xml")
+
+
+def written(folder: Path, text: str) -> Path:
+    """Return a file with this text."""
+    file = folder / "incidents.toml"
+    file.write_text(text, encoding="utf-8")
+    return file
+
+
+def test_what_is_written_is_read(tmp_path: Path) -> None:
+    """An edge, a lane, a vehicle; times in seconds or with colons; without an end to the end."""
+    file = written(
+        tmp_path,
+        '[[closures]]\nedge = "s1"\nfrom = 60\nto = "0:02:00"\n[[closures]]\nlane = "s2_0"\nfrom = 0\n'
+        '[[breakdowns]]\nvehicle = "a"\nfrom = 5\nto = 6.5\n',
+    )
+    found = read_incidents(NETWORK, file, {"a", "b"})
+    assert found.closures == (Closure("s1", "", 60.0, 120.0), Closure("s2", "s2_0", 0.0, math.inf))
+    assert found.breakdowns == (Breakdown("a", 5.0, 6.5),)
+    assert [one.edge for one in found.closed_at(119.0)] == ["s1", "s2"]
+    assert [one.edge for one in found.closed_at(120.0)] == ["s2"]
+    assert (found.broken_at(4.9), found.broken_at(5.0)) == ([], [Breakdown("a", 5.0, 6.5)])
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ('[[closures]]\nedge = "nowhere"\nfrom = 0', "closures 1: edge is 'nowhere', which is no edge of"),
+        ('[[closures]]\nlane = "s1_7"\nfrom = 0', "closures 1: lane is 's1_7', which is no lane of"),
+        ('[[closures]]\nedge = "s1"\nlane = "s1_0"\nfrom = 0', "give the edge that is closed, or one lane"),
+        ('[[closures]]\nedge = "s1"', "from is None; expected seconds or h:m:s"),
+        ('[[closures]]\nedge = "s1"\nfrom = 9\nto = 3', "it ends at 3 s, but begins at 9 s"),
+        ('[[closures]]\nedge = "s1"\nfrom = 9\nwhy = "works"', "why"),
+        ('[[breakdowns]]\nvehicle = "c"\nfrom = 9', "expected the name of a vehicle on a loop, as a, b"),
+        ("closures = 3", "expected tables [[closures]]"),
+        ('[[closed]]\nedge = "s1"', "closed"),
+        ("[[", "not a TOML file"),
+    ],
+)
+def test_whatever_is_wrong_is_said(tmp_path: Path, text: str, said: str) -> None:
+    """In one line, which names the file and the entry."""
+    file = written(tmp_path, text)
+    with pytest.raises(ScenarioError) as error:
+        read_incidents(NETWORK, file, {"a", "b"})
+    assert said in str(error.value)
+    assert str(file) in str(error.value)
+    assert "\n" not in str(error.value)

@@ -1,0 +1,57 @@
+"""Loops that lead round what stands."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+
+from loopgate.network import Loop, LoopVehicle, RoadNetwork, read_loops
+from loopgate.network.incidents import Breakdown, Closure, Incidents
+from loopgate.network.vehicle_type import DEFAULT_TYPE
+from loopgate.simulation.demand.detours import Detours, find_detours
+
+ROOT = Path(__file__).resolve().parents[4]
+GRID = RoadNetwork.open(ROOT / "networks/grid5-priority.net.xml")
+LOOPS = read_loops(GRID, ROOT / "routes/grid5.rou.xml").loops
+FINDER = Detours(GRID, "passenger")
+
+
+@pytest.mark.parametrize("mine", LOOPS[:20], ids=[loop.id for loop in LOOPS[:20]])
+def test_a_loop_round_an_edge_keeps_to_the_rest(mine: Loop) -> None:
+    """It avoids the edge, is connected, leaves the loop right before the edge, and keeps its other edges."""
+    for number, edge in enumerate(mine.edges):
+        found = FINDER.around(mine, {edge})
+        assert found is not None
+        assert edge not in found.edges
+        closed = [*found.edges, found.edges[0]]
+        assert all(GRID.between(one, other, "passenger") for one, other in pairwise(closed))
+        before = mine.edges[number - 1]
+        turns_off = any(c.to_edge != edge for c in GRID.outgoing(before))
+        assert (before in found.edges) is turns_off
+        assert len(set(mine.edges) - set(found.edges)) <= len(mine.edges) / 2
+        assert found.id == f"{mine.id}~{edge}"
+
+
+def test_where_nothing_leads_round_there_is_no_loop() -> None:
+    """The ring has one way only; and a loop that does not use an edge needs none round it."""
+    ring = RoadNetwork.open(ROOT / "networks/ring3.net.xml")
+    loop = read_loops(ring, ROOT / "routes/ring3.rou.xml").loops[0]
+    finder = Detours(ring, "passenger")
+    assert finder.around(loop, set(loop.edges)) is None
+    assert finder.around(loop, {"nowhere"}) is None
+
+
+def test_loops_are_found_round_all_that_may_stand() -> None:
+    """Round each closure, round those at the same time together, and round each edge of who breaks down."""
+    first, second = LOOPS[0], LOOPS[5]
+    vehicles = [LoopVehicle(f"v{n}", loop, DEFAULT_TYPE) for n, loop in enumerate((first, second))]
+    one, other = first.edges[3], first.edges[7]
+    planned = Incidents((Closure(one, "", 0.0, 9.0), Closure(other, "", 5.0, 12.0)))
+    names = {v.loop.id for v in find_detours(GRID, vehicles, planned)}
+    assert {f"{first.id}~{one}", f"{first.id}~{other}", f"{first.id}~{one}~{other}"} <= names
+    broken = Incidents((), (Breakdown("v1", 3.0, 4.0),))
+    names = {v.loop.id for v in find_detours(GRID, vehicles, broken)}
+    assert {f"{second.id}~{edge}" for edge in second.edges} <= names
+    assert find_detours(GRID, vehicles, Incidents()) == []
