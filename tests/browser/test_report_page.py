@@ -112,9 +112,23 @@ MARKS = (
     "Object.fromEntries([...document.querySelectorAll('[data-figure]')].map(box => [box.dataset.figure,"
     " box.querySelectorAll('svg .role-mark path, svg .role-mark line, svg .role-mark text').length]))"
 )
+OVERLAPPING = (
+    "[...document.querySelectorAll('[data-figure] .role-axis-label')].flatMap(axis => {"
+    " const boxes = [...axis.querySelectorAll('text')].filter(t => getComputedStyle(t).opacity !== '0')"
+    ".map(t => [t.getBoundingClientRect(), t.textContent]); const both = [];"
+    " boxes.forEach(([a, one], k) => boxes.slice(k + 1).forEach(([b, other]) => {"
+    " if (a.left < b.right + 2 && b.left < a.right + 2 && a.top < b.bottom - 2 && b.top < a.bottom - 2)"
+    " both.push([axis.closest('[data-figure]').dataset.figure, one, other]); })); return both; })"
+)
+"""Labels of an axis that are nearer than two pixels to each other."""
+TORN = (
+    "[...document.querySelectorAll('.role-legend-symbol path[stroke-dasharray]')]"
+    ".filter(path => /[AZ]/i.test(path.getAttribute('d'))).length"
+)
+"""Markers of legends with a dashed edge; lines may be dashed."""
 EXPECTED = {
-    "run": {"over-time", "so-far", "map", "unwatched", "seen-within"},
-    "sweep": {"throughput", "speed", "fundamental-diagram", "capacity", "paired", "deadlock-rate", "map"},
+    "run": {"over-time", "so-far", "unwatched", "seen-within"},
+    "sweep": {"throughput", "speed", "fundamental-diagram", "capacity", "paired", "map", "decision-time"},
 }
 """Figures that every report of a single run, and of a sweep of two gates, has."""
 
@@ -137,8 +151,14 @@ def test_every_figure_of_a_real_run_is_drawn(
         marks = tab.value(MARKS)
         assert marks.keys() >= EXPECTED["sweep" if name == "sweep" else "run"]
         assert [figure for figure, count in marks.items() if not count] == []
+        assert tab.value(OVERLAPPING) == []
+        assert tab.value(TORN) == 0
         assert tab.noise == []
         assert tab.value("document.documentElement.scrollWidth") <= width
+        if media:
+            assert tab.value(BROKEN) == []
+            broader = "[...document.querySelectorAll('.scroll table')].filter(t => t.offsetWidth > 1010)"
+            assert tab.value(f"{broader}.map(t => t.id)") == []
         if name != "sweep":
             assert marks["unwatched"] > 300
             bare = "document.querySelectorAll('#unwatched path[stroke-dasharray]').length"
@@ -211,6 +231,18 @@ def test_a_point_says_its_numbers(browser: Tab, pages: dict[str, Path]) -> None:
     assert re.search(r"series.*vehicles.*mean", said)
 
 
+BROKEN = (
+    "[...document.querySelectorAll('td.n, th')].flatMap(cell => { const words = []; for (const text of"
+    " cell.querySelector('button')?.childNodes ?? cell.childNodes) for (const {0: word, index} of"
+    " (text.textContent ?? '').matchAll(cell.tagName === 'TD' ? /.+/gs : /\\S+/g)) {"
+    " const range = document.createRange(); range.setStart(text, index);"
+    " range.setEnd(text, index + word.length);"
+    " if (new Set([...range.getClientRects()].map(r => Math.round(r.top))).size > 1) words.push(word); }"
+    " return words; })"
+)
+"""Numbers that are broken over two lines, and words of headings that are."""
+
+
 def test_it_prints(browser: Tab, pages: dict[str, Path]) -> None:
     """On paper, whatever the screen has: dark on light, tables whole and open, figures not cut."""
     tab = opened(browser, pages["sweep"], width=700, scheme="dark")
@@ -229,6 +261,7 @@ def test_it_prints(browser: Tab, pages: dict[str, Path]) -> None:
         assert tab.value(cut % ".scroll table") == []
         hidden = "[...document.querySelectorAll('.scroll')].filter(e => e.scrollHeight > e.clientHeight + 1)"
         assert tab.value(f"{hidden}.length") == 0
+        assert tab.value(BROKEN) == []
         assert tab.call("Page.printToPDF")["data"].startswith("JVBERi0")
     finally:
         tab.call("Emulation.setEmulatedMedia", media="", features=[])

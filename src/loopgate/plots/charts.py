@@ -15,6 +15,8 @@ from loopgate.plots.style import DASHES, MAX_SERIES, SYMBOLS, config, series_ord
 Chart = alt.LayerChart | alt.FacetChart | alt.VConcatChart | alt.Chart
 
 WIDTH, HEIGHT = 430, 250
+DASHED = "dashed"
+"""The column by which lines with markers are dashed."""
 _LONG_NAME = 24
 
 NUMBER = "format(datum.value, abs(datum.value) < 1 ? '~g' : '~s')"
@@ -43,23 +45,37 @@ def series_names(table: pd.DataFrame, series: str) -> list[str]:
     return series_order(table[series])[:MAX_SERIES]
 
 
-def series_channels(names: Sequence[str], series: str, among: Sequence[str] = ()) -> dict[str, Any]:
+def series_channels(
+    names: Sequence[str], series: str, among: Sequence[str] = (), *, lines: bool = False
+) -> dict[str, Any]:
     """Return the encodings by colour, marker and dash.
 
-    A series looks the same in all figures that know `among` which it is.
+    A series looks the same in all figures that know `among` which it is. The legend shows markers, or the
+    dashes of `lines` that have no markers: a marker with a dashed edge looks torn.
     """
     columns = 1 if max(map(len, names), default=0) > _LONG_NAME else 3
-    legend = alt.Legend(title=None, orient="bottom", columns=columns, values=list(names))
+    look: dict[str, Any] = {"symbolType": "stroke", "symbolSize": 400} if lines else {}
+    legend = alt.Legend(title=None, orient="bottom", columns=columns, values=list(names), **look)
     alone: Any = None if len(names) == 1 else legend
     domain = list(among or names)[:MAX_SERIES]
     shapes, dashes = list(SYMBOLS[: len(domain)]), [list(dash) for dash in DASHES[: len(domain)]]
     field = f"{series}:N"
     rest: dict[str, Any] = {"legend": alone, "sort": None}
+    color = alt.Color(field, scale=alt.Scale(domain=domain), **rest)
+    if lines:
+        dashed = alt.StrokeDash(field, scale=alt.Scale(domain=domain, range=dashes), **rest)
+        return {"color": color, "strokeDash": dashed}
+    own = alt.Scale(domain=[f"{name} " for name in domain], range=dashes)
     return {
-        "color": alt.Color(field, scale=alt.Scale(domain=domain), **rest),
+        "color": color,
         "shape": alt.Shape(field, scale=alt.Scale(domain=domain, range=shapes), **rest),
-        "strokeDash": alt.StrokeDash(field, scale=alt.Scale(domain=domain, range=dashes), **rest),
+        "strokeDash": alt.StrokeDash(f"{DASHED}:N", scale=own, legend=None, sort=None),
     }
+
+
+def with_dashes(chart: alt.Chart, series: str) -> alt.Chart:
+    """Return the chart with the series once more, as `DASHED`: Vega-Lite makes one legend of equal values."""
+    return chart.transform_calculate(as_=DASHED, calculate=f"datum['{series}'] + ' '")
 
 
 def tooltip(*fields: str) -> list[alt.Tooltip]:

@@ -55,13 +55,18 @@ def plot_flow(
     >>> plot_flow(compute_flow(flow=flow.assign(distance_m=400.0), every_s=60)).save("figure.svg")
     """
     known = series_names(flow, series) if series else []
-    style = series_channels(known, series, among) if series else {}
-    color = {key: style[key] for key in ("color", "strokeDash") if key in style}
+    color = series_channels(known, series, among, lines=True) if series else {}
     locked = alt.Chart(alt.InlineData(values=[{run.TIME: at} for at in deadlocks]))
-    x = alt.X(f"{run.TIME}:Q", title="simulated time [s]", scale=alt.Scale(nice=False))
     panels = []
     for column, label in what.items():
-        y = alt.Y(f"{column}:Q", title=label, axis=alt.Axis(labelExpr=NUMBER, tickCount=4))
+        # The panels share the time: its name stands below the last.
+        title: Any = "simulated time [s]" if column == list(what)[-1] else None
+        x = alt.X(f"{run.TIME}:Q", title=title, scale=alt.Scale(nice=False, zero=False))
+        # A figure that is 0 all the time is a line at the foot of its panel.
+        flat = not flow[column].gt(0).any()
+        scale = alt.Scale(domain=[0, 1]) if flat else alt.Scale(zero=True)
+        ticks: dict[str, Any] = {"values": [0, 1]} if flat else {"tickCount": 4}
+        y = alt.Y(f"{column}:Q", title=None, scale=scale, axis=alt.Axis(labelExpr=NUMBER, **ticks))
         base = alt.Chart().encode(x=x, y=y, **color)
         if known:
             base = base.transform_filter(alt.FieldOneOfPredicate(field=series, oneOf=known))
@@ -72,8 +77,9 @@ def plot_flow(
         ]
         if deadlocks:
             layers.append(locked.mark_rule(strokeDash=[3, 3]).encode(x=x, tooltip=tooltip(f"{run.TIME}:Q")))
-        panels.append(alt.layer(*layers).properties(width=430, height=95))
-    return finish(alt.vconcat(*panels, data=data(flow), spacing=12))  # type: ignore[no-any-return]
+        head = alt.Title(label, anchor="start", fontSize=12, offset=4)
+        panels.append(alt.layer(*layers).properties(width=430, height=80, title=head))
+    return finish(alt.vconcat(*panels, data=data(flow), spacing=8))  # type: ignore[no-any-return]
 
 
 def plot_ranked(
@@ -123,7 +129,7 @@ def plot_ranked(
             color=series_channels(known, series, among)["color"],
         ).transform_filter(alt.FieldOneOfPredicate(field=series, oneOf=known))
         rows *= max(1, min(len(known), 3))
-    return finish(bars, height=max(60, 15 * rows))  # type: ignore[no-any-return]
+    return finish(bars, height=max(22, 15 * rows))  # type: ignore[no-any-return]
 
 
 def plot_time_space(points: pd.DataFrame) -> Chart:

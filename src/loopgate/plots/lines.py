@@ -1,13 +1,24 @@
 """Lines over vehicles or density from the tables of a sweep: one colour, marker and dash per series."""
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
 import altair as alt
+import numpy as np
 import pandas as pd
 
 from loopgate.analysis import columns as a
-from loopgate.plots.charts import NUMBER, Chart, data, finish, series_channels, series_names, tooltip
+from loopgate.plots.charts import (
+    NUMBER,
+    Chart,
+    data,
+    finish,
+    series_channels,
+    series_names,
+    tooltip,
+    with_dashes,
+)
 from loopgate.results import row_columns as c
 
 _SPREAD = 0.008
@@ -98,9 +109,9 @@ def plot_against(  # noqa: PLR0913 - what a figure of lines may have; all but th
         )
     if not lone:
         layers.append(
-            base.mark_line(strokeWidth=2).encode(
-                x=across, y=up, color=style["color"], strokeDash=style["strokeDash"], order=f"{x}:Q"
-            )
+            with_dashes(base, series)
+            .mark_line(strokeWidth=2)
+            .encode(x=across, y=up, color=style["color"], strokeDash=style["strokeDash"], order=f"{x}:Q")
         )
     layers.append(
         base.mark_point(filled=True, size=55, opacity=1).encode(
@@ -187,9 +198,20 @@ def plot_decision_time(decisions: pd.DataFrame, *, series: str = c.GATE, among: 
     over = {**_OVER, "low": c.DECISION_MEDIAN, "high": c.DECISION_P99}
     labels = "", "decision time [µs]"
     lines = plot_against(decisions, y=c.DECISION_MEDIAN, labels=labels, series=series, among=among, **over)
+    values = decisions[[c.DECISION_MEDIAN, c.DECISION_P99]].to_numpy(dtype=float)
+    known = values[np.isfinite(values) & (values > 0)]
     for layer in lines.layer:
         layer.encoding.y.scale = alt.Scale(type="log")
+        if known.size:
+            ticks = _log_ticks(float(known.min()), float(known.max()))
+            layer.encoding.y.axis = alt.Axis(labelExpr=NUMBER, values=ticks)
     return lines
+
+
+def _log_ticks(low: float, high: float) -> list[float]:
+    """Return 1, 2 and 5 times the powers of ten from just below `low` to just above `high`."""
+    powers = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
+    return [digit * 10.0**power for power in powers for digit in (1, 2, 5)]
 
 
 def plot_fundamental(

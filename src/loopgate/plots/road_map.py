@@ -63,7 +63,7 @@ def plot_edges(edges: pd.DataFrame, value: str, *, label: str = "", series: str 
         }
         for number, row in enumerate(drawn.to_dict("records"))
     ]
-    domain = [0.0, max(float(np.nan_to_num(drawn[value].max())), 1e-9)]
+    domain = [0.0, float(np.nan_to_num(drawn[value].max())) or 1.0]
     legend = alt.Legend(
         title=label or value,
         orient="bottom",

@@ -7,7 +7,7 @@ import altair as alt
 import pandas as pd
 
 from loopgate.analysis import columns as a
-from loopgate.plots.charts import Chart, data, finish, series_channels, series_names, tooltip
+from loopgate.plots.charts import Chart, data, finish, series_channels, series_names, tooltip, with_dashes
 from loopgate.results import row_columns as c
 
 _VEHICLES = "vehicles"
@@ -65,8 +65,10 @@ def plot_survival(survival: pd.DataFrame, *, series: str = c.GATE, among: Sequen
     band = base.mark_area(interpolate="step-after", opacity=0.15).encode(
         y=alt.Y(f"{a.LOW}:Q", title="runs not yet locked up"), y2=f"{a.HIGH}:Q", color=style["color"]
     )
-    line = base.mark_line(interpolate="step-after", strokeWidth=2).encode(
-        y=share, color=style["color"], strokeDash=style["strokeDash"]
+    line = (
+        with_dashes(base, series)
+        .mark_line(interpolate="step-after", strokeWidth=2)
+        .encode(y=share, color=style["color"], strokeDash=style["strokeDash"])
     )
     hover = tooltip(
         series, f"{a.AT}:Q", f"{a.AT_RISK}:Q", f"{a.DEADLOCKED}:Q", f"{a.CENSORED}:Q", f"{a.SURVIVAL}:Q"

@@ -49,8 +49,9 @@ def config(of: Any = LIGHT.__getitem__) -> dict[str, Any]:  # noqa: ANN401 - any
             "domainColor": of("soft"),
             "tickColor": of("soft"),
             "labelOverlap": True,
+            "labelSeparation": 5,
         },
-        "axisX": {"grid": False},
+        "axisX": {"grid": False, "labelFlush": False},
         "legend": {
             "labelColor": of("ink"),
             "titleColor": of("ink"),

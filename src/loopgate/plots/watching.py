@@ -66,8 +66,7 @@ def plot_seen_within(seen: Mapping[str, pd.DataFrame], *, bound_s: float | None 
         for column, how in ((a.NOW, "on average over time"), (a.ALWAYS, "always"))
     ]
     rows = pd.concat(parts, ignore_index=True) if parts else pd.DataFrame(columns=["x", "y", _SERIES])
-    channels = series_channels(series_names(rows, _SERIES), _SERIES)
-    channels.pop("shape")
+    channels = series_channels(series_names(rows, _SERIES), _SERIES, lines=True)
     lines = (
         alt.Chart(data(rows))
         .mark_line()

@@ -197,13 +197,13 @@ def _paired(content: Content, baseline: str) -> None:
 def _deadlocks(content: Content, runs: pd.DataFrame) -> None:
     rates = content.table("deadlocks", "Runs that lock up", compute_deadlock_rate, by=_BY)
     content.table("time-to-deadlock", "Time to the first deadlock", compute_time_to_deadlock, by=_BY)
+    locking = np.unique(runs.loc[runs[c.DEADLOCKS] > 0, c.VEHICLES].to_numpy(dtype=int))
+    if not len(locking):  # intervals alone would look like deadlocks; the headline and the table have them
+        return
     if len(runs) > 1:
         caption = "Share of runs with a deadlock, with 95 % intervals (Wilson)."
         chart = plots.plot_deadlock_rate(rates, **content.style)
         content.figure("deadlock-rate", "Runs that lock up", caption, chart, "deadlocks")
-    locking = np.unique(runs.loc[runs[c.DEADLOCKS] > 0, c.VEHICLES].to_numpy(dtype=int))
-    if not len(locking):
-        return
     chosen = np.linspace(0, len(locking) - 1, min(len(locking), _MOST_PANELS)).round().astype(int)
     counts = [int(count) for count in locking[chosen]]
     which = (
@@ -274,7 +274,7 @@ def _roads(content: Content, runs: pd.DataFrame) -> None:
         ("map", "Where vehicles stand", run.STOOD, "vehicle-seconds standing per edge and run"),
         ("idleness-map", "Which roads go unwatched", run.IDLENESS, "idleness per edge [s]"),
     ):
-        if column in edges and edges[column].notna().any():
+        if column in edges and edges[column].gt(0).any():
             caption = f"With {count} vehicles, mean over runs; broad and strong is much. Loops only."
             chart = plots.plot_edges(edges, column, label=label, series=a.SERIES)
             content.figure(name, title, caption, chart, "edges")
@@ -296,7 +296,7 @@ def _over_time(content: Content, runs: pd.DataFrame, results: Results) -> str:
     upright = " Upright lines: deadlocks." if locked else ""
     for name, title, what, caption in (
         ("over-time", "Over time", OVER_TIME, f"Means over {every:g} s.{upright}"),
-        ("so-far", "Until then", CUMULATIVE, f"Added up from the beginning.{upright}"),
+        ("so-far", "Totals so far", CUMULATIVE, f"Added up from the beginning.{upright}"),
     ):
         chart = plots.plot_flow(table, **content.style, what=what, deadlocks=locked)
         content.figure(name, title, caption, chart, "flow")

@@ -51,9 +51,8 @@ def lead(sections: Sequence[Section]) -> str:
     counts = sorted(runs[c.VEHICLES].unique())
     vehicles = f"{counts[0]:g}" if len(counts) == 1 else f"{counts[0]:g} to {counts[-1]:g}"
     seeds = runs[c.SEED].nunique()
-    what = (
-        f"{vehicles} vehicles, {seeds} seed{'s' if seeds > 1 else ''}, {_span(runs[c.DURATION].max())} each"
-    )
+    of_each = f"{_span(runs[c.DURATION].max())}{' each' if len(runs) > 1 else ''}"
+    what = f"{vehicles} vehicles, {seeds} seed{'s' if seeds > 1 else ''}, {of_each}"
     gates = runs[SERIES].str.partition(", ")[0]
     of, locked = gates.value_counts(), gates[runs[c.DEADLOCKS] > 0].value_counts()
     never = [name for name in of.index if name not in locked]
@@ -66,6 +65,8 @@ def lead(sections: Sequence[Section]) -> str:
         parts.append(f"{_listed(sorted(never, key=_open_first))} {verb} up in no run")
     tables = {item.name: item.table for item in section.tables}
     best = _throughput(tables, runs, every=False)[0].rstrip(".")
+    if len(runs) == 1:
+        parts = ["it locks up" if len(locked) else "it does not lock up"]
     where = f" on {section.network}" if len(sections) > 1 else ""
     return f"{what}{where}: {best}; {', '.join(parts)}."
 
@@ -85,13 +86,16 @@ def _span(seconds: float) -> str:
     return f"{hours:g} hour{'s' if hours > 1 else ''}" if hours == round(hours, 1) else f"{seconds:g} s"
 
 
-def headline(section: Section) -> list[str]:
-    """Return sentences on throughput, deadlocks, idleness and collisions on one network."""
+def headline(section: Section, said: str = "") -> list[str]:
+    """Return sentences on throughput, deadlocks, idleness and collisions on one network.
+
+    What the page has `said` already is left out.
+    """
     tables = {item.name: item.table for item in section.tables}
     return [
-        *_throughput(tables, section.runs),
+        *(text for text in _throughput(tables, section.runs) if text.rstrip(".") not in said),
         *_pairs(tables),
-        _deadlocks(section.runs),
+        *([_deadlocks(section.runs)] if len(section.runs) > 1 else []),
         *_watching(section.runs, section.count),
         *_mishaps(section.runs),
     ]
@@ -110,8 +114,9 @@ def _throughput(tables: Mapping[str, pd.DataFrame], runs: pd.DataFrame, *, every
     if not every:
         peaks = peaks[~peaks[SERIES].str.partition(", ")[0].duplicated()]
     best = peaks.iloc[0]
+    most = " most:" if len(runs) > 1 else ""
     text = (
-        f"{_said(best[SERIES])} drives most: {number(best[a.PEAK])} vehicle-km/h with {best[a.CAPACITY]} "
+        f"{_said(best[SERIES])} drives{most} {number(best[a.PEAK])} vehicle-km/h with {best[a.CAPACITY]} "
         f"vehicles{_border(best)}"
     )
     others = []

@@ -92,7 +92,8 @@ def _write(results: Results, page: Path, folder: Path, report: Callable[[int, in
     failed = failures(results)
     total = sum(len(s.figures) + len(s.tables) for s in sections) + 1
     writer = _Writer(folder, len(sections) > 1, lambda done: report(done, total))
-    shown = [writer.section(section) for section in sections]
+    first = lead(sections) if sections else ""
+    shown = [writer.section(section, first) for section in sections]
     if len(results.runs):
         folder.mkdir(parents=True, exist_ok=True)
         write_csv(results.runs.drop(columns=[EDGE_SET, *EDGE_LISTS.values()]), folder / "all-runs.csv")
@@ -102,7 +103,7 @@ def _write(results: Results, page: Path, folder: Path, report: Callable[[int, in
     drawing = library() if sections else ""
     text = _template().render(
         title=title(sections) if sections else results.name,
-        lead=lead(sections) if sections else "",
+        lead=first,
         name=results.name,
         made=datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
         version=versions()["loopgate"],
@@ -136,15 +137,15 @@ class _Writer:
         self.specs: dict[str, Any] = {}
         self.files: dict[str, Any] = {}
 
-    def section(self, section: Section) -> dict[str, Any]:
-        """Write a section's files."""
+    def section(self, section: Section, said: str) -> dict[str, Any]:
+        """Write a section's files; its headline leaves out what the page has `said` before."""
         prefix = re.sub(r"[^\w.-]+", "-", section.network) + "-" if self._many else ""
         tables = {item.name: item for item in section.tables}
         drawn = {name for item in section.figures for name in (item.table, "runs")} - {"edges"}
         known = {name: prefix + name for name in tables}
         return {
             "network": section.network,
-            "headline": headline(section),
+            "headline": headline(section, said),
             "names": section.names,
             "hidden": section.hidden,
             "load": section.load,

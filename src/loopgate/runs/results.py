@@ -23,6 +23,10 @@ from loopgate.results.table_reading import Rows, check_sizes, read_rows, read_ta
 _READ_TRIES = 3  # a sweep that is running may merge files between listing and reading them
 
 
+_ORDER = (c.NETWORK, c.GATE, c.ABSTRACTION, c.NEGOTIATION, c.LIGHTS, c.VEHICLES, c.SEED, c.SCENARIO, c.KEY)
+"""Sorts runs as a reader looks for one; keys of sweeps are hashes."""
+
+
 @dataclass(frozen=True, slots=True)
 class Results:
     """Many runs.
@@ -42,8 +46,8 @@ class Results:
     folders: tuple[Path, ...]
     """The folders that they were read from."""
     runs: pd.DataFrame
-    """One row per run, in the order of the keys; columns as in `results.row_columns`, and one for each
-    further scenario key that varies."""
+    """One row per run, sorted by network, gate, settings, vehicles and seed; columns as in
+    `results.row_columns`, and one for each further scenario key that varies."""
     edge_sets: Mapping[str, pd.DataFrame]
     """For each `EDGE_SET` its edges, in the order of the lists: `EDGE`, `EDGE_LENGTH` [m], `SHAPE`."""
     manifest: Mapping[str, Any] = field(default_factory=dict)
@@ -188,7 +192,7 @@ def _notes(folder: Path, files: Sequence[Rows]) -> Iterator[str]:
 
 
 def _with_varying_keys(rows: pd.DataFrame, folder: Path) -> pd.DataFrame:
-    """Add a column for each scenario key that has no column yet and is not the same in all rows."""
+    """Add a column for each scenario key that has none yet and varies between the rows; sort the rows."""
     scenarios = [
         _scenario(text, f"{folder}: row {key}") if text else {}
         for key, text in zip(rows[c.KEY], rows[c.SCENARIO], strict=True)
@@ -200,7 +204,8 @@ def _with_varying_keys(rows: pd.DataFrame, folder: Path) -> pd.DataFrame:
         for name, values in columns.items()
         if len({str(v) for v in values}) > 1
     }
-    return rows.assign(**{name: pd.Series(values, index=rows.index) for name, values in varying.items()})
+    known = rows.assign(**{name: pd.Series(values, index=rows.index) for name, values in varying.items()})
+    return known.sort_values(list(_ORDER), kind="stable", ignore_index=True)
 
 
 def _scenario(text: str, what: str) -> dict[str, Any]:

@@ -99,7 +99,7 @@ class Run:
             ("standing", run.STOOD, "time stood per edge [s]"),
             ("idleness", run.IDLENESS, "idleness per edge [s]"),
         ):
-            if means[column].notna().any():
+            if means[column].gt(0).any():
                 found[name] = plot_edges(means, column, label=label)
         if self.streets is not None and len(self.streets):
             found["unwatched"] = plot_unwatched(self.streets)

@@ -397,6 +397,25 @@ def test_survival_is_drawn_for_one_vehicle_count_at_a_time(make: Make, tmp_path:
 
 
 @pytest.mark.usefixtures("undrawn")
+def test_no_lock_up_is_no_figure(make: Make, tmp_path: Path) -> None:
+    """Intervals up from 0 % looked like lock-ups; words and table have them."""
+    text = page(make({**FULL, "vehicles": [10, 40]}), tmp_path).text
+    assert "certified in 0 of 6 (95 % interval 0 to" in text
+    assert (tmp_path / "r-files" / "deadlocks.csv").exists()
+    assert not (tmp_path / "r-files" / "deadlock-rate.svg").exists()
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_nothing_is_said_twice(make: Make, tmp_path: Path) -> None:
+    """The first sentence of the page, of one run and of several, does not come back below it."""
+    for grid in ({"vehicles": [10]}, {"vehicles": [10, 40], "gate": ["open", "certified"]}):
+        folder = tmp_path / str(len(grid))
+        folder.mkdir()
+        text = page(make(grid), folder).text
+        assert text.count("vehicle-km/h with ") == 1
+
+
+@pytest.mark.usefixtures("undrawn")
 def test_at_most_six_survival_panels(make: Make, tmp_path: Path) -> None:
     """Spread from the fewest to the most vehicles that lock up, and the caption says so."""
     text = page(make({"vehicles": list(range(60, 76)), "gate": ["open"]}), tmp_path).text

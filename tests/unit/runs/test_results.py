@@ -156,3 +156,14 @@ def test_edges_without_a_column(results: Path) -> None:
     drop(file, "shape")
     with pytest.raises(ResultsError, match=r"edges/.*\.parquet: it has no column shape"):
         read_results(results)
+
+
+def test_runs_are_in_the_order_of_their_settings(tmp_path: Path) -> None:
+    """By gate, vehicles and seed, of a sweep and of run folders; their keys are hashes and paths."""
+    grid = {"seed": [2, 10], "vehicles": [40, 5], "gate": ["open", "certified"]}
+    with ThreadPoolExecutor(1) as pool:
+        sweep = Sweep("s", {"duration_s": 100}, grid)
+        run_sweep(sweep, tmp_path, executor=pool, runner=RUNNER, keep_runs=True)
+    wanted = [[g, v, s] for g in ("certified", "open") for v in (5, 40) for s in (2, 10)]
+    for folder in (tmp_path, tmp_path / "runs"):
+        assert read_results(folder).runs[["gate", "vehicles", "seed"]].to_numpy().tolist() == wanted

@@ -79,7 +79,7 @@ function fitted(spec, width) {
       projection.translate = projection.translate.map(shift => shift * larger);
     }
   } else if (fit.vconcat) {
-    for (const part of fit.vconcat) part.width = width - 62;
+    for (const part of fit.vconcat) part.width = width - 56;
   } else {
     fit.width = width;
     fit.autosize = { type: "fit-x", contains: "padding" };
