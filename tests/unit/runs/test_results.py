@@ -160,7 +160,7 @@ def test_edges_without_a_column(results: Path) -> None:
 
 def test_runs_are_in_the_order_of_their_settings(tmp_path: Path) -> None:
     """By gate, vehicles and seed, of a sweep and of run folders; their keys are hashes and paths."""
-    grid = {"seed": [2, 10], "vehicles": [40, 5], "gate": ["open", "certified"]}
+    grid: dict[str, list[Any]] = {"seed": [2, 10], "vehicles": [40, 5], "gate": ["open", "certified"]}
     with ThreadPoolExecutor(1) as pool:
         sweep = Sweep("s", {"duration_s": 100}, grid)
         run_sweep(sweep, tmp_path, executor=pool, runner=RUNNER, keep_runs=True)
