@@ -55,6 +55,15 @@ Proof.
   rewrite Rest; auto.
 Qed.
 
+(* a head that wants a place with room can move *)
+Theorem head_can_move D p q : possible D -> wants D p q -> ~ full D q -> exists E, move p D E.
+Proof.
+  intros P W Room. assert (N := wants_other D p q P W). destruct W as (s & H & <-).
+  unfold head in H. destruct (D p) as [|t line] eqn:Dp; [discriminate|]. injection H as ->.
+  exists (fun r => if Nat.eq_dec r p then line else if Nat.eq_dec r (place (next s)) then D r ++ [next s] else D r).
+  exists s, line. repeat split; auto; intros; repeat destruct Nat.eq_dec; congruence.
+Qed.
+
 (* if nobody can move, the full places are a jam *)
 Theorem somebody_can_move D p : (forall r, 0 < slots r) -> ~ jammed D -> D p <> [] ->
   exists r q, wants D r q /\ ~ full D q.
@@ -83,5 +92,6 @@ Proof.
   split; [unfold full; rewrite Same; auto|]. exists q. split; auto. exists t. unfold head. rewrite Same; auto.
 Qed.
 End Model.
+Print Assumptions head_can_move.
 Print Assumptions somebody_can_move.
 Print Assumptions jam_stays.

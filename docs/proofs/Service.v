@@ -53,10 +53,11 @@ Proof.
 Qed.
 
 (* as long as nobody waits in a circle the chain ends, and somebody can be moved *)
-Theorem service_goes_on p (D : config) : possible D -> ~ jammed D -> D p <> [] ->
-  (forall r, (exists q, wants D r q /\ ~ full D q) -> exists E, move r D E) -> exists E m, serve p D E m.
+Theorem service_goes_on p (D : config) : possible D -> ~ jammed D -> D p <> [] -> exists E m, serve p D E m.
 Proof.
-  intros P N NE Can.
+  intros P N NE.
+  assert (Can : forall r, (exists q, wants D r q /\ ~ full D q) -> exists E, move r D E).
+  { intros r (q & W & F). eapply head_can_move; eauto. }
   assert (H : exists z h, ends_at D p z h).
   { apply NNPP. intro H. apply N.
     assert (W : forall r, D r <> [] -> exists q, wants D r q).
