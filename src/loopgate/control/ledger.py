@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 from heapq import heappop, heappush
+from math import inf
 from typing import Final
 
-from loopgate.control.places import Leg, Place, Vehicle
-from loopgate.control.rules import Rule
+from loopgate.control.places import POINT, Body, Leg, Make, Place, Trip, Vehicle
+from loopgate.control.rules import Refusal, Rule
 
-WAIT_TURNS: Final = 5
-"""So many turns of waiting count as much as one vehicle more behind than before."""
+GRANTED: Final = "granted"
+REFUSED: Final = "refused"
+LEFT: Final = "left"
+BRAKES: Final = "brakes"
+
+WAIT_S: Final = 5.0
+"""So long a wait counts as much as one vehicle more behind than before [s]."""
 
 
 class Ledger:
@@ -38,17 +44,29 @@ class Ledger:
     (['car'], 'b')
     """
 
-    def __init__(self, rules: list[Rule], *, everybody: bool = False) -> None:
+    def __init__(self, rules: list[Rule], *, everybody: bool = False, step_s: float = 1.0) -> None:
         self.rules: Final = rules
         self.everybody: Final = everybody
+        self.step_s: Final = step_s
         self.vehicles: dict[str, Vehicle] = {}
-        self.turn = 0
+        self.now_s = 0.0
         self.looked_at = 0
+        self.log: list[tuple[str, Vehicle, Place, str]] = []
+        """What has happened since somebody took note of it, in order: `GRANTED`, `REFUSED` (for a new
+        reason), `LEFT` by a rear, or `BRAKES` (behind one that has not asked); vehicle, place, reason."""
+        self.aimed: list[Vehicle] = []
+        """Vehicles for which something is to be done from another point on than before."""
+        self._grants = 0
+        self._turn = 0
         self._made = 0
         self._woken: list[tuple[float, int, Vehicle]] = []
         self._looking: list[Vehicle] = []
+        self._near: list[Vehicle] = []
+        self._alarms: list[tuple[float, int, Vehicle]] = []
 
-    def take_in(self, name: str, path: list[Leg], position: int) -> Vehicle:
+    def take_in(
+        self, name: str, path: list[Leg], position: int, make: Make = POINT, lap_m: float = 0.0
+    ) -> Vehicle:
         """Put a new vehicle last in line in the place at `position` of its path.
 
         `loopgate.control.chain.closes_by_entering` says before whether it closes a circle there. Raises
@@ -61,24 +79,30 @@ class Ledger:
         if place.is_full():
             msg = f"vehicle {name} does not fit into place {place.name}: its {place.slots} slots are taken"
             raise ValueError(msg)
-        vehicle = Vehicle(self._made, name, path[position])
+        vehicle = Vehicle(self._made, name, path[position], make, lap_m)
         self._made += 1
         self.vehicles[name] = vehicle
-        self._change(place)
-        place.line.append(vehicle)
+        self._go_in(vehicle, vehicle.laps_m + vehicle.leg.begin_m)
         return vehicle
 
     def leave(self, vehicle: Vehicle) -> None:
-        """Strike a vehicle out of the ledger, wherever it stands in line."""
+        """Strike a vehicle out of the ledger, wherever it stands in line and whatever it holds."""
         del self.vehicles[vehicle.name]
-        vehicle.asks = False
+        vehicle.asks = vehicle.near = False
         self._go_out(vehicle)
+        for trip in vehicle.trips:
+            trip.over.movement.junction.trips.remove(trip)
+        vehicle.trips = []
+        for body in vehicle.bodies:
+            self._take_out(body)
+        vehicle.bodies = []
+        self._wake_watchers(vehicle, inf)
 
     def ask(self, vehicle: Vehicle) -> None:
         """Take a vehicle's request for its next place; it is answered when it heads its line."""
         if not vehicle.asks:
             vehicle.asks = True
-            vehicle.since = self.turn
+            vehicle.since_s = self.now_s
             vehicle.reason = ""
             self.wake(vehicle)
 
@@ -88,22 +112,37 @@ class Ledger:
             vehicle.woken = True
             heappush(self._woken, (self._rank(vehicle), vehicle.number, vehicle))
 
+    def passed(self, vehicle: Vehicle) -> None:
+        """Take note that the front of a vehicle is where something was to be done, or beyond."""
+        front_m = vehicle.front_m
+        while vehicle.trips and front_m >= vehicle.trips[0].clear_m:
+            trip = vehicle.trips.pop(0)
+            trip.over.movement.junction.trips.remove(trip)
+        while len(vehicle.bodies) > 1 and front_m >= vehicle.bodies[0].out_m:
+            self._take_out(vehicle.bodies.pop(0))
+        if vehicle.watchers:
+            self._wake_watchers(vehicle, front_m)
+        self._aim(vehicle)
+
     def why_not(self, vehicle: Vehicle) -> str:
         """Return why a vehicle may not go on now, or "". Changes nothing."""
         for rule in self.rules:
-            refusal = rule(vehicle)
+            refusal = rule(vehicle, self.now_s)
             if refusal is not None:
                 return refusal.reason
         return ""
 
-    def answer(self) -> list[Vehicle]:
+    def answer(self, now_s: float | None = None) -> list[Vehicle]:
         """Answer all requests; return the vehicles that were let go, in that order.
 
         The vehicle with most pressure behind it, as it was before the first grant of this turn, is asked
         about first. A refused vehicle is looked at again after each grant that may have lifted its refusal;
         one that was refused for something that no grant lifts, once in each turn.
+
+        `now_s`: the time [s]; by default it is a second later than in the answer before.
         """
-        self.turn += 1
+        self.now_s = self.now_s + 1.0 if now_s is None else now_s
+        self._turn += 1
         woken, self._woken = self._woken, []
         looking, self._looking = self._looking, []
         for _, _, vehicle in woken:
@@ -111,9 +150,12 @@ class Ledger:
             self.wake(vehicle)
         for vehicle in looking:
             self.wake(vehicle)
-        gone: list[Vehicle] = []
+        while self._alarms and self._alarms[0][0] < self.now_s:
+            self.wake(heappop(self._alarms)[2])
+        self._look_near()
         if self.everybody:
             self._wake_everybody()
+        gone: list[Vehicle] = []
         while self._woken:
             vehicle = heappop(self._woken)[2]
             vehicle.woken = False
@@ -127,39 +169,102 @@ class Ledger:
         for vehicle in self.vehicles.values():
             self.wake(vehicle)
 
+    def _wake_watchers(self, vehicle: Vehicle, front_m: float) -> None:
+        watchers, vehicle.watchers = vehicle.watchers, []
+        for watched_m, other in watchers:
+            if front_m >= watched_m:
+                self.wake(other)
+            else:
+                vehicle.watchers.append((watched_m, other))
+
+    def _look_near(self) -> None:
+        """Let vehicles ask that must brake soon; keep those that must not yet."""
+        still: list[Vehicle] = []
+        for vehicle in self._near:
+            if vehicle.near and not vehicle.asks:
+                if vehicle.must_ask(self.step_s):
+                    self._must_ask(vehicle)
+                else:
+                    still.append(vehicle)
+            vehicle.near = False
+        for vehicle in still:
+            vehicle.near = True
+        self._near = still
+
+    def _must_ask(self, vehicle: Vehicle) -> None:
+        first = vehicle.leg.place.line[0]
+        if first is vehicle:
+            self.ask(vehicle)
+        elif not vehicle.held and not (first.held and first.speed == 0.0):
+            self.log.append(
+                (BRAKES, vehicle, vehicle.leg.place, "")
+            )  # the first asks, and so does it, too late to stop at the line
+
+    def _aim(self, vehicle: Vehicle) -> None:
+        """Say where something is to be done next for a vehicle."""
+        due_m = inf
+        if not (vehicle.asks or vehicle.near):
+            asks_m = vehicle.asks_from_m()
+            if vehicle.front_m < asks_m:
+                due_m = asks_m
+            elif vehicle.line_m < inf and vehicle.make is not POINT:
+                vehicle.near = True
+                self._near.append(vehicle)
+        if vehicle.trips:
+            due_m = min(due_m, vehicle.trips[0].clear_m)
+        if len(vehicle.bodies) > 1:
+            due_m = min(due_m, vehicle.bodies[0].out_m)
+        for watched_m, _ in vehicle.watchers:
+            due_m = min(due_m, watched_m)
+        vehicle.due_m = due_m
+        self.aimed.append(vehicle)
+
     def _rank(self, vehicle: Vehicle) -> float:
         """Return the less the sooner it is asked about in this turn; grants of the turn do not change it."""
         leg = vehicle.leg
-        before = 0 if leg.after is None else self._length(leg.after.place)
-        return before - self._length(leg.place) - (self.turn - vehicle.since) / WAIT_TURNS
+        before = 0 if leg.after is None else self._held(leg.after.place)
+        return before - self._held(leg.place) - (self.now_s - vehicle.since_s) / WAIT_S
 
-    def _length(self, place: Place) -> int:
-        """Return how many stood in a place before the first grant of this turn."""
-        return place.length_before if place.changed == self.turn else len(place.line)
+    def _held(self, place: Place) -> int:
+        """Return how many slots of a place were held before the first grant of this turn."""
+        return place.held_before if place.changed == self._turn else len(place.bodies)
 
     def _change(self, place: Place) -> None:
-        """Note how many stand in a place before its line changes."""
-        if place.changed != self.turn:
-            place.changed = self.turn
-            place.length_before = len(place.line)
+        """Note how many slots of a place are held before that changes."""
+        if place.changed != self._turn:
+            place.changed = self._turn
+            place.held_before = len(place.bodies)
 
     def _settle(self, vehicle: Vehicle) -> bool:
         """Let a vehicle go on, or note why not and what wakes it."""
         self.looked_at += 1
         for rule in self.rules:
-            refusal = rule(vehicle)
+            refusal = rule(vehicle, self.now_s)
             if refusal is not None:
-                vehicle.reason = refusal.reason
-                if not refusal.until:
-                    self._looking.append(vehicle)
-                for place in refusal.until:
-                    if vehicle not in place.waiting:
-                        place.waiting.append(vehicle)
+                if vehicle.reason != refusal.reason:
+                    vehicle.reason = refusal.reason
+                    wanted = vehicle.wanted() or vehicle.leg.place
+                    self.log.append((REFUSED, vehicle, wanted, refusal.reason))
+                self._sleep(vehicle, refusal)
                 return False
         vehicle.asks = False
         vehicle.reason = ""
+        vehicle.longest_s = max(vehicle.longest_s, self.now_s - vehicle.since_s)
         self._go_on(vehicle)
         return True
+
+    def _sleep(self, vehicle: Vehicle, refusal: Refusal) -> None:
+        """See to it that whatever may lift a refusal wakes the vehicle."""
+        if refusal.names_nothing():
+            self._looking.append(vehicle)
+        for place in refusal.until:
+            if vehicle not in place.waiting:
+                place.waiting.append(vehicle)
+        if refusal.at_s < inf:
+            heappush(self._alarms, (refusal.at_s, vehicle.number, vehicle))
+        if refusal.passed is not None:
+            refusal.passed.watchers.append((refusal.passed_m, vehicle))
+            self._aim(refusal.passed)
 
     def _go_on(self, vehicle: Vehicle) -> None:
         after = vehicle.leg.after
@@ -167,17 +272,54 @@ class Ledger:
             self.leave(vehicle)
             return
         self._go_out(vehicle)
-        vehicle.leg = after
-        self._change(after.place)
-        after.place.line.append(vehicle)
+        self._grants += 1
+        begins_m, line_m, passes = vehicle.after_begins_m(after), vehicle.line_m, vehicle.leg.passes
+        vehicle.go_on(after)
+        self.log.append((GRANTED, vehicle, after.place, ""))
+        body = self._go_in(vehicle, begins_m)
+        for over in passes:
+            trip = Trip(body, over, self._grants, line_m, begins_m + vehicle.make.length_m)
+            over.movement.junction.trips.append(trip)
+            vehicle.trips.append(trip)
+        vehicle.near = False
+        self.passed(vehicle)
+        if vehicle.near and vehicle.must_ask(self.step_s):
+            vehicle.near = False
+            self._must_ask(vehicle)  # the place ahead may end within the braking distance
 
-    def _go_out(self, vehicle: Vehicle) -> None:
-        """Take a vehicle out of its line; wake those that wait for that, and the one that is first now."""
+    def _go_in(self, vehicle: Vehicle, begins_m: float) -> Body:
+        """Put a vehicle last into the line of the place of its last granted leg."""
         place = vehicle.leg.place
         self._change(place)
+        place.line.append(vehicle)
+        body = Body(vehicle, place, begins_m, vehicle.line_m + vehicle.make.length_m)
+        place.bodies.append(body)
+        vehicle.bodies.append(body)
+        self.wake(place.line[0])
+        return body
+
+    def _go_out(self, vehicle: Vehicle) -> None:
+        """Take a vehicle out of its line; wake those that wait for that, and those behind it."""
+        place = vehicle.leg.place
         place.line.remove(vehicle)
+        self._wake_waiting(place)
+        for number, other in enumerate(place.line):
+            if other.asks:
+                self.wake(other)
+            elif not other.near and (number == 0 or not other.held):
+                self._aim(other)
+            if number == 0 and other.near and other.must_ask(self.step_s):
+                other.near = False
+                self._must_ask(other)
+
+    def _take_out(self, body: Body) -> None:
+        """Give back the slot of a body."""
+        self._change(body.place)
+        body.place.bodies.remove(body)
+        self.log.append((LEFT, body.vehicle, body.place, ""))
+        self._wake_waiting(body.place)
+
+    def _wake_waiting(self, place: Place) -> None:
         waiting, place.waiting = place.waiting, []
         for other in waiting:
             self.wake(other)
-        if place.line:
-            self.wake(place.line[0])

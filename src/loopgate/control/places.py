@@ -1,46 +1,123 @@
-"""Places, legs and vehicles, as plain objects that know one another."""
+"""Places, crossings, paths and vehicles, as plain objects that know one another."""
 
 from __future__ import annotations
 
+from math import inf
 from typing import Final
+
+from loopgate.control.motion import braking_m
+
+MARGIN_M: Final = 1.0
+"""Room kept beyond the braking distance when a vehicle asks [m]."""
 
 
 class Place:
     """A piece of road where vehicles stand in line; the first in line leaves it first.
 
-    `slots`: how many vehicles fit. `line`: the vehicles that hold a slot, first in line first. `waiting`:
-    vehicles elsewhere whose request is looked at again when a vehicle leaves this place. `length_before`: how
-    long the line was before it changed in the turn `changed` of the ledger.
+    `slots`: how many vehicles fit. `line`: the vehicles whose last grant it is, first in line first.
+    `bodies`: those that hold a slot, from their grant until their rear is out, in that order. `waiting`:
+    vehicles elsewhere whose request is looked at again when a vehicle leaves the line or its rear is out.
+    `held_before`: how many bodies there were before the first change in the turn `changed` of the ledger.
     """
 
-    __slots__ = ("changed", "length_before", "line", "name", "slots", "waiting")
+    __slots__ = ("bodies", "changed", "held_before", "line", "name", "slots", "waiting")
 
     def __init__(self, name: str, slots: int) -> None:
         self.name: Final = name
         self.slots: Final = slots
         self.line: list[Vehicle] = []
+        self.bodies: list[Body] = []
         self.waiting: list[Vehicle] = []
         self.changed = -1
-        self.length_before = 0
+        self.held_before = 0
 
     def is_full(self) -> bool:
         """Return whether no slot is free."""
-        return len(self.line) >= self.slots
+        return len(self.bodies) >= self.slots
+
+
+class Movement:
+    """A way over a junction. `beside`: the other ways out of the same place."""
+
+    __slots__ = ("beside", "junction", "name")
+
+    def __init__(self, name: str, junction: Junction) -> None:
+        self.name: Final = name
+        self.junction: Final = junction
+        self.beside: list[Movement] = []
+
+
+class Junction:
+    """Movements that conflict, directly or by others between them. `trips`: who is under way over them."""
+
+    __slots__ = ("trips",)
+
+    def __init__(self) -> None:
+        self.trips: list[Trip] = []
+
+
+class Foe:
+    """What a movement shares with another: from where to where, in metres behind the line before it.
+
+    `to_m` is infinite where the other is in the way all along. `soonest_s`: the least time at the limits from
+    the line to there. `least`: the lowest limit on the way. `mean`: the mean speed as far as its end.
+    """
+
+    __slots__ = ("from_m", "least", "mean", "movement", "soonest_s", "to_m")
+
+    def __init__(
+        self, movement: Movement, from_m: float, to_m: float, soonest_s: float, least: float, mean: float
+    ) -> None:
+        self.movement: Final = movement
+        self.from_m: Final = from_m
+        self.to_m: Final = to_m
+        self.soonest_s: Final = soonest_s
+        self.least: Final = least
+        self.mean: Final = mean
+
+
+class Pass:
+    """A movement as it lies behind a leg.
+
+    `speed`: the lowest limit on it [m/s]. `wait_m`: how far behind the line SUMO may last let a vehicle wait.
+    `first`: whether it begins at the line. `foes`: by movement.
+    """
+
+    __slots__ = ("first", "foes", "movement", "speed", "wait_m")
+
+    def __init__(self, movement: Movement, speed: float, wait_m: float, *, first: bool) -> None:
+        self.movement: Final = movement
+        self.speed: Final = speed
+        self.wait_m: Final = wait_m
+        self.first: Final = first
+        self.foes: dict[Movement, Foe] = {}
 
 
 class Leg:
-    """A place on a path. `after`: the leg that follows it; None where the path ends."""
+    """A place on a path, from where to where in arc length [m], and what lies behind it.
 
-    __slots__ = ("after", "place")
+    `after`: the leg that follows it; None where the path ends. `passes`: the crossing between the two.
+    `number`: its position on the path.
+    """
 
-    def __init__(self, place: Place) -> None:
+    __slots__ = ("after", "begin_m", "end_m", "number", "passes", "place")
+
+    def __init__(self, place: Place, number: int = 0, begin_m: float = 0.0, end_m: float = 0.0) -> None:
         self.place: Final = place
+        self.number: Final = number
+        self.begin_m: Final = begin_m
+        self.end_m: Final = end_m
         self.after: Leg | None = None
+        self.passes: list[Pass] = []
 
 
 def path_of(places: list[Place], *, closed: bool) -> list[Leg]:
     """Return the legs over `places`, at least one; on a `closed` path the first follows the last."""
-    legs = [Leg(place) for place in places]
+    return joined([Leg(place, number) for number, place in enumerate(places)], closed=closed)
+
+
+def joined(legs: list[Leg], *, closed: bool) -> list[Leg]:
+    """Let each leg follow the one before it, and the first the last if the path is `closed`."""
     for number in range(1, len(legs)):
         legs[number - 1].after = legs[number]
     if closed:
@@ -48,25 +125,124 @@ def path_of(places: list[Place], *, closed: bool) -> list[Leg]:
     return legs
 
 
-class Vehicle:
-    """A vehicle, and the last leg that was granted to it.
+class Body:
+    """A vehicle in a place. Its front came in at `begin_m`; its rear is out when its front is at `out_m`."""
 
-    `asks`: whether it waits for an answer. `reason`: why it was refused last, or "". `since`: the turn of the
-    ledger in which it asked. `woken`: whether it is to be looked at in the next answer.
+    __slots__ = ("begin_m", "out_m", "place", "vehicle")
+
+    def __init__(self, vehicle: Vehicle, place: Place, begin_m: float, out_m: float) -> None:
+        self.vehicle: Final = vehicle
+        self.place: Final = place
+        self.begin_m: Final = begin_m
+        self.out_m: Final = out_m
+
+
+class Trip:
+    """A grant over one movement.
+
+    `line_m`: where the line before it is on the vehicle's way. `clear_m`: its rear is over when its front is
+    there. `number`: the how manieth grant it was. `into`: the vehicle's body in the place behind.
     """
 
-    __slots__ = ("asks", "leg", "name", "number", "reason", "since", "woken")
+    __slots__ = ("clear_m", "into", "line_m", "number", "over", "vehicle")
 
-    def __init__(self, number: int, name: str, leg: Leg) -> None:
+    def __init__(self, into: Body, over: Pass, number: int, line_m: float, clear_m: float) -> None:
+        self.vehicle: Final = into.vehicle
+        self.into: Final = into
+        self.over: Final = over
         self.number: Final = number
+        self.line_m: Final = line_m
+        self.clear_m: Final = clear_m
+
+
+class Make:
+    """What a vehicle is like: length [m], acceleration and deceleration [m/s2], top speed [m/s].
+
+    `haste`: at how many times the limits it may drive, if that is more than one.
+    """
+
+    __slots__ = ("accel", "decel", "haste", "length_m", "top")
+
+    def __init__(self, length_m: float, accel: float, decel: float, top: float, haste: float) -> None:
+        self.length_m: Final = length_m
+        self.accel: Final = accel
+        self.decel: Final = decel
+        self.top: Final = top
+        self.haste: Final = haste
+
+
+POINT: Final = Make(0.0, 1.0, 1.0, 1.0, 1.0)
+"""A vehicle without a body, for systems that lie on no road."""
+
+
+class Vehicle:
+    """A vehicle, where it is, and the last leg that was granted to it.
+
+    `asks`: whether it waits for an answer. `reason`: why it was refused last, or "". `since_s`: when it
+    asked. `held`: whether it is to stop at its line. `near`: whether it is looked at in each step until it
+    asks. `woken`: whether it is to be looked at in the next answer. `front_m`, `speed`: where its front is
+    on its endless way [m], and how fast it is [m/s]. `line_m`: where the leg ends. `bodies`, `trips`: what it
+    holds, in the order of its way. `watchers`: who is looked at again once its front is so far. `due_m`:
+    where something is to be done next.
+    """
+
+    __slots__ = (
+        "asks", "bodies", "due_m", "front_m", "granted", "held", "lap_m", "laps_m", "leg", "line_m",
+        "longest_s", "make", "name", "near", "number", "reason", "since_s", "speed", "trips", "watchers",
+        "woken",
+    )  # fmt: skip
+
+    def __init__(self, number: int, name: str, leg: Leg, make: Make = POINT, lap_m: float = 0.0) -> None:
+        self.number = number
         self.name: Final = name
+        self.make: Final = make
+        self.lap_m: Final = lap_m
         self.leg = leg
+        self.granted = leg.number
+        self.laps_m = 0.0
+        self.front_m = 0.0
+        self.speed = 0.0
+        self.line_m = self._end_m()
+        self.bodies: list[Body] = []
+        self.trips: list[Trip] = []
+        self.watchers: list[tuple[float, Vehicle]] = []
+        self.due_m = inf
         self.asks = False
+        self.held = False
         self.woken = False
+        self.near = False
         self.reason = ""
-        self.since = 0
+        self.since_s = 0.0
+        self.longest_s = 0.0
 
     def wanted(self) -> Place | None:
         """Return the place that it wants next; None where its path ends."""
         after = self.leg.after
         return None if after is None else after.place
+
+    def go_on(self, after: Leg) -> None:
+        """Let its last granted leg be the one after."""
+        if after.number <= self.leg.number:
+            self.laps_m += self.lap_m
+        self.granted += 1
+        self.leg = after
+        self.line_m = self._end_m()
+
+    def after_begins_m(self, after: Leg) -> float:
+        """Return where the leg after the last granted one begins on its way [m]."""
+        return (self.laps_m if after.number > self.leg.number else self.laps_m + self.lap_m) + after.begin_m
+
+    def _end_m(self) -> float:
+        """Return where its last granted leg ends [m]: never if that is the only one."""
+        return inf if self.leg.after is self.leg else self.laps_m + self.leg.end_m
+
+    def asks_from_m(self) -> float:
+        """Return the earliest point at which it may have to ask [m], with steps of a second at most."""
+        top = self.make.top
+        return self.line_m - top - braking_m(top, self.make.decel, 1.0) - MARGIN_M
+
+    def must_ask(self, step_s: float) -> bool:
+        """Return whether the next step could take it past the point where it must brake."""
+        make = self.make
+        fast = min(make.top, self.speed + make.accel * step_s)
+        return self.line_m - self.front_m < fast * step_s + braking_m(fast, make.decel, step_s) + MARGIN_M

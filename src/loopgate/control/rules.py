@@ -1,31 +1,54 @@
 """Rules: each a function that says why a vehicle may not go on now, or nothing.
 
-A rule changes nothing. Its refusal names the places that wake the vehicle when one leaves them.
+A rule takes a vehicle that heads its line, and the time [s]. It changes nothing.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from math import inf
 from typing import Final
 
 from loopgate.control.chain import full_after
+from loopgate.control.crossings import in_the_way
 from loopgate.control.places import Place, Vehicle
+
+PATIENCE_S: Final = 100.0
+"""The longest wait for the reserve, from an empty place into a full one [s]."""
 
 
 class Refusal:
-    """Why a vehicle waits. `until`: it is asked again when a vehicle leaves one of these places."""
+    """Why a vehicle waits, and what wakes it: it is asked about again then.
 
-    __slots__ = ("reason", "until")
+    `until`: a vehicle leaves one of these places, or its line. `passed`: that vehicle's front is at
+    `passed_m`. `at_s`: that time comes. One that names nothing is asked about again in each step.
+    """
 
-    def __init__(self, reason: str, until: list[Place]) -> None:
+    __slots__ = ("at_s", "passed", "passed_m", "reason", "until")
+
+    def __init__(
+        self,
+        reason: str,
+        until: Sequence[Place] = (),
+        at_s: float = inf,
+        passed: Vehicle | None = None,
+        passed_m: float = 0.0,
+    ) -> None:
         self.reason: Final = reason
         self.until: Final = until
+        self.at_s: Final = at_s
+        self.passed: Final = passed
+        self.passed_m: Final = passed_m
+
+    def names_nothing(self) -> bool:
+        """Return whether nothing that the ledger sees lifts it."""
+        return not self.until and self.at_s == inf and self.passed is None
 
 
-Rule = Callable[[Vehicle], Refusal | None]
+Rule = Callable[[Vehicle, float], Refusal | None]
 
 
-def room(vehicle: Vehicle) -> Refusal | None:
+def room(vehicle: Vehicle, _now_s: float) -> Refusal | None:
     """Refuse where the place that the vehicle wants has no slot free."""
     wanted = vehicle.wanted()
     if wanted is None or not wanted.is_full():
@@ -33,12 +56,39 @@ def room(vehicle: Vehicle) -> Refusal | None:
     return Refusal("occupied", [wanted])
 
 
-def chain(vehicle: Vehicle) -> Refusal | None:
+def crossing(vehicle: Vehicle, _now_s: float) -> Refusal | None:
+    """Refuse where a vehicle under way on the crossing is in the way."""
+    other = in_the_way(vehicle)
+    if other is None:
+        return None
+    if other.until_m == -inf:
+        return Refusal("crossing")
+    return Refusal("crossing", passed=other.vehicle, passed_m=other.until_m)
+
+
+def reserve(crowded: float) -> Rule:
+    """Return the rule of `loopgate.negotiation.pressure`: leave room in crowded places, for a while.
+
+    A place is `crowded` from this share of its slots on.
+    """
+
+    def leaves_room(vehicle: Vehicle, now_s: float) -> Refusal | None:
+        wanted, here = vehicle.wanted(), vehicle.leg.place
+        if wanted is None or len(wanted.bodies) < crowded * wanted.slots:
+            return None
+        fuller = len(wanted.bodies) / wanted.slots - len(here.bodies) / here.slots
+        until_s = vehicle.since_s + PATIENCE_S * fuller
+        return Refusal("reserve", [wanted], until_s) if now_s <= until_s else None
+
+    return leaves_room
+
+
+def chain(vehicle: Vehicle, _now_s: float) -> Refusal | None:
     """Refuse a move that would close a circle of full places, or lead into one that is there."""
     after = full_after(vehicle)
     return Refusal("deadlock", after.places) if after.circle() else None
 
 
-def usual() -> list[Rule]:
-    """Return the rules of places alone, in the order in which they are asked."""
-    return [room, chain]
+def usual(crowded: float = inf) -> list[Rule]:
+    """Return the rules in the order in which they are asked; `crowded` as for `reserve`."""
+    return [room, crossing, *([reserve(crowded)] if crowded < inf else []), chain]

@@ -1,0 +1,152 @@
+"""Drive loops through the ledger of plain objects, beside the compiled tables, and say what each costs.
+
+    python analysis/heart.py NET --vehicles 100 --duration 600 --seeds 2
+
+Both sides drive the same starts, one after the other in one process; what each costs is processor time on top
+of SUMO's own steps. The ledger knows neither lights, ordinary traffic, stops nor changes of lanes yet
+(docs/heart.md), so networks must do without them.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+from time import process_time
+from typing import Any, cast
+
+import pandas as pd
+
+from loopgate.abstraction.itinerary import Abstraction
+from loopgate.audit import audit_events
+from loopgate.control import ledger as heart
+from loopgate.control.driving import Driving, Way
+from loopgate.control.layout import Layout
+from loopgate.control.ledger import Ledger
+from loopgate.control.rules import usual
+from loopgate.drive.track import Track
+from loopgate.results.columns import EVENT_COLUMNS
+from loopgate.simulation.assembly import Assembly, assemble
+from loopgate.simulation.run import simulate
+from loopgate.simulation.scenario import Scenario
+from loopgate.simulation.sumo.input import write_sumo_input
+from loopgate.simulation.sumo.start import plain_options, start_traffic
+
+
+@dataclass(frozen=True, slots=True)
+class Driven:
+    """What came of a drive: the events, and what it cost [s]."""
+
+    events: pd.DataFrame
+    findings: list[Any]
+    km: float
+    longest_s: float
+    collisions: int
+    trespasses: int
+    sumo_s: float
+    gate_s: float
+    free_to_go: int
+    """How often a vehicle waited after a step though no rule refused it."""
+
+
+def way_of(track: Track) -> Way:
+    """Return a track as the ledger takes it."""
+    return Way(
+        vehicle=track.vehicle,
+        loop=track.loop,
+        lap_m=float(track.lap_m),
+        top=float(track.top_speed_mps),
+        legs=track.legs,
+        edges=track.edges,
+        position=track.start_position,
+        front_m=float(track.front_m),
+        renewed_on=track.rerouted_on,
+    )
+
+
+def drive(
+    scenario: Scenario, assembly: Assembly, *, everybody: bool = False, watched: bool = False
+) -> Driven:
+    """Drive a scenario through the ledger; ask `everybody` in each step; `watched` for who is free to go."""
+    system = cast("Abstraction", assembly.abstraction).system
+    rooms = zip(system.states, system.room, system.private, strict=True)
+    slots = {name: len(system.robots) if own else room for name, room, own in rooms}
+    ways = [way_of(track) for track in assembly.tracks]
+    layout = Layout(slots, list({id(way.legs): way.legs for way in ways}.values()))
+    crowded = max(0.0, 1.0 - len(ways) / sum(slots.values()))
+    rows: list[tuple[Any, ...]] = []
+    collisions: set[tuple[str, str]] = set()
+    free_to_go, steps = 0, round(scenario.duration_s / scenario.step_s)
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        options = ["--net-file", str(assembly.network.file), *write_sumo_input(assembly.starts, folder)]
+        options += plain_options(scenario, folder / "log")
+        traffic = start_traffic(options, backend="libsumo", log=folder / "log")
+        try:
+            traffic.step()
+            ledger = Ledger(usual(crowded), everybody=everybody, step_s=scenario.step_s)
+            driving = Driving(traffic, layout, ledger, lambda *row: rows.append(row))
+            driving.take_in(ways)
+            began = process_time()
+            for _ in range(steps):
+                driving.step()
+                collisions.update((c.collider, c.victim) for c in traffic.collisions())
+                if watched:
+                    waiting = [v for v in ledger.vehicles.values() if v.asks and v.leg.place.line[0] is v]
+                    free_to_go += sum(not ledger.why_not(v) for v in waiting)
+            spent_s = process_time() - began
+        finally:
+            traffic.close()
+    everyone = ledger.vehicles.values()
+    waits = [vehicle.longest_s for vehicle in everyone]
+    waits += [ledger.now_s - vehicle.since_s for vehicle in everyone if vehicle.asks]
+    events = pd.DataFrame([(*row, "") for row in rows], columns=list(EVENT_COLUMNS))
+    laps = {diary.way.vehicle: diary.laps for diary in driving.diaries}
+    return Driven(
+        events=events,
+        findings=audit_events(events, system, laps=laps),
+        km=driving.driven_m / 1000.0,
+        longest_s=max(waits),
+        collisions=len(collisions),
+        trespasses=driving.trespasses,
+        sumo_s=driving.sumo_s,
+        gate_s=spent_s - driving.sumo_s,
+        free_to_go=free_to_go,
+    )
+
+
+def main() -> None:
+    """Print a line per seed and side."""
+    parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0])
+    parser.add_argument("network")
+    parser.add_argument("--vehicles", type=int, default=100)
+    parser.add_argument("--loops", type=int, default=0)
+    parser.add_argument("--duration", type=float, default=600.0)
+    parser.add_argument("--seeds", type=int, default=1)
+    given = parser.parse_args()
+    kind = "plain" if heart.__file__.endswith(".py") else "compiled"
+    for seed in range(1, given.seeds + 1):
+        scenario = Scenario(
+            network=given.network,
+            vehicles=given.vehicles,
+            loops=given.loops,
+            duration_s=given.duration,
+            lights="off",
+            seed=seed,
+        )
+        mine = drive(scenario, assemble(scenario))
+        tables = simulate(scenario)
+        clean = "clean" if not mine.findings else f"{len(mine.findings)} findings"
+        sys.stdout.write(
+            f"seed {seed} ledger, {kind}: {mine.km:.1f} km, longest wait {mine.longest_s:g} s, "
+            f"{mine.collisions} collisions, audit {clean}, {mine.gate_s / mine.sumo_s:.0%} on top of SUMO\n"
+            f"seed {seed} tables: {tables['distance_km']:.1f} km, "
+            f"longest wait {tables['longest_wait_s']:g} s, {tables['collisions']} collisions, audit {tables['audit']}, "
+            f"{tables['wall_s']['gate'] / tables['wall_s']['sumo']:.0%} on top of SUMO\n"
+        )
+
+
+if __name__ == "__main__":
+    main()

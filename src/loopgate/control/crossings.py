@@ -1,0 +1,152 @@
+"""Whether vehicles under way over a crossing are still in the way of one that wants to cross.
+
+`loopgate.drive.gaps` says why; the rule here is the same.
+"""
+
+from __future__ import annotations
+
+from math import inf
+from typing import Final
+
+from loopgate.control.motion import braking_time_s, time_s
+from loopgate.control.places import Body, Foe, Pass, Trip, Vehicle
+
+PAST: Final = 0
+BEFORE: Final = 1
+LATER: Final = 2
+IN_THE_WAY: Final = 3
+
+_BEYOND_M: Final = 0.5
+_APART_S: Final = 0.5
+_SLOW: Final = 0.7
+_AHEAD_S: Final = 2.0
+_WEAK: Final = 0.5
+_GAP_M: Final = 2.5
+_NEXT: Final = 1 << 60
+"""The number of a grant yet to come."""
+
+
+class Hindrance:
+    """Who is in the way, and from where on it may be so no longer [m]; minus infinity where nobody knows."""
+
+    __slots__ = ("until_m", "vehicle")
+
+    def __init__(self, vehicle: Vehicle, until_m: float) -> None:
+        self.vehicle: Final = vehicle
+        self.until_m: Final = until_m
+
+
+def in_the_way(vehicle: Vehicle) -> Hindrance | None:
+    """Return who keeps a vehicle from crossing now; None if nobody does."""
+    order = PAST
+    for over in vehicle.leg.passes:
+        foes = over.foes
+        for trip in over.movement.junction.trips:
+            foe = foes.get(trip.over.movement)
+            if foe is None or trip.vehicle is vehicle:
+                continue
+            other = trip.vehicle
+            shared = trip.over.foes.get(over.movement)
+            if shared is None or inf in (shared.to_m, foe.to_m):
+                return Hindrance(other, trip.clear_m)
+            inside_m = other.front_m - trip.line_m
+            left_m = shared.to_m + other.make.length_m + _BEYOND_M - inside_m
+            if left_m < 0.0:
+                continue
+            relation = _relation(vehicle, over, foe, trip, shared)
+            if relation == IN_THE_WAY or order not in (PAST, relation):
+                return Hindrance(other, -inf)  # what both do decides, in each step
+            order = relation
+    return None
+
+
+def _relation(vehicle: Vehicle, over: Pass, foe: Foe, trip: Trip, shared: Foe) -> int:
+    """Return what another one, which is not past what both use, is to a vehicle."""
+    other = trip.vehicle
+    inside_m = other.front_m - trip.line_m
+    if inside_m < _BEYOND_M or inside_m < shared.from_m:
+        later = _comes_later(vehicle, over, foe, trip, shared)
+        return LATER if later else IN_THE_WAY
+    make = vehicle.make
+    slow = min(other.make.top, _SLOW * trip.over.speed)
+    left_m = shared.to_m + other.make.length_m + _BEYOND_M - inside_m
+    reach_m = vehicle.line_m - vehicle.front_m + foe.from_m
+    reached_s = time_s(reach_m, vehicle.speed, make.accel, make.top) - _APART_S
+    if time_s(left_m, other.speed, other.make.accel, slow) > reached_s or _may_be_held(trip, inside_m):
+        return IN_THE_WAY
+    room_m = _room_m(other, trip.into)
+    if inside_m < trip.over.wait_m:
+        room_m = min(room_m, trip.over.wait_m - inside_m)
+    return BEFORE if braking_time_s(left_m, room_m, slow, other.make.decel) <= reached_s else IN_THE_WAY
+
+
+def _comes_later(vehicle: Vehicle, over: Pass, foe: Foe, trip: Trip, shared: Foe) -> bool:
+    """Return whether a vehicle, let go now, is past what both use before the other comes there."""
+    other = trip.vehicle
+    inside_m = other.front_m - trip.line_m
+    to_go_m = shared.from_m - inside_m
+    if to_go_m <= _BEYOND_M or _follows_aside(vehicle.leg.passes[0], vehicle, _NEXT):
+        return False
+    comes_s = max(
+        (shared.soonest_s - max(0.0, inside_m) / shared.least) / other.make.haste,
+        time_s(to_go_m, other.speed, other.make.accel, other.make.top),
+    )
+    make = vehicle.make
+    to_m = max(0.0, foe.to_m + vehicle.line_m - vehicle.front_m)
+    slow = min(make.top, _SLOW * foe.mean)
+    rear_s = (make.length_m + _BEYOND_M) / min(make.top, _SLOW * over.speed)
+    if time_s(to_m, vehicle.speed, _WEAK * make.accel, slow) + rear_s + _AHEAD_S > comes_s:
+        return False
+    room_m = _room_ahead_m(vehicle) - make.length_m - _BEYOND_M
+    return braking_time_s(to_m, room_m, slow, make.decel) + rear_s + _AHEAD_S <= comes_s
+
+
+def _may_be_held(trip: Trip, inside_m: float) -> bool:
+    """Return whether SUMO may let one wait on the junction for another that was granted before it."""
+    over, ahead = trip.over, trip.vehicle
+    for first in over.movement.junction.trips:
+        foe = over.foes.get(first.over.movement)
+        if foe is None or first.vehicle is ahead:
+            continue
+        if first.number < trip.number or inside_m < foe.from_m:
+            shared = first.over.foes.get(over.movement)
+            past_m = first.vehicle.front_m - first.vehicle.make.length_m - _BEYOND_M - first.line_m
+            if shared is None or past_m < shared.to_m:
+                return True
+    return over.first and _follows_aside(over, ahead, trip.number)
+
+
+def _follows_aside(over: Pass, vehicle: Vehicle, number: int) -> bool:
+    """Return whether one granted before still crosses from the same place another way."""
+    beside = over.movement.beside
+    return bool(beside) and any(
+        trip.number < number
+        and trip.over.first
+        and trip.vehicle is not vehicle
+        and trip.over.movement in beside
+        for trip in over.movement.junction.trips
+    )
+
+
+def _room_m(vehicle: Vehicle, body: Body) -> float:
+    """Return how far a vehicle can go if the one before it in a place where it has a body stands [m]."""
+    first: Body | None = None
+    for one in body.place.bodies:
+        if one is body:
+            break
+        first = one
+    return inf if first is None else _behind_m(vehicle, first, body.begin_m)
+
+
+def _room_ahead_m(vehicle: Vehicle) -> float:
+    """Return how far a vehicle can go if the last in the place that it wants stands [m]."""
+    after = vehicle.leg.after
+    if after is None or not after.place.bodies:
+        return inf
+    return _behind_m(vehicle, after.place.bodies[-1], vehicle.after_begins_m(after))
+
+
+def _behind_m(vehicle: Vehicle, first: Body, begin_m: float) -> float:
+    before = first.vehicle
+    between_m = before.front_m - first.begin_m - vehicle.front_m + begin_m
+    return between_m - before.make.length_m - _GAP_M

@@ -1,0 +1,88 @@
+"""Lays the legs of an abstraction out as objects of the ledger."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from math import inf
+
+from loopgate.abstraction.itinerary import Crossing
+from loopgate.abstraction.itinerary import Leg as Drawn
+from loopgate.control.places import Foe, Junction, Leg, Movement, Pass, Place, joined
+
+Drawings = Sequence[Drawn]
+
+
+class Layout:
+    """Places by name, and paths.
+
+    Parameters
+    ----------
+    slots
+        How many vehicles each place holds, by name.
+    ways
+        The legs of the paths, in driving order. Movements over junctions are found in them.
+    """
+
+    def __init__(self, slots: Mapping[str, int], ways: Sequence[Drawings]) -> None:
+        self.places = {name: Place(name, room) for name, room in slots.items()}
+        crossings = {c.id: c for way in ways for leg in way for c in leg.crossings}
+        together = _together(crossings, ways)
+        junctions: dict[str, Junction] = {}
+        self._movements = {
+            name: Movement(name, junctions.setdefault(together[name], Junction()))
+            for name in sorted(crossings)
+        }
+        for exits in _exits(ways).values():
+            for name in exits:
+                self._movements[name].beside = [self._movements[other] for other in exits if other != name]
+
+    def path(self, way: Drawings) -> list[Leg]:
+        """Return a closed path along legs."""
+        legs = [
+            Leg(self.places[drawn.state], number, float(drawn.begin_m), float(drawn.end_m))
+            for number, drawn in enumerate(way)
+        ]
+        for leg, drawn in zip(legs, way, strict=True):
+            leg.passes = [self._pass(c, first=k == 0) for k, c in enumerate(drawn.crossings)]
+        return joined(legs, closed=True)
+
+    def _pass(self, crossing: Crossing, *, first: bool) -> Pass:
+        wait_m = float(crossing.wait_m)
+        over = Pass(self._movements[crossing.id], float(crossing.speed_mps), wait_m, first=first)
+        for name in sorted(crossing.foes & self._movements.keys()):
+            from_m, to_m = crossing.overlaps.get(name, (0.0, inf))
+            soonest_s, least = crossing.soonest(from_m)
+            until_s = crossing.soonest(to_m)[0] if to_m < inf else 0.0
+            mean = to_m / until_s if until_s > 0.0 else least
+            over.foes[self._movements[name]] = Foe(
+                self._movements[name], float(from_m), float(to_m), float(soonest_s), float(least), float(mean)
+            )
+        return over
+
+
+def _exits(ways: Sequence[Drawings]) -> dict[str, list[str]]:
+    """Return the movements that begin at the end of each place."""
+    exits: dict[str, set[str]] = {}
+    for way in ways:
+        for leg in way:
+            exits.setdefault(leg.state, set()).update(c.id for c in leg.crossings[:1])
+    return {place: sorted(names) for place, names in exits.items()}
+
+
+def _together(crossings: Mapping[str, Crossing], ways: Sequence[Drawings]) -> dict[str, str]:
+    """Return, for each movement, one that stands for all that it conflicts with, directly or not."""
+    root = {name: name for name in crossings}
+
+    def find(name: str) -> str:
+        while root[name] != name:
+            root[name] = root[root[name]]
+            name = root[name]
+        return name
+
+    for name in sorted(crossings):
+        for foe in sorted(crossings[name].foes & crossings.keys()):
+            root[find(foe)] = find(name)
+    for exits in _exits(ways).values():
+        for name in exits[1:]:
+            root[find(name)] = find(exits[0])
+    return {name: find(name) for name in crossings}

@@ -1,0 +1,53 @@
+"""Vehicles on the grid, driven in SUMO through the ledger of plain objects."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+
+import heart  # in analysis/
+import pytest
+
+from loopgate.control import crossings, ledger
+from loopgate.control.places import Vehicle
+from loopgate.simulation.assembly import Assembly, assemble
+from loopgate.simulation.scenario import Scenario
+
+GRID = Path(__file__).resolve().parents[2] / "networks" / "grid5-priority.net.xml"
+
+
+@cache
+def starts(vehicles: int) -> tuple[Scenario, Assembly]:
+    """Return loops on the grid with so many vehicles at their starts."""
+    scenario = Scenario(network=str(GRID), vehicles=vehicles, loops=60, duration_s=120, lights="off", seed=1)
+    return scenario, assemble(scenario)
+
+
+def test_nobody_collides_nobody_trespasses_and_nobody_waits_who_could_go() -> None:
+    driven = heart.drive(*starts(200), watched=True)
+    assert driven.findings == []
+    assert (driven.collisions, driven.trespasses, driven.free_to_go) == (0, 0, 0)
+    assert driven.km > 80
+    assert set(driven.events["reason"]) >= {"crossing", "reserve"}
+
+
+def test_wakes_let_go_whom_asking_everybody_lets_go() -> None:
+    granted = [
+        heart.drive(*starts(200), everybody=everybody).events.query("event == 'grant'").to_csv()
+        for everybody in (False, True)
+    ]
+    assert granted[0] == granted[1]
+
+
+def test_were_crossings_not_looked_at_that_would_be_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(crossings, "_relation", lambda *_: crossings.PAST)
+    assert heart.drive(*starts(200)).collisions
+
+
+def test_were_a_wake_missed_that_would_be_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
+    def forget(_: ledger.Ledger, vehicle: Vehicle, __: float) -> None:
+        vehicle.watchers.clear()
+
+    monkeypatch.setattr(ledger.Ledger, "_wake_watchers", forget)
+    monkeypatch.setattr(ledger.Ledger, "_wake_waiting", lambda _, place: place.waiting.clear())
+    assert heart.drive(*starts(200), watched=True).free_to_go
