@@ -143,7 +143,8 @@ def main() -> None:
             f"seed {seed} ledger, {kind}: {mine.km:.1f} km, longest wait {mine.longest_s:g} s, "
             f"{mine.collisions} collisions, audit {clean}, {mine.gate_s / mine.sumo_s:.0%} on top of SUMO\n"
             f"seed {seed} tables: {tables['distance_km']:.1f} km, "
-            f"longest wait {tables['longest_wait_s']:g} s, {tables['collisions']} collisions, audit {tables['audit']}, "
+            f"longest wait {tables['longest_wait_s']:g} s, "
+            f"{tables['collisions']} collisions, audit {tables['audit']}, "
             f"{tables['wall_s']['gate'] / tables['wall_s']['sumo']:.0%} on top of SUMO\n"
         )
 
