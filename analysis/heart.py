@@ -72,7 +72,7 @@ def drive(
     """Drive a scenario through the ledger; ask `everybody` in each step; `watched` for who is free to go."""
     system = cast("Abstraction", assembly.abstraction).system
     rooms = zip(system.states, system.room, system.private, strict=True)
-    slots = {name: len(system.robots) if own else room for name, room, own in rooms}
+    slots = {str(name): len(system.robots) if own else room for name, room, own in rooms}
     ways = [way_of(track) for track in assembly.tracks]
     layout = Layout(slots, list({id(way.legs): way.legs for way in ways}.values()))
     crowded = max(0.0, 1.0 - len(ways) / sum(slots.values()))
