@@ -1,4 +1,4 @@
-"""Vehicles on closed loops in a SUMO road network that never collide and never lock up.
+"""Vehicles on closed loops in a SUMO road network: no collisions, no lock while none stands for good.
 
 What a notebook needs is here; each name is imported when it is first used, so that the command line and the
 gates do not wait for pandas or SUMO::

@@ -129,7 +129,7 @@ def test_inspect_shows_and_writes(routes: Path, tmp_path: Path) -> None:
     )
     assert result.exit_code == 0, result.output
     assert "4 loops" in result.stdout
-    assert "lie in zones with others" in result.stdout
+    assert "lie in zones that loops share" in result.stdout
     assert picture.read_bytes().startswith(b"\x89PNG")
     assert picture.stat().st_size > 50_000
     assert [robot.id for robot in read_system(system).robots] == ["loop0", "loop1", "loop2", "loop3"]
@@ -175,7 +175,7 @@ def test_inspect_queues(tmp_path: Path) -> None:
     every = _RUN.invoke(cli, [*RING, "--all"]).stdout
     assert every.startswith(shown.stdout.partition("--all prints")[0])
     assert every.count("\u2503 lane ") == 2
-    assert "133 vehicles can live on these loops" in shown.stdout
+    assert "133 vehicles can start on these loops" in shown.stdout
     assert "115 if the loops get them in turn" in shown.stdout
     assert "(unlisted)" not in shown.stdout
     assert picture.read_text(encoding="utf-8").count("<svg") == 1

@@ -85,7 +85,7 @@ def test_ctrl_c_is_exit_code_130_and_no_traceback(folder: Path) -> None:
     assert process.returncode == 130
     assert stderr.split("\n") == [
         "",
-        "out/grid: all rows so far are kept; the same command goes on where it stopped",
+        "out/grid: all rows so far are kept; the same command continues the sweep",
         "",
         "loopgate: interrupted",
         "",

@@ -1,4 +1,4 @@
-"""``loopgate check-certificate``: does what a gate shows for its decisions hold."""
+"""``loopgate check-certificate``: check the certificates of decisions."""
 
 from __future__ import annotations
 

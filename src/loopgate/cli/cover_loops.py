@@ -1,4 +1,4 @@
-"""`loopgate loops --cover`: loops that cover streets, and what is said of them."""
+"""`loopgate loops --cover`: loops that cover streets, and their figures."""
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
@@ -24,7 +24,7 @@ _EXAMPLES = 3
 
 @dataclass(frozen=True, slots=True)
 class _Made:
-    """Covers of streets of one weight each, the heaviest first, and who drives on their loops."""
+    """Covers of streets of one weight each, the heaviest first, and the vehicles on their loops."""
 
     covers: tuple[Cover, ...]
     weights: tuple[float, ...]
@@ -36,7 +36,7 @@ class _Made:
 
 
 def cover_loops(wish: LoopsWish) -> None:
-    """Make loops that cover streets, write them, and say what they come to."""
+    """Make loops that cover streets, write them, and print their figures."""
     roads = wish.roads()
     kind = type_of_class(wish.vclass, "--vclass")
     covers, weights = _covers(roads, wish, kind)
@@ -97,7 +97,7 @@ def _covers(roads: RoadNetwork, wish: LoopsWish, kind: VehicleType) -> tuple[lis
 
 
 def _vehicles(roads: RoadNetwork, made: _Made, wish: LoopsWish, kind: VehicleType) -> list[LoopVehicle]:
-    """Return the vehicles to be written, if any are asked for or their class has to be."""
+    """Return the vehicles to write: those asked for, or one per loop if the file must name their class."""
     if wish.vehicles is None and wish.revisit_s is None and wish.vclass == VehicleType().vclass:
         return []
     return [
@@ -131,7 +131,7 @@ def _km(loops: Sequence[Loop]) -> float:
 
 
 def _twice(roads: RoadNetwork, loops: Sequence[Loop]) -> float:
-    """Return which share of the way leads over streets that were driven already."""
+    """Return the share of the length that repeats streets."""
     visits = Counter(edge for loop in loops for edge in loop.edges)
     driven = sum(number * roads.edges[edge].length_m for edge, number in visits.items())
     return 1.0 - sum(roads.edges[edge].length_m for edge in visits) / driven
@@ -152,7 +152,7 @@ def _of_cover(roads: RoadNetwork, cover: Cover, begin: str) -> Iterator[str]:
         yield f"{begin}interrupted: these are the best loops found so far"
     yield (
         f"{begin}{len(cover.covered)} of {streets} streets covered by {_km(loops):.2f} km, "
-        f"{_twice(roads, loops):.1%} of it over streets driven already"
+        f"{_twice(roads, loops):.1%} of the length repeats streets"
     )
     laps = laps_s(roads, loops) if design.task.by_time else [loop.length_m for loop in loops]
     unit = "s" if design.task.by_time else "m"

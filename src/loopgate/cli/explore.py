@@ -1,4 +1,4 @@
-"""``loopgate explore``: every configuration that a gate lets come about."""
+"""``loopgate explore``: every configuration that is reachable under a gate."""
 
 from dataclasses import asdict
 from pathlib import Path
@@ -16,7 +16,9 @@ from loopgate.cli.progress import show_progress
 @click.argument("file", type=click.Path(path_type=Path, dir_okay=False))
 @click.option("--gate", default="collision", show_default=True, help="Gate, with options: name:option=value.")
 @click.option(
-    "--counterexample", is_flag=True, help="Also print a shortest way to an unsafe or stuck configuration."
+    "--counterexample",
+    is_flag=True,
+    help="Also print the shortest moves to an unsafe or stuck configuration.",
 )
 @click.option("--json", "as_json", is_flag=True, help="Print JSON only.")
 @click.option(

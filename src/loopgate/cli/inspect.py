@@ -1,4 +1,4 @@
-"""`loopgate inspect`: what loops on a network come to, before anything drives."""
+"""`loopgate inspect`: the places, crossings and capacity of loops, before a run."""
 
 from __future__ import annotations
 
@@ -40,8 +40,13 @@ _LONGEST_VEHICLE_M = 1e3
     type=FiniteRange(0.01, 1e6),
     help=f"Longest private piece of segments; default {_PIECE_M:g} [m].",
 )
-@click.option("--vehicle-length", "vehicle_length_m", type=float, help="Default: as the file says, or 5 [m].")
-@click.option("--seed", type=int, default=1, show_default=True, help="Seed of the starting places.")
+@click.option(
+    "--vehicle-length",
+    "vehicle_length_m",
+    type=float,
+    help="Length of the vehicles [m]; default: as the file says, or 5.",
+)
+@click.option("--seed", type=int, default=1, show_default=True, help="Seed of the start positions.")
 @click.option(
     *("--picture", "--plot", "picture"),
     type=click.Path(path_type=Path, dir_okay=False),
@@ -67,7 +72,7 @@ def inspect(
     piece_m: float | None,
     **given: Any,  # noqa: ANN401  the other options, as `Wanted` has them
 ) -> None:
-    """Show what the loops of a route file come to in NETWORK.
+    """Show which loops of a route file work in NETWORK, and how many vehicles they hold.
 
     On queues: places with their capacity, crossings with their conflicts, how many vehicles can live on the
     loops, and the loops that cannot work and why. On segments: states and zones. Of vehicles that drive their
@@ -83,7 +88,7 @@ def inspect(
 
     if routes is None and not is_sumo_config(network):
         command = shlex.join(["loopgate", "loops", network, "-o", "FILE"])
-        msg = f"{network}: which loops? Give --routes FILE ({command} makes some)"
+        msg = f"{network}: no loops are given; give --routes FILE ({command} makes some)"
         raise ScenarioError(msg)
     if abstraction == "queues" and not (rho_m is None and piece_m is None):
         msg = "--rho and --piece belong to --abstraction segments; queues have neither"

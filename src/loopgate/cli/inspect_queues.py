@@ -1,4 +1,4 @@
-"""`loopgate inspect` on queues: places, crossings with their conflicts, loops that cannot work and why."""
+"""`loopgate inspect` on queues: places, crossings, conflicts, and the reasons of refused loops."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ _User = tuple[str, Loop, VehicleType]
 
 @dataclass(frozen=True, slots=True)
 class _Seen:
-    """Loops as queues; the vehicles on them, or why they cannot start."""
+    """Loops as queues, with their vehicles or the reason why these cannot start."""
 
     file: RoutesFile
     vehicles: int
@@ -53,12 +53,12 @@ class _Seen:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Warnings for the user about the loops and all else that the file says."""
+        """Warnings about the loops and the rest of the file."""
         return (*self.file.left_out, *(self.placed.warnings if self.placed else ()))
 
 
 def look_at_queues(roads: RoadNetwork, file: RoutesFile, wanted: Wanted) -> ScenarioError | None:
-    """Show and write what is wanted; return what does not work, if anything.
+    """Print and write what the options ask for; return what does not work, or None.
 
     Loops that cannot work are left out of all figures but their own table.
     """
@@ -111,7 +111,7 @@ def _look(roads: RoadNetwork, file: RoutesFile, wanted: Wanted) -> _Seen:
 
 
 def _later(file: RoutesFile, count: int) -> list[bool]:
-    """Return of each vehicle whether it departs only when the run is under way."""
+    """Return for each vehicle whether it departs after the begin of the run."""
     if not file.vehicles:
         return [False] * count
     return [(v.flow.begin_s if v.flow else v.depart_s) > 0 for v in file.vehicles]
@@ -133,7 +133,7 @@ def _place(
 
 
 def _unfit_stop(file: RoutesFile, users: Sequence[_User], found: QueueSurvey) -> ScenarioError | None:
-    """Return what is wrong with a stop, if one would be in somebody's way."""
+    """Return the fault of a stop at which a vehicle would block others, or None."""
     ways = {way.loop.id: way for way in found.itineraries}
     stops = {vehicle.id: vehicle.stops for vehicle in file.vehicles}
     try:
@@ -154,7 +154,7 @@ def _refusal(file: RoutesFile, found: QueueSurvey) -> ScenarioError:
         )
     return ScenarioError(
         f"{file.file}: {len(names)} of {every} loops cannot work as queues, as said above: {listed(names)}; "
-        "leave them out or lead them another way"
+        "leave them out or change their streets"
     )
 
 
@@ -214,7 +214,7 @@ def _metres(metres: float | None) -> float | None:
 
 
 def _print(seen: _Seen, *, every: bool) -> None:
-    """Print what works, how much room there is and what is reached; every loop and place if wished."""
+    """Print the loops that work, their slots and their reach; with `--all` every loop and place."""
     out, found = console(), seen.found
     if found.loops:
         _print_room(out, seen)
@@ -265,9 +265,9 @@ def _print_crossings(out: Console, found: QueueSurvey) -> None:
     print_table(
         out,
         f"{counted(len(rows), 'crossing')} with {counted(found.conflicts, 'conflict')}",
-        ("movement", "length [m]", "loops", "conflicts", "with whom, over how much of it"),
+        ("movement", "length [m]", "loops", "conflicts", "conflicting movement: shared length"),
         rows,
-        left=("movement", "with whom, over how much of it"),
+        left=("movement", "conflicting movement: shared length"),
     )
 
 
@@ -283,7 +283,7 @@ def _print_joined(out: Console, found: QueueSurvey) -> None:
 
 
 def _print_fleet(out: Console, file: RoutesFile) -> None:
-    """Print what is honoured of stops and departures."""
+    """Print the stops and departures that a run keeps."""
     stops = [stop for v in file.vehicles for stop in v.stops] or [
         s for some in file.stops.values() for s in some
     ]
@@ -309,8 +309,8 @@ def _print_room(out: Console, seen: _Seen) -> None:
         style="bold",
     )
     out.print(
-        f"room: {found.at_start} vehicles can live on these loops (start so that everybody can move), "
-        f"{found.even} if the loops get them in turn (--vehicles {found.even})"
+        f"capacity: {found.at_start} vehicles can start on these loops so that each can move, "
+        f"{found.even} if they are dealt to the loops in turn (--vehicles {found.even})"
     )
     km = sum(loop.length_m for loop in found.loops) / 1000.0
     out.print(f"shared: {seen.shares.shared:.0%} of {km:.1f} km lie on lanes that several loops use")

@@ -29,7 +29,7 @@ from loopgate.reading import counted, listed
 
 @dataclass(frozen=True, slots=True)
 class _Seen:
-    """Loops with their states; the vehicles in them, or why they cannot start."""
+    """Loops with their states, and their vehicles or the reason why these cannot start."""
 
     layout: SegmentLayout
     vehicles_on: Sequence[Loop]
@@ -42,7 +42,7 @@ class _Seen:
 def look_at_segments(
     roads: RoadNetwork, file: RoutesFile, wanted: Wanted, *, rho_m: float, piece_m: float
 ) -> ScenarioError | None:
-    """Show and write what is wanted; return why the vehicles cannot start, if they cannot.
+    """Print and write what the options ask for; return why the vehicles cannot start, or None.
 
     Parameters
     ----------
@@ -114,7 +114,7 @@ def _data(seen: _Seen, found: Survey) -> dict[str, Any]:
 
 
 def _print(seen: _Seen, found: Survey, *, every: bool) -> None:
-    """Print how much is shared and reached; every loop and zone if wished."""
+    """Print the shared length and the reach; with `--all` every loop and zone."""
     out = console()
     out.print(
         f"{counted(len(found.loops), 'loop')}, {counted(len(found.zones), 'zone')} for one vehicle each, "
@@ -122,7 +122,7 @@ def _print(seen: _Seen, found: Survey, *, every: bool) -> None:
         style="bold",
     )
     km = sum(loop.length_m for loop in found.loops) / 1000.0
-    out.print(f"{found.shared:.1%} of {km:.1f} km lie in zones with others")
+    out.print(f"{found.shared:.1%} of {km:.1f} km lie in zones that loops share")
     print_reach(out, seen.coverage)
     print_warnings(out, seen.warnings)
     if every:

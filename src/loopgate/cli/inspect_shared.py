@@ -23,9 +23,9 @@ class Wanted:
     """Options of the command `loopgate inspect`."""
 
     vehicle_length_m: float | None
-    """Instead of the file's [m]."""
+    """Length that replaces the length in the file [m]."""
     seed: int
-    """Of the starting places."""
+    """Seed of the start positions."""
     picture: Path | None
     additional: Path | None
     out: Path | None
@@ -40,7 +40,7 @@ class Wanted:
 def loops_data(
     found: Survey, itineraries: Iterable[Itinerary], *, state: str, crossings: bool
 ) -> list[dict[str, Any]]:
-    """Return loops with their legs as JSON has them; `state` is what a state is called there."""
+    """Return loops and their legs for JSON; `state` is the key of a state."""
     legs = {itinerary.loop.id: itinerary.legs for itinerary in itineraries}
     return [
         {
@@ -79,7 +79,7 @@ def common_data(
 
 
 def print_loops(out: Console, found: Survey, *, states: str, visits: str) -> None:
-    """Print a table of all loops; `states` and `visits` are what states and visits of shared ones are."""
+    """Print a table of all loops; `states` and `visits` head the columns of states and shared visits."""
     print_table(
         out,
         counted(len(found.loops), "loop"),

@@ -1,4 +1,4 @@
-"""`loopgate inspect` of vehicles that drive their routes once: who is gated, by what ways, and who is not."""
+"""`loopgate inspect` of trips: which are gated, on which routes, and which are not."""
 
 from typing import Any
 
@@ -13,7 +13,7 @@ _MOST_ROWS = 40
 
 
 def look_at_trips(scenario: Scenario, *, every: bool, as_json: bool) -> None:
-    """Show what `loopgate run` makes of the vehicles of a scenario.
+    """Show which vehicles of a scenario `loopgate run` puts under the gate.
 
     Raises `LoopgateError` if they cannot be run.
     """

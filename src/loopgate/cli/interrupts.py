@@ -1,4 +1,4 @@
-"""Being told to end: SIGTERM, and SIGHUP of a terminal that goes, end a command as Ctrl-C does."""
+"""Signals: SIGTERM and SIGHUP end a command as Ctrl-C does."""
 
 import math
 import signal

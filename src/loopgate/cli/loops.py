@@ -1,4 +1,4 @@
-"""`loopgate loops`: closed loops, random ones or such that cover streets, as a SUMO route file."""
+"""`loopgate loops`: random loops, or loops that cover streets, as a SUMO route file."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 @click.option(
     "--count",
     type=click.IntRange(1, 1_000_000),
-    help="How many loops; 12 random ones by default, of those that cover streets as few as there have to be.",
+    help="Number of loops. Default: 12 random loops; with --cover as few as needed.",
 )
 @click.option(
     "--length",
@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 @click.option(
     "--max-shared",
     type=FiniteRange(0.0, 1.0),
-    help="Largest share of each loop's length that may lie in zones with others, 0 to 1.",
+    help="Largest share of a loop that may lie in zones with other loops, 0 to 1.",
 )
 @click.option(
     "--rho", "rho_m", type=FiniteRange(0.01, 1e3), help="Safe radius for --max-shared [m]; default 1.25."
@@ -61,36 +61,36 @@ if TYPE_CHECKING:
 @click.option(
     "--via",
     metavar="EDGES|FILE",
-    help="Lead every random loop over all these edges: EDGE,EDGE,... or a file.",
+    help="Edges that every random loop passes: EDGE,EDGE,... or a file.",
 )
 @click.option(
     "--avoid",
     metavar="EDGES|FILE|POLYGON",
-    help="Use none of these streets, given as for --cover or as EDGE,EDGE,...",
+    help="Streets that no loop uses: as for --cover, or EDGE,EDGE,...",
 )
-@click.option("--start", metavar="EDGE", help="Lead every covering loop over this edge.")
+@click.option("--start", metavar="EDGE", help="Edge that every covering loop passes: the depot.")
 @click.option(
     "--weights",
     type=click.Path(dir_okay=False),
-    help="File of lines EDGE WEIGHT: streets to be seen so many times as often; they get loops of their own.",
+    help="File of lines EDGE WEIGHT: streets to visit WEIGHT times as often. Each weight gets its own loops.",
 )
 @click.option(
     "--vehicles",
     type=click.IntRange(1, 100_000),
-    help="Write so many vehicles into the file, in proportion to laps and evenly round each covering loop.",
+    help="Number of vehicles to write: more on longer loops, evenly spaced on each covering loop.",
 )
 @click.option(
     "--revisit",
     "revisit_s",
     type=FiniteRange(1.0, 1e6),
-    help="Write as many vehicles as it takes to see every covered street every so many seconds.",
+    help="Write enough vehicles to visit every covered street at least every SECONDS seconds.",
 )
 @click.option(
     "--margin",
     type=FiniteRange(1.0, 100.0),
     default=1.5,
     show_default=True,
-    help="How many times as long as at the speeds allowed laps take, for --revisit.",
+    help="For --revisit: lap time over the lap time at the speed limits.",
 )
 @click.option(
     *("--plot", "--picture", "plot"),
@@ -98,11 +98,14 @@ if TYPE_CHECKING:
     help="Draw the map of covering loops (PNG, SVG, PDF).",
 )
 @click.option(
-    "-o", "--out", type=click.Path(path_type=Path, dir_okay=False), help="Route file; else standard output."
+    "-o",
+    "--out",
+    type=click.Path(path_type=Path, dir_okay=False),
+    help="Route file. Default: standard output.",
 )
 @click.option("--json", "as_json", is_flag=True, help="Print the loops' lengths and edges as JSON.")
 def loops(**given: Any) -> None:  # noqa: ANN401  click has checked them
-    """Make distinct closed loops that a car can drive in NETWORK, none using an edge twice.
+    """Make distinct closed loops in NETWORK that a car can drive. No loop uses an edge twice.
 
     Where there are fewer than asked for, those that there are; how many is said on stderr. With --cover,
     loops by design: together they cover the streets, and Ctrl-C takes the best found so far.
@@ -122,7 +125,7 @@ def loops(**given: Any) -> None:  # noqa: ANN401  click has checked them
 
 @dataclass(frozen=True, slots=True)
 class LoopsWish:
-    """The wishes that the options state."""
+    """The options of the command."""
 
     network: str
     count: int | None
@@ -147,7 +150,7 @@ class LoopsWish:
     as_json: bool
 
     def roads(self) -> RoadNetwork:
-        """Return the network without the streets to be avoided."""
+        """Return the network without the streets of `--avoid`."""
         from loopgate.network import RoadNetwork
         from loopgate.network.cover.wishes import read_streets
 
@@ -157,7 +160,7 @@ class LoopsWish:
         return roads.without(read_streets(roads, self.avoid, self.vclass, option="--avoid"))
 
     def put_out(self, text: str, data: Mapping[str, Any]) -> None:
-        """Write a route file; print it where it is not to be written, or the data where JSON is wanted."""
+        """Write the route file, or print it, or print the data as JSON."""
         from loopgate.network.routes_text import write_text
 
         if self.out is not None:
@@ -217,7 +220,7 @@ def _random_loops(wish: LoopsWish) -> None:
 
 
 def _vehicles(made: Sequence[Loop], kind: VehicleType) -> list[LoopVehicle]:
-    """Return a vehicle for each loop where it has to be said of what class they are."""
+    """Return a vehicle for each loop if the file must name the class."""
     from loopgate.network import LoopVehicle
 
     if kind.vclass == "passenger":
@@ -226,7 +229,7 @@ def _vehicles(made: Sequence[Loop], kind: VehicleType) -> list[LoopVehicle]:
 
 
 def _check_together(wish: LoopsWish) -> None:
-    """Raise a usage error for an option that belongs to the other kind of loops, or to another option."""
+    """Raise a usage error for an option that does not fit the others."""
     covering: dict[str, object] = {
         "--max-length": wish.max_length_m,
         "--either-way": wish.either_way or None,
@@ -246,5 +249,5 @@ def _check_together(wish: LoopsWish) -> None:
         raise click.UsageError(msg)
     for one in ("--vehicles", "--max-length"):
         if wish.revisit_s is not None and covering[one] is not None:
-            msg = f"--revisit and {one} do not go together: one of them decides; leave the other out"
+            msg = f"--revisit and {one} both set the number of vehicles; leave one out"
             raise click.UsageError(msg)

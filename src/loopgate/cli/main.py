@@ -22,14 +22,14 @@ _GROUPS = {
     "Drive": ("example", "loops", "inspect", "run", "replay", "sweep", "report"),
     "Study gates": ("explore", "trace", "montecarlo", "verify", "check-certificate", "paper"),
 }
-"""Commands in the order in which one needs them; each is a function in a module of its own name."""
+"""Commands in the order of a first use; each is a function in a module of the same name."""
 
 _WHOLE = 500
 """So many letters of a first sentence are shown: all."""
 
 
 class _LazyGroup(click.Group):
-    """A group whose commands are imported only when they are asked for, so that ``--help`` is quick."""
+    """Import a command only when it is called, so that ``--help`` is quick."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         del ctx
@@ -52,7 +52,7 @@ class _LazyGroup(click.Group):
 @click.group(cls=_LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(package_name=DISTRIBUTION)
 def cli() -> None:
-    """Vehicles on closed loops in a SUMO road network that never collide and never lock up."""
+    """Vehicles on closed loops in a SUMO road network: no collision; no lock while none stands for good."""
 
 
 def main() -> None:

@@ -12,11 +12,13 @@ from loopgate.cli.progress import show_progress
 @click.command()
 @click.argument("file", type=click.Path(path_type=Path, dir_okay=False))
 @click.option("--gate", default="collision", show_default=True, help="Gate, with options: name:option=value.")
-@click.option("--rounds", default=1000, show_default=True, type=click.IntRange(1, 10**9), help="How many.")
-@click.option("--seed", default=1, show_default=True, help="Where the random numbers begin.")
+@click.option(
+    "--rounds", default=1000, show_default=True, type=click.IntRange(1, 10**9), help="Number of rounds."
+)
+@click.option("--seed", default=1, show_default=True, help="Seed of the random numbers.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON only.")
 def montecarlo(file: Path, gate: str, *, rounds: int, seed: int, as_json: bool) -> None:
-    """Run random rounds of the system in FILE and count how many every robot completes."""
+    """Run random rounds of the system in FILE, and count the rounds that all robots complete."""
     from loopgate.gates import make_gate
     from loopgate.model import read_system
     from loopgate.research.runs import run_rounds

@@ -1,4 +1,4 @@
-"""Numbers on the command line: finite and within bounds, or refused before anything begins."""
+"""Numbers on the command line: finite and in range, or refused before the command starts."""
 
 from math import isnan
 
@@ -8,10 +8,10 @@ _LONGEST_M = 1e6
 
 
 class FiniteRange(click.FloatRange):
-    """A range of numbers that `nan` is not in, as it is in click's."""
+    """A range of numbers without `nan`; the range of click includes it."""
 
     def convert(self, value: float, param: click.Parameter | None, ctx: click.Context | None) -> float:
-        """Return the number; fail if it is outside, or none."""
+        """Return the number; fail if it is out of range or not a number."""
         number: float = super().convert(value, param, ctx)
         if isnan(number):
             self.fail(f"{value} is not in the range {self._describe_range()}.", param, ctx)

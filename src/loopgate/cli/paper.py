@@ -17,10 +17,10 @@ from loopgate.cli.progress import show_progress
     show_default=True,
     help="Folder for the table and the figures.",
 )
-@click.option("--seed", default=1, show_default=True, help="Where the random numbers begin.")
+@click.option("--seed", default=1, show_default=True, help="Seed of the random numbers.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON only.")
 def paper(out: Path, *, quick: bool, seed: int, as_json: bool) -> None:
-    """Reproduce the experiments of the paper: printed figure, ours, and why they differ."""
+    """Repeat the experiments of the paper: its figure, our figure, and why they differ."""
     from loopgate.research.paper import reproduce
 
     with show_progress("steps") as report:

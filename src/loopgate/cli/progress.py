@@ -1,4 +1,4 @@
-"""Progress on stderr: a live line on a terminal, else a line now and then, and nothing for what is quick."""
+"""Progress on stderr: a live line on a terminal, otherwise a line now and then; nothing for quick work."""
 
 import sys
 import time
@@ -14,7 +14,7 @@ _WIDEST = 30
 
 
 class Report(Protocol):
-    """Called with how much is done so far, as often as one likes."""
+    """A function that takes how much is done."""
 
     def __call__(self, done: int, total: int | None = None, more: str = "") -> None:
         """Take note that `done` of `total` units (None: unknown) are done; `more` is said besides."""
@@ -99,7 +99,7 @@ def _span(seconds: float) -> str:
 
 
 def _short(what: str, most: int = _WIDEST) -> str:
-    """Return the words with their middle left out where there are too many: its ends say most."""
+    """Return the text; if it is too long, without its middle."""
     if len(what) <= most:
         return what
     return f"{what[: most // 2 - 2]}...{what[-(most - most // 2 - 1) :]}"

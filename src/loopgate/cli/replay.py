@@ -1,4 +1,4 @@
-"""`loopgate replay`: finished runs as a page that moves."""
+"""`loopgate replay`: a page that plays finished runs."""
 
 from pathlib import Path
 

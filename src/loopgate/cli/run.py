@@ -50,93 +50,108 @@ if TYPE_CHECKING:
 @click.argument("network")
 @click.option("--routes", help="Route file or .sumocfg with closed loops.")
 @click.option("--stops", help="Additional files with the stops that route files name: FILE,FILE.")
-@click.option("--traffic", help="Route file or .sumocfg with ordinary vehicles, under no gate.")
-@click.option("--loops", type=int, help="Number of random loops, where there is no route file.")
+@click.option("--traffic", help="Route file or .sumocfg with ordinary vehicles, which keep SUMO's rules.")
+@click.option("--loops", type=int, help="Number of random loops, if there is no --routes.")
 @click.option("--length", "loop_length_m", metavar="MIN:MAX", help="Length of random loops [m].")
-@click.option("--max-shared", type=float, help="Largest share of a random loop in zones with others, 0 to 1.")
+@click.option(
+    "--max-shared", type=float, help="Largest share of a random loop in zones with other loops, 0 to 1."
+)
 @click.option(
     "--u-turns", is_flag=True, default=None, help="Let vehicles on random loops turn round at junctions."
 )
 @click.option("--loops-seed", type=int, help="Seed of the random loops.")
-@click.option("--vehicles", type=int, help="Number of vehicles; default one per loop.")
-@click.option("--vehicles-per-km", type=float, help="Instead: so many for each kilometre of a loop.")
-@click.option("--on-loops", help="Instead: so many on each of some loops: loop0=3,loop4=1.")
-@click.option("--types", help="Types with their shares: bus=1,car=4; of the route file, or SUMO's classes.")
-@click.option("--gate", help="Gate by name, name:option=value; 'open' leaves all to SUMO's right of way.")
+@click.option("--vehicles", type=int, help="Number of vehicles. Default: one per loop.")
+@click.option(
+    "--vehicles-per-km", type=float, help="Number of vehicles per kilometre of loop, in place of --vehicles."
+)
+@click.option("--on-loops", help="Number of vehicles on each loop, in place of --vehicles: loop0=3,loop4=1.")
+@click.option(
+    "--types", help="Vehicle types and their shares: bus=1,car=4. Types of the route file, or SUMO's classes."
+)
+@click.option("--gate", help="Gate: name or name:option=value. Under 'open' SUMO's right of way rules.")
 @click.option(
     "--gated",
-    help="Who of vehicles that drive once is under the gate: all (default), loops, a vType, a file of names.",
+    help="Vehicles under the gate, if trips are read: all (default), loops, a vType, or a file of names.",
 )
-@click.option("--abstraction", type=click.Choice(ABSTRACTIONS), help="How roads become states.")
+@click.option(
+    "--abstraction",
+    type=click.Choice(ABSTRACTIONS),
+    help="Cut roads into queues (places) or segments (the paper).",
+)
 @click.option(
     "--negotiation",
-    help="Who goes first: oldest (default on segments), pressure (default on queues), random.",
+    help="Order of requests: oldest (default on segments), pressure (default on queues), platoon, random.",
 )
 @click.option(
     "--serve-after",
     "serve_after_s",
     type=float,
-    help="Make room for vehicles that have waited this long for a grant [s]; 0: never.",
+    help="Serve a vehicle that has waited this long for a grant [s]; 0: never.",
 )
 @click.option(
     "--lights",
     type=click.Choice(LIGHTS),
-    help="Traffic lights: off (default under a gate), keep (default for open), obey: grants into green only.",
+    help="Traffic lights: off (default with a gate), keep (default for open), obey (grants into green).",
 )
 @click.option(
     "--spacing",
     type=click.Choice(SPACINGS),
-    help="Even spacing on loops: none, hold (at gates; default with --revisit), advice (on speeds).",
+    help="Even spacing on loops: none, hold (at gates; default with --revisit), advice (speeds).",
 )
 @click.option(
     "--starts",
     type=click.Choice(STARTS),
-    help="random (default); even: vehicles to loops by the time of a lap, and evenly round each.",
+    help="Start positions: random (default), or even (more vehicles on longer laps, evenly spaced).",
 )
 @click.option(
-    "--revisit", "revisit_s", type=float, help="Tell which streets went unseen for longer than this [s]."
+    "--revisit", "revisit_s", type=float, help="Name the streets that went unseen for longer than this [s]."
 )
-@click.option("--weights", help="File of streets to be seen more often: lines EDGE WEIGHT (with --revisit).")
-@click.option("--districts", help="XML file of polygons: tell of each how well it was watched.")
-@click.option(
-    "--incidents", help="TOML file of closures and breakdowns: contain them, and lead loops round them."
-)
+@click.option("--weights", help="File of streets to visit more often: lines EDGE WEIGHT (with --revisit).")
+@click.option("--districts", help="XML file of polygons: the run says how well each district was watched.")
+@click.option("--incidents", help="TOML file of closures and breakdowns.")
 @click.option(
     "--standing",
     type=click.Choice(STANDING),
-    help="What stands long: contain (default): lead loops round it; wait: until it goes on.",
+    help="If a vehicle stands long: contain (default) leads loops round it; wait does not.",
 )
 @click.option(
     "--starving",
     "starving_s",
     type=float,
-    help="Name vehicles that are granted nothing for this long while others are [s].",
+    help="Name vehicles that get no grant for this long while others do [s].",
 )
-@click.option("--duration", "duration_s", type=float, help="Simulated time that is measured [s].")
-@click.option("--warmup", "warmup_s", type=float, help="Simulated time before that [s].")
-@click.option("--seed", type=int, help="Seed of SUMO, starting places and negotiation.")
+@click.option("--duration", "duration_s", type=float, help="Measured simulated time [s].")
+@click.option("--warmup", "warmup_s", type=float, help="Simulated time before the measured time [s].")
+@click.option("--seed", type=int, help="Seed of SUMO, start positions and negotiation.")
 @click.option("--step-length", "step_s", type=float, help="Simulation step [s].")
 @click.option("--rho", "rho_m", type=float, help="Safe radius of the segments abstraction [m].")
 @click.option("--piece", "piece_m", type=float, help="Longest private piece of the segments abstraction [m].")
-@click.option("--on-deadlock", type=click.Choice(ON_DEADLOCK), help="What a deadlock does to the run.")
 @click.option(
-    "--deadlock-after", "deadlock_after_s", type=float, help="Standing in a circle for this long [s]."
+    "--on-deadlock", type=click.Choice(ON_DEADLOCK), help="Stop the run at a deadlock, or continue."
+)
+@click.option(
+    "--deadlock-after",
+    "deadlock_after_s",
+    type=float,
+    help="Time that vehicles stand in a circle before it counts as a deadlock [s].",
 )
 @click.option(
     "--positions",
     is_flag=True,
     default=None,
-    help="Record where every vehicle is at every step, and audit crossings and bodies from that.",
+    help="Record the position of every vehicle at every step; the audit then checks crossings and bodies.",
 )
-@click.option("--fcd", is_flag=True, default=None, help="Let SUMO write fcd.xml.gz into the run folder.")
-@click.option("--tripinfo", is_flag=True, default=None, help="Let SUMO write tripinfo.xml there.")
-@click.option("--edgedata", is_flag=True, default=None, help="Let SUMO write edgedata.xml there.")
+@click.option("--fcd", is_flag=True, default=None, help="SUMO writes fcd.xml.gz into the run folder.")
+@click.option("--tripinfo", is_flag=True, default=None, help="SUMO writes tripinfo.xml into the run folder.")
+@click.option("--edgedata", is_flag=True, default=None, help="SUMO writes edgedata.xml into the run folder.")
 @click.option("--sumo", metavar="OPTIONS", help="More options for SUMO: '--lanechange-output lc.xml ...'.")
-@click.option("-o", "--out", type=click.Path(path_type=Path), help="Run folder; without it nothing is kept.")
+@click.option(
+    "-o", "--out", type=click.Path(path_type=Path), help="Run folder. Without it no files are kept."
+)
 @click.option("--overwrite", is_flag=True, help="Replace an earlier run in the run folder.")
 @click.option("--gui", is_flag=True, help="Show the run in sumo-gui (through traci).")
 @click.option("--traci", is_flag=True, help="Run SUMO as a process of its own (through traci).")
-@click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON and nothing else.")
+@click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON only.")
 def run(
     network: str,
     *,
@@ -176,7 +191,7 @@ def run(
 
 
 def exit_code(summary: Mapping[str, Any]) -> int:
-    """Return the exit code that says how a run ended; that it was interrupted goes before all else."""
+    """Return the exit code of a run; an interrupt comes before all other outcomes."""
     if summary["outcome"] == "interrupted":
         return EXIT_INTERRUPTED
     if summary.get("clean") is False:

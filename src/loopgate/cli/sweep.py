@@ -1,4 +1,4 @@
-"""`loopgate sweep`: run a grid of scenarios, one row each."""
+"""`loopgate sweep`: run a grid of scenarios; each run makes a row."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ _SHOWN = 12  # lines of a dry run
     type=click.Choice(["local", "dask"]),
     default="local",
     show_default=True,
-    help="Where runs are executed.",
+    help="Where the runs are made.",
 )
 @click.option("--scheduler", metavar="ADDRESS", help="Dask scheduler, such as tcp://host:8786.")
 @click.option(
@@ -50,9 +50,9 @@ _SHOWN = 12  # lines of a dry run
     type=FiniteRange(0.0, 1e8, min_open=True),
     help="Longest wall time of a local run [s].",
 )
-@click.option("--retry-failed", is_flag=True, help="Also run again what failed before.")
+@click.option("--retry-failed", is_flag=True, help="Repeat runs that failed.")
 @click.option("--keep-runs", is_flag=True, help="Keep every run folder in RESULTS/runs.")
-@click.option("--dry-run", is_flag=True, help="List the runs and estimate the time, run nothing.")
+@click.option("--dry-run", is_flag=True, help="List the runs and estimate the time. Run nothing.")
 @click.option("--json", "as_json", is_flag=True, help="Print the outcome as JSON.")
 @click.option("--runner", hidden=True)
 def sweep(
@@ -67,7 +67,7 @@ def sweep(
     runner: str | None,
     **options: Any,  # noqa: ANN401  the others, as `run_sweep` has them
 ) -> None:
-    """Run every scenario of the sweep FILE (TOML) that has no row in the results folder yet.
+    """Run each scenario of the sweep FILE (TOML) that has no row in the results folder.
 
     End it at any moment, by any means: the same command goes on where it stopped.
     """
@@ -92,9 +92,7 @@ def sweep(
                 described, folder, executor=pool, workers=size or workers, report=note, **options
             )
     except KeyboardInterrupt:
-        click.echo(
-            f"\n{folder}: all rows so far are kept; the same command goes on where it stopped", err=True
-        )
+        click.echo(f"\n{folder}: all rows so far are kept; the same command continues the sweep", err=True)
         raise
     if as_json:
         text = {name: getattr(outcome, name) for name in ("total", "present", "done", "failed", "seconds")}
@@ -110,7 +108,7 @@ def sweep(
 
 
 def _check(points: list[Point], file: Path) -> None:
-    """Refuse keys, values, gates and negotiations that no run would accept before anything runs."""
+    """Before the first run, refuse keys, values, gates and negotiations that no run accepts."""
     from loopgate.simulation.scenario import Scenario
     from loopgate.sweep.description import with_files
 

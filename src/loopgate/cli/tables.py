@@ -1,4 +1,4 @@
-"""Tables on the terminal: those of many rows, and the one at the end of a run."""
+"""Tables on the terminal: tables of many rows, and the summary of a run."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
@@ -12,7 +12,7 @@ from loopgate.results.summary_rows import summary_rows
 
 
 def console(width: int = 120) -> Console:
-    """Return a console as wide as the terminal; of a fixed width where there is none."""
+    """Return a console as wide as the terminal, or of a fixed width without a terminal."""
     made = Console(highlight=False)
     return made if made.is_terminal else Console(highlight=False, width=width)
 
@@ -26,7 +26,7 @@ def print_table(
     left: Iterable[str] = (),
     most: int | None = None,
 ) -> None:
-    """Print a table; the columns in `left` are flush left, rows beyond `most` only counted (None: none)."""
+    """Print a table. Columns in `left` are flush left. At most `most` rows are printed (None: all)."""
     every = list(rows)
     to.print(title, style="bold", markup=False)
     table = Table()
@@ -40,7 +40,7 @@ def print_table(
 
 
 def print_summary(summary: Mapping[str, Any], out: Path | None) -> None:
-    """Print the table, warnings, and where the results are."""
+    """Print the table, the warnings and the folder of the results."""
     to = console(110)
     gate = summary["gate"] if summary["gate"] == "open" else f"{summary['gate']} on {summary['abstraction']}"
     table = Table(title=f"{summary['network']}: {gate}, seed {summary['seed']}", show_header=False)

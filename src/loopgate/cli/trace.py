@@ -16,7 +16,7 @@ from loopgate.cli.json_output import print_json
 @click.option("--moves", default="", help="Robots that move, in order, separated by commas.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON only.")
 def trace(file: Path, gate: str, *, moves: str, as_json: bool) -> None:
-    """Make MOVES in the system in FILE, and say at each step whom the gate admits and why not the others."""
+    """Make MOVES in the system in FILE. Print the robots that the gate admits, and why it refuses others."""
     from loopgate.gates import make_gate
     from loopgate.model import RobotId, read_system
     from loopgate.research.runs import trace_moves
@@ -29,7 +29,7 @@ def trace(file: Path, gate: str, *, moves: str, as_json: bool) -> None:
         return
     for step in steps:
         click.echo(f"{step.step:3}  {' '.join(step.configuration)}")
-        click.echo(f"     admitted: {' '.join(step.admitted) or 'nobody'}")
+        click.echo(f"     admitted: {' '.join(step.admitted) or 'none'}")
         for name, refusal in step.refused.items():
             click.echo(f"     {name}: {refusal.reason}, {refusal.detail}")
         if step.moved is not None:

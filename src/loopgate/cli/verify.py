@@ -1,4 +1,4 @@
-"""``loopgate verify``: does a gate keep its promise."""
+"""``loopgate verify``: check whether a gate keeps its promise."""
 
 from __future__ import annotations
 
@@ -24,19 +24,22 @@ if TYPE_CHECKING:
     from loopgate.research.state_space import Verification
 
 EXIT_BROKEN = 1
-"""A promise was seen broken."""
+"""Exit code if a promise was broken."""
 
 _SMALL = 5_000
-"""Random systems with more configurations are walked, not explored."""
+"""Random systems with more configurations are checked by random walks, not explored."""
 
 
 @click.command()
 @click.argument("file", required=False, type=click.Path(path_type=Path, dir_okay=False))
 @click.option(
-    "--random", "systems", type=click.IntRange(1, 10**9), help="Check so many random systems instead."
+    "--random",
+    "systems",
+    type=click.IntRange(1, 10**9),
+    help="Number of random systems to check, in place of FILE.",
 )
 @click.option("--gate", default="certified", show_default=True, help="Gate, with options: name:option=value.")
-@click.option("--seed", default=1, show_default=True, help="Of the random systems and walks.")
+@click.option("--seed", default=1, show_default=True, help="Seed of the random systems and walks.")
 @click.option(
     "--limit",
     type=click.IntRange(0, 10**9),
@@ -49,7 +52,7 @@ _SMALL = 5_000
     type=click.IntRange(0, 10**9),
     default=20,
     show_default=True,
-    help="Random walks where exploring does not fit.",
+    help="Number of random walks through a system that is too large to explore.",
 )
 @click.option(
     "--steps", type=click.IntRange(0, 10**9), default=500, show_default=True, help="Moves per walk."
@@ -57,7 +60,7 @@ _SMALL = 5_000
 @click.option(
     "--certificates",
     type=click.Path(path_type=Path, dir_okay=False),
-    help="Write what shows each decision to be right, for `loopgate check-certificate`.",
+    help="Write a certificate for each decision, for `loopgate check-certificate`.",
 )
 @click.option("--json", "as_json", is_flag=True, help="Print JSON only.")
 @click.pass_context
@@ -71,7 +74,7 @@ def verify(
     as_json: bool,
     **given: Any,  # noqa: ANN401  the other options, as `_Plan` has them
 ) -> None:
-    """Check every decision of a gate against the exact answer, on the system in FILE or on random ones.
+    """Compare every decision of a gate with the exact answer, on the system in FILE or on random systems.
 
     Exhaustively where the configurations fit, else along random walks. Exit code 1 if a promise is broken.
     """
@@ -105,7 +108,7 @@ class _Plan:
     stream: TextIO | None = None
 
     def check(self, system: System, report: Callable[[int], None]) -> Verification:
-        """Check one system, everywhere or else by walks; write its certificates if they are asked for."""
+        """Check one system, exhaustively or by random walks; write certificates if asked to."""
         from loopgate.research.state_space import ExplorationLimitError, verify_everywhere, verify_walks
 
         self._write(json.dumps({"system": system_to_dict(system)}, separators=(",", ":")))
@@ -126,7 +129,7 @@ class _Plan:
             )
 
     def check_random(self, systems: int, report: Callable[[int], None]) -> Verification:
-        """Check random systems, whose seeds count up from the plan's; one walk each where one is needed."""
+        """Check random systems with consecutive seeds; one random walk through each that is too large."""
         from loopgate.research.state_space import Verification
         from loopgate.research.theory.random_systems import any_system
 

@@ -1,4 +1,4 @@
-"""The ground of every map of a network: a page, the roads in grey, a scale, a title."""
+"""The base of every map: a page, the roads in grey, a scale, a title."""
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -35,7 +35,7 @@ _PANEL_IN = 2.7
 def base_map(
     network: RoadNetwork, loops: Sequence[Loop], file: Path | str, *, title: str = "", dpi: int = DPI
 ) -> Iterator[Axes]:
-    """Make a page with the roads round some loops; write it when the drawing on it is done.
+    """Yield a page with the roads round some loops; write it at the end of the ``with`` block.
 
     Raises `ResultsError` if the file cannot be written.
 
@@ -80,7 +80,7 @@ def base_map(
 
 
 def _frame(axes: Axes, figure: Figure, network: RoadNetwork, loops: Sequence[Loop]) -> None:
-    """Show the loops with some room round them; the whole network where there are no loops."""
+    """Show the loops with a margin, or the whole network if there are no loops."""
     if loops:
         points = np.concatenate([loop.curve()[0] for loop in loops])
     else:
@@ -106,7 +106,7 @@ def draw_lines(
     order: float,
     **looks: Any,  # noqa: ANN401 - what matplotlib takes
 ) -> None:
-    """Draw lines of one look, or with a colour and a width each, without moving the map."""
+    """Draw lines, of one style or with a colour and a width each; the view stays."""
     drawn = LineCollection(lines, colors=colours, linewidths=widths, zorder=order, **looks)
     axes.add_collection(drawn, autolim=False)
 

@@ -97,7 +97,7 @@ def network_sections(results: Results) -> list[Section]:
 
 
 def common_count(runs: pd.DataFrame) -> int:
-    """Return the largest vehicle count with which every series was run, or as many of them as any count."""
+    """Return the largest vehicle count that most series share."""
     series = runs.groupby(c.VEHICLES)[a.SERIES].nunique()
     return int(series.index[series == series.max()].max())
 
@@ -220,7 +220,7 @@ def _deadlocks(content: Content, runs: pd.DataFrame) -> None:
 
 
 def _longest_waits(content: Content, runs: pd.DataFrame) -> None:
-    """Add what the longest waits were for, at the vehicle count that series have in common."""
+    """Add the causes of the longest waits, at the vehicle count that the series share."""
     count = common_count(runs)
     title = "For what the longest waits were"
     waits = content.table("longest-waits", title, compute_longest_waits, by=_BY)
@@ -247,7 +247,7 @@ def _laps_and_decisions(content: Content) -> None:
 
 
 def _roads(content: Content, runs: pd.DataFrame) -> None:
-    """Add maps and ranks of edges and junctions, at the vehicle count that series have in common."""
+    """Add maps and ranks of edges and junctions, at the vehicle count that the series share."""
     count = common_count(runs)
     of = {"runs": "runs", "edge_sets": "results.edge_sets"}
     where, by = f"{c.VEHICLES} == {count}", [a.SERIES]
@@ -281,7 +281,7 @@ def _roads(content: Content, runs: pd.DataFrame) -> None:
 
 
 def _over_time(content: Content, runs: pd.DataFrame, results: Results) -> str:
-    """Add curves over time where there are run folders; return what loads them."""
+    """Add curves over time if there are run folders; return the expressions that load them."""
     flow = results.read_flow(runs) if len(set(runs[c.VEHICLES])) == 1 else pd.DataFrame()
     if flow.empty:
         return ""

@@ -1,4 +1,4 @@
-"""Parts of a page besides its text: figures as Vega-Lite, tables as files, and the library that draws."""
+"""Parts of a page besides its text: Vega-Lite figures, tables as files, the drawing library."""
 
 import base64
 import gzip
@@ -21,7 +21,7 @@ _SNIPPET = "window.vegaEmbed = vegaEmbed;"
 
 @cache
 def library() -> str:
-    """Return Vega, Vega-Lite and Vega-Embed as one script; nothing is fetched."""
+    """Return Vega, Vega-Lite and Vega-Embed as one script, without the network."""
     version = vl_convert.get_vegalite_versions()[-1]
     script: str = vl_convert.javascript_bundle(_SNIPPET, vl_version=version)
     return script.replace("</script", "<\\/script")

@@ -13,7 +13,7 @@ _MOST_COMMANDS = 60
 
 
 def progress(results: Results) -> str:
-    """Return one sentence on how much of the sweep is there."""
+    """Return one sentence on the progress of the sweep."""
     runs = results.runs
     planned = int(results.manifest.get("runs", len(runs)))
     failed = int((runs[c.STATUS] == c.STATUS_FAILED).sum())
@@ -29,7 +29,7 @@ def progress(results: Results) -> str:
 
 
 def facts(results: Results) -> list[tuple[str, str]]:
-    """Return what was run, as names and values."""
+    """Return the settings of the runs, as names and values."""
     runs = results.runs
     rows = [("Results", ", ".join(map(str, results.folders))), *(("Note", note) for note in results.notes)]
     for name, column in (

@@ -18,7 +18,7 @@ _APART = "\N{NO-BREAK SPACE}"
 
 
 def number(value: float) -> str:
-    """Return a number with three digits that count, thousands apart; a dash for NaN."""
+    """Return a number with three significant digits and separated thousands; a dash for NaN."""
     if math.isnan(value):
         return DASH
     if value and abs(value) < 100:  # noqa: PLR2004 - from here on, three digits need no decimals
@@ -27,7 +27,7 @@ def number(value: float) -> str:
 
 
 def title(sections: Sequence[Section]) -> str:
-    """Return what was compared, and where: the title of the page. Of long names, what they differ in."""
+    """Return the title of the page: what was compared, and where."""
     names = {name for section in sections for name in (*section.names, *section.hidden)}
     where = _listed([section.network for section in sections])
     runs = pd.concat([section.runs[[c.GATE, c.NEGOTIATION]] for section in sections])
@@ -37,7 +37,7 @@ def title(sections: Sequence[Section]) -> str:
 
 
 def _aspect(part: str, runs: pd.DataFrame) -> str:
-    """Return what a part of a series' name tells of: ``lights`` of ``lights off``."""
+    """Return the setting that a part of a series' name is about: ``lights`` of ``lights off``."""
     name, _, value = part.removeprefix("no ").partition(" ")
     if value or part.startswith("no "):
         return name.removesuffix("_s").replace("_", " ")
@@ -45,7 +45,7 @@ def _aspect(part: str, runs: pd.DataFrame) -> str:
 
 
 def lead(sections: Sequence[Section]) -> str:
-    """Return how it was compared, and what came out on the first network: the page's first sentence."""
+    """Return the page's first sentence: how runs were compared, and the result on the first network."""
     section = sections[0]
     runs = section.runs
     counts = sorted(runs[c.VEHICLES].unique())
@@ -102,12 +102,12 @@ def headline(section: Section, said: str = "") -> list[str]:
 
 
 def _said(name: str) -> str:
-    """Return a series' name as part of a sentence: in quotes where it has commas of its own."""
+    """Return a series' name as part of a sentence, in quotes if it has commas."""
     return f"\N{LEFT DOUBLE QUOTATION MARK}{name}\N{RIGHT DOUBLE QUOTATION MARK}" if ", " in name else name
 
 
 def _throughput(tables: Mapping[str, pd.DataFrame], runs: pd.DataFrame, *, every: bool = True) -> list[str]:
-    """Say who drives most, and against all others, or against the best of each other gate."""
+    """Say which series drives most, compared with the others or with the best of each other gate."""
     peaks = tables["capacity"].sort_values(a.PEAK, ascending=False, kind="stable")
     if runs[c.VEHICLES].min() == runs[c.VEHICLES].max():  # one count is no border of what was tried
         peaks = peaks.assign(**{a.AT_BORDER: False})
@@ -188,7 +188,7 @@ def _deadlocks(runs: pd.DataFrame) -> str:
 
 
 def _watching(runs: pd.DataFrame, count: int) -> list[str]:
-    """Say how long roads go without a visit, by series at one vehicle count: what a loop is driven for."""
+    """Say how long roads go without a visit, by series at one vehicle count."""
     parts = []
     for series, group in runs[runs[c.VEHICLES] == count].groupby(SERIES, sort=True):
         mean, worst = group[c.IDLENESS].mean(), group[c.WORST_IDLENESS].max()
@@ -198,7 +198,7 @@ def _watching(runs: pd.DataFrame, count: int) -> list[str]:
 
 
 def _mishaps(runs: pd.DataFrame) -> list[str]:
-    """Say what must not have happened, by series, whether it did or not."""
+    """Say by series whether deadlocks, collisions or teleports happened."""
     parts = []
     for series, group in runs.groupby(SERIES, sort=True):
         collisions, teleports = int(group[c.COLLISIONS].sum()), int(group[c.TELEPORTS].sum())

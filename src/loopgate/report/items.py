@@ -1,4 +1,4 @@
-"""The parts of a report: figures and tables with their words, by network."""
+"""The parts of a report: figures and tables with their captions, by network."""
 
 import json
 from collections.abc import Callable, Mapping, Sequence
@@ -15,7 +15,7 @@ _RUNS = {"runs": "runs"}
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """A call that makes a table: the report makes it so, and prints the same call for its reader."""
+    """A call that makes a table; the report runs it and prints it."""
 
     function: Callable[..., pd.DataFrame]
     sources: Mapping[str, str]
@@ -47,7 +47,7 @@ class Command:
 
 @dataclass(frozen=True, slots=True)
 class TableItem:
-    """A table with its words."""
+    """A table with its caption."""
 
     name: str
     title: str
@@ -60,7 +60,7 @@ class TableItem:
 
 @dataclass(frozen=True, slots=True)
 class FigureItem:
-    """A figure with its words."""
+    """A figure with its caption."""
 
     name: str
     title: str
@@ -89,7 +89,7 @@ class Section:
 
 
 class Content:
-    """Tables and figures of one network as they are put together."""
+    """Collects the tables and figures of one network."""
 
     def __init__(self, known: Mapping[str, Any], names: Sequence[str]) -> None:
         self.style: dict[str, Any] = {"series": SERIES, "among": names}
@@ -111,7 +111,7 @@ class Content:
         listed: bool = True,
         **options: Any,  # noqa: ANN401 - options of any kind
     ) -> pd.DataFrame:
-        """Make a table by a command; one without rows is left out. Figures of it know it by its name."""
+        """Make a table by a command, and leave it out if it has no rows. Figures refer to its name."""
         command = Command(function, sources, options, where, columns)
         made = command.table(self.known)
         made.attrs["name"] = name
@@ -120,10 +120,10 @@ class Content:
         return made
 
     def figure(self, name: str, title: str, caption: str, chart: Chart, table: str = "") -> None:
-        """Add a figure that shows a table, of its own name if no other is given; none of a table left out."""
+        """Add a figure of a table (by default the table of its name), unless the table was left out."""
         if (table or name) in self.tables:
             self.figures.append(FigureItem(name, title, caption, chart, table or name))
 
     def drop(self, name: str) -> None:
-        """Leave out a figure that another one shows better."""
+        """Remove a figure."""
         self.figures = [item for item in self.figures if item.name != name]

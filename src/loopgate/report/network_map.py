@@ -55,7 +55,7 @@ def draw_map(
     title: str = "",
     dpi: int = DPI,
 ) -> None:
-    """Draw roads, loops and zones to a picture; the name's ending says which format (PNG, SVG, PDF).
+    """Draw roads, loops and zones to a PNG, SVG or PDF file.
 
     Raises `ResultsError` if the file cannot be written.
 

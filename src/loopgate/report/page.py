@@ -1,4 +1,4 @@
-"""Write the report: one page that needs nothing else, and its figures and tables as files."""
+"""Write the report: one self-contained page, and its figures and tables as files."""
 
 import re
 import shlex
@@ -127,7 +127,7 @@ def _write(results: Results, page: Path, folder: Path, report: Callable[[int, in
 
 
 class _Writer:
-    """Writes figures and tables as files and returns what the page shows of them."""
+    """Writes figures and tables as files, and returns their part of the page."""
 
     def __init__(self, folder: Path, many: bool, report: Callable[[int], None]) -> None:  # noqa: FBT001
         self._folder = folder
@@ -138,7 +138,7 @@ class _Writer:
         self.files: dict[str, Any] = {}
 
     def section(self, section: Section, said: str) -> dict[str, Any]:
-        """Write a section's files; its headline leaves out what the page has `said` before."""
+        """Write a section's files; the headline omits sentences in `said`."""
         prefix = re.sub(r"[^\w.-]+", "-", section.network) + "-" if self._many else ""
         tables = {item.name: item for item in section.tables}
         drawn = {name for item in section.figures for name in (item.table, "runs")} - {"edges"}

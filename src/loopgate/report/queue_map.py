@@ -1,4 +1,4 @@
-"""The map of queues: places by capacity, crossings and their conflicts, loops that cannot work."""
+"""The map of queues: places by capacity, crossings, conflicts, refused loops."""
 
 from bisect import bisect_right
 from collections.abc import Iterator, Sequence
@@ -47,7 +47,7 @@ _NEAR_PT = 50.0
 def draw_queues(
     network: RoadNetwork, found: QueueSurvey, file: Path | str, *, title: str = "", dpi: int = DPI
 ) -> None:
-    """Draw places, crossings and refused loops to a picture; the name's ending says which format.
+    """Draw places, crossings and refused loops to a PNG, SVG or PDF file.
 
     Raises `ResultsError` if the file cannot be written.
 
@@ -80,7 +80,7 @@ def _places(axes: Axes, network: RoadNetwork, found: QueueSurvey, width: float, 
 
 
 def _crossings(axes: Axes, network: RoadNetwork, found: QueueSurvey, width: float, aside_m: float) -> None:
-    """Draw all between two places as a thin line, with the lanes that are too short to queue on broader."""
+    """Draw each crossing as a thin line; lanes too short to queue on are broader."""
     via = {connection.id: connection.via for connection in network.connections}
     thin = [
         np.asarray(network.lanes[lane].shape, dtype=np.float64)
@@ -94,7 +94,7 @@ def _crossings(axes: Axes, network: RoadNetwork, found: QueueSurvey, width: floa
 
 
 def _over(network: RoadNetwork, crossing: CrossingSurvey) -> Floats:
-    """Return the way over a stretch: along its lane, or straight from one lane to the other."""
+    """Return the line of a stretch: along its lane, or straight between two lanes."""
     stretch = crossing.stretch
     if stretch is None:
         return np.zeros((0, 2))
@@ -113,7 +113,7 @@ def _part(network: RoadNetwork, lane_id: str, begin_m: float, end_m: float) -> F
 
 
 def _conflicts(axes: Axes, network: RoadNetwork, found: QueueSurvey, scale: float) -> None:
-    """Mark the stretches that two movements share; where they are too small to see, their junctions."""
+    """Mark the stretches that two movements share, or their junctions if the stretches are tiny."""
     via = {connection.id: connection.via for connection in network.connections}
     lines = [line for crossing in found.crossings for line in _shared(network, via, crossing)]
     over = [crossing for crossing in found.crossings if crossing.stretch is not None and crossing.conflicts]
@@ -172,7 +172,7 @@ def _shared(
 
 
 def _refused(axes: Axes, refusals: Sequence[RefusedLoop], width: float, scale: float) -> None:
-    """Draw refused loops as a band beneath the places, and mark where each cannot go on."""
+    """Draw refused loops as a band beneath the places, and mark the edge where each fails."""
     curves = [np.vstack((points, points[:1])) for points in (refusal.loop.curve()[0] for refusal in refusals)]
     for colour, line_width, dash, order in (
         (_REFUSED_BAND, width + 6.0, "solid", 2.4),

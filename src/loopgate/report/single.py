@@ -1,4 +1,4 @@
-"""Items that only a single run has: causes of waiting, a loop over time, and who is stuck."""
+"""Items of a single run: causes of waiting, a loop over time, stuck vehicles."""
 
 import json
 from pathlib import Path
@@ -24,7 +24,7 @@ _STREETS = f'run.streets["{run.EDGE}"]'
 
 
 def add_single_run(content: Content, folder: Path) -> str:
-    """Add what the events of a run tell; return the line that loads it."""
+    """Add the items from the events of a run; return the line that loads it."""
     one = read_run(folder)
     content.known |= {
         "run.events": one.events,
@@ -53,7 +53,7 @@ def add_single_run(content: Content, folder: Path) -> str:
 
 
 def _add_watch(content: Content, one: Run, period: dict[str, Any]) -> None:
-    """Add which streets went unseen, those on no loop in view, and how soon they were seen again."""
+    """Add the unseen streets, the streets on no loop in view, and the revisit intervals."""
     streets = one.streets
     if streets is None or not (streets[run.VISITS] > 0).any():
         return
@@ -78,7 +78,7 @@ def _add_watch(content: Content, one: Run, period: dict[str, Any]) -> None:
 
 
 def _add_loop(content: Content, vehicles: pd.DataFrame, loops: pd.DataFrame) -> None:
-    """Add the loop on which most is stood, over time."""
+    """Add the loop with the most standing, over time."""
     driven = vehicles[vehicles[run.LOOP].isin(loops[run.LOOP])]
     if driven.empty or run.STOOD not in driven:
         return

@@ -1,4 +1,4 @@
-"""Tables as people read them, as CSV and as LaTeX."""
+"""Tables for readers, as CSV and as LaTeX."""
 
 from pathlib import Path
 
@@ -20,7 +20,7 @@ _SHARES = {RATE, BETTER, REFUSED_SHARE}
 
 
 def cells(table: pd.DataFrame) -> Cells:
-    """Return the table with three digits that count, shares and their intervals in percent."""
+    """Return the table with three significant digits, and shares with their intervals in percent."""
     shares = _SHARES | ({LOW, HIGH} if RATE in table.columns else set())
     columns = [_texts(table[name], share=name in shares) for name in table.columns]
     headings = [str(name).replace("_", " ") for name in table.columns]
@@ -28,7 +28,7 @@ def cells(table: pd.DataFrame) -> Cells:
 
 
 def plain(table: pd.DataFrame) -> pd.DataFrame:
-    """Return the table with texts for lists, as every format can hold it."""
+    """Return the table with lists as texts."""
     lists = {
         name: table[name].map(lambda values: " ".join(map(str, values)), na_action="ignore")
         for name in table.columns
@@ -38,7 +38,7 @@ def plain(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def csv_of(table: pd.DataFrame) -> str:
-    """Return the table as CSV that no spreadsheet takes for formulas.
+    """Return the table as CSV in which no text looks like a formula.
 
     A text that begins as a formula does (``=``, ``+``, ``-``, ``@``, behind blanks too, or a tab) gets an
     apostrophe before it, unless it holds figures alone, as the shapes of streets do. Names of streets and
@@ -63,7 +63,7 @@ def _no_formula(value: object) -> object:
 
 
 def write_csv(table: pd.DataFrame, file: Path) -> None:
-    """Write the table with all its digits."""
+    """Write the table as CSV with all digits."""
     file.write_text(csv_of(table), encoding="utf-8")
 
 

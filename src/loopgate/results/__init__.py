@@ -1,1 +1,1 @@
-"""The files that a run leaves behind: their columns, and how they are written and read."""
+"""The files of a run: their columns, their writers and readers."""

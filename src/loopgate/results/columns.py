@@ -1,4 +1,4 @@
-"""Column names of all result tables, with units; the one place where they are spelled."""
+"""Column names of all result tables, with units. No other module spells them."""
 
 from enum import StrEnum
 from typing import Final

@@ -1,4 +1,4 @@
-"""The events of a run: written as they happen, in memory that does not grow with the run, and read back."""
+"""The events of a run, written as they happen with bounded memory, and read back."""
 
 from collections.abc import Callable, Collection, Iterator, Sequence
 from itertools import islice
@@ -71,7 +71,7 @@ class Recorder:
             self._flush()
 
     def passed(self, times: Floats, rows: NDArray[np.int32]) -> None:
-        """Record rows of codes: of vehicle, event and place, or of reason and stage too; times in [s]."""
+        """Record rows of codes (vehicle, event, place; optionally reason and stage); times in [s]."""
         if self._file is None:
             return
         self._passed.append((len(self._flat) // _WIDTH, times.copy(), rows.copy()))
@@ -80,7 +80,7 @@ class Recorder:
             self._flush()
 
     def close(self) -> None:
-        """Write what is left and finish the file; may be called twice."""
+        """Write the remaining events and finish the file; may be called twice."""
         if self._file is not None:
             try:
                 self.before()
@@ -102,7 +102,7 @@ class Recorder:
         self._file.write(pa.Table.from_arrays(arrays, schema=_SCHEMA))
 
     def _column(self, codes: NDArray[np.int32]) -> pa.Array:
-        """Return words by number as a column that holds each of them once, and no others."""
+        """Return numbered words as a dictionary column."""
         used = np.flatnonzero(np.bincount(codes))
         numbers = np.zeros(used.max(initial=0) + 1, dtype=np.int32)
         numbers[used] = np.arange(len(used))
@@ -111,7 +111,7 @@ class Recorder:
         return pa.DictionaryArray.from_arrays(pa.array(numbers[codes]), words)
 
     def _rows(self) -> tuple[Floats, NDArray[np.int32]]:
-        """Return times and words of all rows that wait to be written, in the order in which they came."""
+        """Return times and words of all unwritten rows, in order."""
         noted = np.array(self._flat).reshape(-1, _WIDTH)
         times, rows = noted[:, 0], noted[:, 1:].astype(np.int32)
         if not self._passed:
@@ -139,7 +139,7 @@ class Happening(NamedTuple):
 
 
 class EventFeed(Recorder):
-    """Records events, and hands those of each step out."""
+    """Records events, and returns the events of each step."""
 
     def __init__(self, file: Path) -> None:
         super().__init__(file)

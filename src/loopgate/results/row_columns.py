@@ -1,4 +1,4 @@
-"""Columns of a results table: one row per run of a sweep; names with units, and what each holds."""
+"""Columns of a results table (one row per run of a sweep): names, units, meanings."""
 
 from functools import partial
 from typing import Final

@@ -11,7 +11,7 @@ _WHOSE = {"ordinary": ", of ordinary traffic alone", "both": ", of gated and ord
 
 
 def summary_rows(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """Return the rows of the table: what, and how much with its unit."""
+    """Return the rows of the table: name, and value with its unit."""
     decision = summary["decision_us"]
     wall = summary["wall_s"]
     rows = [
@@ -33,7 +33,11 @@ def summary_rows(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
         *_starving(summary.get("starving") or []),
         ("collisions, teleports", f"{summary['collisions']}, {summary['teleports']}"),
         *_strange(summary),
-        *([("gate's promise", f"to {summary['promise']}")] if summary.get("promise") else []),
+        *(
+            [("promise", f"{summary['promise']}, as long as no vehicle stands for good")]
+            if summary.get("promise")
+            else []
+        ),
         ("decisions", f"{summary['decisions']}"),
         ("refusals", ", ".join(f"{k} {v}" for k, v in summary["refusals"].items()) or "none"),
         (
@@ -54,7 +58,7 @@ def summary_rows(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
 
 
 def _longest_wait(wait: Mapping[str, Any] | None) -> list[tuple[str, str]]:
-    """Return the row about what the longest wait was for, if anybody waited."""
+    """Return the row with the causes of the longest wait, if a vehicle waited."""
     if not wait:
         return []
     parts = ", ".join(f"{cause} {time_s:.0f} s" for cause, time_s in wait["by_cause_s"].items())
@@ -62,7 +66,7 @@ def _longest_wait(wait: Mapping[str, Any] | None) -> list[tuple[str, str]]:
 
 
 def _trips(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """Return the row about vehicles that drive once, where there are any."""
+    """Return the rows about trips, if there are trips."""
     if "trips" not in summary:
         return []
     mean, loss, depart = (summary[f"mean_{name}_s"] for name in ("delay", "time_loss", "depart_delay"))
@@ -74,7 +78,7 @@ def _trips(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
 
 
 def _stops(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """Return the rows about stops and departures, where there are any."""
+    """Return the rows about stops and departures, if there are any."""
     rows, stops = [], summary.get("stops")
     if stops:
         missed = f", {stops['missed']} missed" if stops["missed"] else ""
@@ -93,11 +97,11 @@ def _stops(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
 
 
 def _surroundings(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """Return the rows about lights that are obeyed and about ordinary traffic, where there are any."""
+    """Return the rows about obeyed lights and ordinary traffic, if there are any."""
     rows = []
     lights, others = summary.get("at_lights"), summary.get("others")
     if lights:
-        stood = f"{lights['stood']} stood at a red with their grant, {lights['stood_s']:.0f} s in all"
+        stood = f"{lights['stood']} with a grant stood at a red, {lights['stood_s']:.0f} s in all"
         rows.append(
             (
                 "lights",
@@ -106,11 +110,10 @@ def _surroundings(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
         )
     if others:
         seen = f"{others['vehicles']} ordinary vehicles; " if "vehicles" in others else ""
-        said = f"{seen}{others['collisions']} collisions among them"
+        said = f"{seen}{others['collisions']} collisions between them"
         if judged := len(others.get("verdicts", ())):
-            said += (
-                f", {judged} with gated ones: the ordinary driver erred in {summary['collisions_by_others']}"
-            )
+            erred = f"the ordinary driver erred in {summary['collisions_by_others']}"
+            said += f", {judged} with gated vehicles; {erred}"
         rows.append(("other traffic", said))
         if "promise" in others:
             rows.append(("promise", others["promise"]))
@@ -118,14 +121,14 @@ def _surroundings(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
 
 
 def _spacing(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """Return the row about even spacing, if something was done for it."""
-    done = {"hold": "those ahead held at gates", "advice": "all told how fast to drive"}
+    """Return the row about even spacing, if spacing was on."""
+    done = {"hold": "gates hold vehicles that are ahead", "advice": "each vehicle is told a speed"}
     said = done.get(summary.get("spacing", "none"))
     return [("spacing", said)] if said else []
 
 
 def _strange(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """Return the row about vehicles that did what no gate told them to, in a gated run."""
+    """Return the row about vehicles that broke a refusal, in a gated run."""
     if summary.get("clean") is None:
         return []
     return [("overruns, trespasses", f"{summary['overruns']}, {summary['trespasses']}")]
@@ -143,14 +146,14 @@ def _deadlocks(summary: Mapping[str, Any]) -> str:
 
 
 def _starving(sinks: Sequence[Mapping[str, Any]]) -> list[tuple[str, str]]:
-    """Return the row about vehicles that starved, where any did."""
+    """Return the row about starved vehicles, if there are any."""
     if not sinks:
         return []
     most = max(sinks, key=lambda sink: len(sink["vehicles"]))
     count = len({vehicle for sink in sinks for vehicle in sink["vehicles"]})
     behind = f"behind {most['behind']} on {most['lane']}" if most["behind"] else "at gates"
-    text = f"{count} vehicles; {len(most['vehicles'])} of them {behind} ({most['why']})"
-    return [("starving", f"{text} from {most['noticed_s']:.0f} s on")]
+    text = f"{count} vehicles, {len(most['vehicles'])} {behind} ({most['why']})"
+    return [("starving", f"{text}, noticed at {most['noticed_s']:.0f} s")]
 
 
 def _coverage(summary: Mapping[str, Any]) -> str:
@@ -167,17 +170,17 @@ def _idleness(summary: Mapping[str, Any]) -> str:
 
 
 def _watch(watch: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """Return the rows about all streets, those on no loop included, where anything was measured."""
+    """Return the rows about all streets, also streets on no loop, if they were measured."""
     if not watch:
         return []
     text = f"{watch['never_seen']} of {watch['streets']} never seen"
     if watch["headway_cv"] is not None:
-        text += f"; times between visits vary by {watch['headway_cv']:.0%} of their mean, "
-        text += f"{watch['bunched']:.0%} of them bunched"
+        text += f"; revisit intervals: coefficient of variation {watch['headway_cv']:.2f}, "
+        text += f"{watch['bunched']:.0%} bunched"
     rows = [("streets", text)]
     if "bound_s" in watch and watch["within_of_seen"] is not None:
         broken = [f"{_named(row)} {row['worst_idleness_s']:.0f} s" for row in watch["broken"][:3]]
-        promise = f"kept for {watch['within_of_seen']:.1%} of the time of streets that were seen"
+        promise = f"kept {watch['within_of_seen']:.1%} of the time, over seen streets"
         worst = f"; broken on {watch['streets_over']}, worst: {', '.join(broken)}" if broken else ""
         rows.append((f"seen every {watch['bound_s']:g} s", promise + worst))
     for row in watch.get("districts", ())[:_DISTRICTS]:

@@ -1,4 +1,4 @@
-"""Reads the Parquet tables of runs and sweeps, also those that another version of loopgate made.
+"""Reads the Parquet tables of runs and sweeps, also of other versions of loopgate.
 
 A damaged file is refused, and so is one that lacks what the reader needs or holds something else. What only
 newer versions write is not known of older results.
@@ -55,7 +55,7 @@ _MOST_NAMES = 4
 
 
 class Rows(NamedTuple):
-    """Rows of a sweep, and in words how the columns of their file differ from what this version writes."""
+    """Rows of a sweep, and the difference between their columns and the columns of this version."""
 
     table: pa.Table
     """`ROW_SCHEMA`, or some of its columns."""
@@ -74,7 +74,7 @@ def maker(summary: Mapping[str, Any]) -> str:
 def lacks(
     file: Path, missing: Iterable[str], made_by: str, *, what: str = "column", again: str = _AGAIN
 ) -> ResultsError:
-    """Return the error that names what a file of results lacks, who made it, and what to do."""
+    """Return the error that names the missing part of a file, its writer, and the way out."""
     ours = versions()["loopgate"]
     msg = f"{file}: it has no {what} {listed(missing, _MOST_NAMES)}"
     if made_by in {"", ours}:
@@ -143,7 +143,7 @@ def read_rows(file: Path, columns: Collection[str] | None = None) -> Rows:
 
 
 def check_sizes(rows: pa.Table, file: Path) -> None:
-    """Refuse rows with numbers that no run has, whose squares and sums would be none."""
+    """Refuse rows with numbers that no run has: their squares and sums would not be finite."""
     for field in rows.schema:
         if not (pa.types.is_floating(field.type) or pa.types.is_integer(field.type)):
             continue
@@ -154,7 +154,7 @@ def check_sizes(rows: pa.Table, file: Path) -> None:
 
 
 def check_columns(schema: pa.Schema, wanted: Iterable[str], file: Path, made_by: str = "") -> None:
-    """Refuse a table of a run that lacks a column, or holds texts for numbers or numbers for texts."""
+    """Refuse a table of a run that lacks a column or has a column of the wrong type."""
     missing = [name for name in wanted if name not in schema.names]
     if missing:
         raise lacks(file, missing, made_by)
@@ -171,7 +171,7 @@ def check_columns(schema: pa.Schema, wanted: Iterable[str], file: Path, made_by:
 
 
 def _whole(table: pa.Table) -> pa.Table:
-    """Return a table without what pandas has written about it, which may be damaged and is not needed."""
+    """Return a table without the metadata of pandas, which may be damaged."""
     table.validate(full=True)  # pandas would read beyond the end of a column that is damaged
     return table.replace_schema_metadata(None)
 

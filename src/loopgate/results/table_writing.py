@@ -1,4 +1,4 @@
-"""A Parquet file that grows for hours, and can still be read when the disk is full before it is done."""
+"""A Parquet file that grows for hours, and stays readable if the disk fills up."""
 
 import os
 from contextlib import suppress
@@ -82,7 +82,7 @@ class TableFile:
         self._pieces += 1
 
     def _reserve(self, more_bytes: int) -> None:
-        """Make sure of room for so many bytes and the end of the file, on disks that can promise it."""
+        """Reserve space for so many bytes and the end of the file, on disks that allow it."""
         if not hasattr(os, "posix_fallocate"):
             return
         room = more_bytes + _END_BYTES + _END_BYTES_PER_PIECE * (self._pieces + 1)

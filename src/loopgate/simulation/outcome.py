@@ -215,8 +215,8 @@ class Folder:
 _PROMISE_OF = {
     "everyone": "in the model of the trace everyone can go on for ever, after every move, as long as no "
     "vehicle stands for good; not how soon",
-    "somebody": "in the model of the trace somebody can always move and no circular wait forms, as long as "
-    "no vehicle stands for good; not who",
+    "somebody": "in the model of the trace some vehicle can always move and no circular wait forms, as long "
+    "as no vehicle stands for good; not which vehicle",
 }
 
 
@@ -288,13 +288,13 @@ def summary(
 
 
 def _promise(keeper: Gatekeeper | None) -> dict[str, str]:
-    """Return to whom the gate promises that they can always go on, and what that is a promise of."""
+    """Return which vehicles the gate promises can always go on, and under which conditions."""
     promise = getattr(keeper.gate, "promise", "") if keeper else ""
     return {"promise": promise, "promise_of": _PROMISE_OF.get(promise, "")}
 
 
 def waits(folder: Folder, course: RunCourse) -> dict[str, Any]:
-    """Return what the trace of a gated run says of the longest waits, and what they were for."""
+    """Return the longest waits of a gated run and their causes, from the trace."""
     if course.end_s <= course.begin_s:
         return wait_figures(None)
     events = read_events(folder / EVENTS, (Event.REFUSE, Event.GRANT))
@@ -308,22 +308,22 @@ def is_clean(summary: Mapping[str, Any]) -> bool:
 
 
 def mishaps(summary: Mapping[str, Any]) -> list[str]:
-    """Return warnings of what vehicles did that no gate told them to."""
+    """Return warnings about vehicles that broke a refusal, strayed or starved."""
     lines = []
     if summary["overruns"]:
         lines.append(
             f"{summary['overruns']} held vehicles could not brake for their line, or did not, and were "
-            "stopped as hard as they could be: the events 'overrun' say which, and where"
+            "stopped as hard as possible: the events 'overrun' name them and the places"
         )
     if summary["trespasses"]:
         lines.append(
-            f"{summary['trespasses']} vehicles entered a state that was not granted to them: the events "
-            "'enter' with the reason 'not granted' say which, and where"
+            f"{summary['trespasses']} vehicles entered a state without a grant: the events "
+            "'enter' with the reason 'not granted' name them and the places"
         )
     if summary["strays"]:
         lines.append(
-            f"SUMO took {summary['strays']} vehicles to another lane than their loop's; they were led back: "
-            "the events 'stray' say which, and where"
+            f"SUMO took {summary['strays']} vehicles to a lane outside their loop; they were led back: "
+            "the events 'stray' name them and the places"
         )
     for sink in summary["starving"]:
         behind = f"behind {sink['behind']}, which stands on lane {sink['lane']}" if sink["behind"] else ""
@@ -333,7 +333,7 @@ def mishaps(summary: Mapping[str, Any]) -> list[str]:
         )
     if faults := summary["refusals"].get(Reason.FAULT.value):
         lines.append(
-            f"{faults} moves were refused since what the gate found did not pass its own check; this is a "
+            f"{faults} moves were refused because the witness failed the gate's own check; this is a "
             "fault of loopgate: please report it with the scenario"
         )
     return lines
