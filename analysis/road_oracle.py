@@ -1,7 +1,9 @@
 """An exhaustive oracle of roads with capacity, apart from the package: who can go on for ever.
 
 Vehicles on one loop are interchangeable, and everyone goes on for ever iff a strongly connected part of what
-can be reached can be reached in which each place that is not empty gives its first vehicle away.
+can be reached can be reached in which each place that is not empty gives its first vehicle away. Where first
+vehicles stand for good, everyone else goes on iff in such a part all other places give theirs away, and no
+vehicle more stands behind those.
 """
 
 from __future__ import annotations
@@ -26,11 +28,12 @@ Lines = tuple[tuple[tuple[int, int], ...], ...]
 
 @dataclass(frozen=True)
 class Roads:
-    """Loops over places, and a start."""
+    """Loops over places, a start, and the places whose first vehicle stands for good."""
 
     loops: tuple[tuple[int, ...], ...]
     slots: tuple[int, ...]
     start: Lines
+    stands: frozenset[int] = frozenset()
 
     def wanted(self, entry: tuple[int, int]) -> tuple[int, tuple[int, int]]:
         """Return the place that a vehicle wants, and how it stands there."""
@@ -42,7 +45,7 @@ class Roads:
         """Return for each place whose first vehicle can move the configuration after that."""
         found = []
         for place, line in enumerate(here):
-            if line:
+            if line and place not in self.stands:
                 there, entry = self.wanted(line[0])
                 if len(here[there]) < self.slots[there]:
                     lines = list(here)
@@ -52,8 +55,8 @@ class Roads:
         return found
 
     def circle(self, here: Lines) -> bool:
-        """Return whether full places wait for one another in a circle."""
-        full = {p for p, line in enumerate(here) if len(line) == self.slots[p]}
+        """Return whether full places, none that stands, wait for one another in a circle."""
+        full = {p for p, line in enumerate(here) if len(line) == self.slots[p]} - self.stands
         for place in full:
             seen = set[int]()
             while place in full and place not in seen:
@@ -65,7 +68,7 @@ class Roads:
 
     def crowded(self) -> bool:
         """Return whether some crossed set of places has more residents than slots less two, set by set."""
-        numbers = Counter(loop for line in self.start for loop, _ in line)
+        numbers = Counter(self.going())
         loops = {k: frozenset(self.loops[k]) for k in numbers}
         for size in range(1, len(self.slots)):
             for some in map(frozenset, combinations(range(len(self.slots)), size)):
@@ -74,6 +77,14 @@ class Roads:
                     if residents > sum(self.slots[p] for p in some) - 2:
                         return True
         return False
+
+    def going(self) -> list[int]:
+        """Return the loop of each vehicle that does not stand, nor behind one that does."""
+        return [loop for p, line in enumerate(self.start) if p not in self.stands for loop, _ in line]
+
+    def leads_there(self) -> bool:
+        """Return whether the loop of a vehicle elsewhere leads to a place that stands."""
+        return any(not self.stands.isdisjoint(self.loops[loop]) for loop in self.going())
 
     @cached_property
     def system(self) -> System:
@@ -118,9 +129,13 @@ class Reach:
         leaves: list[set[int]] = [set() for _ in range(part.max() + 1)]
         for k, place in zip(part[tails[inside]].tolist(), places[inside].tolist(), strict=True):
             leaves[k].add(place)
+        stands, start = self.roads.stands, self.roads.start
         return np.array(
             [
-                all(not line or p in leaves[k] for p, line in enumerate(here))
+                all(
+                    line == start[p] if p in stands else not line or p in leaves[k]
+                    for p, line in enumerate(here)
+                )
                 for here, k in zip(self.all, part.tolist(), strict=True)
             ]
         )

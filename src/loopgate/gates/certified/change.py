@@ -1,0 +1,127 @@
+"""Whether everyone can go on after a change of loops, and while the first in some places stand for good.
+
+Where places hold two or more and are left in order of arrival, that depends on where vehicles stand through
+circles of full places alone, and on their loops through (S) alone (proof: docs/proofs/Change.v). So a change
+of loops is decided by one walk for each place whose first vehicle has another loop now, and by (S). Where the
+first in a place stands for good, everyone but those in the place goes on iff nobody else's loop leads there,
+and the others close no circle and keep (S).
+"""
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+
+from loopgate.gates.certified import chain
+from loopgate.gates.certified.crowding import find_crowd
+
+
+class Why(StrEnum):
+    """Why not everyone can go on."""
+
+    LEADS_THERE = "a loop leads to a place whose first vehicle stands"
+    CIRCLE = "full places wait for one another in a circle"
+    CROWD = "a crossed set of places has too many residents"
+
+
+@dataclass(frozen=True, slots=True)
+class Hindrance:
+    """What keeps some vehicle from going on for ever.
+
+    Attributes
+    ----------
+    why
+        Which condition fails.
+    places
+        The places that stand, that make the circle, in its order, or that are crowded, ascending.
+    vehicles
+        The vehicles whose loops lead there, the first of the places in the circle, or the residents.
+    """
+
+    why: Why
+    places: tuple[int, ...]
+    vehicles: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Standing:
+    """Who stands where on which loop.
+
+    Attributes
+    ----------
+    loops
+        The places of each vehicle's loop, in driving order, once round.
+    positions
+        Where on its loop each vehicle stands.
+    lines
+        The vehicles in each place, first in line first.
+    slots
+        How many vehicles each place holds, two or more.
+    """
+
+    loops: Sequence[Sequence[int]]
+    positions: Sequence[int]
+    lines: Sequence[Sequence[int]]
+    slots: Sequence[int]
+
+    def free(self, place: int) -> int:
+        """Return how many slots are free."""
+        return self.slots[place] - len(self.lines[place])
+
+    def first(self, place: int) -> int | None:
+        """Return the first in line, None if the place is empty."""
+        line = self.lines[place]
+        return line[0] if line else None
+
+    def wanted(self, vehicle: int) -> int:
+        """Return the place that a vehicle wants next."""
+        loop = self.loops[vehicle]
+        return loop[(self.positions[vehicle] + 1) % len(loop)]
+
+
+def find_hindrance(
+    there: Standing, *, changed: Collection[int] | None = None, stands: Collection[int] = ()
+) -> Hindrance | None:
+    """Return what keeps a vehicle from going on for ever, those in places that stand left out; or None.
+
+    Parameters
+    ----------
+    there
+        All vehicles, with their loops after the change.
+    changed
+        The vehicles that have other loops than before, where there was no circle before; None if that is
+        not known. Only circles through the places where they are first are looked for.
+    stands
+        The places whose first vehicle stands for good.
+
+    Examples
+    --------
+    Two vehicles fill place 0 and two fill place 1. Only the first vehicle of place 0 wants place 1:
+
+    >>> loops, lines = [[0, 1], [0, 2], [1, 2], [1, 2]], [[0, 1], [2, 3], []]
+    >>> find_hindrance(Standing(loops, [0] * 4, lines, [2, 2, 2])) is None
+    True
+
+    Once the first vehicle of place 1 wants place 0, the two places wait for each other:
+
+    >>> loops[2] = [1, 0]
+    >>> find_hindrance(Standing(loops, [0] * 4, lines, [2, 2, 2]), changed=[2]).places
+    (1, 0)
+
+    Notes
+    -----
+    O(places) for each changed vehicle that is first in its place, and what `find_crowd` takes.
+    """
+    lost = {vehicle for place in stands for vehicle in there.lines[place]}
+    others = [vehicle for line in there.lines for vehicle in line if vehicle not in lost]
+    astray = sorted(vehicle for vehicle in others if not set(stands).isdisjoint(there.loops[vehicle]))
+    if astray:
+        return Hindrance(Why.LEADS_THERE, tuple(sorted(stands)), tuple(astray))
+    for place, line in enumerate(there.lines):
+        if line and place not in stands and (changed is None or line[0] in changed):
+            circle = chain.circle_from(there, place)
+            if circle:
+                return Hindrance(Why.CIRCLE, tuple(circle), tuple(there.lines[p][0] for p in circle))
+    crowd = find_crowd([there.loops[vehicle] for vehicle in others], there.slots) if others else None
+    if crowd is None:
+        return None
+    return Hindrance(Why.CROWD, crowd.places, tuple(sorted(others[k] for k in crowd.residents)))

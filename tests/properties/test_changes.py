@@ -1,0 +1,68 @@
+"""After a change of loops, and while first vehicles stand: what is proved, what is decided and what is so."""
+
+from __future__ import annotations
+
+from random import Random
+
+import changes
+import pytest
+from changes import WRONG, change, study
+from everyone import draw
+from hypothesis import settings
+from road_oracle import Reach, Roads
+
+from loopgate.gates.certified import change as package
+from loopgate.gates.certified.change import Hindrance, Standing, Why, find_hindrance
+
+SYSTEMS = 3 * settings.default.max_examples if settings.default else 0
+"""180, and 9,000 in a soak; `python analysis/changes.py` looks at 10,000."""
+
+
+def test_all_go_on_after_a_change_iff_the_walk_and_the_crowds_say_so() -> None:
+    """Changes, heads that stand, and both at once, on random systems."""
+    found = study(SYSTEMS)
+    assert {key: found[key] for key in WRONG} == dict.fromkeys(WRONG, 0)
+    assert found["changes that keep everyone live"] > SYSTEMS // 2
+    assert min(found[f"refused: {why.name.lower()}"] for why in Why) > 0
+    assert min(found[kind] for kind in changes.KINDS) > SYSTEMS // 10
+
+
+@pytest.mark.parametrize("why", Why)
+def test_each_condition_on_a_change_is_needed(why: Why, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without the walk, without (S), or with loops left where a head stands, some change is unsafe."""
+    whole = package.find_hindrance
+
+    def forgetful(there: Standing, **words: set[int]) -> Hindrance | None:
+        found = whole(there, **words)
+        return None if found and found.why is why else found
+
+    monkeypatch.setattr(changes, "find_hindrance", forgetful)
+    found = study(180)
+    assert found["unsafe"] > 0
+    assert found["needless"] == found["mismatches"] == 0
+
+
+def test_nobody_else_is_lost() -> None:
+    """Where a head stands, the others of its place are lost and everyone else goes on, if led round."""
+    loops = ((0, 1, 2), (0, 2), (1, 2))
+    led = Roads(loops, (2, 2, 2), (((1, 0),), ((0, 1), (2, 0)), ((1, 1),)), frozenset({1}))
+    assert bool(Reach(led).live[0])
+    through = Roads(loops, (2, 2, 2), (((0, 0),), ((0, 1), (2, 0)), ((1, 1),)), frozenset({1}))
+    assert not Reach(through).live[0]
+    there = Standing([[0, 1, 2]] * 2 + [[1, 2], [0, 2]], [0, 1, 0, 1], [[0], [1, 2], [3]], [2, 2, 2])
+    assert find_hindrance(there, stands={1}) == Hindrance(Why.LEADS_THERE, (1,), (0,))
+
+
+def test_a_change_leaves_everyone_where_it_stands() -> None:
+    """And draws the same for the same seed."""
+    roads = draw(5, narrow=False)
+    one, two = (change(roads, roads.start, Random(1), "both") for _ in range(2))
+    assert one == two
+    assert [len(line) for line in one.start] == [len(line) for line in roads.start]
+    for place, line in enumerate(one.start):
+        assert all(one.loops[loop][position] == place for loop, position in line)
+
+
+def test_the_study_is_deterministic() -> None:
+    """Same seeds, same figures."""
+    assert study(20) == study(20)
