@@ -102,6 +102,7 @@ def vehicle_rows(
         "road": road % count,
         "road_lap": np.floor(front / lap_m).astype(np.int64) + road // count,
         "pivot": [[e for _, e in t.edges].index(t.rerouted_on) if t.rounds else NOBODY for t in tracks],
+        "foreseen": True,
         "heeds_renewal": [track.renews for track in tracks],
         "leg_at": legs,
         "legs": [len(track.legs) for track in tracks],

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Container, Mapping, Sequence
 from functools import partial
 from time import perf_counter
 from typing import Any, cast
@@ -55,7 +55,9 @@ class Engine:
     recorder
         Takes the events.
     foresees
-        Whether drivers are such that it can be told ahead when they will be past a crossing.
+        Whether it can be told ahead when vehicles will be past a crossing.
+    unforeseen
+        The vehicles of which it cannot be told, even if it can of others.
     ground
         Ways on which others may come; by default there are those of the tracks, and nobody comes.
     """
@@ -68,12 +70,14 @@ class Engine:
         recorder: Recorder,
         *,
         foresees: bool = True,
+        unforeseen: Container[str] = (),
         ground: Ground | None = None,
     ) -> None:
         self._traffic = traffic
         self._gatekeeper = gatekeeper
         self._recorder = recorder
         self.foresees = foresees
+        self._unforeseen = unforeseen
         self.changes = 0
         """How often vehicles have got other numbers, or others have come."""
         self.on_taking_in: Callable[[Driver], None] = lambda _: None
@@ -166,6 +170,7 @@ class Engine:
         driver.drives_like(traffic.dynamics(driver.id))
         row["offset"] = driver.front_m - traffic.odometer(driver.id)
         row["speed"] = traffic.speed(driver.id)
+        row["foreseen"] = driver.id not in self._unforeseen
         if self._gatekeeper is not None:
             traffic.put_under_gate(driver.id, keeps_lane=driver.track.keeps_lane)
             self._recorder.note(now, driver.id, Event.START, driver.leg(driver.granted).state)

@@ -7,7 +7,10 @@ finds another in its way. Before that, SUMO may let each wait for the other; and
 at a waiting point inside, which may lie on that stretch, whoever has the right of way goes first. Nor is
 anything foreseen of one that has to change lanes on its way, since it slows down for that; or that may itself
 have to wait on the junction, for a third that was granted before it and is still in its way, or that has left
-the same lane in another direction: SUMO keeps a vehicle behind those, too.
+the same lane in another direction: SUMO keeps a vehicle behind those, too. Nor is anything foreseen of a
+vehicle that is long, or whose driver is not as SUMO's cars have it. Others may still be foreseen to be past
+before such a vehicle comes: no model of SUMO drives faster than acceleration and limits allow, and where
+bodies touch is worked out for every length.
 The vehicle that it follows into its place is taken to stand.
 
 Nor is it in the way of one that will be past that stretch, rear and all, before it can be there: where it has
@@ -136,6 +139,12 @@ def together(one: int, other: int) -> int:
     return most if least <= PAST or least == most else IN_THE_WAY
 
 
+@inner
+def _is_foreseen(i: int, t: Tables) -> bool:
+    """Return whether it can be told when the vehicle will be past a crossing."""
+    return bool(t.run[0].foresees and t.vehicles[i].foreseen)
+
+
 @part
 def _relation(other: int, leg: int, theirs: int, shared: int, i: int, reach_m: float, t: Tables) -> int:
     one, ahead = t.vehicles[i], t.vehicles[other]
@@ -143,7 +152,7 @@ def _relation(other: int, leg: int, theirs: int, shared: int, i: int, reach_m: f
     left_m = t.foes[shared].to_m + ahead.length_m + _BEYOND_M - inside_m
     if left_m < 0:
         return PAST
-    if ahead.steered or not t.run[0].foresees or inside_m < max(_BEYOND_M, t.foes[shared].from_m):
+    if ahead.steered or not _is_foreseen(other, t) or inside_m < max(_BEYOND_M, t.foes[shared].from_m):
         return IN_THE_WAY  # not on the shared stretch yet: the two could stop across each other's way
     slow = min(ahead.top, _SLOW * t.passes[theirs].speed_mps)
     passed_s = time_s(left_m, ahead.speed, ahead.accel, slow) + _APART_S
@@ -162,7 +171,7 @@ def _comes_later(other: int, leg: int, shared: int, i: int, k: int, f: int, t: T
     """Return whether `i`, let go now, is past the stretch shared with the foe before `other` comes."""
     one, ahead, here = t.vehicles[i], t.vehicles[other], leg_of(i, t.vehicles[i].granted, t)
     run = t.run[0]
-    if t.legs[here].pinned or one.steered or not (run.foresees and run.at_once):
+    if t.legs[here].pinned or one.steered or not (_is_foreseen(i, t) and run.at_once):
         return False
     if _follows_aside(i, run.grants + 1, t.legs[here].pass_at, t):
         return False

@@ -67,6 +67,8 @@ class VehicleRow:
     halted_s, hold_s, stood_s, longest_s
         When it came to rest, not a number if it has not; time at rest so far, time at which it stood at all,
         longest time from asking to a grant [s].
+    foreseen
+        Whether it can be told when it will be past a crossing.
     heeds_renewal
         Whether something is to be done when its route is renewed, also where it is not to stop.
     pending, since_s, reason, stage, looked_at, asked_at_s, decided, going
@@ -150,6 +152,7 @@ class VehicleRow:
     laps: int
     pivot: int
     heeds_renewal: bool
+    foreseen: bool
     loop: int
     haste: float
     name: int

@@ -63,8 +63,8 @@ class Assembly:
         The states; None where vehicles drive under no gate and no abstraction placed them.
     warnings
         Warnings for the user about how it was put together.
-    foresees
-        Whether it can be told when a vehicle will be past a crossing; see `unforeseen`.
+    unforeseen
+        The vehicles of which it cannot be told when they will be past a crossing.
     wishes
         The user's wishes for the watch.
     departures
@@ -92,7 +92,7 @@ class Assembly:
     tracks: tuple[Track, ...]
     abstraction: Abstraction | None
     warnings: tuple[str, ...] = ()
-    foresees: bool = True
+    unforeseen: frozenset[str] = frozenset()
     wishes: Wishes = Wishes()
     departures: tuple[Departure, ...] = ()
     stops: Mapping[str, tuple[Stop, ...]] = field(default_factory=dict)
@@ -168,7 +168,7 @@ def assemble(scenario: Scenario) -> Assembly:
             incidents = read_incidents(network, scenario.incidents, {v.id for v in closed})
         detours = find_detours(network, closed, incidents) if scenario.standing == "contain" else []
         others += detours
-    peculiar = _peculiar(scenario, network, everybody) if scenario.gated else ()
+    peculiar = _peculiar(scenario, network, everybody) if scenario.gated else {}
     abstraction = None
     apart = len({vehicle.loop.id for vehicle in vehicles}) == len(vehicles)
     if scenario.gated or scenario.abstraction != "segments" or apart:
@@ -194,8 +194,14 @@ def assemble(scenario: Scenario) -> Assembly:
         tuple(starts),
         tuple(tracks),
         abstraction,
-        warnings=(*warnings, *moved, *peculiar, *bereft, *_alone(scenario, [v.loop for v in everybody])),
-        foresees=not peculiar,
+        warnings=(
+            *warnings,
+            *moved,
+            *peculiar.values(),
+            *bereft,
+            *_alone(scenario, [v.loop for v in everybody]),
+        ),
+        unforeseen=frozenset(vehicle.id for vehicle in everybody if vehicle.type.id in peculiar),
         wishes=_wishes(scenario, network, sorted({vehicle.type.vclass for vehicle in everybody})),
         departures=departures,
         stops=_stops(scenario, [*vehicles, *later], abstraction),
@@ -309,12 +315,12 @@ def _wishes(scenario: Scenario, network: RoadNetwork, classes: Sequence[str]) ->
     )
 
 
-def _peculiar(scenario: Scenario, network: RoadNetwork, vehicles: Sequence[LoopVehicle]) -> tuple[str, ...]:
-    """Refuse types that no gate can drive; return what is peculiar about those that it can."""
+def _peculiar(scenario: Scenario, network: RoadNetwork, vehicles: Sequence[LoopVehicle]) -> dict[str, str]:
+    """Refuse types that no gate can drive; return what is peculiar about those that it can, by name."""
     kinds = [vehicle.type for vehicle in vehicles]
     check_types(kinds, step_s=scenario.step_s, source=scenario.routes or scenario.network)
     if scenario.abstraction != "queues":
-        return ()  # nothing is foreseen where there are no crossings
+        return {}  # nothing is foreseen where there are no crossings
     return unforeseen(network, [(vehicle.loop, vehicle.type) for vehicle in vehicles])
 
 

@@ -248,7 +248,7 @@ def open_session(
             fleet = _fleet(scenario, assembly, traffic, recorder, keeping)
             engine = fleet.engine
         else:
-            engine = ChangingEngine(traffic, assembly.tracks, None, recorder, foresees=assembly.foresees)
+            engine = ChangingEngine(traffic, assembly.tracks, None, recorder)
         around = fleet.around if fleet else None
         parking = Parking(traffic, engine, around.has_room) if around else None
         stops = Stops(traffic, engine, recorder, assembly.stops, parking)
@@ -292,7 +292,8 @@ def _fleet(
         lights=scenario.rule_for_lights == "obey",
         others=bool(scenario.traffic or assembly.ordinary),
         serve_after_s=scenario.serve_after_s or inf,
-        foresees=assembly.foresees,
+        foresees=True,
+        unforeseen=assembly.unforeseen,
         expects=bool(assembly.departures) or assembly.contains,
     )
     fleet = Fleet(assembly.network, traffic, recorder, rules)

@@ -156,11 +156,11 @@ def why_unsafe(kind: VehicleType, step_s: float) -> str:
     return next((f"{name} lets {text}; leave it out" for name, text in means.items()), "")
 
 
-def unforeseen(network: RoadNetwork, users: Iterable[tuple[Loop, VehicleType]]) -> tuple[str, ...]:
+def unforeseen(network: RoadNetwork, users: Iterable[tuple[Loop, VehicleType]]) -> dict[str, str]:
     """Say of which types it cannot be told when a vehicle will be past a crossing, and why.
 
-    Where there is one, others set out only when a vehicle has left what they share. That is safe whoever
-    drives, and costs throughput.
+    Where a vehicle of such a type is before them, others set out only when it has left what they share. That
+    is safe whoever drives, and costs throughput.
 
     Parameters
     ----------
@@ -169,8 +169,8 @@ def unforeseen(network: RoadNetwork, users: Iterable[tuple[Loop, VehicleType]]) 
 
     Returns
     -------
-    tuple
-        A warning for each such type; none if all drive as SUMO's cars do.
+    dict
+        A warning for each such type, by its name; empty if all drive as SUMO's cars do.
     """
     fastest: dict[str, tuple[VehicleType, float]] = {}
     for loop, kind in {(loop.id, kind.id): (loop, kind) for loop, kind in users}.values():
@@ -178,11 +178,11 @@ def unforeseen(network: RoadNetwork, users: Iterable[tuple[Loop, VehicleType]]) 
         _, before = fastest.get(kind.id, (kind, 0.0))
         fastest[kind.id] = kind, max([before, *limits])
     found = [(name, _peculiarity(kind, limit)) for name, (kind, limit) in fastest.items()]
-    return tuple(
-        f"vType {name}: {what}: nothing is foreseen of vehicles on crossings, which costs some throughput"
+    return {
+        name: f"vType {name}: {what}: nothing is foreseen of them on crossings, which costs some throughput"
         for name, what in found
         if what
-    )
+    }
 
 
 def _peculiarity(kind: VehicleType, limit_mps: float) -> str:

@@ -66,6 +66,10 @@ def test_nothing_is_foreseen_where_vehicles_give_way_or_drive_otherwise() -> Non
     assert engine.run["foresees"][0]
     other = Engine(traffic, tracks, keeper, notes, foresees=False)  # type: ignore[arg-type]  # as in `world`
     assert not other.run["foresees"][0]
+    assert engine.vehicles["foreseen"].all()
+    some = Engine(traffic, tracks, keeper, notes, unforeseen={tracks[0].vehicle})  # type: ignore[arg-type]  # as in `world`
+    some.begin()
+    assert [bool(one.row["foreseen"]) for one in some.drivers] == [False] * len(tracks)
     traffic.gives_way = True
     assert not Engine(traffic, tracks, keeper, notes).run["foresees"][0]  # type: ignore[arg-type]  # as in `world`
 

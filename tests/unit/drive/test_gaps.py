@@ -2,6 +2,7 @@
 
 import math
 from random import Random
+from typing import Any, cast
 
 import pytest
 from books import Books
@@ -104,6 +105,16 @@ def test_where_vehicles_give_way_to_others_nothing_is_foreseen() -> None:
     for front_m, foresees, free in ((60.0, True, True), (60.0, False, False), (65.6, False, True)):
         tables = crossing((0, 1), (20.0, front_m), foresees=foresees)
         assert (relation(0, 0, 0, 1, tables) == IN_THE_WAY) != free
+
+
+def test_whether_something_is_foreseen_is_a_matter_of_each_vehicle() -> None:
+    """Who goes first must be foreseen, whoever comes after it."""
+    for foreseen, free in (((False, True), True), ((True, False), False)):
+        before, later = crossing((0, 1), (20.0, 60.0)), crossing((0, 1), (49.9, -35.0))
+        for tables in (before, later):
+            cast("Any", tables.vehicles)["foreseen"] = foreseen
+        assert (relation(0, 0, 0, 1, before) == BEFORE) == free
+        assert (relation(0, 0, 0, 1, later) == LATER) != free
 
 
 @pytest.mark.parametrize(("wait_m", "free"), [(8.0, True), (12.0, False), (30.0, True)])

@@ -1,7 +1,7 @@
 """Vehicles under a gate that join and leave: in a run as in a simulation of somebody else's."""
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from time import perf_counter
 
@@ -40,7 +40,7 @@ class Rules:
         Whether traffic lights are obeyed, and whether there is traffic under no gate.
     serve_after_s
         See `Gatekeeper`.
-    foresees
+    foresees, unforeseen
         See `Engine`.
     expects
         Whether vehicles come later, on ways that are all known from the beginning on.
@@ -52,6 +52,7 @@ class Rules:
     others: bool = True
     serve_after_s: float = SERVE_AFTER_S
     foresees: bool = False
+    unforeseen: Container[str] = ()
     expects: bool = False
 
 
@@ -88,7 +89,15 @@ class Fleet:
         timetable = Timetable(traffic, signals_of(network))
         keeper.timetable = timetable if rules.lights else None
         ground = Ground(recorder.code, step_s=traffic.step_s, signals=keeper.signals)
-        self.engine = ChangingEngine(traffic, (), keeper, recorder, foresees=rules.foresees, ground=ground)
+        self.engine = ChangingEngine(
+            traffic,
+            (),
+            keeper,
+            recorder,
+            foresees=rules.foresees,
+            unforeseen=rules.unforeseen,
+            ground=ground,
+        )
         self.around = Surroundings(
             network, traffic, self.engine, keeper, recorder.code, timetable, others=rules.others
         )
