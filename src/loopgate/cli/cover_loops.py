@@ -52,6 +52,11 @@ def cover_loops(wish: LoopsWish) -> None:
     made = _Made(tuple(covers), tuple(weights), patrol(roads, loops, number))
     text = routes_text(loops, note=_note(wish), vehicles=_vehicles(roads, made, wish, kind))
     wish.put_out(text, _data(made))
+    if wish.export is not None:
+        from loopgate.export import export_loops
+
+        left_out = {edge: str(why) for cover in covers for edge, why in cover.left_out.items()}
+        export_loops(roads, loops, wish.export, left_out=left_out)
     if wish.plot is not None:
         from loopgate.report.network_map import draw_map
 

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
       loopgate loops my.net.xml --count 3 --vclass bus --via station,market --avoid park.txt -o bus.rou.xml
       loopgate loops sumo:DRT --cover all --count 18 --vehicles 40 -o routes/watch.rou.xml --plot watch.png
       loopgate loops sumo:DRT --cover all --revisit 600 -o routes/every10min.rou.xml
+      loopgate loops sumo:DRT --cover all --count 18 -o routes/watch.rou.xml --export maps
     """
 )
 @click.argument("network")
@@ -98,6 +99,11 @@ if TYPE_CHECKING:
     help="Draw the map of covering loops (PNG, SVG, PDF).",
 )
 @click.option(
+    "--export",
+    type=click.Path(path_type=Path, file_okay=False),
+    help="Folder for maps and receivers: GeoJSON of loops and streets, GPX and KML of each loop.",
+)
+@click.option(
     "-o",
     "--out",
     type=click.Path(path_type=Path, dir_okay=False),
@@ -146,6 +152,7 @@ class LoopsWish:
     revisit_s: float | None
     margin: float
     plot: Path | None
+    export: Path | None
     out: Path | None
     as_json: bool
 
@@ -211,6 +218,10 @@ def _random_loops(wish: LoopsWish) -> None:
     note += "" if wish.avoid is None else f", avoid {wish.avoid}"
     text = routes_text(found.loops, note=note, vehicles=_vehicles(found.loops, kind))
     data = [{"id": loop.id, "length_m": round(loop.length_m, 2), "edges": loop.edges} for loop in found.loops]
+    if wish.export is not None:
+        from loopgate.export import export_loops
+
+        export_loops(roads, found.loops, wish.export)
     wish.put_out(text, {"loops": data, "warnings": [found.shortfall] if found.shortfall else []})
     if wish.out is not None and not wish.as_json:
         total = sum(loop.length_m for loop in found.loops) / 1000.0

@@ -18,7 +18,12 @@ import click
 @click.option(
     "-o", "--out", type=click.Path(path_type=Path), help="The page [default: replay.html in the last RUN]."
 )
-def replay(*, runs: tuple[Path, ...], out: Path | None) -> None:
+@click.option(
+    "--export",
+    type=click.Path(path_type=Path, file_okay=False),
+    help="Folder for GeoJSON, GPX, KML and CSV of the last RUN.",
+)
+def replay(*, runs: tuple[Path, ...], out: Path | None, export: Path | None) -> None:
     """Write a page that replays RUN, or two runs side by side on one clock.
 
     RUN is a run folder. The page opens offline, in any browser of 2023 or later: play it, click a vehicle to
@@ -31,4 +36,8 @@ def replay(*, runs: tuple[Path, ...], out: Path | None) -> None:
     with show_progress("replay, percent") as report:
         made = make_replay(*runs, report=report)
         page = made.write(out or runs[-1] / "replay.html")
+    if export is not None:
+        from loopgate.export import export_run
+
+        click.echo(f"{export}, {len(export_run(runs[-1], export))} files")
     click.echo(f"{page}, {page.stat().st_size / 1e6:.1f} MB")

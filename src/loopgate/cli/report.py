@@ -1,10 +1,16 @@
 """`loopgate report`: a page from a results folder."""
 
+from __future__ import annotations
+
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from loopgate.cli.json_output import print_json
+
+if TYPE_CHECKING:
+    from loopgate.runs.results import Results
 
 
 @click.command()
@@ -15,8 +21,15 @@ from loopgate.cli.json_output import print_json
 @click.option(
     "--files", type=click.Path(path_type=Path), help="Folder for figures and tables [default: PAGE-files]."
 )
+@click.option(
+    "--export",
+    type=click.Path(path_type=Path, file_okay=False),
+    help="Folder for GeoJSON, GPX, KML and CSV of each run folder among RESULTS.",
+)
 @click.option("--json", "as_json", is_flag=True, help="Print what was written as JSON.")
-def report(*, results: tuple[Path, ...], out: Path | None, files: Path | None, as_json: bool) -> None:
+def report(
+    *, results: tuple[Path, ...], out: Path | None, files: Path | None, export: Path | None, as_json: bool
+) -> None:
     """Write a page about RESULTS: sweeps, run folders, or folders of runs.
 
     Several become one report; a run that is in more than one of them counts once.
@@ -31,10 +44,28 @@ def report(*, results: tuple[Path, ...], out: Path | None, files: Path | None, a
         loaded = read_results(results)
         for text in loaded.notes:
             click.echo(f"loopgate: {text}", err=True)
+        exported = [] if export is None else _export(loaded, export)
         made = write_report(loaded, out or results[0] / "report.html", files=files, report=note)
     if as_json:
         written = {"page": str(made.page), "files": str(made.files) if made.files else None}
+        written |= {"export": str(export) if exported else None}
         print_json(written | {"figures": made.figures, "tables": made.tables})
         return
+    if exported:
+        click.echo(f"{export}, {len(exported)} files")
     beside = f", {made.figures} figures and {made.tables} tables in {made.files}" if made.files else ""
     click.echo(f"{made.page}{beside}")
+
+
+def _export(results: Results, folder: Path) -> list[Path]:
+    """Write maps of the runs that have folders, each into one of its own where there are several."""
+    from loopgate.errors import ResultsError
+    from loopgate.export import export_run
+
+    runs = sorted(results.run_folders.values())
+    if not runs:
+        msg = (
+            f"{', '.join(map(str, results.folders))}: --export needs run folders, and a sweep keeps rows only"
+        )
+        raise ResultsError(msg)
+    return [file for one in runs for file in export_run(one, folder if len(runs) == 1 else folder / one.name)]

@@ -19,6 +19,7 @@ from loopgate.analysis import (
 )
 from loopgate.analysis.rows import run_row
 from loopgate.errors import ResultsError
+from loopgate.export import export_run, run_features
 from loopgate.plots import plot_edges, plot_flow, plot_laps, plot_seen_within, plot_unwatched
 from loopgate.plots.charts import Chart, figure_image
 from loopgate.reading import read_object, read_toml, refusing
@@ -123,12 +124,30 @@ class Run:
 
         Raises `ResultsError` if nothing was kept of a run, or it has neither loops nor positions.
         """
-        folders = [run.folder for run in (self, beside) if run is not None]
-        kept = [folder for folder in folders if folder is not None]
-        if len(kept) < len(folders):
-            msg = "nothing was kept of the run; give it a folder: run(scenario, 'out/seen')"
-            raise ResultsError(msg)
-        return make_replay(*kept)
+        runs = (self,) if beside is None else (self, beside)
+        return make_replay(*map(_kept, runs))
+
+    def export(self, out: Path | str) -> list[Path]:
+        """Write the run for maps, satellite receivers and spreadsheets; return the files.
+
+        GeoJSON of streets, loops and places, GPX and KML of each loop with its turns, CSV of each vehicle's
+        day; see `loopgate.export.export_run`.
+
+        Raises `ResultsError` if nothing was kept of the run, `NetworkError` if its network has no projection.
+        """
+        return export_run(_kept(self), out)
+
+    def geo(self, layer: str = "streets") -> Any:  # noqa: ANN401 - geopandas need not be there
+        """Return a layer of the run as a GeoPandas frame: ``streets``, ``loops`` or ``places``.
+
+        Raises `ResultsError` if geopandas is not installed, and as `export`.
+        """
+        try:
+            import geopandas  # noqa: PLC0415 - an extra
+        except ImportError as error:
+            msg = "a frame of places needs geopandas; pip install 'sumo-loopgate[geo]'"
+            raise ResultsError(msg) from error
+        return geopandas.GeoDataFrame.from_features(run_features(_kept(self), layer), crs="EPSG:4326")
 
     def _repr_html_(self) -> str | None:
         try:
@@ -143,6 +162,13 @@ class Run:
         drawn = "".join(figure_image(figure, name) for name, figure in figures.items())
         title = f"{self.summary['network']}: {self.summary['gate']}, seed {self.summary['seed']}"
         return f"<h4>{html.escape(title)}</h4><table>{rows}</table>{drawn}"
+
+
+def _kept(one: Run) -> Path:
+    if one.folder is None:
+        msg = "nothing was kept of the run; give it a folder: run(scenario, 'out/seen')"
+        raise ResultsError(msg)
+    return one.folder
 
 
 def read_run(folder: Path | str) -> Run:

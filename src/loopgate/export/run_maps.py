@@ -1,0 +1,242 @@
+"""A run as GeoJSON, its loops as GPX and KML, and what each vehicle did as a table."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from loopgate.analysis import compute_waits
+from loopgate.analysis.columns import LONGEST, WAIT, WAITS
+from loopgate.audit.layout import read_layout
+from loopgate.errors import ResultsError
+from loopgate.export.formats import Features, feature, file_names, geojson, write
+from loopgate.export.loops import loop_features, street_feature, write_ways
+from loopgate.export.ways import Way, distinct
+from loopgate.network.projection import Projection
+from loopgate.network.road import RoadNetwork
+from loopgate.reading import read_object, refusing
+from loopgate.replay.lines import DrawnLines, find_lines
+from loopgate.results import columns as run
+from loopgate.results.columns import Event
+from loopgate.results.csv_text import csv_of
+from loopgate.results.table_reading import read_table
+from loopgate.simulation.outcome import LAYOUT, SUMMARY
+
+LAYERS = ("streets", "loops", "places")
+"""What is written of a run as GeoJSON."""
+
+_TOLD = {
+    Event.START: "starts",
+    Event.EDGE: "enters",
+    Event.LAP: "completes a lap",
+    Event.HOLD: "is held",
+    Event.GO: "goes on",
+    Event.STOP: "makes a stop",
+    Event.SERVED: "ends its stop",
+    Event.PARK: "parks",
+    Event.RETURN: "returns to the road",
+    Event.END: "leaves the gate",
+}
+_OF_STREETS = (run.VISITS, run.MEAN_REVISIT, run.IDLENESS, run.WORST_IDLENESS, run.BOUND, run.WITHIN)
+
+
+@dataclass(frozen=True, slots=True)
+class _Made:
+    """A run folder with its network."""
+
+    network: RoadNetwork
+    projection: Projection
+    summary: dict[str, Any]
+    events: pd.DataFrame
+    edges: pd.DataFrame
+    loops: pd.DataFrame
+    streets: pd.DataFrame
+    lines: DrawnLines
+    room: dict[str, int]
+
+
+def export_run(folder: Path | str, out: Path | str) -> list[Path]:
+    """Write a run for maps, satellite receivers and spreadsheets; return the files.
+
+    ``streets.geojson`` (visits, idleness, time standing), ``loops.geojson``, ``places.geojson`` (capacity and
+    waits), ``loops/NAME.gpx`` and ``.kml`` of each loop with its turn list, ``days/VEHICLE.csv`` of each
+    vehicle. Longitude and latitude (WGS 84) follow from the network's projection.
+
+    Raises `NetworkError` if the network is not found or has no projection, `ResultsError` if the folder is
+    no run folder or a file cannot be written.
+
+    Parameters
+    ----------
+    folder
+        The run folder.
+    out
+        The folder to write.
+
+    Examples
+    --------
+    >>> from loopgate import Scenario, run
+    >>> from loopgate.export import export_run
+    >>> made = run(Scenario(network="sumo:DRT", loops=1, vehicles=2, duration_s=60), "out/mapped")
+    >>> [file.name for file in export_run("out/mapped", "out/mapped/maps")][:3]
+    ['streets.geojson', 'loops.geojson', 'places.geojson']
+    """
+    made, out = _read(Path(folder)), Path(out)
+    files = [write(out / f"{name}.geojson", geojson(_features(made, name))) for name in LAYERS]
+    files += write_ways(made.network, made.projection, _ways(made), out / "loops")
+    vehicles = made.events[run.VEHICLE].drop_duplicates().sort_values()
+    names = file_names(map(str, vehicles))
+    for vehicle in names:
+        text = csv_of(_day(made, vehicle))
+        files.append(write(out / "days" / f"{names[vehicle]}.csv", text))
+    return files
+
+
+def run_features(folder: Path | str, layer: str = "streets") -> Features:
+    """Return a layer of a run as features of GeoJSON.
+
+    Raises `ResultsError` if there is no such layer, and as `export_run`.
+
+    Examples
+    --------
+    >>> from loopgate import Scenario, run
+    >>> from loopgate.export import run_features
+    >>> made = run(Scenario(network="sumo:DRT", loops=1, vehicles=2, duration_s=60), "out/layers")
+    >>> run_features("out/layers", "loops")[0]["properties"]["loop"]
+    'loop0'
+    """
+    if layer not in LAYERS:
+        msg = f"{layer}: no layer of a run; expected {', '.join(LAYERS)}"
+        raise ResultsError(msg)
+    return _features(_read(Path(folder)), layer)
+
+
+def vehicle_day(folder: Path | str, vehicle: str) -> pd.DataFrame:
+    """Return what a vehicle did, in order.
+
+    Columns: `TIME` [s], ``clock`` (h:mm:ss), ``what``, `STREET`, `EDGE`, ``lon`` and ``lat`` [degrees] of
+    the edge's beginning. Raises `ResultsError` if the run has no such vehicle, and as `export_run`.
+
+    Examples
+    --------
+    >>> from loopgate import Scenario, run
+    >>> from loopgate.export import vehicle_day
+    >>> made = run(Scenario(network="sumo:DRT", loops=1, vehicles=2, duration_s=60), "out/days")
+    >>> vehicle_day("out/days", "v1")["what"].iloc[0]
+    'starts'
+    """
+    made = _read(Path(folder))
+    if vehicle not in set(made.events[run.VEHICLE]):
+        msg = f"{folder}: the run has no vehicle {vehicle}"
+        raise ResultsError(msg)
+    return _day(made, vehicle)
+
+
+def _read(folder: Path) -> _Made:
+    with refusing(folder, "run folder", ResultsError):
+        summary = read_object(folder / SUMMARY, "summary of a run", ResultsError)
+        network = RoadNetwork.open(str(summary["network"]))
+        projection = Projection.of(network)
+
+        def table(name: str, columns: tuple[str, ...]) -> pd.DataFrame:
+            file = folder / f"{name}.parquet"
+            return read_table(file, columns, made_by="") if file.is_file() else pd.DataFrame(columns=columns)
+
+        layout = read_layout(folder / LAYOUT) if (folder / LAYOUT).is_file() else None
+        return _Made(
+            network=network,
+            projection=projection,
+            summary=dict(summary),
+            events=read_table(folder / "events.parquet", run.EVENT_COLUMNS[:5], made_by=""),
+            edges=table("edges", run.EDGE_COLUMNS),
+            loops=table("loops", run.LOOP_COLUMNS),
+            streets=table("streets", run.STREET_COLUMNS),
+            lines=find_lines(layout) if layout else DrawnLines({}, {}, (), {}, ()),
+            room=dict(layout.room) if layout else {},
+        )
+
+
+def _features(made: _Made, layer: str) -> Features:
+    if layer == "loops":
+        return loop_features(made.network, made.projection, _ways(made))
+    return list(_streets(made) if layer == "streets" else _places(made))
+
+
+def _streets(made: _Made) -> Iterator[dict[str, Any]]:
+    """Yield all streets open to the vehicles, or those on loops where no others are known."""
+    known = made.streets if len(made.streets) else made.edges
+    stood = made.edges.set_index(run.EDGE)
+    for row in known.to_dict("records"):
+        edge = str(row[run.EDGE])
+        if edge not in made.network.edges:
+            continue
+        figures = {name: row[name] for name in _OF_STREETS if name in row}
+        for name in (run.STOOD, run.EDGE_HOLD):
+            figures[name] = stood[name].get(edge) if name in stood else None
+        yield street_feature(made.network, made.projection, edge, **figures)
+
+
+def _places(made: _Made) -> Iterator[dict[str, Any]]:
+    """Yield the places of the gate: how many vehicles each holds, and how long vehicles waited for it."""
+    end_s = float(made.events[run.TIME].max()) if len(made.events) else 0.0
+    begin_s = float(made.summary.get(run.BEGINS, 0.0))
+    waits = pd.DataFrame(columns=[run.PLACE, WAIT])
+    if end_s > begin_s:
+        waits = compute_waits(events=made.events, begin_s=begin_s, end_s=end_s)
+    waited = {str(name): part.to_numpy(dtype=float) for name, part in waits.groupby(run.PLACE)[WAIT]}
+    for name, line in made.lines.places.items():
+        times_s = waited.get(name, np.zeros(0))
+        yield feature(
+            made.projection.lonlat(line),
+            place=name,
+            vehicles=made.room.get(name, 1),
+            **{WAITS: times_s.size, WAIT: times_s.sum(), LONGEST: times_s.max(initial=0.0)},
+        )
+
+
+def _ways(made: _Made) -> list[Way]:
+    ways = []
+    for name, part in made.loops.groupby(run.LOOP, sort=False):
+        edges = tuple(map(str, part[run.EDGE]))
+        begins = tuple(map(float, part[run.EDGE_BEGIN]))
+        line = made.lines.loops.get(str(name))
+        if line is None:  # no gate kept its loops: edges one behind the other
+            line = np.concatenate([made.network.edges[edge].lanes[0].shape for edge in edges])
+        line = distinct(np.vstack((line, line[:1])))
+        length = float(np.hypot(*np.diff(line, axis=0).T).sum())
+        ways.append(Way(str(name), line, edges, begins, length))
+    return ways
+
+
+def _clock(seconds: int) -> str:
+    return f"{seconds // 3600}:{seconds // 60 % 60:02d}:{seconds % 60:02d}"
+
+
+def _day(made: _Made, vehicle: str) -> pd.DataFrame:
+    """Return the rows of `vehicle_day`."""
+    events = made.events[
+        (made.events[run.VEHICLE] == vehicle) & made.events[run.EVENT].isin([str(kind) for kind in _TOLD])
+    ]
+    told = {str(kind): words for kind, words in _TOLD.items()}
+    entered = events[run.PLACE].where(events[run.EVENT] == str(Event.EDGE)).ffill()
+    seconds = events[run.TIME].to_numpy(dtype=float)
+    frame = pd.DataFrame(
+        {
+            run.TIME: seconds,
+            "clock": [_clock(int(second)) for second in seconds],
+            "what": events[run.EVENT].map(told),
+        }
+    )
+    edges = [edge if edge in made.network.edges else None for edge in entered]
+    frame[run.STREET] = [made.network.edges[edge].street if edge else "" for edge in edges]
+    frame[run.EDGE] = [edge or "" for edge in edges]
+    at = np.array(
+        [made.network.edges[edge].lanes[0].shape[0] if edge else (np.nan, np.nan) for edge in edges]
+    )
+    lonlat = made.projection.lonlat(np.nan_to_num(at))
+    known = ~np.isnan(at.reshape(-1, 2)[:, 0])
+    for column, name in enumerate(("lon", "lat")):
+        frame[name] = np.where(known, lonlat[:, column].round(7), np.nan)
+    return frame.reset_index(drop=True)

@@ -1,0 +1,117 @@
+"""A loop as a line on the map, with the list of its turns."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from loopgate.arrays import Floats
+from loopgate.network.loop import Loop
+from loopgate.network.road import RoadNetwork
+
+_STRAIGHT_DEG = 30.0
+_ROUND_DEG = 150.0
+
+
+@dataclass(frozen=True, slots=True)
+class Turn:
+    """A line of a turn list: what a driver does, and where."""
+
+    at_m: float
+    """Distance from the loop's beginning [m]."""
+    point: tuple[float, float]
+    """Where the street begins, network coordinates [m]."""
+    text: str
+    edge: str
+
+
+@dataclass(frozen=True, slots=True)
+class Way:
+    """A loop with its line.
+
+    Attributes
+    ----------
+    name
+        The name of the loop.
+    line
+        Points of a lap, network coordinates [m], shape (n, 2).
+    edges
+        Its edges, in driving order.
+    begins_m
+        Where each edge begins, along the loop [m].
+    length_m
+        Length of a lap [m].
+    """
+
+    name: str
+    line: Floats
+    edges: tuple[str, ...]
+    begins_m: tuple[float, ...]
+    length_m: float
+
+
+def loop_way(loop: Loop) -> Way:
+    """Return a loop with its line, closed where the loop is."""
+    points = loop.curve()[0]
+    line = np.vstack((points, points[:1])) if loop.closed else points
+    begins = tuple(span.begin_m for span in loop.roads)
+    return Way(loop.id, distinct(line), loop.edges, begins, loop.length_m)
+
+
+def distinct(line: Floats) -> Floats:
+    """Return the line without points that repeat the one before."""
+    keep = np.concatenate(([True], np.abs(np.diff(line, axis=0)).max(axis=1, initial=0.0) > 0.0))
+    kept: Floats = line[keep] if keep.sum() > 1 else line[:2]
+    return kept
+
+
+def find_turns(network: RoadNetwork, edges: Sequence[str], begins_m: Sequence[float]) -> list[Turn]:
+    """Return the turn list of a loop: the first street, then each turn, and each new street straight on.
+
+    Turns of less than 30 degrees are *straight on*, those of more than 150 degrees *turn round*.
+
+    Parameters
+    ----------
+    edges
+        Edges in driving order; the last leads to the first.
+    begins_m
+        Where each begins, along the loop [m].
+
+    Examples
+    --------
+    >>> from loopgate import RoadNetwork, read_loops
+    >>> from loopgate.export import find_turns, loop_way
+    >>> network = RoadNetwork.open("networks/ring3.net.xml")
+    >>> way = loop_way(read_loops(network, "routes/ring3.rou.xml").loops[0])
+    >>> [turn.text for turn in find_turns(network, way.edges, way.begins_m)][0]
+    'start on edge s1'
+    """
+    turns: list[Turn] = []
+    for k, (edge, at_m) in enumerate(zip(edges, begins_m, strict=True)):
+        here, before = network.edges[edge], network.edges[edges[k - 1]]
+        point = here.lanes[0].shape[0]
+        if k == 0:
+            turns.append(Turn(at_m, point, f"start on {_called(here.street, edge)}", edge))
+            continue
+        angle = _heading(here.lanes[0].shape[:2]) - _heading(before.lanes[0].shape[-2:])
+        angle = (angle + 180.0) % 360.0 - 180.0
+        if abs(angle) < _STRAIGHT_DEG and here.street == before.street:
+            continue
+        into = "on" if here.street and here.street == before.street else "into"
+        what = "straight on" if abs(angle) < _STRAIGHT_DEG else _TURNS[angle > 0.0]
+        what = "turn round" if abs(angle) > _ROUND_DEG else what
+        turns.append(Turn(at_m, point, f"{what} {into} {_called(here.street, edge)}", edge))
+    return turns
+
+
+_TURNS = {True: "turn left", False: "turn right"}
+
+
+def _called(street: str, edge: str) -> str:
+    return street or f"edge {edge}"
+
+
+def _heading(points: Sequence[tuple[float, float]]) -> float:
+    """Return the direction from the first to the last point [degrees], against the clock from east."""
+    (x, y), (u, v) = points[0], points[-1]
+    return float(np.degrees(np.arctan2(v - y, u - x)))
