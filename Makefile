@@ -62,13 +62,19 @@ bench: $(STAMP) ## measure: gated runs against plain SUMO, decisions of algorith
 bench-replay: $(STAMP) ## measure: frames per second of replays, 400 and 2,000 vehicles (needs Chromium)
 	$(BIN)/python analysis/bench_replay.py
 
+recount: $(STAMP) ## count the figures of five runs again from SUMO's own files: all agree
+	$(BIN)/python analysis/recount.py
+
 networks: $(STAMP) ## rebuild networks/*.net.xml and show what changed
 	$(BIN)/python networks/build.py
 
 bench-sweep: $(STAMP) ## measure: sweeps in one process and in one per processor
 	$(BIN)/python analysis/bench_sweep.py
 
-small-networks: $(STAMP) ## deadlocks and collisions on the small networks, gate by gate, 20 seeds
+small-recount: $(STAMP) ## count the figures of five runs again from SUMO's own files: all agree
+	$(BIN)/python analysis/recount.py
+
+networks: $(STAMP) ## deadlocks and collisions on the small networks, gate by gate, 20 seeds
 	$(BIN)/python analysis/small_networks.py
 
 city: $(STAMP) ## packaged cities under algorithm2, loops of bounded and unbounded sharing

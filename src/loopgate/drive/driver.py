@@ -58,6 +58,11 @@ class Driver:
         return float(self.row["front"])
 
     @property
+    def odometer_m(self) -> float:
+        """What its odometer read after the last step [m]."""
+        return float(self.row["front"] - self.row["offset"])
+
+    @property
     def speed_mps(self) -> float:
         """Its speed in the last step [m/s]."""
         return float(self.row["speed"])

@@ -144,7 +144,8 @@ class Engine:
 
     def odometers(self) -> tuple[Sequence[str], Floats]:
         """Return the vehicles, and what their odometers read after the last step [m]."""
-        return self._ids, self._odometers
+        v = self.vehicles  # the odometers as they were read do not know who has come or gone since
+        return self._ids, v["front"] - v["offset"]
 
     @property
     def stood_s(self) -> Mapping[str, float]:

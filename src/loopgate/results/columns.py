@@ -72,7 +72,7 @@ LOOP: Final = "loop"  # name of its loop
 LOOP_LENGTH: Final = "loop_length_m"  # length of one lap [m]
 LAPS: Final = "laps"  # completed laps
 DISTANCE: Final = "distance_m"  # distance driven [m]
-MEAN_SPEED: Final = "mean_speed_mps"  # distance over the time since it departed [m/s]
+MEAN_SPEED: Final = "mean_speed_mps"  # distance over the time on the road, from departure to arrival [m/s]
 HOLD: Final = "hold_s"  # total time standing at gates
 STOOD: Final = (
     "stood_s"  # time slower than 0.1 m/s, under any gate; of an edge also in the junction behind it

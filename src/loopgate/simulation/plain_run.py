@@ -8,7 +8,6 @@ from time import perf_counter
 from typing import Any
 
 from loopgate.disk import writing
-from loopgate.drive.sense import STANDING_MPS
 from loopgate.errors import ScenarioError
 from loopgate.network import RoadNetwork
 from loopgate.network.additional import type_names
@@ -28,6 +27,7 @@ from loopgate.simulation.sumo.room import Room
 from loopgate.simulation.sumo.start import TRIPS, output_options, plain_options, start_traffic
 from loopgate.simulation.sumo_options import SumoOptions, begins_s, sumo_options
 from loopgate.simulation.watching.flow import Row, flow_table
+from loopgate.simulation.watching.mileage import Mileage
 from loopgate.simulation.watching.trips import Trip, read_trips
 from loopgate.simulation.watching.watch import Watch
 from loopgate.traffic.base import Traffic
@@ -39,10 +39,10 @@ _GONE = (0.0, (nan, nan))
 def run_plainly(scenario: Scenario, folder: Folder, tick: Tick, backend: str) -> dict[str, Any]:
     """Run the configuration's own vehicles under SUMO's own rules; return what ``summary.json`` holds.
 
-    The run ends with the configuration's own end, when its last vehicle has arrived (ordinary traffic beside
-    it aside), after the scenario's duration, or in a deadlock. Options that hide trouble are off (see
-    `plain_options`); all else is as the configuration says. Vehicles may come and go; each trip is a row of
-    ``vehicles.parquet``, with no loop and no laps.
+    The run ends when its last vehicle has arrived (ordinary traffic beside it aside), after the scenario's
+    duration, which is the configuration's where none is given, or in a deadlock. Options that hide trouble
+    are off (see `plain_options`); all else is as the configuration says. Vehicles may come and go; each trip
+    is a row of ``vehicles.parquet``, with no loop and no laps.
 
     Parameters
     ----------
@@ -82,29 +82,29 @@ def run_plainly(scenario: Scenario, folder: Folder, tick: Tick, backend: str) ->
         recorder = Recorder(folder / outcome.EVENTS)
         stack.callback(recorder.close)
         course = RunCourse(begin_s=traffic.now_s)
+        mileage = Mileage(traffic, own)
+        begins = traffic.now_s
         watch = Watch(traffic, after_s=scenario.deadlock_after_s, own=own)
         mishaps = Mishaps(traffic, recorder, course, own=own)
         try:
-            _drive(scenario, traffic, watch, mishaps, tick, rows, folder)
+            _drive(scenario, traffic, watch, mishaps, mileage, tick, rows, folder)
             standing = {v: (watch.standing_s(v), traffic.position(v)) for v in traffic.vehicles()}
         except KeyboardInterrupt:
             course.outcome = "interrupted"
         course.end_s = traffic.now_s
     course.total_s = perf_counter() - began
     folder.write_table(flow_table(rows), outcome.FLOW)
-    duration = course.end_s - course.begin_s
     everybody = read_trips(folder / TRIPS, interrupted=course.outcome == "interrupted").values()
     found = [trip for trip in everybody if own is None or trip.vehicle in own]
-    tallies = [_tally(trip, standing, duration) for trip in found]
-    folder.write_vehicles([tally for tally in tallies if tally.trip and tally.trip.departed])
+    tallies = [_tally(trip, standing, mileage) for trip in found]
+    folder.write_vehicles(tallies)
     folder.write_edges([], begin_s=course.begin_s, end_s=max(course.end_s, course.begin_s + 1.0))
-    end_s = course.begin_s + scenario.duration_s
-    notes = (*said.notes, *(ordinary.absent(course.begin_s, end_s) if ordinary else ()))
+    end_s = begins + scenario.warmup_s + scenario.duration_s
+    notes = (*said.notes, *(ordinary.absent(begins, end_s) if ordinary else ()))
     summary = outcome.summary(scenario, course, tallies, loops=0, folder=folder, warnings=notes)
-    summary["vehicles"] = sum(trip.departed for trip in found)
-    summary |= monitoring_figures(None, None) | {BEGINS: round(course.begin_s, 3)}
+    summary |= monitoring_figures(None, None) | {BEGINS: round(begins, 3)}
     if own is not None:
-        others = sum(trip.departed for trip in everybody) - summary["vehicles"]
+        others = sum(trip.departed for trip in everybody if trip.vehicle not in own)
         summary["others"] = {"vehicles": others, "collisions": course.collisions_of_others}
     folder.write_summary(summary)
     return summary
@@ -153,6 +153,7 @@ def _drive(
     traffic: Traffic,
     watch: Watch,
     mishaps: Mishaps,
+    mileage: Mileage,
     tick: Tick,
     rows: list[Row],
     folder: Folder,
@@ -160,26 +161,34 @@ def _drive(
     room = Room(folder / outcome.POSITIONS) if scenario.positions else None
     recorder, course, own = mishaps.recorder, mishaps.course, mishaps.own
     left = set(own or ())
-    configured = traffic.configured_end_s()
-    end = course.begin_s + scenario.duration_s
-    if configured is not None:
-        end = min(end, configured)
-    next_watch = course.begin_s + FLOW_EVERY_S
-    while traffic.now_s < end and traffic.expects_more() and (own is None or left):
+
+    def step() -> None:
         begin = perf_counter()
         traffic.step()
         course.sumo_s += perf_counter() - begin
+        mileage.look()
         left.difference_update(traffic.arrived())
         mishaps.note()
         if room is not None:
             room.check()
+
+    step()  # the first is not measured, as for vehicles on loops: nobody moves in it
+    start, warms_up = traffic.now_s, scenario.warmup_s > 0
+    course.begin_s = start + scenario.warmup_s
+    if not warms_up:
+        mileage.measure_from_now()
+    next_watch = start + FLOW_EVERY_S
+    end = course.begin_s + scenario.duration_s
+    while traffic.now_s < end and traffic.expects_more() and (own is None or left):
+        step()
+        if warms_up and traffic.now_s >= course.begin_s:
+            warms_up = False
+            mileage.measure_from_now()
+            course.collisions = course.collisions_of_others = course.teleports = 0
         if traffic.now_s < next_watch:
             continue
         next_watch += FLOW_EVERY_S
-        speeds = [traffic.speed(vehicle) for vehicle in traffic.vehicles() if own is None or vehicle in own]
-        still = sum(speed < STANDING_MPS for speed in speeds)
-        # Of those that come and go only the speed of the moment is known.
-        rows.append((traffic.now_s, len(speeds), still, sum(speeds) * FLOW_EVERY_S, 0))
+        rows.append(mileage.flow())
         tick(traffic.now_s, course)
         deadlock = watch.check()
         if deadlock is None:
@@ -191,20 +200,23 @@ def _drive(
             next((v for v in deadlock.vehicles if traffic.jump(v) is not None), None)
 
 
-def _tally(trip: Trip, standing: Mapping[str, tuple[float, tuple[float, float]]], duration_s: float) -> Tally:
+def _tally(trip: Trip, standing: Mapping[str, tuple[float, tuple[float, float]]], mileage: Mileage) -> Tally:
     standing_s, position_m = standing.get(trip.vehicle, _GONE)
+    driven = mileage.of(trip)
     return Tally(
         vehicle=trip.vehicle,
         loop="",
         loop_length_m=0.0,
         laps=0,
-        distance_m=trip.distance_m,
-        hold_s=trip.stopped_s,
+        distance_m=driven.distance_m,
+        hold_s=0.0,
         longest_wait_s=0.0,
         standing_s=standing_s,
         position_m=position_m,
-        stood_s=trip.waiting_s + trip.stopped_s,
-        driven_s=duration_s,
+        stood_s=driven.stood_s,
+        driven_s=driven.time_s,
         depart_delay_s=trip.depart_delay_s,
+        stops=mileage.stops[trip.vehicle],
+        stopped_s=trip.stopped_s,
         trip=trip,
     )

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import isnan, nan
+from math import nan
 from typing import Any
 
 from loopgate.drive.changing import ChangingEngine
@@ -25,7 +25,7 @@ from loopgate.simulation.rerouting import Rerouting, TurnOff
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.sumo.start import TRIPS
 from loopgate.simulation.watching.flow import Row, flow_table, loop_table
-from loopgate.simulation.watching.trips import gated_trips, read_trips, trip_figures
+from loopgate.simulation.watching.trips import Trip, gated_trips, read_trips, trip_figures
 from loopgate.simulation.watching.watch import Watch
 from loopgate.traffic.base import Traffic
 
@@ -82,12 +82,14 @@ class Session:
             wanted_s = departures.wanted_s.get(vehicle)
             if wanted_s is not None and wanted_s > now:
                 continue
-            departed_s = course.begin_s if wanted_s is None else departures.departed_s.get(vehicle, nan)
-            seen_s = 0.0 if isnan(departed_s) else now - max(departed_s, course.begin_s)
+            came_s = course.begin_s
+            if wanted_s is not None:  # nobody moves in the step in which it departs
+                came_s = max(departures.departed_s.get(vehicle, now) + self.traffic.step_s, came_s)
             stops = self.stops.of(vehicle)
             gone = departures.arrived.get(vehicle)
-            if gone is not None:
-                seen_s = gone.at_s - max(departed_s, course.begin_s)
+            if gone is not None and gone.at_s <= course.begin_s:
+                gone = replace(gone, distance_m=0.0, hold_s=0.0, stood_s=0.0, longest_wait_s=0.0)
+            seen_s = (now if gone is None else gone.at_s) - came_s
             tally = Tally(
                 vehicle=vehicle,
                 loop=loop.id,
@@ -137,7 +139,7 @@ def sum_up(
         The rows of the table of flow.
     """
     if assembly.trips:
-        tallies = _with_trips(assembly, session.departures, tallies, folder, course)
+        tallies = _with_trips(assembly, session, tallies, folder, course)
         told.pop("mean_depart_delay_s", None)  # that of trips is told with their other delays
     folder.write_table(flow_table(flow), outcome.FLOW)
     ways = {loop.id: [(span.begin_m, span.edge) for span in loop.roads] for loop in assembly.loops}
@@ -163,10 +165,10 @@ def sum_up(
 
 
 def _with_trips(
-    assembly: Assembly, departures: Departures, tallies: Sequence[Tally], folder: Folder, course: RunCourse
+    assembly: Assembly, session: Session, tallies: Sequence[Tally], folder: Folder, course: RunCourse
 ) -> list[Tally]:
     """Return what each vehicle did, with what SUMO says of those that drive once."""
-    mine = [tally for tally in tallies if tally.vehicle in assembly.trips]
+    mine, departures = [tally for tally in tallies if tally.vehicle in assembly.trips], session.departures
     trips = gated_trips(
         read_trips(folder / TRIPS, held=True, interrupted=course.outcome == "interrupted"),
         {tally.vehicle: tally.depart_delay_s for tally in mine},
@@ -174,7 +176,16 @@ def _with_trips(
         departures.arrived,
         departures.wanted_s.keys() - departures.departed_s.keys(),
     )
-    return [replace(tally, trip=trips.get(tally.vehicle)) for tally in tallies]
+    return [_with_trip(tally, trips.get(tally.vehicle), session, course) for tally in tallies]
+
+
+def _with_trip(tally: Tally, trip: Trip | None, session: Session, course: RunCourse) -> Tally:
+    """Return what a vehicle did, with the last part of its way: in that step it has no odometer."""
+    gone = session.departures.arrived.get(tally.vehicle)
+    if trip is None or gone is None or gone.at_s <= course.begin_s:
+        return replace(tally, trip=trip)
+    last_m = trip.last_part_m(gone.odometer_m, gone.top_mps * session.traffic.step_s)
+    return replace(tally, trip=trip, distance_m=tally.distance_m + last_m)
 
 
 def _summary(

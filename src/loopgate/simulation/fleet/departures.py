@@ -48,6 +48,8 @@ class Arrived:
         When it did [s].
     distance_m, hold_s, stood_s, longest_wait_s
         How far it drove, how long it stood at gates and in all, and waited for one grant at most.
+    odometer_m, top_mps
+        What its odometer read a step before [m], and how fast it can drive [m/s].
     """
 
     at_s: float
@@ -55,6 +57,8 @@ class Arrived:
     hold_s: float
     stood_s: float
     longest_wait_s: float
+    odometer_m: float
+    top_mps: float
 
 
 class Departures:
@@ -218,6 +222,8 @@ class GatedDepartures(Departures):
                     driver.total_hold_s(now),
                     driver.stood_s,
                     driver.worst_wait_s(now),
+                    driver.odometer_m,
+                    driver.top_mps,
                 )
             self._fleet.let_go(engine.arrived, _ARRIVED)
         if self._entering:

@@ -13,6 +13,9 @@ from loopgate.errors import ResultsError
 
 __all__ = ["Trip", "gated_trips", "read_trips", "trip_figures"]
 
+_ROUNDING_M = 1.0
+"""Room for what SUMO rounds [m]."""
+
 
 @dataclass(frozen=True, slots=True)
 class Trip:
@@ -57,6 +60,19 @@ class Trip:
     def delay_s(self) -> float:
         """Time loss and depart delay together [s]."""
         return self.time_loss_s + self.depart_delay_s
+
+    def last_part_m(self, odometer_m: float, most_m: float) -> float:
+        """Return how far the vehicle drove in the step in which it arrived, when it had no odometer [m].
+
+        Parameters
+        ----------
+        odometer_m
+            What its odometer read in the step before [m].
+        most_m
+            How far it can drive in a step [m]: more is none of its way.
+        """
+        part_m = self.distance_m - odometer_m
+        return part_m if self.arrived and 0.0 <= part_m <= most_m + _ROUNDING_M else 0.0
 
 
 def read_trips(file: Path, *, held: bool = False, interrupted: bool = False) -> dict[str, Trip]:

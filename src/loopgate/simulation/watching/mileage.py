@@ -1,0 +1,149 @@
+"""How far vehicles that come and go have driven, and for how long they stood: counted step by step."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Container, Sequence
+from dataclasses import dataclass
+from math import nan
+
+import numpy as np
+
+from loopgate.arrays import Ints
+from loopgate.drive.sense import STANDING_MPS
+from loopgate.simulation.watching.flow import Row
+from loopgate.simulation.watching.trips import Trip
+from loopgate.traffic.base import Traffic
+
+__all__ = ["Driven", "Mileage"]
+
+_LEAP_MPS2 = 5.0
+"""An odometer that gains speed faster than this, or runs back, is compared with the speedometer [m/s2]."""
+
+_LEAP_M = 1.0
+"""By so much more than its speed allows an odometer must advance in a step to have leapt [m]."""
+
+_COLUMNS = "_at_m", "_speed_mps", "_driven_m", "_stood_s"
+
+
+@dataclass(frozen=True, slots=True)
+class Driven:
+    """What a vehicle did in the measured time.
+
+    Attributes
+    ----------
+    distance_m
+        How far it drove [m].
+    time_s
+        For how long it was on the road, or at stops beside it [s].
+    stood_s
+        How long it was slower than 0.1 m/s [s].
+    """
+
+    distance_m: float = 0.0
+    time_s: float = 0.0
+    stood_s: float = 0.0
+
+
+class Mileage:
+    """Counts for vehicles under no gate what the drive counts for those on loops: see `loopgate.drive.sense`.
+
+    The distance is what was driven: where the odometer leaps, as SUMO's does when a train turns round, the
+    speed counts in that step.
+
+    Parameters
+    ----------
+    traffic
+        The running simulation.
+    own
+        The vehicles to count; None for all.
+    """
+
+    def __init__(self, traffic: Traffic, own: Container[str] | None = None) -> None:
+        self._traffic, self._own = traffic, own
+        self._there: Sequence[str] = ()
+        self._rows: Ints = np.zeros(0, dtype=np.int64)
+        """The rows of those that are there."""
+        self._row_of: dict[str, int] = {}
+        self._at_m, self._speed_mps, self._driven_m, self._stood_s = (np.zeros(0) for _ in _COLUMNS)
+        self._last_m: dict[str, float] = {}
+        """What the odometers of those who left read last [m]."""
+        self._came_s: dict[str, float] = {}
+        self._gone_s: dict[str, float] = {}
+        self.stops: Counter[str] = Counter()
+        """How many stops vehicles have made, since they departed."""
+        self.begin_s = traffic.now_s
+        """When measuring began [s]."""
+        self._steps, self._standing, self._metres = 0, 0, 0.0
+
+    def look(self) -> None:
+        """Count the last step; call after each."""
+        traffic, now, step_s = self._traffic, self._traffic.now_s, self._traffic.step_s
+        for vehicle in traffic.arrived():
+            if vehicle in self._row_of:
+                self._gone_s[vehicle] = now
+        self.stops.update(v for v in traffic.stops_ended() if self._own is None or v in self._own)
+        everyone = traffic.vehicles()
+        there = everyone if self._own is None else [v for v in everyone if v in self._own]
+        if there != self._there:
+            self._take_over(there, now)
+        at_m = traffic.odometers(there)
+        moved_m = at_m - self._at_m[self._rows]
+        before_mps = self._speed_mps[self._rows]
+        leaps = (moved_m > (before_mps + _LEAP_MPS2 * step_s) * step_s) | (moved_m < 0.0)
+        for place in np.flatnonzero(leaps).tolist():
+            speed_mps = traffic.speed(there[place])
+            could_m = max(speed_mps, float(before_mps[place])) * step_s
+            if not -_LEAP_M <= moved_m[place] <= could_m + _LEAP_M:
+                moved_m[place] = speed_mps * step_s
+        fresh = np.isnan(moved_m)
+        stands = ~fresh & (moved_m < STANDING_MPS * step_s)
+        moved_m[fresh] = 0.0
+        self._at_m[self._rows] = at_m
+        self._speed_mps[self._rows] = moved_m / step_s
+        self._driven_m[self._rows] += moved_m
+        self._stood_s[self._rows[stands]] += step_s
+        self._steps += 1
+        self._standing += int(stands.sum())
+        self._metres += float(moved_m.sum())
+
+    def _take_over(self, there: Sequence[str], now: float) -> None:
+        """Take over who is there now; one that was away, as when it jumps, is not known to have driven."""
+        self._last_m.update(zip(self._there, self._at_m[self._rows].tolist(), strict=True))
+        fresh = [vehicle for vehicle in there if vehicle not in self._row_of]
+        for vehicle in fresh:
+            self._row_of[vehicle], self._came_s[vehicle] = len(self._row_of), now
+        if len(self._row_of) > len(self._at_m):
+            more = np.zeros(2 * len(self._row_of) - len(self._at_m))
+            for name in _COLUMNS:
+                setattr(self, name, np.concatenate((getattr(self, name), more)))
+        rows = np.array([self._row_of[vehicle] for vehicle in there], dtype=np.int64)
+        known, self._at_m = self._at_m, np.full(len(self._at_m), nan)
+        still = np.intersect1d(rows, self._rows)
+        self._at_m[still] = known[still]
+        self._there, self._rows = there, rows
+
+    def measure_from_now(self) -> None:
+        """Forget what was counted so far."""
+        self.begin_s = self._traffic.now_s
+        self._driven_m[:] = self._stood_s[:] = 0.0
+
+    def flow(self) -> Row:
+        """Return the row of the table of flow about the time since the last one."""
+        standing = self._standing / max(1, self._steps)
+        row = self._traffic.now_s, len(self._there), standing, self._metres, 0
+        self._steps, self._standing, self._metres = 0, 0, 0.0
+        return row
+
+    def of(self, trip: Trip) -> Driven:
+        """Return what the vehicle of a trip did in the measured time."""
+        vehicle, step_s = trip.vehicle, self._traffic.step_s
+        row = self._row_of.get(vehicle)
+        gone_s = self._gone_s.get(vehicle, self._traffic.now_s)
+        if row is None or gone_s <= self.begin_s:
+            return Driven()
+        driven_m = float(self._driven_m[row])
+        if vehicle in self._last_m:
+            most_mps = float(self._speed_mps[row]) + _LEAP_MPS2 * step_s
+            driven_m += trip.last_part_m(self._last_m[vehicle], most_mps * step_s)
+        return Driven(driven_m, gone_s - max(self._came_s[vehicle], self.begin_s), float(self._stood_s[row]))

@@ -1,0 +1,52 @@
+"""What a run says of itself is what SUMO's own files say: counted again, by other means."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from recount import GRID, cases, recount
+
+from loopgate import Scenario
+from loopgate.simulation.run import simulate
+
+pytestmark = pytest.mark.sumo
+
+NAMES = "loops, gated", "loops, truncated", "trips, gated", "trips, open", "trips, open, measured late"
+
+
+def differing(folder: Path, given: dict[str, Any]) -> list[str]:
+    simulate(Scenario.from_dict(given), folder)
+    found = recount(folder)
+    assert len(found) >= 13
+    return [str(one) for one in found if not one.agrees]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_all_figures_are_those_counted_from_fcd_and_tripinfo(tmp_path: Path, name: str) -> None:
+    """Distance, speed, standing, laps, deadlock and delay, by vehicle, in all, over time and in a table."""
+    assert not differing(tmp_path / "run", cases(tmp_path, duration_s=450.0)[name])
+
+
+def test_trips_of_a_configuration_beside_others_in_half_steps_with_stops(tmp_path: Path) -> None:
+    """Only its own trips count; a stop beside the road is time on it; nobody counts who has not departed."""
+    rows = [
+        f'<trip id="t{k}" depart="{3 * k}" from="A0A1" to="E4D4">'
+        f'<stop edge="C0C1" endPos="60" duration="7" parking="{str(k % 2 == 0).lower()}"/></trip>'
+        if k % 3 == 0
+        else f'<trip id="t{k}" depart="{3 * k}" from="E0D0" to="A4A3"/>'
+        for k in range(40)
+    ]
+    rows += [f'<trip id="late{k}" depart="100" from="E0D0" to="A4A3"/>' for k in range(40)]
+    (tmp_path / "own.rou.xml").write_text(f"<routes>{''.join(rows)}</routes>")
+    others = [f'<trip id="o{k}" depart="{5 * k}" from="A4B4" to="E0E1"/>' for k in range(20)]
+    (tmp_path / "others.rou.xml").write_text(f"<routes>{''.join(others)}</routes>")
+    config = tmp_path / "c.sumocfg"
+    config.write_text(
+        f'<configuration><net-file value="{GRID}"/><step-length value="0.5"/><end value="150"/>'
+        "</configuration>"
+    )
+    given = {"network": str(config), "routes": str(tmp_path / "own.rou.xml"), "gate": "open"}
+    given |= {"traffic": str(tmp_path / "others.rou.xml"), "fcd": True, "sumo": "--precision 6"}
+    assert not differing(tmp_path / "run", given)
