@@ -91,7 +91,7 @@ def main() -> None:
                     "seed": seed,
                     "km": round(summary["distance_km"]),
                     "circles named": len(tally.named),
-                    "first at [s]": tally.named[0][0].at_s if tally.named else None,
+                    "first at [s]": tally.named[0][0].noticed_at_s if tally.named else None,
                     "dissolved later": tally.dissolved,
                     "standing 10 min": tally.standing,
                     "of them known": tally.known,

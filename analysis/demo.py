@@ -65,7 +65,7 @@ def drive_one(name: str, gate: str) -> dict[str, Any]:
     return {
         **summary,
         "where": Path(scenario.network).name.removesuffix(".net.xml"),
-        "first_deadlock_s": float(deadlocks[0]["at_s"]) if deadlocks else float("nan"),
+        "first_deadlock_s": float(deadlocks[0]["closed_at_s"]) if deadlocks else float("nan"),
     }
 
 

@@ -67,7 +67,7 @@ def _row(gate: str, summary: Mapping[str, Any], vehicles: pd.DataFrame) -> dict[
         "laps": summary["laps"],
         "lapless": int((vehicles[LAPS] == 0).sum()),
         "still": int((vehicles[STANDING] >= STANDING_S).sum()),
-        "deadlock": f"{deadlocks[0]['at_s']:.0f}" if deadlocks else "never",
+        "deadlock": f"{deadlocks[0]['closed_at_s']:.0f}" if deadlocks else "never",
         "collisions": summary["collisions"],
         "wait": f"{summary['longest_wait_s']:.0f}" if summary["decisions"] else "-",
     }

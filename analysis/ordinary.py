@@ -101,7 +101,7 @@ def told(lock: dict[str, Any]) -> str:
     """Return when a lock was seen, whose it is, and who came last into it."""
     last = lock.get("last")
     came = f", last {last['vehicle']} at {last['at_s']:.0f}" if last else ""
-    return f"{lock['at_s']:.0f}:{lock.get('by', '')}{came}"
+    return f"{lock['closed_at_s']:.0f}:{lock.get('by', '')}{came}"
 
 
 def is_gates(lock: dict[str, Any]) -> bool:

@@ -184,7 +184,7 @@ class Run:
     def deadlock(self) -> dict[str, float]:
         """Count when the first circle closed: when its last vehicle had come to rest."""
         locks = self.summary["deadlocks"]
-        if not locks or "closed_at_s" not in locks[0]:
+        if not locks:
             return {}
         among = self.moves[self.moves["vehicle"].isin(locks[0]["vehicles"])]
         among = among[among["time_s"] <= locks[0]["noticed_at_s"] + 1e-6]

@@ -47,6 +47,6 @@ def test_trips_of_a_configuration_beside_others_in_half_steps_with_stops(tmp_pat
         f'<configuration><net-file value="{GRID}"/><step-length value="0.5"/><end value="150"/>'
         "</configuration>"
     )
-    given = {"network": str(config), "routes": str(tmp_path / "own.rou.xml"), "gate": "open"}
+    given: dict[str, Any] = {"network": str(config), "routes": str(tmp_path / "own.rou.xml"), "gate": "open"}
     given |= {"traffic": str(tmp_path / "others.rou.xml"), "fcd": True, "sumo": "--precision 6"}
     assert not differing(tmp_path / "run", given)

@@ -95,7 +95,8 @@ def test_a_gridlocked_grid_ends_in_a_named_deadlock(tmp_path: Path) -> None:
     events = read_events(tmp_path / "run" / "events.parquet")
     named = events[events[EVENT] == "deadlock"]
     assert set(named["reason"]) == set(named["vehicle"]) == set(deadlock["vehicles"])
-    assert (named[TIME] == deadlock["at_s"]).all()
+    assert (named[TIME] == deadlock["noticed_at_s"]).all()
+    assert deadlock["noticed_at_s"] - deadlock["closed_at_s"] >= scenario.deadlock_after_s
 
 
 def test_on_deadlock_teleport_goes_on(tmp_path: Path) -> None:

@@ -16,6 +16,7 @@ from loopgate.reading import read_object, read_toml, refusing
 from loopgate.results import columns as run
 from loopgate.results import row_columns as c
 from loopgate.results.row_schema import ROW_SCHEMA
+from loopgate.results.summary_rows import closed_at_s
 from loopgate.results.table_reading import lacks, maker, read_table
 
 LAP_GRID = np.linspace(0.0, 1.0, 21)
@@ -155,7 +156,8 @@ def _time(scenario: Mapping[str, Any], summary: Mapping[str, Any]) -> dict[str, 
     first = deadlocks[0] if deadlocks else {}
     measured = float(summary[c.DURATION])
     warmup = float(scenario.get(c.WARMUP, 0.0))
-    first_s = first["at_s"] - _begins_s(summary) if "at_s" in first else None
+    known = "closed_at_s" in first or "at_s" in first
+    first_s = closed_at_s(first) - _begins_s(summary) if known else None
     return {
         c.DURATION: float(scenario.get(c.DURATION, measured)),
         c.WARMUP: warmup,

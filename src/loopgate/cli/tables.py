@@ -8,7 +8,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from loopgate.results.summary_rows import summary_rows
+from loopgate.results.summary_rows import closed_at_s, summary_rows
 
 
 def console(width: int = 120) -> Console:
@@ -56,6 +56,6 @@ def print_summary(summary: Mapping[str, Any], out: Path | None) -> None:
             f"{vehicle} (wants {place})"
             for vehicle, place in zip(deadlock["vehicles"], deadlock["places"], strict=True)
         )
-        to.print(f"deadlock at {deadlock['at_s']:.0f} s: {chain} -> {deadlock['vehicles'][0]}")
+        to.print(f"deadlock at {closed_at_s(deadlock):.0f} s: {chain} -> {deadlock['vehicles'][0]}")
     if out is not None:
         to.print(f"results in {out}")

@@ -176,9 +176,10 @@ class _Reader:
             self._answered(vehicle, last)
         for vehicle in list(self._held):
             self._go(vehicle, last)
-        for begin, waiting in sorted(self._waiting.items()):
+        for noticed, waiting in sorted(self._waiting.items()):
             vehicles = tuple(vehicle for vehicle, _ in waiting)
-            over = min(self._moves_on(vehicle, begin) for vehicle in vehicles)
+            over = min(self._moves_on(vehicle, noticed) for vehicle in vehicles)
+            begin = max(self._stands_from(vehicle, noticed) for vehicle in vehicles)
             self._found.circles.append(Circle(vehicles, begin, over))
 
     def _link(self, vehicle: int) -> int:
@@ -203,6 +204,16 @@ class _Reader:
             if begin <= frame < begin + len(driven):
                 behind = driven[frame - begin] + self._length_m[vehicle]
                 return begin + int(np.searchsorted(driven, behind))
+        return frame
+
+    def _stands_from(self, vehicle: int, frame: int) -> int:
+        """Return the first step from which on a vehicle has stood where it is at `frame`."""
+        for begin, rows in self._rows.get(vehicle, ()):
+            x, y = self._tracks.x[rows], self._tracks.y[rows]
+            if begin <= frame < begin + len(x):
+                k = frame - begin
+                far = np.hypot(x[: k + 1] - x[k], y[: k + 1] - y[k]) > _MOVED_M * PER_M
+                return begin + int(np.flatnonzero(far)[-1]) + 1 if far.any() else begin
         return frame
 
     def _moves_on(self, vehicle: int, frame: int) -> int:

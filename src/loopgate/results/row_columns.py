@@ -79,7 +79,7 @@ OUTCOME: Final = _text("outcome")  # done or deadlock
 DEADLOCKS: Final = _whole("deadlocks")  # how many
 FIRST_DEADLOCK: Final = _number(
     "first_deadlock_s"
-)  # simulated time since the beginning, missing without deadlock
+)  # simulated time from the beginning until its circle closed, missing without deadlock
 DEADLOCK_SIZE: Final = _whole("deadlock_vehicles")  # vehicles in the first deadlock
 OBSERVED: Final = _number(
     "observed_s"

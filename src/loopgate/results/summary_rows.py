@@ -134,6 +134,11 @@ def _strange(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
     return [("overruns, trespasses", f"{summary['overruns']}, {summary['trespasses']}")]
 
 
+def closed_at_s(deadlock: Mapping[str, Any]) -> float:
+    """Return when the circle of a deadlock closed [s]; folders before 0.2 know only when it was noticed."""
+    return float(deadlock["closed_at_s"] if "closed_at_s" in deadlock else deadlock["at_s"])
+
+
 def _deadlocks(summary: Mapping[str, Any]) -> str:
     found = summary["deadlocks"]
     if not found:
@@ -142,7 +147,8 @@ def _deadlocks(summary: Mapping[str, Any]) -> str:
     whose = _WHOSE.get(first.get("by", ""), "")
     size = len(first["vehicles"])
     came = f", {first['last']['vehicle']} the last to come" if "last" in first else ""
-    return f"{len(found)}; the first at {first['at_s']:.0f} s, {size} vehicles in a circle{whose}{came}"
+    closed = f"the first closed at {closed_at_s(first):.0f} s"
+    return f"{len(found)}; {closed}, {size} vehicles in a circle{whose}{came}"
 
 
 def _starving(sinks: Sequence[Mapping[str, Any]]) -> list[tuple[str, str]]:

@@ -174,7 +174,7 @@ def note_deadlock(deadlock: Deadlock, course: RunCourse, recorder: Recorder) -> 
     course.outcome = "deadlock"
     ahead = deadlock.vehicles[1:] + deadlock.vehicles[:1]
     for vehicle, place, waits_for in zip(deadlock.vehicles, deadlock.places, ahead, strict=True):
-        recorder.note(deadlock.at_s, vehicle, Event.DEADLOCK, place, waits_for)
+        recorder.note(deadlock.noticed_at_s, vehicle, Event.DEADLOCK, place, waits_for)
 
 
 def _teleport_one(deadlock: Deadlock, engine: Engine, traffic: Traffic) -> None:

@@ -374,7 +374,8 @@ _LAST = "vehicle", "at_s", "gated"
 
 def _deadlock_figures(deadlock: Deadlock) -> dict[str, Any]:
     return {
-        "at_s": deadlock.at_s,
+        "closed_at_s": deadlock.closed_at_s,
+        "noticed_at_s": deadlock.noticed_at_s,
         "vehicles": list(deadlock.vehicles),
         "places": list(deadlock.places),
         "held_up": deadlock.held_up,

@@ -109,12 +109,14 @@ def test_what_is_under_way_ends_with_the_run(layout: Layout) -> None:
     assert [span.end for span in (*found.visits, *found.refusals, *found.holds)] == [STEPS] * 3
 
 
-@pytest.mark.parametrize(("speed_mps", "end"), [(0.0, STEPS), (5.0, 3)])
-def test_a_circle_lasts_until_one_of_it_moves_on(layout: Layout, speed_mps: float, end: int) -> None:
-    """Whoever has gone 2 m breaks it; else it stays until the end."""
+@pytest.mark.parametrize(("speed_mps", "begin", "end"), [(0.0, 0, STEPS), (5.0, 2, 3)])
+def test_a_circle_lasts_from_when_all_stand_until_one_of_it_moves_on(
+    layout: Layout, speed_mps: float, begin: int, end: int
+) -> None:
+    """It closed before it was noticed; whoever has gone 2 m breaks it, else it stays until the end."""
     rows = [(3.0, "v", "deadlock", "B", "w"), (3.0, "w", "deadlock", "A", "v")]
     found = read(layout, *rows, speed_mps=speed_mps)
-    assert [(circle.vehicles, circle.begin, circle.end) for circle in found.circles] == [((0, 1), 2, end)]
+    assert [(circle.vehicles, circle.begin, circle.end) for circle in found.circles] == [((0, 1), begin, end)]
 
 
 def test_without_a_gate_places_are_read_off_the_distance_driven(layout: Layout) -> None:

@@ -54,7 +54,18 @@ def run(scenario: Mapping[str, Any], out: Path) -> None:
     _edges(random, vehicles).to_parquet(out / "edges.parquet", index=False)
     laps = int((events["event"] == "lap").sum())
     hours = end / 3600
-    deadlocks = [{"at_s": at, "vehicles": ["v0", "v1", "v2"], "places": ["a", "b", "c"]}] if locked else []
+    deadlocks = (
+        [
+            {
+                "closed_at_s": at,
+                "noticed_at_s": at + 60,
+                "vehicles": ["v0", "v1", "v2"],
+                "places": ["a", "b", "c"],
+            }
+        ]
+        if locked
+        else []
+    )
     summary = {
         "network": scenario.get("network", "fake"),
         "abstraction": "queues",

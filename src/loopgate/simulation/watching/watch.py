@@ -32,8 +32,9 @@ class Deadlock:
 
     Attributes
     ----------
-    at_s
-        When it was recognised [s].
+    closed_at_s, noticed_at_s
+        When the last vehicle of the circle had come to stand, to within the time between two checks, and
+        when the circle was noticed [s].
     vehicles
         The circle: each waits for the next, the last for the first.
     places
@@ -49,7 +50,8 @@ class Deadlock:
         None where nobody took note.
     """
 
-    at_s: float
+    closed_at_s: float
+    noticed_at_s: float
     vehicles: tuple[str, ...]
     places: tuple[str, ...]
     held_up: int
@@ -141,7 +143,9 @@ class Watch:
         if self._trails is not None and self._own is not None:
             vehicle, at_s = self._trails.last(stuck, lanes)
             came = vehicle, at_s, vehicle in self._own
-        return Deadlock(now, tuple(circle), wanted, len(stuck), self._by(waits, new), came)
+        let_go_s = {vehicle: at_s for vehicle, at_s in self._refused_at.items() if at_s < now}
+        closed_s = max(float(max(still[v], let_go_s.get(v, still[v]))) for v in circle)
+        return Deadlock(closed_s, now, tuple(circle), wanted, len(stuck), self._by(waits, new), came)
 
     def _read(self) -> tuple[Sequence[str], Floats]:
         vehicles = self._traffic.vehicles()

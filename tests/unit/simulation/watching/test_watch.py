@@ -77,7 +77,9 @@ def named(
 def watched(traffic: Standing, gates: Gates | None = None) -> list[tuple[float, tuple[str, ...]]]:
     """Return time and circle of what is found."""
     watch = Watch(cast("Traffic", traffic), after_s=60.0, at_gate=gates)
-    return [(deadlock.at_s, deadlock.vehicles) for deadlock in named(watch, traffic)]
+    found = list(named(watch, traffic))
+    assert all(deadlock.closed_at_s == 10.0 for deadlock in found)
+    return [(deadlock.noticed_at_s, deadlock.vehicles) for deadlock in found]
 
 
 def test_a_circle_on_the_road_is_named_once() -> None:
@@ -90,7 +92,7 @@ def test_a_standstill_of_all_is_a_deadlock_without_a_reason_too() -> None:
     """The head stands for no reason that anybody sees, and after ten minutes nobody has moved."""
     traffic = Standing({"a": ["b"], "b": ["c"], "c": []})
     watch = Watch(cast("Traffic", traffic), after_s=60.0)
-    found = [(d.at_s, d.vehicles, d.held_up) for d in named(watch, traffic, until_s=2000.0)]
+    found = [(d.noticed_at_s, d.vehicles, d.held_up) for d in named(watch, traffic, until_s=2000.0)]
     assert found == [(610.0, ("a", "b", "c"), 3)]
 
 
@@ -103,9 +105,9 @@ def test_who_pauses_keeps_a_standstill_from_being_one() -> None:
     lit = Standing({"a": ["b"], "b": []})
     lit.pausing = {"b"}
     watch = Watch(cast("Traffic", lit), after_s=60.0)
-    assert [d.at_s for d in named(watch, lit, at_s=500.0, change=lit.pausing.clear, until_s=2000.0)] == [
-        610.0
-    ]
+    assert [
+        d.noticed_at_s for d in named(watch, lit, at_s=500.0, change=lit.pausing.clear, until_s=2000.0)
+    ] == [610.0]
 
 
 def test_a_queue_is_no_deadlock() -> None:
@@ -128,7 +130,7 @@ def test_who_was_let_go_just_now_is_not_stuck(let_go_s: float) -> None:
     gates = Gates({"a": ["b"], "b": ["somebody who drives"]})
     watch = Watch(cast("Traffic", traffic), after_s=60.0, at_gate=gates)
     found = named(watch, traffic, at_s=let_go_s, change=lambda: gates.refused.pop("b"))
-    assert [deadlock.at_s for deadlock in found] == [let_go_s + 50.0]
+    assert [(d.closed_at_s, d.noticed_at_s) for d in found] == [(let_go_s - 10.0, let_go_s + 50.0)]
 
 
 def test_newcomers_behind_a_named_circle_are_not_named_again() -> None:
