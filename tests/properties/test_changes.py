@@ -66,3 +66,32 @@ def test_a_change_leaves_everyone_where_it_stands() -> None:
 def test_the_study_is_deterministic() -> None:
     """Same seeds, same figures."""
     assert study(20) == study(20)
+
+
+A, B, C = (0, 1), (1, 2), (2, 0)
+
+
+@pytest.mark.parametrize(
+    ("lines", "stands", "why"),
+    [
+        ([[A], [A, B], [B]], set(), None),
+        ([[A, A], [B, B], [C, C]], set(), Why.CIRCLE),
+        ([[A, A], [A], [B]], set(), Why.CROWD),
+        ([[A], [A, B], [C]], set(), None),
+        ([[A], [A], [B, C]], {2}, None),
+        ([[A], [B], [B, C]], {2}, Why.LEADS_THERE),
+    ],
+    ids=["start", "ring", "crowd", "turned", "broken", "not_all"],
+)
+def test_instances_of_the_proofs(
+    lines: list[list[tuple[int, int]]], stands: set[int], why: Why | None
+) -> None:
+    """Those of docs/proofs/Instance.v: the search and the decision say of them what is proved."""
+    loops, numbers = (A, B, C), iter(range(9))
+    start = tuple(tuple((loops.index(w), w.index(p)) for w in line) for p, line in enumerate(lines))
+    assert bool(Reach(Roads(loops, (2, 2, 2), start, frozenset(stands))).live[0]) == (why is None)
+    ways = [way for line in lines for way in line]
+    positions = [way.index(p) for p, line in enumerate(lines) for way in line]
+    there = Standing(ways, positions, [[next(numbers) for _ in line] for line in lines], [2, 2, 2])
+    found = find_hindrance(there, stands=stands)
+    assert (found.why if found else None) == why
