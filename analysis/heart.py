@@ -10,8 +10,10 @@ of SUMO's own steps. The ledger knows neither lights, ordinary traffic, stops no
 from __future__ import annotations
 
 import argparse
+import gc
 import sys
 import tempfile
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from time import process_time
@@ -31,8 +33,9 @@ from loopgate.results.columns import EVENT_COLUMNS
 from loopgate.simulation.assembly import Assembly, assemble
 from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario
-from loopgate.simulation.sumo.input import write_sumo_input
+from loopgate.simulation.sumo.input import Start, write_sumo_input
 from loopgate.simulation.sumo.start import plain_options, start_traffic
+from loopgate.traffic.base import Traffic
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,6 +52,45 @@ class Driven:
     gate_s: float
     free_to_go: int
     """How often a vehicle waited after a step though no rule refused it."""
+    joined: int
+    """How many vehicles came in after the beginning."""
+
+
+class Turnover:
+    """Vehicles that leave one after the other, and come in where they first stood, as soon as they can."""
+
+    def __init__(
+        self, traffic: Traffic, driving: Driving, outside: list[Way], starts: Sequence[Start], every_s: float
+    ) -> None:
+        self._traffic, self._driving, self._outside, self._every_s = traffic, driving, outside, every_s
+        self._insertions = {start.vehicle: start.insertion for start in starts}
+        self._coming: list[Way] = []
+        self._next_s = every_s
+        self.joined = 0
+
+    def step(self) -> None:
+        """Take in who has departed; let one go and one come, if it is time."""
+        departed = set(self._traffic.departed())
+        for way in self._coming:
+            if way.vehicle in departed:
+                self._driving.take_in([way])
+                self.joined += 1
+            else:
+                self._traffic.take_out(way.vehicle)
+                self._outside.append(way)
+        self._coming = []
+        if self._traffic.now_s < self._next_s:
+            return
+        self._next_s += self._every_s
+        vehicle = next(iter(self._driving.ledger.vehicles.values()))
+        if self.joined:
+            self._driving.leave(vehicle.name)
+            self._traffic.take_out(vehicle.name)
+        fitting = [way for way in self._outside if self._driving.has_room_for(way)]
+        for way in fitting[:1]:
+            self._outside.remove(way)
+            self._traffic.put_in(way.vehicle, self._insertions[way.vehicle])
+            self._coming.append(way)
 
 
 def way_of(track: Track) -> Way:
@@ -67,28 +109,51 @@ def way_of(track: Track) -> Way:
 
 
 def drive(
-    scenario: Scenario, assembly: Assembly, *, everybody: bool = False, watched: bool = False
+    scenario: Scenario,
+    assembly: Assembly,
+    *,
+    everybody: bool = False,
+    watched: bool = False,
+    turnover_s: float = 0.0,
 ) -> Driven:
-    """Drive a scenario through the ledger; ask `everybody` in each step; `watched` for who is free to go."""
+    """Drive a scenario through the ledger.
+
+    Parameters
+    ----------
+    everybody
+        Whether everybody is asked in each step.
+    watched
+        Whether it is counted how often vehicles wait that are free to go.
+    turnover_s
+        So often a vehicle leaves and another comes in [s]; half of them are outside at the beginning. Never
+        by default.
+    """
     system = cast("Abstraction", assembly.abstraction).system
     rooms = zip(system.states, system.room, system.private, strict=True)
     slots = {str(name): len(system.robots) if own else room for name, room, own in rooms}
     ways = [way_of(track) for track in assembly.tracks]
     layout = Layout(slots, list({id(way.legs): way.legs for way in ways}.values()))
     crowded = max(0.0, 1.0 - len(ways) / sum(slots.values()))
-    rows: list[tuple[Any, ...]] = []
     collisions: set[tuple[str, str]] = set()
     free_to_go, steps = 0, round(scenario.duration_s / scenario.step_s)
+    here = assembly.starts[: len(ways) // 2] if turnover_s else assembly.starts
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        options = ["--net-file", str(assembly.network.file), *write_sumo_input(assembly.starts, folder)]
+        options = [
+            "--net-file",
+            str(assembly.network.file),
+            *write_sumo_input(here, folder, later=assembly.starts),
+        ]
         options += plain_options(scenario, folder / "log")
         traffic = start_traffic(options, backend="libsumo", log=folder / "log")
         try:
             traffic.step()
             ledger = Ledger(usual(crowded), everybody=everybody, step_s=scenario.step_s)
-            driving = Driving(traffic, layout, ledger, lambda *row: rows.append(row))
-            driving.take_in(ways)
+            driving = Driving(traffic, layout, ledger)
+            driving.take_in(ways[: len(here)])
+            turnover = Turnover(traffic, driving, ways[len(here) :], assembly.starts, turnover_s)
+            gc.collect()
+            gc.freeze()  # what stands already is not looked through again and again
             began = process_time()
             for _ in range(steps):
                 driving.step()
@@ -96,17 +161,19 @@ def drive(
                 if watched:
                     waiting = [v for v in ledger.vehicles.values() if v.asks and v.leg.place.line[0] is v]
                     free_to_go += sum(not ledger.why_not(v) for v in waiting)
+                if turnover_s:
+                    turnover.step()
             spent_s = process_time() - began
         finally:
             traffic.close()
     everyone = ledger.vehicles.values()
     waits = [vehicle.longest_s for vehicle in everyone]
     waits += [ledger.now_s - vehicle.since_s for vehicle in everyone if vehicle.asks]
-    events = pd.DataFrame([(*row, "") for row in rows], columns=list(EVENT_COLUMNS))
-    laps = {diary.way.vehicle: diary.laps for diary in driving.diaries}
+    events = pd.DataFrame([(*row, "") for row in driving.rows], columns=list(EVENT_COLUMNS))
+    laps = {diary.vehicle.name: diary.laps for diary in driving.diaries}
     return Driven(
         events=events,
-        findings=audit_events(events, system, laps=laps),
+        findings=[] if turnover_s else audit_events(events, system, laps=laps),
         km=driving.driven_m / 1000.0,
         longest_s=max(waits),
         collisions=len(collisions),
@@ -114,6 +181,7 @@ def drive(
         sumo_s=driving.sumo_s,
         gate_s=spent_s - driving.sumo_s,
         free_to_go=free_to_go,
+        joined=turnover.joined,
     )
 
 

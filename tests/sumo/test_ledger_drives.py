@@ -39,6 +39,12 @@ def test_wakes_let_go_whom_asking_everybody_lets_go() -> None:
     assert granted[0] == granted[1]
 
 
+def test_vehicles_leave_and_come_in_between_the_others() -> None:
+    driven = heart.drive(*starts(200), watched=True, turnover_s=2)
+    assert driven.joined > 30
+    assert (driven.collisions, driven.trespasses, driven.free_to_go) == (0, 0, 0)
+
+
 def test_were_crossings_not_looked_at_that_would_be_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(crossings, "_relation", lambda *_: crossings.PAST)
     assert heart.drive(*starts(200)).collisions

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from time import process_time
 from typing import Final
@@ -11,16 +11,19 @@ import numpy as np
 
 from loopgate.abstraction.itinerary import Leg as Drawn
 from loopgate.arrays import Floats
+from loopgate.control.diary import Diary, Row, they_are_at
 from loopgate.control.layout import Layout
 from loopgate.control.ledger import GRANTED, LEFT, REFUSED, Ledger
 from loopgate.control.places import Leg, Make, Vehicle
 from loopgate.results.columns import Event
 from loopgate.traffic.base import Traffic
 
-STANDING_MPS: Final = 0.1
+TOLERANCE_M: Final = 0.5
+"""Rounding allowed before a front beyond its line counts as one [m]."""
 
-Note = Callable[[float, str, Event, str, str], None]
-"""Takes an event: time [s], vehicle, event, place, reason."""
+
+_GAP_M: Final = 2.5
+"""Room to the vehicle ahead for one that comes in [m]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,59 +45,6 @@ class Way:
     renewed_on: str
 
 
-class _Diary:
-    """Up to where the way of a vehicle has been noted: edges, laps and places that its front has come to."""
-
-    def __init__(self, way: Way, vehicle: Vehicle) -> None:
-        self.way, self.vehicle = way, vehicle
-        self.laps = 0
-        self.lap_m = way.front_m + way.lap_m
-        self._edge, self._edge_laps = 0, 0
-        while self.edge_m <= way.front_m:
-            self._next_edge()
-        self.entered = vehicle.granted
-
-    @property
-    def edge_m(self) -> float:
-        """Where its next edge begins [m]."""
-        return self._edge_laps * self.way.lap_m + self.way.edges[self._edge][0]
-
-    @property
-    def leg_m(self) -> float:
-        """Where the next leg that it was granted begins [m]."""
-        if self.entered >= self.vehicle.granted:
-            return np.inf
-        laps, leg = divmod(self.entered + 1, len(self.way.legs))
-        return laps * self.way.lap_m + self.way.legs[leg].begin_m
-
-    @property
-    def due_m(self) -> float:
-        """Where something is to be noted next [m]."""
-        return min(self.edge_m, self.lap_m, self.leg_m)
-
-    def pass_by(self, now_s: float, note: Note) -> bool:
-        """Note what the front has passed; return whether the simulator renewed the route there."""
-        name, front_m, renewed = self.way.vehicle, self.vehicle.front_m, False
-        while front_m >= self.edge_m:
-            edge = self.way.edges[self._edge][1]
-            renewed |= edge == self.way.renewed_on
-            note(now_s, name, Event.EDGE, edge, "")
-            self._next_edge()
-        while front_m >= self.lap_m:
-            self.laps += 1
-            self.lap_m += self.way.lap_m
-            note(now_s, name, Event.LAP, self.way.loop, "")
-        while front_m >= self.leg_m:
-            self.entered += 1
-            note(now_s, name, Event.ENTER, self.way.legs[self.entered % len(self.way.legs)].state, "")
-        return renewed
-
-    def _next_edge(self) -> None:
-        self._edge += 1
-        if self._edge == len(self.way.edges):
-            self._edge, self._edge_laps = 0, self._edge_laps + 1
-
-
 class Driving:
     """Vehicles on loops, under the rules of a ledger.
 
@@ -108,15 +58,16 @@ class Driving:
         The running simulation.
     layout, ledger
         Places and paths; who holds and waits. The ledger is empty.
-    note
-        Takes the events.
     """
 
-    def __init__(self, traffic: Traffic, layout: Layout, ledger: Ledger, note: Note) -> None:
-        self._traffic, self._layout, self.ledger, self._note = traffic, layout, ledger, note
+    def __init__(self, traffic: Traffic, layout: Layout, ledger: Ledger) -> None:
+        self._traffic, self._layout, self.ledger = traffic, layout, ledger
+        self.rows: list[Row] = []
+        """The events: time [s], vehicle, event, place, reason."""
         self._paths: dict[int, list[Leg]] = {}
-        self.diaries: list[_Diary] = []
+        self.diaries: list[Diary] = []
         self._ids: list[str] = []
+        self._lines: list[tuple[Drawn, ...]] = []
         self._offset: Floats = np.zeros(0)
         self._front: Floats = np.zeros(0)
         self._due: Floats = np.zeros(0)
@@ -125,30 +76,66 @@ class Driving:
         self.trespasses = 0
 
     def take_in(self, ways: Sequence[Way]) -> None:
-        """Take vehicles in that are on the road, at the beginning or later, the first in line first."""
-        traffic, first = self._traffic, len(self._ids)
-        for way in ways:
-            path = self._paths.setdefault(id(way.legs), [])
-            path += path or self._layout.path(way.legs)
+        """Take vehicles in that are on the road; if others are there, they are last in line."""
+        traffic, first, fronts = self._traffic, len(self._ids), list[float]()
+        for way in sorted(ways, key=lambda one: one.legs[one.position].begin_m - one.front_m):
+            path = self._path(way)
             like = traffic.dynamics(way.vehicle)
             haste = max(1.0, like.speed_factor)
             make = Make(like.length_m, like.accel_mps2, like.decel_mps2, way.top * haste, haste)
             vehicle = self.ledger.take_in(way.vehicle, path, way.position, make, way.lap_m)
-            vehicle.number = len(self._ids)
+            vehicle.row = len(self._ids)
             vehicle.front_m, vehicle.speed = way.front_m, traffic.speed(way.vehicle)
+            fronts.append(way.front_m)
             self._ids.append(way.vehicle)
-            self.diaries.append(_Diary(way, vehicle))
+            states = [str(leg.state) for leg in way.legs]
+            edges = [edge for _, edge in way.edges]
+            begins_m = [float(begin_m) for begin_m, _ in way.edges]
+            diary = Diary(vehicle, way.loop, states, path, edges, begins_m, way.renewed_on)
+            self.diaries.append(diary)
+            self._lines.append(way.legs)
             traffic.put_under_gate(way.vehicle, keeps_lane=False)
-            self._note(traffic.now_s, way.vehicle, Event.START, vehicle.leg.place.name, "")
+            self.rows.append((traffic.now_s, way.vehicle, Event.START, vehicle.leg.place.name, ""))
         fresh = self.diaries[first:]
-        fronts = np.array([diary.way.front_m for diary in fresh])
-        self._offset = np.append(self._offset, fronts - traffic.odometers(self._ids[first:]))
+        self._offset = np.append(self._offset, np.array(fronts) - traffic.odometers(self._ids[first:]))
         self._front = np.append(self._front, fronts)
         self._note_due = np.append(self._note_due, [diary.due_m for diary in fresh])
         self._due = np.append(self._due, np.full(len(fresh), -np.inf))
         for diary in fresh:
             self.ledger.passed(diary.vehicle)
         self._answer(traffic.now_s)
+
+    def has_room_for(self, way: Way) -> bool:
+        """Return whether a vehicle may come in at its start: a slot, no circle, and all there before it."""
+        leg = self._path(way)[way.position]
+        clear_m = way.front_m - leg.begin_m + _GAP_M
+        ahead = (
+            body.vehicle.front_m - body.begin_m - body.vehicle.make.length_m for body in leg.place.bodies
+        )
+        return self.ledger.fits(leg) and all(rear_m >= clear_m for rear_m in ahead)
+
+    def _path(self, way: Way) -> list[Leg]:
+        path = self._paths.setdefault(id(way.legs), [])
+        path += [] if path else self._layout.path(way.legs)
+        return path
+
+    def leave(self, name: str) -> None:
+        """Let a vehicle go, wherever it is; the places and crossings that it holds are free."""
+        vehicle = self.ledger.vehicles[name]
+        row = vehicle.row
+        for body in vehicle.bodies[:-1]:
+            self.rows.append((self._traffic.now_s, name, Event.LEAVE, body.place.name, ""))
+        self.rows.append((self._traffic.now_s, name, Event.END, vehicle.leg.place.name, "left"))
+        self.ledger.leave(vehicle)
+        self.ledger.log = [one for one in self.ledger.log if one[1] is not vehicle]
+        self.ledger.aimed = [one for one in self.ledger.aimed if one is not vehicle]
+        self._traffic.leave_gate(name)
+        del self.diaries[row], self._ids[row], self._lines[row]
+        self._offset, self._front, self._note_due, self._due = (
+            np.delete(some, row) for some in (self._offset, self._front, self._note_due, self._due)
+        )
+        for later in self.diaries[row:]:
+            later.vehicle.row -= 1
 
     def step(self) -> None:
         """Advance the traffic by one step and do what is due."""
@@ -161,41 +148,40 @@ class Driving:
         self.driven_m += float(moved.sum())
         speeds = moved / self._traffic.step_s
         self._front = fronts
-        for diary, front_m, speed in zip(self.diaries, fronts.tolist(), speeds.tolist(), strict=True):
-            diary.vehicle.front_m = front_m
-            diary.vehicle.speed = speed
+        diaries = self.diaries
+        they_are_at(diaries, fronts.tolist(), speeds.tolist())
         for number in np.flatnonzero(fronts >= self._note_due).tolist():
-            diary = self.diaries[number]
-            if diary.pass_by(now_s, self._note) and diary.vehicle.held:
-                self._hold_anew(diary)
+            diary = diaries[number]
+            if diary.pass_by(now_s, self.rows) and diary.vehicle.held:
+                self._hold_anew(diary.vehicle)
             self._note_due[number] = diary.due_m
         for number in np.flatnonzero(fronts >= self._due).tolist():
-            vehicle = self.diaries[number].vehicle
+            vehicle = diaries[number].vehicle
             self.ledger.passed(vehicle)
-            if vehicle.front_m > vehicle.line_m + 0.5:
+            if vehicle.front_m > vehicle.line_m + TOLERANCE_M:
                 self.trespasses += 1
         for name in self._traffic.halted():
             wanted = self.ledger.vehicles[name].wanted()
-            self._note(now_s, name, Event.HOLD, wanted.name if wanted else "", "")
+            self.rows.append((now_s, name, Event.HOLD, wanted.name if wanted else "", ""))
         self._answer(now_s)
 
     def _answer(self, now_s: float) -> None:
         """Answer requests, and carry out what comes of it."""
-        ledger, note = self.ledger, self._note
+        ledger, rows = self.ledger, self.rows
         ledger.answer(now_s)
         moved: dict[Vehicle, None] = {}
         stays: dict[Vehicle, None] = {}
         for what, vehicle, place, reason in ledger.log:
             if what == LEFT:
-                note(now_s, vehicle.name, Event.LEAVE, place.name, "")
+                rows.append((now_s, vehicle.name, Event.LEAVE, place.name, ""))
             elif what == GRANTED:
-                note(now_s, vehicle.name, Event.GRANT, place.name, "free")
-                self._note_due[vehicle.number] = self.diaries[vehicle.number].due_m
+                rows.append((now_s, vehicle.name, Event.GRANT, place.name, "free"))
+                self._note_due[vehicle.row] = self.diaries[vehicle.row].aim()
                 moved[vehicle] = None
                 stays.pop(vehicle, None)
             else:
                 if what == REFUSED:
-                    note(now_s, vehicle.name, Event.REFUSE, place.name, reason)
+                    rows.append((now_s, vehicle.name, Event.REFUSE, place.name, reason))
                 stays[vehicle] = None
         ledger.log.clear()
         for vehicle in moved:
@@ -206,17 +192,17 @@ class Driving:
             if not vehicle.held:
                 self._hold(vehicle)
         for vehicle in ledger.aimed:
-            self._due[vehicle.number] = vehicle.due_m
+            self._due[vehicle.row] = vehicle.due_m
         ledger.aimed.clear()
 
     def _hold(self, vehicle: Vehicle) -> None:
-        line = self.diaries[vehicle.number].way.legs[vehicle.leg.number].line
+        line = self._lines[vehicle.row][vehicle.leg.number].line
         vehicle.held = True
         self._traffic.hold(vehicle.name, line.edge, line.lane, line.position_m)
 
-    def _hold_anew(self, diary: _Diary) -> None:
+    def _hold_anew(self, vehicle: Vehicle) -> None:
         """Set a stop again: one on the edge where the route was renewed has moved on to the next round."""
-        vehicle = diary.vehicle
-        if vehicle.speed > 0.0 and diary.way.legs[vehicle.leg.number].line.edge == diary.way.renewed_on:
+        line = self._lines[vehicle.row][vehicle.leg.number].line
+        if vehicle.speed > 0.0 and line.edge == self.diaries[vehicle.row].renewed_on:
             self._traffic.release(vehicle.name)
             self._hold(vehicle)

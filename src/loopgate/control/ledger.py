@@ -6,6 +6,7 @@ from heapq import heappop, heappush
 from math import inf
 from typing import Final
 
+from loopgate.control.chain import closes_by_entering
 from loopgate.control.places import POINT, Body, Leg, Make, Place, Trip, Vehicle
 from loopgate.control.rules import Refusal, Rule
 
@@ -97,6 +98,10 @@ class Ledger:
             self._take_out(body)
         vehicle.bodies = []
         self._wake_watchers(vehicle, inf)
+
+    def fits(self, leg: Leg) -> bool:
+        """Return whether one more vehicle may come in last in line on a leg: a slot, and no circle."""
+        return not leg.place.is_full() and not closes_by_entering(leg)
 
     def ask(self, vehicle: Vehicle) -> None:
         """Take a vehicle's request for its next place; it is answered when it heads its line."""

@@ -178,6 +178,7 @@ POINT: Final = Make(0.0, 1.0, 1.0, 1.0, 1.0)
 class Vehicle:
     """A vehicle, where it is, and the last leg that was granted to it.
 
+    `number`: no other vehicle ever has it. `row`: where it is in the lists of its driver.
     `asks`: whether it waits for an answer. `reason`: why it was refused last, or "". `since_s`: when it
     asked. `held`: whether it is to stop at its line. `near`: whether it is looked at in each step until it
     asks. `woken`: whether it is to be looked at in the next answer. `front_m`, `speed`: where its front is
@@ -188,12 +189,13 @@ class Vehicle:
 
     __slots__ = (
         "asks", "bodies", "due_m", "front_m", "granted", "held", "lap_m", "laps_m", "leg", "line_m",
-        "longest_s", "make", "name", "near", "number", "reason", "since_s", "speed", "trips", "watchers",
-        "woken",
+        "longest_s", "make", "name", "near", "number", "reason", "row", "since_s", "speed", "trips",
+        "watchers", "woken",
     )  # fmt: skip
 
     def __init__(self, number: int, name: str, leg: Leg, make: Make = POINT, lap_m: float = 0.0) -> None:
-        self.number = number
+        self.number: Final = number
+        self.row = 0
         self.name: Final = name
         self.make: Final = make
         self.lap_m: Final = lap_m

@@ -1,0 +1,99 @@
+"""What vehicles have passed: edges, laps and places, noted once each."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import inf
+from typing import Final
+
+from loopgate.control.places import Leg, Vehicle
+
+Row = tuple[float, str, str, str, str]
+"""An event: time [s], vehicle, event, place, reason."""
+
+# Words of `loopgate.results.columns.Event`.
+EDGE: Final = "edge"
+LAP: Final = "lap"
+ENTER: Final = "enter"
+
+
+class Diary:
+    """Up to where the way of a vehicle has been noted. The vehicle is at its start.
+
+    `laps`: so far. `due_m`: where something is to be noted next [m]. `loop`: its name. `states`: the names of
+    the places on the path, and `path` its legs. `edges`: with where each begins [m]. `renewed_on`: the edge
+    on which the simulator renews the route.
+    """
+
+    def __init__(
+        self,
+        vehicle: Vehicle,
+        loop: str,
+        states: Sequence[str],
+        path: Sequence[Leg],
+        edges: Sequence[str],
+        begins_m: Sequence[float],
+        renewed_on: str,
+    ) -> None:
+        self.vehicle: Final = vehicle
+        self.loop: Final = loop
+        self.renewed_on: Final = renewed_on
+        self.laps = 0
+        self._states: Final = list(states)
+        self._path: Final = list(path)
+        self._edges: Final = list(edges)
+        self._begins_m: Final = list(begins_m)
+        self._edge = 0
+        self._edge_laps_m = 0.0
+        self._edge_m = self._begins_m[0]
+        while self._edge_m <= vehicle.front_m:
+            self._next_edge()
+        self._lap_m = vehicle.front_m + vehicle.lap_m
+        self._entered = vehicle.granted
+        self._leg_m = inf
+        self.due_m = min(self._edge_m, self._lap_m)
+
+    def aim(self) -> float:
+        """Say where something is to be noted next, after a grant; return it [m]."""
+        self._leg_m = inf
+        if self._entered < self.vehicle.granted:
+            number = self._entered + 1
+            laps = number // len(self._path)
+            self._leg_m = laps * self.vehicle.lap_m + self._path[number - laps * len(self._path)].begin_m
+        self.due_m = min(self._edge_m, self._lap_m, self._leg_m)
+        return self.due_m
+
+    def pass_by(self, now_s: float, rows: list[Row]) -> bool:
+        """Note what the front has passed; return whether the simulator renewed the route there."""
+        name, front_m, renewed = self.vehicle.name, self.vehicle.front_m, False
+        while front_m >= self._edge_m:
+            edge = self._edges[self._edge]
+            if edge == self.renewed_on:
+                renewed = True
+            rows.append((now_s, name, EDGE, edge, ""))
+            self._next_edge()
+        while front_m >= self._lap_m:
+            self.laps += 1
+            self._lap_m += self.vehicle.lap_m
+            rows.append((now_s, name, LAP, self.loop, ""))
+        while front_m >= self._leg_m:
+            self._entered += 1
+            rows.append((now_s, name, ENTER, self._states[self._entered % len(self._states)], ""))
+            self.aim()
+        self.due_m = min(self._edge_m, self._lap_m, self._leg_m)
+        return renewed
+
+    def _next_edge(self) -> None:
+        self._edge += 1
+        if self._edge == len(self._edges):
+            self._edge = 0
+            self._edge_laps_m += self.vehicle.lap_m
+        self._edge_m = self._edge_laps_m + self._begins_m[self._edge]
+
+
+def they_are_at(diaries: list[Diary], fronts_m: list[float], speeds: list[float]) -> None:
+    """Take note of where all vehicles are [m], and how fast [m/s]."""
+    for number, diary in enumerate(diaries):
+        vehicle = diary.vehicle
+        vehicle.front_m = fronts_m[number]
+        vehicle.speed = speeds[number]
