@@ -1,4 +1,4 @@
-"""How one run, or a few, went: over time, cause by cause, along a loop, and who is stuck."""
+"""The course of one run or a few: over time, causes of waits, along a loop, stuck vehicles."""
 
 from collections.abc import Sequence
 
@@ -17,7 +17,7 @@ _HOUR_S = 3600.0
 
 
 def compute_flow(*, flow: pd.DataFrame, every_s: float = 60.0, by: Sequence[str] = ()) -> pd.DataFrame:
-    """Return what all vehicles together did, interval by interval, and what they did until then.
+    """Return distance, laps and standing of all vehicles in each interval, and their sums so far.
 
     One row per group and interval: `by`, `TIME` (its end [s]), `ON_ROAD`, `STILL` (mean numbers), `SPEED`
     [km/h], `KM_PER_H`, `LAPS_PER_H`, and since the beginning `DISTANCE_KM`, `LAPS`, `STOOD_H`.
@@ -165,7 +165,7 @@ def compute_time_space(
 def compute_stuck(
     *, vehicles: pd.DataFrame, events: pd.DataFrame, end_s: float, after_s: float = 300.0
 ) -> pd.DataFrame:
-    """Return the vehicles that had not moved for long when the run ended, and whom they wait for.
+    """Return the vehicles that stood for long at the end of the run, and the vehicles that block them.
 
     The one that has stood longest first: `VEHICLE`, `LOOP`, `SINCE` [s], `STANDING` [s], `WAITS_FOR` (the
     next vehicle of its deadlock; empty for others), `X`, `Y` [m].

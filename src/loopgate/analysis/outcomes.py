@@ -1,4 +1,4 @@
-"""What came of many runs: deadlocks and the time until they come, safety, and trips."""
+"""Outcomes of many runs: deadlocks, time to deadlock, safety, trips."""
 
 import warnings
 from collections.abc import Sequence
@@ -229,7 +229,7 @@ def compute_safety(*, runs: pd.DataFrame, by: Sequence[str] = (c.NETWORK, c.GATE
 
 
 def compute_trips(*, runs: pd.DataFrame, by: Sequence[str] = (c.GATE, c.VEHICLES)) -> pd.DataFrame:
-    """Return how many trips of a run arrived, how long they took, and what they lost.
+    """Return how many trips arrived, their durations and their delays.
 
     One row per group: `by`; `RUNS`; means over runs of `ARRIVED`, `UNFINISHED`, `MEAN_TRIP`, `MEAN_WAITING`,
     `MEAN_TIME_LOSS`, `MEAN_DEPART_DELAY` and `MEAN_DELAY` [s]; greatest `WORST_DELAY` [s].

@@ -1,4 +1,4 @@
-"""Which runs belong to one line of a figure."""
+"""Series: the runs that make one line of a figure."""
 
 import json
 
@@ -16,7 +16,7 @@ _ONLY_COUNTS = {SERIES, "vehicles_per_km"}
 
 
 def add_series(runs: pd.DataFrame) -> pd.DataFrame:
-    """Return the runs that succeeded with a column `SERIES`: the gate, and what else was chosen to differ.
+    """Return the successful runs with a column `SERIES`: the gate, and all other settings that differ.
 
     Network, vehicles (in all or per kilometre) and seed make no series. Neither does the number of loops
     where nobody asked for one: a file has so many, and fewer are used where there are fewer vehicles, or

@@ -137,7 +137,7 @@ def compute_vehicle_holds(*, events: pd.DataFrame, end_s: float, begin_s: float 
 def compute_throughput(
     *, events: pd.DataFrame, end_s: float, begin_s: float = 0.0, distance_m: float | None = None
 ) -> pd.DataFrame:
-    """Return what all vehicles together achieved in the period.
+    """Return the throughput of all vehicles in the period.
 
     One row: ``laps``, ``laps_per_h`` [1/h], ``km_per_h`` [vehicle-km/h] (NaN without a distance).
 

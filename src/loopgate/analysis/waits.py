@@ -70,7 +70,7 @@ def compute_wait_causes(*, events: pd.DataFrame, end_s: float, begin_s: float = 
 def compute_longest_waits(
     *, runs: pd.DataFrame, by: Sequence[str] = (NETWORK, GATE, VEHICLES)
 ) -> pd.DataFrame:
-    """Return for what the longest waits of each group of runs were.
+    """Return the causes of the longest waits of each group of runs.
 
     One row per group and cause: `by`, `CAUSE`, `RUNS`; `MEAN` over the runs and `MOST` of any of them of the
     longest time that one wait was for that cause [s]. Runs without a gate are left out, and causes for which
@@ -104,7 +104,7 @@ def compute_longest_waits(
 
 
 def wait_figures(causes: pd.DataFrame | None) -> dict[str, Any]:
-    """Return what ``summary.json`` says of the longest waits.
+    """Return the figures of the longest waits for ``summary.json``.
 
     Keys: ``longest_wait``: the vehicle, the state it waited for, since when [s], and how long [s] for
     which cause, longest first; None if nobody waited. Times at stops do not count for which is the longest.

@@ -1,4 +1,4 @@
-"""How much of a district was seen, and how evenly: all streets, those on no loop included.
+"""How much of a district was seen, and how evenly: all streets, also streets on no loop.
 
 Idleness is that of `loopgate.analysis.monitoring`; a street that is never entered is idle from time 0 on. The
 coefficient of variation of the intervals between visits is 0 where vehicles come evenly and 1 where they come
@@ -33,7 +33,7 @@ def compute_watch(
     begin_s: float = 0.0,
     since_s: float = 0.0,
 ) -> pd.DataFrame:
-    """Return how often and how evenly every street was seen, the one that was idle longest first.
+    """Return how often and how evenly every street was seen; the longest idle street is first.
 
     Columns: `WATCH_COLUMNS`: those of `compute_revisits`, `HEADWAY_CV` (standard deviation over mean of the
     intervals; NaN for fewer than two), `BUNCHED` (share of them, NaN without one), `BOUND` [s] and `WITHIN`
@@ -121,7 +121,7 @@ def compute_seen_within(
     since_s: float = 0.0,
     times_s: Iterable[float] | None = None,
 ) -> pd.DataFrame:
-    """Return which share of the streets was seen within so long.
+    """Return the share of the streets that was seen within a time.
 
     Columns: `SEEN_WITHIN` [s]; `NOW`: share of the streets seen no longer ago than that, on average over the
     period; `ALWAYS`: share of the streets for which that held all the time.
@@ -175,7 +175,7 @@ def compute_seen_within(
 
 
 def compute_rarest(*, streets: pd.DataFrame, first: int = 15) -> pd.DataFrame:
-    """Return the streets that went unseen longest, of those that were seen at all.
+    """Return the seen streets that went unseen longest.
 
     One row per street with the columns named below, the one that went unseen longest first.
 
@@ -205,7 +205,7 @@ def compute_rarest(*, streets: pd.DataFrame, first: int = 15) -> pd.DataFrame:
 
 
 def compute_districts(*, watch: pd.DataFrame, districts: Mapping[str, Iterable[str]]) -> pd.DataFrame:
-    """Return how well groups of streets were watched, the one idle longest first.
+    """Return how well groups of streets were watched; the longest idle group is first.
 
     Columns: `DISTRICT`, `STREETS` (how many edges), `NEVER_SEEN`, `VISITS` (of all), `IDLENESS` and
     `WORST_IDLENESS` [s] (mean and greatest), `HEADWAY_CV` and `BUNCHED` (means over those seen), and

@@ -41,7 +41,7 @@ def data(table: pd.DataFrame) -> alt.InlineData:
 
 
 def series_names(table: pd.DataFrame, series: str) -> list[str]:
-    """Return the series of a table that a figure shows: the first that can be told apart."""
+    """Return the series of a table that a figure shows: as many as a reader can distinguish."""
     return series_order(table[series])[:MAX_SERIES]
 
 
@@ -79,7 +79,7 @@ def with_dashes(chart: alt.Chart, series: str) -> alt.Chart:
 
 
 def tooltip(*fields: str) -> list[alt.Tooltip]:
-    """Return what is shown of a point when it is pointed at."""
+    """Return the tooltip of a point."""
     return [
         alt.Tooltip(field=field, type="quantitative", format=",.4~r")
         if kind == "Q"

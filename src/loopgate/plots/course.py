@@ -33,7 +33,7 @@ def plot_flow(
     deadlocks: Sequence[float] = (),
     among: Sequence[str] = (),
 ) -> Chart:
-    """Draw what all vehicles together did over time, a panel for each figure, from `compute_flow`.
+    """Draw the flow of all vehicles over time, a panel for each figure, from `compute_flow`.
 
     Parameters
     ----------

@@ -16,7 +16,7 @@ _SERIES = "series"
 def plot_unwatched(
     streets: pd.DataFrame, value: str = run.WORST_IDLENESS, *, label: str = "longest time unseen [s]"
 ) -> Chart:
-    """Draw the map of a district: strong where streets went unseen for long; those never seen dashed.
+    """Draw the map of a district: long unseen streets are strong, never seen streets dashed.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ def plot_unwatched(
 
 
 def plot_seen_within(seen: Mapping[str, pd.DataFrame], *, bound_s: float | None = None) -> Chart:
-    """Draw which share of the streets was seen within so long: at a random moment, and always.
+    """Draw the share of the streets seen within a time: at a random moment, and always.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Finished runs as a page that moves: positions, places, waits and deadlocks on one clock."""
+"""The replay: a page that plays finished runs with positions, places, waits and deadlocks on one clock."""
 
 from loopgate.replay.page import Replay, make_replay
 

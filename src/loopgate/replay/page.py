@@ -1,4 +1,4 @@
-"""The page: one file that holds runs, script and style, and asks for nothing else."""
+"""The page: one self-contained file with runs, script and style."""
 
 import base64
 import hashlib
@@ -73,7 +73,7 @@ class Replay:
 def make_replay(
     *folders: Path | str, report: Callable[[int, int], None] = lambda _done, _total: None
 ) -> Replay:
-    """Return a replay of one run, or of two side by side on one clock.
+    """Return a replay of one run, or of two runs side by side on one clock.
 
     Raises `ResultsError` if there is none or too many, one cannot be read, or has neither loops nor
     positions; the text says what to run.
@@ -108,7 +108,7 @@ def make_replay(
 
 
 def _description(pack: Pack, scenes: Sequence[Scene]) -> dict[str, Any]:
-    """Return what the page is told in words; the streets of one network are told once."""
+    """Return the data of the page as JSON; runs on one network share its streets."""
     streets: list[dict[str, Any]] = []
     runs = []
     for scene in scenes:

@@ -56,7 +56,7 @@ class Scene:
         return "SUMO's own rules" if gate == "open" else f"loopgate, {gate}"
 
     def describe(self, pack: Pack) -> dict[str, Any]:
-        """Put the run's columns into `pack` and return what the page is told of them."""
+        """Put the run's columns into `pack`, and return their description for the page."""
         tracks, layout, what = self.tracks, self.layout, self.happenings
         bodies = list(layout.vehicles.values()) if layout else []
         sizes = [[body.length_m, body.width_m] for body in bodies]
@@ -169,7 +169,7 @@ def _box(tracks: Tracks) -> Box:
 
 
 def _columns(pack: Pack, spans: Sequence[TimeSpan]) -> list[list[int]]:
-    """Return what, whose, first step, how many steps, and why, as columns."""
+    """Return kind, vehicle, first step, number of steps and reason as columns."""
     table = np.array(spans, dtype=np.int64).reshape(-1, len(TimeSpan._fields))
     table[:, 3] -= table[:, 2]
     return [pack.column(column) for column in table.T]

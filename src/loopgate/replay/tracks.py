@@ -1,4 +1,4 @@
-"""Where every vehicle was at every step, rounded to what can be seen; as SUMO recorded it."""
+"""Positions of every vehicle at every step, as SUMO recorded them, rounded to visible size."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -75,7 +75,7 @@ def read_tracks(
     known: tuple[str, ...] = (),
     report: Callable[[int], None] = lambda _rows: None,
 ) -> Tracks:
-    """Read what SUMO recorded (``positions.csv.gz``).
+    """Read the positions that SUMO recorded (``positions.csv.gz``).
 
     Raises `ResultsError` if it cannot be read, or there is nobody in it.
 

@@ -1,1 +1,1 @@
-"""Runs as a notebook has them: one to be made or read, and many as one table."""
+"""Runs in a notebook: make or read a run, and read many runs as one table."""

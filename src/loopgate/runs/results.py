@@ -1,4 +1,4 @@
-"""Many runs as one table: what sweeps and run folders hold, in one line."""
+"""Many runs as one table, from sweeps and run folders."""
 
 import json
 import time
@@ -63,7 +63,7 @@ class Results:
         return str(self.manifest.get("name") or ", ".join(folder.name for folder in self.folders))
 
     def read_flow(self, runs: pd.DataFrame) -> pd.DataFrame:
-        """Return what was measured over time in those of `runs` that have a folder.
+        """Return the measurements over time of the `runs` that have a folder.
 
         Columns: `FLOW_COLUMNS`, and of `runs` the columns `KEY` and `SERIES`.
         """

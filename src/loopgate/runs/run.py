@@ -1,4 +1,4 @@
-"""One run: what came of it in figures, what happened as tables, and how it looks."""
+"""One run: its figures, tables, charts and replay."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ class Run:
 
     @property
     def figures(self) -> dict[str, Chart]:
-        """The figures of one run: over time, lap times, where vehicles stood, which roads went unwatched.
+        """The charts of one run: over time, lap times, standing, unwatched roads.
 
         Figures without anything to show are left out.
         """
@@ -120,7 +120,7 @@ class Run:
         return plot_seen_within({"": seen}, bound_s=self.scenario.get("revisit_s") or None)
 
     def replay(self, beside: Run | None = None) -> Replay:
-        """Return the run as a page that moves, alone or with another one `beside` it; a notebook shows it.
+        """Return the replay of the run, alone or `beside` another run; a notebook shows it.
 
         Raises `ResultsError` if nothing was kept of a run, or it has neither loops nor positions.
         """

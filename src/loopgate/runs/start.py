@@ -1,4 +1,4 @@
-"""Make one run and have it at hand."""
+"""Make one run and return it."""
 
 from contextlib import ExitStack
 from dataclasses import replace

@@ -81,7 +81,7 @@ def write_streets(
     begin_s: float,
     end_s: float,
 ) -> dict[str, Any]:
-    """Write ``streets.parquet`` from the events, and return what the summary says of it.
+    """Write ``streets.parquet`` from the events, and return its figures for the summary.
 
     Its streets are all edges open to some vehicle's class, those on no loop included.
     """
@@ -143,7 +143,7 @@ def _either_way(
 
 
 def watch_figures(table: pd.DataFrame, *, bound_s: float) -> dict[str, Any]:
-    """Return what a summary says of the streets in ``streets.parquet``; all streets count alike."""
+    """Return the figures of ``streets.parquet`` for a summary; all streets count alike."""
     seen = table[table[VISITS] > 0]
     figures = _idleness(table, seen) | {
         "weighted_revisit_s": rounded(seen[WEIGHTED_REVISIT].mean()),
@@ -192,12 +192,12 @@ def _ranked(streets: pd.DataFrame) -> list[dict[str, Any]]:
 
 
 def rounded(value: float) -> float | None:
-    """Return a figure as summaries have it; None for one that is not known."""
+    """Return a figure as summaries hold it; None if it is not known."""
     return None if math.isnan(value) else round(float(value), 4)
 
 
 def _if_even(loops: Sequence[Loop], tallies: Sequence[Tally], duration_s: float) -> dict[str, float | None]:
-    """Return what idleness would be if the vehicles of each loop, as fast as they were, came evenly.
+    """Return the idleness if the vehicles of each loop, at their speeds, came evenly.
 
     A street that loops visit at rates v / lap waits for the inverse of their sum, half of it on average.
     """

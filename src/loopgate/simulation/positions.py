@@ -1,4 +1,4 @@
-"""Lets SUMO record where every vehicle is, and writes down what the abstraction says about the roads."""
+"""Records the positions of all vehicles by SUMO, and writes the layout of the abstraction."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -16,7 +16,7 @@ from loopgate.simulation.demand.placing import Departure
 
 
 def record_positions(file: Path) -> list[str]:
-    """Return the options that let SUMO itself write every vehicle's position at every step.
+    """Return the options by which SUMO writes every vehicle's position at every step.
 
     A compressed table of text: the one format besides XML that every build of SUMO writes, in memory that
     does not grow.

@@ -1,4 +1,4 @@
-"""Leads vehicles that drive once on by other ways, between places, where those are quicker by now."""
+"""Reroutes trips between places when another way has become quicker."""
 
 from bisect import bisect_left
 from collections import defaultdict, deque
@@ -86,7 +86,7 @@ class Rerouting:
                 known[key] = _Onward(track, position, numbers[bisect_left(begins, leg.end_m) :])
 
     def look(self) -> None:
-        """Take note of speeds, and lead those on who are due; call after each step."""
+        """Read the speeds, and reroute the vehicles that are due; call after each step."""
         now = self._traffic.now_s
         if now >= self._next_sample_s:
             self._next_sample_s = now + _SAMPLE_EVERY_S
@@ -155,6 +155,6 @@ class Rerouting:
                 yield way
 
     def report(self) -> dict[str, Any]:
-        """Return what ``summary.json`` says of it."""
+        """Return the figures of rerouting for ``summary.json``."""
         led = [len(turns) for turns in self.turns.values() if turns]
         return {"rerouting": {"vehicles": len(self._anew), "rerouted": len(led), "times": sum(led)}}

@@ -1,4 +1,4 @@
-"""The ways of vehicles that were led another way, each as one: what a vehicle really drove by."""
+"""The ways that rerouted vehicles really drove, each as one path."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace

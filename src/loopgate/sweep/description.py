@@ -111,7 +111,7 @@ class Sweep:
             object.__setattr__(self, part, [_named(rule) for rule in getattr(self, part)])
 
     def points(self) -> list[Point]:
-        """Return the runs in the order of the grid, then of the includes; equal ones once.
+        """Return the runs in the order of the grid, then of the includes; equal runs once.
 
         Raises `SweepError` if there are none or more than a hundred thousand, a file is missing, a value is
         no number that is finite, or an exclude names an axis that the grid has not.

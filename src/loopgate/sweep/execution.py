@@ -218,7 +218,7 @@ def _executor(
 
 
 def _from_here(path: Path) -> str:
-    """Return the path as one would write it in the working directory."""
+    """Return the path relative to the working directory, if it lies there."""
     here = Path.cwd()
     return str(path.relative_to(here) if path.is_relative_to(here) else path)
 

@@ -1,4 +1,4 @@
-"""Networks and routes: what identifies them, and how they travel to another machine."""
+"""Networks and routes: their hashes, and their way to another machine."""
 
 import os
 import zlib
@@ -34,7 +34,7 @@ class PackedFile:
 
 
 def file_identity(value: str, key: str, folder: Path) -> NamedFile:
-    """Find out what `value` of the scenario key `key` names.
+    """Return the file that `value` of the scenario key `key` names.
 
     Raises `SweepError` if it looks like a file and is none, or cannot be read.
     """

@@ -10,7 +10,7 @@ _RESET_PEAK = "5"  # proc(5), clear_refs: reset the peak resident set size
 
 
 def reset_peak_memory() -> None:
-    """Begin a new peak; where the system cannot (other than Linux), the process keeps its old one."""
+    """Reset the peak of memory; only Linux can, other systems keep the old peak."""
     with contextlib.suppress(OSError):
         Path("/proc/self/clear_refs").write_text(_RESET_PEAK, encoding="ascii")
 

@@ -73,7 +73,7 @@ class Store:
         self.close()
 
     def close(self) -> None:
-        """Let the next sweep in."""
+        """Release the folder."""
         self._lock.release()
 
     def finished(self, key: str) -> str | None:
@@ -89,7 +89,7 @@ class Store:
         return len(self._attempts)
 
     def write_manifest(self, manifest: Mapping[str, Any]) -> None:
-        """Write down what the sweep consists of, for those who read the results."""
+        """Write the description of the sweep, for readers of the results."""
         text = json.dumps(manifest, indent=1, default=str).encode()
         self._write(self.folder / MANIFEST, lambda file: file.write(text))
 
@@ -155,7 +155,7 @@ class Store:
 
     @contextlib.contextmanager
     def _explained(self) -> Iterator[None]:
-        """Turn errors of the disk into one line that says what to do."""
+        """Turn errors of the disk into one line with the way out."""
         try:
             yield
         except OSError as error:

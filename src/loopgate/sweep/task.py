@@ -131,7 +131,7 @@ def failed_row(task: Task, error: str) -> dict[str, Any]:
 
 
 def _identity(task: Task) -> dict[str, Any]:
-    """Return the columns that are known before the run, what was asked for taking precedence."""
+    """Return the columns that are known before the run; the scenario has precedence."""
     point = task.point
     asked = {
         name: value

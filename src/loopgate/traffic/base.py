@@ -1,4 +1,4 @@
-"""The seam to the traffic simulator: what the rest of the program asks of it."""
+"""The protocol of a traffic simulator: the calls that the rest of the program makes."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -14,7 +14,7 @@ _NOTHING: Final[Floats] = np.zeros(0)
 
 @dataclass(frozen=True, slots=True)
 class Collision:
-    """A collision as SUMO reports it: who ran into whom, and on which lane."""
+    """A collision as SUMO reports it: the two vehicles and the lane."""
 
     collider: str
     victim: str
@@ -120,7 +120,7 @@ class Traffic(Protocol):
         """Return the vehicles that went off the road in the last step, at the ends of their routes."""
 
     def put_in(self, vehicle: str, how: Insertion) -> None:
-        """Let a vehicle depart in the next step, if the simulator finds that safe."""
+        """Insert a vehicle in the next step, if the simulator finds it safe."""
 
     def take_out(self, vehicle: str) -> None:
         """Undo `put_in`, whether it has departed or not."""
@@ -151,7 +151,7 @@ class Traffic(Protocol):
         """Return where the front is, in network coordinates [m]."""
 
     def put_under_gate(self, vehicle: str, *, keeps_lane: bool = False) -> None:
-        """Let the gate rule the vehicle instead of the simulator's right of way.
+        """Put the vehicle under the gate: the simulator's right of way no longer rules it.
 
         It changes lanes where its route demands it; if it `keeps_lane`, only by `change_lane`.
         """
@@ -160,16 +160,16 @@ class Traffic(Protocol):
         """Undo `put_under_gate`, and whatever holds the vehicle; it may be gone."""
 
     def lead(self, vehicle: str, edges: Sequence[str]) -> None:
-        """Give the vehicle a route from the edge on which it is; raise `TrafficError` if it is refused."""
+        """Give the vehicle a route from its edge on; raise `TrafficError` if SUMO refuses the route."""
 
     def route(self, vehicle: str) -> tuple[Sequence[str], int]:
-        """Return the edges of the vehicle's route, and the number of the one it is on or has just left."""
+        """Return the edges of the vehicle's route, and the index of its present or last edge."""
 
     def route_id(self, vehicle: str) -> str:
-        """Return the name of the vehicle's route: another one as soon as it is led by other edges."""
+        """Return the name of the vehicle's route; a new route has a new name."""
 
     def mean_speed(self, edge: str) -> float:
-        """Return the mean speed of those on an edge [m/s]; where nobody is, the speed allowed."""
+        """Return the mean speed of the vehicles on an edge [m/s], or the speed limit if there are none."""
 
     def add_route(self, name: str, edges: Sequence[str]) -> None:
         """Make a route for `renew` and `forget_stops`."""
@@ -178,22 +178,22 @@ class Traffic(Protocol):
         """Give the vehicle a route by name; the edge on which it is lies on it."""
 
     def lane_index(self, vehicle: str) -> int:
-        """Return the index of the lane that the vehicle is on, of those of its edge."""
+        """Return the index of the vehicle's lane on its edge."""
 
     def change_lane(self, vehicle: str, lane_index: int) -> None:
-        """Let the vehicle change lanes in the next step, if gaps and speeds allow it; else ask again."""
+        """Ask for a lane change in the next step; the simulator makes it if gaps and speeds allow."""
 
     def put_on_lane(self, vehicle: str, lane_index: int) -> bool:
-        """Put the vehicle on the lane beside it if nobody is there; return whether it is."""
+        """Move the vehicle to the neighbouring lane if that is free; return whether it is there."""
 
     def keep_to(self, vehicle: str, speed_mps: float | None) -> None:
-        """Let a vehicle drive no faster than that, or as it likes again.
+        """Limit the speed of a vehicle, or lift the limit.
 
         With 0 it stands without a stop: one at a stop changes no lanes.
         """
 
     def hold(self, vehicle: str, edge: str, lane_index: int, position_m: float) -> bool:
-        """Make the vehicle come to rest with its front at a position ahead that it can still brake for.
+        """Hold the vehicle: it stops with its front at a position ahead for which it can still brake.
 
         Return False, with nothing done, if it is on that edge already, and on another lane. Raise
         `TrafficError` if it cannot be held there.
@@ -203,10 +203,10 @@ class Traffic(Protocol):
         """Undo `hold` and `brake`, standing or not."""
 
     def brake(self, vehicle: str) -> None:
-        """Let a held vehicle that runs through its stop brake as hard as it can, and stand."""
+        """Stop a held vehicle that overruns its stop as hard as possible."""
 
     def forget_stops(self, vehicle: str, edge: str, route: str, alone: str) -> bool:
-        """Let the simulator forget the stops that a vehicle made on other edges than `edge`.
+        """Remove the finished stops of a vehicle on edges other than `edge`.
 
         The vehicle is to go on along `route`, which begins with `edge`; `alone` is a route of `edge` and no
         other. Return False, with nothing done, if the vehicle is not on `edge`.
@@ -216,28 +216,28 @@ class Traffic(Protocol):
         """Return the held vehicles that came to rest in the last step."""
 
     def next_stop(self, vehicle: str) -> tuple[str, float, bool] | None:
-        """Return edge and position [m] of the stop that a vehicle makes, or makes next, if there is one.
+        """Return edge and position [m] of the current or next stop of a vehicle, or None.
 
         And whether it comes after the stop that holds the vehicle, which does not count.
         """
 
     def set_stop(self, vehicle: str, stop: Stop) -> None:
-        """Let the vehicle stop where it comes to that place next; raise `TrafficError` if it cannot."""
+        """Set a stop at the next pass of that position; raise `TrafficError` if the vehicle cannot stop."""
 
     def drop_stop(self, vehicle: str, stop: Stop) -> None:
         """Undo `set_stop`."""
 
     def stops_ahead(self, vehicle: str) -> int:
-        """Return how many stops lie before the vehicle, or are being made, without the one that holds it."""
+        """Return the number of current and coming stops of the vehicle, without the stop that holds it."""
 
     def stays_s(self, vehicle: str) -> float:
         """Return for how long a vehicle will stand at the stop that it makes [s]; 0 if it makes none."""
 
     def stay(self, vehicle: str, for_s: float) -> None:
-        """Let a vehicle stand at the stop that it makes for so long from now on [s]."""
+        """Set the remaining duration of the current stop of a vehicle [s]."""
 
     def awaits(self, vehicle: str) -> bool:
-        """Return whether a vehicle at a stop waits for somebody to come aboard."""
+        """Return whether a vehicle at a stop waits for persons or containers."""
 
     def stops_begun(self) -> Sequence[str]:
         """Return the vehicles that came to rest in the last step at a stop that does not hold them."""
@@ -252,7 +252,7 @@ class Traffic(Protocol):
         """Return the vehicles that the simulator began to teleport in the last step."""
 
     def waits_for(self, vehicle: str, *, guess: bool) -> Sequence[str]:
-        """Return the vehicles each of which, by itself, keeps a standing vehicle from going on.
+        """Return the vehicles that each, alone, block a standing vehicle.
 
         Where the simulator gives no reason, `guess` at the likely one.
         """
@@ -261,10 +261,10 @@ class Traffic(Protocol):
         """Return whether the vehicle is at a light that is red for it, or at a stop of its own."""
 
     def dynamics(self, vehicle: str) -> Dynamics:
-        """Return what the vehicle can do."""
+        """Return the accelerations, length and gap of the vehicle."""
 
     def advise(self, vehicle: str, speed_factor: float) -> None:
-        """Let the vehicle drive at so many times the speed limits, where it can."""
+        """Set the vehicle's speed factor: its wished speed over the speed limit."""
 
     def jump(self, vehicle: str) -> float | None:
         """Put the vehicle on an edge ahead on its route where there is room; return the distance skipped [m].
@@ -273,13 +273,13 @@ class Traffic(Protocol):
         """
 
     def heed_lights(self, vehicle: str, *, heeds: bool) -> None:
-        """Let a vehicle under the gate stop for red and amber lights, or drive on whatever they show."""
+        """Set whether a gated vehicle obeys red and amber lights."""
 
     def give_way(self, vehicle: str, *, gives: bool) -> None:
-        """Let a vehicle under the gate keep the simulator's right of way, or for nobody who only comes."""
+        """Set whether a gated vehicle keeps the simulator's right of way for vehicles that approach."""
 
     def light(self, light: str) -> Light:
-        """Return what a traffic light shows."""
+        """Return the state of a traffic light."""
 
     def light_program(self, light: str) -> Program:
         """Return the program that a traffic light follows now; without phases if it follows none."""

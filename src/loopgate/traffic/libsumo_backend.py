@@ -1,4 +1,4 @@
-"""SUMO inside this process: fast, no window, one simulation at a time."""
+"""SUMO in this process: fast, without a window, one simulation at a time."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any

@@ -1,4 +1,4 @@
-"""Questions to a SUMO that somebody else has started: how it is set, and how its vehicles drive."""
+"""Queries to a running SUMO that other code has started: its settings, its vehicles."""
 
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
@@ -16,7 +16,7 @@ _MODEL = "carFollowModel"
 
 
 class RunningSumo:
-    """A simulation under way, started and stepped by somebody else.
+    """A running simulation that other code has started and steps.
 
     `api`: the module ``libsumo`` or ``traci``, or a connection of the latter. Raises `TrafficError` if no
     simulation is running.
@@ -38,7 +38,7 @@ class RunningSumo:
         return str(self._api.simulation.getOption(option))
 
     def knows(self, vehicle: str) -> bool:
-        """Return whether there is such a vehicle, on the road or still to depart."""
+        """Return whether the vehicle exists, on the road or waiting to depart."""
         try:
             self._api.vehicle.getRoute(vehicle)
         except self.error:
@@ -54,11 +54,11 @@ class RunningSumo:
         return str(self._api.vehicle.getRouteID(vehicle)).lstrip("!")
 
     def has(self, vehicle: str, device: str) -> bool:
-        """Return whether a vehicle has one of SUMO's devices, by its name there."""
+        """Return whether a vehicle has the SUMO device of this name."""
         return str(self._api.vehicle.getParameter(vehicle, f"has.{device}.device")) == "true"
 
     def kind(self, vehicle: str) -> VehicleType:
-        """Return the type of a vehicle: what the files say of it, and what it is now.
+        """Return the type of a vehicle: from its files, with its present values.
 
         SUMO does not tell the model by which a vehicle follows others: only the files do.
         """

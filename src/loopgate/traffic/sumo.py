@@ -109,7 +109,7 @@ class SumoTraffic(SumoStops, SumoLights):
         self._now, self._seen_s = round(self._now + self._step_s, _CLOCK_DIGITS), -inf
 
     def look_at_clock(self) -> None:
-        """Take note of a step, which somebody else may have made."""
+        """Note that a step was made, perhaps by other code."""
         self._now, self._seen_s = float(self._simulation.getTime()), -inf
 
     def vehicles(self) -> Sequence[str]:
@@ -165,7 +165,7 @@ class SumoTraffic(SumoStops, SumoLights):
             raise TrafficError(msg) from error
 
     def whereabouts(self) -> Whereabouts:
-        """Return where all vehicles are; read anew after a step, and where one has been taken out since."""
+        """Return the positions of all vehicles; they are read again after a step or a removal."""
         if self._seen_s != self._now:
             self._seen_s, vehicles, before = self._now, self.vehicles(), self._seen.vehicles
             if vehicles == before:
@@ -190,7 +190,7 @@ class SumoTraffic(SumoStops, SumoLights):
         return float(x), float(y)
 
     def show(self, low: tuple[float, float], high: tuple[float, float]) -> None:
-        """Let the window show a part of the map, between two corners [m]; there must be a window."""
+        """Show the part of the map between two corners [m] in the window."""
         self._api.gui.setBoundary(self._api.gui.getIDList()[0], *low, *high)
 
     def paint(self, vehicle: str, colour: tuple[int, int, int]) -> None:
@@ -252,7 +252,7 @@ class SumoTraffic(SumoStops, SumoLights):
         self._vehicle.changeLane(vehicle, lane_index, self._step_s)
 
     def put_on_lane(self, vehicle: str, lane_index: int) -> bool:
-        """Move the vehicle sideways, if that leaves everybody on that lane their gap."""
+        """Move the vehicle sideways, if all vehicles on that lane keep their gaps."""
         get = self._vehicle
         lane = f"{get.getRoadID(vehicle)}_{lane_index}"
         front_m = float(get.getLanePosition(vehicle))
@@ -285,7 +285,7 @@ class SumoTraffic(SumoStops, SumoLights):
         self._set_mode(vehicle)
 
     def give_way(self, vehicle: str, *, gives: bool) -> None:
-        """Let a vehicle under the gate keep SUMO's right of way, or only that of who is inside already."""
+        """Set whether a gated vehicle keeps SUMO's right of way, or yields only to vehicles inside."""
         (self._first.discard if gives else self._first.add)(vehicle)
         self._set_mode(vehicle)
 

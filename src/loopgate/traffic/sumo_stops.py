@@ -1,4 +1,4 @@
-"""Stops in SUMO: those by which vehicles are held, and those of their own."""
+"""Stops in SUMO: the stops that hold vehicles, and the stops of their routes."""
 
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -79,7 +79,7 @@ class SumoStops:
         return True
 
     def _is_ours(self, vehicle: str) -> bool:
-        """Return whether the vehicle has no stops but the one that holds it."""
+        """Return whether the vehicle has no stops of its own."""
         return not (self._shared or vehicle in self._stopping)
 
     def _class_of(self, vehicle: str) -> str:
@@ -110,14 +110,14 @@ class SumoStops:
         return all(vclass in may(lane, way) for lane in lanes for way in (_LEFT, _RIGHT))
 
     def _stop_number(self, vehicle: str) -> int | None:
-        """Return which of the vehicle's stops is the one that holds it; None if there is none."""
+        """Return the index of the stop that holds the vehicle, or None."""
         stops = self._stops_of(vehicle, 0)
         if self._is_ours(vehicle):
             return 0 if stops else None
         return next((number for number, stop in enumerate(stops) if self._is_hold(vehicle, stop)), None)
 
     def _is_hold(self, vehicle: str, stop: Any) -> bool:  # noqa: ANN401  neither API has types
-        """Return whether a stop of the vehicle is the one that holds it."""
+        """Return whether a stop is the stop that holds the vehicle."""
         lane, position_m = self._holds.get(vehicle, ("", 0.0))
         lasts, off_m = stop.duration >= _FOR_EVER_S / 2, abs(stop.endPos - position_m)
         return bool(stop.lane == lane and lasts and off_m < _SAME_STOP_M)
@@ -178,7 +178,7 @@ class SumoStops:
             raise TrafficError(msg) from error
 
     def _number_of(self, vehicle: str, stop: Stop) -> int:
-        """Return which of the vehicle's stops is the last one at a place."""
+        """Return the index of the vehicle's last stop at a place."""
         stops = self._stops_of(vehicle, 0)
         for number in range(len(stops) - 1, -1, -1):
             there = stops[number].lane == stop.lane and (

@@ -1,4 +1,4 @@
-"""The vehicles for which one that stands on SUMO's roads waits: its leader, or foes at the junction."""
+"""The vehicles that block a standing vehicle: its leader, or foes at the junction."""
 
 from collections.abc import Container, Sequence
 from typing import Any
@@ -46,7 +46,7 @@ class RoadWaits:
         self._lane = api.lane
 
     def of(self, vehicle: str, *, guess: bool) -> Sequence[str]:
-        """Return whom `vehicle` waits for; empty if nothing on the road explains why it stands."""
+        """Return the vehicles that block `vehicle`; empty if no vehicle on the road does."""
         get = self._vehicle
         if ahead := self._leader(vehicle, _TOUCHING_M):  # asked first: most stand in a queue
             return ahead
@@ -75,7 +75,7 @@ class RoadWaits:
         return bool(links) and to_end <= _AT_JUNCTION_M and links[0][_STATE] in "ru"
 
     def _rears(self, lane: str) -> list[str]:
-        """Return vehicles past the junction whose rears are on ways that conflict with an internal lane."""
+        """Return vehicles past the junction whose rears stand on foes of an internal lane."""
         if not lane.startswith(":"):
             return []
         beyond = {link[0] for foe in self._lane.getInternalFoes(lane) for link in self._lane.getLinks(foe)}
@@ -93,7 +93,7 @@ class RoadWaits:
         return beside or self._leader(vehicle, _FAR_M)
 
     def _beside(self, lane: str) -> Sequence[str]:
-        """Return the vehicles inside the junction whose ways conflict with an internal lane."""
+        """Return the vehicles on foes of an internal lane."""
         return tuple(
             other
             for foe in self._lane.getInternalFoes(lane)
@@ -101,7 +101,7 @@ class RoadWaits:
         )
 
     def _stays(self, vehicle: str) -> bool:
-        """Return whether the first vehicle on the lane of one before a junction stands there, being held."""
+        """Return whether the first vehicle on the lane is held and stands."""
         lane = self._vehicle.getLaneID(vehicle)
         first = self._lane.getLastStepVehicleIDs(lane)[-1]
         return not lane.startswith(":") and first in self._held and bool(self._vehicle.isStopped(first))

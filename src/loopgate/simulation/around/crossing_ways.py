@@ -40,7 +40,7 @@ class Approach:
 
 @dataclass(frozen=True, slots=True)
 class Movement:
-    """A movement over a junction, one of those that a crossing consists of.
+    """A movement over a junction; a crossing consists of movements.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""What is told of lights that are obeyed: how often vehicles stood at them, and which never turn green."""
+"""Figures of obeyed lights: how often vehicles stood at them, and which lights never turn green."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Lights:
         """Movements on the loops by light and link."""
 
     def plan(self, itineraries: Iterable[Itinerary]) -> None:
-        """Take over what the vehicles drive by, the first time or anew."""
+        """Take the tables of the vehicles, for the first time or again."""
         self._used.clear()
         for itinerary in {itinerary.loop: itinerary for itinerary in itineraries}.values():
             for crossing in (crossing for leg in itinerary.legs for crossing in leg.crossings):
@@ -60,7 +60,7 @@ class Lights:
         return max(0.0, min(float(longest_s), float(self._engine.run["now_s"][0] - since_s))), signal
 
     def figures(self) -> dict[str, Any]:
-        """Return what ``summary.json`` says of lights that are obeyed."""
+        """Return the figures of obeyed lights for ``summary.json``."""
         run = self._engine.run
         longest_s, signal = self._longest()
         return {

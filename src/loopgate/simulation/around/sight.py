@@ -28,7 +28,7 @@ _AT_FIRST: Final = {"others": 64, "rears": 256, "arrivals": 256, "routes": 4096}
 
 
 class Sight:
-    """The vehicles under no gate: where they are, and how gated ones give way to them.
+    """The ordinary vehicles: their positions, and how gated vehicles yield to them.
 
     O(vehicles) in a step in which anybody asks.
 
@@ -142,7 +142,7 @@ class Sight:
                 others["parks"][row] = True
 
     def _find(self, vehicles: Sequence[str]) -> None:
-        """Give rows to those that are new, and take them from those that are gone or under the gate."""
+        """Give rows to new ordinary vehicles; take rows from vehicles that are gone or gated."""
         gated = self._engine.driver_of
         if self._read[1] != self._engine.changes:
             self._met -= gated.keys()
@@ -176,7 +176,7 @@ class Sight:
         one["lane"], one["on"], one["seen_s"] = NOBODY, NOBODY, -math.inf
 
     def _look_at_routes(self) -> None:
-        """See where the routes of those lead that are elsewhere, or may be led another way."""
+        """Read the routes of vehicles on a new edge, and of vehicles that may be rerouted."""
         read, names, routes = self._traffic.route_id, self._names, self._routes
         rows = self._tables["others"]["found"][: self._keeper.ask(drive.FOLLOW)].tolist()
         lost = int(self._engine.run["found"][0])
@@ -257,6 +257,6 @@ class Sight:
                 self._traffic.give_way(vehicle, gives=not vehicles["first"][robot])
 
     def has_room(self, robot: int) -> bool:
-        """Return whether a vehicle that is to come back into its place has room among ordinary ones."""
+        """Return whether a returning vehicle fits between the ordinary vehicles in its place."""
         self.look()
         return bool(self._keeper.ask(drive.ROOM, robot))

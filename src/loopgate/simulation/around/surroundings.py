@@ -30,7 +30,7 @@ _PROMISE = (
 
 
 class Surroundings:
-    """Lets the drive heed ordinary traffic, and tells what came of that and of lights.
+    """Gives the drive its view of ordinary traffic and lights, and their figures.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ class Surroundings:
             self._sight.plan(Ways(self._find, self._roads, tracks, self._code))
 
     def has_room(self, driver: Driver) -> bool:
-        """Return whether a vehicle that is to come back into its place has room among ordinary ones."""
+        """Return whether a returning vehicle fits between the ordinary vehicles in its place."""
         return self._sight is None or self._sight.has_room(driver.robot)
 
     @property
@@ -88,7 +88,7 @@ class Surroundings:
         return [self._sight.give_way] if self._sight is not None else []
 
     def report(self) -> dict[str, Any]:
-        """Return what they add to ``summary.json``; call before the simulation is closed."""
+        """Return the figures of ordinary traffic and lights for ``summary.json``; call before the end."""
         found: dict[str, Any] = {}
         if self._lights is not None:
             found |= {"at_lights": self._lights.figures(), "warnings": self._lights.warnings()}

@@ -1,4 +1,4 @@
-"""Which vehicle drives on which loop, and of what type it is, where the route file does not say it."""
+"""The loop and the type of each vehicle, if the route file does not give them."""
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -15,7 +15,7 @@ from loopgate.simulation.values import parse_amounts
 
 
 def give_loops(scenario: Scenario, network: RoadNetwork, file: RoutesFile) -> list[LoopVehicle]:
-    """Give loops and types to the vehicles: types as the scenario says, or those that drive on the loop."""
+    """Give loops and types to the vehicles: types of the scenario, or the types on the loop."""
     on_loop: dict[str, VehicleType] = {}
     for vehicle in file.vehicles:
         for way in (vehicle, *(one for one, _ in vehicle.ways)):
@@ -29,7 +29,7 @@ def give_loops(scenario: Scenario, network: RoadNetwork, file: RoutesFile) -> li
 
 
 def allot_loops(scenario: Scenario, network: RoadNetwork, loops: Sequence[Loop]) -> list[Loop]:
-    """Return the loop of each vehicle: so many on each as the scenario says, or one each.
+    """Return the loop of each vehicle: the numbers of the scenario, or one per loop.
 
     Raises
     ------

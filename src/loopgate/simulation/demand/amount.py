@@ -1,4 +1,4 @@
-"""How many vehicles a run may have: more are refused before they are made one by one."""
+"""The largest number of vehicles in a run; a run refuses more before it makes them."""
 
 from loopgate.errors import ScenarioError
 from loopgate.network.loop_vehicle import LoopVehicle, RoutesFile

@@ -1,4 +1,4 @@
-"""Those who drive once: who of them is under the gate, on which lanes, and which other ways there are."""
+"""Trips: which are under the gate, on which lanes, and their other ways."""
 
 from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
@@ -24,7 +24,7 @@ _MOST_SHOWN = 5
 def choose_gated(
     scenario: Scenario, vehicles: Sequence[LoopVehicle]
 ) -> tuple[list[LoopVehicle], list[LoopVehicle]]:
-    """Return those under the gate, and ordinary ones; who drives on a loop is always under it.
+    """Return gated and ordinary vehicles; a vehicle on a loop is always gated.
 
     Raises
     ------
@@ -65,7 +65,7 @@ def _named(who: str, vehicles: Sequence[LoopVehicle]) -> Collection[str]:
 
 
 def share_lanes(network: RoadNetwork, vehicles: Sequence[LoopVehicle]) -> list[LoopVehicle]:
-    """Lead those who drive once over lanes so that parallel ones share the traffic, in order of departure.
+    """Choose lanes for trips so that parallel lanes share the traffic, in order of departure.
 
     Each is led twice, the second time knowing how all others are. Who drives over the same lanes has the same
     way from then on.
@@ -145,7 +145,7 @@ def _index(text: str | None) -> int | None:
 def fit_in(
     network: RoadNetwork, vehicles: Sequence[LoopVehicle], led: Collection[str]
 ) -> tuple[dict[str, list[LoopVehicle]], list[LoopVehicle]]:
-    """Return who of those that drive once cannot be gated, by reason, and the other ways that work.
+    """Return the trips that cannot be gated, by reason, and the other ways that work.
 
     Parameters
     ----------
@@ -163,7 +163,7 @@ def fit_in(
 
 
 def left_out(unfit: Mapping[str, Sequence[LoopVehicle]]) -> Iterator[str]:
-    """Say who cannot be under the gate, a line for each reason."""
+    """Return a warning for each reason why vehicles cannot be under the gate."""
     for reason, some in unfit.items():
         count, first = len(some), some[0]
         yield (

@@ -1,4 +1,4 @@
-"""Where vehicles stand at first that no abstraction places, and where those depart that come later."""
+"""Start positions of vehicles that no abstraction places, and the departures of later vehicles."""
 
 from collections import Counter, defaultdict
 from collections.abc import Sequence
@@ -81,7 +81,7 @@ def _next_free(
 def by_departure(
     scenario: Scenario, vehicles: Sequence[LoopVehicle], file: RoutesFile | None
 ) -> tuple[list[LoopVehicle], list[LoopVehicle], tuple[str, ...]]:
-    """Return those who are there from the beginning, those who depart later, in order, and warnings."""
+    """Return the vehicles at the beginning, the later departures in order, and warnings."""
     twice = next((name for name, times in Counter(v.id for v in vehicles).items() if times > 1), None)
     if twice is not None:
         msg = f"{scenario.routes or scenario.network}: two vehicles are called {twice}; rename one"

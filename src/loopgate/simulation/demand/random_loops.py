@@ -14,7 +14,7 @@ from loopgate.simulation.scenario import Scenario
 
 
 def random_loops(scenario: Scenario, network: RoadNetwork, count: int) -> FoundLoops:
-    """Find `count` loops as the scenario wants them; on queues only such as work there, also together.
+    """Find `count` loops for the scenario; on queues only loops that work there together.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Whether a way is so crowded that one more on it makes less traffic: for those who wait to depart."""
+"""Whether a way is so crowded that one more vehicle reduces the traffic; for waiting departures."""
 
 from typing import Any, cast
 
@@ -61,7 +61,7 @@ class Crowds:
         return way
 
     def _count(self, engine: ChangingEngine) -> None:
-        """Count those in each state, by what was granted to them last, and add up their speeds."""
+        """Count the vehicles in each state by their last grant, and sum their speeds."""
         v, legs = engine.vehicles, cast("Any", engine.tables.legs)
         number = len(engine.tables.states)
         self._on, self._speed_mps = np.zeros(number), np.zeros(number)

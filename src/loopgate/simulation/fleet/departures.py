@@ -93,7 +93,7 @@ class Departures:
         return max(0.0, self.departed_s.get(vehicle, now_s) - wanted_s) if vehicle in self.wanted_s else 0.0
 
     def report(self, now_s: float) -> dict[str, Any]:
-        """Return what ``summary.json`` says of departures; nothing where all are there from the beginning."""
+        """Return the figures of departures for ``summary.json``; empty if no vehicle departs later."""
         due = [vehicle for vehicle, at_s in self.wanted_s.items() if at_s <= now_s]
         if not self.wanted_s:
             return {}
@@ -142,7 +142,7 @@ class OpenDepartures(Departures):
 
 
 class _Outside:
-    """The vehicles that wait to depart, by the place: the one that wanted to first is first."""
+    """The vehicles that wait to depart, by place, in order of their departure times."""
 
     def __init__(self, departures: Sequence[Departure]) -> None:
         self._turn = {one.start.vehicle: turn for turn, one in enumerate(departures)}
@@ -207,11 +207,11 @@ class GatedDepartures(Departures):
 
     @property
     def over(self) -> bool:
-        """Whether nobody is still to depart or to arrive."""
+        """Whether all vehicles have departed and arrived."""
         return not (self._coming or self._outside or self._entering or self._fleet.members)
 
     def look(self) -> None:
-        """Let those go who have arrived, take in those that were put in, and put in others."""
+        """Release arrived vehicles, take in inserted vehicles, and insert the next."""
         now, engine, changes = self._traffic.now_s, self._fleet.engine, self._fleet.changes
         if engine.arrived:
             for vehicle in engine.arrived:
@@ -252,7 +252,7 @@ class GatedDepartures(Departures):
                 self._others = 0 if one is longest else self._others + 1
 
     def _is_crowded(self, engine: ChangingEngine, one: Departure) -> bool:
-        """Return whether one more makes less traffic on the way that a vehicle is to drive."""
+        """Return whether one more vehicle would reduce the traffic on the way."""
         return one.track is not None and self._crowds.hinder(one.track, engine, self._traffic.now_s)
 
     def _try(self, engine: ChangingEngine, one: Departure, place: str) -> None:

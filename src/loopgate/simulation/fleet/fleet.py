@@ -1,4 +1,4 @@
-"""Vehicles under a gate that join and leave: in a run as in a simulation of somebody else's."""
+"""Vehicles that join and leave the gate, in a run or in an attached simulation."""
 
 from collections import Counter
 from collections.abc import Callable, Container, Iterable, Mapping, Sequence

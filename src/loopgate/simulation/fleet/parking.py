@@ -26,7 +26,7 @@ then [s]."""
 
 
 class Parking:
-    """Lets vehicles that park give up their slots, and keeps them parked until they have one again.
+    """Vehicles that park give up their slots, and stay parked until they have a slot again.
 
     One is let back when its stop is over, its place has a slot that the gate lets it have, and room among
     ordinary vehicles; it then stands in the line of its place, as far from the end as it is. When it drives
@@ -52,7 +52,7 @@ class Parking:
 
     @property
     def gives_up(self) -> bool:
-        """Whether who parks gives up its slot."""
+        """Whether a vehicle that parks gives up its slot."""
         return self._engine.sets_aside
 
     def notes(self, stops: Mapping[str, Sequence[Stop]]) -> tuple[str, ...]:
@@ -63,7 +63,7 @@ class Parking:
         return (f"stops: while a vehicle parks, as at {names[0]}, nobody else gets into its place",)
 
     def begin(self, driver: Driver) -> bool:
-        """Let a vehicle that has just parked give up its slot; return whether it does."""
+        """Take the slot of a vehicle that has just parked; return whether it gave it up."""
         return self._engine.step_aside(driver)
 
     def figures(self) -> dict[str, float]:
@@ -71,7 +71,7 @@ class Parking:
         return {"late_back_s": round(self._late_s, 3), "longest_late_back_s": round(self._latest_s, 3)}
 
     def look(self) -> None:
-        """Let those back who can be, and keep the others parked."""
+        """Return vehicles to the road if possible, and keep the others parked."""
         engine = self._engine
         if not engine.beside:
             return

@@ -1,4 +1,4 @@
-"""Stops that vehicles make in every round of their loops: SUMO is told of them one round ahead."""
+"""Stops in every round of a loop; SUMO gets them one round ahead."""
 
 from collections import deque
 from collections.abc import Mapping, Sequence
@@ -242,12 +242,12 @@ class Stops:
         return way.stops[way.ahead[0].number] if way is not None and way.since_s is not None else None
 
     def of(self, vehicle: str) -> Made:
-        """Return what a vehicle has made of its stops."""
+        """Return the figures of the stops of a vehicle."""
         way = self._ways.get(vehicle)
         return Made() if way is None else Made(way.served, way.stood_s)
 
     def report(self) -> dict[str, Any]:
-        """Return what ``summary.json`` says of stops: how many were made and missed, and for how long [s]."""
+        """Return the figures of stops for ``summary.json``: made, missed, time [s]."""
         if not self._stops:
             return {}
         ways = self._ways.values()

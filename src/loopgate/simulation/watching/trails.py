@@ -1,4 +1,4 @@
-"""When vehicles came where they are: who came last into a circle of roads."""
+"""When vehicles came to their edges, and which came last into a circle of roads."""
 
 from __future__ import annotations
 

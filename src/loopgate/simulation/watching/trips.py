@@ -163,7 +163,7 @@ def gated_trips(
 
 
 def trip_figures(trips: Iterable[Trip]) -> dict[str, Any]:
-    """Return what ``summary.json`` says of trips that were due; nothing where there are none.
+    """Return the figures of due trips for ``summary.json``; empty if there are no trips.
 
     Means are over all of them: one that is still under way counts with what it has lost so far, one that has
     not departed with its wait to depart, and has lost nothing on the way. Only the mean time of a trip is

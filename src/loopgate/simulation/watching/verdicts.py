@@ -1,4 +1,4 @@
-"""The vehicle that erred where a gated and an ordinary one collide: read off what both did before."""
+"""The vehicle that erred in a collision of a gated with an ordinary vehicle."""
 
 from __future__ import annotations
 
@@ -110,7 +110,7 @@ class Verdicts:
         self._between = {(m.from_edge, m.to_edge): m for m in network.connections}
 
     def look(self) -> None:
-        """Remember where everybody is; once a step. O(vehicles)."""
+        """Store the positions of all vehicles, once a step. O(vehicles)."""
         now, here = self._traffic.now_s, self._traffic.whereabouts()
         self.trails.look(now, here)
         if self._lit:
@@ -148,7 +148,7 @@ class Verdicts:
         return self._traffic.light(light).state[link]
 
     def judge(self, collision: Collision) -> CollisionVerdict | None:
-        """Return who erred; None if none of the two is under the gate, or both are."""
+        """Return the vehicle that erred; None unless exactly one of the two is gated."""
         pair = collision.collider, collision.victim
         own = [vehicle for vehicle in pair if vehicle in self._drivers]
         if len(own) != 1:

@@ -152,7 +152,7 @@ class Watch:
         return vehicles, self._traffic.odometers(vehicles)
 
     def _look(self, vehicles: Sequence[str], at_m: Floats, now: float) -> Ints:
-        """Take note of who has moved; return the numbers of those who have not."""
+        """Note which vehicles have moved; return the numbers of the others."""
         if vehicles != self._vehicles:
             before = np.array([self._number.get(vehicle, -1) for vehicle in vehicles], dtype=np.int64)
             self._at_m, self._since_s = (
@@ -164,7 +164,7 @@ class Watch:
         return np.flatnonzero(~moved)
 
     def _stands_still(self, still: Collection[str], count: int, now: float) -> bool:
-        """Return whether nobody has moved for long, or is at a stop or a light that is always red."""
+        """Return whether all vehicles have stood for long, apart from stops and lights that stay red."""
         if len(still) < count:
             self._red, self._still_since_s = None, now
             return False
@@ -173,7 +173,7 @@ class Watch:
         return not self._red and now - self._still_since_s >= _STANDSTILL_S
 
     def _by(self, waits: WaitFor, stuck: AbstractSet[str]) -> str:
-        """Return whose deadlock it is: of those without whom nobody would be stuck."""
+        """Return the kind of vehicles that cause a deadlock: without them no vehicle would be stuck."""
         own = self._own
         if own is None:
             return ""
@@ -182,7 +182,7 @@ class Watch:
         return "ordinary" if deadlocked({v: waits[v] for v in stuck if v not in own}) else "both"
 
     def _waits_long(self, vehicle: str, now: float) -> bool:
-        """Return whether a standing vehicle is refused, or has had time to go on since it was let go."""
+        """Return whether a standing vehicle is refused, or has had time to move since its grant."""
         if self._at_gate is None:
             return True
         if self._at_gate(vehicle) is not None:

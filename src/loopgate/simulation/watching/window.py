@@ -72,7 +72,7 @@ class Window:
         self._painted = np.full(len(self._ids), -1)
 
     def look(self) -> None:
-        """Paint those who do something else than at the last look."""
+        """Paint the vehicles whose state has changed."""
         if self._changes != self._engine.changes:
             self._number()
         table, now = self._engine.vehicles, self._traffic.now_s
