@@ -300,6 +300,18 @@ Proof.
   - apply (other_one p D E' z h w G); eauto. apply (same_move w D E); auto.
 Qed.
 
+Lemma run_from (D C : config) l E : (forall r, D r = C r) -> l <> [] -> run C l E -> run D l E.
+Proof.
+  intros Same N Rn. destruct Rn as [|q C B l E M Rn]; [contradiction|]. apply (more q D B l E); auto. apply (same_move q C B); auto.
+Qed.
+
+Lemma run_to (D : config) l E C : (forall r, C r = E r) -> l <> [] -> run D l E -> run D l C.
+Proof.
+  intros Same N Rn. induction Rn as [|q D B l E M Rn IH]; [contradiction|]. destruct l as [|p l].
+  - inversion Rn; subst. apply (more q D C []); [|constructor]. apply (same_move q D E); auto.
+  - apply (more q D B); auto. apply IH; auto. discriminate.
+Qed.
+
 Lemma served D p : good D -> D p <> [] -> exists l E, run D l E /\ good E /\ 0 < times p l.
 Proof.
   intros GD NE. assert (code_eq : forall a b : list (list spot), {a = b} + {a <> b}) by (repeat apply list_eq_dec; auto).
@@ -337,9 +349,8 @@ Proof.
       destruct (serve_target p _ _ _ (proj1 G) Sv) as (h & _ & _ & M & NJ & _). exists (l ++ [m i]), (of (c (S i))).
       split; [eapply run_app; eauto; eapply more; [exact M|constructor]|]. split; [eapply good_move; eauto|].
       rewrite times_app, Em. unfold times at 2. simpl. destruct (Nat.eq_dec p p); [lia|contradiction]. }
-  destruct Found as (l & E & Rn & G & T). exists l, E. split; auto.
-  destruct Rn as [|q X Y l Z M Rn]; [unfold times in T; simpl in T; lia|]. apply (more q D Y l Z); auto.
-  apply (same_move q X Y); auto.
+  destruct Found as (l & E & Rn & G & T). exists l, E. split; auto. apply (run_from _ (of (c 0))); auto.
+  intros ->. unfold times in T. simpl in T. lia.
 Qed.
 
 Lemma served_in_line n : forall D p, good D -> n < length (D p) -> exists l E, run D l E /\ good E /\ n < times p l.
@@ -365,6 +376,65 @@ Proof.
     apply (jam_has_circle D places); auto. intro p. specialize (wide p). lia.
 Qed.
 
+(* a round: every vehicle moves in it *)
+Definition round (D : config) l E := run D l E /\ forall p, length (D p) <= times p l.
+(* and one round after another without end *)
+Definition for_ever (D : config) := exists X l, X 0 = D /\ forall i : nat, round (X i) (l i) (X (S i)).
+
+Lemma all_served D : good D -> exists l E, round D l E /\ good E.
+Proof.
+  intro G. assert (H : forall ps, exists l E, run D l E /\ good E /\ forall p, In p ps -> length (D p) <= times p l).
+  { induction ps as [|a ps (l & E & Rn & GE & All)]; [exists [], D; split; [constructor|split; auto; intros p []]|].
+    destruct (le_lt_dec (length (D a)) (times a l)) as [Le|Lt].
+    - exists l, E. split; auto. split; auto. intros p [<-|I]; auto.
+    - destruct (first_out D l E a Rn) as [new Ea]; [apply G|lia|].
+      destruct (served_in_line (length (D a) - times a l - 1) E a GE) as (m & F & Rm & GF & T).
+      { rewrite Ea, app_length, skipn_length. lia. }
+      exists (l ++ m), F. split; [eapply run_app; eauto|]. split; auto. intros p [<-|I]; rewrite times_app; [lia|].
+      specialize (All p I). lia. }
+  destruct (H (seq 0 places)) as (l & E & Rn & GE & All). exists l, E. split; [split; auto|auto]. intro p.
+  destruct (D p) as [|s line] eqn:Dp; [simpl; lia|]. rewrite <- Dp. apply All. apply in_seq.
+  assert (place s = p) by (apply (proj1 G p); rewrite Dp; left; auto). pose proof (all_places s). lia.
+Qed.
+
+Theorem live_is_for_ever D : possible D -> (live D <-> for_ever D).
+Proof.
+  intro P. split.
+  - intro Lv. assert (G : good D).
+    { apply (live_for_everyone D P) in Lv. destruct Lv as [N U]. split; auto. split; auto. intro J. apply N.
+      apply (jam_has_circle D places); auto. intro p. pose proof (wide p). lia. }
+    destruct (classic (exists p, D p <> [])) as [[p0 N0]|Empty].
+    2:{ exists (fun _ => D), (fun _ => []). split; auto. intros _. split; [constructor|]. intro p.
+        destruct (D p) eqn:Dp; [auto|]. exfalso. apply Empty. exists p. congruence. }
+    assert (code_eq : forall a b : list (list spot), {a = b} + {a <> b}) by (repeat apply list_eq_dec; auto).
+    set (busy := fun E : config => good E /\ exists p, E p <> []).
+    destruct (table code_eq ([], []) (fun c (lc : list nat * list (list spot)) => busy (of c) ->
+      round (of c) (fst lc) (of (snd lc)) /\ In (snd lc) codes /\ busy (of (snd lc))) codes) as [f Hf].
+    { intros c _. destruct (classic (busy (of c))) as [[Gc (p & Np)]|No]; [|exists ([], []); tauto].
+      destruct (all_served (of c) Gc) as (l & E & [Rn All] & GE). exists (l, code E). intros _. simpl.
+      assert (Same := of_code E (proj1 GE)). assert (T := All p). assert (Long : 0 < length (of c p)) by (destruct (of c p); [contradiction|simpl; lia]).
+      assert (Nl : l <> []) by (intros ->; unfold times in T; simpl in T; lia).
+      split; [split; auto; apply (run_to _ l E); auto|]. split; [apply Push.coded; auto; apply GE|].
+      split; [apply (same_good E); auto|]. clear - Rn Nl Same Gc. apply NNPP. intro Em.
+      assert (Z : forall r, E r = []) by (intro r; apply NNPP; intro Nr; apply Em; exists r; rewrite Same; auto).
+      clear Em Same. destruct Gc as [P _]. induction Rn as [|q C B l E M Rn IH]; [contradiction|]. destruct l as [|r l].
+      - inversion Rn; subst. destruct M as (s & line & _ & _ & _ & Et & _). rewrite Z in Et. exact (app_cons_not_nil _ _ _ Et).
+      - apply IH; auto; try discriminate; eapply move_possible; eauto. }
+    set (c := fix c i := match i with 0 => code D | S j => snd (f (c j)) end).
+    assert (Same : forall r, of (c 0) r = D r) by (apply of_code; auto).
+    assert (Inv : forall i, In (c i) codes /\ busy (of (c i))).
+    { induction i as [|i [I Bi]]; [|simpl; apply (Hf (c i) I Bi)]. split; [apply Push.coded; auto|].
+      split; [apply (same_good D); auto|]. exists p0. rewrite Same. auto. }
+    exists (fun i => match i with 0 => D | _ => of (c i) end), (fun i => fst (f (c i))). split; auto.
+    intro i. destruct (Inv i) as [I Bi]. destruct (Hf (c i) I Bi) as [[Rn All] _]. destruct i as [|i]; [|split; auto]. split.
+    + apply (run_from D (of (c 0))); auto. intro Nl. specialize (All p0). rewrite Nl, Same in All. unfold times in All. simpl in All.
+      destruct (D p0); [contradiction|simpl in All; lia].
+    + intro p. rewrite <- Same. auto.
+  - intros (X & l & X0 & Rounds). exists (fun E => exists i, E = X i). split; [|eauto].
+    intros E p a s b [i ->] Ep. destruct (Rounds i) as [Rn All]. exists (l i), (X (S i)). split; auto. split; [eauto|].
+    specialize (All p). rewrite Ep, app_length in All. simpl in All. lia.
+Qed.
+
 (* so where (S) holds the rule that never closes a circle lets everyone go on and refuses nothing that is safe *)
 Theorem chain_rule_is_exact p D E : possible D -> live D -> move p D E -> (live E <-> ~ circle E).
 Proof.
@@ -377,4 +447,5 @@ Print Assumptions first_out.
 Print Assumptions circle_jams.
 Print Assumptions jam_has_circle.
 Print Assumptions live_for_everyone.
+Print Assumptions live_is_for_ever.
 Print Assumptions chain_rule_is_exact.
