@@ -161,12 +161,10 @@ def assemble(scenario: Scenario) -> Assembly:
         why = next(left_out(unfit), nobody)
         msg = f"{scenario.routes or scenario.network}: none of its vehicles is gated: {why}; or --gate open"
         raise ScenarioError(msg)
-    incidents, detours = Incidents(), list[LoopVehicle]()
-    if scenario.gated and scenario.abstraction == "queues":
-        closed = [v for v in [*vehicles, *later] if v.loop.closed]
-        if scenario.incidents:
-            incidents = read_incidents(network, scenario.incidents, {v.id for v in closed})
-        detours = find_detours(network, closed, incidents) if scenario.standing == "contain" else []
+    closed = [v for v in [*vehicles, *later] if v.loop.closed]
+    incidents, detours = _incidents(scenario, network, closed), list[LoopVehicle]()
+    if scenario.gated and scenario.abstraction == "queues" and scenario.standing == "contain":
+        detours = find_detours(network, closed, incidents)
         others += detours
     peculiar = _peculiar(scenario, network, everybody) if scenario.gated else {}
     abstraction = None
@@ -218,6 +216,16 @@ def assemble(scenario: Scenario) -> Assembly:
 def _renewing(one: Departure) -> Departure:
     """Return a departure whose route the drive renews."""
     return replace(one, track=replace(one.track, renews=True)) if one.track and one.track.rounds else one
+
+
+def _incidents(scenario: Scenario, network: RoadNetwork, vehicles: Sequence[LoopVehicle]) -> Incidents:
+    if not scenario.incidents:
+        return Incidents()
+    found = read_incidents(network, scenario.incidents, {v.id for v in vehicles})
+    if found.closures and not scenario.gated:
+        msg = f"{scenario.incidents}: no gate closes streets under open; give SUMO a rerouter that does"
+        raise ScenarioError(msg)
+    return found
 
 
 def read_vehicles(

@@ -75,6 +75,8 @@ class Containment:
         The vehicles, their stops, what happens to them, and the loops round.
     waits
         Whether vehicles wait behind one that stands; what is closed is shut all the same.
+    gated
+        Whether a gate rules: without one vehicles break down, and that is all.
     """
 
     def __init__(
@@ -86,11 +88,12 @@ class Containment:
         stops: Stops,
         *,
         waits: bool = False,
+        gated: bool = True,
     ) -> None:
         self._incidents, self._traffic, self._engine = assembly.incidents, traffic, engine
         self._recorder = recorder
         self._broken: dict[str, bool] = {}
-        self._stops, self._waits = stops, waits
+        self._stops, self._waits, self._gated = stops, waits, gated
         self._fixed = dict.fromkeys(assembly.stops)
         """Vehicles with stops stay on their loops: their stops are places of these."""
         self._ways = self._find_ways(assembly)
@@ -134,6 +137,8 @@ class Containment:
         """Stop what breaks down, shut what is blocked, and lead vehicles round it; call in each step."""
         now = self._traffic.now_s
         self._break_down(now)
+        if not self._gated:
+            return
         if now >= self._next_s:
             self._next_s = now + _EVERY_S
             self._note(dict(self._find_blocked(now)), now)

@@ -32,7 +32,7 @@ from loopgate.simulation.watching.trips import Trip, read_trips
 from loopgate.simulation.watching.watch import Watch
 from loopgate.traffic.base import Traffic
 
-_OF_LOOPS = ("spacing", "starts", "revisit_s", "weights", "districts")
+_OF_LOOPS = ("incidents", "spacing", "starts", "revisit_s", "weights", "districts")
 _GONE = (0.0, (nan, nan))
 
 

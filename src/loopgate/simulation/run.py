@@ -254,12 +254,7 @@ def open_session(
         stops = Stops(traffic, engine, recorder, assembly.stops, parking)
         departures = _departures(assembly, traffic, engine, fleet)
         rerouting = Rerouting(assembly, traffic, engine) if fleet and assembly.anew else None
-        contains = fleet is not None and assembly.contains
-        containment = (
-            Containment(assembly, traffic, engine, recorder, stops, waits=scenario.standing == "wait")
-            if contains
-            else None
-        )
+        containment = _containment(scenario, assembly, traffic, engine, recorder, stops)
         spacing = _spacing(scenario, assembly, traffic, engine)
         seen = [Window(traffic, engine, assembly.loops).look] if backend == "gui" else []
         looks = (
@@ -313,6 +308,20 @@ def _departures(
     if fleet is not None:
         return GatedDepartures(assembly.departures, assembly.network, traffic, fleet)
     return OpenDepartures(assembly.departures, assembly.network, traffic, engine)
+
+
+def _containment(
+    scenario: Scenario,
+    assembly: Assembly,
+    traffic: Traffic,
+    engine: ChangingEngine,
+    recorder: Recorder,
+    stops: Stops,
+) -> Containment | None:
+    if not assembly.contains:
+        return None
+    waits = scenario.standing == "wait"
+    return Containment(assembly, traffic, engine, recorder, stops, waits=waits, gated=scenario.gated)
 
 
 def _spacing(

@@ -223,8 +223,8 @@ class Scenario:
             raise ScenarioError(msg)
 
     def _check_incidents(self) -> None:
-        if self.incidents and not (self.gated and self.abstraction == "queues"):
-            msg = "incidents: they need a gate on abstraction queues; with gate open give SUMO rerouters"
+        if self.incidents and self.gated and self.abstraction != "queues":
+            msg = "incidents: on abstraction segments nothing contains them; take queues"
             raise ScenarioError(msg)
 
     @property
