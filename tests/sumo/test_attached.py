@@ -14,7 +14,7 @@ import libsumo
 import pytest
 
 import loopgate
-from loopgate.errors import LoopgateError, UnsafeStartError
+from loopgate.errors import LoopgateError, TrafficError, UnsafeStartError
 from loopgate.gates.open import OpenGate
 from loopgate.model import System
 from loopgate.results.recorder import Happening
@@ -361,3 +361,70 @@ def test_who_has_passed_a_light_heeds_the_next_one() -> None:
     assert gate.summary["at_lights"]["grants"] > 50
     again = [vehicle for vehicle, some in heeds.items() if True in some[some.index(False) :]]
     assert again == vehicles
+
+
+def test_vehicles_put_in_ahead_of_others_are_let_go_before_them() -> None:
+    """Several come into one place at once, in any order; the books have the order on the road."""
+    start()
+    ids = [f"v{number}" for number in range(60)]
+    for number, vehicle in enumerate(ids):
+        libsumo.vehicle.add(
+            vehicle, f"loop{number % 30}", departPos="random_free" if number >= 30 else "base"
+        )
+    with loopgate.attach(libsumo) as gate:
+        gate.add(*ids)
+        while libsumo.simulation.getTime() < 400:
+            libsumo.simulationStep()
+            gate.after_step()
+            assert gate._fleet.engine.mend_order() == 0
+        assert gate.summary["longest_wait_s"] < 120.0
+        early = gate.events
+    granted = gate.events[(gate.events["event"] == "grant") & (gate.events["time_s"] > 250.0)]
+    assert set(granted["vehicle"]) == set(ids)
+    assert 0 < len(early) <= len(gate.events)
+
+
+def test_a_summary_says_how_it_stands_as_that_of_a_run_does() -> None:
+    """The outcome, the promise, deadlocks, and who starves behind whom."""
+    start()
+    ids = [f"v{number}" for number in range(40)]
+    for number, vehicle in enumerate(ids):
+        libsumo.vehicle.add(vehicle, f"loop{number % 10}")
+    with loopgate.attach(libsumo, starving_s=120.0) as gate:
+        gate.add(*ids)
+        stopped = ""
+        while libsumo.simulation.getTime() < 600:
+            libsumo.simulationStep()
+            gate.after_step()
+            if libsumo.simulation.getTime() == 100:
+                assert gate.summary["outcome"] == "done"
+                stopped = next(v for v in ids if 10 < libsumo.vehicle.getLanePosition(v) < 40)
+                libsumo.vehicle.setStop(stopped, libsumo.vehicle.getRoadID(stopped), 75.0, 0, 1e6)
+        summary = gate.summary
+    assert (summary["outcome"], summary["promise"], summary["deadlocks"]) == ("starving", "everyone", [])
+    assert stopped in {sink["behind"] for sink in summary["starving"]}
+
+
+def test_what_the_owner_sets_is_counted_on_from_then_on() -> None:
+    """Weaker brakes: whoever could not brake by then does not, nobody later. Longer vehicles are refused."""
+    start()
+    ids = [f"v{number}" for number in range(40)]
+    for number, vehicle in enumerate(ids):
+        libsumo.vehicle.add(vehicle, f"loop{number}")
+    with loopgate.attach(libsumo) as gate:
+        gate.add(*ids)
+        while libsumo.simulation.getTime() < 400:
+            libsumo.simulationStep()
+            gate.after_step()
+            if libsumo.simulation.getTime() == 100:
+                for vehicle in gate.vehicles:
+                    libsumo.vehicle.setDecel(vehicle, 1.5)
+            if libsumo.simulation.getTime() == 130:
+                soon = gate.summary
+        names = ("trespasses", "overruns", "collisions")
+        assert [gate.summary[name] for name in names] == [soon[name] for name in names]
+        assert soon["collisions"] == 0
+        libsumo.vehicle.setLength(gate.vehicles[0], 12.0)
+        libsumo.simulationStep()
+        with pytest.raises(TrafficError, match="its length was 5 m when it came under the gate and is 12 m"):
+            gate.after_step()

@@ -25,6 +25,9 @@ from loopgate.results.columns import Event
 
 __all__ = ["ChangingEngine"]
 
+_SAME_M = 0.5
+"""Vehicles that are ahead of one another by less than this stand beside each other [m]."""
+
 
 class ChangingEngine(Engine):
     """An engine whose vehicles join and leave: each takes a row of the tables, and gives it back."""
@@ -213,9 +216,9 @@ class ChangingEngine(Engine):
         """Return a list of a vehicle's state with it where it is on the road, and who is behind it."""
         leg = driver.leg(driver.granted).state
         others = [robot for robot in self._ground.read(self._number_of(leg), which) if robot != driver.robot]
-        left_m = driver.left_m(leg)
-        at = sum(self.drivers[robot].left_m(leg) <= left_m for robot in others)
-        return [*others[:at], driver.robot, *others[at:]], others[at:]
+        # Of several that come at once the others are not in order yet.
+        line = sorted((*others, driver.robot), key=lambda robot: self.drivers[robot].left_m(leg))
+        return line, line[line.index(driver.robot) + 1 :]
 
     def _line_up(self, driver: Driver) -> None:
         """Let a vehicle be where it is among those that hold its state."""
@@ -232,6 +235,18 @@ class ChangingEngine(Engine):
             self._put(state, LINE, line)
             self._let_wait([self.drivers[robot] for robot in behind])
             self._let_first_ask(state)
+
+    def mend_order(self) -> int:
+        """Put the lines of all places in the order on the road; return how many were not in it."""
+        v, states, lists = self.vehicles, cast("Any", self.tables.states), self.tables.lists
+        left_m = v["line_m"] - v["front"]
+        mended = 0
+        for state in np.flatnonzero(states["queue"] > 1).tolist():
+            robots = lists[states["line"][state] :][: states["queue"][state]]
+            if (np.diff(left_m[robots]) < -_SAME_M).any():
+                self.take_turn(self.drivers[int(robots[0])])
+                mended += 1
+        return mended
 
     def _let_wait(self, drivers: Sequence[Driver]) -> None:
         """Let vehicles ask when it is their turn: somebody is before them."""

@@ -139,10 +139,11 @@ class Happening(NamedTuple):
 
 
 class EventFeed(Recorder):
-    """Records events, and returns the events of each step."""
+    """Records events in files of a folder, and returns the events of each step."""
 
-    def __init__(self, file: Path) -> None:
-        super().__init__(file)
+    def __init__(self, folder: Path) -> None:
+        self._folder, self._files = folder, [folder / "events0.parquet"]
+        super().__init__(self._files[0])
         self._fresh: list[Happening] = []
 
     def note(
@@ -167,6 +168,17 @@ class EventFeed(Recorder):
         self.before()
         fresh, self._fresh = self._fresh, []
         return fresh
+
+    def read(self) -> pd.DataFrame:
+        """Return all events so far: `EVENT_COLUMNS`, the words as plain strings."""
+        if self._file is not None:
+            self.before()
+            self._flush()
+            self._file.close()
+            self._files.append(self._folder / f"events{len(self._files)}.parquet")
+            self._file = TableFile(self._files[-1], _SCHEMA)
+        done = self._files if self._file is None else self._files[:-1]
+        return pd.concat([read_events(file) for file in done], ignore_index=True)
 
 
 def read_events(file: Path, kinds: Collection[Event] = ()) -> pd.DataFrame:

@@ -255,7 +255,7 @@ def summary(
         "abstraction": scenario.abstraction,
         "gate": scenario.gate,
         "negotiation": scenario.rule_for_negotiation if keeper else "",
-        **_promise(keeper),
+        **promise_figures(keeper),
         "lights": scenario.rule_for_lights,
         "spacing": scenario.rule_for_spacing,
         "starts": scenario.rule_for_starts,
@@ -265,7 +265,7 @@ def summary(
         "duration_s": round(duration, 3),
         **_traffic_figures(tallies, duration),
         "outcome": course.outcome,
-        "deadlocks": [_deadlock_figures(deadlock) for deadlock in course.deadlocks],
+        "deadlocks": [deadlock_figures(deadlock) for deadlock in course.deadlocks],
         "starving": [sink.figures() for sink in course.starving],
         "collisions": course.collisions,
         "teleports": course.teleports,
@@ -287,7 +287,7 @@ def summary(
     }
 
 
-def _promise(keeper: Gatekeeper | None) -> dict[str, str]:
+def promise_figures(keeper: Gatekeeper | None) -> dict[str, str]:
     """Return which vehicles the gate promises can always go on, and under which conditions."""
     promise = getattr(keeper.gate, "promise", "") if keeper else ""
     return {"promise": promise, "promise_of": _PROMISE_OF.get(promise, "")}
@@ -372,7 +372,8 @@ def _trip_row(trip: Trip | None) -> dict[str, Any]:
 _LAST = "vehicle", "at_s", "gated"
 
 
-def _deadlock_figures(deadlock: Deadlock) -> dict[str, Any]:
+def deadlock_figures(deadlock: Deadlock) -> dict[str, Any]:
+    """Return a deadlock for ``summary.json``."""
     return {
         "closed_at_s": deadlock.closed_at_s,
         "noticed_at_s": deadlock.noticed_at_s,

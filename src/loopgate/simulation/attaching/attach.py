@@ -21,6 +21,7 @@ def attach(
     negotiation: object = "pressure",
     lights: str = "obey",
     seed: int = 1,
+    starving_s: float = 600.0,
 ) -> Attached:
     """Put vehicles of a running simulation under a gate.
 
@@ -36,6 +37,8 @@ def attach(
         ``obey``: nobody is let go into red; ``keep``: vehicles take their crossing, and then wait for green.
     seed
         Of the negotiation.
+    starving_s
+        How long a vehicle is granted nothing, while others are, before it counts as starving [s].
 
     Returns
     -------
@@ -83,6 +86,7 @@ def attach(
         negotiation=negotiation_name,
         lights=lights,
         seed=seed,
+        starving_s=starving_s,
     )
 
 

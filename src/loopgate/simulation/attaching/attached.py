@@ -17,15 +17,31 @@ from loopgate.negotiation.registry import make_negotiation
 from loopgate.network import Loop, RoadNetwork, VehicleType, make_loop
 from loopgate.network.trips import one_round
 from loopgate.results.columns import Event
-from loopgate.results.recorder import EventFeed, Happening, read_events
+from loopgate.results.recorder import EventFeed, Happening
 from loopgate.simulation.attaching.entrance import GONE, Entrance
 from loopgate.simulation.attaching.newcomers import Newcomer
 from loopgate.simulation.fleet.fleet import Fleet, Rules
-from loopgate.simulation.outcome import EVENTS
+from loopgate.simulation.outcome import deadlock_figures, promise_figures
 from loopgate.simulation.settings import why_unsafe
 from loopgate.simulation.sumo.devices import LEADING
 from loopgate.simulation.watching.collisions import Collisions
+from loopgate.simulation.watching.starving import StarvationWatch
+from loopgate.simulation.watching.watch import Deadlock, Watch
 from loopgate.traffic.running import RunningSumo
+
+_LOOK_EVERY_S = 10.0
+_STANDING_S = 60.0
+"""So often vehicles that stand are looked at, and so long they stand before they can be in a deadlock [s]."""
+
+
+class _Members:
+    """Tells who is under a gate, whoever that is by then."""
+
+    def __init__(self, fleet: Fleet) -> None:
+        self._fleet = fleet
+
+    def __contains__(self, vehicle: object) -> bool:
+        return vehicle in self._fleet.members
 
 
 class Attached:
@@ -51,10 +67,19 @@ class Attached:
     """
 
     def __init__(
-        self, sumo: RunningSumo, network: RoadNetwork, *, gate: str, negotiation: str, lights: str, seed: int
+        self,
+        sumo: RunningSumo,
+        network: RoadNetwork,
+        *,
+        gate: str,
+        negotiation: str,
+        lights: str,
+        seed: int,
+        starving_s: float = 600.0,
     ) -> None:
         self._sumo, self._traffic, self._network = sumo, sumo.traffic, network
         self._settings = {"gate": gate, "negotiation": negotiation, "lights": lights, "seed": seed}
+        self._starving_s = starving_s
         self._negotiation = make_negotiation(negotiation, Random(seed))
         self._stack = ExitStack()
         self._loops: dict[tuple[tuple[str, ...], str], Loop] = {}
@@ -66,8 +91,14 @@ class Attached:
         self._colliding = Collisions()
         self._made: Entrance | None = None
         self._final: dict[str, Any] | None = None
-        self.events: pd.DataFrame = pd.DataFrame()
-        """`EVENT_COLUMNS`: what happened to whom, where and when; there at the end."""
+        self._events: pd.DataFrame | None = None
+        self._deadlocks: list[Deadlock] = []
+        self._next_look_s = self._begin_s + _LOOK_EVERY_S
+
+    @property
+    def events(self) -> pd.DataFrame:
+        """`EVENT_COLUMNS`: what happened to whom, where and when, so far."""
+        return self._recorder.read() if self._events is None else self._events
 
     @property
     def _entrance(self) -> Entrance:
@@ -173,9 +204,14 @@ class Attached:
         TrafficError
             If SUMO refuses what the gate needs.
         """
-        self._traffic.look_at_clock()
-        self._note_collisions()
-        self._entrance.after_step()
+        try:
+            self._traffic.look_at_clock()
+            self._note_collisions()
+            self._entrance.after_step()
+            self._look_for_standstill()
+        except self._sumo.error as error:
+            msg = f"at {self._traffic.now_s:g} s SUMO refuses what the gate asks of it: {error}"
+            raise TrafficError(msg) from error
         fresh = self._recorder.take()
         for row in fresh:
             if (row.event, row.reason) == (Event.END, GONE):
@@ -191,6 +227,20 @@ class Attached:
     def waiting(self) -> tuple[str, ...]:
         """The vehicles that wait to come under it."""
         return tuple(sorted(self._entrance.newcomers))
+
+    def _look_for_standstill(self) -> None:
+        """Look for vehicles that starve, and for circles of vehicles that wait for each other."""
+        now = self._traffic.now_s
+        if now < self._next_look_s or not self._fleet.members:
+            return
+        self._next_look_s = now + _LOOK_EVERY_S
+        self._hunger.check()
+        deadlock = self._watch.check()
+        if deadlock is not None:
+            self._deadlocks.append(deadlock)
+            ahead = deadlock.vehicles[1:] + deadlock.vehicles[:1]
+            for vehicle, place, other in zip(deadlock.vehicles, deadlock.places, ahead, strict=True):
+                self._recorder.note(now, vehicle, Event.DEADLOCK, place, other)
 
     def _note_collisions(self) -> None:
         own, now = self._fleet.members.keys(), self._traffic.now_s
@@ -242,6 +292,11 @@ class Attached:
             "collisions": self._collisions,
             "collisions_with_others": self._collisions_with_others,
             **{name: getattr(engine, name) for name in ("overruns", "trespasses", "strays")},
+            "mended": self._entrance.mended,
+            "outcome": "deadlock" if self._deadlocks else "starving" if self._hunger.sinks else "done",
+            "deadlocks": [deadlock_figures(deadlock) for deadlock in self._deadlocks],
+            "starving": [sink.figures() for sink in self._hunger.sinks.values()],
+            **promise_figures(keeper),
             "decisions": times.count,
             "refusals": dict(sorted(keeper.refusals.items())),
             "decision_us": times.summary(),
@@ -249,12 +304,17 @@ class Attached:
 
     def __enter__(self) -> Self:
         self._folder = self._stack.enter_context(temporary_folder())
-        self._recorder = EventFeed(self._folder / EVENTS)
+        self._recorder = EventFeed(self._folder)
         self._stack.callback(self._recorder.close)
         settings = self._settings
         rules = Rules(settings["gate"], self._negotiation, lights=settings["lights"] == "obey")
         self._made = Entrance(self._network, self._traffic, self._recorder, rules)
-        self._made.fleet.on_leaving = self._count
+        fleet = self._made.fleet
+        fleet.on_leaving = self._count
+        self._hunger = StarvationWatch(fleet.engine, fleet.keeper, self._traffic, after_s=self._starving_s)
+        self._watch = Watch(
+            self._traffic, after_s=_STANDING_S, at_gate=fleet.engine.refused, own=_Members(fleet)
+        )
         return self
 
     def __exit__(
@@ -269,5 +329,5 @@ class Attached:
                 final |= self._fleet.around.report()
                 self._entrance.drop([*self._fleet.members, *self._entrance.newcomers], "end")
             self._recorder.close()
-            self.events = read_events(self._folder / EVENTS)
+            self._events = self._recorder.read()
             self._final = final

@@ -8,6 +8,7 @@ import numpy as np
 
 from loopgate.drive.codes import NOTHING, TRAFFIC
 from loopgate.drive.driver import Driver
+from loopgate.errors import TrafficError
 from loopgate.network import RoadNetwork
 from loopgate.results.recorder import Recorder
 from loopgate.simulation.attaching.newcomers import Newcomer
@@ -20,6 +21,8 @@ GONE = "gone"
 
 _AGAIN_S = 1.0
 """A newcomer that was refused is looked at again after this time [s]."""
+
+_LONGER_M = 0.01
 
 _MOVED_M = 3.0
 """A vehicle further than this from where its odometer puts it has been moved [m]."""
@@ -50,6 +53,8 @@ class Entrance:
         self._engine = self.fleet.engine
         self._members = self.fleet.members
         self.newcomers: dict[str, Newcomer] = {}
+        self.mended = 0
+        """How often the line of a place was not in the order on the road."""
 
     def add(self, newcomers: Sequence[Newcomer]) -> None:
         """Take vehicles in as soon as they can be.
@@ -77,10 +82,30 @@ class Entrance:
         """Do what is due after a step of the traffic."""
         self._notice()
         if self._members:
+            self._heed_dynamics()
             self._heed_speeds(self._engine.vehicles)
             self._heed_stops()
             self._engine.after_step()
+            self.mended += self._engine.mend_order()
         self._take_in()
+
+    def _heed_dynamics(self) -> None:
+        """Count on what vehicles can do now: their owner may have set it.
+
+        Raises
+        ------
+        TrafficError
+            If one is longer than it was: its places have not been laid for that.
+        """
+        for driver in self._engine.drivers:
+            can = self._traffic.dynamics(driver.id)
+            if can.length_m > driver.length_m + _LONGER_M:
+                msg = (
+                    f"vehicle {driver.id}: its length was {driver.length_m:g} m when it came under the gate "
+                    f"and is {can.length_m:g} m; let it leave the gate, and add it again"
+                )
+                raise TrafficError(msg)
+            driver.drives_like(can)
 
     def _heed_speeds(self, vehicles: Any) -> None:  # noqa: ANN401  a table, by column
         """Count on it that vehicles go on as fast as they are told to drive, beyond any limit."""
