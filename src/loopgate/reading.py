@@ -5,6 +5,7 @@ for numbers of five thousand digits, for lists nested too deep, for keys that ar
 is never complete, so everything that goes wrong while a file is read is taken for a fault of the file.
 """
 
+import codecs
 import json
 import os
 import tomllib
@@ -84,7 +85,24 @@ def _text(file: Path | str, what: str, error: type[LoopgateError], largest_bytes
     if len(content) > largest_bytes:
         msg = f"{file}: larger than {largest_bytes / 1e6:g} MB, which no {what} should be"
         raise error(msg)
-    return content.decode("utf-8").replace("\r\n", "\n")
+    return decoded(content).replace("\r\n", "\n")
+
+
+def decoded(content: bytes) -> str:
+    r"""Return the text of a file that a person wrote: UTF-8, or as a byte order mark says that it is.
+
+    Raises `UnicodeDecodeError` if it is neither.
+
+    >>> [decoded(text) for text in (b"a", b"\xef\xbb\xbfa", b"\xff\xfea\x00", b"\xfe\xff\x00a")]
+    ['a', 'a', 'a', 'a']
+    """
+    marked = content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
+    return content.decode("utf-16" if marked else "utf-8-sig")
+
+
+def read_words(file: Path | str) -> str:
+    """Return the text of a file; raise `OSError` or `UnicodeDecodeError` if it has none."""
+    return decoded(Path(file).read_bytes()).replace("\r\n", "\n")
 
 
 def of_kind(kind: type[T], value: object, what: str, error: type[Exception], expected: str = "") -> T:

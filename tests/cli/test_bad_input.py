@@ -148,3 +148,44 @@ def test_certificates_that_are_none(
     for text in ("[" * 100_000, "9" * 5000, '{"system": 5}', '{"kind": "home"}', "\x00"):
         (tmp_path / "c.jsonl").write_text(text)
         assert "c.jsonl" in refused(capsys, monkeypatch, "check-certificate", str(tmp_path / "c.jsonl"))
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["run", RING, "--routes", LOOPS, "-o", "out\udcff"],
+        ["report", "out", "-o", "r\udcff.html"],
+        ["replay", "out\udcff"],
+    ],
+)
+def test_names_that_are_no_utf_8(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, words: list[str]
+) -> None:
+    """Neither SUMO nor a page can hold them."""
+    assert "no UTF-8, so neither SUMO nor a page" in refused(capsys, monkeypatch, *words)
+
+
+@pytest.mark.parametrize(
+    ("inner", "says"),
+    [
+        ('<include href="' + LONG + '"/>', "and there is no such file; correct href"),
+        ("<routes>" * 5000 + "</routes>" * 5000, "elements are nested more than 50 deep"),
+        (
+            '<vehicle id="v" depart="0">' + "<param>" * 5000 + "</param>" * 5000 + "</vehicle>",
+            "elements are nested more than 50 deep",
+        ),
+    ],
+)
+@pytest.mark.parametrize("option", [["--routes"], ["--loops", "1", "--traffic"]])
+def test_route_files_that_no_reader_takes(
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
+    inner: str,
+    says: str,
+    option: list[str],
+) -> None:
+    """Names longer than a file can have, elements within elements without end."""
+    file = tmp_path / "r.rou.xml"
+    file.write_text(f"<routes>{inner}</routes>")
+    assert says in refused(capsys, monkeypatch, "run", RING, *option, str(file))

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import json
+import os
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -192,3 +195,43 @@ def test_a_network_that_is_no_xml(tmp_path: Path) -> None:
     assert done.returncode == 2
     assert "x.net.xml" in done.stderr
     assert len(done.stderr.strip().splitlines()) == 1, done.stderr
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "latin-1"])
+def test_names_go_to_a_stream_that_cannot_hold_them(tmp_path: Path, encoding: str) -> None:
+    """A table is printed all the same, and a route file as the UTF-8 that it says it is."""
+    network = tmp_path / "Łódź.net.xml"
+    network.write_text(
+        (ROOT / "networks" / "ring3.net.xml").read_text(encoding="utf-8").replace("p1a", "Łp1a"), "utf-8"
+    )
+    for words in (("run", network, "--loops", "1", "--duration", "20"), ("loops", network, "--count", "1")):
+        done = subprocess.run(
+            [sys.executable, "-c", "from loopgate.cli.main import main; main()", *map(str, words)],
+            env=os.environ | {"PYTHONIOENCODING": encoding},
+            capture_output=True,
+            check=False,
+        )
+        assert done.returncode == 0, done.stderr
+    assert "Łp1a" in done.stdout.decode("utf-8")
+
+
+def test_times_of_a_configuration_may_have_colons(tmp_path: Path) -> None:
+    """As SUMO has it, for steps too."""
+    (tmp_path / "t.rou.xml").write_text(
+        '<routes><vehicle id="v" depart="0"><route edges="A0A1 A1A2"/></vehicle></routes>'
+    )
+    config = tmp_path / "t.sumocfg"
+    for step, gate, says in (
+        ("00:00:01", "certified", ""),
+        ("00:00:05", "open", ""),
+        ("00:00:05", "certified", "step_s is 5.0"),
+    ):
+        config.write_text(
+            f'<configuration><net-file value="{GRID}"/><route-files value="t.rou.xml"/>'
+            f'<step-length value="{step}"/><default.action-step-length value="{step}"/></configuration>'
+        )
+        done = loopgate("run", config, "--gate", gate, "--duration", "20")
+        assert (done.returncode, says in done.stderr) == (2 if says else 0, True), done.stderr
+    config.write_text(config.read_text().replace("00:00:05", "0:01"))
+    done = loopgate("run", config, "--step-length", "0.5", "--gate", "open", "--duration", "20")
+    assert "step-length 0:01 is not taken over: the run has 0.5" in " ".join(done.stdout.split())

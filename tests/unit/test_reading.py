@@ -1,11 +1,18 @@
 """Reading files: every fault of theirs is one line, and values are shown on one."""
 
+import codecs
 from pathlib import Path
 
 import pytest
 
-from loopgate.errors import LoopgateError, ResultsError, SystemFileError, SystemModelError
+from loopgate import Scenario
+from loopgate.errors import LoopgateError, ResultsError, ScenarioError, SystemFileError, SystemModelError
+from loopgate.network import LoopVehicle, RoadNetwork
+from loopgate.network.cover.wishes import read_streets, read_weights
+from loopgate.network.route_lanes import make_route
+from loopgate.network.vehicle_type import DEFAULT_TYPE
 from loopgate.reading import is_file, is_plain, read_json, read_object, read_toml, refusing, shown
+from loopgate.simulation.demand.once import choose_gated
 
 
 def test_whatever_is_raised_becomes_the_readers_error() -> None:
@@ -92,3 +99,25 @@ def test_errors_are_one_line_whatever_is_in_them() -> None:
     """Line ends become spaces, control characters are spelled out, lists without end are cut."""
     assert str(LoopgateError("a\nb\x00\ud800")) == r"a b\x00\ud800"
     assert len(str(LoopgateError("x" * 10**6))) < 2000
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "utf-16-be-bom"])
+def test_byte_order_marks_are_no_text(tmp_path: Path, encoding: str) -> None:
+    """Editors write them; every text file that a person writes is read without."""
+
+    def write(name: str, text: str) -> Path:
+        file = tmp_path / name
+        mark = codecs.BOM_UTF16_BE if encoding == "utf-16-be-bom" else b""
+        file.write_bytes(mark + text.replace("\n", "\r\n").encode(encoding.removesuffix("-bom")))
+        return file
+
+    assert read_toml(write("a.toml", "a = 1\n"), "scenario", ScenarioError) == {"a": 1}
+    assert read_json(write("a.json", "[1]\n"), "system", ScenarioError) == [1]
+    network = RoadNetwork.open("networks/grid5-priority.net.xml")
+    streets = str(write("streets.txt", "A0A1\nA1A2\n"))
+    assert read_streets(network, streets, "passenger", option="--cover") == ("A0A1", "A1A2")
+    assert read_weights(network, str(write("weights.txt", "A0A1 2\n"))) == {"A0A1": 2.0}
+    way = make_route(network, "a", ("A0A1", "A1A2"), vclass="passenger")
+    mine = [LoopVehicle("late", way, DEFAULT_TYPE)]
+    who = str(write("who.txt", "late\n"))
+    assert choose_gated(Scenario(network="n", loops=1, who=who), mine) == (mine, [])

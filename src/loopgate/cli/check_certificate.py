@@ -73,7 +73,10 @@ def _checked(file: Path, report: Report) -> Iterator[tuple[str, str]]:
 
 def _lines(file: Path) -> Iterator[tuple[int, dict[str, Any]]]:
     wrong = "not a file of certificates"
-    with refusing(file, "certificates", SystemFileError, wrong=wrong), file.open(encoding="utf-8") as stream:
+    with (
+        refusing(file, "certificates", SystemFileError, wrong=wrong),
+        file.open(encoding="utf-8-sig") as stream,
+    ):
         for number, line in enumerate(stream, start=1):
             data = json.loads(line)
             if not isinstance(data, dict):

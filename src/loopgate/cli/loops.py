@@ -175,7 +175,7 @@ class LoopsWish:
         if self.as_json:
             print_json(data)
         elif self.out is None:
-            click.echo(text, nl=False)
+            click.echo(text.encode("utf-8"), nl=False)  # as it says itself, whatever the stream is
 
 
 def _random_loops(wish: LoopsWish) -> None:

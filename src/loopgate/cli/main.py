@@ -1,8 +1,10 @@
 """The `loopgate` command: a group of subcommands, each in a module of its own, imported when used."""
 
 import importlib
+import io
 import os
 import sys
+from collections.abc import Sequence
 from typing import cast
 
 import click
@@ -58,7 +60,12 @@ def cli() -> None:
 def main() -> None:
     """Run the command line; errors of the package become one line on stderr and exit code 2."""
     listen()
+    for stream in (sys.stdout, sys.stderr):
+        # Names may hold what the terminal's encoding does not.
+        if isinstance(stream, io.TextIOWrapper) and stream.errors == "strict":
+            stream.reconfigure(errors="backslashreplace")
     try:
+        _check_words(sys.argv[1:])
         with only_json(wanted="--json" in sys.argv):
             code = cli.main(standalone_mode=False)
         sys.stdout.flush()
@@ -80,3 +87,13 @@ def main() -> None:
         sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115, PTH123  else its end fails as well
         code = EXIT_BAD_INPUT
     sys.exit(code)
+
+
+def _check_words(words: Sequence[str]) -> None:
+    """Refuse a word that is no UTF-8: tables, pages and SUMO could not hold it as the name of a file."""
+    for word in words:
+        try:
+            word.encode()
+        except UnicodeEncodeError as error:
+            msg = f"{word}: no UTF-8, so neither SUMO nor a page can name such a file; give it another name"
+            raise LoopgateError(msg) from error

@@ -9,7 +9,7 @@ from xml.etree import ElementTree as ET
 
 from loopgate.disk import writing
 from loopgate.errors import LoopgateError
-from loopgate.reading import refusing, shown
+from loopgate.reading import is_file, refusing, shown
 
 _WAYS_OUT = {
     "osm": "make a network of OpenStreetMap's data first: netconvert --osm-files FILE -o NAME.net.xml",
@@ -25,6 +25,9 @@ _ALSO = {"configuration": "sumoConfiguration"}
 
 _NOT_ADDITIONAL = frozenset({"osm", "net", "configuration", "sumoConfiguration"})
 """Root elements that no additional file has; SUMO takes any other."""
+
+_DEEPEST = 50
+"""Elements within elements; SUMO's own files have six."""
 
 _GZIP_MAGIC = b"\x1f\x8b"
 
@@ -62,21 +65,33 @@ def included(file: Path) -> list[Path]:
                 continue
             names = (each.get("href", "") for each in ET.fromstring(content).findall("include"))  # noqa: S314
             more = [(one.parent / name).resolve() for name in names]
-            ahead += [each for each in more if each.is_file() and each not in found]
+            ahead += [each for each in more if is_file(each) and each not in found]
             found |= dict.fromkeys(ahead)
     return list(found)[1:]
 
 
 def _parse(file: Path, what: str, error: type[LoopgateError]) -> ET.Element:
     with _refusing(file, what, error), open_xml(file) as stream:
-        return ET.parse(stream).getroot()  # noqa: S314  expat refuses entities that grow without bounds
+        top = ET.parse(stream).getroot()  # noqa: S314  expat refuses entities that grow without bounds
+        _check_depth(top)
+    return top
+
+
+def _check_depth(top: ET.Element) -> None:
+    """Raise `ValueError` if elements are nested deeper than in any file of SUMO's; O(elements)."""
+    level, depth = [top], 1
+    while level:
+        if depth > _DEEPEST:
+            msg = f"<{shown(level[0].tag)[1:-1]}>: elements are nested more than {_DEEPEST} deep"
+            raise ValueError(msg)
+        level, depth = [inner for one in level for inner in one], depth + 1
 
 
 def _include(top: ET.Element, within: tuple[Path, ...], what: str, error: type[LoopgateError]) -> None:
     """Put what other files hold in place of the ``<include>`` elements that name them."""
     for at in reversed([number for number, one in enumerate(top) if one.tag == "include"]):
         file = (within[-1].parent / top[at].get("href", "")).resolve()
-        if file in within or not file.is_file():
+        if file in within or not is_file(file):
             why = "and that includes it again" if file in within else "and there is no such file"
             msg = f"{within[-1]}: it includes {shown(top[at].get('href', ''))}, {why}; correct href"
             raise error(msg)

@@ -17,6 +17,7 @@ from loopgate.drive.histogram import Histogram
 from loopgate.errors import ScenarioError
 from loopgate.folders import FolderLock
 from loopgate.gates import Reason
+from loopgate.reading import is_plain
 from loopgate.results.columns import (
     ARRIVAL,
     ARRIVED,
@@ -114,6 +115,9 @@ class Folder:
             if mark in str(path.relative_to(path.anchor)):
                 msg = f"{path}: SUMO takes what follows {what}; choose a folder without one"
                 raise ScenarioError(msg)
+        if not is_plain(str(path)):
+            msg = f"{path}: SUMO takes no name with control characters or outside of UTF-8; choose another"
+            raise ScenarioError(msg)
         self._lock = FolderLock(path)
         try:
             path.mkdir(parents=True, exist_ok=True)

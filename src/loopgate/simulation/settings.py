@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable
 
 from loopgate.errors import ScenarioError
 from loopgate.network import Loop, RoadNetwork
+from loopgate.network.clock import seconds
 from loopgate.network.vehicle_type import VehicleType
 
 _MODEL, _TAU, _ACTION, _GAP, _MINOR = (
@@ -103,7 +104,7 @@ def is_on(value: str) -> bool:
 
 def _is_at_most(value: str, most: float) -> bool:
     try:
-        return float(value) <= most + _ROUNDING
+        return seconds(value) <= most + _ROUNDING
     except ValueError:
         return False
 

@@ -138,7 +138,7 @@ def _notes(config: SumoConfig, scenario: Scenario) -> Iterator[str]:
             yield f"{config.file}: {name} {config.options[name]} is not taken over: {why}"
     for name, key in _KEYS.items():
         said = config.options.get(name)
-        if said is not None and float(said) != getattr(scenario, key):
+        if said is not None and _seconds(said, config.file) != getattr(scenario, key):
             yield f"{config.file}: {name} {said} is not taken over: the run has {getattr(scenario, key)}"
 
 

@@ -10,7 +10,7 @@ from loopgate.errors import RouteError
 from loopgate.network.clock import as_number
 from loopgate.network.road import RoadNetwork
 from loopgate.network.xml_file import read_xml
-from loopgate.reading import is_file, refusing, shown
+from loopgate.reading import is_file, read_words, refusing, shown
 
 _LEAST_CORNERS = 3
 _HEAVIEST = 1000.0
@@ -51,7 +51,7 @@ def read_streets(network: RoadNetwork, wish: str, vclass: str, *, option: str) -
             raise RouteError(msg)
         return _inside(network, (vclass,), [_polygon(wish, f"{option} {shown(wish)}")], "the polygon")
     with refusing(wish, "list of streets", RouteError, wrong="not a list of edges"):
-        text = Path(wish).read_text(encoding="utf-8")
+        text = read_words(wish)
     if text.lstrip().startswith("<"):
         return _inside(network, (vclass,), [area for _, area in _polygons(wish)], wish)
     edges = [
@@ -125,7 +125,7 @@ def read_weights(network: RoadNetwork, file: str) -> dict[str, float]:
     """
     weights: dict[str, float] = {}
     with refusing(file, "list of weights", RouteError, wrong="not a list of edges with weights"):
-        lines = Path(file).read_text(encoding="utf-8").splitlines()
+        lines = read_words(file).splitlines()
     for number, line in enumerate(lines, 1):
         words = line.split()
         if not words or words[0].startswith("#"):

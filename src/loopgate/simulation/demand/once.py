@@ -15,7 +15,7 @@ from loopgate.network import Loop, LoopVehicle, RoadNetwork, VehicleType
 from loopgate.network.route_lanes import LaneWishes, make_route
 from loopgate.network.stops import lanes_of_stops, on_loop
 from loopgate.network.trips import ways_between
-from loopgate.reading import counted, is_file, refusing, shown
+from loopgate.reading import counted, is_file, read_words, refusing, shown
 from loopgate.simulation.scenario import Scenario
 
 _MOST_SHOWN = 5
@@ -53,7 +53,7 @@ def _named(who: str, vehicles: Sequence[LoopVehicle]) -> Collection[str]:
         )
         raise ScenarioError(msg)
     with refusing(Path(who), "file of names", ScenarioError):
-        lines = Path(who).read_text(encoding="utf-8").splitlines()
+        lines = read_words(who).splitlines()
     known = {v.id for v in vehicles}
     asked = dict.fromkeys(name for line in lines if (name := line.partition("#")[0].strip()))
     unknown = [name for name in asked if name not in known]
