@@ -130,6 +130,17 @@ class TrafficError(LoopgateError):
     """The traffic simulator refused something or stopped."""
 
 
+class SecondSimulationError(TrafficError):
+    """A simulation in a process in which libsumo has one under way."""
+
+    def __init__(self, owner: str) -> None:
+        super().__init__(
+            f"libsumo has one simulation at a time in a process, and {owner} is under way in this one: start "
+            f"it after that has ended, in a process of its own (loopgate sweep, or multiprocessing with "
+            f"spawn), or by traci (backend='traci', --traci)"
+        )
+
+
 class AnalysisError(LoopgateError):
     """A table or a period that an analysis function cannot work on."""
 

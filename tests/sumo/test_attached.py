@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import re
 import sys
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -14,7 +15,7 @@ import libsumo
 import pytest
 
 import loopgate
-from loopgate.errors import LoopgateError, TrafficError, UnsafeStartError
+from loopgate.errors import LoopgateError, SecondSimulationError, TrafficError, UnsafeStartError
 from loopgate.gates.open import OpenGate
 from loopgate.model import System
 from loopgate.results.recorder import Happening
@@ -428,3 +429,78 @@ def test_what_the_owner_sets_is_counted_on_from_then_on() -> None:
         libsumo.simulationStep()
         with pytest.raises(TrafficError, match="its length was 5 m when it came under the gate and is 12 m"):
             gate.after_step()
+
+
+def test_a_vehicle_is_under_one_gate_at_a_time() -> None:
+    """A second gate would let go whom the first holds; after leaving the first the vehicle may join it."""
+    start()
+    put("a", "b")
+    with loopgate.attach(libsumo) as first, loopgate.attach(libsumo) as second:
+        first.add("a")
+        with pytest.raises(LoopgateError, match="vehicle a: another gate of this simulation has it"):
+            second.add("b", "a")
+        assert second.waiting == ()
+        second.add("b")
+        for gate, vehicle in ((first, "a"), (second, "b")):
+            drive(gate, lambda gate=gate, vehicle=vehicle: vehicle in gate.vehicles)
+        with pytest.raises(LoopgateError, match="vehicle b: another gate of this simulation has it"):
+            first.add("b")
+        first.leave("a")
+        second.add("a")
+    with loopgate.attach(libsumo) as third:
+        third.add("a", "b")
+        assert third.waiting == ("a", "b")
+
+
+@pytest.mark.parametrize("backend", ["libsumo", "traci"])
+def test_a_run_beside_an_attached_gate(backend: str) -> None:
+    """In libsumo it would end the simulation under the gate, and is refused at its start; not in traci."""
+    start()
+    put("a")
+    scenario = loopgate.Scenario(network=str(GRID), loops=2, gate="open", duration_s=20)
+    with loopgate.attach(libsumo) as gate:
+        gate.add("a")
+        drive(gate, lambda: bool(gate.vehicles))
+        if backend == "libsumo":
+            with pytest.raises(SecondSimulationError, match="something else has started is under way"):
+                loopgate.run(scenario)
+        else:
+            assert loopgate.run(scenario, backend=backend).summary["outcome"] == "done"
+        drive(gate, steps=5)
+        assert gate.vehicles == ("a",)
+
+
+def test_nobody_attaches_to_a_run() -> None:
+    """A run's own simulation is its own to drive."""
+
+    def attach(_now_s: float, _course: object) -> None:
+        loopgate.attach(libsumo)
+
+    scenario = loopgate.Scenario(network=str(GRID), loops=2, gate="open", duration_s=20)
+    with pytest.raises(SecondSimulationError, match=r"a run of .*grid5-priority.net.xml is under way"):
+        loopgate.run(scenario, tick=attach)
+    assert loopgate.run(scenario).summary["outcome"] == "done"
+
+
+def test_two_runs_in_threads() -> None:
+    """The second is refused by name while the first is under way; that one is as it is alone."""
+    scenario = loopgate.Scenario(network=str(GRID), loops=2, gate="open", duration_s=60)
+    alone = loopgate.run(scenario)
+    refused: list[BaseException] = []
+
+    def run() -> None:
+        try:
+            loopgate.run(scenario)
+        except SecondSimulationError as error:
+            refused.append(error)
+
+    def beside(_now_s: float, _course: object) -> None:
+        thread = threading.Thread(target=run)
+        thread.start()
+        thread.join()
+
+    made = loopgate.run(scenario, tick=beside)
+    assert refused
+    assert made.events.equals(alone.events)
+    assert "a run of" in str(refused[0])
+    assert "traci" in str(refused[0])

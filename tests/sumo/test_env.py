@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from loopgate import LoopgateError, Scenario
+from loopgate import LoopgateError, Scenario, run
 
 pytest.importorskip("pettingzoo")
 
@@ -107,3 +107,22 @@ def test_a_step_needs_an_episode(env: LoopgateEnv) -> None:
     """Before the first, and after the end of one."""
     with pytest.raises(LoopgateError, match="reset"):
         env.step({})
+
+
+def test_an_environment_beside_a_run(env: LoopgateEnv) -> None:
+    """Both want libsumo: whatever comes second is refused at its start, and the first goes on."""
+    env.reset(seed=1)
+    scenario = Scenario(network=GRID, loops=2, gate="open", duration_s=20)
+    with pytest.raises(LoopgateError, match="is under way in this one"):
+        run(scenario)
+    refused = []
+
+    def reset(_now_s: float, _course: object) -> None:
+        with pytest.raises(LoopgateError, match="is under way in this one") as error:
+            env.reset(seed=1)
+        refused.append(error)
+
+    env.step({})
+    env.close()
+    assert run(scenario, tick=reset).summary["outcome"] == "done"
+    assert refused

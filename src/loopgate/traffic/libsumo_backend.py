@@ -1,13 +1,19 @@
 """SUMO in this process: fast, without a window, one simulation at a time."""
 
 from collections.abc import Callable, Mapping, Sequence
+from itertools import pairwise
+from threading import Lock
 from typing import Any
 
 import libsumo
 
+from loopgate.errors import SecondSimulationError
+
 ERROR: tuple[type[Exception], ...] = (libsumo.TraCIException, libsumo.FatalTraCIError)
 """Errors that libsumo raises: on what it cannot do, and where it stops."""
 
+
+_SOMEBODY = "a simulation that something else has started"
 
 _wrapped = libsumo.libsumo._libsumo  # noqa: SLF001  what is underneath has no other name
 
@@ -19,7 +25,52 @@ READS: Mapping[str, Callable[..., Any]] = {
 """Readings of vehicles and lights without the function that the wrapper has for each: a third of the time."""
 
 
+_claim = Lock()
+_owner: list[str] = []
+"""What runs in libsumo by `start`: the network that it was given."""
+
+
 def start(options: Sequence[str]) -> Any:  # noqa: ANN401  libsumo has no types
-    """Start SUMO with command-line `options` and return the libsumo module."""
-    libsumo.start(["sumo", *options])
+    """Start SUMO with command-line `options` and return the libsumo module; `close` ends it.
+
+    Raises `SecondSimulationError` if a simulation is under way in this process, whoever started it: libsumo
+    has one at a time, and a second start would end or mix them.
+    """
+    refuse_second()
+    if not _claim.acquire(blocking=False):
+        refuse_second()
+        raise SecondSimulationError(_SOMEBODY)
+    try:
+        libsumo.start(["sumo", *options])
+    except BaseException:
+        _claim.release()
+        raise
+    _owner[:] = [_network(options)]
     return libsumo
+
+
+def close() -> None:
+    """End the simulation that `start` has started."""
+    try:
+        libsumo.close()
+    finally:
+        _owner.clear()
+        _claim.release()
+
+
+def refuse_second() -> None:
+    """Raise `SecondSimulationError` if a simulation is under way in this process."""
+    if owner():
+        raise SecondSimulationError(owner())
+    if libsumo.isLoaded():
+        raise SecondSimulationError(_SOMEBODY)
+
+
+def owner() -> str:
+    """Return what runs in libsumo by `start`; empty if nothing does."""
+    return f"a run of {_owner[0]}" if _owner else ""
+
+
+def _network(options: Sequence[str]) -> str:
+    named = dict(pairwise(options))
+    return named.get("--net-file") or named.get("--configuration-file") or "SUMO"

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree as ET
 
-from loopgate.errors import TrafficError
+from loopgate.errors import SecondSimulationError, TrafficError
 from loopgate.network import VehicleType
 from loopgate.network.vehicle_type import vehicle_type
 from loopgate.network.xml_file import open_xml
@@ -32,6 +32,13 @@ class RunningSumo:
         except wrong as error:
             msg = f"{getattr(api, '__name__', api)}: no simulation is running; call its start() first"
             raise TrafficError(msg) from error
+
+    @property
+    def connection(self) -> object:
+        """The module or connection: the same for whoever else speaks to the same simulation by it."""
+        if getattr(self._api, "__name__", "") != "traci":
+            return self._api
+        return self._api.connection.get("")  # the current one
 
     def setting(self, option: str) -> str:
         """Return the value of an option of SUMO."""
@@ -98,6 +105,8 @@ def _backend(api: object) -> tuple[tuple[type[Exception], ...], Mapping[str, Cal
     if getattr(api, "__name__", "") == "libsumo":
         from loopgate.traffic import libsumo_backend
 
+        if libsumo_backend.owner():
+            raise SecondSimulationError(libsumo_backend.owner())
         return libsumo_backend.ERROR, libsumo_backend.READS
     from loopgate.traffic import traci_backend
 

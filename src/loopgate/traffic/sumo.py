@@ -52,6 +52,8 @@ class SumoTraffic(SumoStops, SumoLights):
         Whether somebody else may tell vehicles under the gate to stop.
     reads
         Quicker ways to read than those of ``api``, by domain and name there, such as ``vehicle_getSpeed``.
+    close
+        What ends the simulation; that of `api` by default.
     """
 
     def __init__(
@@ -62,6 +64,7 @@ class SumoTraffic(SumoStops, SumoLights):
         yields: bool = False,
         shared: bool = True,
         reads: Mapping[str, Callable[..., Any]] | None = None,
+        close: Callable[[], None] | None = None,
     ) -> None:
         def read(name: str) -> Callable[..., Any]:
             domain, _, call = name.partition("_")
@@ -76,6 +79,7 @@ class SumoTraffic(SumoStops, SumoLights):
         self._first: set[str] = set()
         """The vehicles that keep no right of way."""
         self._running = True
+        self._close: Callable[[], None] = close or api.close
         self._odometer, self._route_id, *self._place_and_speed = (
             read(f"vehicle_{name}") for name in ("getDistance", "getRouteID", "getLanePosition", "getSpeed")
         )
@@ -369,4 +373,4 @@ class SumoTraffic(SumoStops, SumoLights):
     def close(self) -> None:
         if self._running:
             self._running = False
-            self._api.close()
+            self._close()

@@ -1,5 +1,6 @@
 """A gate over vehicles of a simulation that somebody else has started and steps."""
 
+from collections.abc import Set as AbstractSet
 from contextlib import ExitStack, suppress
 from itertools import chain, count, pairwise
 from random import Random
@@ -42,6 +43,10 @@ class _Members:
 
     def __contains__(self, vehicle: object) -> bool:
         return vehicle in self._fleet.members
+
+
+_OPEN: list["Attached"] = []
+"""Those that are in use in this process."""
 
 
 class Attached:
@@ -123,13 +128,23 @@ class Attached:
         Raises
         ------
         LoopgateError
-            If SUMO knows no such vehicle, its route is not closed, its loop cannot work, or it drives in a
-            way that no gate can count on; the text says which vehicle, and why. Then none is added.
+            If SUMO knows no such vehicle, another gate has it, its route is not closed, its loop cannot work,
+            or it drives in a way that no gate can count on; the text says which vehicle, and why. Then none
+            is added.
         """
-        known = self._fleet.members.keys() | self._entrance.newcomers.keys()
+        known = self._known
+        for other in (one for one in _OPEN if one is not self and one.connection is self.connection):
+            for vehicle in other._known & set(vehicles):  # noqa: SLF001  of the same class
+                msg = f"vehicle {vehicle}: another gate of this simulation has it; let it leave there first"
+                raise TrafficError(msg)
         newcomers = [self._newcomer(vehicle) for vehicle in dict.fromkeys(vehicles) if vehicle not in known]
         self._entrance.add(newcomers)
         self._ends.update((n.vehicle, self._traffic.route(n.vehicle)[0][-1]) for n in newcomers)
+
+    @property
+    def _known(self) -> AbstractSet[str]:
+        """All that it has taken in or is to take in."""
+        return self._fleet.members.keys() | self._entrance.newcomers.keys()
 
     def _newcomer(self, vehicle: str) -> Newcomer:
         if not self._sumo.knows(vehicle):
@@ -315,6 +330,9 @@ class Attached:
         self._watch = Watch(
             self._traffic, after_s=_STANDING_S, at_gate=fleet.engine.refused, own=_Members(fleet)
         )
+        self.connection = self._sumo.connection
+        _OPEN.append(self)
+        self._stack.callback(_OPEN.remove, self)
         return self
 
     def __exit__(

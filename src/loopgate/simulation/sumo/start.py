@@ -5,7 +5,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from loopgate.errors import ScenarioError, TrafficError
+from loopgate.errors import ScenarioError, SecondSimulationError, TrafficError
 from loopgate.simulation.scenario import Scenario
 from loopgate.traffic.sumo import SumoTraffic
 
@@ -16,8 +16,12 @@ def check_backend(backend: str) -> None:
     Raises
     ------
     TrafficError
-        If there is no display for ``gui``.
+        If there is no display for ``gui``, or a simulation is under way in this process for ``libsumo``.
     """
+    if backend == "libsumo":
+        from loopgate.traffic.libsumo_backend import refuse_second  # noqa: PLC0415  loads SUMO
+
+        refuse_second()
     if backend == "gui":
         from loopgate.traffic.traci_backend import check_display  # noqa: PLC0415  loads traci
 
@@ -92,30 +96,38 @@ def start_traffic(
     Raises
     ------
     TrafficError
-        If SUMO does not accept its input.
+        If SUMO does not accept its input, or libsumo has a simulation under way.
     """
-    start, kind, reads = _backend(backend)
+    start, close, kind, reads = _backend(backend)
     try:
         running = start(options)
+    except SecondSimulationError:
+        raise
     except Exception as error:  # the backends raise what they like at the start
         why = _last_error(log) or str(error)
         if words and "commandline" in why:
             why = f"it does not take the options {words}; 'sumo --help' lists all"
         msg = f"SUMO does not start: {why}"
         raise TrafficError(msg) from error
-    return SumoTraffic(running, kind, yields=yields, shared=False, reads=reads)
+    return SumoTraffic(running, kind, yields=yields, shared=False, reads=reads, close=close)
 
 
 def _backend(
     name: str,
-) -> tuple[Callable[[Sequence[str]], Any], tuple[type[Exception], ...], Mapping[str, Callable[..., Any]]]:
+) -> tuple[
+    Callable[[Sequence[str]], Any],
+    Callable[[], None] | None,
+    tuple[type[Exception], ...],
+    Mapping[str, Callable[..., Any]],
+]:
+    """Return what starts SUMO and what ends it (None: what was started does), errors, and readings."""
     if name == "libsumo":
         from loopgate.traffic import libsumo_backend  # noqa: PLC0415  loads SUMO into the process
 
-        return libsumo_backend.start, libsumo_backend.ERROR, libsumo_backend.READS
+        return libsumo_backend.start, libsumo_backend.close, libsumo_backend.ERROR, libsumo_backend.READS
     from loopgate.traffic import traci_backend  # noqa: PLC0415  as above
 
-    return partial(traci_backend.start, gui=name == "gui"), traci_backend.ERROR, {}
+    return partial(traci_backend.start, gui=name == "gui"), None, traci_backend.ERROR, {}
 
 
 def _last_error(log: Path) -> str:
