@@ -16,6 +16,11 @@ _ROUTES = frozenset({"route", "routeDistribution"})
 DEMAND = FLEET | _TYPES | _ROUTES
 """Elements of route files."""
 
+STOPPING_PLACES = frozenset({"busStop", "trainStop", "parkingArea", "chargingStation", "containerStop"})
+"""Elements of additional files at which vehicles stop."""
+
+_ENDS_OF_DISTRICTS = frozenset({"tazSource", "tazSink"})
+
 _PATHS = ("file", "output", "href", "dest", "imgFile", "osgFile")
 """Attributes with names of files, relative to the one that they are in."""
 
@@ -87,6 +92,27 @@ def without(file: Path, tags: Collection[str], copy: Path) -> Path:
             element.set("value", _found_anywhere(element.get("value", ""), file))
     write_xml(top, copy)
     return copy
+
+
+def write_leading(files: Iterable[Path], copy: Path) -> bool:
+    """Write what SUMO's router needs of additional files to lead trips: it may refuse the rest.
+
+    Districts, with their sources and sinks, and stopping places. Return whether there is any; then only is
+    the file written.
+
+    Raises `RouteError` if a file cannot be read, `ResultsError` if the copy cannot be written.
+    """
+    top = ET.Element("additional")
+    for file in dict.fromkeys(files):
+        for one in read_additional(file).iter():
+            if one.tag == "taz":
+                ET.SubElement(top, one.tag, one.attrib).extend(c for c in one if c.tag in _ENDS_OF_DISTRICTS)
+            elif one.tag in STOPPING_PLACES and one.get("id") and one.get("lane"):
+                ET.SubElement(top, one.tag, {**one.attrib, "friendlyPos": "true"})
+    if not len(top):
+        return False
+    write_xml(top, copy)
+    return True
 
 
 def _found_anywhere(name: str, file: Path) -> str:

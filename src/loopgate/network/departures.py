@@ -69,7 +69,13 @@ class Flow:
         return max(0.0, min(most, self._number_before(until_s, run_end_s)) - before)
 
     def _until_s(self, run_end_s: float) -> float:
-        return run_end_s if self.end_s is None else min(self.end_s, run_end_s)
+        if self.end_s is None or (self._by_number and self.end_s == self.begin_s):
+            return run_end_s  # of the latter, as SUMO has it, all depart at once
+        return min(self.end_s, run_end_s)
+
+    @property
+    def _by_number(self) -> bool:
+        return self.period_s is None and self.rate_per_s is None and self.probability is None
 
     def _every_s(self, run_end_s: float) -> float:
         if self.period_s is not None:

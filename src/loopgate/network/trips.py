@@ -10,7 +10,7 @@ from xml.etree import ElementTree as ET
 
 from loopgate.errors import RouteError
 from loopgate.folders import temporary_folder
-from loopgate.network.additional import DEMAND, without
+from loopgate.network.additional import write_leading
 from loopgate.network.clock import seconds
 from loopgate.network.road import RoadNetwork
 from loopgate.network.spreads import routes_named
@@ -42,6 +42,9 @@ _DISTURBED = 2.0
 
 _ATTEMPTS = 4
 """So often other ways are looked for: most that are worth it are found by then."""
+
+_NO_REASONS = ("Quitting", "Loading", "Success", "Warning")
+"""Beginnings of lines that the router says and that explain no refusal."""
 
 _LONGEST_S = 600.0
 """A network on which trips take longer than this to lead is none that SUMO's router can work with [s]."""
@@ -216,13 +219,21 @@ def _router() -> Path:
     return found
 
 
+def _reasons(said: str, code: int) -> str:
+    """Return all that the router said was wrong; how it ended, if it said nothing."""
+    lines = [line.strip().removeprefix("Error: ") for line in said.splitlines()]
+    told = [line for line in lines if line and not line.startswith(_NO_REASONS)]
+    how = f"signal {-code}" if code < 0 else f"exit code {code}"
+    return "; ".join(dict.fromkeys(told)) or f"it ended by {how} and said nothing"
+
+
 def _routed(
     network: RoadNetwork, top: ET.Element, beside: Sequence[Path], seed: int, *, disturbed: float = 1.0
 ) -> dict[str, str]:
     with temporary_folder() as folder:
         trips, found = folder / "trips.xml", folder / "routes.xml"
         write_xml(top, trips)
-        more = [without(file, DEMAND, folder / f"{number}.add.xml") for number, file in enumerate(beside)]
+        more = [file for file in (folder / "leading.add.xml",) if write_leading(beside, file)]
         command = [
             *(str(_router()), "--net-file", str(network.file), "--route-files", str(trips)),
             *("--output-file", str(found), "--alternatives-output", os.devnull, "--seed", str(seed)),
@@ -234,12 +245,11 @@ def _routed(
             done = subprocess.run(  # noqa: S603  SUMO's own program
                 command, capture_output=True, text=True, timeout=_LONGEST_S, check=False
             )
-            said = done.stderr
+            said = f"{done.stderr}\n{done.stdout}"
         except (OSError, subprocess.TimeoutExpired) as error:
             done, said = None, str(error)
         if done is None or done.returncode or not found.exists():
-            why = next((line for line in said.splitlines() if line.startswith("Error")), said[:200])
-            why = why.removeprefix("Error: ") or "no reason given"
+            why = _reasons(said, done.returncode if done else 0)
             msg = f"SUMO's duarouter does not lead the trips: {why}"
             raise RouteError(msg)
         routes = ET.parse(found).getroot()  # noqa: S314  SUMO has just written it

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
+from xml.etree import ElementTree as ET
 
 import pytest
 
 from loopgate.errors import RouteError
 from loopgate.network import RoadNetwork, read_loops
+from loopgate.network.trips import _reasons, lead_trips
 
 GRID = "networks/grid5-priority.net.xml"
 
@@ -107,3 +109,41 @@ def test_flows_of_a_drawn_type_without_a_way_for_one_class_go_on_without_it(tmp_
     some = list(found.vehicles[0].each(0.0, 40.0, 1))
     assert {one.type.id for one in some} == {"car"}
     assert 10 < len(some) < 30
+
+
+BESIDE = """<additional>
+    <rerouter id="r" edges="A0A1"><interval end="1e9"><destProbReroute id="A1A2"/></interval></rerouter>
+    <calibrator id="c" edge="A0A1" pos="0" output="c.xml"><flow begin="0" end="9" route="q"/></calibrator>
+    <route id="q" edges="A0A1 A1A2"/>
+    <variableSpeedSign id="s" lanes="A0A1_0"><step speed="5"/></variableSpeedSign>
+    <laneAreaDetector id="d" lane="nowhere_0" period="9" file="d.xml"/>
+    <busStop id="stop" lane="A2A3_0" startPos="10" endPos="9999"><access edge="none"/></busStop>
+    <tazs><taz id="west"><tazSource id="A0A1" weight="1"/></taz><taz id="east" edges="A2A3"/></tazs>
+</additional>"""
+
+
+def test_the_router_is_given_only_what_leads_a_way(grid: RoadNetwork, tmp_path: Path) -> None:
+    """It reads rerouters, calibrators and detectors by other rules than SUMO; they lead nobody."""
+    beside = tmp_path / "b.add.xml"
+    beside.write_text(BESIDE)
+    text = (
+        '<trip id="t" depart="0" from="A0A1" to="A1A2"/>'
+        '<trip id="d" depart="0" fromTaz="west" toTaz="east"/>'
+        '<trip id="b" depart="0" from="A0A1" to="A3A4"><stop busStop="stop" duration="5"/></trip>'
+    )
+    found = read_loops(grid, file(tmp_path, text), stops=[beside], once=True)
+    ways = {loop.id: loop.edges for loop in found.loops}
+    assert ways["t"] == ("A0A1", "A1A2")
+    assert (ways["d"][0], ways["d"][-1]) == ("A0A1", "A2A3")
+    assert ways["b"] == ("A0A1", "A1A2", "A2A3", "A3A4")
+
+
+def test_all_that_the_router_says_is_said(grid: RoadNetwork) -> None:
+    """Its last lines often say more than its first; where it says nothing, how it ended."""
+    top = ET.fromstring(
+        '<routes><vType id="k" accel="x"/><trip id="t" type="k" from="A0A1" to="A1A2"/></routes>'
+    )
+    with pytest.raises(RouteError, match=r"duarouter does not lead the trips: .*accel"):
+        lead_trips(grid, [(Path("t"), top[1])], [top[0]], [], classes={})
+    assert _reasons("Error: a\nb\nError: a\nQuitting (on error).\n", 1) == "a; b"
+    assert _reasons("Loading net ... done\n", -11) == "it ended by signal 11 and said nothing"

@@ -71,6 +71,7 @@ def test_flows_that_go_on_after_the_run_are_as_many_as_depart_in_it(tmp_path: Pa
         Flow(0.0, None, 1000, 0.1),
         Flow(10.0, 5.0, 30),
         Flow(10.0, 10.0, 30),
+        Flow(40.0, 40.0, 30),
     ],
 )
 @pytest.mark.parametrize("since_s", [-math.inf, 0.0, 30.0, 31.4, 99.0])
@@ -81,6 +82,12 @@ def test_as_many_are_expected_as_depart(one: Flow, since_s: float) -> None:
     assert some == [(number, at_s) for number, at_s in whole if at_s >= since_s]
     assert [number for number, _ in whole] == list(range(len(whole)))
     assert one.expected(since_s, 60.0) == pytest.approx(len(some), abs=1)
+
+
+def test_a_flow_that_ends_as_it_begins_departs_at_once() -> None:
+    """As SUMO has it, where it says how many there are."""
+    departs = list(Flow(0.0, 0.0, 3).departures_s(0.0, 60.0, Random(1)))
+    assert departs == [(0, 0.0), (1, 0.0), (2, 0.0)]
 
 
 def test_a_rare_flow_without_end_is_drawn_for_the_run_only() -> None:
