@@ -441,8 +441,8 @@ def test_a_vehicle_is_under_one_gate_at_a_time() -> None:
             second.add("b", "a")
         assert second.waiting == ()
         second.add("b")
-        for gate, vehicle in ((first, "a"), (second, "b")):
-            drive(gate, lambda gate=gate, vehicle=vehicle: vehicle in gate.vehicles)
+        drive(first, lambda: "a" in first.vehicles)
+        drive(second, lambda: "b" in second.vehicles)
         with pytest.raises(LoopgateError, match="vehicle b: another gate of this simulation has it"):
             first.add("b")
         first.leave("a")

@@ -60,6 +60,6 @@ def _data(assembly: Assembly) -> dict[str, Any]:
         "ways": len(legs),
         "places": len(slots),
         "slots": sum(slots),
-        "ordinary": [vehicle.id for vehicle in assembly.ordinary],
+        "ordinary": list(assembly.others),
         "warnings": list(assembly.warnings),
     }

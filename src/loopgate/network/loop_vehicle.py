@@ -12,6 +12,7 @@ from loopgate.network.departures import Flow
 from loopgate.network.loop import Loop
 from loopgate.network.spreads import draw
 from loopgate.network.stops import Stop
+from loopgate.network.ungated import UngatedFleet
 from loopgate.network.vehicle_type import DEFAULT_TYPE, VehicleType
 
 
@@ -114,6 +115,8 @@ class RoutesFile:
     """The additional files that stops name places of."""
     vehicle_files: tuple[Path, ...] = ()
     """The additional files that hold some of its vehicles."""
+    ungated: UngatedFleet = field(default_factory=UngatedFleet)
+    """The vehicles that drive once and that no gate can drive, which are none of `vehicles`."""
     left_out: tuple[str, ...] = ()
     left_out_of_routes: tuple[str, ...] = ()
     """`left_out` and `left_out_of_routes`: what the file says that is not taken over, a line for each kind of
@@ -122,7 +125,9 @@ class RoutesFile:
     @property
     def first_s(self) -> float:
         """When the first vehicle departs [s]."""
-        return min((v.flow.begin_s if v.flow else v.depart_s for v in self.vehicles), default=0.0)
+        theirs = [v.depart_s for v in self.ungated.vehicles if v.element.get("depart") != "triggered"]
+        mine = [v.flow.begin_s if v.flow else v.depart_s for v in self.vehicles]
+        return min([*mine, *theirs], default=0.0)
 
     def longest_vehicle(self) -> tuple[float, float]:
         """Return length and minimum gap [m], the largest of the file's vehicles; SUMO's if it has none."""

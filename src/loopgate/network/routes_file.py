@@ -30,6 +30,7 @@ from loopgate.network.stops import (
 )
 from loopgate.network.sumo_config import is_sumo_config, read_sumo_config
 from loopgate.network.trips import MIDDLE, Led, closes, drives_once, lead_trips, one_round
+from loopgate.network.ungated import UngatedFleet, take_ungated
 from loopgate.network.vehicle_type import DEFAULT_TYPE, VehicleType, vehicle_type
 from loopgate.network.xml_file import read_xml
 from loopgate.reading import is_file, refusing, shown
@@ -101,6 +102,10 @@ def _read(network: RoadNetwork, path: Path, stops: Sequence[Path], *, once: bool
     places = read_stopping_places(beside) if asked else {}
     fleet = [(source, one) for source, top in tops for one in top if one.tag in FLEET]
     once = once and drives_once(network, tops, fleet)
+    vehicle_files = tuple(file for file, top in more if any(one.tag in FLEET for one in top))
+    ungated = take_ungated(tops, own) if once else UngatedFleet()
+    gone = {id(one.element) for one in ungated.vehicles}
+    fleet = [(source, one) for source, one in fleet if id(one) not in gone]
     found = _Found(network, places, once)
     found.collect_types([*more, *own])
     if once:
@@ -115,6 +120,14 @@ def _read(network: RoadNetwork, path: Path, stops: Sequence[Path], *, once: bool
         found.collect_routes(source, top)
     for source, top in tops:
         found.collect_vehicles(source, top)
+    found.refuse_wrong()
+    if not found.routes and ungated.vehicles:
+        first = ungated.vehicles[0]
+        msg = (
+            f"{path}: none of its vehicles can be gated, first {first.id}: {first.why}; let them drive "
+            f"as SUMO has it: name the file in a .sumocfg, and give that with --gate open"
+        )
+        raise RouteError(msg)
     if not found.routes:
         msg = f"{path}: no routes in it; expected <route> elements whose last edge leads to the first"
         raise RouteError(msg)
@@ -131,7 +144,8 @@ def _read(network: RoadNetwork, path: Path, stops: Sequence[Path], *, once: bool
         default=next((found.types[name] for name in own_kinds if name in found.types), DEFAULT_TYPE),
         stops=at_routes,
         stop_files=tuple(dict.fromkeys(place.file for name, place in places.items() if name in used)),
-        vehicle_files=tuple(file for file, top in more if any(one.tag in FLEET for one in top)),
+        vehicle_files=vehicle_files,
+        ungated=ungated,
         left_out=(*wayless(path, found.led), *left_out(tops, fleet=True, once=once)),
         left_out_of_routes=left_out(tops, fleet=False),
     )
@@ -232,6 +246,7 @@ class _Found:
     drawn_types: dict[str, tuple[tuple[VehicleType, float], ...]] = field(default_factory=dict)
     """`drawn_routes` and `drawn_types`: what distributions draw from, with shares, by name."""
     _asked: list[_Asked] = field(default_factory=list)
+    _wrong: list[str] = field(default_factory=list)
 
     def collect_types(self, tops: Sequence[tuple[Path, ET.Element]]) -> None:
         """Take note of types, and of their distributions in SUMO's order: one may name those before it."""
@@ -302,24 +317,33 @@ class _Found:
 
     def collect_vehicles(self, source: Path, top: ET.Element) -> None:
         """Take note of vehicles and flows, and of routes inside them."""
-        for element in top:
-            if element.tag not in FLEET:
-                continue
-            name = element.get("id", "")
-            what = f"{source}: {element.tag} {name}"
-            types = self._kinds(what, element.get("type", DEFAULT_TYPE.id))
-            flow = read_flow(element, what) if element.tag == "flow" else None
-            at_s = 0.0 if flow else depart_s(element, what)
-            ways = []
-            for on, share, vclass in self._ways(source, element, what):
-                if on not in self.routes:
-                    msg = f"{what}: its route {on} is in no route file or additional file; define it"
-                    raise RouteError(msg)
-                route = self.routes[on]
-                own = self._stops(element, what, route.cycle_s, since_depart=False)
-                kind = next(kind for kind, _ in types if vclass in {"", kind.vclass})
-                ways.append(_RouteChoice(on, share, vclass, kind, (*route.stops, *own)))
-            self._asked.append(_Asked(element, at_s, flow, types, tuple(ways)))
+        for element in (one for one in top if one.tag in FLEET):
+            try:
+                self._asked.append(self._vehicle(source, element))
+            except RouteError as error:
+                self._wrong.append(str(error))
+
+    def refuse_wrong(self) -> None:
+        """Raise `RouteError` if vehicles make no sense, or no gate can drive them: all in one message."""
+        if self._wrong:
+            raise RouteError("; ".join(self._wrong))
+
+    def _vehicle(self, source: Path, element: ET.Element) -> _Asked:
+        name = element.get("id", "")
+        what = f"{source}: {element.tag} {name}"
+        types = self._kinds(what, element.get("type", DEFAULT_TYPE.id))
+        flow = read_flow(element, what) if element.tag == "flow" else None
+        at_s = 0.0 if flow else depart_s(element, what)
+        ways = []
+        for on, share, vclass in self._ways(source, element, what):
+            if on not in self.routes:
+                msg = f"{what}: its route {on} is in no route file or additional file; define it"
+                raise RouteError(msg)
+            route = self.routes[on]
+            own = self._stops(element, what, route.cycle_s, since_depart=False)
+            kind = next(kind for kind, _ in types if vclass in {"", kind.vclass})
+            ways.append(_RouteChoice(on, share, vclass, kind, (*route.stops, *own)))
+        return _Asked(element, at_s, flow, types, tuple(ways))
 
     def _ways(self, source: Path, element: ET.Element, what: str) -> Iterator[tuple[str, float, str]]:
         """Yield the routes of a vehicle: names, shares, and the classes that they are for, if not for all."""

@@ -38,7 +38,7 @@ _PASSED_ON = (
 )
 """Attributes that SUMO is told as they are."""
 
-_REFUSED = {
+REFUSED = {
     "speed": "a point to pass at a speed is no stop; give the road a limit",
     "split": "vehicles that part are not known to a gate; leave it out",
     "join": "vehicles that couple are not known to a gate; leave it out",
@@ -62,7 +62,7 @@ STOP_ATTRIBUTES = frozenset(
         *("triggered", "expectedTriggered", "containerTriggered"),
         *_KINDS,
         *_PASSED_ON,
-        *_REFUSED,
+        *REFUSED,
     }
 )
 """Attributes of ``<stop>`` that are honoured, or refused by name."""
@@ -189,7 +189,7 @@ def _stop(
     *,
     since_depart: bool,
 ) -> Stop:
-    for attribute, reason in _REFUSED.items():
+    for attribute, reason in REFUSED.items():
         if element.get(attribute):
             msg = f"{what}: {attribute} {shown(element.get(attribute))}: {reason}"
             raise RouteError(msg)

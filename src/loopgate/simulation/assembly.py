@@ -9,7 +9,6 @@ from random import Random
 from loopgate.abstraction.itinerary import Abstraction, Itinerary
 from loopgate.abstraction.queues import make_queues
 from loopgate.abstraction.segments import make_segments
-from loopgate.abstraction.stopping import fit_stops
 from loopgate.drive.track import Track, make_track
 from loopgate.errors import ScenarioError
 from loopgate.network import Loop, LoopVehicle, RoadNetwork, read_loops
@@ -18,14 +17,15 @@ from loopgate.network.incidents import Incidents, read_incidents
 from loopgate.network.loop_vehicle import RoutesFile
 from loopgate.network.stops import Stop
 from loopgate.network.sumo_config import is_sumo_config
+from loopgate.network.ungated import UngatedFleet, in_ordinary_traffic
 from loopgate.reading import counted
-from loopgate.simulation.demand.allotment import evenly_round, give_loops
+from loopgate.simulation.demand.allotment import give_loops
 from loopgate.simulation.demand.amount import check_number
+from loopgate.simulation.demand.apart import cannot_stop, fitted_stops, sort_out
 from loopgate.simulation.demand.detours import find_detours
-from loopgate.simulation.demand.once import choose_gated, fit_in, left_out, share_lanes
+from loopgate.simulation.demand.once import share_lanes
 from loopgate.simulation.demand.placing import (
     Departure,
-    by_departure,
     departs_at_edge,
     departs_in_place,
     spread,
@@ -34,7 +34,7 @@ from loopgate.simulation.demand.random_loops import random_loops
 from loopgate.simulation.fleet.spacing import advised_type
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.settings import check_types, unforeseen
-from loopgate.simulation.sumo.devices import Anew, leading_devices, led_anew, without_devices
+from loopgate.simulation.sumo.devices import Anew, leading_devices, without_devices
 from loopgate.simulation.sumo.input import Start, start_of
 from loopgate.simulation.sumo_options import begins_s
 
@@ -77,8 +77,8 @@ class Assembly:
         Additional files that hold some of the vehicles, among other things.
     begin_s
         When the simulation begins [s].
-    ordinary
-        Vehicles of the route file that are not under the gate.
+    ordinary, ungated
+        Vehicles of the route file that are not under the gate; the latter as the file has them.
     anew, other_ways
         The vehicles that drive once and are led another way where that is quicker, by name; and one of no
         name on each further way that there is for that, and on each loop that leads round something.
@@ -100,6 +100,7 @@ class Assembly:
     vehicle_files: tuple[Path, ...] = ()
     begin_s: float = 0.0
     ordinary: tuple[LoopVehicle, ...] = ()
+    ungated: UngatedFleet = field(default_factory=UngatedFleet)
     anew: Mapping[str, Anew] = field(default_factory=dict)
     other_ways: tuple[Departure, ...] = ()
     incidents: Incidents = field(default_factory=Incidents)
@@ -114,6 +115,11 @@ class Assembly:
     def trips(self) -> frozenset[str]:
         """The vehicles that drive their route once."""
         return frozenset(start.vehicle for start in self.everybody if not start.loop.closed)
+
+    @property
+    def others(self) -> tuple[str, ...]:
+        """The vehicles, trips and flows of the route file that drive in ordinary traffic, by name."""
+        return (*(one.id for one in self.ordinary), *(one.id for one in self.ungated.vehicles))
 
     @cached_property
     def everybody(self) -> tuple[Start, ...]:
@@ -140,27 +146,10 @@ def assemble(scenario: Scenario) -> Assembly:
     """
     network = RoadNetwork.open(scenario.network)
     everybody, warnings, file = read_vehicles(scenario, network)
-    everybody, ordinary = choose_gated(scenario, everybody) if scenario.gated else (everybody, [])
-    vehicles, later, moved = by_departure(scenario, everybody, file)
-    anew = led_anew(scenario, later) if scenario.gated else {}
-    if scenario.rule_for_starts == "even":
-        vehicles = evenly_round(network, vehicles)
-    unfit: dict[str, list[LoopVehicle]] = {}
-    others: list[LoopVehicle] = []
-    if scenario.gated and any(not v.loop.closed for v in later):
-        unfit, others = fit_in(network, [*vehicles, *later], anew)
-        those = [v for some in unfit.values() for v in some]
-        gone = {v.id for v in those}
-        ordinary += those
-        later, everybody = ([v for v in some if v.id not in gone] for some in (later, everybody))
-        warnings = (*warnings, *left_out(unfit))
-    if not everybody:
-        nobody = (
-            f"--gated {scenario.rule_for_gated} leaves none" if ordinary else "nobody departs in its time"
-        )
-        why = next(left_out(unfit), nobody)
-        msg = f"{scenario.routes or scenario.network}: none of its vehicles is gated: {why}; or --gate open"
-        raise ScenarioError(msg)
+    sorted_out = sort_out(scenario, network, everybody, file)
+    everybody, ordinary, others = sorted_out.everybody, sorted_out.ordinary, sorted_out.others
+    vehicles, later, anew, apart = sorted_out.vehicles, sorted_out.later, sorted_out.anew, sorted_out.apart
+    warnings = (*warnings, *sorted_out.lines)
     closed = [v for v in [*vehicles, *later] if v.loop.closed]
     incidents, detours = _incidents(scenario, network, closed), list[LoopVehicle]()
     if scenario.gated and scenario.abstraction == "queues" and scenario.standing == "contain":
@@ -168,10 +157,14 @@ def assemble(scenario: Scenario) -> Assembly:
         others += detours
     peculiar = _peculiar(scenario, network, everybody) if scenario.gated else {}
     abstraction = None
-    apart = len({vehicle.loop.id for vehicle in vehicles}) == len(vehicles)
-    if scenario.gated or scenario.abstraction != "segments" or apart:
+    distinct = len({vehicle.loop.id for vehicle in vehicles}) == len(vehicles)
+    if scenario.gated or scenario.abstraction != "segments" or distinct:
         # The first who comes shows the states; nobody stands in them yet.
         abstraction = _abstraction(scenario, network, vehicles or later[:1], [*later, *others])
+    unstopping = cannot_stop(later, abstraction) if scenario.gated else {}
+    apart |= unstopping
+    ordinary += [v for v in later if v.id in unstopping]
+    everybody = [v for v in everybody if v.id not in unstopping]
     devices, bereft = leading_devices(scenario, everybody, anew.keys()) if scenario.gated else ((), ())
     vehicles, later = ([_driven(scenario, v, devices) for v in some] for some in (vehicles, later))
     starts, tracks = _place(scenario, network, vehicles, abstraction)
@@ -181,11 +174,14 @@ def assemble(scenario: Scenario) -> Assembly:
         departures = tuple(
             departs_in_place(network, vehicle, way)
             for vehicle, way in zip([*later, *others], abstraction.later, strict=True)
+            if vehicle.id not in unstopping
         )
+    later = [v for v in later if v.id not in unstopping]
     departures, other_ways = departures[: len(later)], departures[len(later) :]
     if detours:  # vehicles may go on by other loops than those of their types in SUMO
         tracks = [replace(track, renews=True) for track in tracks]
         departures, other_ways = (tuple(map(_renewing, some)) for some in (departures, other_ways))
+    source = scenario.routes or scenario.network
     return Assembly(
         network,
         tuple({vehicle.loop.id: vehicle.loop for vehicle in everybody if vehicle.loop.closed}.values()),
@@ -193,20 +189,18 @@ def assemble(scenario: Scenario) -> Assembly:
         tuple(tracks),
         abstraction,
         warnings=(
-            *warnings,
-            *moved,
-            *peculiar.values(),
-            *bereft,
+            *(*warnings, *in_ordinary_traffic(source, apart), *sorted_out.moved, *peculiar.values(), *bereft),
             *_alone(scenario, [v.loop for v in everybody]),
         ),
         unforeseen=frozenset(vehicle.id for vehicle in everybody if vehicle.type.id in peculiar),
         wishes=_wishes(scenario, network, sorted({vehicle.type.vclass for vehicle in everybody})),
         departures=departures,
-        stops=_stops(scenario, [*vehicles, *later], abstraction),
+        stops=fitted_stops(scenario, [*vehicles, *later], abstraction),
         stop_files=file.stop_files if file else (),
         vehicle_files=file.vehicle_files if file else (),
         begin_s=begins_s(scenario, file),
         ordinary=tuple(ordinary),
+        ungated=sorted_out.ungated,
         anew=anew,
         other_ways=other_ways,
         incidents=incidents,
@@ -290,23 +284,6 @@ def _driven(scenario: Scenario, vehicle: LoopVehicle, devices: Collection[str]) 
     """Return a vehicle as it is driven: without these devices, by advice or not."""
     bare = without_devices(vehicle, devices) if devices else vehicle
     return replace(bare, type=advised_type(bare.type)) if scenario.rule_for_spacing == "advice" else bare
-
-
-def _stops(
-    scenario: Scenario, vehicles: Sequence[LoopVehicle], abstraction: Abstraction | None
-) -> dict[str, tuple[Stop, ...]]:
-    """Return the stops of each vehicle, as it makes them under a gate."""
-    stops = {vehicle.id: vehicle.stops for vehicle in vehicles if vehicle.stops}
-    if not scenario.gated or abstraction is None:
-        return stops
-    source = scenario.routes or scenario.network
-    ways = {way.loop.id: way for way in (*abstraction.itineraries, *abstraction.later)}
-    return {
-        vehicle.id: fit_stops(way, vehicle.type, vehicle.stops, what=f"{source}: vehicle {vehicle.id}")
-        for vehicle in vehicles
-        if vehicle.stops
-        for way in (ways[vehicle.loop.id],)
-    }
 
 
 def _alone(scenario: Scenario, loops: Sequence[Loop]) -> tuple[str, ...]:

@@ -13,6 +13,7 @@ from loopgate.network import RoadNetwork
 from loopgate.network.additional import type_names
 from loopgate.network.sumo_config import is_sumo_config, read_sumo_config
 from loopgate.network.traffic_file import TrafficFile, check_flows, flows_in, read_traffic
+from loopgate.network.ungated import UngatedFleet
 from loopgate.results.columns import BEGINS, FLOW_EVERY_S
 from loopgate.results.recorder import Recorder
 from loopgate.simulation import outcome
@@ -134,10 +135,11 @@ def _own_files(
     network = RoadNetwork.open(scenario.network)
     vehicles, _, file = read_vehicles(scenario, network)
     beside = tuple(dict.fromkeys((*said.additional_files, *(file.stop_files if file else ()))))
-    write_ordinary(vehicles, folder / outcome.ORDINARY, known=type_names(beside))
+    ungated = file.ungated if file and not scenario.counts_vehicles else UngatedFleet()
+    write_ordinary(vehicles, folder / outcome.ORDINARY, known=type_names(beside), ungated=ungated)
     own, routes = None, [str(folder / outcome.ORDINARY)]
     if ordinary:
-        own = frozenset(vehicle.id for vehicle in vehicles)
+        own = frozenset((*(v.id for v in vehicles), *(v.id for v in ungated.vehicles)))
         ordinary.check_names(own)
         beside = tuple(dict.fromkeys((*beside, *ordinary.additional_files)))
         routes += map(str, ordinary.route_files)

@@ -123,7 +123,7 @@ def _run(
         traffic, engine, recorder = session.traffic, session.engine, session.recorder
         flow = FlowMeter(traffic, engine)
         own, once = frozenset(assembly.names), assembly.trips
-        among = bool(scenario.traffic or assembly.ordinary)
+        among = bool(scenario.traffic or assembly.others)
         judged = among and session.keeper is not None
         verdicts = Verdicts(assembly.network, traffic, engine) if judged else None
         watch = watch_class(
@@ -231,14 +231,14 @@ def open_session(
         *("--net-file", str(assembly.network.file)),
         *_input_options(scenario, assembly, folder, said, beside),
         *plain_options(scenario, log),
-        *output_options(scenario, folder.path, trips=bool(assembly.trips or assembly.ordinary)),
+        *output_options(scenario, folder.path, trips=bool(assembly.trips or assembly.others)),
         *(record_positions(folder / outcome.POSITIONS) if scenario.positions else ()),
     ]
     room = [Room(folder / outcome.POSITIONS).check] if scenario.positions else []
     if assembly.abstraction is not None:
         write_layout(make_layout(assembly, scenario.step_s), folder / outcome.LAYOUT)
     with ExitStack() as stack:
-        others = bool(scenario.traffic or assembly.ordinary)
+        others = bool(scenario.traffic or assembly.others)
         traffic = start_traffic(options, backend=backend, log=log, yields=others, words=scenario.sumo)
         stack.callback(traffic.close)
         recorder = Recorder(folder / outcome.EVENTS)
@@ -285,7 +285,7 @@ def _fleet(
         scenario.gate,
         orders,
         lights=scenario.rule_for_lights == "obey",
-        others=bool(scenario.traffic or assembly.ordinary),
+        others=bool(scenario.traffic or assembly.others),
         serve_after_s=scenario.serve_after_s or inf,
         foresees=True,
         unforeseen=assembly.unforeseen,
@@ -343,11 +343,11 @@ def _input_options(
     if ordinary:
         ordinary.check_names(assembly.names)
         beside, routes = tuple(dict.fromkeys((*beside, *ordinary.additional_files))), ordinary.options()
-    if assembly.ordinary:
+    if assembly.others:
         file = folder / outcome.ORDINARY
-        write_ordinary(assembly.ordinary, file, known=type_names(beside))
+        write_ordinary(assembly.ordinary, file, known=type_names(beside), ungated=assembly.ungated)
         if ordinary:
-            ordinary.check_names(vehicle.id for vehicle in assembly.ordinary)
+            ordinary.check_names(assembly.others)
         routes = ["--route-files", ",".join([*routes[1:], str(file)] if ordinary else [str(file)])]
     if scenario.gated:
         refuse_what_leads_off(beside, assembly.loops)

@@ -152,13 +152,13 @@ def sum_up(
         of_lights = [_ON_SEGMENTS]
     summary["warnings"] = [*session.notes, *summary["warnings"], *outcome.mishaps(summary), *of_lights]
     summary |= told
-    if scenario.traffic or assembly.ordinary:
+    if scenario.traffic or assembly.others:
         summary["collisions_by_others"] = sum(one.erred == "ordinary" for one in course.verdicts)
         others = summary.setdefault("others", {})
         others["collisions"] = course.collisions_of_others
         others["verdicts"] = [one.figures() for one in course.verdicts]
-    if assembly.ordinary:
-        mine = {vehicle.id for vehicle in assembly.ordinary}
+    if assembly.others:
+        mine = set(assembly.others)
         trips = read_trips(folder / TRIPS, interrupted=course.outcome == "interrupted").values()
         summary["others"] |= trip_figures(trip for trip in trips if trip.vehicle in mine)
     return summary

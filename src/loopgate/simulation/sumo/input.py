@@ -10,9 +10,13 @@ from xml.etree import ElementTree as ET
 from loopgate.drive.track import round_routes, rounds, rounds_from
 from loopgate.network import Loop, LoopVehicle, VehicleType
 from loopgate.network.additional import FLEET, without
+from loopgate.network.stops import Stop
 from loopgate.network.trips import MIDDLE
+from loopgate.network.ungated import Ungated, UngatedFleet
 from loopgate.network.xml_file import write_xml
 from loopgate.traffic.base import Insertion
+
+_NOBODY = UngatedFleet()
 
 _ROUNDING_M = 1e-6
 
@@ -200,17 +204,29 @@ def _add_vehicle(top: ET.Element, start: Start, begin_s: float) -> None:
         ET.SubElement(vehicle, "param", key=name, value=value)
 
 
-def write_ordinary(vehicles: Sequence[LoopVehicle], file: Path, *, known: Collection[str] = ()) -> None:
+def write_ordinary(
+    vehicles: Sequence[LoopVehicle],
+    file: Path,
+    *,
+    known: Collection[str] = (),
+    ungated: UngatedFleet = _NOBODY,
+) -> None:
     """Write vehicles as a route file for SUMO, which drives them by its own rules; in order of departure.
 
-    Types that SUMO has from additional files are `known`.
+    Types that SUMO has from additional files are `known`. Those `ungated` are written as their file has them.
     """
     top = ET.Element("routes")
-    for kind in {v.type.id: v.type for v in vehicles if v.type.id not in known}.values():
+    top.extend(ungated.needs(known))
+    there = {*known, *(kind.get("id", "") for kind in top.iter("vType"))}
+    for kind in {v.type.id: v.type for v in vehicles if v.type.id not in there}.values():
         element = ET.SubElement(top, "vType", {"vClass": kind.vclass, **kind.attributes, "id": kind.id})
         for name, value in kind.parameters.items():
             ET.SubElement(element, "param", key=name, value=value)
-    for v in sorted(vehicles, key=lambda v: v.depart_s):
+    everybody: list[LoopVehicle | Ungated] = [*vehicles, *ungated.vehicles]
+    for v in sorted(everybody, key=lambda v: v.depart_s):
+        if isinstance(v, Ungated):
+            top.append(v.element)
+            continue
         own = {name: value for name, value in v.attributes.items() if name not in MIDDLE}
         said = {"id": v.id, "type": v.type.id, "depart": f"{v.depart_s:g}", **own}
         if v.edge:
@@ -220,6 +236,23 @@ def write_ordinary(vehicles: Sequence[LoopVehicle], file: Path, *, known: Collec
         element = ET.SubElement(top, "vehicle", said)
         again = {"repeat": _ROUNDS} if v.loop.closed else {}
         ET.SubElement(element, "route", edges=" ".join(v.loop.edges), attrib=again)
+        for stop in v.stops:
+            ET.SubElement(element, "stop", _as_said(stop))
         for name, value in v.parameters.items():
             ET.SubElement(element, "param", key=name, value=value)
     write_xml(top, file)
+
+
+def _as_said(stop: Stop) -> dict[str, str]:
+    """Return the attributes of a stop as a file has them."""
+    said = {"duration": f"{stop.duration_s:g}"} if stop.duration_s or stop.until_s is None else {}
+    if stop.until_s is not None:
+        said["until"] = f"{stop.until_s:g}"
+    if stop.kind == "lane":
+        said |= {"edge": stop.edge} if stop.any_lane else {"lane": stop.lane}
+        said |= {"startPos": f"{stop.start_m:g}", "endPos": f"{stop.end_m:g}", "friendlyPos": "true"}
+        said["parking"] = "true" if stop.parks else "false"
+    else:
+        said[stop.kind] = stop.name
+    triggers = {"person": "triggered", "container": "containerTriggered"}
+    return {**said, **{triggers[one]: "true" for one in stop.triggers}, **dict(stop.told)}

@@ -1,0 +1,135 @@
+"""Vehicles that drive once and that no gate can drive: SUMO drives them, as their file has them."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from xml.etree import ElementTree as ET
+
+from loopgate.network.additional import FLEET
+from loopgate.network.clock import seconds
+from loopgate.network.spreads import routes_named
+from loopgate.network.stops import REFUSED
+from loopgate.reading import counted, listed, shown
+
+_SUDDEN = ("triggered", "containerTriggered", "split")
+"""Values of ``depart`` by which something else than time lets a vehicle depart."""
+
+_TYPES = ("vType", "vTypeDistribution")
+_MOST_SHOWN = 20
+
+
+@dataclass(frozen=True, slots=True)
+class Ungated:
+    """A vehicle, trip or flow as its file has it, and why no gate can drive it."""
+
+    element: ET.Element
+    why: str
+
+    @property
+    def id(self) -> str:
+        """Its name."""
+        return self.element.get("id", "")
+
+    @property
+    def depart_s(self) -> float:
+        """When it departs, or begins to, by the clock [s]; 0 if that is for something else to say."""
+        with suppress(ValueError):
+            return seconds(self.element.get("begin" if self.element.tag == "flow" else "depart", "0"))
+        return 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class UngatedFleet:
+    """All of them, with the types and routes of their files that they may need."""
+
+    vehicles: tuple[Ungated, ...] = ()
+    demand: tuple[ET.Element, ...] = field(default=(), hash=False)
+
+    def needs(self, known: Iterable[str]) -> list[ET.Element]:
+        """Return the types that are not `known` by name, and the routes that these vehicles name."""
+        if not self.vehicles:
+            return []
+        named = {one.element.get("route", "") for one in self.vehicles}
+        spreads = [one for one in self.demand if one.tag == "routeDistribution" and one.get("id") in named]
+        named |= routes_named(spreads)
+        there = set(known)
+        types = [one for one in self.demand if one.tag in _TYPES and one.get("id") not in there]
+        return types + [one for one in self.demand if one.tag not in _TYPES and one.get("id") in named]
+
+
+def take_ungated(
+    tops: Sequence[tuple[Path, ET.Element]], own: Sequence[tuple[Path, ET.Element]]
+) -> UngatedFleet:
+    """Take out of files of trips what no gate can drive, and routes with stops of such a kind.
+
+    Vehicles whose routes are repeated are on loops: they stay, and are refused.
+
+    Parameters
+    ----------
+    tops
+        All files with vehicles.
+    own
+        Those of them that are route files: SUMO loads the types and routes of others by itself.
+    """
+    routes = {one.get("id", ""): one for _, top in tops for one in top.iter("route") if one.get("id")}
+    spreads = {one.get("id", ""): one for _, top in tops for one in top.findall("routeDistribution")}
+    found: list[Ungated] = []
+    for _, top in tops:
+        for one in [one for one in top if one.tag in FLEET]:
+            ways = _ways(one, routes, spreads)
+            why = _why(one, ways)
+            if why and not any(way.get("repeat", "0") != "0" for way in ways):
+                top.remove(one)
+                found.append(Ungated(one, why))
+    if not found:
+        return UngatedFleet()
+    demand = tuple(one for _, top in own for one in top if one.tag not in FLEET)
+    bad = {name for name, route in routes.items() if _why_stop(route) and route.get("repeat", "0") == "0"}
+    for _, top in tops:
+        for one in [one for one in top if one.tag in {"route", "routeDistribution"}]:
+            its = {one.get("id", ""), *routes_named([one]), *(r.get("id", "") for r in one.iter("route"))}
+            if its & bad:  # whoever names it has been taken out
+                top.remove(one)
+    return UngatedFleet(tuple(found), demand)
+
+
+def _ways(
+    element: ET.Element, routes: Mapping[str, ET.Element], spreads: Mapping[str, ET.Element]
+) -> list[ET.Element]:
+    """Return the routes on which a vehicle may drive, as far as files hold them."""
+    on = element.get("route", "")
+    some = [spread for spread in (spreads.get(on), element.find("routeDistribution")) if spread is not None]
+    inner = [*element.findall("route"), *(route for spread in some for route in spread.iter("route"))]
+    return [*inner, *(routes[name] for name in (on, *routes_named(some)) if name in routes)]
+
+
+def _why(element: ET.Element, ways: Iterable[ET.Element]) -> str:
+    depart = element.get("depart", "")
+    if depart in _SUDDEN:
+        return f"depart is {depart}, of which no gate is told"
+    return next((why for one in (element, *ways) if (why := _why_stop(one))), "")
+
+
+def _why_stop(element: ET.Element) -> str:
+    """Return why no gate can make one of the stops inside an element."""
+    return next(
+        (
+            f"stop with {name} {shown(stop.get(name))}: {reason}"
+            for stop in element.findall("stop")
+            for name, reason in REFUSED.items()
+            if stop.get(name)
+        ),
+        "",
+    )
+
+
+def in_ordinary_traffic(source: Path | str, whys: Mapping[str, str]) -> tuple[str, ...]:
+    """Say in one line which vehicles no gate can drive, by reason."""
+    if not whys:
+        return ()
+    by_reason: dict[str, list[str]] = {}
+    for name, why in whys.items():
+        by_reason.setdefault(why, []).append(name)
+    said = "; ".join(f"{listed(names, _MOST_SHOWN)}: {why}" for why, names in by_reason.items())
+    return (f"{source}: {counted(len(whys), 'vehicle')} or flows in ordinary traffic: {said}",)

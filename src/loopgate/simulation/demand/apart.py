@@ -1,0 +1,142 @@
+"""Vehicles that no gate can drive: who drives once becomes ordinary traffic, who is on a loop is refused."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+from loopgate.abstraction.itinerary import Abstraction
+from loopgate.abstraction.stopping import fit_stops
+from loopgate.errors import ScenarioError
+from loopgate.network import LoopVehicle, RoadNetwork
+from loopgate.network.loop_vehicle import RoutesFile
+from loopgate.network.stops import Stop
+from loopgate.network.ungated import UngatedFleet
+from loopgate.simulation.demand.allotment import evenly_round
+from loopgate.simulation.demand.once import choose_gated, fit_in, left_out
+from loopgate.simulation.demand.placing import by_departure
+from loopgate.simulation.scenario import Scenario
+from loopgate.simulation.settings import why_unsafe
+from loopgate.simulation.sumo.devices import Anew, led_anew
+
+
+@dataclass(slots=True)
+class SortedOut:
+    """The vehicles of a run before their states are known.
+
+    Attributes
+    ----------
+    everybody, vehicles, later
+        Those under the gate, of these those there from the beginning, and those that depart later, in order.
+    ordinary, ungated
+        Those in ordinary traffic; the latter as their file has them.
+    others
+        One of no name on each further way for those who are led anew.
+    anew
+        Those who are, by name.
+    apart
+        Those whom no gate can drive, with the reason, by name.
+    lines, moved
+        Lines about those whose ways do not work, and about those who do not depart when they should.
+    """
+
+    everybody: list[LoopVehicle]
+    ordinary: list[LoopVehicle]
+    vehicles: list[LoopVehicle]
+    later: list[LoopVehicle]
+    moved: tuple[str, ...]
+    ungated: UngatedFleet
+    others: list[LoopVehicle] = field(default_factory=list)
+    anew: Mapping[str, Anew] = field(default_factory=dict)
+    apart: dict[str, str] = field(default_factory=dict)
+    lines: tuple[str, ...] = ()
+
+    def put_apart(self, whys: Mapping[str, str]) -> None:
+        """Let those who depart later and are named go in ordinary traffic."""
+        self.apart |= whys
+        self.let_go({v.id: v for v in self.later if v.id in whys})
+
+    def let_go(self, those: Mapping[str, LoopVehicle]) -> None:
+        """Let those who depart later go in ordinary traffic."""
+        self.ordinary += those.values()
+        self.later, self.everybody = (
+            [v for v in some if v.id not in those] for some in (self.later, self.everybody)
+        )
+
+
+def sort_out(
+    scenario: Scenario, network: RoadNetwork, everybody: Sequence[LoopVehicle], file: RoutesFile | None
+) -> SortedOut:
+    """Sort out who is under the gate, when they depart, and who drives in ordinary traffic.
+
+    Raises
+    ------
+    LoopgateError
+        If nobody is under the gate, or somebody on a loop cannot be.
+    """
+    mine, ordinary = choose_gated(scenario, everybody) if scenario.gated else (list(everybody), [])
+    vehicles, later, moved = by_departure(scenario, mine, file)
+    ungated = file.ungated if file and not scenario.counts_vehicles else UngatedFleet()
+    found = SortedOut(mine, ordinary, vehicles, later, moved, ungated)
+    if scenario.gated:
+        found.apart = {one.id: one.why for one in ungated.vehicles}
+        found.put_apart(of_no_safe_type(later, scenario.step_s))
+        found.anew = led_anew(scenario, found.later)
+    if scenario.rule_for_starts == "even":
+        found.vehicles = evenly_round(network, vehicles)
+    if scenario.gated and any(not v.loop.closed for v in found.later):
+        unfit, found.others = fit_in(network, [*found.vehicles, *found.later], found.anew)
+        found.let_go({v.id: v for some in unfit.values() for v in some})
+        found.lines = tuple(left_out(unfit))
+    if not found.everybody:
+        nobody = (
+            f"--gated {scenario.rule_for_gated} leaves none" if ordinary else "nobody departs in its time"
+        )
+        why = next(iter((*found.lines, *(f"{name}: {why}" for name, why in found.apart.items()))), nobody)
+        msg = f"{scenario.routes or scenario.network}: none of its vehicles is gated: {why}; or --gate open"
+        raise ScenarioError(msg)
+    return found
+
+
+def of_no_safe_type(vehicles: Sequence[LoopVehicle], step_s: float) -> dict[str, str]:
+    """Return which of those that drive once are of a type that no gate can drive, and why, by name."""
+    once = [v for v in vehicles if not v.loop.closed]
+    whys = {kind: why_unsafe(kind, step_s) for kind in {v.type for v in once}}
+    return {v.id: f"vType {v.type.id}: {whys[v.type]}" for v in once if whys[v.type]}
+
+
+def cannot_stop(vehicles: Sequence[LoopVehicle], abstraction: Abstraction | None) -> dict[str, str]:
+    """Return which of those that drive once make a stop that no gate can work with, and why, by name."""
+    ways = {way.loop.id: way for way in (abstraction.later if abstraction else ())}
+    found = {}
+    for vehicle in (v for v in vehicles if v.stops and not v.loop.closed and v.loop.id in ways):
+        try:
+            fit_stops(ways[vehicle.loop.id], vehicle.type, vehicle.stops, what="")
+        except ScenarioError as error:
+            found[vehicle.id] = str(error).removeprefix(": ")
+    return found
+
+
+def fitted_stops(
+    scenario: Scenario, vehicles: Sequence[LoopVehicle], abstraction: Abstraction | None
+) -> dict[str, tuple[Stop, ...]]:
+    """Return the stops of each vehicle by name, as it makes them under a gate.
+
+    Raises
+    ------
+    ScenarioError
+        If vehicles make stops that no gate can work with; the text names them all.
+    """
+    stops = {vehicle.id: vehicle.stops for vehicle in vehicles if vehicle.stops}
+    if not scenario.gated or abstraction is None:
+        return stops
+    ways = {way.loop.id: way for way in (*abstraction.itineraries, *abstraction.later)}
+    wrong: list[str] = []
+    for vehicle in (vehicle for vehicle in vehicles if vehicle.stops):
+        way, what = ways[vehicle.loop.id], f"vehicle {vehicle.id}"
+        try:
+            stops[vehicle.id] = fit_stops(way, vehicle.type, vehicle.stops, what=what)
+        except ScenarioError as error:
+            wrong.append(str(error))
+    if wrong:
+        msg = f"{scenario.routes or scenario.network}: {'; '.join(wrong)}"
+        raise ScenarioError(msg)
+    return stops

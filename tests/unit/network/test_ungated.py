@@ -1,0 +1,110 @@
+"""Vehicles of trip files that no gate can drive: taken out, and handed to SUMO as they are."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from xml.etree import ElementTree as ET
+
+import pytest
+
+from loopgate import Scenario
+from loopgate.errors import LoopgateError, RouteError
+from loopgate.network import RoadNetwork, read_loops
+from loopgate.simulation.assembly import assemble
+from loopgate.simulation.sumo.input import write_ordinary
+
+GRID = "networks/grid5-priority.net.xml"
+WAY = 'from="A0A1" to="A2A3"'
+PASSING = '<route id="r" edges="A0A1 A1A2"><stop edge="A1A2" speed="9"/></route>'
+SPREAD = f'<routeDistribution id="s">{PASSING}</routeDistribution>'
+PLAIN = f'<trip id="plain" depart="5" {WAY}/>'
+
+
+def file(folder: Path, text: str) -> str:
+    """Write a route file."""
+    path = folder / "t.rou.xml"
+    path.write_text(f"<routes>{text}</routes>", encoding="utf-8")
+    return str(path)
+
+
+def trip(name: str, stop: str) -> str:
+    """Return a trip with a stop on its way."""
+    return f'<trip id="{name}" depart="9" {WAY}><stop {stop}/></trip>'
+
+
+@pytest.mark.parametrize(
+    ("odd", "why"),
+    [
+        (trip("odd", 'edge="A1A2" speed="9"'), "stop with speed '9': a point to pass at a speed is no stop"),
+        (trip("odd", 'lane="A1A2_0" jump="7" duration="5"'), "stop with jump '7': a vehicle that jumps"),
+        (trip("odd", 'lane="A1A2_0" split="x" duration="5"'), "stop with split 'x'"),
+        (f'<trip id="odd" depart="triggered" {WAY}/>', "depart is triggered"),
+        (f'{PASSING}<vehicle id="odd" depart="9" route="r"/>', "stop with speed '9'"),
+        (f'{SPREAD}<flow id="odd" begin="9" number="2" route="s"/>', "stop with speed '9'"),
+        ('<vType id="k" tau="0.1"/><trip id="odd" depart="9" type="k" ' + WAY + "/>", "vType k: tau 0.1"),
+        (trip("odd", 'lane="A1A2_0" endPos="-0.1" startPos="-0.3" duration="5"'), "beyond the line of place"),
+        (trip("odd", 'lane="A1A2_0" endPos="3" duration="5"'), "reach back out of place"),
+    ],
+)
+def test_a_trip_that_no_gate_can_drive_is_ordinary_traffic(tmp_path: Path, odd: str, why: str) -> None:
+    """It alone; one warning names it, with the reason."""
+    routes = file(tmp_path, PLAIN + odd + trip("fine", 'lane="A1A2_0" endPos="50" duration="5"'))
+    made = assemble(Scenario(network=GRID, routes=routes, duration_s=60))
+    assert sorted(made.names) == ["fine", "plain"]
+    assert made.others == ("odd",)
+    (said,) = [line for line in made.warnings if "in ordinary traffic" in line]
+    assert "odd: " in said
+    assert why in said
+
+
+def test_all_of_them_are_named_once(tmp_path: Path) -> None:
+    """By reason, in one line, whatever the reasons are."""
+    odd = trip("a", 'edge="A1A2" speed="9"') + trip("b", 'edge="A1A2" speed="9"')
+    odd += trip("c", 'lane="A1A2_0" endPos="3" duration="5"')
+    made = assemble(Scenario(network=GRID, routes=file(tmp_path, PLAIN + odd), duration_s=60))
+    (said,) = [line for line in made.warnings if "in ordinary traffic" in line]
+    assert "3 vehicles" in said
+    assert "a, b: stop with speed '9'" in said
+    assert "; c: the stop at A1A2_0" in said
+
+
+def test_vehicles_on_loops_are_refused_in_one_message(tmp_path: Path) -> None:
+    """Nobody takes a vehicle off its loop unasked; all that are wrong are named."""
+    ring = '<route edges="A0A1 A1B1 B1B0 B0A0"/>'
+    text = "".join(
+        f'<vehicle id="{name}" depart="0">{ring}<stop lane="A1B1_0" endPos="3" duration="5"/></vehicle>'
+        for name in ("a", "b")
+    )
+    with pytest.raises(LoopgateError, match=r"vehicle a: the stop .*; vehicle b: the stop"):
+        assemble(Scenario(network=GRID, routes=file(tmp_path, text), duration_s=60))
+    text = text.replace('endPos="3"', 'speed="9"')
+    with pytest.raises(LoopgateError, match=r"vehicle a: stop 1: speed .*; .*vehicle b: stop 1: speed"):
+        assemble(Scenario(network=GRID, routes=file(tmp_path, text), duration_s=60))
+
+
+def test_nobody_else_is_an_error(tmp_path: Path) -> None:
+    """A gate without vehicles is no run."""
+    with pytest.raises(RouteError, match="none of its vehicles can be gated, first odd: depart is triggered"):
+        read_loops(
+            RoadNetwork.open(GRID), file(tmp_path, f'<trip id="odd" depart="triggered" {WAY}/>'), once=True
+        )
+
+
+def test_sumo_is_given_them_as_they_are(tmp_path: Path) -> None:
+    """With their types and routes, each once, in order of departure; ordinary ones with their stops."""
+    text = (
+        '<vTypeDistribution id="d"><vType id="k" length="4"/></vTypeDistribution><vType id="u" tau="0.1"/>'
+        '<route id="r" edges="A0A1 A1A2"><stop edge="A1A2" speed="9"/></route><route id="s" edges="A0A1"/>'
+        '<vehicle id="late" depart="20" route="r" type="d"/>'
+        f'<trip id="first" depart="triggered" {WAY} type="k"/>'
+        f'<trip id="unsafe" depart="7" {WAY} type="u"><stop lane="A1A2_0" endPos="50" duration="5"/></trip>'
+    )
+    made = assemble(Scenario(network=GRID, routes=file(tmp_path, PLAIN + text), duration_s=60))
+    write_ordinary(made.ordinary, tmp_path / "o.rou.xml", known={"k9"}, ungated=made.ungated)
+    top = ET.parse(tmp_path / "o.rou.xml").getroot()
+    fleet = [one for one in top if one.tag in {"vehicle", "trip"}]
+    assert [one.get("id") for one in fleet] == ["first", "unsafe", "late"]
+    assert sorted(str(one.get("id")) for one in top.iter("vType")) == ["k", "u"]
+    assert [one.get("id") for one in top.findall("route")] == ["r"]
+    (stop,) = fleet[1].findall("stop")
+    assert (stop.get("lane"), stop.get("endPos"), stop.get("duration")) == ("A1A2_0", "50", "5")
