@@ -8,7 +8,7 @@ from loopgate.foreign import blaming, is_ours, name_of_class, takes
 from loopgate.gates.base import Decision, FollowingGate, Gate, Reason
 from loopgate.gates.following import following
 from loopgate.model import Configuration, System
-from loopgate.reading import shown
+from loopgate.reading import is_plain, shown
 
 _DECISION = "a Decision (loopgate.gates.Decision)"
 _CALLS = {"decide": ("configuration", "robot"), "moved": ("configuration", "robot")}
@@ -96,8 +96,8 @@ def _wrong_with(decision: Any, robots: int) -> str:  # noqa: ANN401  its parts m
     if not isinstance(decision.reason, Reason):
         return f"reason is {shown(decision.reason)}; expected a Reason (loopgate.gates.Reason)"
     for name, text in (("detail", decision.detail), ("stage", decision.stage)):
-        if not isinstance(text, str):
-            return f"{name} is {shown(text)}; expected a text"
+        if not isinstance(text, str) or not is_plain(text):
+            return f"{name} is {shown(text)}; expected a text of one line"
     if not _is_count(decision.messages):
         return f"messages is {shown(decision.messages)}; expected a whole number from 0 up"
     others = decision.blockers

@@ -8,20 +8,26 @@ A scheduler and workers started by hand, or by dask-jobqueue on a batch system::
 Workers need the same `loopgate` and nothing else: networks and routes travel with the runs.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from concurrent.futures import Executor
 from contextlib import contextmanager
 
 from loopgate.errors import SweepError
+from loopgate.reading import shown
+from loopgate.sweep.task import own_code
+from loopgate.versions import versions
 
 _CONNECT_S = 10
+_CODE = "__import__('loopgate.sweep.task', fromlist=['own_code']).own_code()"
+"""Asks a worker which code it runs, in words that a worker of any version can read."""
 
 
 @contextmanager
 def dask_executor(address: str) -> Iterator[tuple[Executor, int]]:
     """Connect to the scheduler at `address` and yield an executor with its number of worker threads.
 
-    Raises `SweepError` if Dask is not installed, nobody answers, or there are no workers.
+    Raises `SweepError` if Dask is not installed, nobody answers, there are no workers, or a worker has no
+    loopgate or runs other code of it.
     """
     try:
         from distributed import Client  # noqa: PLC0415 - an extra, needed here only
@@ -41,5 +47,18 @@ def dask_executor(address: str) -> Iterator[tuple[Executor, int]]:
                 f"scheduler {address}: it has no workers; start some with: dask worker {address} --nthreads 1"
             )
             raise SweepError(msg) from error
+        _check_workers(client.run(eval, _CODE, on_error="return"))
         # Runs are no pure functions to Dask: two equal calls are two attempts.
         yield client.get_executor(pure=False), sum(client.nthreads().values())
+
+
+def _check_workers(codes: Mapping[str, object]) -> None:
+    """Refuse workers that run other code; those that come later find out with their first run."""
+    for worker, code in sorted(codes.items()):
+        if code != own_code():
+            has = f"has no loopgate ({shown(code)})" if isinstance(code, BaseException) else "runs other code"
+            told = f" ({code}, here {own_code()})" if isinstance(code, str) else ""
+            msg = (
+                f"worker {worker} {has}{told}; install loopgate {versions()['loopgate']} there as it is here"
+            )
+            raise SweepError(msg)

@@ -21,7 +21,16 @@ from loopgate.sweep.description import Point, Sweep
 from loopgate.sweep.files import PackedFile, pack
 from loopgate.sweep.local import LocalExecutor, TimeLimitError, WorkerDiedError, WorkerStartError
 from loopgate.sweep.store import Store
-from loopgate.sweep.task import DEFAULT_RUNNER, Result, Task, execute, failed_row
+from loopgate.sweep.task import (
+    DEFAULT_RUNNER,
+    Result,
+    Task,
+    UnfitWorkerError,
+    execute,
+    failed_row,
+    own_code,
+    seal,
+)
 from loopgate.versions import versions
 
 _TRIES = 2  # a worker that dies takes its run with it; the second time it is the run's own doing
@@ -108,6 +117,8 @@ def run_sweep(  # noqa: PLR0913 - each is a choice of the caller's, all but two 
                 names={key: _from_here(path) for key, path in point.files.items()},
                 attempt=store.attempts(point.key) + 1,
                 keep=folder.resolve() / "runs" / point.key if keep_runs else None,
+                seal=seal(folder) if keep_runs else "",
+                code=own_code(),
             )
             for point in todo
         )
@@ -189,6 +200,9 @@ def _result(future: Future[Result], task: Task, tries: int) -> Result | None:
         return None if tries < _TRIES else Result(failed_row(task, str(error)))
     except WorkerStartError as error:
         raise SweepError(str(error)) from error
+    except UnfitWorkerError as error:
+        msg = f"{error}; all rows so far are kept, the same command goes on"
+        raise SweepError(msg) from error
     except TimeLimitError as error:
         return Result(failed_row(task, str(error)))
     except CancelledError as error:

@@ -24,9 +24,8 @@ from loopgate.folders import FolderLock
 from loopgate.results import row_columns as c
 from loopgate.results.row_schema import ROW_SCHEMA
 from loopgate.results.table_reading import read_rows
-from loopgate.sweep.task import Result
+from loopgate.sweep.task import MANIFEST, Result
 
-MANIFEST = "sweep.json"
 _PART = "row-"
 _CHUNK = "chunk-"
 _TEMPORARY = ".tmp"

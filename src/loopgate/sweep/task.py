@@ -35,6 +35,9 @@ from loopgate.sweep.files import PackedFile, unpack
 from loopgate.sweep.memory import peak_memory_mb, reset_peak_memory
 from loopgate.versions import versions
 
+MANIFEST = "sweep.json"
+"""The description of a sweep, in the folder of its results."""
+
 Runner = Callable[[Mapping[str, Any], Path], object]
 """Runs a scenario (its files are local paths) and fills the folder with what a run folder holds."""
 
@@ -59,6 +62,10 @@ class Task:
     attempt: int = 1
     keep: Path | None = None
     """Folder in which to keep the run; None removes it once its row is made."""
+    seal: str = ""
+    """The hash of `MANIFEST` in the folder of results, where the worker has to see that folder (`keep`)."""
+    code: str = ""
+    """The code by which the sweep was started; the worker has to run the same. Empty for any."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,11 +76,18 @@ class Result:
     edges: pd.DataFrame | None = None
 
 
+class UnfitWorkerError(SweepError):
+    """A worker that cannot make the runs of a sweep as the sweep is meant; it makes no row."""
+
+
 def execute(task: Task) -> Result:
     """Run a task and return its row; an error of the run becomes a row with status ``failed``.
 
-    Raises `OSError` if the worker's disk is full: that says nothing of the scenario, so it makes no row.
+    Raises `UnfitWorkerError` if the worker runs other code than the sweep was started by, or does not see the
+    folder in which runs are to be kept; `OSError` if the worker's disk is full. That says nothing of the
+    scenario, so it makes no row.
     """
+    _check_worker(task)
     with _ONE_AT_A_TIME:
         started = time.perf_counter()
         reset_peak_memory()
@@ -86,8 +100,34 @@ def execute(task: Task) -> Result:
             result = Result(failed_row(task, _describe(error)))
         result.row[c.TOOK] = time.perf_counter() - started
         result.row[c.PEAK_MEMORY] = peak_memory_mb()
-        result.row[c.WORKER] = f"{socket.gethostname()}:{os.getpid()}"
+        result.row[c.WORKER] = _here()
         return result
+
+
+def _check_worker(task: Task) -> None:
+    if task.code and task.code != own_code():
+        msg = (
+            f"worker {_here()} runs loopgate {versions()['loopgate']} with other code ({own_code()}) than "
+            f"that of the sweep ({task.code}): install the same version there, and start the worker again"
+        )
+        raise UnfitWorkerError(msg)
+    if task.keep is not None and task.seal and seal(task.keep.parents[1]) != task.seal:
+        msg = (
+            f"worker {_here()} does not see the results in {task.keep.parents[1]}: runs are kept only where "
+            f"workers share that folder; give them one, or sweep without keeping runs"
+        )
+        raise UnfitWorkerError(msg)
+
+
+def seal(folder: Path) -> str:
+    """Return what tells a folder of results from one of the same name elsewhere; empty if there is none."""
+    with contextlib.suppress(OSError):
+        return hashlib.sha256((folder / MANIFEST).read_bytes()).hexdigest()
+    return ""
+
+
+def _here() -> str:
+    return f"{socket.gethostname()}:{os.getpid()}"
 
 
 def _run(task: Task) -> Result:
@@ -145,7 +185,7 @@ def _identity(task: Task) -> dict[str, Any]:
         c.SCENARIO: json.dumps(dict(point.scenario), sort_keys=True, default=str),
         c.NETWORK_HASH: point.hashes.get("network"),
         c.ROUTES_HASH: point.hashes.get("routes"),
-        c.LOOPGATE_CODE: _code(),
+        c.LOOPGATE_CODE: own_code(),
         c.LOOPGATE_VERSION: versions()["loopgate"],
         c.SUMO_VERSION: metadata.version("eclipse-sumo"),
         c.PYTHON_VERSION: platform.python_version(),
@@ -154,7 +194,7 @@ def _identity(task: Task) -> dict[str, Any]:
 
 
 @functools.cache
-def _code() -> str:
+def own_code() -> str:
     """Return a hash of the package's sources, as they are when this process first asks."""
     root = Path(__file__).parents[1]
     digest = hashlib.sha256()

@@ -75,7 +75,11 @@ ANSWERS = (
     ),
     ("Decision(False, Reason.DEADLOCK, (-1,))", "whose blockers is (-1,); expected numbers of robots"),
     ("Decision(False, Reason.DEADLOCK, 5)", "whose blockers is 5; expected numbers of robots"),
-    ("Decision(False, Reason.DEADLOCK, (), 3)", "whose detail is 3; expected a text"),
+    ("Decision(False, Reason.DEADLOCK, (), 3)", "whose detail is 3; expected a text of one line"),
+    (
+        "Decision(False, Reason.DEADLOCK, (), 'a', '\\ud800')",
+        "whose stage is '\\ud800'; expected",
+    ),
     ("Decision(False, Reason.DEADLOCK, (), '', None)", "whose stage is None; expected a text"),
     ("Decision(True, Reason.FREE, messages=-1)", "whose messages is -1; expected a whole number from 0 up"),
 )
