@@ -116,7 +116,7 @@ class Reader:
 
 def make_inputs(folder: Path) -> None:
     """Make the valid inputs: this runs SUMO for a few simulated minutes."""
-    for name in ("network", "packed", "routes", "configured", "scenario", "system", "sweep"):
+    for name in ("network", "packed", "routes", "configured", "scenario", "system", "sweep", "plugins"):
         (folder / name).mkdir(parents=True)
     shutil.copy(NETWORK, folder / "network" / "n.net.xml")
     (folder / "packed" / "n.net.xml.gz").write_bytes(gzip.compress(NETWORK.read_bytes(), 1))
@@ -139,6 +139,8 @@ def make_inputs(folder: Path) -> None:
     with contextlib.suppress(KeyError):
         (folder / "system" / "q.json").write_text(json.dumps(queues), encoding="utf-8")
     run(Scenario(**{**scenario.to_dict(), "positions": True}), folder / "run")
+    for name, gate in (("one", "certified"), ("two", "open")):
+        run(Scenario(**{**scenario.to_dict(), "gate": gate, "duration_s": 60.0}), folder / "runs" / name)
     sweep = Sweep("s", {"network": str(NETWORK), "duration_s": 60.0}, {"vehicles": [2, 3], "seed": [1, 2]})
     run_sweep(sweep, folder / "results", executor=ThreadPoolExecutor(1))
     (folder / "certificates").mkdir()

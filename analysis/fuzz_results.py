@@ -1,0 +1,152 @@
+"""Results that were spoiled, and all that is made of them: report, tables, figures, words."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable, Mapping
+from functools import partial
+from pathlib import Path
+from random import Random
+from typing import Any
+
+import pandas as pd
+from fuzz_readers import Reader
+
+from loopgate import analysis, plots, read_results, read_run, write_report
+from loopgate.errors import AnalysisError
+from loopgate.plots.charts import figure_spec
+from loopgate.report.content import network_sections
+from loopgate.report.facts import commands, facts, failures, progress
+from loopgate.report.headline import headline, lead, title
+from loopgate.results import columns as run
+from loopgate.results.summary_rows import summary_rows
+from loopgate.runs.results import Results
+from loopgate.runs.run import Run
+
+_DRAWN = 0.03
+"""Share of the reports that are written with all their files, which takes a second or two each."""
+
+_OF_RUNS: Mapping[str, Callable[..., Any] | None] = {
+    "compute_mean": plots.plot_mean,
+    "compute_fundamental": None,
+    "compute_capacity": plots.plot_capacity,
+    "compute_lap_distribution": plots.plot_laps,
+    "compute_decision_time": plots.plot_decision_time,
+    "compute_deadlock_rate": plots.plot_deadlock_rate,
+    "compute_survival": plots.plot_survival,
+    "compute_time_to_deadlock": None,
+    "compute_safety": None,
+    "compute_trips": None,
+    "compute_longest_waits": None,
+    "add_series": None,
+}
+"""What takes runs, and the figure of its table where it needs nothing else."""
+
+_OF_EVENTS = (
+    *(
+        "compute_causes",
+        "compute_revisit_intervals",
+        "compute_revisits",
+        "compute_edge_holds",
+        "compute_laps",
+    ),
+    *("compute_holds", "compute_waits", "compute_vehicle_holds", "compute_throughput", "compute_wait_causes"),
+)
+
+
+def _report(folder: Path, random: Random) -> None:
+    results = read_results(folder)
+    if random.random() < _DRAWN:
+        write_report(results, folder.parent / "page.html")
+        return
+    sections = network_sections(results)
+    for section in sections:
+        headline(section)
+        for item in section.figures:
+            figure_spec(item.chart)
+    for words in (lambda: title(sections), lambda: lead(sections)) if sections else ():
+        words()
+    for part in (failures, facts, progress, commands):
+        part(results)
+
+
+def _of_runs(results: Results, random: Random) -> None:
+    name = random.choice(("compute_paired", "compute_edge_means", "compute_ranked", *_OF_RUNS, *_OF_RUNS))
+    compute = getattr(analysis, name)
+    if name == "compute_paired":
+        table = compute(runs=results.runs, baseline="open", of=random.choice(("gate", "negotiation")))
+        figure_spec(plots.plot_paired(table))
+    elif name in {"compute_edge_means", "compute_ranked"}:
+        table = compute(runs=results.runs, edge_sets=results.edge_sets)
+        if name == "compute_edge_means":
+            figure_spec(plots.plot_edges(table, run.STOOD))
+    else:
+        table = compute(runs=results.runs)
+        plot = _OF_RUNS[name]
+        if plot is not None:
+            figure_spec(plot(table))
+
+
+def _of_one(one: Run, random: Random) -> None:
+    end_s = random.choice((90.0, 30.0, 1e6))
+    name = random.choice((*_OF_EVENTS, *_OF_EVENTS, "flow", "streets", "space", "stuck", "edges"))
+    if name == "flow":
+        figure_spec(plots.plot_flow(analysis.compute_flow(flow=one.flow)))
+    elif name == "streets" and one.streets is not None:
+        streets = one.streets[run.EDGE]
+        seen = analysis.compute_seen_within(events=one.events, streets=streets, end_s=end_s)
+        figure_spec(plots.plot_seen_within({"": seen}, bound_s=60.0))
+        figure_spec(plots.plot_unwatched(one.streets))
+        analysis.compute_rarest(streets=one.streets)
+        watch = analysis.compute_watch(events=one.events, streets=streets, end_s=end_s, bound_s=60.0)
+        analysis.compute_districts(watch=watch, districts={"all": streets})
+    elif name == "space":
+        tables: dict[str, pd.DataFrame] = {"events": one.events, "vehicles": one.vehicles, "loops": one.loops}
+        figure_spec(plots.plot_time_space(analysis.compute_time_space(**tables, loop="loop1")))
+    elif name == "stuck":
+        analysis.compute_stuck(vehicles=one.vehicles, events=one.events, end_s=end_s)
+    elif name == "edges":
+        analysis.compute_edges(events=one.events, edges=one.edges, end_s=end_s)
+    elif name in _OF_EVENTS:
+        getattr(analysis, name)(events=one.events, end_s=end_s)
+
+
+def _run(folder: Path, random: Random) -> None:
+    use = random.randrange(5)
+    if use == 0:
+        _report(folder, random)
+        return
+    if use == 1:
+        _of_runs(read_results(folder), random)
+        return
+    one = read_run(folder)
+    if use == 2:  # noqa: PLR2004  the ways are numbered
+        summary_rows(one.summary)
+    elif use == 3:  # noqa: PLR2004  as above
+        for figure in one.figures.values():
+            figure_spec(figure)
+        if random.random() < _DRAWN:
+            one._repr_html_()
+    else:
+        with contextlib.suppress(AnalysisError):
+            _of_runs(read_results(folder), random)
+        _of_one(one, random)
+
+
+def _sweep(folder: Path, random: Random) -> None:
+    use = random.choice((_report, lambda f, r: _of_runs(read_results(f), r)))
+    use(folder, random)
+
+
+def _several(folder: Path, random: Random) -> None:
+    use = partial(_report, random=random) if random.random() < 0.3 else read_results  # noqa: PLR2004  a share
+    use(folder)
+    read_results([folder, folder / "one"])
+
+
+RESULTS = (
+    Reader("run, used", 40, "run", ("summary.json", "scenario.toml", "*.parquet"), _run),
+    Reader("sweep, used", 30, "results", ("sweep.json", "rows/*", "edges/*"), _sweep),
+    Reader("runs, together", 6, "runs", ("*/summary.json", "*/scenario.toml", "*/*.parquet"), _several),
+)
+"""Folders of results, one file of each spoiled."""
