@@ -15,9 +15,11 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from loopgate.disk import disk_error, writing
-from loopgate.errors import ResultsError
+from loopgate.errors import LoopgateError, ResultsError
+from loopgate.foreign import reason_of
 from loopgate.plots.charts import figure_spec, spec_svg
 from loopgate.plots.style import DARK, LIGHT
+from loopgate.reading import listed
 from loopgate.replay.page import hash_of
 from loopgate.report.content import network_sections
 from loopgate.report.embed import download, library, page_spec, rows_of, script_json
@@ -26,6 +28,7 @@ from loopgate.report.headline import headline, lead, title
 from loopgate.report.items import FigureItem, Section, TableItem
 from loopgate.report.tables import cells, write_csv, write_latex
 from loopgate.results.row_columns import EDGE_LISTS, EDGE_SET
+from loopgate.results.table_reading import STRANGE
 from loopgate.runs.results import Results
 from loopgate.versions import versions
 
@@ -53,7 +56,8 @@ def write_report(
 ) -> ReportFiles:
     """Write the report on `results`.
 
-    Raises `ResultsError` if a file cannot be written, or `page` is no name of one.
+    Raises `ResultsError` if a file cannot be written, `page` is no name of one, or the results hold what no
+    run has.
 
     Parameters
     ----------
@@ -81,8 +85,14 @@ def write_report(
     folder = Path(files) if files is not None else page.with_name(f"{page.stem}-files")
     try:
         return _write(results, page, folder, report)
+    except ResultsError:
+        raise
     except OSError as error:
         msg = f"{error.filename or folder}: cannot be written ({disk_error(error)})"
+        raise ResultsError(msg) from error
+    except Exception as error:
+        told = str(error) if isinstance(error, LoopgateError) else f"{STRANGE} ({reason_of(error)})"
+        msg = f"{listed(map(str, results.folders))}: {told}"
         raise ResultsError(msg) from error
 
 

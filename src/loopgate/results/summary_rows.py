@@ -3,7 +3,10 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from loopgate.errors import ResultsError
+from loopgate.reading import refusing
 from loopgate.results.row_columns import NOT_GATED
+from loopgate.results.table_reading import STRANGE
 
 _DISTRICTS = 10
 
@@ -11,7 +14,15 @@ _WHOSE = {"ordinary": ", of ordinary traffic alone", "both": ", of gated and ord
 
 
 def summary_rows(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """Return the rows of the table: name, and value with its unit."""
+    """Return the rows of the table: name, and value with its unit.
+
+    Raises `ResultsError` if the summary lacks a figure, or holds what no run has.
+    """
+    with refusing("summary.json", "summary of a run", ResultsError, wrong=STRANGE):
+        return _rows(summary)
+
+
+def _rows(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
     decision = summary["decision_us"]
     wall = summary["wall_s"]
     rows = [

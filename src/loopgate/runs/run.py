@@ -28,7 +28,7 @@ from loopgate.results import columns as run
 from loopgate.results import row_columns as c
 from loopgate.results.row_schema import ROW_SCHEMA
 from loopgate.results.summary_rows import summary_rows
-from loopgate.results.table_reading import maker, read_table
+from loopgate.results.table_reading import STRANGE, maker, read_table
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -83,8 +83,13 @@ class Run:
     def figures(self) -> dict[str, Chart]:
         """The charts of one run: over time, lap times, standing, unwatched roads.
 
-        Figures without anything to show are left out.
+        Figures without anything to show are left out. Raises `ResultsError` if summary and tables hold what
+        no run has.
         """
+        with refusing(self.folder or "run", "run", ResultsError, wrong=STRANGE):
+            return self._figures()
+
+    def _figures(self) -> dict[str, Chart]:
         row, edges = run_row(
             scenario=self.scenario, summary=self.summary, events=self.events, edges=self.edges
         )
@@ -152,7 +157,7 @@ class Run:
     def _repr_html_(self) -> str | None:
         try:
             words, figures = summary_rows(self.summary), self.figures
-        except KeyError:  # another version made it, and knew less; a notebook then shows its name
+        except ResultsError:  # another version made it, and knew less; a notebook then shows its name
             return None
         rows = "".join(
             f"<tr><th style='text-align:left'>{html.escape(what)}</th>"

@@ -2,6 +2,7 @@
 
 import json
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,8 +11,10 @@ import pyarrow.parquet as pq
 import pytest
 
 from loopgate.errors import ResultsError
+from loopgate.report.page import write_report
 from loopgate.results.columns import EDGE_COLUMNS, EVENT_COLUMNS, VEHICLE_COLUMNS
 from loopgate.results.row_schema import ROW_SCHEMA
+from loopgate.results.summary_rows import summary_rows
 from loopgate.runs.results import read_results
 from loopgate.runs.run import read_run
 from loopgate.sweep import Sweep, run_sweep
@@ -167,3 +170,43 @@ def test_runs_are_in_the_order_of_their_settings(tmp_path: Path) -> None:
     wanted = [[g, v, s] for g in ("certified", "open") for v in (5, 40) for s in (2, 10)]
     for folder in (tmp_path, tmp_path / "runs"):
         assert read_results(folder).runs[["gate", "vehicles", "seed"]].to_numpy().tolist() == wanted
+
+
+STRANGE: tuple[tuple[str, object, bool], ...] = (
+    ("duration_s", "long", True),
+    ("laps", "x", True),
+    ("deadlocks", [3], True),
+    ("refusals", {"occupied": "x"}, True),
+    ("decision_us", None, False),
+    ("wall_s", 3, False),
+)
+"""Figures that no run has, and whether a row of the run needs them."""
+
+
+@pytest.mark.parametrize(("name", "value", "needed"), STRANGE)
+def test_figures_that_no_run_has(name: str, value: object, *, needed: bool, folder: Path) -> None:
+    """Words, figures and rows are refused in one line that names the file; a row does without some."""
+    change(folder / "summary.json", **{name: value})
+    one = read_run(folder)
+    with pytest.raises(
+        ResultsError, match=r"^summary.json: it holds what no run has, or another version made it"
+    ):
+        summary_rows(one.summary)
+    assert one._repr_html_() is None
+    for use in (lambda: one.figures, lambda: read_results(folder)):
+        if needed:
+            with pytest.raises(ResultsError) as caught:
+                use()
+            assert str(folder) in str(caught.value)
+            assert "\n" not in str(caught.value)
+        else:
+            use()
+
+
+def test_a_report_on_what_no_run_has(results: Path) -> None:
+    """The folder is named, whatever the analysis stumbles on."""
+    read = read_results(results)
+    spoiled = replace(read, runs=read.runs.assign(km_per_h="fast"))
+    with pytest.raises(ResultsError) as caught:
+        write_report(spoiled, results / "page.html")
+    assert str(caught.value).startswith(f"{results}: it holds what no run has, or another version made it")
