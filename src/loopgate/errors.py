@@ -117,7 +117,7 @@ class TooManyVehiclesError(ScenarioError):
     def __init__(self, *, vehicles: int, loops: int, fitting: int, name: str) -> None:
         super().__init__(
             f"abstraction queues: {vehicles} vehicles are too many for {loops} loops; "
-            f"the first {fitting} can start so that everybody can move ({name} finds no place): "
+            f"the first {fitting} can start so that each vehicle can move ({name} finds no place): "
             f"take at most {fitting}, or more or longer loops"
         )
         self.vehicles = vehicles

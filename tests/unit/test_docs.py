@@ -80,3 +80,20 @@ def test_links_lead_somewhere() -> None:
             assert "://" in target or target in made or (page.parent / target).exists(), (
                 f"{page.name}: {target}"
             )
+
+
+def test_names_of_the_glossary_are_in_the_code() -> None:
+    """A name that is mended leaves the list."""
+    listed = (DOCS / "glossary.md").read_text(encoding="utf-8").partition("## Names in the code")[2]
+    names = {
+        name
+        for row in re.findall(r"^\| (`.*?) \|", listed, re.MULTILINE)
+        for name in re.findall(r"`(\w+)`", row)
+    }
+    assert len(names) > 20
+    source = DOCS.parent / "src" / "loopgate"
+    text = "\n".join(file.read_text(encoding="utf-8") for file in source.rglob("*.py"))
+    known = set(re.findall(r"^class (\w+)", text, re.MULTILINE)) | {
+        file.stem for file in source.rglob("*.py")
+    }
+    assert names - known - {folder.name for folder in source.rglob("*") if folder.is_dir()} == set()

@@ -1,4 +1,4 @@
-"""The lanes on which bodies lie: each lane of a loop with what is behind it, once for all loops."""
+"""The lanes on which bodies lie: each lane of a loop with the lanes behind it, once for all loops."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass

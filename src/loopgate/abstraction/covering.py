@@ -1,4 +1,4 @@
-"""Covering loops on which vehicles can queue: what the designed ones come to as queues, and mending them."""
+"""Covering loops on which vehicles can queue: checks and repairs designed loops."""
 
 from __future__ import annotations
 
@@ -179,7 +179,7 @@ class _Mender:
         return (), {refusal.edge or refusal.loop.edges[0] for refusal in refused}
 
     def _join(self, walks: list[Walk], number: int) -> None:
-        """Drive a walk as part of the shortest of those that share a node with it, or leave it out."""
+        """Join a walk to the shortest walk that shares a node with it, or leave it out."""
         walk = walks.pop(number)
         sharing = [k for k, other in enumerate(walks) if set(walk) & set(other)]
         if not sharing:
@@ -250,7 +250,7 @@ class _Mender:
 
 
 def _shortest(roads: nx.DiGraph[int], source: int) -> tuple[dict[int, float], dict[int, list[int]]]:
-    """Return what the shortest ways from a node cost, and the ways."""
+    """Return the shortest ways from a node and their costs."""
     costs = nx.single_source_dijkstra_path_length(roads, source)
     return costs, nx.single_source_dijkstra_path(roads, source)
 

@@ -1,4 +1,4 @@
-"""Where SUMO could take another lane than a loop's, and the stops that lead it to the right one."""
+"""Where SUMO could leave the lane of a loop, and the stops that keep it there."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -15,7 +15,7 @@ _SHORTEST_M = 0.5
 
 @dataclass(frozen=True, slots=True)
 class Turn:
-    """A movement on the way from one place to the next, and how far ahead of the first it ends [m]."""
+    """A movement between two places, and the distance from the first place to its end [m]."""
 
     movement: Connection
     ahead_m: float
@@ -23,7 +23,7 @@ class Turn:
 
 @dataclass(frozen=True, slots=True)
 class Target:
-    """A lane to be reached: the next place's, or one from which to change."""
+    """A lane to reach: the lane of the next place, or a lane from which to change."""
 
     edge: str
     lane: int

@@ -50,7 +50,7 @@ class Crossing:
 
 @dataclass(frozen=True, slots=True)
 class Guide:
-    """Where the simulator is told to stop a vehicle, so that it takes the lanes of its loop on the way there.
+    """A stop that makes a vehicle take the lanes of its loop on the way there.
 
     A vehicle that is to stop on a lane drives to that lane and no other. The stop is dropped, before the
     vehicle has to brake for it as a rule, once it is on the lane, or once it has changed to another one.

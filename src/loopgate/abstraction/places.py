@@ -110,14 +110,14 @@ class QueuePlace:
 
     @property
     def at_start(self) -> int:
-        """How many vehicles may start on it: one fewer than it holds, and fewer on a tight one.
+        """Number of vehicles that may start on the place: at most one fewer than its slots.
 
         With a slot free everywhere no place is full, hence no circle of full places: the start is live.
         """
         return max(1, min(self.capacity - 1, int(self._first_slot_m / (self.needed_m + _SPREAD_M))))
 
     def slots_m(self, types: Sequence[VehicleType]) -> list[float]:
-        """Return where the fronts of vehicles are at the start, from the head on [m]."""
+        """Return the start positions of the fronts, the head first [m]."""
         front = self._first_slot_m
         fronts: list[float] = []
         for number, kind in enumerate(types):

@@ -66,7 +66,7 @@ class QueueLayout:
 def lay_out_queues(
     network: RoadNetwork, users: Sequence[tuple[Loop, VehicleType]], *, counted: bool = False
 ) -> QueueLayout:
-    """Cut loops into places (lanes) and crossings (movements, with what lies between that nobody waits on).
+    """Cut loops into places (lanes) and crossings (movements, and lanes too short to wait on).
 
     Raises `RefusedLoopError` if a loop cannot work as queues; the text says why.
 
@@ -124,7 +124,7 @@ def _lay_out(network: RoadNetwork, counts: Mapping[tuple[Loop, VehicleType], int
 
 
 def _places_on(pieces: Iterable[Piece]) -> dict[str, Part]:
-    """Return where on each lane the first place begins and the last one ends."""
+    """Return the begin of the first place and the end of the last place on each lane."""
     found: dict[str, Part] = {}
     for piece in pieces:
         if piece.place is not None and not piece.place.away:
@@ -236,7 +236,7 @@ class _Plan:
         )
 
     def why_not(self, loop: Loop, chain: Sequence[Piece], kind: VehicleType) -> Refusal | None:
-        """Return what keeps a loop from working as queues; None if nothing does."""
+        """Return the reason why a loop cannot work as queues, or None."""
         least_m = least_change_m(kind.needed_m)
         for span in loop.roads:
             if span.lane_in != span.lane and span.length_m < least_m:
@@ -266,7 +266,7 @@ class _Plan:
 
 
 def _ways_on(chain: Sequence[Piece]) -> Iterator[tuple[Piece, list[Piece], Piece]]:
-    """Yield each place of a loop, what lies between it and the next, and the next."""
+    """Yield each place of a loop, the crossing after it, and the next place."""
     first = next(k for k, piece in enumerate(chain) if piece.place is not None)
     here, between = chain[first], list[Piece]()
     for piece in (*chain[first + 1 :], *chain[: first + 1]):
@@ -284,7 +284,7 @@ def _ahead_m(loop: Loop, here: Piece, piece: Piece) -> float:
 
 
 def _course(loop: Loop, here: Piece, between: Sequence[Piece], after: Piece) -> Iterator[Turn | Target]:
-    """Yield what `find_guides` has to know of the way from one place to the next."""
+    """Yield the data of the way between two places for `find_guides`."""
     for piece in between:
         passage, ahead = piece.passage, _ahead_m(loop, here, piece)
         if piece.movement is not None:
@@ -297,7 +297,7 @@ def _course(loop: Loop, here: Piece, between: Sequence[Piece], after: Piece) -> 
 
 
 class _Legs:
-    """Makes the legs of loops; crossings that are the same on several are one object."""
+    """Makes the legs of loops; loops share the objects of equal crossings."""
 
     def __init__(
         self, network: RoadNetwork, conflicts: Conflicts, foes: Mapping[str, frozenset[str]]
@@ -333,7 +333,7 @@ class _Legs:
             )
 
     def _limits(self, piece: Piece, ahead_m: float) -> Iterator[tuple[float, float]]:
-        """Yield from where on there is which speed limit on a piece."""
+        """Yield the speed limits on a piece and where each begins."""
         if piece.movement is None:
             yield ahead_m, self._network.edges[piece.edge].lanes[piece.lane].speed_mps
             return

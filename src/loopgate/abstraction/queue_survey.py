@@ -1,4 +1,4 @@
-"""Looks at loops as queues: which work, what places and crossings they have, and room for how many."""
+"""Survey of loops as queues: the loops that work, their places, crossings and slots."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -36,7 +36,7 @@ class PlaceSurvey:
 
 @dataclass(frozen=True, slots=True)
 class ConflictSurvey:
-    """A conflict, seen from one of its two movements."""
+    """A conflict as one of its two movements has it."""
 
     foe: str
     """The other movement; its own name where vehicles that make it exclude each other."""
@@ -56,7 +56,7 @@ class ConflictSurvey:
 
 @dataclass(frozen=True, slots=True)
 class CrossingSurvey:
-    """A movement over a junction, or over a stretch of an edge on which nobody waits."""
+    """A movement over a junction, or over a stretch of an edge on which no vehicle waits."""
 
     id: str
     from_lane: str
@@ -82,7 +82,7 @@ class JoinedLane:
 
 @dataclass(frozen=True, slots=True)
 class RefusedLoop:
-    """Why a loop cannot work, and the edge at which, if it is one."""
+    """The reason why a loop cannot work, and the edge if one edge is the cause."""
 
     loop: Loop
     reason: str
@@ -116,7 +116,7 @@ class QueueSurvey:
 
     @property
     def at_start(self) -> int:
-        """How many vehicles can start, each on a loop of its choice, so that everybody can move."""
+        """Number of vehicles that can start so that each can move, each on a loop of its choice."""
         return sum(place.at_start for place in self.places)
 
     @property

@@ -97,7 +97,7 @@ def _told_exactly(
     names: Sequence[str],
     error: TooManyVehiclesError,
 ) -> TooManyVehiclesError:
-    """Return the error with the greatest number of vehicles, from the first on, that can start.
+    """Return the error with the greatest number of first vehicles that can start.
 
     Without the vehicles after them places may hold more: the longest visitors may be among those, and so
     may all users of a loop. Room only shrinks with each vehicle, so bisection finds the number.

@@ -1,4 +1,4 @@
-"""The paper's abstraction: collision segments become shared states, the rest of each loop private ones."""
+"""The paper's abstraction: collision segments become shared states, the rest private states."""
 
 import math
 import random
@@ -125,7 +125,7 @@ def place_vehicles(
     names: Sequence[str] | None = None,
     starts_m: Mapping[str, float] | None = None,
 ) -> Abstraction:
-    """Place one vehicle on each loop, in a private state where it has one.
+    """Place one vehicle on each loop, in a private state if there is one.
 
     Raises `ScenarioError` if two vehicles start in one zone, or a vehicle does not fit where it starts.
 

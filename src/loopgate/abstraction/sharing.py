@@ -32,7 +32,7 @@ class _Use(NamedTuple):
 
 
 class SharingBound:
-    """Admits loops one by one as long as none of them shares more than a bound with the others.
+    """Admits loops one by one, as long as no loop shares more than a bound with the others.
 
     Shared is the length that lies in zones (`loopgate.abstraction.zones`) once these are fitted to
     vehicles of the default type, as a share of the loop's length. Visits that touch are taken apart here,

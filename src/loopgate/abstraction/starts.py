@@ -1,4 +1,4 @@
-"""Where vehicles stand at the beginning: each in a state of its own, whole, on one lane."""
+"""Start positions: each vehicle is in a state of its own, as a whole, on one lane."""
 
 import random
 from collections.abc import Mapping, Sequence
@@ -25,7 +25,7 @@ def choose_starts(
     rng: random.Random,
     given_m: Mapping[str, float],
 ) -> list[StartPosition]:
-    """Choose a start for each vehicle: no two in one state, in private states wherever there is one.
+    """Choose a start for each vehicle: a state of its own, private if possible.
 
     Raises `ScenarioError` if two vehicles would start in one zone, a given place lies across two states, or a
     loop has no place for the vehicle.

@@ -1,4 +1,4 @@
-"""Whether vehicles can stop where their route file wants it without being in anybody's way."""
+"""Whether vehicles can make the stops of their route file without blocking others."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -43,7 +43,7 @@ def _fit(way: Itinerary, kind: VehicleType, stop: Stop, what: str) -> Stop:
     places = way.legs if loop.closed else way.legs[:-1]  # behind the last place it is away
     legs = [(leg, (stop.arc_m - leg.begin_m) % lap_m) for leg in places if leg.line.edge == stop.edge]
     if not legs:
-        msg = f"{what} is on {stop.lane}, where nobody can wait, since it is too short; move it"
+        msg = f"{what} is on {stop.lane}, which is too short to wait on; move the stop"
         raise ScenarioError(msg)
     leg, in_m = min(legs, key=lambda found: found[1])
     if (lane := f"{leg.line.edge}_{leg.line.lane}") != stop.lane:

@@ -1,4 +1,4 @@
-"""Parts of edges on which nobody waits: where vehicles change lanes, and streets too narrow for two."""
+"""Parts of edges on which no vehicle waits: change stretches and narrow streets."""
 
 from __future__ import annotations
 

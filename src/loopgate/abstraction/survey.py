@@ -1,4 +1,4 @@
-"""Loops as an abstraction sees them, in figures: states, shares, who meets whom."""
+"""Survey of loops under an abstraction: states, shares, loops that meet."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ from loopgate.model import StateId
 
 @dataclass(frozen=True, slots=True)
 class LoopSurvey:
-    """One loop."""
+    """A loop."""
 
     loop: str
     length_m: float
@@ -30,7 +30,7 @@ class LoopSurvey:
 
 @dataclass(frozen=True, slots=True)
 class ZoneSurvey:
-    """One shared state."""
+    """A shared state."""
 
     state: StateId
     loops: tuple[str, ...]

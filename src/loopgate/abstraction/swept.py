@@ -201,7 +201,7 @@ class _Ways:
                 del self._leads[lane][other]
 
     def _elsewhere(self, courses: Courses) -> dict[str, set[str]]:
-        """Return by lane those ahead of it to which some do not get: they arrive, or go another way."""
+        """Return by lane the lanes ahead that some vehicles do not reach."""
         found: dict[str, set[str]] = {}
         for course, bodies in courses.items():
             passed = {course.lane, *course.before}
@@ -216,7 +216,7 @@ class _Ways:
         return found
 
     def follow(self, one: Ints, other: Ints, body: _Rows, a: Ints, b: Ints) -> Flags:
-        """Return in which pairs one body follows the other closely along its way."""
+        """Return the pairs in which one body follows the other closely."""
         count = len(self._courses)
         pairs, number = np.unique(one * count + other, return_inverse=True)
         known = [divmod(int(pair), count) for pair in pairs]

@@ -1,4 +1,4 @@
-"""How far the tails of those who turn off swing back over the lane that they have just left."""
+"""How far the tails of turning vehicles swing back over the lane that they have left."""
 
 import math
 from collections.abc import Mapping

@@ -30,7 +30,7 @@ def zone_warnings(loops: Sequence[Loop], zones: Zones, name: Callable[[int], Sta
         if len(visits) > 1 and sum(v.length_m for v in visits) > loop.length_m - 1.0
     ]
     if homeless:
-        found.append(f"no private road on {listed(homeless)}: always in somebody's way")
+        found.append(f"no private road on {listed(homeless)}: its vehicle always blocks others")
     found += [
         f"zones that follow each other on {listed(users)} were made one (Prop. 1)" for users in zones.merged
     ]
@@ -44,7 +44,7 @@ def _of_zone(zone: StateId, metres: dict[str, float], laps: dict[str, float]) ->
         share = sum(metres[loop] for loop in swallowed) / sum(laps[loop] for loop in swallowed)
         found.append(
             f"{zone} takes {share:.0%} of {listed(swallowed)}: one vehicle at a time there; "
-            f"bound what loops share (--max-shared), or use --abstraction queues"
+            f"limit the shared length (--max-shared), or use --abstraction queues"
         )
     whole = [loop for loop in swallowed if metres[loop] > laps[loop] - 1.0]
     others = [loop for loop in metres if loop not in whole]

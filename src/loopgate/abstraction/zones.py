@@ -1,4 +1,4 @@
-"""From collision segments to zones: stretches of paths that one vehicle at a time may use."""
+"""Zones from collision segments: stretches of paths for one vehicle at a time."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def make_zones(loops: Sequence[Loop], segments: CollisionSegments, need_m: float
 def cover(
     loop: Loop, visits: Iterable[ZoneVisit], need_m: float, union: UnionFind[int]
 ) -> tuple[ZoneVisit, ...]:
-    """Let the visits on one path grow until each can be kept by vehicles that stop before them.
+    """Extend the visits on one path until a vehicle can stop before each.
 
     A vehicle that waits stands with its front where a state ends, so states end where SUMO can hold a
     vehicle: a visit begins at or before its true beginning, and ends at or after its true end, at such a
@@ -186,7 +186,7 @@ def _close_gaps(loop: Loop, path: list[ZoneVisit], need_m: float, union: UnionFi
 
 
 def _lengthen(loop: Loop, path: list[ZoneVisit], need_m: float, union: UnionFind[int]) -> list[ZoneVisit]:
-    """Let the first visit that is too short grow; the caller comes back until none is."""
+    """Extend the first visit that is too short; the caller repeats until none is."""
     for number, visit in enumerate(path):
         missing = need_m - visit.length_m
         if missing <= _TOUCH_M:

@@ -237,7 +237,7 @@ def _described(layout: Layout, number: int, way: LaneOnWay, at_m: Floats, length
 
 
 def _places(layout: Layout, way: LaneOnWay, length_m: float) -> list[tuple[float, float]]:
-    """Return from where to where there are places within reach of bodies of a length on a way [m]."""
+    """Return the intervals of places that bodies of a length reach on a way [m]."""
     loop, begin_m = next(iter(way.loops.items()))
     lap_m = layout.loops[loop].length_m
     places = [(leg.begin_m - begin_m, leg.end_m - begin_m) for leg in layout.loops[loop].legs]

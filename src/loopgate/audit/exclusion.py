@@ -111,7 +111,7 @@ class Exclusion:
         self.margins = {"crossing": Margins(), "drawn": Margins()}
 
     def judge(self, entered: Passages, left: Passages) -> list[Clash]:
-        """Take the passages that began and ended since the last call, and return what clashed.
+        """Take the passages since the last call, and return the clashes.
 
         All times are later than those of the call before. O(n log n).
         """

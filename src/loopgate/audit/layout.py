@@ -164,7 +164,7 @@ def read_layout(file: Path) -> Layout:
 
 
 def _check(layout: Layout) -> None:
-    """Raise ValueError where parts name what is not there, or lie far off their loop."""
+    """Raise ValueError if a part names something missing, or lies far off its loop."""
     if not 0.0 < layout.step_s <= _LARGEST_M:
         msg = f"its step takes {layout.step_s} s"
         raise ValueError(msg)

@@ -57,7 +57,7 @@ class Positions:
 def read_positions(
     file: Path, vehicles: dict[str, int], lanes: dict[str, int], step_s: float
 ) -> Iterator[Positions]:
-    """Read what SUMO wrote (``positions.csv.gz``), whole steps at a time.
+    """Read the positions that SUMO wrote (``positions.csv.gz``), whole steps at a time.
 
     Raises `ResultsError` if it cannot be read.
 

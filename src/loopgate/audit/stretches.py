@@ -1,4 +1,4 @@
-"""Stretches of loops that only so many bodies, or only one of two sides, may be on at once."""
+"""Stretches of loops with a limit: a number of bodies, or one of two sides at a time."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass

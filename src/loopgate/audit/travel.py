@@ -1,4 +1,4 @@
-"""One vehicle's recorded positions as a way along its loop: what it reached when, where it stood."""
+"""A vehicle's recorded positions along its loop: arrivals and stands."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Conflicts that the drawing shows and the abstraction does not name: forgotten, or told too short."""
+"""Drawn conflicts that the abstraction misses, or has too short."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -13,7 +13,7 @@ Stretch = tuple[float, float] | None
 
 
 def unsaid(layout: Layout, drawn: Drawn) -> list[tuple[str, str, str]]:
-    """Return the drawn conflicts that the abstraction does not cover: two lanes, and what is wrong.
+    """Return the drawn conflicts that the abstraction does not cover: two lanes and the fault.
 
     Nobody may touch a body that waits in a place. Of two that are under way, some movement of the one must be
     a foe of some movement of the other, over all of the stretch. Only layouts with crossings say anything

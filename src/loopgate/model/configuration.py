@@ -7,7 +7,7 @@ from typing import NamedTuple, Protocol
 
 
 class Placement(Protocol):
-    """Where robots stand: a `Configuration`, or one in which moves are made."""
+    """Positions of robots: a `Configuration`, or a mutable configuration."""
 
     @property
     def positions(self) -> Sequence[int]:

@@ -202,12 +202,12 @@ class System:
         return [i for i in sorted(self.visitors[state]) if self.paths[i][configuration.positions[i]] == state]
 
     def head(self, configuration: Placement, state: int) -> int | None:
-        """Return the robot that stands first in `state`, if it is a FIFO state with anybody in it."""
+        """Return the first robot in `state`, if it is a FIFO state with a robot in it."""
         q = self._queue_of.get(state)
         return configuration.queues[q][0] if q is not None and configuration.queues[q] else None
 
     def at_head(self, configuration: Placement, robot: int) -> bool:
-        """Return whether nobody stands before `robot` in a FIFO state."""
+        """Return whether no robot stands before `robot` in a FIFO state."""
         q = self._queue_of.get(self.state_at(configuration, robot))
         return q is None or configuration.queues[q][0] == robot
 
@@ -266,7 +266,7 @@ class System:
         return Configuration(positions, tuple(queues))
 
     def make(self, placement: MutableConfiguration, robot: int) -> int:
-        """Make a move that the caller knows to be enabled; return what `take_back` is to be told."""
+        """Make a move that the caller knows to be enabled; return the argument of `take_back`."""
         p = placement.positions[robot]
         q = placement.positions[robot] = self.following[robot][p]
         left, entered = (self._queue_of.get(self.paths[robot][at]) for at in (p, q))

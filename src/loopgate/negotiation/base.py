@@ -7,7 +7,7 @@ from loopgate.model import System
 
 
 class Request(NamedTuple):
-    """One vehicle's wish to enter its next state."""
+    """A vehicle's request to enter its next state."""
 
     robot: int
     here: int

@@ -1,4 +1,4 @@
-"""Pressure: long queues go first, and nobody drives from an emptier place into a crowded one."""
+"""Pressure: long queues go first, and no vehicle drives from an emptier place into a crowded place."""
 
 from collections.abc import Sequence
 from random import Random
@@ -55,7 +55,7 @@ class Pressure:
         return float(self._crowded), float(self._patience_s), float(self._wait_s)
 
     def prepare(self, system: System) -> None:
-        """Find out from what share on a place is crowded. O(states)."""
+        """Find the share of taken slots above which a place is crowded. O(states)."""
         if not self._given:
             self._crowded = max(0.0, 1.0 - len(system.robots) / sum(system.room))
 
@@ -79,7 +79,7 @@ class Pressure:
 
 
 class Platoon(Pressure):
-    """Pressure that keeps platoons together: who follows close on the same movement goes before others.
+    """Pressure that keeps platoons together: a close follower on the same movement goes first.
 
     A crossing changes hands less often then, and each change costs the time until the one has cleared what
     the other needs. The followers of a platoon ask in the step in which the vehicle before them is granted,

@@ -1,4 +1,4 @@
-"""Roads and loops: what the rest of the program knows of a SUMO network."""
+"""Roads and loops: the SUMO network for the rest of the program."""
 
 from loopgate.network.generate import FoundLoops, find_loops, generate_loops
 from loopgate.network.lanes import make_loop

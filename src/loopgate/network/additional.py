@@ -38,7 +38,7 @@ def read_additional(file: Path) -> ET.Element:
 def demand_beside(
     files: Iterable[Path], tops: Sequence[tuple[Path, ET.Element]]
 ) -> list[tuple[Path, ET.Element]]:
-    """Return what additional files say of types, routes and vehicles, as if these were route files.
+    """Return the types, routes and vehicles of additional files, read as route files.
 
     Of their routes those on which a vehicle drives; the others are rerouters' and the like. All of them where
     there are no vehicles.

@@ -8,7 +8,7 @@ from loopgate.network.xml_file import included
 
 
 def content_identity(path: Path) -> str:
-    """Return the SHA-256 of a file's content, and of the contents of what it names.
+    """Return the SHA-256 of a file and of the files that it names.
 
     Raises `OSError` if a file cannot be read.
     """
@@ -17,7 +17,7 @@ def content_identity(path: Path) -> str:
 
 
 def members(path: Path) -> list[Path]:
-    """Return the file and those without which it means nothing: named by a ``.sumocfg``, or included."""
+    """Return the file and the files that it needs: named by a ``.sumocfg``, or included."""
     path = path.resolve()
     if not is_sumo_config(path):
         return [path] if ".net.xml" in path.name else [path, *included(path)]  # networks are large

@@ -9,7 +9,7 @@ from loopgate.network.road import RoadNetwork
 
 @dataclass(frozen=True, slots=True)
 class Coverage:
-    """Edges and lanes of a network that some loop visits, of those that a vehicle class may use."""
+    """Edges and lanes on loops, among the edges and lanes open to a vehicle class."""
 
     edges: int
     lane_km: float

@@ -1,4 +1,4 @@
-"""When the vehicles of a route file depart: single ones, and the flows that they come in."""
+"""Departures of a route file: single vehicles and flows."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Closed loops that a vehicle can drive: random ones, and where these run out every other there is."""
+"""Closed loops that a vehicle can drive: random loops, then every other loop of the network."""
 
 import random
 from collections.abc import Callable, Iterator, Sequence
@@ -30,7 +30,7 @@ look at one walk counts for. Some seconds in all; up to several hundred edges th
 
 @dataclass(frozen=True, slots=True)
 class FoundLoops:
-    """Loops, and what to say where they are fewer than asked for."""
+    """Loops, and the warning if there are fewer than asked for."""
 
     loops: tuple[Loop, ...]
     """As many as were asked for, or as there are."""
@@ -125,7 +125,7 @@ class LoopSearch:
         return f"{name}: found {found} of {wanted}{others}{besides}"
 
     def _way_out(self, ease: str) -> str:
-        """Return what the user may do to get more."""
+        """Return the way to get more loops."""
         turning = parts_with_loops(self.network, vclass=self.vclass, u_turns=True)
         helps = not self._u_turns and sum(p.movements for p in turning) > sum(
             p.movements for p in self._parts

@@ -1,4 +1,4 @@
-"""The lanes that a vehicle takes round a loop: those with the fewest changes, chosen edge by edge."""
+"""The lanes of a loop with the fewest lane changes, chosen edge by edge."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass

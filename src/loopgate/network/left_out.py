@@ -1,4 +1,4 @@
-"""Parts of a route file that loops and their vehicles do not take over: one line for each kind of thing."""
+"""Parts of a route file that loopgate leaves out: one line for each kind."""
 
 import math
 from collections import Counter
@@ -61,7 +61,7 @@ _MEANS = {
 
 
 def left_out(files: Sequence[tuple[Path, ET.Element]], *, fleet: bool, once: bool = False) -> tuple[str, ...]:
-    """Return what of route files is not taken over, a line for each kind of thing.
+    """Return a line for each kind of thing in route files that is left out.
 
     Parameters
     ----------

@@ -71,7 +71,7 @@ class RandomWalks:
         return tuple(self._edges[k] for k in walk)
 
     def _over_via(self, start: int, stretch: list[float]) -> tuple[list[int], float]:
-        """Return a walk from the start over all others of `via`, and its length [m]; or an empty one."""
+        """Return a walk from the start over all edges of `via`, and its length [m]; or an empty walk."""
         walk, driven_m = [start], 0.0
         for edge in self._via[1:]:
             if edge in walk:

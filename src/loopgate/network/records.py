@@ -106,5 +106,5 @@ class Junction:
 
     @property
     def regulated(self) -> bool:
-        """Whether it has right of way at all; at one that has none SUMO's drivers look at nobody inside."""
+        """Whether the junction has right of way; without it SUMO's drivers ignore vehicles inside."""
         return bool(self.foes)

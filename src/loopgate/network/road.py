@@ -159,7 +159,7 @@ class RoadNetwork:
         return sum(self.lanes[lane].length_m for lane in connection.via)
 
     def without(self, edges: Collection[str]) -> RoadNetwork:
-        """Return the network as it is if these edges are closed to everybody."""
+        """Return the network without these edges."""
         closed = {lane.id: replace(lane, allowed=frozenset()) for e in edges for lane in self.edges[e].lanes}
         return RoadNetwork(
             name=self.name,

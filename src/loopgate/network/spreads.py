@@ -1,4 +1,4 @@
-"""Distributions of types and routes: SUMO draws one of them for each vehicle, by their shares."""
+"""Distributions of types and routes: a draw by shares for each vehicle."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -28,7 +28,7 @@ class Choice:
 
 
 def parts(spread: ET.Element, what: str, *, named: str, tag: str) -> list[Choice]:
-    """Return what a distribution draws from.
+    """Return the choices of a distribution.
 
     Raises `RouteError` if a share is none, or their number is not that of the names.
 

@@ -1,4 +1,4 @@
-"""SUMO configurations: which network and route files they name, and what else they say."""
+"""SUMO configurations: their network, route files and options."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field

@@ -44,7 +44,7 @@ class TrafficFile:
         return ["--route-files", ",".join(str(file) for file in self.route_files)]
 
     def absent(self, begin_s: float, end_s: float) -> tuple[str, ...]:
-        """Say so if nobody departs in the time of a run; additional files are not looked into."""
+        """Warn if no vehicle departs in the time of a run; additional files are not read."""
         if self.additional_files or any(s < end_s and until_s >= begin_s for s, until_s in self.departs_s):
             return ()
         first_s, last_s = min(s for s, _ in self.departs_s), max(until_s for _, until_s in self.departs_s)
@@ -125,7 +125,7 @@ def check_flows(flows: Sequence[tuple[str, Flow]], begin_s: float, end_s: float,
 
 
 def _departs_s(element: ET.Element) -> tuple[float, float]:
-    """Return when somebody departs, at the earliest and the latest [s]; at any time if that is for SUMO."""
+    """Return the earliest and latest departure [s]; any time if SUMO decides it."""
     with suppress(ValueError):
         depart, end = element.get("depart"), element.get("end")
         if depart:

@@ -151,7 +151,7 @@ def lead_trips(
 
 
 def _check(network: RoadNetwork, element: ET.Element, what: str) -> None:
-    """Refuse what has no ends, or an edge that is not in the network."""
+    """Refuse a trip without ends, or with an edge outside the network."""
     if not any(name in element.attrib for name in _ENDS) and element.find("stop") is None:
         msg = f"{what}: it has neither a route nor from and to; expected one of them"
         raise RouteError(msg)

@@ -25,16 +25,16 @@ WHY: dict[str, str] = {
     Reason.CROSSING: "a conflicting movement has the crossing",
     Reason.RED: "a traffic light is not green for long enough",
     Reason.TRAFFIC: "ordinary traffic is in the way",
-    Reason.DEADLOCK: "going on would, or could, lock others up",
-    Reason.RESERVE: "room is kept free there",
-    Reason.SERVICE: "room is kept for one that has waited for long",
+    Reason.DEADLOCK: "the move would cause a deadlock, or may lead to one",
+    Reason.RESERVE: "a slot is kept free there",
+    Reason.SERVICE: "the slot is kept for a vehicle that has waited long",
     Reason.SPACING: "it is ahead of the middle between its neighbours on the loop",
-    Reason.NEGOTIATION: "another goes first",
+    Reason.NEGOTIATION: "another vehicle goes first",
     Reason.BUDGET: "the gate could not decide in time",
-    Reason.FAULT: "what the gate found did not pass its own check",
-    Reason.STOP: "its owner lets it stop before that",
+    Reason.FAULT: "the witness failed the gate's own check",
+    Reason.STOP: "the vehicle stops before that",
 }
-"""Why a vehicle was refused, in words for people."""
+"""Why a vehicle was refused, in words for readers."""
 
 _MOVED_M = 2.0
 """A circle of waiting vehicles is over when one of them has moved farther than this [m]."""

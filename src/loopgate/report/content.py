@@ -222,7 +222,7 @@ def _deadlocks(content: Content, runs: pd.DataFrame) -> None:
 def _longest_waits(content: Content, runs: pd.DataFrame) -> None:
     """Add the causes of the longest waits, at the vehicle count that the series share."""
     count = common_count(runs)
-    title = "For what the longest waits were"
+    title = "Causes of the longest waits"
     waits = content.table("longest-waits", title, compute_longest_waits, by=_BY)
     if not (waits[c.VEHICLES] == count).any():
         return

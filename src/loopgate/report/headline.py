@@ -163,7 +163,7 @@ def _pairs(tables: Mapping[str, pd.DataFrame]) -> list[str]:
 def _extremes(part: pd.DataFrame) -> str:
     known = part[part[a.RATIO].notna()].sort_values(a.RATIO, kind="stable")
     if known.empty:
-        return "what cannot be put as a ratio"
+        return "a distance without a defined ratio"
     low, high = known.iloc[0], known.iloc[-1]
     if low[c.VEHICLES] == high[c.VEHICLES]:
         return f"{high[a.RATIO]:.2f} times as much"

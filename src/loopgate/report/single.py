@@ -72,7 +72,7 @@ def _add_watch(content: Content, one: Run, period: dict[str, Any]) -> None:
     content.figure(
         "seen-within",
         "How soon streets are seen again",
-        "The share of all streets that was seen within so long, those never seen included.",
+        "The share of all streets, also never seen streets, that was seen within this time.",
         plots.plot_seen_within({"": seen}, bound_s=one.scenario.get("revisit_s") or None),
     )
 

@@ -56,8 +56,8 @@ def run_plainly(scenario: Scenario, folder: Folder, tick: Tick, backend: str) ->
     for key in _OF_LOOPS:
         if given[key] != dataclasses.asdict(Scenario(network=scenario.network))[key]:
             msg = (
-                f"{scenario.network}: {key} {given[key]} is for vehicles on loops, and those of the "
-                "configuration are on none; give loops (--routes, --loops), or leave it out"
+                f"{scenario.network}: {key} {given[key]} is for vehicles on loops, and no vehicle of "
+                "the configuration is on a loop; give loops (--routes, --loops), or leave it out"
             )
             raise ScenarioError(msg)
     began = perf_counter()

@@ -178,7 +178,7 @@ def test_a_loop_without_private_road_is_named() -> None:
     west = polygon("west", [(0, 0), (11, 0), (11, 20), (0, 20)])
     found = make_segments([loop, east, west])
     assert [state for state, _, _ in legs(found.itineraries[0])] == ["zone2", "zone1"]
-    assert "no private road on loop: always in somebody's way" in found.warnings
+    assert "no private road on loop: its vehicle always blocks others" in found.warnings
 
 
 def test_starts_are_private_whole_and_by_seed() -> None:

@@ -91,7 +91,7 @@ class Lights:
         if rarely:
             lines.append(
                 f"lights: {len(rarely)} of {len(self._used)} movements with a light stay red for more than "
-                f"{_LONG_RED_S:.0f} s, first {rarely[0]}: what stands there is no deadlock; try --lights off"
+                f"{_LONG_RED_S:.0f} s, first {rarely[0]}: a queue there is no deadlock; try --lights off"
             )
         seconds, signal = self._longest()
         if signal is not None and seconds > _LONG_RED_S and not lines:

@@ -22,11 +22,11 @@ from loopgate.traffic.base import Traffic
 __all__ = ["Surroundings"]
 
 _PROMISE = (
-    "The gate sees to gated vehicles only: none of its grants closes a circle of them, and they leave room "
-    "in each for ordinary ones. More of those than there is room for can still hold them up for good, and "
-    "between the two there is no more than SUMO's right of way."
+    "The gate rules gated vehicles only: no grant closes a circle of gated vehicles, and they leave slots "
+    "free in each circle for ordinary vehicles. If there are more ordinary vehicles, they can block gated "
+    "vehicles for good. Between the two kinds only SUMO's right of way rules."
 )
-"""The promise that holds with ordinary traffic about."""
+"""The promise that holds beside ordinary traffic."""
 
 
 class Surroundings:

@@ -276,5 +276,5 @@ def _refuse_crowd(
     number = {state: place for place, state in enumerate(system.states)}
     ways = [[number.get(state, len(number)) for state in way] for way in passing]
     if find_crowd(system.paths, wide, ways) is not None:
-        msg = "with those who join not everyone could go on for ever"
+        msg = "with the vehicles that join, not every vehicle could go on for ever"
         raise GateError(msg)

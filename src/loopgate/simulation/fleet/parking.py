@@ -56,11 +56,11 @@ class Parking:
         return self._engine.sets_aside
 
     def notes(self, stops: Mapping[str, Sequence[Stop]]) -> tuple[str, ...]:
-        """Say what it means that vehicles park on their way."""
+        """Return the warning about vehicles that keep their slots while they park."""
         names = [stop.name for some in stops.values() for stop in some if stop.parks]
         if self.gives_up or not names:
             return ()
-        return (f"stops: while a vehicle parks, as at {names[0]}, nobody else gets into its place",)
+        return (f"stops: while a vehicle parks, as at {names[0]}, no other vehicle enters its place",)
 
     def begin(self, driver: Driver) -> bool:
         """Take the slot of a vehicle that has just parked; return whether it gave it up."""
