@@ -44,12 +44,15 @@ PAIRS: Final = "pairs"  # runs of both gates that agree in everything else
 DIFFERENCE: Final = "difference"  # mean of gate minus baseline over pairs, in the unit of the value
 RATIO: Final = "ratio"  # sum over pairs of gate by sum of baseline
 BETTER: Final = "better"  # share of pairs in which the gate has the greater value
+KIND: Final = (
+    "interval"  # how low and high were found: "bootstrap", "paired t", or "none" where no claim is made
+)
 DENSITY: Final = "density_veh_per_km"  # vehicles per kilometre of the edges on loops
 FLOW: Final = "flow_veh_per_h"  # density times mean speed
 SPEED: Final = "speed_km_per_h"  # mean speed of all vehicles
 CAPACITY: Final = "capacity_vehicles"  # vehicle count at which the mean value is greatest
 PEAK: Final = "peak"  # that greatest mean, in the unit of the value
-AT_BORDER: Final = "at_border"  # True if it is the largest count measured, so the peak may lie beyond
+AT_BORDER: Final = "at_border"  # True if it is the largest count measured: the capacity was not reached
 QUANTILE: Final = "quantile"  # 0 to 1
 MESSAGES_PER_DECISION: Final = "messages_per_decision"  # mean over the run
 REFUSED_SHARE: Final = "refused_share"  # refusals per decision

@@ -7,7 +7,7 @@ import pandas as pd
 
 from loopgate.analysis import columns as a
 from loopgate.analysis.frames import check_columns, groups, succeeded, table
-from loopgate.analysis.statistics import bootstrap_interval, mean_interval
+from loopgate.analysis.statistics import FEWEST, mean_interval, paired_interval
 from loopgate.errors import AnalysisError
 from loopgate.results import row_columns as c
 
@@ -70,9 +70,10 @@ def compute_paired(
 ) -> pd.DataFrame:
     """Compare each gate with a baseline on the same seeds.
 
-    One row per gate and group: `of`, `by`, `BASELINE`, `PAIRS`, `DIFFERENCE`, `LOW`, `HIGH` (BCa bootstrap
-    interval of the mean difference, in the unit of `value`), `RATIO` (missing if the baseline is 0), `BETTER`
-    (share of pairs).
+    One row per gate and group: `of`, `by`, `BASELINE`, `PAIRS`, `DIFFERENCE`, `LOW`, `HIGH` (interval of the
+    mean difference, in the unit of `value`), `KIND` (of the interval: paired t below eight pairs, from there
+    on BCa bootstrap, and none below three pairs), `RATIO` (missing if the baseline is 0), `BETTER` (share of
+    pairs).
 
     Runs with equal `by` and `match` are a pair; a run without partner is left out. Pairing takes out what
     both gates share (loops, starts), so few seeds tell more than two separate means do.
@@ -124,7 +125,7 @@ def compute_paired(
         if pairs.empty:
             continue
         difference = (pairs[value] - pairs["base"]).to_numpy(dtype=float)
-        mean, low, high = bootstrap_interval(difference, level=level, seed=seed)
+        (mean, low, high), kind = paired_interval(difference, level=level, seed=seed)
         total = float(pairs["base"].sum())
         rows.append(
             {
@@ -134,11 +135,12 @@ def compute_paired(
                 a.DIFFERENCE: mean,
                 a.LOW: low,
                 a.HIGH: high,
+                a.KIND: kind,
                 a.RATIO: float(pairs[value].sum()) / total if total else np.nan,
                 a.BETTER: float((difference > 0).mean()),
             }
         )
-    return table(rows, [of, *by, a.BASELINE, a.PAIRS, a.DIFFERENCE, a.LOW, a.HIGH, a.RATIO, a.BETTER])
+    return table(rows, [of, *by, a.BASELINE, a.PAIRS, a.DIFFERENCE, a.LOW, a.HIGH, a.KIND, a.RATIO, a.BETTER])
 
 
 def compute_fundamental(*, runs: pd.DataFrame, by: Sequence[str] = ()) -> pd.DataFrame:
@@ -198,7 +200,9 @@ def compute_capacity(
     One row per group: `by`, `CAPACITY` [vehicles], `LOW`, `HIGH` [vehicles], `PEAK` (unit of `value`),
     `AT_BORDER`.
 
-    The interval holds `level` of the peaks found when the runs of each vehicle count are resampled.
+    The interval holds `level` of the peaks found when the runs of each vehicle count are resampled. It is
+    missing where some count has fewer than three runs. Where the greatest mean is that of the largest count
+    (`AT_BORDER`), the capacity was not reached: it is greater, and `HIGH` is missing.
 
     Raises `AnalysisError` on a missing column.
 
@@ -236,15 +240,16 @@ def compute_capacity(
         peaks = counts[drawn.argmax(axis=0)]
         tail = (1 - level) / 2
         low, high = np.quantile(peaks, [tail, 1 - tail], method="inverted_cdf")
-        best = int(means.argmax())
+        best, known = int(means.argmax()), min(sample.size for sample in samples.values()) >= FEWEST
+        at_border = best == len(counts) - 1
         rows.append(
             {
                 **names,
                 a.CAPACITY: int(counts[best]),
-                a.LOW: int(low),
-                a.HIGH: int(high),
+                a.LOW: float(low) if known else np.nan,
+                a.HIGH: float(high) if known and not at_border else np.nan,
                 a.PEAK: float(means[best]),
-                a.AT_BORDER: best == len(counts) - 1,
+                a.AT_BORDER: at_border,
             }
         )
     return table(rows, [*by, a.CAPACITY, a.LOW, a.HIGH, a.PEAK, a.AT_BORDER])

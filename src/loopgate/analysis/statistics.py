@@ -10,6 +10,12 @@ from loopgate.arrays import Floats
 from loopgate.errors import AnalysisError
 
 _RESAMPLES = 2000
+_BOOTSTRAP_FROM = 8
+FEWEST = 3
+"""Of fewer pairs, or runs, nothing is claimed."""
+
+BOOTSTRAP, PAIRED_T, NO_INTERVAL = "bootstrap", "paired t", "none"
+"""Kinds of intervals of paired differences."""
 
 
 class Interval(NamedTuple):
@@ -78,6 +84,26 @@ def bootstrap_interval(values: npt.ArrayLike, *, level: float = 0.95, seed: int 
         rng=np.random.default_rng(seed),
     )
     return Interval(mean, float(result.confidence_interval.low), float(result.confidence_interval.high))
+
+
+def paired_interval(
+    differences: npt.ArrayLike, *, level: float = 0.95, seed: int = 0
+) -> tuple[Interval, str]:
+    """Return the mean of paired differences with an interval, and the name of the kind of interval.
+
+    From eight pairs on it is the bootstrap's, see `bootstrap_interval`. The bootstrap of fewer differences is
+    too narrow: that of two has only two ends. There it is that of the paired t-test, Student's t on the
+    differences. Of fewer than three pairs no interval is given, and its kind is ``none``.
+
+    Raises `AnalysisError` if `level` is not between 0 and 1.
+    """
+    sample = _finite(differences)
+    if sample.size >= _BOOTSTRAP_FROM:
+        return bootstrap_interval(sample, level=level, seed=seed), BOOTSTRAP
+    found = mean_interval(sample, level=level)
+    if sample.size >= FEWEST:
+        return found, PAIRED_T
+    return Interval(found.estimate, np.nan, np.nan), NO_INTERVAL
 
 
 def weighted_quantiles(values: npt.ArrayLike, weights: npt.ArrayLike, quantiles: npt.ArrayLike) -> Floats:

@@ -31,10 +31,17 @@ def plot_capacity(capacity: pd.DataFrame, *, series: str = c.GATE, among: Sequen
     across = alt.X(f"{a.LOW}:Q", title=_VEHICLES, scale=alt.Scale(zero=True))
     at = alt.X(f"{a.CAPACITY}:Q", title=_VEHICLES)
     hover = tooltip(series, f"{a.CAPACITY}:Q", f"{a.LOW}:Q", f"{a.HIGH}:Q", f"{a.PEAK}:Q", a.AT_BORDER)
+    far = base.transform_filter(f"datum.{a.AT_BORDER}")
+    beyond = alt.condition(f"datum.{a.AT_BORDER}", alt.value("triangle-right"), alt.value("circle"))
     return finish(  # type: ignore[no-any-return]
         alt.layer(
-            base.mark_rule(strokeWidth=2).encode(x=across, x2=f"{a.HIGH}:Q"),
-            base.mark_point(filled=True, size=70, opacity=1).encode(x=at, tooltip=hover),
+            base.transform_filter(f"isValid(datum.{a.HIGH})")
+            .mark_rule(strokeWidth=2)
+            .encode(x=across, x2=f"{a.HIGH}:Q"),
+            base.mark_point(filled=True, size=70, opacity=1).encode(x=at, tooltip=hover, shape=beyond),
+            far.transform_calculate(said=f"'> ' + datum.{a.CAPACITY} + ', not reached'")
+            .mark_text(align="right", dx=-10)
+            .encode(x=at, text="said:N"),
             data=data(capacity),
         ),
         height=30 + 26 * len(known),

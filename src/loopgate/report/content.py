@@ -26,6 +26,7 @@ from loopgate.analysis import (
     compute_trips,
 )
 from loopgate.analysis import columns as a
+from loopgate.analysis.statistics import FEWEST, NO_INTERVAL
 from loopgate.plots.course import CUMULATIVE, OVER_TIME
 from loopgate.plots.style import MAX_SERIES, series_order
 from loopgate.report.items import Content, Section
@@ -176,7 +177,12 @@ def _overall(content: Content, runs: pd.DataFrame, names: list[str]) -> None:
             content.figure(name, title, caption, chart, "fundamental")
     peaks = content.table("capacity", "Capacity", compute_capacity, by=[a.SERIES])
     if counts > 1:
-        caption = "The vehicle count at which throughput peaks, with its 95 % interval (bootstrap)."
+        caption = "The vehicle count at which throughput peaks"
+        some = peaks[a.LOW].notna().any()
+        caption += ", with its 95 % interval (bootstrap of the runs at each count)." if some else "."
+        caption += " A triangle: the most vehicles that were tried, so it peaks beyond." * any(
+            peaks[a.AT_BORDER]
+        )
         content.figure("capacity", "Capacity", caption, plots.plot_capacity(peaks, **content.style))
     if len(names) > 1 and not runs.duplicated([*_BY, c.SEED]).any():
         _paired(content, names[0])
@@ -186,10 +192,13 @@ def _paired(content: Content, baseline: str) -> None:
     title = f"Difference to {baseline} on the same seeds [vehicle-km/h]"
     paired = content.table("paired", title, compute_paired, baseline=baseline, of=a.SERIES, by=[c.VEHICLES])
     if len(paired):
+        kinds = [kind for kind in paired[a.KIND].unique() if kind != NO_INTERVAL]
+        bars = f", with 95 % intervals ({' or '.join(kinds)})" if kinds else ""
+        few = "" if len(kinds) == paired[a.KIND].nunique() else f" No interval below {FEWEST} pairs."
         content.figure(
             "paired",
             title.partition(" [")[0],
-            "Mean difference of runs that agree in everything else, with 95 % intervals (bootstrap).",
+            f"Mean difference of runs that agree in everything else{bars}.{few}",
             plots.plot_paired(paired, **content.style, label="difference [vehicle-km/h]"),
         )
 

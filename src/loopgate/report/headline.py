@@ -132,7 +132,7 @@ def _throughput(tables: Mapping[str, pd.DataFrame], runs: pd.DataFrame, *, every
 
 
 def _border(row: pd.Series) -> str:
-    return " (the most that were tried)" if row[a.AT_BORDER] else ""
+    return f" (capacity > {row[a.CAPACITY]}, not reached)" if row[a.AT_BORDER] else ""
 
 
 def _pairs(tables: Mapping[str, pd.DataFrame]) -> list[str]:
@@ -144,13 +144,13 @@ def _pairs(tables: Mapping[str, pd.DataFrame]) -> list[str]:
         up, down = sure[sure[a.LOW] > 0], sure[sure[a.HIGH] < 0]
         if sure.empty:
             plural = "s" if len(part) > 1 else ""
-            counts = (
-                f"one run of each at {len(part)} vehicle count{plural}, so luck cannot be told from merit"
-            )
+            pairs = int(part[a.PAIRS].max())
+            of = "one run" if pairs == 1 else f"at most {pairs} runs"
+            counts = f"{of} of each at {len(part)} vehicle count{plural}, so luck cannot be told from merit"
         else:
             counts = (
                 f"more at {len(up)} and less at {len(down)} of {len(sure)} vehicle counts "
-                "(95 % interval of the difference clear of zero)"
+                f"(95 % interval of the difference, {' and '.join(sorted(set(sure[a.KIND])))}, clear of zero)"
             )
         baseline = part[a.BASELINE].iloc[0]
         sentences.append(

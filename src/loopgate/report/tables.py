@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from loopgate.analysis.columns import BETTER, HIGH, LOW, RATE, REFUSED_SHARE
+from loopgate.analysis.columns import AT_BORDER, BETTER, CAPACITY, HIGH, LOW, RATE, REFUSED_SHARE
 from loopgate.report.headline import DASH, number
 
 Cells = tuple[list[str], list[list[str]]]
@@ -23,6 +23,12 @@ def cells(table: pd.DataFrame) -> Cells:
     """Return the table with three significant digits, and shares with their intervals in percent."""
     shares = _SHARES | ({LOW, HIGH} if RATE in table.columns else set())
     columns = [_texts(table[name], share=name in shares) for name in table.columns]
+    if AT_BORDER in table and CAPACITY in table:
+        at = list(table.columns).index(CAPACITY)
+        columns[at] = [
+            f"> {text}, not reached" if border else text
+            for text, border in zip(columns[at], table[AT_BORDER], strict=True)
+        ]
     headings = [str(name).replace("_", " ") for name in table.columns]
     return headings, [list(row) for row in zip(*columns, strict=True)]
 

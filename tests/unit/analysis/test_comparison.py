@@ -30,7 +30,23 @@ def test_pairs_are_runs_with_the_same_seed() -> None:
     row = compute_paired(runs=table, baseline="a").iloc[0]
     assert (row["gate"], row["baseline"], row["pairs"]) == ("b", "a", 2)
     assert (row["difference"], row["ratio"], row["better"]) == (3.0, 1.6, 1.0)
-    assert row["low"] <= 3 <= row["high"]
+    assert row["interval"] == "none"  # of two pairs nothing is claimed
+    assert pd.isna(row["low"])
+    assert pd.isna(row["high"])
+
+
+def test_few_pairs_have_the_interval_of_the_paired_t_test_and_many_that_of_the_bootstrap() -> None:
+    """Differences 1, 2, 6: 3 with a deviation of 7^0.5; the bootstrap of three lies within their ends."""
+    gains = (1.0, 2.0, 6.0, 3.0, 4.0, 2.0, 1.0, 5.0)
+    for pairs, kind in ((3, "paired t"), (7, "paired t"), (8, "bootstrap")):
+        rows = [(gate, 10, s, 9.0 + gains[s] * (gate == "b")) for gate in "ab" for s in range(pairs)]
+        row = compute_paired(runs=runs(*rows), baseline="a").iloc[0]
+        assert row["interval"] == kind
+        if kind == "paired t" and len(rows) == 6:
+            half = 4.302653 * (7.0 / 3.0) ** 0.5
+            assert (row["low"], row["high"]) == (pytest.approx(3 - half), pytest.approx(3 + half))
+            assert row["low"] < 0.0
+        assert row["low"] < row["difference"] < row["high"]
 
 
 def test_a_pair_that_could_be_two_is_refused() -> None:
@@ -53,7 +69,12 @@ def test_capacity_is_where_the_mean_peaks() -> None:
     assert (row["capacity_vehicles"], row["low"], row["high"]) == (20, 20, 20)
     assert row["peak"] == pytest.approx(9.1)
     assert not row["at_border"]
-    assert compute_capacity(runs=table[table["vehicles"] < 30]).iloc[0]["at_border"]
+    border = compute_capacity(runs=table[table["vehicles"] < 30]).iloc[0]
+    assert border["at_border"]
+    assert pd.isna(border["high"])
+    one = compute_capacity(runs=table[table["seed"] < 2]).iloc[0]
+    assert pd.isna(one["low"])
+    assert pd.isna(one["high"])
 
 
 def test_fundamental_diagram() -> None:
