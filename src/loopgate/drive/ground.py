@@ -102,8 +102,9 @@ class Ground:
         run["decided_s"] = -math.inf
         run["serve_after_s"] = math.inf
         run["looked_s"] = -math.inf
-        for name in _WORDS.keys() & DriveRow.__annotations__.keys():
-            run[name] = code(_WORDS[name])
+        for name, word in _WORDS.items():  # in this order, which numbers the words of the trace
+            if name in DriveRow.__annotations__:
+                run[name] = code(word)
         words = [code(reason.value) if reason else 0 for reason in REASONS]
         legs = LegRows((), self.states, self._moves, {})
         made: dict[str, Any] = {

@@ -281,7 +281,7 @@ def _roads(content: Content, runs: pd.DataFrame) -> None:
             content.figure(name, title, caption, chart)
     for name, title, column, label in (
         ("map", "Where vehicles stand", run.STOOD, "vehicle-seconds standing per edge and run"),
-        ("idleness-map", "Which roads go unwatched", run.IDLENESS, "idleness per edge [s]"),
+        ("idleness-map", "Idleness of edges on loops", run.IDLENESS, "idleness per edge [s]"),
     ):
         if column in edges and edges[column].gt(0).any():
             caption = f"With {count} vehicles, mean over runs; broad and strong is much. Loops only."

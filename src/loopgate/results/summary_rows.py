@@ -38,7 +38,8 @@ def _rows(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
         *_stops(summary),
         *_spacing(summary),
         ("coverage", _coverage(summary)),
-        ("idleness", _idleness(summary)),
+        *_seen(summary),
+        ("idleness on loops", _idleness(summary)),
         *_watch(summary.get("watch") or {}),
         ("deadlocks", _deadlocks(summary)),
         *_starving(summary.get("starving") or []),
@@ -62,7 +63,7 @@ def _rows(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
     if summary["audit"] == NOT_GATED:
         rows = [row for row in rows if row[0] != "hold time"]
     if not summary["loops"]:
-        rows = [row for row in rows if row[0] not in {"coverage", "idleness", "laps"}]
+        rows = [row for row in rows if row[0] not in {"coverage", "idleness on loops", "laps"}]
     if not summary["decisions"]:
         rows = [row for row in rows if row[0] not in {"decisions", "refusals", "decision time"}]
     return rows
@@ -186,15 +187,31 @@ def _idleness(summary: Mapping[str, Any]) -> str:
     return f"{text}, {never} edge{'s' if never != 1 else ''} never visited" if never else text
 
 
+def _seen(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Return the row about which streets were seen, also streets on no loop, if they were measured."""
+    watch = summary.get("watch") or {}
+    if not watch:
+        return []
+    never = watch["never_seen"]
+    text = f"{watch['streets'] - never} of {watch['streets']} streets seen"
+    if watch["worst_idleness_of_seen_s"] is not None:
+        text += f"; the worst of these {watch['worst_idleness_of_seen_s']:.0f} s"
+    if never:
+        missed = min(never, summary["unvisited_edges"] or 0)
+        why = [f"{never - missed} are on no loop"] if never > missed else []
+        why += [f"no vehicle came to {missed} on loops"] if missed else []
+        text += f"; {never} never, because {' and '.join(why)}"
+    return [("streets", text)]
+
+
 def _watch(watch: Mapping[str, Any]) -> list[tuple[str, str]]:
     """Return the rows about all streets, also streets on no loop, if they were measured."""
     if not watch:
         return []
-    text = f"{watch['never_seen']} of {watch['streets']} never seen"
+    rows = []
     if watch["headway_cv"] is not None:
-        text += f"; revisit intervals: coefficient of variation {watch['headway_cv']:.2f}, "
-        text += f"{watch['bunched']:.0%} bunched"
-    rows = [("streets", text)]
+        text = f"coefficient of variation {watch['headway_cv']:.2f}, {watch['bunched']:.0%} bunched"
+        rows.append(("revisit intervals", text))
     if "bound_s" in watch and watch["within_of_seen"] is not None:
         broken = [f"{_named(row)} {row['worst_idleness_s']:.0f} s" for row in watch["broken"][:3]]
         promise = f"kept {watch['within_of_seen']:.1%} of the time, over seen streets"

@@ -168,7 +168,7 @@ def _idleness(table: pd.DataFrame, seen: pd.DataFrame) -> dict[str, Any]:
     return {
         "streets": len(table),
         "never_seen": len(table) - len(seen),
-        "idleness_s": rounded(table[IDLENESS].mean()),
+        "idleness_of_all_s": rounded(table[IDLENESS].mean()),
         "idleness_of_seen_s": rounded(seen[IDLENESS].mean()),
         "worst_idleness_of_seen_s": rounded(seen[WORST_IDLENESS].max()),
     }
