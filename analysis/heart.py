@@ -177,7 +177,7 @@ def drive(
         km=driving.driven_m / 1000.0,
         longest_s=max(waits),
         collisions=len(collisions),
-        trespasses=driving.trespasses,
+        trespasses=ledger.trespasses,
         sumo_s=driving.sumo_s,
         gate_s=spent_s - driving.sumo_s,
         free_to_go=free_to_go,

@@ -8,7 +8,7 @@ from pathlib import Path
 import heart  # in analysis/
 import pytest
 
-from loopgate.control import crossings, ledger
+from loopgate.control import crossings, driving, ledger
 from loopgate.control.places import Vehicle
 from loopgate.simulation.assembly import Assembly, assemble
 from loopgate.simulation.scenario import Scenario
@@ -48,6 +48,13 @@ def test_vehicles_leave_and_come_in_between_the_others() -> None:
 def test_were_crossings_not_looked_at_that_would_be_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(crossings, "_relation", lambda *_: crossings.PAST)
     assert heart.drive(*starts(200)).collisions
+
+
+def test_were_nobody_held_that_would_be_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(driving.Driving, "_hold", lambda *_: None)
+    driven = heart.drive(*starts(200))
+    assert driven.trespasses
+    assert not driven.joined
 
 
 def test_were_a_wake_missed_that_would_be_noticed(monkeypatch: pytest.MonkeyPatch) -> None:

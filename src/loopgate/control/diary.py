@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from math import inf
 from typing import Final
 
+from loopgate.control.ledger import GRANTED, LEFT, REFUSED, Ledger
 from loopgate.control.places import Leg, Vehicle
 
 Row = tuple[float, str, str, str, str]
@@ -15,6 +16,9 @@ Row = tuple[float, str, str, str, str]
 EDGE: Final = "edge"
 LAP: Final = "lap"
 ENTER: Final = "enter"
+LEAVE: Final = "leave"
+GRANT: Final = "grant"
+REFUSE: Final = "refuse"
 
 
 class Diary:
@@ -53,15 +57,14 @@ class Diary:
         self._leg_m = inf
         self.due_m = min(self._edge_m, self._lap_m)
 
-    def aim(self) -> float:
-        """Say where something is to be noted next, after a grant; return it [m]."""
+    def aim(self) -> None:
+        """Say where something is to be noted next, after a grant."""
         self._leg_m = inf
         if self._entered < self.vehicle.granted:
             number = self._entered + 1
             laps = number // len(self._path)
             self._leg_m = laps * self.vehicle.lap_m + self._path[number - laps * len(self._path)].begin_m
         self.due_m = min(self._edge_m, self._lap_m, self._leg_m)
-        return self.due_m
 
     def pass_by(self, now_s: float, rows: list[Row]) -> bool:
         """Note what the front has passed; return whether the simulator renewed the route there."""
@@ -91,9 +94,50 @@ class Diary:
         self._edge_m = self._edge_laps_m + self._begins_m[self._edge]
 
 
-def they_are_at(diaries: list[Diary], fronts_m: list[float], speeds: list[float]) -> None:
-    """Take note of where all vehicles are [m], and how fast [m/s]."""
+def look(
+    diaries: list[Diary],
+    fronts_m: list[float],
+    speeds: list[float],
+    ledger: Ledger,
+    rows: list[Row],
+) -> list[Vehicle]:
+    """Take note of where all vehicles are [m], how fast [m/s], and of what they have reached.
+
+    Return the held vehicles whose route the simulator has renewed.
+    """
+    due: list[Diary] = []
     for number, diary in enumerate(diaries):
-        vehicle = diary.vehicle
-        vehicle.front_m = fronts_m[number]
+        vehicle, front_m = diary.vehicle, fronts_m[number]
+        vehicle.front_m = front_m
         vehicle.speed = speeds[number]
+        if front_m >= vehicle.due_m or front_m >= diary.due_m:
+            due.append(diary)
+    renewed: list[Vehicle] = []
+    for diary in due:
+        vehicle = diary.vehicle
+        if vehicle.front_m >= diary.due_m and diary.pass_by(ledger.now_s, rows) and vehicle.held:
+            renewed.append(vehicle)
+        if vehicle.front_m >= vehicle.due_m:
+            ledger.passed(vehicle)
+    return renewed
+
+
+def write_down(ledger: Ledger, diaries: list[Diary], rows: list[Row]) -> tuple[list[Vehicle], list[Vehicle]]:
+    """Write what the ledger did into the rows; return who is to be let go, and who held, in that order."""
+    moved: dict[Vehicle, None] = {}
+    stays: dict[Vehicle, None] = {}
+    now_s = ledger.now_s
+    for what, vehicle, place, reason in ledger.log:
+        if what == LEFT:
+            rows.append((now_s, vehicle.name, LEAVE, place.name, ""))
+        elif what == GRANTED:
+            rows.append((now_s, vehicle.name, GRANT, place.name, "free"))
+            diaries[vehicle.row].aim()
+            moved[vehicle] = None
+            stays.pop(vehicle, None)
+        else:
+            if what == REFUSED:
+                rows.append((now_s, vehicle.name, REFUSE, place.name, reason))
+            stays[vehicle] = None
+    ledger.log.clear()
+    return [vehicle for vehicle in moved if vehicle.held], list(stays)

@@ -11,16 +11,12 @@ import numpy as np
 
 from loopgate.abstraction.itinerary import Leg as Drawn
 from loopgate.arrays import Floats
-from loopgate.control.diary import Diary, Row, they_are_at
+from loopgate.control.diary import Diary, Row, look, write_down
 from loopgate.control.layout import Layout
-from loopgate.control.ledger import GRANTED, LEFT, REFUSED, Ledger
+from loopgate.control.ledger import Ledger
 from loopgate.control.places import Leg, Make, Vehicle
 from loopgate.results.columns import Event
 from loopgate.traffic.base import Traffic
-
-TOLERANCE_M: Final = 0.5
-"""Rounding allowed before a front beyond its line counts as one [m]."""
-
 
 _GAP_M: Final = 2.5
 """Room to the vehicle ahead for one that comes in [m]."""
@@ -70,10 +66,7 @@ class Driving:
         self._lines: list[tuple[Drawn, ...]] = []
         self._offset: Floats = np.zeros(0)
         self._front: Floats = np.zeros(0)
-        self._due: Floats = np.zeros(0)
-        self._note_due: Floats = np.zeros(0)
         self.driven_m = self.sumo_s = 0.0
-        self.trespasses = 0
 
     def take_in(self, ways: Sequence[Way]) -> None:
         """Take vehicles in that are on the road; if others are there, they are last in line."""
@@ -99,8 +92,6 @@ class Driving:
         fresh = self.diaries[first:]
         self._offset = np.append(self._offset, np.array(fronts) - traffic.odometers(self._ids[first:]))
         self._front = np.append(self._front, fronts)
-        self._note_due = np.append(self._note_due, [diary.due_m for diary in fresh])
-        self._due = np.append(self._due, np.full(len(fresh), -np.inf))
         for diary in fresh:
             self.ledger.passed(diary.vehicle)
         self._answer(traffic.now_s)
@@ -128,12 +119,9 @@ class Driving:
         self.rows.append((self._traffic.now_s, name, Event.END, vehicle.leg.place.name, "left"))
         self.ledger.leave(vehicle)
         self.ledger.log = [one for one in self.ledger.log if one[1] is not vehicle]
-        self.ledger.aimed = [one for one in self.ledger.aimed if one is not vehicle]
         self._traffic.leave_gate(name)
         del self.diaries[row], self._ids[row], self._lines[row]
-        self._offset, self._front, self._note_due, self._due = (
-            np.delete(some, row) for some in (self._offset, self._front, self._note_due, self._due)
-        )
+        self._offset, self._front = np.delete(self._offset, row), np.delete(self._front, row)
         for later in self.diaries[row:]:
             later.vehicle.row -= 1
 
@@ -148,18 +136,9 @@ class Driving:
         self.driven_m += float(moved.sum())
         speeds = moved / self._traffic.step_s
         self._front = fronts
-        diaries = self.diaries
-        they_are_at(diaries, fronts.tolist(), speeds.tolist())
-        for number in np.flatnonzero(fronts >= self._note_due).tolist():
-            diary = diaries[number]
-            if diary.pass_by(now_s, self.rows) and diary.vehicle.held:
-                self._hold_anew(diary.vehicle)
-            self._note_due[number] = diary.due_m
-        for number in np.flatnonzero(fronts >= self._due).tolist():
-            vehicle = diaries[number].vehicle
-            self.ledger.passed(vehicle)
-            if vehicle.front_m > vehicle.line_m + TOLERANCE_M:
-                self.trespasses += 1
+        self.ledger.now_s = now_s
+        for vehicle in look(self.diaries, fronts.tolist(), speeds.tolist(), self.ledger, self.rows):
+            self._hold_anew(vehicle)
         for name in self._traffic.halted():
             wanted = self.ledger.vehicles[name].wanted()
             self.rows.append((now_s, name, Event.HOLD, wanted.name if wanted else "", ""))
@@ -167,33 +146,14 @@ class Driving:
 
     def _answer(self, now_s: float) -> None:
         """Answer requests, and carry out what comes of it."""
-        ledger, rows = self.ledger, self.rows
-        ledger.answer(now_s)
-        moved: dict[Vehicle, None] = {}
-        stays: dict[Vehicle, None] = {}
-        for what, vehicle, place, reason in ledger.log:
-            if what == LEFT:
-                rows.append((now_s, vehicle.name, Event.LEAVE, place.name, ""))
-            elif what == GRANTED:
-                rows.append((now_s, vehicle.name, Event.GRANT, place.name, "free"))
-                self._note_due[vehicle.row] = self.diaries[vehicle.row].aim()
-                moved[vehicle] = None
-                stays.pop(vehicle, None)
-            else:
-                if what == REFUSED:
-                    rows.append((now_s, vehicle.name, Event.REFUSE, place.name, reason))
-                stays[vehicle] = None
-        ledger.log.clear()
-        for vehicle in moved:
-            if vehicle.held:
-                vehicle.held = False
-                self._traffic.release(vehicle.name)
-        for vehicle in stays:
+        self.ledger.answer(now_s)
+        gone, stay = write_down(self.ledger, self.diaries, self.rows)
+        for vehicle in gone:
+            vehicle.held = False
+            self._traffic.release(vehicle.name)
+        for vehicle in stay:
             if not vehicle.held:
                 self._hold(vehicle)
-        for vehicle in ledger.aimed:
-            self._due[vehicle.row] = vehicle.due_m
-        ledger.aimed.clear()
 
     def _hold(self, vehicle: Vehicle) -> None:
         line = self._lines[vehicle.row][vehicle.leg.number].line

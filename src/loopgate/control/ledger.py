@@ -15,6 +15,9 @@ REFUSED: Final = "refused"
 LEFT: Final = "left"
 BRAKES: Final = "brakes"
 
+TOLERANCE_M: Final = 0.5
+"""Rounding allowed before a front beyond its line counts as one [m]."""
+
 WAIT_S: Final = 5.0
 """So long a wait counts as much as one vehicle more behind than before [s]."""
 
@@ -55,8 +58,8 @@ class Ledger:
         self.log: list[tuple[str, Vehicle, Place, str]] = []
         """What has happened since somebody took note of it, in order: `GRANTED`, `REFUSED` (for a new
         reason), `LEFT` by a rear, or `BRAKES` (behind one that has not asked); vehicle, place, reason."""
-        self.aimed: list[Vehicle] = []
-        """Vehicles for which something is to be done from another point on than before."""
+        self.trespasses = 0
+        """How often a front was past the end of the last granted leg: should be never."""
         self._grants = 0
         self._turn = 0
         self._made = 0
@@ -120,6 +123,8 @@ class Ledger:
     def passed(self, vehicle: Vehicle) -> None:
         """Take note that the front of a vehicle is where something was to be done, or beyond."""
         front_m = vehicle.front_m
+        if front_m > vehicle.line_m + TOLERANCE_M:
+            self.trespasses += 1
         while vehicle.trips and front_m >= vehicle.trips[0].clear_m:
             trip = vehicle.trips.pop(0)
             trip.over.movement.junction.trips.remove(trip)
@@ -207,7 +212,7 @@ class Ledger:
 
     def _aim(self, vehicle: Vehicle) -> None:
         """Say where something is to be done next for a vehicle."""
-        due_m = inf
+        due_m = vehicle.line_m + TOLERANCE_M if vehicle.line_m > vehicle.front_m - TOLERANCE_M else inf
         if not (vehicle.asks or vehicle.near):
             asks_m = vehicle.asks_from_m()
             if vehicle.front_m < asks_m:
@@ -222,7 +227,6 @@ class Ledger:
         for watched_m, _ in vehicle.watchers:
             due_m = min(due_m, watched_m)
         vehicle.due_m = due_m
-        self.aimed.append(vehicle)
 
     def _rank(self, vehicle: Vehicle) -> float:
         """Return the less the sooner it is asked about in this turn; grants of the turn do not change it."""
