@@ -44,6 +44,9 @@ ADDITIONAL = """<additional>
     <rerouter id="anew" edges="s1">
         <interval begin="0" end="60"><destProbReroute id="l1"/></interval>
     </rerouter>
+    <calibrator id="cal" edge="p1a" pos="0" freq="10" output="nul">
+        <flow begin="0" end="9" speed="9"/>
+    </calibrator>
     <e1Detector id="det" lane="p1b_0" pos="9" freq="60" file="nul"/>
     <variableSpeedSign id="slow" lanes="l2_0"><step time="5" speed="5"/></variableSpeedSign>
     <poly id="house" color="red" shape="0,0 9,0 9,9"/><poi id="tree" x="3" y="4" color="green"/>
@@ -152,9 +155,9 @@ def _after(folder: Path, random: Random) -> None:
 
 
 RUNS = (
-    Reader("additional, includes", 40, "driven", FILES, _read),
-    Reader("configuration, whole", 10, "driven", FILES, _assembled),
-    Reader("configuration, run", 10, "driven", FILES, _driven),
-    Reader("two runs", 8, "driven", FILES, _after),
+    Reader("additional, includes", 20, "driven", FILES, _read),
+    Reader("configuration, whole", 3, "driven", FILES, _assembled),
+    Reader("configuration, run", 3, "driven", FILES, _driven),
+    Reader("two runs", 2, "driven", FILES, _after),
 )
 """What SUMO is given, a file of it spoiled at a time."""

@@ -21,6 +21,7 @@ from loopgate.analysis.course import (
     compute_stuck,
     compute_time_space,
 )
+from loopgate.analysis.frames import of_tables
 from loopgate.analysis.monitoring import (
     compute_edge_holds,
     compute_edges,
@@ -80,3 +81,6 @@ __all__ = [
     "compute_waits",
     "compute_watch",
 ]
+
+for _name in __all__:
+    globals()[_name] = of_tables(globals()[_name], __name__)

@@ -1,13 +1,46 @@
 """Checks on the tables that analysis functions are given, and on the period they look at."""
 
+import functools
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from typing import Any, ParamSpec, TypeVar
 
 import pandas as pd
 
-from loopgate.errors import AnalysisError
+from loopgate.errors import AnalysisError, LoopgateError
+from loopgate.foreign import reason_of
 from loopgate.results.row_columns import STATUS, STATUS_OK
+
+P = ParamSpec("P")
+T = TypeVar("T")
+
+
+def of_tables(function: Callable[P, T], offered_by: str) -> Callable[P, T]:
+    """Return a function of tables that refuses in one line tables whose values no run has.
+
+    Tables may be damaged, made by another version, or a user's own. Whatever the function stumbles on then
+    becomes an `AnalysisError` that names the function. A call that Python itself refuses stays a `TypeError`.
+
+    Parameters
+    ----------
+    offered_by
+        The package that offers the function, by which other processes find it.
+    """
+
+    @functools.wraps(function)
+    def explained(*args: P.args, **kwargs: P.kwargs) -> T:
+        try:
+            return function(*args, **kwargs)
+        except LoopgateError:
+            raise
+        except Exception as problem:
+            if problem.__traceback__ is None or problem.__traceback__.tb_next is None:
+                raise
+            msg = f"{function.__name__}: its tables hold what no run has ({reason_of(problem)})"
+            raise AnalysisError(msg) from problem
+
+    explained.__module__ = offered_by
+    return explained
 
 
 def check_columns(frame: pd.DataFrame, needed: Iterable[str], what: str) -> None:

@@ -4,6 +4,7 @@ Tables come from `loopgate.analysis`; by default there is one series per gate, a
 The figures are Altair's charts: ``figure.save("throughput.svg")`` writes one (SVG, PNG, PDF, HTML, JSON).
 """
 
+from loopgate.analysis.frames import of_tables
 from loopgate.plots.charts import figure_svg
 from loopgate.plots.course import plot_flow, plot_ranked, plot_time_space
 from loopgate.plots.lines import (
@@ -36,3 +37,6 @@ __all__ = [
     "plot_time_space",
     "plot_unwatched",
 ]
+
+for _name in __all__:
+    globals()[_name] = of_tables(globals()[_name], __name__)
