@@ -198,9 +198,14 @@ def find_foes(passages: Iterable[Passage], narrow: Narrow) -> dict[str, frozense
     """Find the conflicts among passages: for each the ids of its foes.
 
     Two passages of an edge conflict if they use a lane together, unless they come from one lane and one of
-    them stays on it: then the second follows the first. A vehicle that changes lanes conflicts even with
-    others that do the same, since one that stands waiting for a gap could be overtaken by the next, in the
-    wrong order. Passages of two narrow edges conflict if their lanes are near each other.
+    them stays on it: then the second follows the first. Passages of two narrow edges conflict if their lanes
+    are near each other.
+
+    Vehicles that make the same change follow each other too. They have slots in one place beyond, in the
+    order in which they come to the stretch, and `Steering` lets each change lanes only behind the one before
+    it. So they come to that place in this order; and the foremost can always go on: nobody else is on the
+    stretch in the lane to which they change, but those who have changed before it, and each of these has a
+    slot beyond to drive into.
 
     A foe is in the way until it has left the crossing: one that changes lanes may have to stand, and on a
     narrow street SUMO does not see oncoming vehicles, so nothing of them may be foreseen.
@@ -224,7 +229,7 @@ def find_foes(passages: Iterable[Passage], narrow: Narrow) -> dict[str, frozense
 
 
 def _conflict(one: Passage, other: Passage) -> bool:
-    if not (one.changes or other.changes):
+    if one.id == other.id or not (one.changes or other.changes):
         return False
     if one.lane == other.lane and not (one.changes and other.changes):
         return False

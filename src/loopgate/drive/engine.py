@@ -106,7 +106,7 @@ class Engine:
         self._use_tables()
         self._number(tracks)
         recorder.before = self.settle
-        self._steering = Steering(traffic, recorder)
+        self._steering = Steering(traffic, recorder, self._ahead_of)
         self._worn = WornStops(traffic)
         self._do: dict[int, Callable[[Driver, int], None]] = {
             int(PIVOT): lambda driver, _: self._route_renewed(driver),
@@ -260,6 +260,14 @@ class Engine:
         for robot in reversed(gone):
             del there[robot]
         return np.insert(self._traffic.odometers(there), np.array(gone) - np.arange(len(gone)), np.nan)
+
+    def _ahead_of(self, driver: Driver) -> Driver | None:
+        """Return who has got the slot right before that of a vehicle's last grant, and still has it."""
+        if self._gatekeeper is None:
+            return None
+        holders = self._gatekeeper.holders(self._gatekeeper.here(driver.robot))
+        at = holders.index(driver.robot)
+        return self.drivers[holders[at - 1]] if at else None
 
     def asks_anew(self, driver: Driver) -> None:
         """Let a vehicle that has made its stop ask as of now: before, it did not wait for anybody."""

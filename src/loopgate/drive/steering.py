@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import math
 from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from loopgate.abstraction.itinerary import Guide
@@ -48,8 +49,12 @@ class Steering:
 
     While a vehicle is steered it does not ask for its next state: it can stop at each guide, and in the state
     it has been granted. A vehicle changes lanes in the stretch made for that, its rear out of the state
-    before; if nobody lets it in, it stands at the guide until somebody does. The stretch is its own by the
-    exclusion of crossings, and there is a slot for it beyond, so those that stand in its way there move up.
+    before; if nobody lets it in, it stands at the guide until somebody does. By the exclusion of crossings
+    there are only those on the stretch that make the same change, or stay on the lane that it leaves; and
+    there is a slot for it beyond, so those that stand in its way there move up. It does not ask for that
+    while another is before it that is to make the same change, nor before the vehicle whose slot is the one
+    ahead of its own is ahead of it as a whole: else it could get past one that waits for a gap, and the line
+    of the place beyond would be another on the road than in the books.
 
     A vehicle that SUMO has taken to another lane than its loop's is led back in the same way: it can stop at
     its line on the lane where it is, and changes lanes as soon as it can. It has a slot beside it, which the
@@ -61,11 +66,16 @@ class Steering:
         The running simulation.
     recorder
         Takes the events.
+    ahead_of
+        Returns who is right ahead of a vehicle in the state of its last grant, by the books, if anybody.
     """
 
-    def __init__(self, traffic: Traffic, recorder: Recorder) -> None:
+    def __init__(
+        self, traffic: Traffic, recorder: Recorder, ahead_of: Callable[[Driver], Driver | None]
+    ) -> None:
         self._traffic = traffic
         self._recorder = recorder
+        self._ahead_of = ahead_of
         self._ways: dict[str, _Way] = {}
         self.strays = 0
         """Vehicles that were on another lane than their loop's."""
@@ -169,8 +179,22 @@ class Steering:
             self._traffic.keep_to(driver.id, 0.0)
         if since_s is not None and self._traffic.now_s - since_s >= _LONG_S:
             return self._traffic.put_on_lane(driver.id, to_lane)
-        self._traffic.change_lane(driver.id, to_lane)
+        if since_s is not None or self._is_next(way):
+            self._traffic.change_lane(driver.id, to_lane)
         return False
+
+    def _is_next(self, way: _Way) -> bool:
+        """Return whether nobody is before a vehicle that is to change lanes first, nor beside it."""
+        driver = way.driver
+        past_m, guide = way.past_m(driver.front_m), way.guides[0]
+        for other in self._ways.values():
+            first = other.guides[0]
+            same = (first.edge, first.lane, first.to_lane) == (guide.edge, guide.lane, guide.to_lane)
+            if same and other.stray_since_s is None and other.past_m(other.driver.front_m) > past_m:
+                return False
+        ahead = self._ahead_of(driver)
+        state = driver.leg(driver.granted).state
+        return ahead is None or ahead.inside_m(state) - ahead.length_m >= driver.inside_m(state)
 
     def _at(self, driver: Driver, guide: Guide) -> bool:
         # Only there is it clear of those that wait behind the stretch: further back they could block it.

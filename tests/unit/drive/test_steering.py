@@ -1,6 +1,6 @@
 """Steering on traffic without SUMO: when stops are set and dropped, and when vehicles change lanes."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import pytest
 from fake_traffic import FakeTraffic, FakeVehicle
@@ -71,7 +71,7 @@ def world(guide: Guide, start_m: float = 20.0) -> World:
     driver.drives_like(traffic.dynamics("v"))
     driver.correct(start_m)
     driver.row["offset"] = start_m
-    steering = Steering(traffic, Recorder(None))
+    steering = Steering(traffic, Recorder(None), lambda _: None)
     steering.begin(driver, 1)
     traffic.step()
     return World(traffic, driver, steering, Step(tables))
@@ -108,6 +108,61 @@ def test_without_a_gap_it_stands_at_the_pin_and_changes_when_there_is_one() -> N
     one.step()
     assert one.step() == [one.driver]
     assert (one.vehicle.lane, one.vehicle.still) == (1, False)
+
+
+def follow(front_m: float) -> tuple[World, Driver]:
+    """One that is to change lanes at once, and another whose slot beyond is the one ahead of its own."""
+    one = world(Guide("e", 0, PIN_M, 0.0, to_lane=1))
+    roads = system({"v": "e/1 e/2", "u": "e/1 e/2"}, capacity={"e/1": 2, "e/2": 2})
+    tracks = [one.driver.track, replace(one.driver.track, vehicle="u")]
+    tables = Ground.of(tracks, roads, Recorder(None).code, step_s=one.traffic.step_s).tables
+    other = Driver(1, tracks[1], tables)
+    other.drives_like(one.traffic.dynamics("v"))
+    other.correct(front_m)
+    one.driver.row["granted"] = other.row["granted"] = 1
+    one.steering._ahead_of = lambda driver: other if driver is one.driver else None
+    return one, other
+
+
+def waits(one: World) -> None:
+    """Look on as it comes to stand at the pin and stays on its lane, though there is a gap."""
+    for _ in range(60):
+        assert one.driver not in one.steering.step()
+        one.traffic.step()
+        one.do(LOOK, odometer=one.traffic.odometers(["v"]))
+    assert (one.vehicle.front_m, one.vehicle.lane) == (pytest.approx(PIN_M, abs=1.0), 0)
+
+
+def changes(one: World) -> None:
+    """See to it that it is on the other lane at once."""
+    assert not one.steering.step()
+    assert (one.steering.step(), one.vehicle.lane) == ([one.driver], 1)
+
+
+def test_it_changes_lanes_behind_the_vehicle_ahead_of_it_as_a_whole() -> None:
+    """That one has changed lanes already, but stands beside it: then there is a gap before that, too."""
+    one, other = follow(CHANGE_AT_M + 5.0)
+    waits(one)
+    other.correct(one.vehicle.front_m + other.length_m)
+    changes(one)
+
+
+def test_it_changes_lanes_after_one_before_it_that_does_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    """That one has no gap, and a slot elsewhere."""
+    one, other = follow(PIN_M + 9.0)
+    monkeypatch.setattr(one.steering, "_ahead_of", lambda _: None)
+    change = one.traffic.change_lane
+
+    def only_v(vehicle: str, lane: int) -> None:
+        if vehicle == "v":
+            change(vehicle, lane)
+
+    monkeypatch.setattr(one.traffic, "change_lane", only_v)
+    one.traffic.fleet["u"] = FakeVehicle([("e", ROAD_M)], PIN_M + 9.0, top_mps=0.0)
+    one.steering.begin(other, 1)
+    waits(one)
+    one.steering.forget("u")
+    changes(one)
 
 
 def test_a_stop_that_only_leads_to_a_lane_is_dropped_on_it() -> None:
