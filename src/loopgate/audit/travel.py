@@ -44,6 +44,25 @@ class LoopTable:
         self.gap_begins, self.gap_ends = table[:, 0], table[:, 1]
 
 
+def _stretches_of(length_m: float, stretches: LoopStretches) -> LoopStretches:
+    """Return the stretches that a body of some length is ever on.
+
+    A stretch lasts from the first front to the last rear of all bodies that touch the foe: one that begins
+    farther beyond its end than a body is long is touched by longer ones only. That the abstraction does not
+    say so of a body that can touch is seen to by the rules *drawn* and *conflict*.
+    """
+    on_it = stretches.begin_m - stretches.end_m <= length_m + 2 * ROUNDING_M
+    if on_it.all():
+        return stretches
+    return LoopStretches(
+        stretches.begin_m[on_it],
+        stretches.end_m[on_it],
+        stretches.group[on_it],
+        stretches.side[on_it],
+        stretches.first,
+    )
+
+
 class Traveller:
     """Follows one vehicle through the pieces of its record.
 
@@ -70,6 +89,7 @@ class Traveller:
         self.number = number
         self.body = body
         self._loop = loop
+        self._stretches = _stretches_of(body.length_m, loop.stretches)
         self._grants_s = grants_s
         self._leaves_s = leaves_s
         # The leg it starts in is counted from; its front may lie a lap off in the layout's numbers.
@@ -107,7 +127,7 @@ class Traveller:
 
         Within a step a vehicle is taken to keep its speed, as SUMO moves it.
         """
-        s = self._loop.stretches
+        s = self._stretches
         entered: list[Passages] = []
         if self._last is None:
             entered.append(self._at_start(float(time_s[0]), float(arcs_m[0])))
@@ -116,13 +136,12 @@ class Traveller:
         arcs = np.maximum.accumulate(np.concatenate(([self._last[1]], arcs_m)))
         self._last = float(time[-1]), float(arcs[-1])
         entered.append(self._reached(s.begin_m, time, arcs))
-        # A stretch may be one for longer bodies only: then this one leaves it as it comes.
-        left_m = np.maximum(s.end_m + self.body.length_m, s.begin_m)
+        left_m = np.maximum(s.end_m + self.body.length_m, s.begin_m)  # but for rounding the same
         return Passages.join(entered), self._reached(left_m, time, arcs)
 
     def gone(self, at_s: float) -> Passages:
         """Return the stretches that the vehicle was on when it went off the road, left at that time [s]."""
-        s, arc_m = self._loop.stretches, self._last[1] if self._last else -np.inf
+        s, arc_m = self._stretches, self._last[1] if self._last else -np.inf
         lap = np.floor((arc_m - s.begin_m) / self._loop.lap_m)
         on_it = (arc_m - self.body.length_m < s.end_m + lap * self._loop.lap_m) & np.isfinite(lap)
         rows = np.flatnonzero(on_it)
@@ -181,7 +200,7 @@ class Traveller:
 
     def _at_start(self, time_s: float, arc_m: float) -> Passages:
         """Return the stretches that the body is on when the record begins."""
-        s, lap_m = self._loop.stretches, self._loop.lap_m
+        s, lap_m = self._stretches, self._loop.lap_m
         lap = np.floor((arc_m - s.begin_m) / lap_m)  # the last lap in which the front had reached it
         inside = arc_m - self.body.length_m < s.end_m + lap * lap_m
         rows = np.flatnonzero(inside)
@@ -204,7 +223,7 @@ class Traveller:
         return self._passages(rows, lap, time_s[k - 1] + share * (time_s[k] - time_s[k - 1]))
 
     def _passages(self, rows: Ints, lap: Ints, time_s: Floats) -> Passages:
-        s = self._loop.stretches
+        s = self._stretches
         key = ((s.first + rows) * _LAPS + lap + _LAPS // 2) * _LAPS + self.number
         vehicle = np.full(len(rows), self.number, dtype=np.int64)
         return Passages(key.astype(np.int64), s.group[rows], s.side[rows], vehicle, time_s)

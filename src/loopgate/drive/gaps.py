@@ -115,6 +115,8 @@ def relation(i: int, k: int, f: int, other: int, t: Tables) -> int:
     one, ahead = t.vehicles[i], t.vehicles[other]
     if math.isnan(t.foes[f].to_m):
         return IN_THE_WAY
+    if not _is_ever_on(f, one.length_m, t):
+        return PAST
     foe = t.foes[f].movement
     reach_m = one.line_m - one.front + t.foes[f].from_m
     found = NOBODY
@@ -125,11 +127,24 @@ def relation(i: int, k: int, f: int, other: int, t: Tables) -> int:
                 shared = _shared(theirs, t.passes[k].movement, t)
                 if shared < 0:
                     return IN_THE_WAY
-                each = _relation(other, leg, theirs, shared, i, reach_m, t)
+                each = PAST
+                if _is_ever_on(shared, ahead.length_m, t):
+                    each = _relation(other, leg, theirs, shared, i, reach_m, t)
                 if each == IN_THE_WAY and _comes_later(other, leg, shared, i, k, f, t):
                     each = LATER
                 found = together(found, each)
     return found if found >= 0 else IN_THE_WAY
+
+
+@inner
+def _is_ever_on(f: int, length_m: float, t: Tables) -> bool:
+    """Return whether a body of that length is ever on the stretch that is shared with foe `f`.
+
+    The stretch lasts from the first front to the last rear of all bodies that touch the foe. Where it begins
+    farther beyond its end than a body is long, only longer ones touch: the front of that body comes to the
+    stretch when its rear is past it.
+    """
+    return bool(t.foes[f].from_m - t.foes[f].to_m <= length_m)
 
 
 @inner

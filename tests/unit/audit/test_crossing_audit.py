@@ -190,6 +190,21 @@ def test_a_foe_forgotten(tmp_path: Path) -> None:
     assert set(rules(found)) == {"conflict"}
 
 
+@pytest.mark.parametrize(("length_m", "broken"), [(5.0, False), (9.0, True)])
+def test_a_stretch_that_only_longer_bodies_are_on(
+    length_m: float,
+    broken: bool,  # noqa: FBT001  a case
+    tmp_path: Path,
+) -> None:
+    """Its first front is 7.2 m beyond its last rear; v1 comes there while v2 is on its own."""
+    longer = layout({ALONG: (57.2, 50.0)})
+    longer = dataclasses.replace(
+        longer, vehicles={**longer.vehicles, "v1": VehicleBody("a", length_m, 1.8, 20.0, 0)}
+    )
+    ways = {"v1": drive(20.0, 4.0, until_m=58.0), "v2": drive(20.0, 5.0, until_m=53.5)}
+    assert ("crossing" in rules(audit(tmp_path, ways, GRANTED, longer))) == broken
+
+
 def test_a_stretch_halved(tmp_path: Path) -> None:
     """The stretch ends in the middle of the crossing: 0.9 m or so are missing as drawn."""
     half = (52.8, 54.6)

@@ -117,6 +117,19 @@ def test_whether_something_is_foreseen_is_a_matter_of_each_vehicle() -> None:
         assert (relation(0, 0, 0, 1, later) == LATER) != free
 
 
+@pytest.mark.parametrize(("length_m", "found"), [(5.0, PAST), (8.0, IN_THE_WAY)])
+def test_a_stretch_that_only_longer_vehicles_are_on_is_in_nobody_elses_way(
+    length_m: float, found: int
+) -> None:
+    """The first front is on it 7 m beyond where the last rear leaves it; on either side."""
+    for mine, theirs in (((9.0, 2.0), (3.0, 10.0)), ((2.0, 9.0), (10.0, 3.0))):
+        tables = crossing((0, 1), (49.9, 50.0))
+        foes: Any = tables.foes
+        foes["from_m"], foes["to_m"] = zip(mine, theirs, strict=True)
+        cast("Any", tables.vehicles)["length_m"] = length_m
+        assert relation(0, 0, 0, 1, tables) == found
+
+
 @pytest.mark.parametrize(("wait_m", "free"), [(8.0, True), (12.0, False), (30.0, True)])
 def test_nothing_is_foreseen_of_one_that_may_wait_inside_before_it_is_past(
     wait_m: float,
