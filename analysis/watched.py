@@ -43,6 +43,9 @@ PAGE = ROOT / "docs" / "studies" / "covering.md"
 TABLES = ROOT / "analysis" / "tables" / "watched.md"
 """A table for each cell; the page shows one row of each."""
 
+LEAST_SEEDS = 3
+"""Tables of fewer seeds are not on the page."""
+
 RULE = "rule"
 WARMUP_S, DURATION_S = 1800.0, 3600.0
 REVISIT_S = 600.0
@@ -273,6 +276,8 @@ def overview(tables: str) -> str:
     for part in re.split(r"\n\n(?=\*\*)", tables):
         named, _, text = part.partition("\n\n")
         what, seeds = named.rsplit("**, ", 1)
+        if int(seeds.removesuffix(" seeds")) < LEAST_SEEDS:
+            continue  # their intervals say nothing
         head, _, *lines = (
             [cell.strip() for cell in line.strip("|").split("|")] for line in text.splitlines()
         )
