@@ -40,3 +40,4 @@ def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
     """Leave figures empty, where words and tables are what is looked at."""
     monkeypatch.setattr(vl_convert, "vegalite_to_svg", lambda _: '<svg xmlns="http://www.w3.org/2000/svg"/>')
     monkeypatch.setattr(vl_convert, "svg_to_png", lambda *_, **__: b"")
+    monkeypatch.setattr(vl_convert, "svg_to_pdf", lambda *_, **__: b"")

@@ -127,7 +127,8 @@ TORN = (
 )
 """Markers of legends with a dashed edge; lines may be dashed."""
 EXPECTED = {
-    "run": {"over-time", "so-far", "unwatched", "seen-within"},
+    "one": {"over-time", "so-far", "unwatched", "seen-within"},
+    "watch": {"unwatched", "seen-within"},
     "sweep": {"throughput", "speed", "fundamental-diagram", "capacity", "paired", "map", "decision-time"},
 }
 """Figures that every report of a single run, and of a sweep of two gates, has."""
@@ -149,7 +150,7 @@ def test_every_figure_of_a_real_run_is_drawn(
             tab.value("dispatchEvent(new Event('beforeprint'))")
             tab.call("Emulation.setEmulatedMedia", media=media)
         marks = tab.value(MARKS)
-        assert marks.keys() >= EXPECTED["sweep" if name == "sweep" else "run"]
+        assert marks.keys() >= EXPECTED[name]
         assert [figure for figure, count in marks.items() if not count] == []
         assert tab.value(OVERLAPPING) == []
         assert tab.value(TORN) == 0
@@ -167,12 +168,29 @@ def test_every_figure_of_a_real_run_is_drawn(
         tab.call("Emulation.setEmulatedMedia", media="", features=[])
 
 
+@pytest.mark.sumo
+def test_a_watch_begins_with_its_promises(browser: Tab, real_pages: dict[str, Path]) -> None:
+    """Kept and broken in words, streets by name, the map; nothing of throughput in words or figures."""
+    tab = opened(browser, real_pages["watch"])
+    text = tab.value("document.body.innerText")
+    assert "vehicle-km/h" not in text.partition("What was run")[0]
+    parts = [
+        "Promised: every street is seen again within 200 s.",
+        "Ernst-Lau-Straße",
+        "Which roads go unwatched",
+    ]
+    assert sorted(parts, key=text.index) == parts
+    shown = tab.value("[...document.querySelectorAll('[data-figure]')].map(box => box.dataset.figure)")
+    assert shown[:2] == ["unwatched", "seen-within"]
+    assert not {"over-time", "so-far", "throughput", "laps"} & set(shown)
+
+
 def test_a_series_is_switched_off_in_all_figures(browser: Tab, pages: dict[str, Path]) -> None:
     """By keyboard too: the box is an ordinary one. What is left fills the figure."""
     tab = opened(browser, pages["sweep"])
     points = "document.querySelectorAll('#throughput .mark-symbol.role-mark path').length"
     before = tab.value(points)
-    tab.value("document.querySelector('input[data-series=open]').focus()")
+    tab.value("document.querySelector('input[data-series^=SUMO]').focus()")
     for kind in ("keyDown", "keyUp"):
         tab.call("Input.dispatchKeyEvent", type=kind, key=" ", code="Space", text=" " * (kind == "keyDown"))
     after = tab.value(f"new Promise(done => setTimeout(() => done({points}), 300))")

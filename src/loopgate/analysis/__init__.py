@@ -44,7 +44,13 @@ from loopgate.analysis.trips import (
     compute_waits,
 )
 from loopgate.analysis.waits import compute_longest_waits, compute_wait_causes
-from loopgate.analysis.watching import compute_districts, compute_rarest, compute_seen_within, compute_watch
+from loopgate.analysis.watching import (
+    compute_districts,
+    compute_promises,
+    compute_rarest,
+    compute_seen_within,
+    compute_watch,
+)
 
 __all__ = [
     "add_series",
@@ -64,6 +70,7 @@ __all__ = [
     "compute_longest_waits",
     "compute_mean",
     "compute_paired",
+    "compute_promises",
     "compute_ranked",
     "compute_rarest",
     "compute_revisit_intervals",

@@ -56,6 +56,11 @@ AT_BORDER: Final = "at_border"  # True if it is the largest count measured: the 
 QUANTILE: Final = "quantile"  # 0 to 1
 MESSAGES_PER_DECISION: Final = "messages_per_decision"  # mean over the run
 REFUSED_SHARE: Final = "refused_share"  # refusals per decision
+SUMO_RULES: Final = "SUMO's rules"  # how series are named in which no gate decides
+PROMISE: Final = "promise"  # kept, broken, never seen, or partly seen, by street
+EDGES: Final = "edges"  # how many edges of that name
+SEEN: Final = "seen"  # how many of them somebody entered
+LATE: Final = "late"  # how many of these went unseen for longer than promised
 SERIES: Final = "series"  # gate, and whatever else was chosen to differ besides network, vehicles and seed
 
 # one row per interval of time, cause of waiting, vehicle that is stuck, edge entered, junction or street

@@ -204,6 +204,74 @@ def compute_rarest(*, streets: pd.DataFrame, first: int = 15) -> pd.DataFrame:
     return seen.sort_values(run.WORST_IDLENESS, ascending=False, kind="stable")[:first].reset_index(drop=True)
 
 
+def compute_promises(*, streets: pd.DataFrame) -> pd.DataFrame:
+    """Return by name of street whether each of its edges was seen again in time.
+
+    Columns: `STREET` (the edge where it has no name), `EDGES` (how many), `SEEN` and `LATE` (how many of
+    them were entered, and of these went unseen for longer than their bound), `VISITS` (of all),
+    `WORST_IDLENESS` [s] and `BOUND` [s] of the edge that comes nearest to its bound or passes it by most,
+    `WITHIN` (mean), and `PROMISE`: *broken* if an edge that was seen went unseen for longer than its bound,
+    else *never seen*, *partly seen* or *kept*. Broken promises come first, then kept ones, then streets that
+    were seen in part and never; in each the longest unseen first.
+
+    Raises `AnalysisError` on a missing column.
+
+    Parameters
+    ----------
+    streets
+        ``streets.parquet``: `EDGE`, `STREET`, `VISITS`, `WORST_IDLENESS`, `BOUND` and `WITHIN`.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> from loopgate.analysis import compute_promises
+    >>> rows = [("e1", "High Street", 9, 60.0), ("e2", "High Street", 2, 300.0), ("e3", "", 0, 900.0)]
+    >>> streets = pd.DataFrame(rows, columns=["edge", "street", "visits", "worst_idleness_s"])
+    >>> found = compute_promises(streets=streets.assign(bound_s=200.0, within=1.0))
+    >>> found[["street", "promise"]].values.tolist()
+    [['High Street', 'broken'], ['e3', 'never seen']]
+    """
+    told = [run.EDGE, run.STREET, run.VISITS, run.WORST_IDLENESS, run.BOUND, run.WITHIN]
+    check_columns(streets, told, "streets")
+    names = streets[run.STREET].where(streets[run.STREET].fillna("") != "", streets[run.EDGE])
+    rows = []
+    for name, part in streets.groupby(names, sort=True):
+        seen = part[run.VISITS] > 0
+        late = part[run.WORST_IDLENESS] / part[run.BOUND]
+        promise = "kept" if seen.all() else "partly seen" if seen.any() else "never seen"
+        nearest = part.iloc[int((late.where(seen, 0.0) if seen.any() else late).to_numpy().argmax())]
+        rows.append(
+            {
+                run.STREET: str(name),
+                a.EDGES: len(part),
+                a.SEEN: int(seen.sum()),
+                a.LATE: int((late[seen] > 1.0).sum()),
+                run.VISITS: int(part[run.VISITS].sum()),
+                run.WORST_IDLENESS: float(nearest[run.WORST_IDLENESS]),
+                run.BOUND: float(nearest[run.BOUND]),
+                run.WITHIN: float(part[run.WITHIN].mean()),
+                a.PROMISE: "broken" if (late[seen] > 1.0).any() else promise,
+            }
+        )
+    columns = [
+        run.STREET,
+        a.EDGES,
+        a.SEEN,
+        a.LATE,
+        run.VISITS,
+        run.WORST_IDLENESS,
+        run.BOUND,
+        run.WITHIN,
+        a.PROMISE,
+    ]
+    found = pd.DataFrame(rows, columns=columns)
+    rank = found[a.PROMISE].map({"broken": 0, "kept": 1, "partly seen": 2, "never seen": 3})
+    order = found.assign(rank=rank).sort_values(
+        ["rank", run.WORST_IDLENESS, run.STREET], ascending=[True, False, True], kind="stable"
+    )
+    return order[columns].reset_index(drop=True)
+
+
 def compute_districts(*, watch: pd.DataFrame, districts: Mapping[str, Iterable[str]]) -> pd.DataFrame:
     """Return how well groups of streets were watched; the longest idle group is first.
 

@@ -3,6 +3,8 @@
 from collections.abc import Iterable
 from typing import Any, Final
 
+from loopgate.analysis.columns import SUMO_RULES
+
 _NAMES = ("ink", "soft", "line", "heat", *(f"s{number}" for number in range(8)))
 
 # At least 3:1 against the ground, and apart for every kind of colour vision: a test measures both.
@@ -71,5 +73,10 @@ def config(of: Any = LIGHT.__getitem__) -> dict[str, Any]:  # noqa: ANN401 - any
 
 
 def series_order(column: Iterable[object]) -> list[str]:
-    """Return the series that a column names, sorted; open gates first: others are compared with them."""
-    return sorted({str(name) for name in column}, key=lambda name: (not name.startswith("open"), name))
+    """Return the series that a column names, sorted; SUMO's rules first: others are compared with them."""
+    return sorted({str(name) for name in column}, key=open_first)
+
+
+def open_first(name: str) -> tuple[bool, str]:
+    """Return what sorts series and gates: those first in which no gate decides."""
+    return not name.startswith((SUMO_RULES, "open")), name

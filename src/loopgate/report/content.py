@@ -134,6 +134,9 @@ def _section(network: str, runs: pd.DataFrame, results: Results, load: str) -> S
     folders = list(results.run_folders.values())
     if len(runs) == 1 and len(folders) == 1 and (folders[0] / "vehicles.parquet").is_file():
         load += add_single_run(content, folders[0])
+    promises = content.tables.get("promises")
+    if promises is not None:
+        content.watch_only()
     return Section(
         network=network,
         runs=runs,
@@ -143,6 +146,7 @@ def _section(network: str, runs: pd.DataFrame, results: Results, load: str) -> S
         names=names[:MAX_SERIES],
         hidden=names[MAX_SERIES:],
         load=load,
+        watch=None if promises is None else promises.table,
     )
 
 

@@ -1,6 +1,7 @@
 """Parts of a page besides its text: Vega-Lite figures, tables as files, the drawing library."""
 
 import base64
+import copy
 import gzip
 import io
 import json
@@ -14,8 +15,10 @@ from markupsafe import Markup
 
 from loopgate.plots.charts import records
 from loopgate.plots.style import colours, config
-from loopgate.report.tables import csv_of, plain
+from loopgate.results.csv_text import csv_of, plain
 
+_COLUMN_PT = 245
+"""3.4 inches: a column of a page with two."""
 _SNIPPET = "window.vegaEmbed = vegaEmbed;"
 
 
@@ -44,6 +47,36 @@ def page_spec(spec: dict[str, Any], description: str, tables: Container[str]) ->
         if "mark" in part:
             part["transform"] = [{"filter": "indexof(off, datum['series']) < 0"}, *part.get("transform", [])]
     return spec
+
+
+def column_spec(spec: dict[str, Any]) -> dict[str, Any]:
+    """Return a figure as broad as a column of a page with two (3.4 inches), its words 7 to 8 points high."""
+    narrow: dict[str, Any] = copy.deepcopy(spec)
+    look = narrow.setdefault("config", {})
+    for part in ("axis", "legend", "header"):
+        look[part] = {**look.get(part, {}), "labelFontSize": 7, "titleFontSize": 8}
+    look["legend"] |= {"labelLimit": 110, "columnPadding": 6}
+    look["title"] = {**look.get("title", {}), "fontSize": 8}
+    if "spec" in narrow:
+        inner, columns = narrow["spec"], 1 if "usermeta" in narrow else narrow.get("columns", 1)
+        breadth = _COLUMN_PT - 12 if "usermeta" in narrow else _COLUMN_PT // max(columns, 1) - 40
+        larger = breadth / inner["width"]
+        narrow["columns"] = columns
+        if "usermeta" in narrow:
+            inner["height"] = round(inner["height"] * larger)
+            for one in (inner, *inner.get("layer", ())):
+                if projection := one.get("projection"):
+                    projection["scale"] *= larger
+                    projection["translate"] = [shift * larger for shift in projection["translate"]]
+        inner["width"] = breadth
+    elif "vconcat" in narrow:
+        for panel in narrow["vconcat"]:
+            panel |= {"width": _COLUMN_PT - 34, "height": 60}
+            panel["title"] = {**panel["title"], "fontSize": 8}
+    else:
+        narrow |= {"width": _COLUMN_PT, "autosize": {"type": "fit-x", "contains": "padding"}}
+        narrow["height"] = round(narrow.get("height", 200) * 0.6)
+    return narrow
 
 
 def _parts(part: Any) -> Iterator[dict[str, Any]]:  # noqa: ANN401 - any JSON

@@ -1,14 +1,16 @@
 """The findings in words; every number in them is taken from the tables of the report."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 import pandas as pd
 
 from loopgate.analysis import columns as a
 from loopgate.analysis.columns import SERIES
 from loopgate.analysis.statistics import wilson_interval
+from loopgate.plots.style import open_first
 from loopgate.report.items import Section
+from loopgate.results import columns as run
 from loopgate.results import row_columns as c
 
 DASH = "\N{EN DASH}"
@@ -29,15 +31,26 @@ def number(value: float) -> str:
 def title(sections: Sequence[Section]) -> str:
     """Return the title of the page: what was compared, and where."""
     names = {name for section in sections for name in (*section.names, *section.hidden)}
+    if sections[0].watch is not None:
+        return f"Watch of {_listed([section.network for section in sections])}"
     where = _listed([section.network for section in sections])
     runs = pd.concat([section.runs[[c.GATE, c.NEGOTIATION]] for section in sections])
-    gates = sorted({name.partition(", ")[0] for name in names}, key=_open_first)
-    differ = {_aspect(part, runs): None for name in sorted(names) for part in name.split(", ")[1:]}
+    gates = sorted({name.partition(", ")[0] for name in names}, key=open_first)
+    several = [name for name in sorted(names) if _several(name, names)]
+    differ = {_aspect(part, runs): None for name in several for part in name.split(", ")[1:]}
     return f"{_listed(gates)}{f', by {_listed(list(differ))},' if differ else ''} on {where}"
+
+
+def _several(name: str, names: Collection[str]) -> bool:
+    """Return whether another series has the same rule."""
+    rule = name.partition(", ")[0]
+    return sum(other.partition(", ")[0] == rule for other in names) > 1
 
 
 def _aspect(part: str, runs: pd.DataFrame) -> str:
     """Return the setting that a part of a series' name is about: ``lights`` of ``lights off``."""
+    if part == "its lights":
+        return "lights"
     name, _, value = part.removeprefix("no ").partition(" ")
     if value or part.startswith("no "):
         return name.removesuffix("_s").replace("_", " ")
@@ -47,6 +60,8 @@ def _aspect(part: str, runs: pd.DataFrame) -> str:
 def lead(sections: Sequence[Section]) -> str:
     """Return the page's first sentence: how runs were compared, and the result on the first network."""
     section = sections[0]
+    if section.watch is not None:
+        return " ".join(watch_sentences(section.watch)[:2])
     runs = section.runs
     counts = sorted(runs[c.VEHICLES].unique())
     vehicles = f"{counts[0]:g}" if len(counts) == 1 else f"{counts[0]:g} to {counts[-1]:g}"
@@ -55,24 +70,16 @@ def lead(sections: Sequence[Section]) -> str:
     what = f"{vehicles} vehicles, {seeds} seed{'s' if seeds > 1 else ''}, {of_each}"
     gates = runs[SERIES].str.partition(", ")[0]
     of, locked = gates.value_counts(), gates[runs[c.DEADLOCKS] > 0].value_counts()
-    never = [name for name in of.index if name not in locked]
-    parts = [
-        f"{name} locks up in {locked[name]} of {of[name]} runs"
-        for name in sorted(locked.index, key=_open_first)
-    ]
-    if never:
-        verb = "locks" if len(never) == 1 else "lock"
-        parts.append(f"{_listed(sorted(never, key=_open_first))} {verb} up in no run")
+    found = ", ".join(
+        f"{name} in {locked.get(name, 0)} of {of[name]}" for name in sorted(of.index, key=open_first)
+    )
+    ended = f"runs that lock up: {found}"
+    if len(runs) == 1:
+        ended = "it locks up" if len(locked) else "no deadlock"
     tables = {item.name: item.table for item in section.tables}
     best = _throughput(tables, runs, every=False)[0].rstrip(".")
-    if len(runs) == 1:
-        parts = ["it locks up" if len(locked) else "it does not lock up"]
     where = f" on {section.network}" if len(sections) > 1 else ""
-    return f"{what}{where}: {best}; {', '.join(parts)}."
-
-
-def _open_first(name: str) -> tuple[bool, str]:
-    return not name.startswith("open"), name
+    return f"{what}{where}: {best}; {ended}."
 
 
 def _listed(names: Sequence[str]) -> str:
@@ -92,13 +99,40 @@ def headline(section: Section, said: str = "") -> list[str]:
     What the page has `said` already is left out.
     """
     tables = {item.name: item.table for item in section.tables}
+    if section.watch is not None:
+        mishaps = _mishaps(section.runs)
+        return [text for text in (*watch_sentences(section.watch), *mishaps) if text not in said]
     return [
-        *(text for text in _throughput(tables, section.runs) if text.rstrip(".") not in said),
+        *(f"M{text[1:]}" for text in _throughput(tables, section.runs) if text.rstrip(".") not in said),
         *_pairs(tables),
         *([_deadlocks(section.runs)] if len(section.runs) > 1 else []),
         *_watching(section.runs, section.count),
         *_mishaps(section.runs),
     ]
+
+
+def watch_sentences(streets: pd.DataFrame) -> list[str]:
+    """Say which promises to see streets again were kept and which broken, by name of street.
+
+    `streets` is from `compute_promises`.
+    """
+    count = streets[a.PROMISE].value_counts()
+    bounds = sorted(bound for bound in set(streets[run.BOUND]) if math.isfinite(bound))
+    every = f"{number(bounds[0])} s" if len(bounds) == 1 else f"{number(bounds[0])} to {number(bounds[-1])} s"
+    kept, broken = int(count.get("kept", 0)), int(count.get("broken", 0))
+    never, partly = int(count.get("never seen", 0)), int(count.get("partly seen", 0))
+    outcome = f"Kept on {kept} of {len(streets)} streets, broken on {broken}"
+    edges, seen, late = (int(streets[name].sum()) for name in (a.EDGES, a.SEEN, a.LATE))
+    sentences = [
+        f"Promised: every street is seen again within {every}.",
+        f"{outcome}; {partly} were seen in part, {never} never.",
+        f"By edges: {seen} of {edges} were seen, and on {seen - late} of these the promise was kept.",
+    ]
+    if broken:
+        worst = streets[streets[a.PROMISE] == "broken"].head(_MOST_NAMES)
+        names = [f"{row[run.STREET]} ({number(row[run.WORST_IDLENESS])} s)" for _, row in worst.iterrows()]
+        sentences.append(f"Broken by most: {', '.join(names)}.")
+    return sentences
 
 
 def _said(name: str) -> str:
@@ -107,23 +141,24 @@ def _said(name: str) -> str:
 
 
 def _throughput(tables: Mapping[str, pd.DataFrame], runs: pd.DataFrame, *, every: bool = True) -> list[str]:
-    """Say which series drives most, compared with the others or with the best of each other gate."""
+    """Say with which rule most is driven, compared with the others or the best of each other rule."""
     peaks = tables["capacity"].sort_values(a.PEAK, ascending=False, kind="stable")
     if runs[c.VEHICLES].min() == runs[c.VEHICLES].max():  # one count is no border of what was tried
         peaks = peaks.assign(**{a.AT_BORDER: False})
     if not every:
         peaks = peaks[~peaks[SERIES].str.partition(", ")[0].duplicated()]
     best = peaks.iloc[0]
-    most = " most:" if len(runs) > 1 else ""
+    much = f"{number(best[a.PEAK])} vehicle-km/h"
+    if len(runs) == 1:
+        return [f"{much} with {_said(best[SERIES])}."]
     text = (
-        f"{_said(best[SERIES])} drives{most} {number(best[a.PEAK])} vehicle-km/h with {best[a.CAPACITY]} "
-        f"vehicles{_border(best)}"
+        f"most is driven with {_said(best[SERIES])}: {much} with {best[a.CAPACITY]} vehicles{_border(best)}"
     )
     others = []
     for _, row in peaks.iloc[1:].iterrows():
         ratio = best[a.PEAK] / row[a.PEAK] if row[a.PEAK] > 0 else math.inf
         more = "" if ratio < _EQUAL else f"{ratio:.2f} times "
-        times = f"{more}as much as" if ratio < math.inf else "against"
+        times = f"{more}as much as with" if ratio < math.inf else "against"
         others.append(
             f"{times} {_said(row[SERIES])} at its best ({number(row[a.PEAK])} with {row[a.CAPACITY]} "
             f"vehicles{_border(row)})"
@@ -154,8 +189,8 @@ def _pairs(tables: Mapping[str, pd.DataFrame]) -> list[str]:
             )
         baseline = part[a.BASELINE].iloc[0]
         sentences.append(
-            f"Against {_said(baseline)} on the same seeds, {_said(str(series))} drives {_extremes(part)}: "
-            f"{counts}."
+            f"On the same seeds, with {_said(str(series))} vehicles drive {_extremes(part)} as with "
+            f"{_said(baseline)}: {counts}."
         )
     return sentences
 

@@ -11,6 +11,13 @@ from loopgate.analysis.columns import SERIES
 from loopgate.plots.charts import Chart
 
 _RUNS = {"runs": "runs"}
+_WATCH = ("promises", "unwatched", "seen-within", "rarest")
+_THROUGHPUT = (
+    *("over-time", "so-far", "flow", "throughput", "laps-per-hour", "laps", "capacity", "fundamental"),
+    *("junctions", "streets", "map", "edges", "deadlocks", "time-to-deadlock", "speed", "standing"),
+    *("decisions", "longest-waits", "revisits", "idleness", "worst-idleness", "trips", "time-space", "runs"),
+)
+"""Figures and tables that whoever watches a district did not ask for."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,6 +93,8 @@ class Section:
     """Series that the figures leave out, since nobody could tell them apart."""
     load: str
     """Python after which the code of the tables can be run."""
+    watch: pd.DataFrame | None = None
+    """Promises by street, of a run that was to see streets again in time."""
 
 
 class Content:
@@ -123,6 +132,17 @@ class Content:
         """Add a figure of a table (by default the table of its name), unless the table was left out."""
         if (table or name) in self.tables:
             self.figures.append(FigureItem(name, title, caption, chart, table or name))
+
+    def watch_only(self) -> None:
+        """Leave out what tells of throughput, and put what tells of promises and idle streets first."""
+        self.figures = [item for item in self.figures if item.name not in _THROUGHPUT]
+        self.figures.sort(key=lambda item: _WATCH.index(item.name) if item.name in _WATCH else len(_WATCH))
+        kept = [item for name, item in self.tables.items() if name not in _THROUGHPUT]
+        kept.sort(key=lambda item: _WATCH.index(item.name) if item.name in _WATCH else len(_WATCH))
+        shown = {item.table for item in self.figures}
+        self.tables = {item.name: item for item in kept}
+        missing = shown - self.tables.keys()
+        self.figures = [item for item in self.figures if item.table not in missing]
 
     def drop(self, name: str) -> None:
         """Remove a figure."""

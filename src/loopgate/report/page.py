@@ -22,12 +22,14 @@ from loopgate.plots.style import DARK, LIGHT
 from loopgate.reading import listed
 from loopgate.replay.page import hash_of
 from loopgate.report.content import network_sections
-from loopgate.report.embed import download, library, page_spec, rows_of, script_json
+from loopgate.report.embed import column_spec, download, library, page_spec, rows_of, script_json
 from loopgate.report.facts import commands, facts, failures, progress
 from loopgate.report.headline import headline, lead, title
+from loopgate.report.headline_table import headline_table, write_headline
 from loopgate.report.items import FigureItem, Section, TableItem
+from loopgate.report.methods import methods
 from loopgate.report.tables import cells, write_csv, write_latex
-from loopgate.results.row_columns import EDGE_LISTS, EDGE_SET
+from loopgate.results.row_columns import EDGE_LISTS, EDGE_SET, STATUS, STATUS_FAILED
 from loopgate.results.table_reading import STRANGE
 from loopgate.runs.results import Results
 from loopgate.versions import versions
@@ -103,7 +105,8 @@ def _write(results: Results, page: Path, folder: Path, report: Callable[[int, in
     total = sum(len(s.figures) + len(s.tables) for s in sections) + 1
     writer = _Writer(folder, len(sections) > 1, lambda done: report(done, total))
     first = lead(sections) if sections else ""
-    shown = [writer.section(section, first) for section in sections]
+    count = int((results.runs[STATUS] == STATUS_FAILED).sum())
+    shown = [writer.section(section, first, count) for section in sections]
     if len(results.runs):
         folder.mkdir(parents=True, exist_ok=True)
         write_csv(results.runs.drop(columns=[EDGE_SET, *EDGE_LISTS.values()]), folder / "all-runs.csv")
@@ -147,7 +150,7 @@ class _Writer:
         self.specs: dict[str, Any] = {}
         self.files: dict[str, Any] = {}
 
-    def section(self, section: Section, said: str) -> dict[str, Any]:
+    def section(self, section: Section, said: str, failed: int) -> dict[str, Any]:
         """Write a section's files; the headline omits sentences in `said`."""
         prefix = re.sub(r"[^\w.-]+", "-", section.network) + "-" if self._many else ""
         tables = {item.name: item for item in section.tables}
@@ -156,6 +159,9 @@ class _Writer:
         return {
             "network": section.network,
             "headline": headline(section, said),
+            "first": self._first(section, tables, prefix),
+            "methods": methods(section, failed),
+            "watch": section.watch is not None,
             "names": section.names,
             "hidden": section.hidden,
             "load": section.load,
@@ -169,6 +175,15 @@ class _Writer:
             "known": known,
         }
 
+    def _first(self, section: Section, tables: dict[str, TableItem], prefix: str) -> dict[str, Any] | None:
+        """Return the table that comes first, and write it for a paper: none of one run, or of a watch."""
+        item = tables.get("throughput")
+        if item is None or section.watch is not None or len(section.runs) == 1:
+            return None
+        headings, rows = headline_table(item.table)
+        write_headline(headings, rows, self._folder / f"{prefix}headline.tex")
+        return {"headings": headings, "rows": rows, "code": item.code}
+
     def figure(self, item: FigureItem, table: TableItem, prefix: str) -> dict[str, Any]:
         """Write a figure as SVG and PNG."""
         self._folder.mkdir(parents=True, exist_ok=True)
@@ -177,6 +192,8 @@ class _Writer:
         svg = spec_svg(spec)
         (self._folder / f"{name}.svg").write_text(svg, encoding="utf-8")
         (self._folder / f"{name}.png").write_bytes(vl_convert.svg_to_png(svg, scale=_PNG_SCALE))
+        narrow = spec_svg(column_spec(spec))
+        (self._folder / f"{name}-column.pdf").write_bytes(vl_convert.svg_to_pdf(narrow))
         self.specs[name] = {
             "spec": page_spec(spec, f"{item.title}. {item.caption}", {table.name, "runs"} - {"edges"}),
             "prefix": prefix,

@@ -10,6 +10,7 @@ from loopgate import plots
 from loopgate.analysis import columns as a
 from loopgate.analysis import (
     compute_causes,
+    compute_promises,
     compute_rarest,
     compute_seen_within,
     compute_stuck,
@@ -58,6 +59,8 @@ def _add_watch(content: Content, one: Run, period: dict[str, Any]) -> None:
     if streets is None or not (streets[run.VISITS] > 0).any():
         return
     content.known |= {"run.streets": streets, _STREETS: streets[run.EDGE]}
+    if one.scenario.get("revisit_s"):
+        content.table("promises", "Promises, by street", compute_promises, {"streets": "run.streets"})
     content.table("rarest", "Streets that went unseen longest", compute_rarest, {"streets": "run.streets"})
     of, since_s = {"events": "run.events", "streets": _STREETS}, float(one.summary.get(run.BEGINS, 0.0))
     seen = content.table(

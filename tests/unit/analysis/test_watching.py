@@ -5,7 +5,12 @@ import math
 import pandas as pd
 import pytest
 
-from loopgate.analysis.watching import compute_districts, compute_seen_within, compute_watch
+from loopgate.analysis.watching import (
+    compute_districts,
+    compute_promises,
+    compute_seen_within,
+    compute_watch,
+)
 from loopgate.results.columns import EVENT_COLUMNS
 from loopgate.simulation.monitoring import watch_figures
 
@@ -91,3 +96,23 @@ def test_districts_take_their_streets_together() -> None:
     assert rows["idleness_s"].iloc[0] == pytest.approx((5.0 + 1.8) / 2)
     assert rows["within"].iloc[0] == pytest.approx(0.55)
     assert rows["worst_idleness_s"].iloc[1] == 4.0
+
+
+def test_promises_by_name_of_street() -> None:
+    """An edge exactly at its bound keeps it; one that nobody entered neither keeps nor breaks it."""
+    rows = [
+        ("e1", "Long", 3, 200.0),
+        ("e2", "Long", 1, 201.0),
+        ("e3", "Even", 2, 200.0),
+        ("e4", "Half", 4, 50.0),
+        ("e5", "Half", 0, 600.0),
+        ("e6", "", 0, 600.0),
+    ]
+    streets = pd.DataFrame(rows, columns=["edge", "street", "visits", "worst_idleness_s"])
+    table = compute_promises(streets=streets.assign(bound_s=200.0, within=0.5))
+    assert table[["street", "edges", "seen", "late", "worst_idleness_s", "promise"]].to_numpy().tolist() == [
+        ["Long", 2, 2, 1, 201.0, "broken"],
+        ["Even", 1, 1, 0, 200.0, "kept"],
+        ["Half", 2, 1, 0, 50.0, "partly seen"],
+        ["e6", 1, 0, 0, 600.0, "never seen"],
+    ]

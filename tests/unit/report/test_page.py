@@ -18,7 +18,8 @@ from loopgate.errors import ResultsError
 from loopgate.report.content import network_sections
 from loopgate.report.embed import library
 from loopgate.report.page import write_report
-from loopgate.report.tables import plain, write_csv
+from loopgate.report.tables import write_csv
+from loopgate.results.csv_text import plain
 from loopgate.runs.results import Results, read_results
 from loopgate.sweep.task import load_runner
 
@@ -117,8 +118,10 @@ def test_the_headline_is_made_from_the_figures(full: Full) -> None:
     runs = results.runs
     best = runs[(runs["gate"] == "certified") & (runs["vehicles"] == 80)]["km_per_h"].mean()
     said = f"{best:,.0f}".replace(",", " ")
-    assert f"certified drives most: {said} vehicle-km/h with 80 vehicles (capacity > 80, not reached)" in text
-    assert "certified in 0 of 9 (95 % interval 0 to 30 %); open in 3 of 9" in text
+    best_of_all = f"most is driven with loopgate: {said} vehicle-km/h with 80 vehicles"
+    assert f"{best_of_all} (capacity > 80, not reached)" in text
+    assert "loopgate in 0 of 9 (95 % interval 0 to 30 %)" in text
+    assert "SUMO's rules in 3 of 9 (95 % interval" in text
     assert "from 80 vehicles on" in text
     assert "18 runs, none failed." in text
 
@@ -137,11 +140,11 @@ def test_figures_and_tables_are_files_too(full: Full) -> None:
     tables = [table for section in network_sections(results) for table in section.tables]
     assert len([name for name in names if name.endswith(".csv")]) == len(tables) + 1
     table = pd.read_csv(files / "throughput.csv")
-    first = results.runs[(results.runs["gate"] == "certified") & (results.runs["vehicles"] == 10)]
+    first = results.runs[(results.runs["gate"] == "open") & (results.runs["vehicles"] == 10)]
     assert table.loc[0, "mean"] == pytest.approx(first["km_per_h"].mean())
     latex = (files / "deadlocks.tex").read_text(encoding="utf-8")
     assert r"\toprule" in latex
-    assert r"open & 80 & 3 & 3 & 100.0 \% & 43.9 \% & 100.0 \% \\" in latex
+    assert r"SUMO's rules & 80 & 3 & 3 & 100.0 \% & 43.9 \% & 100.0 \% \\" in latex
 
 
 def test_the_same_results_give_the_same_figures(full: Full, tmp_path: Path) -> None:
@@ -220,7 +223,7 @@ def test_whatever_varies_besides_becomes_a_series(make: Make, tmp_path: Path) ->
         "network": ["sumo:DRT", "sumo:bs3d"],
     }
     parsed = page(make(grid), tmp_path)
-    assert "certified, rho_m 1.5" in parsed.text
+    assert "loopgate, rho_m 1.5" in parsed.text
     assert {"n1", "n2"} <= set(parsed.ids)
     assert (tmp_path / "r-files" / "sumo-DRT-throughput.svg").exists()
 
@@ -231,18 +234,18 @@ def test_loops_that_follow_from_the_vehicles_make_no_series(make: Make, tmp_path
     includes = [{"vehicles": n, "on_loops": n, "gate": ["open", "certified"]} for n in (50, 60)]
     results = make({}, include=includes)
     assert sorted(add_series(results.runs.drop(columns="on_loops"))["series"].unique()) == [
-        "certified",
-        "open",
+        "SUMO's rules",
+        "loopgate",
     ]
     text = page(replace(results, runs=results.runs.drop(columns="on_loops")), tmp_path).text
-    assert "Difference to open on the same seeds" in text
+    assert "Difference to SUMO's rules on the same seeds" in text
     assert "loops 50" not in text
 
 
 def test_vehicles_for_each_kilometre_make_no_series() -> None:
     """They are another way to say how many there are, which is on the axis."""
     runs = pd.DataFrame({"gate": ["open", "open"], "vehicles": [29, 73], "vehicles_per_km": [2.0, 5.0]})
-    assert set(add_series(runs)["series"]) == {"open"}
+    assert set(add_series(runs)["series"]) == {"SUMO's rules"}
     assert len(set(add_series(runs.assign(types=["bus=1", "bus=2"]))["series"])) == 2
 
 
@@ -254,16 +257,16 @@ def test_loops_that_were_not_asked_for_make_no_series(make: Make) -> None:
     ]
     runs = make({}, include=includes).runs
     assert set(runs["loops"]) == {48, 50}
-    assert set(add_series(runs.drop(columns="on_loops"))["series"]) == {"open"}
+    assert set(add_series(runs.drop(columns="on_loops"))["series"]) == {"SUMO's rules"}
 
 
 def test_the_title_and_the_first_sentence_say_what_came_out(full: Full) -> None:
     """Who was compared, where, with how many vehicles and seeds, who drives most and who locks up."""
     text = parse(full[1]).text
-    assert text.startswith("open and certified on sumo:DRT: loopgate report")
+    assert text.startswith("SUMO's rules and loopgate on sumo:DRT: loopgate report")
     sentence = text[text.index("10 to 80 vehicles, 3 seeds, 400 s each: ") :]
-    assert "certified drives most" in sentence
-    assert "; open locks up in 3 of 9 runs, certified locks up in no run." in sentence
+    assert "most is driven with loopgate" in sentence
+    assert "; runs that lock up: SUMO's rules in 3 of 9, loopgate in 0 of 9." in sentence
 
 
 @pytest.mark.usefixtures("undrawn")
@@ -272,19 +275,19 @@ def test_long_names_of_series_make_no_long_title(make: Make, tmp_path: Path) -> 
     types = ["bus=1,passenger=3", "passenger=1"]
     grid = {"vehicles": [10, 80], "gate": ["open", "certified"], "lights": ["off", "obey"], "types": types}
     text = page(make(grid), tmp_path).text
-    assert text.startswith("open and certified, by lights and types, on sumo:DRT: loopgate report")
+    assert text.startswith("SUMO's rules and loopgate, by lights and types, on sumo:DRT: loopgate report")
     sentence = text[text.index("10 to 80 vehicles, 1 seed, 400 s each: ") :]
-    sentence = sentence[: sentence.index(" no run.")]
-    assert "\u201ccertified, lights obey, types bus=1,passenger=3\u201d drives most" in sentence
+    sentence = sentence[: sentence.index(" Report on")]
+    assert "most is driven with \u201cloopgate, lights obeyed, types bus=1,passenger=3\u201d" in sentence
     assert sentence.count("at its best") == 1
-    assert "; open locks up in " in sentence
+    assert "; runs that lock up: SUMO's rules in " in sentence
     assert len(sentence) < 400
 
 
 def test_loops_that_were_chosen_make_a_series(make: Make) -> None:
     """Equal vehicles on 4 and on 8 loops are not the same setting."""
     runs = make({"vehicles": [50, 60], "loops": [4, 8], "gate": ["open"]}).runs
-    assert sorted(add_series(runs)["series"].unique()) == ["open, loops 4", "open, loops 8"]
+    assert sorted(add_series(runs)["series"].unique()) == ["SUMO's rules, loops 4", "SUMO's rules, loops 8"]
 
 
 def test_standing_is_measured_alike_for_all_gates(full: Full) -> None:
@@ -295,8 +298,8 @@ def test_standing_is_measured_alike_for_all_gates(full: Full) -> None:
     assert results.runs.loc[~free, ["hold_s", "longest_wait_s", "edge_hold_s"]].notna().all().all()
     assert (results.runs["stood_s"] == 3.0 * results.runs["vehicles"]).all()
     table = pd.read_csv(folder / "r-files" / "standing.csv")
-    assert table.groupby("series")["mean"].max().to_dict() == {"certified": 240.0, "open": 240.0}
-    assert ">open<" in (folder / "r-files" / "map.svg").read_text(encoding="utf-8")
+    assert table.groupby("series")["mean"].max().to_dict() == {"loopgate": 240.0, "SUMO's rules": 240.0}
+    assert ">SUMO's rules<" in (folder / "r-files" / "map.svg").read_text(encoding="utf-8")
     assert not (folder / "r-files" / "hold.csv").exists()
 
 
@@ -307,7 +310,7 @@ def test_what_the_longest_waits_were_for(full: Full) -> None:
     [figure] = [one for one in section.figures if one.name == "longest-waits"]
     assert figure.table == "longest-waits"
     table = pd.read_csv(folder / "r-files" / "longest-waits.csv")
-    assert set(table["series"]) == {"certified"}
+    assert set(table["series"]) == {"loopgate"}
     assert table[table["vehicles"] == 80][["cause", "most"]].to_numpy().tolist() == [
         ["crossing", 15.0],
         ["occupied", 8.0],
@@ -329,7 +332,7 @@ def test_trips_are_a_table_where_there_are_any(full: Full) -> None:
     once.loc[once["gate"] == "open", "edge_km"] = 0.0
     tables = {t.name: t.table for t in network_sections(replace(results, runs=once))[0].tables}
     assert list(tables["trips"]) == ["series", "vehicles", "runs", *columns]
-    assert set(tables["trips"]["series"]) == {"certified", "open"}
+    assert set(tables["trips"]["series"]) == {"loopgate", "SUMO's rules"}
     assert {*columns} - {"mean_trip_s", "mean_waiting_s"} <= {*tables["runs"]}
     [section] = network_sections(replace(results, runs=once.assign(edge_km=0.0)))
     assert "fundamental" not in {table.name for table in section.tables}  # no loops: no length to be dense on
@@ -400,7 +403,7 @@ def test_survival_is_drawn_for_one_vehicle_count_at_a_time(make: Make, tmp_path:
 def test_no_lock_up_is_no_figure(make: Make, tmp_path: Path) -> None:
     """Intervals up from 0 % looked like lock-ups; words and table have them."""
     text = page(make({**FULL, "vehicles": [10, 40]}), tmp_path).text
-    assert "certified in 0 of 6 (95 % interval 0 to" in text
+    assert "loopgate in 0 of 6 (95 % interval 0 to" in text
     assert (tmp_path / "r-files" / "deadlocks.csv").exists()
     assert not (tmp_path / "r-files" / "deadlock-rate.svg").exists()
 
@@ -431,7 +434,7 @@ def test_roads_are_watched_by_equally_many_vehicles(make: Make, tmp_path: Path) 
     lone = results.runs[(results.runs["gate"] == "open") | (results.runs["vehicles"] == 10)]
     idle = lone.assign(idleness_s=lone["vehicles"].astype(float))
     text = page(replace(results, runs=idle), tmp_path).text
-    assert "with 10 vehicles: certified 10 s on average, 83 s at worst; open 10 s on average" in text
+    assert "with 10 vehicles: SUMO's rules 10 s on average, 83 s at worst; loopgate 10 s on average" in text
     assert "With 10 vehicles, mean over runs" in text
 
 
@@ -439,7 +442,7 @@ def test_roads_are_watched_by_equally_many_vehicles(make: Make, tmp_path: Path) 
 def test_more_series_than_a_reader_can_tell_apart(make: Make, tmp_path: Path) -> None:
     """Figures show eight, the page names the rest, the tables have all."""
     text = page(make({"vehicles": [10], "gate": [f"g{n}" for n in range(10)]}), tmp_path).text
-    assert "The figures leave out g8; g9" in text
+    assert "The figures leave out gate g8; gate g9" in text
     assert len(pd.read_csv(tmp_path / "r-files" / "throughput.csv")) == 10
 
 
@@ -494,3 +497,21 @@ def test_a_text_of_figures_stays_as_it_is(text: str, tmp_path: Path) -> None:
     with (tmp_path / "t.csv").open(encoding="utf-8", newline="") as stream:
         rows = list(csv.reader(stream))
     assert rows == [["shape", text], [text, "1"], [f"'{text}+A1", "2"]]
+
+
+def test_the_first_table_and_the_paragraph_for_a_paper(full: Full) -> None:
+    """Vehicles against rules with intervals, on the page and in LaTeX; versions and settings in words."""
+    results, folder = full
+    text = parse(folder).text
+    means = results.runs[results.runs["vehicles"] == 40].groupby("gate")["km_per_h"].mean()
+    latex = (folder / "r-files" / "headline.tex").read_text(encoding="utf-8")
+    [row] = re.findall(r"^40 & .*$", latex, re.MULTILINE)
+    assert re.findall(r"& (\d+) \(", row.replace("~", "")) == [
+        f"{means[gate]:.0f}" for gate in ("open", "certified")
+    ]
+    assert text.index("in brackets its 95 % interval") < text.index("Series in the figures")
+    paragraph = text[text.index("Methods, for a paper") :]
+    assert "18 runs with 10, 40, 80 vehicles" in paragraph
+    assert "and the seeds 1 to 3 measured 400 s after a warm-up of 0 s each." in paragraph
+    assert "loopgate (gate certified" in paragraph
+    assert (folder / "r-files" / "throughput-column.pdf").read_bytes().startswith(b"%PDF")

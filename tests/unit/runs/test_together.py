@@ -63,7 +63,10 @@ def test_before_and_after_a_change_of_the_code(swept: Callable[..., Path], tmp_p
         pd.read_parquet(file).assign(loopgate_code="other").to_parquet(file, index=False)
     runs = read_results([one, two]).runs
     assert sorted(runs["results"]) == [str(one)] * 2 + [str(two)] * 2
-    assert sorted(add_series(runs)["series"].unique()) == [f"open, results {one}", f"open, results {two}"]
+    assert sorted(add_series(runs)["series"].unique()) == [
+        f"SUMO's rules, results {one}",
+        f"SUMO's rules, results {two}",
+    ]
 
 
 def test_no_folder_at_all() -> None:

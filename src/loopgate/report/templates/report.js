@@ -27,7 +27,7 @@ for (const button of document.querySelectorAll("button[data-copy]")) {
   button.addEventListener("click", async () => {
     const table = document.getElementById(button.dataset.copy);
     const value = cell => cell.dataset.v ?? cell.textContent;
-    const text = [...table.rows].map(row => [...row.cells].map(value).join("\t")).join("\n");
+    const text = !table.rows ? table.textContent : [...table.rows].map(row => [...row.cells].map(value).join("\t")).join("\n");
     let done = true;
     try {
       await navigator.clipboard.writeText(text);
