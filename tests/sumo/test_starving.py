@@ -47,7 +47,7 @@ def test_a_vehicle_that_stands_for_good_is_named(tmp_path: Path) -> None:
     assert len(sinks[0]["vehicles"]) > 1
     assert "broken" not in sinks[0]["vehicles"]
     assert 600.0 <= sinks[0]["noticed_s"] <= 1000.0
-    assert any("starved behind broken" in line for line in summary["warnings"])  # type: ignore[attr-defined]
+    assert any("broken stood on lane" in line for line in summary["warnings"])  # type: ignore[attr-defined]
     assert "broken" in dict(summary_rows(summary))["starving"]
 
 
@@ -55,3 +55,23 @@ def test_nobody_starves_where_all_drive(tmp_path: Path) -> None:
     """The same vehicles, none of which stops."""
     summary = made(tmp_path, stands=False)
     assert (summary["outcome"], summary["starving"], exit_code(summary)) == ("done", [], 0)
+
+
+def test_a_street_on_which_nobody_may_drive_any_more_is_named(tmp_path: Path) -> None:
+    """Where everybody stands nobody is let go, and it is said why, too."""
+    sign = tmp_path / "sign.add.xml"
+    steps = '<step time="0" speed="0"/>'
+    sign.write_text(
+        f'<additional><variableSpeedSign id="sign" lanes="s1_0">{steps}</variableSpeedSign></additional>',
+        encoding="utf-8",
+    )
+    scenario = Scenario(
+        network=str(ROOT / "networks/ring3.net.xml"),
+        routes=str(ROOT / "routes/ring3.rou.xml"),
+        stops=str(sign),
+        starving_s=100.0,
+        duration_s=400.0,
+    )
+    summary = simulate(scenario)
+    assert (summary["outcome"], summary["deadlocks"], exit_code(summary)) == ("starving", [], 5)
+    assert {sink["lane"] for sink in summary["starving"]} == {"s1_0"}

@@ -17,7 +17,7 @@ from loopgate.drive.histogram import Histogram
 from loopgate.errors import ScenarioError
 from loopgate.folders import FolderLock
 from loopgate.gates import Reason
-from loopgate.reading import is_plain
+from loopgate.reading import counted, is_plain
 from loopgate.results.columns import (
     ARRIVAL,
     ARRIVED,
@@ -216,6 +216,8 @@ class Folder:
             whole.replace(self / SUMMARY)
 
 
+_MOST_SINKS = 5
+
 _PROMISE_OF = {
     "everyone": "in the model of the trace everyone can go on for ever, after every move, as long as no "
     "vehicle stands for good; not how soon",
@@ -311,6 +313,17 @@ def is_clean(summary: Mapping[str, Any]) -> bool:
     return summary["audit"] == "clean" and not any(counted)
 
 
+def _starved(sink: Mapping[str, Any]) -> str:
+    """Say which vehicle stood, why, when, and how many vehicles starved behind it."""
+    others = [vehicle for vehicle in sink["vehicles"] if vehicle != sink["behind"]]
+    times = f"from {sink['noticed_s']:g} s to {sink['until_s']:g} s"
+    time = f"{times} the promise that everyone goes on did not hold"
+    if not sink["behind"]:
+        return f"{counted(len(others), 'vehicle')} starved at gates ({sink['why']}): {time}"
+    stood = f"{sink['behind']} stood on lane {sink['lane']} ({sink['why']})"
+    return f"{stood}, and {counted(len(others), 'vehicle')} starved behind it: {time}"
+
+
 def mishaps(summary: Mapping[str, Any]) -> list[str]:
     """Return warnings about vehicles that broke a refusal, strayed or starved."""
     lines = []
@@ -329,12 +342,10 @@ def mishaps(summary: Mapping[str, Any]) -> list[str]:
             f"SUMO took {summary['strays']} vehicles to a lane outside their loop; they were led back: "
             "the events 'stray' name them and the places"
         )
-    for sink in summary["starving"]:
-        behind = f"behind {sink['behind']}, which stands on lane {sink['lane']}" if sink["behind"] else ""
-        lines.append(
-            f"{len(sink['vehicles'])} vehicles starved {behind or 'at gates'} ({sink['why']}): from "
-            f"{sink['noticed_s']:g} s to {sink['until_s']:g} s the promise that everyone goes on did not hold"
-        )
+    sinks = sorted(summary["starving"], key=lambda sink: -len(sink["vehicles"]))
+    lines += [_starved(sink) for sink in sinks[:_MOST_SINKS]]
+    if len(sinks) > _MOST_SINKS:
+        lines.append(f"vehicles starved at {len(sinks) - _MOST_SINKS} more places: the summary lists all")
     if faults := summary["refusals"].get(Reason.FAULT.value):
         lines.append(
             f"{faults} moves were refused because the witness failed the gate's own check; this is a "

@@ -144,7 +144,7 @@ def _run(
             watch,
             Mishaps(traffic, recorder, RunCourse(), own=own, verdicts=verdicts),
             scenario=scenario,
-            tick=_after(flow.look, _after(hunger.check, tick) if hunger else tick),
+            tick=_after(flow.look, _watching(hunger, tick)),
             each_step=[*session.each_step, fronts.look],
             over=lambda: bool(once) and session.departures.over,
         )
@@ -173,6 +173,17 @@ def _after(look: Callable[[], None], tick: Tick) -> Tick:
 
     def both(now: float, course: RunCourse) -> None:
         look()
+        tick(now, course)
+
+    return both
+
+
+def _watching(hunger: StarvationWatch | None, tick: Tick) -> Tick:
+    """Return a tick before which vehicles that starve are looked for."""
+
+    def both(now: float, course: RunCourse) -> None:
+        if hunger is not None:
+            hunger.check(deadlocked=bool(course.deadlocks))
         tick(now, course)
 
     return both

@@ -60,7 +60,7 @@ class Scenario:
         ``contain``: nobody is let in behind a vehicle that stands long, or onto what is closed, and loops are
         led round it; ``wait``: vehicles wait until it goes on. For gates that decide by the chain rule.
     starving_s
-        How long a vehicle is granted nothing, while others are, before it counts as starving [s].
+        How long a vehicle is granted nothing, and hardly drives, before it counts as starving [s].
     traffic
         Route file or ``.sumocfg`` with ordinary vehicles, which drive by SUMO's rules beside those on loops;
         empty for none. If it names the configuration that is the network, the loops are random.

@@ -38,7 +38,7 @@ def attach(
     seed
         Of the negotiation.
     starving_s
-        How long a vehicle is granted nothing, while others are, before it counts as starving [s].
+        How long a vehicle is granted nothing, and hardly drives, before it counts as starving [s].
 
     Returns
     -------

@@ -249,7 +249,7 @@ class Attached:
         if now < self._next_look_s or not self._fleet.members:
             return
         self._next_look_s = now + _LOOK_EVERY_S
-        self._hunger.check()
+        self._hunger.check(deadlocked=bool(self._deadlocks))
         deadlock = self._watch.check()
         if deadlock is not None:
             self._deadlocks.append(deadlock)

@@ -1,4 +1,4 @@
-"""Recognises vehicles that starve: others are let go, and they are not, since somebody ahead stands."""
+"""Recognises vehicles that starve: for long they are granted nothing, since a vehicle ahead stands."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ class StarvationWatch:
     """Looks now and then at all vehicles under the gate, and names those that starve.
 
     A vehicle starves if for `after_s` it has been granted no place and has not driven a hundred metres,
-    while others have been granted places, and it is not at a stop of its own. It starves behind the first
+    and it is not at a stop of its own. It starves behind the first
     vehicle that stands and waits for no other, found by following whom each waits for: the first in line in
     its place, and for that one the vehicles that keep it from a grant.
 
@@ -93,18 +93,16 @@ class StarvationWatch:
         """Of each vehicle its last grant, where its odometer stood then [m], and when that was [s]."""
         self._stood: dict[str, tuple[float, float]] = {}
         """Of each vehicle its odometer when it had moved last [m], and when that was [s]."""
-        self._others_s = -np.inf
-        """When anybody was last seen to have been granted anything [s]."""
         self.sinks: dict[tuple[str, str], Sink] = {}
         """All that were found, by vehicle and reason."""
 
-    def check(self) -> None:
-        """Look at all vehicles. Call every few seconds. O(vehicles)."""
+    def check(self, *, deadlocked: bool = False) -> None:
+        """Look at all vehicles, unless some are in a deadlock. Call every few seconds. O(vehicles)."""
+        if deadlocked:
+            return  # that tells who waits for whom
         now = self._traffic.now_s
         ids, at_m = self._engine.odometers()
         starving = self._look(ids, at_m, now)
-        if now - self._others_s >= self._after_s:
-            return  # nobody is let go: that is a standstill, and the watch for deadlocks tells of it
         for robot in starving:
             vehicle = ids[robot]
             if self._pauses(vehicle):
@@ -123,8 +121,6 @@ class StarvationWatch:
         for robot, (vehicle, metres) in enumerate(zip(ids, at_m.tolist(), strict=False)):
             last, from_m, since_s = self._seen.get(vehicle, (-1.0, 0.0, now))
             if granted[robot] != last or metres - from_m > _PASSED_M:
-                if last >= 0.0 and granted[robot] != last:
-                    self._others_s = now
                 self._seen[vehicle] = float(granted[robot]), metres, now
             elif now - since_s >= self._after_s:
                 long.append(robot)
