@@ -20,8 +20,11 @@ __all__ = ["Sink", "StarvationWatch"]
 _PASSED_M = 100.0
 """A vehicle that drives so far on one grant does not starve: its place is long [m]."""
 
-_STANDS_S = 60.0
-"""A vehicle that has stood for so long, and waits for nobody, keeps others from going on [s]."""
+_STANDS = 0.5
+"""A vehicle that waits for nobody keeps others from going on if it has stood for such a part of that time."""
+
+_AT_GATES = 3.0
+"""Where no such vehicle is found a queue may only be slow: so many times as long is too long."""
 
 _OUTSIDE = frozenset(int(reason) for reason in (RED, STOPPING, TRAFFIC))
 
@@ -108,6 +111,8 @@ class StarvationWatch:
             if self._pauses(vehicle):
                 continue
             head, why = self._behind(robot, ids, now)
+            if not head and now - self._seen[vehicle][2] < _AT_GATES * self._after_s:
+                continue
             lane = self._traffic.lane(head)[0] if head else ""
             sink = self.sinks.setdefault((head, why), Sink(head, lane, why, now, now, set()))
             sink.until_s = now
@@ -140,7 +145,7 @@ class StarvationWatch:
             ahead = self._ahead(one)
             if len(ahead) >= everyone > 1:
                 continue  # the gate keeps it for the sake of all
-            if not ahead and one != robot and now - self._stood[ids[one]][1] >= _STANDS_S:
+            if not ahead and one != robot and now - self._stood[ids[one]][1] >= _STANDS * self._after_s:
                 return ids[one], self._why(one, ids[one])
             fresh = [other for other in ahead if other not in seen]
             seen.update(fresh)
