@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import gzip
 import json
+import re
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -462,3 +463,25 @@ def test_python_says_the_same_as_files() -> None:
         refusal(partial(Scenario, network="n", **given))
     made = Scenario(network="n", vehicles=pd.Series([3])[0], duration_s=60)
     assert (made.vehicles, type(made.vehicles), type(made.duration_s)) == (3, int, float)
+
+
+def _without(pattern: str, instead: str = "") -> str:
+    return re.sub(pattern, instead, RING)
+
+
+@pytest.mark.parametrize(
+    ("spoiled", "says"),
+    [
+        (_without(r'    <connection from=":[^>]*/>\n'), "leads nowhere; a <connection from="),
+        (_without(r'    <connection from=":D1_0"[^>]*/>\n'), "its internal lane :D1_0_0 leads nowhere"),
+        (_without(r'(<connection from=":[^"]*" to=")[^"]*"', r'\1p1a"'), "leads to p1a; a <connection from="),
+        (_without(r' via="[^"]*"'), "no connection names the internal lane that it leads over (via)"),
+    ],
+)
+def test_networks_on_which_sumo_ends_by_a_signal(tmp_path: Path, spoiled: str, says: str) -> None:
+    """Without a word, and with the process that it is in: so it is found before SUMO starts."""
+    file = tmp_path / "n.net.xml"
+    file.write_text(spoiled, encoding="utf-8")
+    text = refusal(lambda: RoadNetwork.open(file))
+    assert text.startswith(f"{file}: ")
+    assert says in text

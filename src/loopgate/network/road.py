@@ -274,13 +274,14 @@ def _records(net: Any, name: str, file: Path, content: str) -> RoadNetwork:  # n
             ends = raw.getFromNode().getID(), raw.getToNode().getID()
             edges[raw.getID()] = Edge(raw.getID(), *ends, tuple(of_edge), raw.getName() or "")
     links = _links(net)
+    _check_inside(net, file)
     connections = tuple(
         Connection(
             from_edge=raw.getID(),
             from_lane=index,
             to_edge=c.getTo().getID(),
             to_lane=c.getToLane().getIndex(),
-            via=_via(net, c),
+            via=_via(net, c, file),
             direction=c.getDirection(),
             junction=raw.getToNode().getID(),
             link=links.get(id(c), -1),
@@ -369,12 +370,38 @@ def _links(net: Any) -> dict[int, int]:  # noqa: ANN401  sumolib has no types
     return links
 
 
-def _via(net: Any, connection: Any) -> tuple[str, ...]:  # noqa: ANN401  sumolib has no types
-    """Return the internal lanes of a movement, following the chain through internal junctions."""
+def _via(net: Any, connection: Any, file: Path) -> tuple[str, ...]:  # noqa: ANN401  sumolib has no types
+    """Return the internal lanes of a movement, following the chain through internal junctions.
+
+    Raises `NetworkError` if the last of them does not lead to where the movement does: SUMO itself ends by a
+    signal on some of such networks, without a word.
+    """
     chain: list[str] = []
-    lane_id = connection.getViaLaneID()
+    lane_id, outgoing = connection.getViaLaneID(), []
     while lane_id and lane_id not in chain:
         chain.append(lane_id)
         outgoing = net.getLane(lane_id).getOutgoing()
         lane_id = outgoing[0].getViaLaneID() if outgoing else ""
+    to = connection.getTo()
+    if chain and not any(one.getTo() is to for one in outgoing):
+        leads = f"leads to {outgoing[0].getTo().getID()}" if outgoing else "leads nowhere"
+        begin, _, lane = chain[-1].rpartition("_")
+        msg = (
+            f"{file}: connection {connection.getFrom().getID()} to {to.getID()}: its internal lane "
+            f'{chain[-1]} {leads}; a <connection from="{begin}" fromLane="{lane}" to="{to.getID()}" .../> is '
+            f"missing: build the network anew with netconvert"
+        )
+        raise NetworkError(msg)
     return tuple(chain)
+
+
+def _check_inside(net: Any, file: Path) -> None:  # noqa: ANN401  as above
+    """Raise `NetworkError` if no connection leads over the internal lanes of a junction that has some."""
+    used = {c.getViaLaneID() for edge in net.getEdges() for some in edge.getOutgoing().values() for c in some}
+    inside = {edge.getID() for edge in net.getEdges() if edge.getFunction() == "internal"}
+    if inside and not any(used):
+        msg = (
+            f"{file}: no connection names the internal lane that it leads over (via), though there are "
+            f"{len(inside)} internal edges, such as {min(inside)}: build the network anew with netconvert"
+        )
+        raise NetworkError(msg)
