@@ -92,12 +92,13 @@ class RefusedLoopError(ScenarioError):
     loop
         The name of the first.
     refused
-        Why, by name.
+        Why, by name; the text lists all.
     """
 
     def __init__(self, refused: Mapping[str, Refusal]) -> None:
-        self.loop, why = next(iter(refused.items()))
-        super().__init__(f"abstraction queues: loop {self.loop} {why.reason}")
+        self.loop = next(iter(refused))
+        every = "; ".join(f"loop {name} {why.reason}" for name, why in refused.items())
+        super().__init__(f"abstraction queues: {every}")
         self.refused = refused
 
 

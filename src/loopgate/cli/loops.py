@@ -14,6 +14,7 @@ from loopgate.cli.numbers import LENGTH_RANGE, FiniteRange
 
 if TYPE_CHECKING:
     from loopgate.network import Loop, LoopVehicle, RoadNetwork, VehicleType
+    from loopgate.network.generate import LoopOptions
 
 
 @click.command(
@@ -186,28 +187,27 @@ def _random_loops(wish: LoopsWish) -> None:
     from loopgate.network.cover.wishes import read_streets
     from loopgate.network.routes_text import routes_text
     from loopgate.network.vehicle_type import type_of_class
+    from loopgate.simulation.demand.random_loops import loops_for_queues
 
     count, length_m = wish.count or 12, wish.length_m or (400.0, 2000.0)
     kind = type_of_class(wish.vclass, "--vclass")
     roads = wish.roads()
     over = read_streets(roads, wish.via, wish.vclass, option="--via") if wish.via is not None else ()
-    bound = None
-    if wish.max_shared is not None:
-        bound = SharingBound(
-            roads, wish.max_shared, rho_m=DEFAULT_RHO_M if wish.rho_m is None else wish.rho_m
-        )
     with show_progress("loops", total=count) as report:
-        found = find_loops(
-            roads,
-            count,
-            length_m=length_m,
-            seed=wish.seed,
-            u_turns=wish.u_turns,
-            vclass=wish.vclass,
-            via=over,
-            admits=bound.admits if bound else None,
-            progress=report,
-        )
+        options: LoopOptions = {
+            "length_m": length_m,
+            "seed": wish.seed,
+            "u_turns": wish.u_turns,
+            "vclass": wish.vclass,
+            "via": over,
+        }
+        if wish.max_shared is None:
+            found = loops_for_queues(roads, count, kind=kind, progress=report, **options)
+        else:  # a bound for segments, on which other loops work than on queues
+            rho_m = DEFAULT_RHO_M if wish.rho_m is None else wish.rho_m
+            bound = SharingBound(roads, wish.max_shared, rho_m=rho_m)
+            options["admits"] = bound.admits
+            found = find_loops(roads, count, progress=report, **options)
     note = f"loopgate loops {wish.network}: count {count}, length {length_m[0]:g}:{length_m[1]:g}"
     note += f", seed {wish.seed}"
     note += "" if wish.max_shared is None else f", max-shared {wish.max_shared:g}"

@@ -4,6 +4,7 @@ import multiprocessing
 import os
 import queue
 import signal
+import sys
 import threading
 from collections.abc import Callable
 from concurrent.futures import Executor, Future
@@ -154,11 +155,13 @@ class _Lane(threading.Thread):
                 return None, TimeLimitError(
                     f"ended after {self._timeout_s:g} s without a result (time limit)"
                 )
-            answer: tuple[Any, BaseException | None] = self._pipe.recv()
+            answer, error, is_spoiled = self._pipe.recv()
         except (EOFError, ConnectionError):
             self._process.join()
             return None, WorkerDiedError(f"the worker process died ({_cause(self._process.exitcode)})")
-        return answer
+        if is_spoiled:
+            self._retire()
+        return answer, error
 
     def _start(self) -> None:
         context = multiprocessing.get_context("spawn")
@@ -199,9 +202,15 @@ def _work(pipe: Connection) -> None:
                 answer: tuple[Any, BaseException | None] = function(*args, **kwargs), None
             except Exception as error:  # noqa: BLE001 - it travels to the caller
                 answer = None, error
-            pipe.send(answer)
+            pipe.send((*answer, _is_spoiled()))
     except (EOFError, ConnectionError):
         return
+
+
+def _is_spoiled() -> bool:
+    """Return whether SUMO has refused its input in this process: what it left behind is for no other run."""
+    backend = sys.modules.get("loopgate.traffic.libsumo_backend")
+    return backend is not None and bool(backend.refused)
 
 
 def _end_with_parent() -> None:

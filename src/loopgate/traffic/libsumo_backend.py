@@ -1,6 +1,7 @@
 """SUMO in this process: fast, without a window, one simulation at a time."""
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from itertools import pairwise
 from threading import Lock
 from typing import Any
@@ -25,6 +26,9 @@ READS: Mapping[str, Callable[..., Any]] = {
 """Readings of vehicles and lights without the function that the wrapper has for each: a third of the time."""
 
 
+refused: list[str] = []
+"""What SUMO said where it refused to start in this process."""
+
 _claim = Lock()
 _owner: list[str] = []
 """What runs in libsumo by `start`: the network that it was given."""
@@ -42,7 +46,10 @@ def start(options: Sequence[str]) -> Any:  # noqa: ANN401  libsumo has no types
         raise SecondSimulationError(_SOMEBODY)
     try:
         libsumo.start(["sumo", *options])
-    except BaseException:
+    except BaseException as error:
+        refused.append(str(error))
+        with suppress(*ERROR):
+            libsumo.close()  # a part of what it has read may be there
         _claim.release()
         raise
     _owner[:] = [_network(options)]

@@ -1,14 +1,15 @@
 """Random loops for a run: as many as were asked for and work, or as there are."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import islice
+from typing import Unpack
 
 from loopgate.abstraction.queue_layout import lay_out_queues, why_not
 from loopgate.abstraction.sharing import SharingBound
 from loopgate.errors import LoopgateError, Refusal, RefusedLoopError
 from loopgate.keeping import Kept
-from loopgate.network import FoundLoops, Loop, RoadNetwork, find_loops
-from loopgate.network.generate import LoopSearch
+from loopgate.network import FoundLoops, Loop, RoadNetwork, VehicleType, find_loops
+from loopgate.network.generate import LoopOptions, LoopSearch
 from loopgate.network.vehicle_type import DEFAULT_TYPE
 from loopgate.simulation.scenario import Scenario
 
@@ -35,7 +36,13 @@ _KEPT: Kept[FoundLoops] = Kept(8)
 
 def _random_loops(scenario: Scenario, network: RoadNetwork, count: int) -> FoundLoops:
     if scenario.abstraction == "queues":
-        return _for_queues(scenario, network, count)
+        return loops_for_queues(
+            network,
+            count,
+            length_m=scenario.loop_length_m,
+            seed=scenario.loops_seed,
+            u_turns=scenario.u_turns,
+        )
     sharing = SharingBound(network, scenario.max_shared, rho_m=scenario.rho_m)
     return find_loops(
         network,
@@ -47,29 +54,41 @@ def _random_loops(scenario: Scenario, network: RoadNetwork, count: int) -> Found
     )
 
 
-def _for_queues(scenario: Scenario, network: RoadNetwork, count: int) -> FoundLoops:
+def loops_for_queues(
+    network: RoadNetwork,
+    count: int,
+    *,
+    kind: VehicleType = DEFAULT_TYPE,
+    progress: Callable[[int], None] | None = None,
+    **options: Unpack[LoopOptions],
+) -> FoundLoops:
+    """Find `count` loops that work as queues for vehicles of a `kind`, also together.
+
+    Raises
+    ------
+    RouteError
+        If there is not a single one; the text says why.
+    """
     refused: list[str] = []
 
     def works(loop: Loop) -> bool:
         try:
-            refusal = why_not(network, loop)
+            refusal = why_not(network, loop, kind)
         except LoopgateError as error:
             refusal = Refusal(f"cannot be laid out: {error}")
         if refusal:
             refused.append(refusal.reason)
         return not refusal
 
-    search = LoopSearch(
-        network,
-        count,
-        length_m=scenario.loop_length_m,
-        seed=scenario.loops_seed,
-        u_turns=scenario.u_turns,
-        admits=works,
-    )
-    loops = list(islice(search, count))
+    wishes: LoopOptions = {**options, "admits": works}
+    search = LoopSearch(network, count, **wishes)
+    loops: list[Loop] = []
+    for loop in islice(search, count):
+        loops.append(loop)
+        if progress:
+            progress(len(loops))
     spare = count
-    while (error := _not_together(network, loops)) is not None:
+    while (error := _not_together(network, loops, kind)) is not None:
         refused.append(error.refused[error.loop].reason)
         loops = [loop for loop in loops if loop.id != error.loop]
         # Each newcomer can keep others from working in its turn, so there is an end to trying.
@@ -85,7 +104,7 @@ def _dropped(reasons: Sequence[str]) -> str:
     return f"1 that does not work as queues: it {reasons[0]}" if reasons else ""
 
 
-def _not_together(network: RoadNetwork, loops: Sequence[Loop]) -> RefusedLoopError | None:
+def _not_together(network: RoadNetwork, loops: Sequence[Loop], kind: VehicleType) -> RefusedLoopError | None:
     """Return why one of the loops, each of which works alone, does not work beside the others.
 
     Where one loop changes lanes, or on the other lane of a narrow street, another loses places.
@@ -93,7 +112,7 @@ def _not_together(network: RoadNetwork, loops: Sequence[Loop]) -> RefusedLoopErr
     if not loops:
         return None
     try:
-        lay_out_queues(network, [(loop, DEFAULT_TYPE) for loop in loops])
+        lay_out_queues(network, [(loop, kind) for loop in loops])
     except RefusedLoopError as error:
         return error
     return None

@@ -8,8 +8,9 @@ from loopgate.abstraction.queue_layout import QueueLayout, lay_out_queues, why_n
 from loopgate.errors import Refusal, RefusedLoopError, RouteError
 from loopgate.keeping import Kept
 from loopgate.network import Loop, RoadNetwork, VehicleType, find_loops
+from loopgate.network.vehicle_type import DEFAULT_TYPE
 from loopgate.simulation.demand import random_loops as module
-from loopgate.simulation.demand.random_loops import random_loops
+from loopgate.simulation.demand.random_loops import loops_for_queues, random_loops
 from loopgate.simulation.scenario import Scenario
 
 ALL_M = (100.0, 5000.0)
@@ -45,11 +46,11 @@ def test_turning_round_makes_more(roads: RoadNetwork) -> None:
 def test_a_loop_that_raises_is_dropped(roads: RoadNetwork, monkeypatch: pytest.MonkeyPatch) -> None:
     """An error about one generated loop does not end the run."""
 
-    def raises(network: RoadNetwork, loop: Loop) -> Refusal | None:
+    def raises(network: RoadNetwork, loop: Loop, kind: VehicleType) -> Refusal | None:
         if "6272844#0" in loop.edges:
             msg = "state 6272844#0_0 follows itself"
             raise RouteError(msg)
-        return why_not(network, loop)
+        return why_not(network, loop, kind)
 
     monkeypatch.setattr(module, "why_not", raises)
     found = random_loops(Scenario(network="n", loop_length_m=ALL_M), roads, 40)
@@ -96,3 +97,14 @@ def test_segments_keep_to_their_bound() -> None:
     found = random_loops(scenario, network, 40)
     assert 0 < len(found.loops) < 40
     assert "that share too much" in found.shortfall
+
+
+def test_loops_that_are_written_work_too(roads: RoadNetwork) -> None:
+    """With others dropped, of which an error lists all."""
+    every = find_loops(roads, 20, length_m=(200.0, 2000.0))
+    with pytest.raises(RefusedLoopError, match=r"loop loop0 must .*; loop loop\d must") as error:
+        lay_out_queues(roads, [(loop, DEFAULT_TYPE) for loop in every.loops])
+    found = loops_for_queues(roads, 20, length_m=(200.0, 2000.0))
+    assert len(found.loops) == len(every.loops) - len(error.value.refused)
+    lay_out_queues(roads, [(loop, DEFAULT_TYPE) for loop in found.loops])
+    assert "that do not work as queues" in found.shortfall
