@@ -210,6 +210,10 @@ def recount(folder: Path) -> list[Figure]:
             "mean speed in a table (m/s)", row["mean_speed_mps"], metres / time_s if time_s else 0.0, 2e-3
         ),
         Figure("stood (s)", said["stood_s"], counted["stood_s"].sum(), run.step_s),
+        Figure(
+            "share of time standing", said["stood_share"], counted["stood_s"].sum() / max(time_s, 1.0), 1e-4
+        ),
+        Figure("throughput in a table, measured (km/h)", row["km_per_h_measured"], said["km_per_h"], 1e-6),
         Figure("stood in a table (s)", row["stood_s"], counted["stood_s"].sum(), run.step_s),
         *(
             Figure(

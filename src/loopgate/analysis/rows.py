@@ -115,9 +115,12 @@ def run_row(
     row |= {name: watch.get(name) for name in _OF_WATCH}
     row[c.ON_RED] = _part(summary, "at_lights").get(c.ON_RED)
     row |= _time(scenario, summary) | _refusals(summary.get(c.REFUSALS))
+    row[c.KM_PER_H_MEASURED] = row[c.KM_PER_H]
+    row[c.STOOD_SHARE] = _stood_share(summary)
     all_there = bool(row[c.ARRIVED]) and not row[c.UNFINISHED]  # the run was over, it was not cut off
     if (hours := row[c.DURATION] / 3600) > 0 and row[c.MEASURED] < row[c.DURATION] and not all_there:
         row[c.LAPS_PER_H], row[c.KM_PER_H] = row[c.LAPS] / hours, row[c.DISTANCE_KM] / hours
+    row[c.TRUNCATED] = row[c.OUTCOME] == "deadlock" and row[c.MEASURED] < row[c.DURATION]
     decision, wall, versions = (_part(summary, key) for key in ("decision_us", "wall_s", "versions"))
     row |= {
         c.DECISION_MEDIAN: decision.get("median"),
@@ -137,6 +140,13 @@ def run_row(
         row |= dict.fromkeys((c.HOLD, c.LONGEST_WAIT, c.EDGE_HOLD))
     known = [run.JUNCTION] if run.JUNCTION in edges else []
     return RunRow(row, edges[[run.EDGE, run.EDGE_LENGTH, run.SHAPE, *known]])
+
+
+def _stood_share(summary: Mapping[str, Any]) -> float | None:
+    """Return the share of vehicle time standing, which older summaries have by way of the mean speed."""
+    if "stood_share" in summary or c.STOOD not in summary or not summary.get(c.DISTANCE_KM):
+        return summary.get("stood_share")
+    return float(summary[c.STOOD] * summary.get(c.MEAN_SPEED, 0.0) / summary[c.DISTANCE_KM] / 1000.0)
 
 
 def _asked(scenario: Mapping[str, Any]) -> str | None:

@@ -43,7 +43,8 @@ _MOST_POINTS = 2000
 
 _MOST_FLOWS = 24
 _RANKED = 10
-_SINGLE = [*_BY, c.SEED, c.KM_PER_H, c.LAPS_PER_H, c.MEAN_SPEED, c.STOOD, c.MEAN_REVISIT, c.IDLENESS]
+_SINGLE = [*_BY, c.SEED, c.TRUNCATED, c.MEASURED, c.KM_PER_H, c.KM_PER_H_MEASURED, c.LAPS_PER_H]
+_SINGLE += [c.MEAN_SPEED, c.STOOD, c.STOOD_SHARE, c.MEAN_REVISIT, c.IDLENESS]
 _SINGLE += [
     c.ARRIVED,
     c.UNFINISHED,
@@ -64,7 +65,13 @@ _MEANS = (
     ("delay", "Delay of trips", "mean delay [s]", c.MEAN_DELAY, "Time loss and wait to depart."),
     ("worst-delay", "Worst delay", "worst delay of a trip [s]", c.WORST_DELAY, "Of any trip in a run."),
     ("unfinished", "Trips not finished", "trips not at their ends", c.UNFINISHED, "When the run ended."),
-    ("standing", "Time standing", "vehicle-seconds standing", c.STOOD, "Slower than 0.1 m/s, whatever for."),
+    (
+        "standing",
+        "Time standing",
+        "share of vehicle time standing",
+        c.STOOD_SHARE,
+        "Slower than 0.1 m/s, whatever for.",
+    ),
     (
         "revisits",
         "Revisit intervals",

@@ -104,6 +104,7 @@ def headline(section: Section, said: str = "") -> list[str]:
         return [text for text in (*watch_sentences(section.watch), *mishaps) if text not in said]
     return [
         *(f"M{text[1:]}" for text in _throughput(tables, section.runs) if text.rstrip(".") not in said),
+        *_truncated(section.runs),
         *_pairs(tables),
         *([_deadlocks(section.runs)] if len(section.runs) > 1 else []),
         *_watching(section.runs, section.count),
@@ -164,6 +165,18 @@ def _throughput(tables: Mapping[str, pd.DataFrame], runs: pd.DataFrame, *, every
             f"vehicles{_border(row)})"
         )
     return [f"{text}{'; that is ' if others else ''}{', '.join(others)}."]
+
+
+def _truncated(runs: pd.DataFrame) -> list[str]:
+    """Say both rates of runs that stopped at their deadlock: until then, and over the time asked for."""
+    parts = []
+    for series, group in runs[runs[c.TRUNCATED].fillna(value=False).astype(bool)].groupby(SERIES, sort=True):
+        rates = [number(float(group[name].mean())) for name in (c.KM_PER_H_MEASURED, c.KM_PER_H)]
+        parts.append(
+            f"{_said(str(series))} in {len(group)}, with {rates[0]} vehicle-km/h until then and {rates[1]} "
+            "over the time asked for, which is what figures and tables compare"
+        )
+    return [f"Runs that stopped at their deadlock: {'; '.join(parts)}."] if parts else []
 
 
 def _border(row: pd.Series) -> str:

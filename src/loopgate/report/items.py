@@ -9,6 +9,7 @@ import pandas as pd
 
 from loopgate.analysis.columns import SERIES
 from loopgate.plots.charts import Chart
+from loopgate.results.row_columns import TRUNCATED
 
 _RUNS = {"runs": "runs"}
 _WATCH = ("promises", "unwatched", "seen-within", "rarest")
@@ -105,6 +106,10 @@ class Content:
         """The arguments of figures that concern series."""
         self.known = dict(known)
         """The values of the expressions that commands are made of."""
+        runs = self.known["runs"]
+        cut = int(runs[TRUNCATED].fillna(value=False).sum()) if TRUNCATED in runs else 0
+        self._mark = f"{cut} of {len(runs)} runs stopped at their deadlock" if cut else ""
+        """What every figure and table says of runs that are compared with longer ones."""
         self.tables: dict[str, TableItem] = {}
         self.figures: list[FigureItem] = []
 
@@ -125,13 +130,15 @@ class Content:
         made = command.table(self.known)
         made.attrs["name"] = name
         if len(made):
-            self.tables[name] = TableItem(name, title, made, str(command), listed)
+            marked = f"{title} ({self._mark})" if self._mark else title
+            self.tables[name] = TableItem(name, marked, made, str(command), listed)
         return made
 
     def figure(self, name: str, title: str, caption: str, chart: Chart, table: str = "") -> None:
         """Add a figure of a table (by default the table of its name), unless the table was left out."""
         if (table or name) in self.tables:
-            self.figures.append(FigureItem(name, title, caption, chart, table or name))
+            marked = f"{caption} {self._mark}." if self._mark else caption
+            self.figures.append(FigureItem(name, title, marked, chart, table or name))
 
     def watch_only(self) -> None:
         """Leave out what tells of throughput, and put what tells of promises and idle streets first."""

@@ -53,9 +53,12 @@ LAPS_PER_H: Final = _number(
     "laps_per_h"
 )  # over the duration asked for, unless it ended since all had arrived
 KM_PER_H: Final = _number("km_per_h")  # as LAPS_PER_H
+KM_PER_H_MEASURED: Final = _number("km_per_h_measured")  # over the time measured
+TRUNCATED: Final = _column("bool", "truncated")  # whether it stopped at its deadlock, before its time
 MEASURED: Final = _number("measured_s")  # simulated time measured
 HOLD: Final = _number("hold_s")  # standing at gates; missing without a gate
 STOOD: Final = _number("stood_s")  # slower than 0.1 m/s, under any gate
+STOOD_SHARE: Final = _number("stood_share")  # the same as a share of the time that vehicles were there
 LONGEST_WAIT: Final = _number("longest_wait_s")  # missing without a gate
 LONGEST_FOR: Final = {
     cause: _number(f"longest_{cause}_s")

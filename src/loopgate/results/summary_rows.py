@@ -31,7 +31,8 @@ def _rows(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
         ("laps", f"{summary['laps']}"),
         ("distance", f"{summary['distance_km']:.1f} km"),
         ("mean speed", f"{summary['mean_speed_mps']:.2f} m/s"),
-        ("throughput", f"{summary['laps_per_h']:.1f} laps/h, {summary['km_per_h']:.1f} vehicle-km/h"),
+        ("throughput", _throughput(summary)),
+        *_standing(summary),
         ("hold time", f"{summary['hold_s']:.0f} s in all, longest wait {summary['longest_wait_s']:.0f} s"),
         *_longest_wait(summary.get("longest_wait")),
         *_trips(summary),
@@ -67,6 +68,25 @@ def _rows(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
     if not summary["decisions"]:
         rows = [row for row in rows if row[0] not in {"decisions", "refusals", "decision time"}]
     return rows
+
+
+def _throughput(summary: Mapping[str, Any]) -> str:
+    """Say how much was driven per hour; of a run that stopped at its deadlock over both times."""
+    text = f"{summary['laps_per_h']:.1f} laps/h, {summary['km_per_h']:.1f} vehicle-km/h"
+    cut = summary.get("truncated")
+    if not cut:
+        return text
+    return f"{text} until the deadlock; {cut['km_per_h']:.1f} over the {cut['asked_s']:.0f} s asked for"
+
+
+def _standing(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Return the row about time standing, where it is known as a share."""
+    if "stood_share" not in summary:
+        return []
+    until = ", until the deadlock" if summary.get("truncated") else ""
+    return [
+        ("time standing", f"{summary['stood_s']:.0f} s, {summary['stood_share']:.0%} of vehicle time{until}")
+    ]
 
 
 def _longest_wait(wait: Mapping[str, Any] | None) -> list[tuple[str, str]]:

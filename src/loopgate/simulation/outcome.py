@@ -270,6 +270,7 @@ def summary(
         "loops": loops,
         "duration_s": round(duration, 3),
         **_traffic_figures(tallies, duration),
+        **_truncated(scenario, course, duration, tallies),
         "outcome": course.outcome,
         "deadlocks": [deadlock_figures(deadlock) for deadlock in course.deadlocks],
         "starving": [sink.figures() for sink in course.starving],
@@ -367,10 +368,21 @@ def _traffic_figures(tallies: Sequence[Tally], duration_s: float) -> dict[str, A
         "km_per_h": round(km / hours, 6) if hours > 0 else 0.0,
         "hold_s": round(sum(t.hold_s for t in tallies), 3),
         "stood_s": round(sum(t.stood_s for t in tallies), 3),
+        "stood_share": round(sum(t.stood_s for t in tallies) / vehicle_s, 6) if vehicle_s > 0 else 0.0,
         "longest_wait_s": round(max((t.longest_wait_s for t in tallies), default=0.0), 3),
         "vehicles_without_a_lap": sum(1 for t in tallies if t.laps == 0 and t.trip is None),
         **trip_figures(t.trip for t in tallies if t.trip is not None),
     }
+
+
+def _truncated(
+    scenario: Scenario, course: RunCourse, duration_s: float, tallies: Sequence[Tally]
+) -> dict[str, Any]:
+    """Return the rate over the time asked for of a run that stopped at its deadlock; nothing for others."""
+    if course.outcome != "deadlock" or scenario.on_deadlock != "stop" or duration_s >= scenario.duration_s:
+        return {}
+    km, hours = sum(t.distance_m for t in tallies) / 1000.0, scenario.duration_s / 3600.0
+    return {"truncated": {"asked_s": scenario.duration_s, "km_per_h": round(km / hours, 6)}}
 
 
 def _trip_row(trip: Trip | None) -> dict[str, Any]:
