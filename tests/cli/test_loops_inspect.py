@@ -176,7 +176,7 @@ def test_inspect_queues(tmp_path: Path) -> None:
     assert every.startswith(shown.stdout.partition("--all prints")[0])
     assert every.count("\u2503 lane ") == 2
     assert "133 vehicles can start on these loops" in shown.stdout
-    assert "115 if the loops get them in turn" in shown.stdout
+    assert "115 if they are dealt to the loops in turn" in shown.stdout
     assert "(unlisted)" not in shown.stdout
     assert picture.read_text(encoding="utf-8").count("<svg") == 1
     assert len(read_system(system).robots) == 3
@@ -271,7 +271,7 @@ def test_files_that_cannot_be_written(routes: Path, tmp_path: Path, option: str,
         (["loops", _NET, "--length", "9"], "'9' is no range of lengths"),
         (["loops", _NET, "--length", "900:400"], "expected 0 < shortest <= longest"),
         (["loops", _NET, "--max-shared", "2"], "2.0 is not in the range"),
-        (["inspect", _NET], "which loops\\? Give --routes FILE"),
+        (["inspect", _NET], "no loops are given; give --routes FILE"),
         (["inspect", "missing.net.xml", "--routes", "x"], "missing.net.xml: there is no such file"),
         (["inspect", _NET, "--routes", "missing.rou.xml"], "missing.rou.xml: there is no such file"),
         (
