@@ -112,7 +112,10 @@ def test_bad_wishes_are_one_line(options: list[str], says: str) -> None:
     [
         (["--cover", "all", "--length", "4:9"], "--length belongs to random loops, not to --cover"),
         (["--revisit", "600"], "--revisit belongs to --cover"),
-        (["--cover", "all", "--revisit", "600", "--vehicles", "4"], "both set the number of vehicles; leave one out"),
+        (
+            ["--cover", "all", "--revisit", "600", "--vehicles", "4"],
+            "both set the number of vehicles; leave one out",
+        ),
     ],
 )
 def test_options_that_do_not_go_together(options: list[str], says: str) -> None:
