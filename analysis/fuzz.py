@@ -41,7 +41,7 @@ from fuzz_runs import RUNS, make_runs
 from loopgate.errors import LoopgateError
 from loopgate.sweep.memory import peak_memory_mb, reset_peak_memory
 
-READERS = (*FILES, *RESULTS, *PLUGINS, *RUNS)
+READERS = (*PLUGINS, *RESULTS, *RUNS, *FILES)
 HANG_S = 20.0
 MEMORY_MB = 1024
 _LONGEST_LINE = 2_500

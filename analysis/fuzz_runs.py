@@ -37,8 +37,8 @@ CONFIGURATION = """<configuration>
 </configuration>
 """
 ADDITIONAL = """<additional>
-    <include href="i.add.xml"/>
     <vType id="lorry" vClass="truck" length="9" accel="1.1" guiShape="truck"/>
+    <include href="i.add.xml"/>
     <busStop id="stop1" lane="p1b_0" startPos="10" endPos="30" lines="1 2"/>
     <parkingArea id="park1" lane="p2b_0" startPos="5" endPos="40" roadsideCapacity="3" angle="90"/>
     <rerouter id="anew" edges="s1">
@@ -98,7 +98,8 @@ def make_runs(folder: Path) -> None:
     (place / "z.add.xml.gz").write_bytes(gzip.compress(DEEPER.replace("more", "z").encode()))
     with contextlib.chdir(place):
         alone = _told(simulate(_valid(place)))
-        simulate(_spoiled(place, "certified"))
+        for gate in ("certified", "open"):
+            simulate(_spoiled(place, gate))
     (place / "alone.json").write_text(json.dumps(alone), encoding="utf-8")
 
 
