@@ -165,6 +165,15 @@ def assemble(scenario: Scenario) -> Assembly:
     apart |= unstopping
     ordinary += [v for v in later if v.id in unstopping]
     everybody = [v for v in everybody if v.id not in unstopping]
+    if not everybody:
+        name, why = next(iter(unstopping.items()))
+        source = scenario.routes or scenario.network
+        msg = f"{source}: none of its vehicles is gated: {name}: {why}; or --gate open"
+        raise ScenarioError(msg)
+    if abstraction is not None and unstopping:
+        kept = zip([*later, *others], abstraction.later, strict=True)
+        abstraction = replace(abstraction, later=tuple(way for v, way in kept if v.id not in unstopping))
+    later = [v for v in later if v.id not in unstopping]
     devices, bereft = leading_devices(scenario, everybody, anew.keys()) if scenario.gated else ((), ())
     vehicles, later = ([_driven(scenario, v, devices) for v in some] for some in (vehicles, later))
     starts, tracks = _place(scenario, network, vehicles, abstraction)
@@ -174,9 +183,7 @@ def assemble(scenario: Scenario) -> Assembly:
         departures = tuple(
             departs_in_place(network, vehicle, way)
             for vehicle, way in zip([*later, *others], abstraction.later, strict=True)
-            if vehicle.id not in unstopping
         )
-    later = [v for v in later if v.id not in unstopping]
     departures, other_ways = departures[: len(later)], departures[len(later) :]
     if detours:  # vehicles may go on by other loops than those of their types in SUMO
         tracks = [replace(track, renews=True) for track in tracks]

@@ -11,6 +11,7 @@ from loopgate import Scenario
 from loopgate.errors import LoopgateError, RouteError
 from loopgate.network import RoadNetwork, read_loops
 from loopgate.simulation.assembly import assemble
+from loopgate.simulation.positions import make_layout
 from loopgate.simulation.sumo.input import write_ordinary
 
 GRID = "networks/grid5-priority.net.xml"
@@ -50,6 +51,7 @@ def test_a_trip_that_no_gate_can_drive_is_ordinary_traffic(tmp_path: Path, odd: 
     """It alone; one warning names it, with the reason."""
     routes = file(tmp_path, PLAIN + odd + trip("fine", 'lane="A1A2_0" endPos="50" duration="5"'))
     made = assemble(Scenario(network=GRID, routes=routes, duration_s=60))
+    make_layout(made, 1.0)
     assert sorted(made.names) == ["fine", "plain"]
     assert made.others == ("odd",)
     (said,) = [line for line in made.warnings if "in ordinary traffic" in line]
@@ -88,6 +90,13 @@ def test_nobody_else_is_an_error(tmp_path: Path) -> None:
         read_loops(
             RoadNetwork.open(GRID), file(tmp_path, f'<trip id="odd" depart="triggered" {WAY}/>'), once=True
         )
+
+
+def test_nobody_left_after_their_stops_is_an_error(tmp_path: Path) -> None:
+    """All who would be gated stop where they cannot."""
+    routes = file(tmp_path, trip("odd", 'lane="A1A2_0" endPos="3" duration="5"'))
+    with pytest.raises(LoopgateError, match="none of its vehicles is gated: odd: the stop at"):
+        assemble(Scenario(network=GRID, routes=routes, duration_s=60))
 
 
 def test_sumo_is_given_them_as_they_are(tmp_path: Path) -> None:
