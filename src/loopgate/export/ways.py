@@ -51,7 +51,17 @@ class Way:
 
 
 def loop_way(loop: Loop) -> Way:
-    """Return a loop with its line, closed where the loop is."""
+    """Return a loop with its line, closed where the loop is.
+
+    Examples
+    --------
+    >>> from loopgate import RoadNetwork, read_loops
+    >>> from loopgate.export import loop_way
+    >>> network = RoadNetwork.open("networks/ring3.net.xml")
+    >>> way = loop_way(read_loops(network, "routes/ring3.rou.xml").loops[0])
+    >>> way.edges[0], len(way.begins_m) == len(way.edges)
+    ('p1b', True)
+    """
     points = loop.curve()[0]
     line = np.vstack((points, points[:1])) if loop.closed else points
     begins = tuple(span.begin_m for span in loop.roads)
@@ -84,7 +94,7 @@ def find_turns(network: RoadNetwork, edges: Sequence[str], begins_m: Sequence[fl
     >>> network = RoadNetwork.open("networks/ring3.net.xml")
     >>> way = loop_way(read_loops(network, "routes/ring3.rou.xml").loops[0])
     >>> [turn.text for turn in find_turns(network, way.edges, way.begins_m)][0]
-    'start on edge s1'
+    'start on edge p1b'
     """
     turns: list[Turn] = []
     for k, (edge, at_m) in enumerate(zip(edges, begins_m, strict=True)):

@@ -107,7 +107,7 @@ class Content:
         self.known = dict(known)
         """The values of the expressions that commands are made of."""
         runs = self.known["runs"]
-        cut = int(runs[TRUNCATED].fillna(value=False).sum()) if TRUNCATED in runs else 0
+        cut = int(runs[TRUNCATED].eq(other=True).sum()) if TRUNCATED in runs else 0
         self._mark = f"{cut} of {len(runs)} runs stopped at their deadlock" if cut else ""
         """What every figure and table says of runs that are compared with longer ones."""
         self.tables: dict[str, TableItem] = {}

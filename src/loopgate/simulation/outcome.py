@@ -296,7 +296,7 @@ def summary(
 
 def promise_figures(keeper: Gatekeeper | None) -> dict[str, str]:
     """Return which vehicles the gate promises can always go on, and under which conditions."""
-    promise = getattr(keeper.gate, "promise", "") if keeper else ""
+    promise = getattr(getattr(keeper, "gate", None), "promise", "")
     return {"promise": promise, "promise_of": _PROMISE_OF.get(promise, "")}
 
 

@@ -64,7 +64,7 @@ def test_a_place_that_is_overfull_gives_nobody_a_slot(residents: int, *, fine: b
     if fine:
         _refuse_crowd(gate, robots, room)
     else:
-        with pytest.raises(GateError, match="not everyone"):
+        with pytest.raises(GateError, match="not every vehicle"):
             _refuse_crowd(gate, robots, room)
     _refuse_crowd(cast("Any", SimpleNamespace(promise="somebody")), robots, room)
 
@@ -82,5 +82,5 @@ def test_who_goes_round_leaves_room_for_who_is_to_pass_later(residents: int, *, 
         if fine or way == "a b":
             _refuse_crowd(gate, robots, room, passing)
         else:
-            with pytest.raises(GateError, match="not everyone"):
+            with pytest.raises(GateError, match="not every vehicle"):
                 _refuse_crowd(gate, robots, room, passing)
