@@ -170,7 +170,7 @@ def _throughput(tables: Mapping[str, pd.DataFrame], runs: pd.DataFrame, *, every
 def _truncated(runs: pd.DataFrame) -> list[str]:
     """Say both rates of runs that stopped at their deadlock: until then, and over the time asked for."""
     parts = []
-    for series, group in runs[runs[c.TRUNCATED].fillna(value=False).astype(bool)].groupby(SERIES, sort=True):
+    for series, group in runs[runs[c.TRUNCATED].eq(other=True)].groupby(SERIES, sort=True):
         rates = [number(float(group[name].mean())) for name in (c.KM_PER_H_MEASURED, c.KM_PER_H)]
         parts.append(
             f"{_said(str(series))} in {len(group)}, with {rates[0]} vehicle-km/h until then and {rates[1]} "
