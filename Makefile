@@ -5,7 +5,7 @@ BIN    := $(VENV)/bin
 STAMP  := $(VENV)/installed
 
 .DEFAULT_GOAL := help
-.PHONY: help demo readme pictures docs setup test check browser animation format bench bench-replay bench-sweep networks small-networks city throughput soak unseen long-vehicles covering watched day scale attached ordinary circulator any-traffic scenarios fuzz proofs lock clean
+.PHONY: help demo readme pictures docs setup test check browser animation format bench bench-replay bench-sweep networks small-networks city throughput soak unseen long-vehicles covering watched day scale attached ordinary circulator any-traffic scenarios recount fuzz proofs lock clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-15s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -71,10 +71,7 @@ networks: $(STAMP) ## rebuild networks/*.net.xml and show what changed
 bench-sweep: $(STAMP) ## measure: sweeps in one process and in one per processor
 	$(BIN)/python analysis/bench_sweep.py
 
-small-recount: $(STAMP) ## count the figures of five runs again from SUMO's own files: all agree
-	$(BIN)/python analysis/recount.py
-
-networks: $(STAMP) ## deadlocks and collisions on the small networks, gate by gate, 20 seeds
+small-networks: $(STAMP) ## deadlocks and collisions on the small networks, gate by gate, 20 seeds
 	$(BIN)/python analysis/small_networks.py
 
 city: $(STAMP) ## packaged cities under algorithm2, loops of bounded and unbounded sharing

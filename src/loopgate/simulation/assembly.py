@@ -22,7 +22,7 @@ from loopgate.reading import counted
 from loopgate.simulation.demand.allotment import give_loops
 from loopgate.simulation.demand.amount import check_number
 from loopgate.simulation.demand.apart import cannot_stop, fitted_stops, sort_out
-from loopgate.simulation.demand.detours import find_detours
+from loopgate.simulation.demand.detours import FoundDetours, find_detours
 from loopgate.simulation.demand.once import share_lanes
 from loopgate.simulation.demand.placing import (
     Departure,
@@ -84,6 +84,8 @@ class Assembly:
         name on each further way that there is for that, and on each loop that leads round something.
     incidents
         Streets that are closed and vehicles that break down.
+    detours
+        By the name of each loop that leads round something the name of the loop that it is a detour of.
     """
 
     network: RoadNetwork
@@ -104,12 +106,12 @@ class Assembly:
     anew: Mapping[str, Anew] = field(default_factory=dict)
     other_ways: tuple[Departure, ...] = ()
     incidents: Incidents = field(default_factory=Incidents)
+    detours: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def contains(self) -> bool:
         """Whether anything may stand for long that vehicles are led round."""
-        planned = self.incidents.closures or self.incidents.breakdowns
-        return bool(planned or any(one.start.loop.closed for one in self.other_ways))
+        return bool(self.incidents.closures or self.incidents.breakdowns or self.detours)
 
     @cached_property
     def trips(self) -> frozenset[str]:
@@ -151,10 +153,11 @@ def assemble(scenario: Scenario) -> Assembly:
     vehicles, later, anew, apart = sorted_out.vehicles, sorted_out.later, sorted_out.anew, sorted_out.apart
     warnings = (*warnings, *sorted_out.lines)
     closed = [v for v in [*vehicles, *later] if v.loop.closed]
-    incidents, detours = _incidents(scenario, network, closed), list[LoopVehicle]()
+    incidents, detours = _incidents(scenario, network, closed), FoundDetours()
     if scenario.gated and scenario.abstraction == "queues" and scenario.standing == "contain":
-        detours = find_detours(network, closed, incidents)
-        others += detours
+        once = [v for v in [*later, *others] if not v.loop.closed]
+        detours = find_detours(network, closed, incidents, once)
+        others += detours.vehicles
     peculiar = _peculiar(scenario, network, everybody) if scenario.gated else {}
     abstraction = None
     distinct = len({vehicle.loop.id for vehicle in vehicles}) == len(vehicles)
@@ -185,7 +188,7 @@ def assemble(scenario: Scenario) -> Assembly:
             for vehicle, way in zip([*later, *others], abstraction.later, strict=True)
         )
     departures, other_ways = departures[: len(later)], departures[len(later) :]
-    if detours:  # vehicles may go on by other loops than those of their types in SUMO
+    if detours.own:  # vehicles may go on by other loops than those of their types in SUMO
         tracks = [replace(track, renews=True) for track in tracks]
         departures, other_ways = (tuple(map(_renewing, some)) for some in (departures, other_ways))
     source = scenario.routes or scenario.network
@@ -211,6 +214,7 @@ def assemble(scenario: Scenario) -> Assembly:
         anew=anew,
         other_ways=other_ways,
         incidents=incidents,
+        detours=detours.own,
     )
 
 

@@ -114,14 +114,14 @@ class Containment:
 
     @staticmethod
     def _find_ways(assembly: Assembly) -> dict[str, _Ways]:
-        """Return the ways of each loop by its name: that of its edges, and the ones made from it."""
-        round_: defaultdict[str, list[Track]] = defaultdict(list)
-        for one in assembly.other_ways:
-            if one.track is not None and one.start.loop.closed:
-                round_[one.track.loop.partition("~")[0]].append(one.track)
+        """Return the ways of each vehicle on a loop, by the name of the loop or of a detour of it."""
         every = [*assembly.tracks, *(d.track for d in assembly.departures if d.track is not None)]
-        own = {track.loop: track for track in every if track.rounds}
-        return {loop: _Ways((track, *round_[loop])) for loop, track in own.items()}
+        tracks = {track.loop: [track] for track in every if track.rounds}
+        for one in assembly.other_ways:
+            if one.track is not None and one.track.loop in assembly.detours:
+                tracks[assembly.detours[one.track.loop]].append(one.track)
+        found = {loop: _Ways(tuple(some)) for loop, some in tracks.items()}
+        return found | {detour: found[own] for detour, own in assembly.detours.items()}
 
     def _take(self, track: Track) -> None:
         """Take note of the edges and lanes on which each place of a way lies."""
@@ -191,7 +191,7 @@ class Containment:
             return
         for vehicle in sorted(self._engine.driver_of):
             driver = self._engine.driver_of[vehicle]
-            ways = self._ways.get(driver.track.loop.partition("~")[0])
+            ways = self._ways.get(driver.track.loop)
             if ways is None or vehicle in self._fixed or self._broken.get(vehicle, False):
                 continue
             best = next((n for n, states in enumerate(ways.states) if states.isdisjoint(blocked)), None)

@@ -365,7 +365,7 @@ def _input_options(
     beside = without_vehicles(beside, assembly.vehicle_files, folder.path)
     departing = tuple(departure.start for departure in assembly.departures)
     placed, later = (assembly.starts, departing) if scenario.gated else ((*assembly.starts, *departing), ())
-    round_ = [one.start for one in assembly.other_ways if one.start.loop.closed]
+    round_ = [one.start for one in assembly.other_ways if one.start.loop.id in assembly.detours]
     starts = write_sumo_input(
         placed,
         folder.path,

@@ -6,14 +6,15 @@ import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from contextlib import suppress
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import networkx as nx
 
-from loopgate.abstraction.queue_layout import why_not
 from loopgate.errors import RefusedLoopError, RouteError
 from loopgate.network import Loop, LoopVehicle, RoadNetwork, make_loop
 from loopgate.network.incidents import Incidents
+from loopgate.simulation.demand.once import find_unfit
 
 LONG_STOP_S = 300.0
 """A vehicle that stands on the road at a stop for longer is led round [s]."""
@@ -109,10 +110,29 @@ class Detours:
         return None
 
 
+@dataclass(frozen=True, slots=True)
+class FoundDetours:
+    """Loops that lead round something.
+
+    Attributes
+    ----------
+    vehicles
+        One of no name on each of them, for each type.
+    own
+        By the name of each the name of the loop that it is a detour of.
+    """
+
+    vehicles: tuple[LoopVehicle, ...] = ()
+    own: Mapping[str, str] = field(default_factory=dict)
+
+
 def find_detours(
-    network: RoadNetwork, vehicles: Sequence[LoopVehicle], incidents: Incidents
-) -> list[LoopVehicle]:
-    """Return one vehicle of no name on each loop that may be needed while something stands.
+    network: RoadNetwork,
+    vehicles: Sequence[LoopVehicle],
+    incidents: Incidents,
+    beside: Sequence[LoopVehicle] = (),
+) -> FoundDetours:
+    """Return the loops that may be needed while something stands, without those that do not work as queues.
 
     Needed are loops round each closed edge, round all that are closed at once, and round each edge of the
     loop of a vehicle that breaks down, or stands long at a stop on the road.
@@ -121,21 +141,35 @@ def find_detours(
     ----------
     vehicles
         Those on loops, with their stops.
+    beside
+        All others that are laid out with them.
+
+    Raises
+    ------
+    RefusedLoopError
+        If a loop of the vehicles themselves does not work as queues.
     """
-    closed = [v for v in vehicles if v.loop.closed]
     finders: dict[str, Detours] = {}
+    taken = {v.loop.id for v in (*vehicles, *beside)}
     found: dict[tuple[str, str], LoopVehicle] = {}
-    for avoided in _avoided(closed, incidents):
-        for v in closed:
-            if avoided.isdisjoint(v.loop.edges) or v.loop.edges == tuple(avoided):
+    own: dict[str, str] = {}
+    for avoided in _avoided(vehicles, incidents):
+        for v in vehicles:
+            if avoided.isdisjoint(v.loop.edges):
                 continue
             finder = finders.setdefault(v.type.vclass, Detours(network, v.type.vclass))
             loop = finder.around(v.loop, avoided)
-            if loop is None or (loop.id, v.type.id) in found:
-                continue
-            if why_not(network, loop, v.type) is None:
-                found[loop.id, v.type.id] = LoopVehicle("", loop, v.type)
-    return list(found.values())
+            if loop is not None:
+                while loop.id in taken:
+                    loop = replace(loop, id=f"{loop.id}~")
+                found.setdefault((loop.id, v.type.id), LoopVehicle("", loop, v.type))
+                own[loop.id] = v.loop.id
+    if not found:
+        return FoundDetours()
+    unfit = find_unfit(network, [*vehicles, *beside], list(found.values()))
+    refused = {(v.loop.id, v.type.id) for some in unfit.values() for v in some}
+    fit = tuple(v for key, v in found.items() if key not in refused)
+    return FoundDetours(fit, {v.loop.id: own[v.loop.id] for v in fit})
 
 
 def _avoided(vehicles: Iterable[LoopVehicle], incidents: Incidents) -> Iterator[frozenset[str]]:

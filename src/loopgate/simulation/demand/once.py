@@ -156,7 +156,7 @@ def fit_in(
     """
     closed, once = ([v for v in vehicles if v.loop.closed is closes] for closes in (True, False))
     others = _find_other_ways(network, [v for v in once if v.id in led])
-    found = _find_unfit(network, closed, [*once, *others])
+    found = find_unfit(network, closed, [*once, *others])
     no_way = {(v.loop.id, v.type) for some in found.values() for v in some}
     unfit = {why: those for why, some in found.items() if (those := [v for v in some if v.id])}
     return unfit, [v for v in others if (v.loop.id, v.type) not in no_way]
@@ -172,10 +172,10 @@ def left_out(unfit: Mapping[str, Sequence[LoopVehicle]]) -> Iterator[str]:
         )
 
 
-def _find_unfit(
-    network: RoadNetwork, staying: Sequence[LoopVehicle], once: Sequence[LoopVehicle]
+def find_unfit(
+    network: RoadNetwork, staying: Sequence[LoopVehicle], asked: Sequence[LoopVehicle]
 ) -> dict[str, list[LoopVehicle]]:
-    """Return, by reason, those of `once` whose ways do not work as queues beside all others.
+    """Return, by reason, those of `asked` whose ways do not work as queues beside all others.
 
     Raises
     ------
@@ -183,7 +183,7 @@ def _find_unfit(
         If one of those `staying` does not.
     """
     unfit: dict[str, list[LoopVehicle]] = {}
-    alone: dict[tuple[Loop, VehicleType], Refusal | None] = {(v.loop, v.type): None for v in once}
+    alone: dict[tuple[Loop, VehicleType], Refusal | None] = {(v.loop, v.type): None for v in asked}
     edges = dict.fromkeys(span.edge for loop, _ in alone for span in loop.roads)
     lanes = [lane.id for edge in edges for lane in network.edges[edge].lanes]
     near = {
@@ -192,16 +192,16 @@ def _find_unfit(
     }
     for loop, kind in alone:  # first, since it is quick: who is too long makes the rest slow
         alone[loop, kind] = why_not(network, loop, kind, near[kind.width_m])
-    for v in once:
+    for v in asked:
         if refusal := alone[v.loop, v.type]:
             unfit.setdefault(refusal.reason, []).append(v)
-    fit = [v for v in once if not alone[v.loop, v.type]]
+    fit = [v for v in asked if not alone[v.loop, v.type]]
     while fit:
         try:
             lay_out_queues(network, [(v.loop, v.type) for v in (*staying, *fit)])
         except RefusedLoopError as error:
             refused: Mapping[str, Refusal] = error.refused
-            if any(v.loop.closed and v.loop.id in refused for v in (*staying, *fit)):
+            if any(v.loop.id in refused for v in staying):
                 raise
             for vehicle in fit:
                 if vehicle.loop.id in refused:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -10,7 +11,7 @@ import pytest
 from loopgate.network import Loop, LoopVehicle, RoadNetwork, read_loops
 from loopgate.network.incidents import Breakdown, Closure, Incidents
 from loopgate.network.vehicle_type import DEFAULT_TYPE
-from loopgate.simulation.demand.detours import Detours, find_detours
+from loopgate.simulation.demand.detours import Detours, FoundDetours, find_detours
 
 ROOT = Path(__file__).resolve().parents[4]
 GRID = RoadNetwork.open(ROOT / "networks/grid5-priority.net.xml")
@@ -49,9 +50,20 @@ def test_loops_are_found_round_all_that_may_stand() -> None:
     vehicles = [LoopVehicle(f"v{n}", loop, DEFAULT_TYPE) for n, loop in enumerate((first, second))]
     one, other = first.edges[3], first.edges[7]
     planned = Incidents((Closure(one, "", 0.0, 9.0), Closure(other, "", 5.0, 12.0)))
-    names = {v.loop.id for v in find_detours(GRID, vehicles, planned)}
-    assert {f"{first.id}~{one}", f"{first.id}~{other}", f"{first.id}~{one}~{other}"} <= names
+    found = find_detours(GRID, vehicles, planned)
+    names = {f"{first.id}~{one}", f"{first.id}~{other}", f"{first.id}~{one}~{other}"}
+    assert names <= {v.loop.id for v in found.vehicles}
+    assert {found.own[name] for name in names} == {first.id}
     broken = Incidents((), (Breakdown("v1", 3.0, 4.0),))
-    names = {v.loop.id for v in find_detours(GRID, vehicles, broken)}
-    assert {f"{second.id}~{edge}" for edge in second.edges} <= names
-    assert find_detours(GRID, vehicles, Incidents()) == []
+    assert {f"{second.id}~{edge}" for edge in second.edges} <= find_detours(GRID, vehicles, broken).own.keys()
+    assert find_detours(GRID, vehicles, Incidents()) == FoundDetours()
+
+
+def test_a_loop_with_a_name_like_that_of_a_detour_is_not_taken_for_one() -> None:
+    """Whose detour a loop is does not hang on its name."""
+    edge = LOOPS[0].edges[3]
+    namesake = replace(LOOPS[1], id=f"{LOOPS[0].id}~{edge}")
+    vehicles = [LoopVehicle(f"v{n}", loop, DEFAULT_TYPE) for n, loop in enumerate((LOOPS[0], namesake))]
+    found = find_detours(GRID, vehicles, Incidents((Closure(edge, "", 0.0, 9.0),)))
+    assert namesake.id not in found.own
+    assert LOOPS[0].id in found.own.values()
