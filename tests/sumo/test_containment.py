@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from pathlib import Path
+from random import Random
 from typing import Any
 
 import pytest
@@ -79,3 +81,17 @@ def test_the_same_seed_gives_the_same_run(tmp_path: Path) -> None:
     """Turns of vehicles too."""
     one, other = (ran(tmp_path, BROKEN + CLOSED) for _ in range(2))
     assert (one["distance_km"], one["standing"]) == (other["distance_km"], other["standing"])
+
+
+def test_sixty_breakdowns_at_any_time_end_in_no_lock_and_no_collision(tmp_path: Path) -> None:
+    """Wherever vehicles stand when they break down, in the middle of junctions too."""
+    draw = Random(7)
+    each = []
+    for _ in range(60):
+        at_s, for_s = draw.uniform(60.0, 800.0), draw.choice((20.0, 45.0, 90.0, 250.0))
+        vehicle = f"v{draw.randrange(1, 120)}"
+        each.append(f'[[breakdowns]]\nvehicle = "{vehicle}"\nfrom = {at_s:.0f}\nto = {at_s + for_s:.0f}\n')
+    summary = ran(tmp_path, "".join(each))
+    assert summary["clean"]
+    assert (summary["outcome"], summary["deadlocks"], summary["starving"]) == ("done", [], [])
+    assert any(one["place"] != other["place"] for one, other in pairwise(summary["standing"]["blocked"]))

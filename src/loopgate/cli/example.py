@@ -12,17 +12,17 @@ from loopgate.errors import LoopgateError
 _PATTERNS = ("networks/*.net.xml", "routes/*.rou.xml", "analysis/first_sweep.toml")
 
 
-@click.command()
+@click.command(
+    epilog="""
+    \b
+    Then the commands of the documentation work as they are printed:
+      loopgate run sumo:DRT --routes routes/berlin60.rou.xml --vehicles 400
+      loopgate sweep analysis/first_sweep.toml
+    """
+)
 @click.argument("folder", default=".", type=click.Path(file_okay=False, path_type=Path))
 def example(folder: Path) -> None:
-    r"""Write the networks, loops and the first sweep of the documentation into FOLDER, or here.
-
-    Then its commands work as they are printed, wherever loopgate was installed from:
-
-    \b
-        loopgate example
-        loopgate run sumo:DRT --routes routes/berlin60.rou.xml --vehicles 400
-        loopgate sweep analysis/first_sweep.toml
+    """Write the networks, loops and the first sweep of the documentation into FOLDER, or here.
 
     Files that are there already stay as they are.
     """

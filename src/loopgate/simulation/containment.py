@@ -92,7 +92,8 @@ class Containment:
     ) -> None:
         self._incidents, self._traffic, self._engine = assembly.incidents, traffic, engine
         self._recorder = recorder
-        self._broken: dict[str, bool] = {}
+        self.broken: set[str] = set()
+        """The vehicles that have broken down."""
         self._stops, self._waits, self._gated = stops, waits, gated
         self._fixed = dict.fromkeys(assembly.stops)
         """Vehicles with stops stay on their loops: their stops are places of these."""
@@ -147,11 +148,11 @@ class Containment:
             self._engine.shut(place)
 
     def _break_down(self, now: float) -> None:
-        broken = {one.vehicle for one in self._incidents.broken_at(now)}
-        for vehicle in sorted(broken | {v for v, stands in self._broken.items() if stands}):
-            if vehicle in self._engine.driver_of:
-                self._traffic.keep_to(vehicle, 0.0 if vehicle in broken else None)
-            self._broken[vehicle] = vehicle in broken
+        before = frozenset(self.broken)
+        self.broken.clear()
+        self.broken.update(one.vehicle for one in self._incidents.broken_at(now))
+        for vehicle in sorted((before | self.broken) & self._engine.driver_of.keys()):
+            self._traffic.keep_to(vehicle, 0.0 if vehicle in self.broken else None)
 
     def _find_blocked(self, now: float) -> Iterator[tuple[str, tuple[str, str]]]:
         """Yield the places that are blocked, each with why and by which vehicle."""
@@ -161,7 +162,7 @@ class Containment:
                 yield place, (CLOSED, "")
         if self._waits:
             return
-        standing = [(vehicle, BROKEN) for vehicle, stands in self._broken.items() if stands]
+        standing = [(vehicle, BROKEN) for vehicle in sorted(self.broken)]
         standing += [(vehicle, STOPS) for vehicle in self._fixed if self._at_long_stop(vehicle)]
         for vehicle, why in standing:
             driver = self._engine.driver_of.get(vehicle)
@@ -192,7 +193,7 @@ class Containment:
         for vehicle in sorted(self._engine.driver_of):
             driver = self._engine.driver_of[vehicle]
             ways = self._ways.get(driver.track.loop)
-            if ways is None or vehicle in self._fixed or self._broken.get(vehicle, False):
+            if ways is None or vehicle in self._fixed or vehicle in self.broken:
                 continue
             best = next((n for n, states in enumerate(ways.states) if states.isdisjoint(blocked)), None)
             if best is None:
@@ -233,7 +234,7 @@ class Containment:
 
     def why(self, vehicle: str) -> str:
         """Return why a vehicle stands, if it has broken down or is at a long stop; else an empty text."""
-        if self._broken.get(vehicle, False):
+        if vehicle in self.broken:
             return BROKEN
         return STOPS if vehicle in self._fixed and self._at_long_stop(vehicle) else ""
 

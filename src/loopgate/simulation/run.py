@@ -133,6 +133,7 @@ def _run(
             own=own if among else None,
             trails=verdicts.trails if verdicts else None,
             odometers=None if among or assembly.departures else engine.odometers,
+            halted=session.containment.broken if session.containment else (),
         )
         hunger = None
         if session.keeper is not None:

@@ -106,9 +106,12 @@ class StarvationWatch:
         now = self._traffic.now_s
         ids, at_m = self._engine.odometers()
         starving = self._look(ids, at_m, now)
+        for known in (self._seen, self._stood):  # of vehicles that have left nothing is kept
+            for vehicle in known.keys() - set(ids):
+                del known[vehicle]
         for robot in starving:
             vehicle = ids[robot]
-            if self._pauses(vehicle):
+            if self._told(vehicle) or self._pauses(vehicle):
                 continue
             head, why = self._behind(robot, ids, now)
             if not head and now - self._seen[vehicle][2] < _AT_GATES * self._after_s:
@@ -122,8 +125,7 @@ class StarvationWatch:
         """Take note of grants and ways; return the numbers of vehicles without either for long."""
         granted = self._engine.vehicles["granted"].tolist()
         long = []
-        # A vehicle that has joined since the last step has no odometer reading yet; its row is the last.
-        for robot, (vehicle, metres) in enumerate(zip(ids, at_m.tolist(), strict=False)):
+        for robot, (vehicle, metres) in enumerate(zip(ids, at_m.tolist(), strict=True)):
             last, from_m, since_s = self._seen.get(vehicle, (-1.0, 0.0, now))
             if granted[robot] != last or metres - from_m > _PASSED_M:
                 self._seen[vehicle] = float(granted[robot]), metres, now

@@ -88,6 +88,8 @@ class Watch:
     odometers
         Returns who is on the road, always the same, and how far each has driven [m], where somebody has read
         that after the last step; else the simulation is asked.
+    halted
+        The vehicles that stand since they have broken down.
     """
 
     def __init__(
@@ -99,8 +101,9 @@ class Watch:
         own: Container[str] | None = None,
         trails: Trails | None = None,
         odometers: Callable[[], tuple[Sequence[str], Floats]] | None = None,
+        halted: Container[str] = (),
     ) -> None:
-        self._own, self._trails = own, trails
+        self._own, self._trails, self._halted = own, trails, halted
         self._traffic = traffic
         self._odometers = odometers or self._read
         self._after_s = after_s
@@ -183,6 +186,8 @@ class Watch:
 
     def _waits_long(self, vehicle: str, now: float) -> bool:
         """Return whether a standing vehicle is refused, or has had time to move since its grant."""
+        if vehicle in self._halted:
+            return False  # it waits for nobody
         if self._at_gate is None:
             return True
         if self._at_gate(vehicle) is not None:

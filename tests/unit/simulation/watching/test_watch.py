@@ -110,6 +110,15 @@ def test_who_pauses_keeps_a_standstill_from_being_one() -> None:
     ] == [610.0]
 
 
+def test_whoever_has_broken_down_waits_for_nobody() -> None:
+    """Two that stand across each other's way: no circle until the one that broke down could go again."""
+    traffic, halted = Standing({"a": ["b"], "b": ["a"]}), {"b"}
+    watch = Watch(cast("Traffic", traffic), after_s=60.0, halted=halted)
+    assert list(named(watch, traffic)) == []
+    halted.clear()
+    assert [deadlock.vehicles for deadlock in named(watch, traffic, until_s=2 * LONG_S)] == [("a", "b")]
+
+
 def test_a_queue_is_no_deadlock() -> None:
     """The head waits for nobody."""
     assert watched(Standing({"a": ["b"], "b": ["c"], "c": []})) == []
