@@ -169,8 +169,7 @@ class ChangingEngine(Engine):
             If the simulator does not take the way.
         """
         row, keeper = driver.row, self.keeper
-        settled = row["tail"] == row["crossed"] == row["granted"] == row["entered"]
-        if not keeper.in_place or not settled or driver.id in self.beside:
+        if not keeper.in_place or not driver.settled or driver.id in self.beside:
             return False
         if row["steered"] or row["going"] or row["mover"]:
             return False
@@ -182,9 +181,7 @@ class ChangingEngine(Engine):
                 return False
         here = bisect_left([begin_m for begin_m, _ in track.edges], track.legs[position].end_m) - 1
         now = self._traffic.now_s
-        names = [name for _, name in track.edges]
-        rounds = [*names, *names, *names[: names.index(track.rerouted_on) + 1]] if track.rounds else []
-        self._traffic.lead(driver.id, [*names[here:], *rounds])
+        self._traffic.lead(driver.id, track.onward(here))
         if row["pending"]:
             row["longest_s"] = driver.worst_wait_s(now)
         self._withdraw([driver])

@@ -93,6 +93,12 @@ class Driver:
         return int(self.row["granted"])
 
     @property
+    def settled(self) -> bool:
+        """Whether it is in one place, and holds nothing else."""
+        row = self.row
+        return bool(row["tail"] == row["crossed"] == row["granted"] == row["entered"])
+
+    @property
     def stops_here(self) -> bool:
         """Whether it is to stop before it gets to the end of its last grant, or does."""
         return bool(self.row["stop_m"] < self.end_m(self.granted))

@@ -13,10 +13,11 @@ from loopgate.errors import RouteError
 from loopgate.network.loop import Loop
 from loopgate.network.road import RoadNetwork
 
-__all__ = ["Round", "Track", "make_track", "pivot", "round_routes", "rounds", "rounds_from"]
+__all__ = ["Round", "Track", "continues", "make_track", "pivot", "round_routes", "rounds", "rounds_from"]
 
 
 _ROUNDING_M = 1e-6
+_SAME_M = 0.1
 
 
 class Round(NamedTuple):
@@ -97,11 +98,28 @@ class Track:
         arcs = (begin + position_m for begin, name in self.edges if name == edge)
         return min((arc_m + (a - arc_m) % self.lap_m for a in arcs), default=math.inf)
 
+    def onward(self, edge: int) -> tuple[str, ...]:
+        """Return the edges from one on, by number: to the end, or to the renewal two rounds later."""
+        names = tuple(name for _, name in self.edges)
+        if not self.rounds:
+            return names[edge:]
+        return names[edge:] + names * 2 + names[: names.index(self.rerouted_on) + 1]
+
     @property
     def first_edge(self) -> str:
         """The edge on which the front stands at the beginning."""
         begins = [begin for begin, _ in self.edges]
         return self.edges[bisect_right(begins, self.start_m % self.lap_m) - 1][1]
+
+
+def continues(leg: Leg, other: Leg) -> bool:
+    """Return whether a vehicle in the place of a leg can go on by a way on which another leg is its place.
+
+    It is the same place, with the same stop line.
+    """
+    line, there = leg.line, other.line
+    same = (line.edge, line.lane) == (there.edge, there.lane)
+    return other.state == leg.state and same and abs(there.position_m - line.position_m) < _SAME_M
 
 
 def make_track(

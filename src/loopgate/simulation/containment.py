@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from math import inf
 from typing import Any
 
 from loopgate.drive.changing import ChangingEngine
 from loopgate.drive.driver import Driver
-from loopgate.drive.track import Track
+from loopgate.drive.track import Track, continues
 from loopgate.gates.certified.crowding import SPARE, find_crowd
 from loopgate.results.columns import Event
 from loopgate.results.recorder import Recorder
@@ -46,17 +47,6 @@ class Blocked:
             "from_s": self.from_s,
             "to_s": self.to_s,
         }
-
-
-@dataclass(slots=True)
-class _Ways:
-    """The ways that a vehicle may drive: its own loop first, and those that lead round something."""
-
-    tracks: tuple[Track, ...]
-    states: tuple[frozenset[str], ...] = field(init=False)
-
-    def __post_init__(self) -> None:
-        self.states = tuple(frozenset(leg.state for leg in track.legs) for track in self.tracks)
 
 
 class Containment:
@@ -100,8 +90,8 @@ class Containment:
         self._ways = self._find_ways(assembly)
         self._edges: dict[str, set[str]] = defaultdict(set)
         self._lanes: dict[str, set[str]] = defaultdict(set)
-        for ways in self._ways.values():
-            for track in ways.tracks:
+        for tracks in self._ways.values():
+            for track in tracks:
                 self._take(track)
         self._next_s = 0.0
         self.blocked: dict[str, Blocked] = {}
@@ -114,15 +104,14 @@ class Containment:
         """Loops that no way led round what stood."""
 
     @staticmethod
-    def _find_ways(assembly: Assembly) -> dict[str, _Ways]:
-        """Return the ways of each vehicle on a loop, by the name of the loop or of a detour of it."""
+    def _find_ways(assembly: Assembly) -> dict[str, list[Track]]:
+        """Return the loop and its detours, by the name of each of these."""
         every = [*assembly.tracks, *(d.track for d in assembly.departures if d.track is not None)]
         tracks = {track.loop: [track] for track in every if track.rounds}
         for one in assembly.other_ways:
             if one.track is not None and one.track.loop in assembly.detours:
                 tracks[assembly.detours[one.track.loop]].append(one.track)
-        found = {loop: _Ways(tuple(some)) for loop, some in tracks.items()}
-        return found | {detour: found[own] for detour, own in assembly.detours.items()}
+        return tracks | {detour: tracks[own] for detour, own in assembly.detours.items()}
 
     def _take(self, track: Track) -> None:
         """Take note of the edges and lanes on which each place of a way lies."""
@@ -186,41 +175,38 @@ class Containment:
                 self._recorder.note(now, vehicle, Event.BLOCK, place, why)
 
     def _lead(self) -> None:
-        """Lead each vehicle to the first of its ways on which nothing is blocked."""
-        blocked = frozenset(self.blocked)
-        if not blocked and not self.turns:
+        """Lead vehicles on by the ways on which nothing is blocked, or is farthest."""
+        if not self.blocked and not self.turns:
             return
         for vehicle in sorted(self._engine.driver_of):
             driver = self._engine.driver_of[vehicle]
-            ways = self._ways.get(driver.track.loop)
-            if ways is None or vehicle in self._fixed or vehicle in self.broken:
+            tracks = self._ways.get(driver.track.loop, ())
+            if not tracks or not driver.settled or self.why(vehicle):
                 continue
-            best = next((n for n, states in enumerate(ways.states) if states.isdisjoint(blocked)), None)
-            if best is None:
-                self._no_way[ways.tracks[0].loop] = None
-            elif ways.tracks[best].loop != driver.track.loop:
-                self._turn(driver, ways.tracks[best])
+            here = driver.leg(driver.granted)
+            now = self._free_legs(driver.track, driver.granted)
+            best, track, position = now, driver.track, 0
+            for other in tracks[:1] if vehicle in self._fixed else tracks:
+                for at in (n for n, leg in enumerate(other.legs) if continues(here, leg)):
+                    free = self._free_legs(other, at)
+                    back = free == inf and other is tracks[0] and driver.track.loop != other.loop
+                    if free > best or (back and track.loop != other.loop):
+                        best, track, position = free, other, at
+            if track.loop != driver.track.loop:
+                self._turn(driver, track, position)
+            elif best == 0:
+                self._no_way[tracks[0].loop] = None
 
-    def _turn(self, driver: Driver, track: Track) -> None:
-        """Lead a vehicle on by another way, if that can be done where it is."""
-        row, before = driver.row, driver.granted
-        if not row["tail"] == row["crossed"] == row["granted"] == row["entered"]:
-            return
-        here = driver.leg(before)
-        positions = [
-            position
-            for position, leg in enumerate(track.legs)
-            if leg.state == here.state
-            and (leg.line.edge, leg.line.lane) == (here.line.edge, here.line.lane)
-            and abs(leg.line.position_m - here.line.position_m) < _SAME_M
-        ]
-        if not positions or not self._everyone_goes_on(driver, track):
-            return
-        following = driver.leg(before + 1).state
-        position = next(
-            (p for p in positions if track.legs[(p + 1) % len(track.legs)].state == following), positions[0]
-        )
-        if self._engine.turn_off(driver, track, position):
+    def _free_legs(self, track: Track, position: int) -> float:
+        """Return how many places behind one on a way are free before the first that is blocked."""
+        count = len(track.legs)
+        states = (track.legs[(position + ahead) % count].state for ahead in range(1, count))
+        return next((n for n, state in enumerate(states) if state in self.blocked), inf)
+
+    def _turn(self, driver: Driver, track: Track, position: int) -> None:
+        """Lead a vehicle on by another way from its place, if everyone can go on then."""
+        before = driver.granted
+        if self._everyone_goes_on(driver, track) and self._engine.turn_off(driver, track, position):
             self.turns[driver.id].append(TurnOff(before, track.loop, position))
 
     def _everyone_goes_on(self, driver: Driver, track: Track) -> bool:
@@ -237,6 +223,12 @@ class Containment:
         if vehicle in self.broken:
             return BROKEN
         return STOPS if vehicle in self._fixed and self._at_long_stop(vehicle) else ""
+
+    def reason(self, vehicle: str) -> str:
+        """Return why a vehicle stands, or why the place is blocked that it waits for; else an empty text."""
+        driver = self._engine.driver_of.get(vehicle)
+        ahead = self.blocked.get(driver.leg(driver.granted + 1).state) if driver is not None else None
+        return self.why(vehicle) or (ahead.why if ahead is not None else "")
 
     def report(self) -> dict[str, Any]:
         """Return what ``summary.json`` says of it."""

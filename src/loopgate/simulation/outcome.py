@@ -16,8 +16,7 @@ from loopgate.drive.gatekeeper import Gatekeeper
 from loopgate.drive.histogram import Histogram
 from loopgate.errors import ScenarioError
 from loopgate.folders import FolderLock
-from loopgate.gates import Reason
-from loopgate.reading import counted, is_plain
+from loopgate.reading import is_plain
 from loopgate.results.columns import (
     ARRIVAL,
     ARRIVED,
@@ -216,8 +215,6 @@ class Folder:
             whole.replace(self / SUMMARY)
 
 
-_MOST_SINKS = 5
-
 _PROMISE_OF = {
     "everyone": "in the model of the trace everyone can go on for ever, after every move, as long as no "
     "vehicle stands for good; not how soon",
@@ -306,53 +303,6 @@ def waits(folder: Folder, course: RunCourse) -> dict[str, Any]:
         return wait_figures(None)
     events = read_events(folder / EVENTS, (Event.REFUSE, Event.GRANT))
     return wait_figures(compute_wait_causes(events=events, begin_s=course.begin_s, end_s=course.end_s))
-
-
-def is_clean(summary: Mapping[str, Any]) -> bool:
-    """Return whether a gated run had no collision, overrun or trespass, and no finding of the audit."""
-    counted = (summary[name] for name in ("collisions", "overruns", "trespasses"))
-    return summary["audit"] == "clean" and not any(counted)
-
-
-def _starved(sink: Mapping[str, Any]) -> str:
-    """Say which vehicle stood, why, when, and how many vehicles starved behind it."""
-    others = [vehicle for vehicle in sink["vehicles"] if vehicle != sink["behind"]]
-    times = f"from {sink['noticed_s']:g} s to {sink['until_s']:g} s"
-    time = f"{times} the promise that everyone goes on did not hold"
-    if not sink["behind"]:
-        return f"{counted(len(others), 'vehicle')} starved at gates ({sink['why']}): {time}"
-    stood = f"{sink['behind']} stood on lane {sink['lane']} ({sink['why']})"
-    return f"{stood}, and {counted(len(others), 'vehicle')} starved behind it: {time}"
-
-
-def mishaps(summary: Mapping[str, Any]) -> list[str]:
-    """Return warnings about vehicles that broke a refusal, strayed or starved."""
-    lines = []
-    if summary["overruns"]:
-        lines.append(
-            f"{summary['overruns']} held vehicles could not brake for their line, or did not, and were "
-            "stopped as hard as possible: the events 'overrun' name them and the places"
-        )
-    if summary["trespasses"]:
-        lines.append(
-            f"{summary['trespasses']} vehicles entered a state without a grant: the events "
-            "'enter' with the reason 'not granted' name them and the places"
-        )
-    if summary["strays"]:
-        lines.append(
-            f"SUMO took {summary['strays']} vehicles to a lane outside their loop; they were led back: "
-            "the events 'stray' name them and the places"
-        )
-    sinks = sorted(summary["starving"], key=lambda sink: -len(sink["vehicles"]))
-    lines += [_starved(sink) for sink in sinks[:_MOST_SINKS]]
-    if len(sinks) > _MOST_SINKS:
-        lines.append(f"vehicles starved at {len(sinks) - _MOST_SINKS} more places: the summary lists all")
-    if faults := summary["refusals"].get(Reason.FAULT.value):
-        lines.append(
-            f"{faults} moves were refused because the witness failed the gate's own check; this is a "
-            "fault of loopgate: please report it with the scenario"
-        )
-    return lines
 
 
 def _traffic_figures(tallies: Sequence[Tally], duration_s: float) -> dict[str, Any]:

@@ -11,7 +11,7 @@ import numpy as np
 from loopgate.arrays import Floats, Ints
 from loopgate.drive.changing import ChangingEngine
 from loopgate.drive.driver import Driver
-from loopgate.drive.track import Track
+from loopgate.drive.track import Track, continues
 from loopgate.simulation.assembly import Assembly
 from loopgate.traffic.base import Traffic
 
@@ -22,8 +22,6 @@ _SAMPLES = 18
 _LEAST_MPS = 0.1
 _MOST_TURNS = 20
 """So often a vehicle is led another way at most: each way ends, so everyone arrives."""
-
-_SAME_M = 0.1
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,7 +100,7 @@ class Rerouting:
             driver = self._engine.driver_of.get(vehicle)
             if driver is None or vehicle in self._engine.arrived:
                 del self._due_s[vehicle]
-            elif self._settled(driver):
+            elif driver.settled:
                 self._lead(driver)
                 self._due_s[vehicle] = now + self._anew[vehicle].every_s
 
@@ -110,12 +108,6 @@ class Rerouting:
         speeds = np.array([self._traffic.mean_speed(edge) for edge in self._edges])
         self._seen.append(np.where(speeds < 0.0, self._allowed_mps, speeds))
         self._times_s = self._length_m / np.maximum(np.mean(self._seen, axis=0), _LEAST_MPS)
-
-    @staticmethod
-    def _settled(driver: Driver) -> bool:
-        """Return whether a vehicle is in one place, and holds nothing else."""
-        row = driver.row
-        return bool(row["tail"] == row["crossed"] == row["granted"] == row["entered"])
 
     def _lead(self, driver: Driver) -> None:
         """Lead a vehicle on by the quickest way from its place, if that is not its own."""
@@ -141,17 +133,12 @@ class Rerouting:
     def _ways(self, driver: Driver, leg: int) -> Iterator[_Onward]:
         """Yield the other ways to its end from the place it is in."""
         track = driver.track
-        state, end, line = track.legs[leg].state, track.legs[-1].state, track.legs[leg].line
-        for way in self._onward.get((self._kinds[driver.id], state), {}).values():
-            legs, there = way.track.legs, way.track.legs[way.position].line
-            same = (there.edge, there.lane) == (line.edge, line.lane)
-            if (
-                legs[-1].state == end
-                and way.track.loop != track.loop
-                and same
-                and abs(there.position_m - line.position_m) < _SAME_M
-                and self._engine.knows(way.track)
-            ):
+        here, end = track.legs[leg], track.legs[-1].state
+        for way in self._onward.get((self._kinds[driver.id], here.state), {}).values():
+            other = way.track
+            if other.legs[-1].state != end or other.loop == track.loop or not self._engine.knows(other):
+                continue
+            if continues(here, other.legs[way.position]):
                 yield way
 
     def report(self) -> dict[str, Any]:

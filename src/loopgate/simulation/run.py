@@ -137,8 +137,9 @@ def _run(
         )
         hunger = None
         if session.keeper is not None:
-            known = session.containment.why if session.containment else lambda _: ""
-            hunger = StarvationWatch(engine, session.keeper, traffic, after_s=scenario.starving_s, told=known)
+            known = session.containment
+            told = {"stands": known.why, "reason": known.reason} if known else {}
+            hunger = StarvationWatch(engine, session.keeper, traffic, after_s=scenario.starving_s, **told)
         course = drive(
             engine,
             traffic,

@@ -19,6 +19,7 @@ from loopgate.simulation.containment import Containment
 from loopgate.simulation.fleet.departures import Departures
 from loopgate.simulation.fleet.stops import Stops
 from loopgate.simulation.loop_run import RunCourse
+from loopgate.simulation.mishaps import is_clean, mishaps
 from loopgate.simulation.monitoring import monitoring_figures, shape_text, write_streets
 from loopgate.simulation.outcome import Folder, Tally
 from loopgate.simulation.rerouting import Rerouting, TurnOff
@@ -146,11 +147,11 @@ def sum_up(
     folder.write_table(loop_table(ways), outcome.LOOPS)
     summary = _summary(scenario, assembly, session, course, tallies, folder)
     summary |= {name: getattr(session.engine, name) for name in ("overruns", "trespasses", "strays")}
-    summary["clean"] = outcome.is_clean(summary) if session.keeper else None
+    summary["clean"] = is_clean(summary) if session.keeper else None
     of_lights = told.pop("warnings", [])
     if "at_lights" in told and scenario.abstraction == "segments":
         of_lights = [_ON_SEGMENTS]
-    summary["warnings"] = [*session.notes, *summary["warnings"], *outcome.mishaps(summary), *of_lights]
+    summary["warnings"] = [*session.notes, *summary["warnings"], *mishaps(summary | told), *of_lights]
     summary |= told
     if scenario.traffic or assembly.others:
         summary["collisions_by_others"] = sum(one.erred == "ordinary" for one in course.verdicts)

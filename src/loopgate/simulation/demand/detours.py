@@ -7,7 +7,6 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from itertools import pairwise
 
 import networkx as nx
 
@@ -134,8 +133,9 @@ def find_detours(
 ) -> FoundDetours:
     """Return the loops that may be needed while something stands, without those that do not work as queues.
 
-    Needed are loops round each closed edge, round all that are closed at once, and round each edge of the
-    loop of a vehicle that breaks down, or stands long at a stop on the road.
+    Needed are loops round each closed edge, round all that are closed at once, round each edge of the loop
+    of a vehicle that breaks down, with what is closed then, and round each edge on which a vehicle stands
+    long at a stop on the road.
 
     Parameters
     ----------
@@ -175,16 +175,16 @@ def find_detours(
 def _avoided(vehicles: Iterable[LoopVehicle], incidents: Incidents) -> Iterator[frozenset[str]]:
     """Yield the sets of edges that something may stand on at the same time."""
     by_name: Mapping[str, LoopVehicle] = {v.id: v for v in vehicles}
-    sets: dict[frozenset[str], None] = {}
-    times = sorted({one.from_s for one in incidents.closures} | {one.to_s for one in incidents.closures})
-    for now, _ in pairwise([*times, math.inf]):
-        if closed := frozenset(one.edge for one in incidents.closed_at(now)):
+    sets: dict[frozenset[str], None] = {frozenset((one.edge,)): None for one in incidents.closures}
+    every = (*incidents.closures, *incidents.breakdowns)
+    for now in sorted({one.from_s for one in every} | {one.to_s for one in every}):
+        closed = frozenset(one.edge for one in incidents.closed_at(now))
+        if closed:
             sets[closed] = None
-    for closure in incidents.closures:
-        sets[frozenset((closure.edge,))] = None
-    for breakdown in incidents.breakdowns:
-        for edge in by_name[breakdown.vehicle].loop.edges:
-            sets[frozenset((edge,))] = None
+        for breakdown in incidents.broken_at(now):
+            for edge in by_name[breakdown.vehicle].loop.edges:
+                sets[frozenset((edge,))] = None
+                sets[closed | {edge}] = None
     for v in by_name.values():
         for stop in v.stops:
             if stands_long(stop.duration_s, parks=stop.parks):

@@ -63,6 +63,10 @@ class Sink:
         }
 
 
+def _unknown(_: str) -> str:
+    return ""
+
+
 class StarvationWatch:
     """Looks now and then at all vehicles under the gate, and names those that starve.
 
@@ -77,8 +81,8 @@ class StarvationWatch:
         The drive, its gatekeeper, and the running simulation.
     after_s
         For how long [s].
-    told
-        Why a vehicle stands, where that is known; else an empty text.
+    stands, reason
+        Why a vehicle stands by itself, and why it stands at all, where that is known; else an empty text.
     """
 
     def __init__(
@@ -88,10 +92,11 @@ class StarvationWatch:
         traffic: Traffic,
         *,
         after_s: float = 600.0,
-        told: Callable[[str], str] = lambda _: "",
+        stands: Callable[[str], str] = _unknown,
+        reason: Callable[[str], str] = _unknown,
     ) -> None:
         self._engine, self._keeper, self._traffic, self._after_s = engine, keeper, traffic, after_s
-        self._told = told
+        self._stands, self._reason = stands, reason
         self._seen: dict[str, tuple[float, float, float]] = {}
         """Of each vehicle its last grant, where its odometer stood then [m], and when that was [s]."""
         self._stood: dict[str, tuple[float, float]] = {}
@@ -111,7 +116,7 @@ class StarvationWatch:
                 del known[vehicle]
         for robot in starving:
             vehicle = ids[robot]
-            if self._told(vehicle) or self._pauses(vehicle):
+            if self._stands(vehicle) or self._pauses(vehicle):
                 continue
             head, why = self._behind(robot, ids, now)
             if not head and now - self._seen[vehicle][2] < _AT_GATES * self._after_s:
@@ -172,7 +177,7 @@ class StarvationWatch:
     def _why(self, robot: int, vehicle: str) -> str:
         """Return why a vehicle stands that waits for no other under the gate."""
         row: Any = self._engine.vehicles[robot]
-        if known := self._told(vehicle):
+        if known := self._reason(vehicle):
             return known
         if self._pauses(vehicle):
             return "stop"
