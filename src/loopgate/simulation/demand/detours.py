@@ -176,8 +176,9 @@ def _avoided(vehicles: Iterable[LoopVehicle], incidents: Incidents) -> Iterator[
     """Yield the sets of edges that something may stand on at the same time."""
     by_name: Mapping[str, LoopVehicle] = {v.id: v for v in vehicles}
     sets: dict[frozenset[str], None] = {frozenset((one.edge,)): None for one in incidents.closures}
-    every = (*incidents.closures, *incidents.breakdowns)
-    for now in sorted({one.from_s for one in every} | {one.to_s for one in every}):
+    changes = {time for one in incidents.closures for time in (one.from_s, one.to_s)}
+    changes |= {time for one in incidents.breakdowns for time in (one.from_s, one.to_s)}
+    for now in sorted(changes):
         closed = frozenset(one.edge for one in incidents.closed_at(now))
         if closed:
             sets[closed] = None
