@@ -122,7 +122,32 @@ class _Announcer(event.Listener):
         pass
 
 
-event.register("numba:compile", _Announcer())  # type: ignore[no-untyped-call]
+_ANNOUNCER = _Announcer()
+event.register("numba:compile", _ANNOUNCER)  # type: ignore[no-untyped-call]
+
+
+class _Listener(event.Listener):
+    """Tells the name of each function of ours that has been compiled."""
+
+    def __init__(self, tell: Callable[[str], None]) -> None:
+        self._tell = tell
+
+    def on_start(self, event: event.Event) -> None:
+        pass
+
+    def on_end(self, event: event.Event) -> None:
+        function = event.data["dispatcher"].py_func
+        if function.__module__.partition(".")[0] == __package__:
+            self._tell(f"{function.__module__}.{function.__qualname__}")
+
+
+def listen_to_compiling(tell: Callable[[str], None]) -> None:
+    """From now on call `tell` with the name of each function when it has been compiled.
+
+    Nothing is announced on standard error any more.
+    """
+    event.unregister("numba:compile", _ANNOUNCER)  # type: ignore[no-untyped-call]
+    event.register("numba:compile", _Listener(tell))  # type: ignore[no-untyped-call]
 
 
 def kernel(function: F) -> F:

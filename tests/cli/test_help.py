@@ -9,6 +9,7 @@ import sys
 import click
 import pytest
 
+from loopgate.cli.grouped import GroupedCommand
 from loopgate.cli.main import cli
 
 HEAVY = {"jinja2", "libsumo", "matplotlib", "numba", "numpy", "pandas", "pyarrow", "rich", "scipy"}
@@ -45,6 +46,16 @@ def test_commands_are_grouped_with_whole_sentences() -> None:
     drive = shown.stdout.partition("Drive:")[2].partition("Study gates:")[0]
     order = [drive.index(f"\n  {name} ") for name in ("loops", "inspect", "run", "sweep", "report")]
     assert order == sorted(order)
+
+
+def test_options_of_a_run_are_grouped() -> None:
+    """Each in one group; only --help is left over."""
+    command = cli.get_command(click.Context(cli), "run")
+    assert isinstance(command, GroupedCommand)
+    grouped = [name for names in command.groups.values() for name in names]
+    options = [param.name for param in command.params if isinstance(param, click.Option)]
+    assert sorted(grouped) == sorted(map(str, options))
+    assert list(command.groups) == ["Loops", "Vehicles", "Gate", "Watching", "Output", "SUMO"]
 
 
 def test_every_command_that_prints_figures_prints_json() -> None:

@@ -1,6 +1,8 @@
 """``loopgate example``: the files that the first lines of the documentation use."""
 
 import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
 from importlib.resources import as_file, files
 from pathlib import Path
 
@@ -8,6 +10,16 @@ import click
 
 from loopgate.disk import writing
 from loopgate.errors import LoopgateError
+
+
+@contextmanager
+def example_files() -> Iterator[Path]:
+    """Find the folder with the networks, loops and sweep of the documentation."""
+    with as_file(files("loopgate")) as package:
+        # Installed they lie in the package; in a checkout where everybody sees them.
+        inside = package / "examples"
+        yield inside if inside.is_dir() else package.parents[1]
+
 
 _PATTERNS = ("networks/*.net.xml", "routes/*.rou.xml", "analysis/first_sweep.toml")
 
@@ -27,13 +39,10 @@ def example(folder: Path) -> None:
     Files that are there already stay as they are.
     """
     written = kept = 0
-    with as_file(files("loopgate")) as package:
-        # Installed they lie in the package; in a checkout where everybody sees them.
-        inside = package / "examples"
-        root = inside if inside.is_dir() else package.parents[1]
+    with example_files() as root:
         found = [file for pattern in _PATTERNS for file in sorted(root.glob(pattern))]
         if not found:
-            msg = f"{inside}: the examples are missing; install the package again"
+            msg = f"{root}: the examples are missing; install the package again"
             raise LoopgateError(msg)
         for file in found:
             copy = folder / file.relative_to(root)

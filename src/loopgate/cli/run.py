@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from loopgate.cli.grouped import GroupedCommand
 from loopgate.cli.interrupts import EXIT_INTERRUPTED
 from loopgate.cli.json_output import print_json
 from loopgate.cli.main import EXIT_DEADLOCK, EXIT_STARVING, EXIT_UNCLEAN
@@ -27,7 +28,23 @@ if TYPE_CHECKING:
     from loopgate.simulation.loop_run import RunCourse
 
 
+GROUPS = {
+    "Loops": ("routes", "loops", "loop_length_m", "max_shared", "u_turns", "loops_seed"),
+    "Vehicles": ("vehicles", "vehicles_per_km", "on_loops", "types", "starts", "stops", "traffic"),
+    "Gate": (
+        *("gate", "gated", "abstraction", "negotiation", "serve_after_s", "lights", "spacing"),
+        *("incidents", "standing", "rho_m", "piece_m"),
+    ),
+    "Watching": ("revisit_s", "weights", "districts", "on_deadlock", "deadlock_after_s", "starving_s"),
+    "Output": ("out", "overwrite", "as_json", "positions", "fcd", "tripinfo", "edgedata"),
+    "SUMO": ("duration_s", "warmup_s", "seed", "step_s", "sumo", "gui", "traci"),
+}
+"""The options by what they are about, each in the order of use."""
+
+
 @click.command(
+    cls=GroupedCommand,
+    groups=GROUPS,
     epilog="""
     \b
     Examples:
@@ -45,7 +62,7 @@ if TYPE_CHECKING:
 
     \b
     Ctrl-C, SIGTERM and SIGHUP interrupt: the run folder then holds the results up to that moment.
-    """
+    """,
 )
 @click.argument("network")
 @click.option("--routes", help="Route file or .sumocfg with closed loops.")
@@ -177,7 +194,7 @@ def run(
     scenario = _scenario(network, {key: value for key, value in given.items() if value is not None})
     backend = "gui" if gui else "traci" if traci else "libsumo"
     seconds = int(scenario.warmup_s + scenario.duration_s)
-    with show_progress(f"{scenario.gate} on {network}, simulated seconds", total=seconds) as report:
+    with show_progress("simulated seconds", total=seconds) as report:
 
         def tick(now_s: float, course: RunCourse) -> None:
             report(min(seconds, int(now_s - course.begin_s + scenario.warmup_s)))

@@ -1,5 +1,6 @@
 """Tables on the terminal: tables of many rows, and the summary of a run."""
 
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -9,6 +10,10 @@ from rich.markup import escape
 from rich.table import Table
 
 from loopgate.results.summary_rows import closed_at_s, summary_rows
+
+_LANE = re.compile(r"_\d+$")
+_STREETS, _SMALL = 6, 4
+"""So many streets of a deadlock are named, and the vehicles of a circle of so many."""
 
 
 def console(width: int = 120) -> Console:
@@ -39,6 +44,17 @@ def print_table(
         to.print(f"... and {len(every) - most} more rows (--all prints all, --json lists all)")
 
 
+def deadlock_text(deadlock: Mapping[str, Any]) -> str:
+    """Return a deadlock in one line: how many vehicles, on which streets; of a small circle each vehicle."""
+    vehicles = deadlock["vehicles"]
+    # A place is a lane, EDGE_NUMBER, or a state of a gate that has a name of its own.
+    streets = list(dict.fromkeys(_LANE.sub("", place) for place in deadlock["places"]))
+    more = f" and {len(streets) - _STREETS} more" if len(streets) > _STREETS else ""
+    where = f"{', '.join(streets[:_STREETS])}{more}"
+    text = f"{len(vehicles)} vehicles on {len(streets)} street{'s' * (len(streets) != 1)}: {where}"
+    return f"{text} ({' -> '.join([*vehicles, vehicles[0]])})" if len(vehicles) <= _SMALL else text
+
+
 def print_summary(summary: Mapping[str, Any], out: Path | None) -> None:
     """Print the table, the warnings and the folder of the results."""
     to = console(110)
@@ -52,10 +68,6 @@ def print_summary(summary: Mapping[str, Any], out: Path | None) -> None:
     for warning in summary["warnings"]:
         to.print(f"warning: {warning}", style="yellow")
     for deadlock in summary["deadlocks"][:3]:
-        chain = " -> ".join(
-            f"{vehicle} (wants {place})"
-            for vehicle, place in zip(deadlock["vehicles"], deadlock["places"], strict=True)
-        )
-        to.print(f"deadlock at {closed_at_s(deadlock):.0f} s: {chain} -> {deadlock['vehicles'][0]}")
+        to.print(f"deadlock at {closed_at_s(deadlock):.0f} s: {deadlock_text(deadlock)}", markup=False)
     if out is not None:
         to.print(f"results in {out}")

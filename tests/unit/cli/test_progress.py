@@ -23,7 +23,7 @@ def test_sparse_lines_say_how_long_it_will_take(
 
 
 def test_a_live_line_fits_eighty_columns(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A long path leaves out its middle, and never the count and the times."""
+    """A long name of a sweep leaves out its middle, and never the count and the times."""
     terminal = io.StringIO()
     terminal.isatty = lambda: True  # type: ignore[method-assign]
     monkeypatch.setattr("sys.stderr", terminal)

@@ -7,6 +7,8 @@ answer is a closed walk (Christofides, Campos, Corberan, Mota, "An algorithm for
 on a directed graph", Math. Programming Study 26, 1986).
 """
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass
 

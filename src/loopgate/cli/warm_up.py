@@ -1,0 +1,159 @@
+"""``loopgate warm-up``: compile all that will ever be compiled, so that no run waits for it."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from queue import SimpleQueue
+from threading import Thread
+
+import click
+
+from loopgate.cli.example import example_files
+from loopgate.cli.json_output import print_json
+from loopgate.cli.progress import show_progress
+from loopgate.errors import LoopgateError
+
+_TRIP = '<routes><trip id="a" depart="0" from="A0A1" to="C0D0"/></routes>'
+_PRINTED = "compiled:"
+"""Begins a line of a process that compiles, about one function."""
+
+
+def _drive(*, lights: str, others: bool) -> None:
+    """Drive for seconds: the drive is compiled for each set of tables, with and without these two."""
+    from loopgate.simulation.run import simulate
+    from loopgate.simulation.scenario import Scenario
+
+    with example_files() as files, tempfile.TemporaryDirectory() as folder:
+        trips = Path(folder, "trips.rou.xml")
+        trips.write_text(_TRIP, encoding="utf-8")
+        scenario = Scenario(
+            network=str(files / "networks" / "grid5-actuated.net.xml"),
+            loops=2,
+            vehicles=4,
+            duration_s=5.0,
+            lights=lights,
+            spacing="hold",
+            traffic=str(trips) if others else None,
+        )
+        simulate(scenario)
+
+
+def _cover() -> None:
+    """Cover a few streets with loops."""
+    from loopgate.abstraction.covering import cover_streets
+    from loopgate.network import RoadNetwork
+    from loopgate.network.cover.design import CoverTask
+
+    cover_streets(RoadNetwork.open("sumo:square"), CoverTask(), 2)
+
+
+def _study() -> None:
+    """Explore a small system under the compiled gates, and play random rounds."""
+    from loopgate.gates import make_gate
+    from loopgate.research.state_space import explore
+    from loopgate.research.theory.instances import instance
+
+    system = instance("fig10")
+    for gate in ("algorithm2", "certified", "certified:promise=somebody"):
+        explore(system, make_gate(gate, system), counterexample=True)
+
+
+PARTS: dict[str, Callable[[], None]] = {
+    "drive": lambda: _drive(lights="off", others=False),
+    "drive with lights and ordinary traffic": lambda: _drive(lights="obey", others=True),
+    "drive with lights": lambda: _drive(lights="obey", others=False),
+    "drive with ordinary traffic": lambda: _drive(lights="off", others=True),
+    "covering loops": _cover,
+    "exploration": _study,
+}
+"""What is compiled, by what needs it."""
+
+_SHARES = (tuple(PARTS)[::2], tuple(PARTS)[1::2])
+"""Which parts each of two processes compiles."""
+
+
+def compile_parts(names: Iterable[str]) -> None:
+    """Compile these parts here, and print the name of each function that is compiled."""
+    from loopgate.kernel_cache import listen_to_compiling
+
+    listen_to_compiling(lambda name: print(_PRINTED, name, flush=True))  # noqa: T201  the process before reads it
+    for name in names:
+        PARTS[name]()
+
+
+def compile_all(tell: Callable[[int], None] = lambda _: None) -> int:
+    """Compile everything in two processes at once.
+
+    Parameters
+    ----------
+    tell
+        Called with the number of functions compiled so far, after each.
+
+    Returns
+    -------
+    int
+        How many functions were compiled; those that are there already do not count.
+
+    Raises
+    ------
+    LoopgateError
+        If one of the processes fails; with its last line.
+    """
+    lines: SimpleQueue[str | None] = SimpleQueue()
+    code = "import sys; from loopgate.cli.warm_up import compile_parts; compile_parts(sys.argv[1:])"
+    started = [
+        subprocess.Popen(  # noqa: S603  this interpreter
+            [sys.executable, "-c", code, *share],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+        )
+        for share in _SHARES
+    ]
+    for process in started:
+        Thread(target=_read, args=(process, lines), daemon=True).start()
+    count, left, last = 0, len(started), "a process that compiles has ended"
+    while left:
+        line = lines.get()
+        if line is None:
+            left -= 1
+        elif line.startswith(_PRINTED):
+            count += 1
+            tell(count)
+        else:
+            last = line.strip() or last
+    if any(process.wait() for process in started):
+        msg = f"warm-up: {last}"
+        raise LoopgateError(msg)
+    return count
+
+
+def _read(process: subprocess.Popen[str], lines: SimpleQueue[str | None]) -> None:
+    with process:
+        for line in process.stdout or ():
+            lines.put(line)
+    lines.put(None)
+
+
+@click.command(name="warm-up")
+@click.option("--json", "as_json", is_flag=True, help="Print how many functions, and the time, as JSON only.")
+def warm_up(*, as_json: bool) -> None:
+    """Compile all that will ever be compiled, once for each version.
+
+    Without it the first run of each kind compiles what it needs, and says so.
+    """
+    began = time.monotonic()
+    with show_progress("functions compiled") as report:
+        count = compile_all(report)
+    wall_s = round(time.monotonic() - began, 1)
+    if as_json:
+        print_json({"compiled": count, "wall_s": wall_s})
+    elif count:
+        click.echo(f"{count} functions compiled in {wall_s:.0f} s; nothing is left to be compiled")
+    else:
+        click.echo("nothing was left to be compiled")
