@@ -90,6 +90,7 @@ def _reader(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     own = f'<net-file value="{game}/cross.net.xml"/><route-files value="{game}/cross.rou.xml"/>'
     (tmp_path / "my.sumocfg").write_text(f"<configuration>{own}</configuration>")  # stands for the reader's
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("BROWSER", "true")  # opens nothing
     monkeypatch.setenv("PATH", f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}")
 
 

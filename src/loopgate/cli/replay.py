@@ -4,6 +4,8 @@ from pathlib import Path
 
 import click
 
+from loopgate.cli.opening import open_page
+
 
 @click.command(
     epilog="""
@@ -23,7 +25,8 @@ import click
     type=click.Path(path_type=Path, file_okay=False),
     help="Folder for GeoJSON, GPX, KML and CSV of the last RUN.",
 )
-def replay(*, runs: tuple[Path, ...], out: Path | None, export: Path | None) -> None:
+@click.option("--open", "opened", is_flag=True, help="Open the page in a browser.")
+def replay(*, runs: tuple[Path, ...], out: Path | None, export: Path | None, opened: bool) -> None:
     """Write a page that replays RUN, or two runs side by side on one clock.
 
     RUN is a run folder. The page opens offline, in any browser of 2023 or later: play it, click a vehicle to
@@ -36,6 +39,8 @@ def replay(*, runs: tuple[Path, ...], out: Path | None, export: Path | None) -> 
     with show_progress("replay, percent") as report:
         made = make_replay(*runs, report=report)
         page = made.write(out or runs[-1] / "replay.html")
+    if opened:
+        open_page(page)
     if export is not None:
         from loopgate.export import export_run
 

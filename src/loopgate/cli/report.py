@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from loopgate.cli.json_output import print_json
+from loopgate.cli.opening import open_page
 
 if TYPE_CHECKING:
     from loopgate.runs.results import Results
@@ -26,9 +27,16 @@ if TYPE_CHECKING:
     type=click.Path(path_type=Path, file_okay=False),
     help="Folder for GeoJSON, GPX, KML and CSV of each run folder among RESULTS.",
 )
+@click.option("--open", "opened", is_flag=True, help="Open the page in a browser.")
 @click.option("--json", "as_json", is_flag=True, help="Print what was written as JSON.")
 def report(
-    *, results: tuple[Path, ...], out: Path | None, files: Path | None, export: Path | None, as_json: bool
+    *,
+    results: tuple[Path, ...],
+    out: Path | None,
+    files: Path | None,
+    export: Path | None,
+    opened: bool,
+    as_json: bool,
 ) -> None:
     """Write a page about RESULTS: sweeps, run folders, or folders of runs.
 
@@ -46,6 +54,8 @@ def report(
             click.echo(f"loopgate: {text}", err=True)
         exported = [] if export is None else _export(loaded, export)
         made = write_report(loaded, out or results[0] / "report.html", files=files, report=note)
+    if opened:
+        open_page(made.page)
     if as_json:
         written = {"page": str(made.page), "files": str(made.files) if made.files else None}
         written |= {"export": str(export) if exported else None}
