@@ -38,7 +38,7 @@ def _drive(*, lights: str, others: bool) -> None:
             duration_s=5.0,
             lights=lights,
             spacing="hold",
-            traffic=str(trips) if others else None,
+            traffic=str(trips) if others else "",
         )
         simulate(scenario)
 

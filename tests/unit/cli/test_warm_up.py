@@ -30,7 +30,7 @@ def test_functions_are_counted_as_they_come(monkeypatch: pytest.MonkeyPatch) -> 
         code = f"print('a word')\nfor name in {command[3:]!r}: print('compiled:', name)"
         return real([sys.executable, "-c", code], **how)  # type: ignore[call-overload]
 
-    monkeypatch.setattr(warm_up.subprocess, "Popen", started)
+    monkeypatch.setattr(subprocess, "Popen", started)
     seen: list[int] = []
     assert warm_up.compile_all(seen.append) == len(warm_up.PARTS)
     assert seen == list(range(1, len(warm_up.PARTS) + 1))
