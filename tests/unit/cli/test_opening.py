@@ -19,7 +19,12 @@ def test_the_page_is_opened_or_named(
 ) -> None:
     """By an address that works from everywhere."""
     asked: list[str] = []
-    monkeypatch.setattr(webbrowser, "open", lambda address: asked.append(address) or there)
+
+    def opened(address: str) -> bool:
+        asked.append(address)
+        return there
+
+    monkeypatch.setattr(webbrowser, "open", opened)
     page = tmp_path / "a page.html"
     open_page(page)
     assert asked == [page.as_uri()]

@@ -42,7 +42,7 @@ def test_a_process_that_fails_is_told_with_its_last_line(monkeypatch: pytest.Mon
     """One line, as any other error."""
     real = subprocess.Popen
     monkeypatch.setattr(
-        warm_up.subprocess,
+        subprocess,
         "Popen",
         lambda _, **how: real([sys.executable, "-c", "raise OSError('full')"], **how),
     )
