@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import json
+import subprocess
 from pathlib import Path
 from typing import Any
 
 import pytest
 from recount import GRID, cases, recount
+from sumolib import checkBinary
 
 from loopgate import Scenario
 from loopgate.simulation.run import simulate
@@ -50,3 +53,33 @@ def test_trips_of_a_configuration_beside_others_in_half_steps_with_stops(tmp_pat
     given: dict[str, Any] = {"network": str(config), "routes": str(tmp_path / "own.rou.xml"), "gate": "open"}
     given |= {"traffic": str(tmp_path / "others.rou.xml"), "fcd": True, "sumo": "--precision 6"}
     assert not differing(tmp_path / "run", given)
+
+
+def test_where_a_train_turns_round_only_what_it_drives_counts(tmp_path: Path) -> None:
+    """SUMO's odometer leaps there by hundreds of metres, and nobody is faster than 14 m/s."""
+    nodes = ((0, 0, "a"), (300, 0, "s"), (600, 0, "t"), (900, 0, "b"))
+    rows = [f'<node id="{name}" x="{x}" y="{y}" type="priority"/>' for x, y, name in nodes]
+    (tmp_path / "n.nod.xml").write_text(f"<nodes>{''.join(rows)}</nodes>")
+    beside = ' shape="600,8 300,8"'
+    ways = ("as", ""), ("sa", ""), ("st", ""), ("ts", beside), ("tb", ""), ("bt", "")
+    rows = [
+        f'<edge id="{way}" from="{way[0]}" to="{way[1]}" speed="14" allow="tram rail" '
+        f'spreadType="center"{more}/>'
+        for way, more in ways
+    ]
+    (tmp_path / "n.edg.xml").write_text(f"<edges>{''.join(rows)}</edges>")
+    net = tmp_path / "n.net.xml"
+    files = ("-n", str(tmp_path / "n.nod.xml"), "-e", str(tmp_path / "n.edg.xml"), "-o", str(net))
+    subprocess.run([checkBinary("netconvert"), *files], check=True, capture_output=True)
+    routes = tmp_path / "r.rou.xml"
+    routes.write_text(
+        '<routes><vType id="t" vClass="tram" length="30"/><route id="r" edges="as st tb bt ts sa"/>'
+        '<vehicle id="x" type="t" route="r" depart="0"/></routes>'
+    )
+    given = {"network": str(net), "routes": str(routes), "gate": "open", "duration_s": 300.0}
+    given |= {"fcd": True, "sumo": "--precision 6"}
+    # Where it turns early it drives less than the length of its loop, so laps cannot be told by distance.
+    assert [one for one in differing(tmp_path / "run", given) if "name='laps'" not in one] == []
+    summary = json.loads((tmp_path / "run" / "summary.json").read_text())
+    assert 5.0 < summary["mean_speed_mps"] <= 14.0
+    assert [line for line in summary["warnings"] if "odometer leapt by" in line]

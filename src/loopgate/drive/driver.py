@@ -34,6 +34,8 @@ class Driver:
         """Stops made since the simulator last forgot them."""
         self._measured_from_m = track.front_m
         self._laps_before = 0
+        self.leapt_m = 0.0
+        """By how much its odometer has leapt since the warm-up [m]: none of that is driven."""
         self.track = track
         self.goes_on(robot, tables)
 
@@ -155,6 +157,7 @@ class Driver:
         """Forget what was counted so far."""
         row = self.row
         self._measured_from_m, self._laps_before = self.front_m, int(row["laps"])
+        self.leapt_m = 0.0
         row["hold_s"] = row["longest_s"] = 0.0
         if not math.isnan(row["halted_s"]):
             row["halted_s"] = now_s
@@ -172,7 +175,7 @@ class Driver:
     @property
     def distance_m(self) -> float:
         """The distance it has driven since the warm-up [m]."""
-        return self.front_m - self._measured_from_m
+        return self.front_m - self._measured_from_m - self.leapt_m
 
     def total_hold_s(self, now_s: float) -> float:
         """Return the hold time until now, a hold under way included [s]."""

@@ -30,6 +30,9 @@ from loopgate.traffic.base import Traffic
 
 __all__ = ["Engine"]
 
+_LEAP_MPS = 5.0
+"""An odometer that goes by so much faster than its vehicle can has leapt [m/s]."""
+
 _LOOK_EVERY_S = 10.0
 """How often those that stand are asked for their lane [s]."""
 
@@ -118,6 +121,8 @@ class Engine:
             int(HEEDLESS): lambda driver, _: traffic.heed_lights(driver.id, heeds=False),
         }
         """What is done to a vehicle whose last grant is a leg, by number."""
+        self.leaps: list[tuple[str, float, float]] = []
+        """Whose odometers have leapt, when [s], and by how much [m]."""
         self._next_look_s = 0.0
         self._turns = 0
         self.sumo_s = 0.0
@@ -217,9 +222,31 @@ class Engine:
         if self._once:
             self._take_leave()
         self._turn(now)
+        self._note_leaps(now)
         if self._gatekeeper and now >= self._next_look_s:
             self._next_look_s = now + _LOOK_EVERY_S
             self._look_for_strays()
+
+    def _note_leaps(self, now: float) -> None:
+        """Take note of odometers that went faster than their vehicles can: only what was driven counts.
+
+        SUMO's leaps when a train turns round, by where its new front is; others when a vehicle is moved.
+        """
+        v = self.vehicles
+        for robot in np.flatnonzero(v["speed"] > v["top"] + _LEAP_MPS).tolist():
+            driver = self.drivers[robot]
+            step_s, true_mps = self._traffic.step_s, self._traffic.speed(driver.id)
+            leap_m = (driver.speed_mps - true_mps) * step_s
+            driver.leapt_m += leap_m
+            if true_mps < STANDING_MPS:
+                row: Any = driver.row
+                self.run["standing"] += 1
+                if now >= self.run["counts_from_s"][0]:
+                    row["stood_s"] += step_s
+                    road = row["road_at"] + (row["road"] - 1) % row["roads"]
+                    cast("Any", self.tables.roads)["stood_s"][road] += step_s
+            self.run["driven_m"] -= leap_m
+            self.leaps.append((driver.id, now, leap_m))
 
     def _take_leave(self) -> None:
         """Take note of those who have arrived: they stay where they were until they are let go."""

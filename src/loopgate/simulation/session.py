@@ -152,6 +152,12 @@ def sum_up(
     if "at_lights" in told and scenario.abstraction == "segments":
         of_lights = [_ON_SEGMENTS]
     summary["warnings"] = [*session.notes, *summary["warnings"], *mishaps(summary | told), *of_lights]
+    if leaps := session.engine.leaps:
+        vehicle, at_s, by_m = leaps[0]
+        summary["warnings"].append(
+            f"{vehicle}: its odometer leapt by {by_m:.0f} m at {at_s:.0f} s, as where a train turns round or "
+            f"a vehicle is moved ({len(leaps)} leaps in all); distances count what was driven"
+        )
     summary |= told
     if scenario.traffic or assembly.others:
         summary["collisions_by_others"] = sum(one.erred == "ordinary" for one in course.verdicts)
