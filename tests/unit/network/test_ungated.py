@@ -117,3 +117,21 @@ def test_sumo_is_given_them_as_they_are(tmp_path: Path) -> None:
     assert [one.get("id") for one in top.findall("route")] == ["r"]
     (stop,) = fleet[1].findall("stop")
     assert (stop.get("lane"), stop.get("endPos"), stop.get("duration")) == ("A1A2_0", "50", "5")
+
+
+def test_whom_a_rerouter_leads_elsewhere_is_ordinary_traffic(tmp_path: Path) -> None:
+    """SUMO may give it another end on the way, of which no gate is told."""
+    beside = tmp_path / "r.add.xml"
+    beside.write_text(
+        '<additional><rerouter id="r" edges="A1A2"><interval end="1e9">'
+        '<destProbReroute id="B2B3"/></interval></rerouter></additional>'
+    )
+    trips = file(tmp_path, PLAIN + '<trip id="elsewhere" depart="7" from="B0B1" to="B2B3"/>')
+    config = tmp_path / "c.sumocfg"
+    config.write_text(
+        f'<configuration><net-file value="{Path(GRID).resolve()}"/><route-files value="{trips}"/>'
+        f'<additional-files value="{beside}"/></configuration>'
+    )
+    made = assemble(Scenario(network=str(config), duration_s=60))
+    assert (made.names, made.others) == (("elsewhere",), ("plain",))
+    assert any("plain: rerouter r leads it off its way at A1A2" in line for line in made.warnings)

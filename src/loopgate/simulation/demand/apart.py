@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 
 from loopgate.abstraction.itinerary import Abstraction
 from loopgate.abstraction.stopping import fit_stops
@@ -9,6 +10,7 @@ from loopgate.errors import ScenarioError
 from loopgate.network import LoopVehicle, RoadNetwork
 from loopgate.network.loop_vehicle import RoutesFile
 from loopgate.network.stops import Stop
+from loopgate.network.sumo_config import is_sumo_config, read_sumo_config
 from loopgate.network.ungated import UngatedFleet
 from loopgate.simulation.demand.allotment import evenly_round
 from loopgate.simulation.demand.once import choose_gated, fit_in, left_out
@@ -16,6 +18,7 @@ from loopgate.simulation.demand.placing import by_departure
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.settings import why_unsafe
 from loopgate.simulation.sumo.devices import Anew, led_anew
+from loopgate.simulation.sumo.leading_off import led_off
 
 
 @dataclass(slots=True)
@@ -79,6 +82,7 @@ def sort_out(
     if scenario.gated:
         found.apart = {one.id: one.why for one in ungated.vehicles}
         found.put_apart(of_no_safe_type(later, scenario.step_s))
+        found.put_apart(led_off(_beside(scenario, file), found.later))
         found.anew = led_anew(scenario, found.later)
     if scenario.rule_for_starts == "even":
         found.vehicles = evenly_round(network, vehicles)
@@ -94,6 +98,14 @@ def sort_out(
         msg = f"{scenario.routes or scenario.network}: none of its vehicles is gated: {why}; or --gate open"
         raise ScenarioError(msg)
     return found
+
+
+def _beside(scenario: Scenario, file: RoutesFile | None) -> list[Path]:
+    """Return the additional files that SUMO is given with the vehicles."""
+    files = [*scenario.stop_files, *(file.stop_files if file else ())]
+    for name in dict.fromkeys((scenario.network, scenario.traffic)):
+        files += read_sumo_config(name).additional_files if is_sumo_config(name) else ()
+    return list(dict.fromkeys(files))
 
 
 def of_no_safe_type(vehicles: Sequence[LoopVehicle], step_s: float) -> dict[str, str]:

@@ -1,11 +1,11 @@
-"""Refuses what in additional files would lead vehicles under a gate off their loops, or take them out."""
+"""What in additional files would lead vehicles under a gate off their ways, or take them out."""
 
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
 from loopgate.errors import ScenarioError
-from loopgate.network import Loop
+from loopgate.network import Loop, LoopVehicle
 from loopgate.network.additional import read_additional
 
 _CLOSES = ("closingReroute", "closingLaneReroute")
@@ -30,6 +30,45 @@ def refuse_what_leads_off(files: Iterable[Path], loops: Iterable[Loop]) -> None:
                     raise ScenarioError(msg)
 
 
+def led_off(files: Iterable[Path], vehicles: Iterable[LoopVehicle]) -> dict[str, str]:
+    """Return which of those that drive once a rerouter may lead off their ways, and why, by name.
+
+    It does so where a vehicle comes onto one of its edges: to another end or onto another route, or round
+    what it closes farther on.
+    """
+    trips = [v for v in vehicles if not v.loop.closed]
+    rerouters = [one for file in files for one in read_additional(file).iter("rerouter")] if trips else []
+    found: dict[str, str] = {}
+    for rerouter in rerouters:
+        at, types = _words(rerouter, "edges"), _words(rerouter, "vTypes")
+        leads = next(_inside(rerouter, _LEADS), None) is not None
+        closes = {_closed(one) for one in _inside(rerouter, _CLOSES)}
+        for vehicle in (v for v in trips if not types or v.type.id in types):
+            way = vehicle.loop.edges[vehicle.edge :]
+            first = next((k for k, edge in enumerate(way) if edge in at), None)
+            if first is None:
+                continue
+            shut = next((edge for edge in way[first:] if edge in closes), "")
+            if leads or shut:
+                does = f"leads it off its way at {way[first]}" if leads else f"closes {shut} on its way"
+                found.setdefault(vehicle.id, f"rerouter {rerouter.get('id', '')} {does}")
+    return found
+
+
+def _words(element: ET.Element, name: str) -> list[str]:
+    return element.get(name, "").replace(",", " ").split()
+
+
+def _inside(element: ET.Element, tags: Iterable[str]) -> Iterator[ET.Element]:
+    return (one for tag in tags for one in element.iter(tag))
+
+
+def _closed(one: ET.Element) -> str:
+    """Return the edge that is closed, or one of whose lanes is."""
+    name = one.get("id", "")
+    return name if one.tag == "closingReroute" else name.rpartition("_")[0]
+
+
 def _does(element: ET.Element) -> Iterator[tuple[str, str]]:
     """Yield edges, and what is done there to vehicles that no gate can work with."""
     edge = element.get("edge") or element.get("lane", "").rpartition("_")[0]
@@ -37,10 +76,11 @@ def _does(element: ET.Element) -> Iterator[tuple[str, str]]:
         yield edge, "takes vehicles out on {edge}, which is on loop {loop}; give it vTypes of others"
     if element.tag != "rerouter":
         return
-    for closed in (one for tag in _CLOSES for one in element.iter(tag)):
-        name = closed.get("id", "")
-        at = name if closed.tag == "closingReroute" else name.rpartition("_")[0]
-        yield at, "closes {edge}, which is on loop {loop}; let loops avoid it (loopgate loops --avoid)"
-    if not element.get("vTypes") and any(next(element.iter(tag), None) is not None for tag in _LEADS):
-        for at in element.get("edges", "").replace(",", " ").split():
+    for closed in _inside(element, _CLOSES):
+        yield (
+            _closed(closed),
+            "closes {edge}, which is on loop {loop}; let loops avoid it (loopgate loops --avoid)",
+        )
+    if not element.get("vTypes") and next(_inside(element, _LEADS), None) is not None:
+        for at in _words(element, "edges"):
             yield at, "leads vehicles off loop {loop} at {edge}; give it vTypes of others"

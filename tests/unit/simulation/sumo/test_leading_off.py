@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from loopgate.errors import ScenarioError
-from loopgate.simulation.sumo.leading_off import refuse_what_leads_off
+from loopgate.simulation.sumo.leading_off import led_off, refuse_what_leads_off
 
 LOOP: Any = SimpleNamespace(id="loop3", edges=("a", "b"))
 
@@ -53,3 +53,28 @@ def test_what_leads_off_loops_is_refused(tmp_path: Path, text: str, says: str) -
 def test_what_is_for_others_is_taken(tmp_path: Path, text: str) -> None:
     """For types of their own, or for those that want to park."""
     refuse(tmp_path, text)
+
+
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [
+        ('edges="c b"><i><destProbReroute id="x"/></i>', "leads it off its way at b"),
+        ('edges="a" vTypes="t"><i><routeProbReroute id="x"/></i>', "leads it off its way at a"),
+        ('edges="a"><i><closingReroute id="b"/></i>', "closes b on its way"),
+        ('edges="a,c"><i><closingLaneReroute id="b_1"/></i>', "closes b on its way"),
+        ('edges="b"><i><closingReroute id="a"/></i>', ""),
+        ('edges="a"><i><closingReroute id="c"/></i>', ""),
+        ('edges="a" vTypes="u"><i><destProbReroute id="x"/></i>', ""),
+        ('edges="before"><i><destProbReroute id="x"/></i>', ""),
+    ],
+)
+def test_trips_that_sumo_leads_off_are_told(tmp_path: Path, text: str, why: str) -> None:
+    """By name, with the rerouter; those on loops are none of them."""
+    file = tmp_path / "x.add.xml"
+    file.write_text(f'<additional><rerouter id="r" {text}</rerouter></additional>')
+    way = {"edges": ("before", "a", "b")}
+    trip: Any = SimpleNamespace(
+        id="v", edge=1, loop=SimpleNamespace(closed=False, **way), type=SimpleNamespace(id="t")
+    )
+    loop: Any = SimpleNamespace(id="w", edge=1, loop=SimpleNamespace(closed=True, **way), type=trip.type)
+    assert led_off([file], [trip, loop]) == ({"v": f"rerouter r {why}"} if why else {})
