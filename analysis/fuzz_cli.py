@@ -150,7 +150,7 @@ def _in_process(words: list[str]) -> tuple[int, str]:
 
 
 def _here(words: list[str]) -> tuple[int, str]:
-    out, err, before = io.StringIO(), io.StringIO(), sys.argv
+    out, err, before = io.TextIOWrapper(io.BytesIO()), io.StringIO(), sys.argv  # bytes are written to it too
     sys.argv = ["loopgate", *words]
     code: object = 0
     try:
