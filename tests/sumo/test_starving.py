@@ -8,8 +8,11 @@ from pathlib import Path
 import pytest
 
 from loopgate import Scenario
+from loopgate.analysis import compute_starving
+from loopgate.analysis.rows import read_run_row
 from loopgate.cli.run import exit_code
 from loopgate.results.summary_rows import summary_rows
+from loopgate.runs.run import read_run
 from loopgate.simulation.run import simulate
 
 pytestmark = pytest.mark.sumo
@@ -33,7 +36,8 @@ def made(folder: Path, *, stands: bool, standing: str = "wait") -> dict[str, obj
     body = re.sub(r"<(vehicle|flow|trip)\b.*?(/>|</\1>)", "", text, flags=re.DOTALL)
     file.write_text(body.replace("</routes>", "\n".join(flows) + "</routes>"), encoding="utf-8")
     network = str(ROOT / "networks/grid5-priority.net.xml")
-    return simulate(Scenario(network=network, routes=str(file), duration_s=1000.0, standing=standing))
+    scenario = Scenario(network=network, routes=str(file), duration_s=1000.0, standing=standing)
+    return simulate(scenario, folder / "run")
 
 
 def test_a_vehicle_that_stands_for_good_is_named(tmp_path: Path) -> None:
@@ -49,6 +53,13 @@ def test_a_vehicle_that_stands_for_good_is_named(tmp_path: Path) -> None:
     assert 600.0 <= sinks[0]["noticed_s"] <= 1000.0
     assert any("broken stood on lane" in line for line in summary["warnings"])  # type: ignore[attr-defined]
     assert "broken" in dict(summary_rows(summary))["starving"]
+    run = read_run(tmp_path / "run")
+    told = run.events[run.events["event"] == "starve"]
+    starved = compute_starving(summary=run.summary)
+    assert set(told["vehicle"]) == set(starved["vehicle"]) == set(sinks[0]["vehicles"])
+    assert set(told["reason"]) == set(starved["waits_for"]) == {"broken"}
+    rows = read_run_row(tmp_path / "run").row
+    assert rows["starving_vehicles"] == len(starved)
 
 
 def test_nobody_starves_where_all_drive(tmp_path: Path) -> None:

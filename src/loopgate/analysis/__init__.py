@@ -36,6 +36,7 @@ from loopgate.analysis.outcomes import (
     compute_trips,
 )
 from loopgate.analysis.series import add_series
+from loopgate.analysis.standing import compute_blocked, compute_starving
 from loopgate.analysis.trips import (
     compute_holds,
     compute_laps,
@@ -54,6 +55,7 @@ from loopgate.analysis.watching import (
 
 __all__ = [
     "add_series",
+    "compute_blocked",
     "compute_capacity",
     "compute_causes",
     "compute_deadlock_rate",
@@ -77,6 +79,7 @@ __all__ = [
     "compute_revisits",
     "compute_safety",
     "compute_seen_within",
+    "compute_starving",
     "compute_stuck",
     "compute_survival",
     "compute_throughput",

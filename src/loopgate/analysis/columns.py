@@ -69,3 +69,6 @@ WAITS: Final = "waits"  # how many
 LONGEST: Final = "longest_s"  # the longest
 POSITION: Final = "position_m"  # along the loop
 WAITS_FOR: Final = "waits_for"  # the vehicles whom it waits for
+LANE: Final = "lane"  # the lane on which a vehicle stands
+FROM: Final = "from_s"  # since when
+UNTIL: Final = "to_s"  # until when

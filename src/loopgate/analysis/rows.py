@@ -113,6 +113,8 @@ def run_row(
         row |= {name: float(longest.get(cause, 0.0)) for cause, name in c.LONGEST_FOR.items()}
     watch = _part(summary, "watch")
     row |= {name: watch.get(name) for name in _OF_WATCH}
+    if isinstance(sinks := summary.get("starving"), list):
+        row[c.STARVING] = len({vehicle for sink in sinks for vehicle in sink["vehicles"]})
     row[c.ON_RED] = _part(summary, "at_lights").get(c.ON_RED)
     row |= _time(scenario, summary) | _refusals(summary.get(c.REFUSALS))
     row[c.KM_PER_H_MEASURED] = row[c.KM_PER_H]

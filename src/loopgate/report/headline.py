@@ -9,6 +9,7 @@ from loopgate.analysis import columns as a
 from loopgate.analysis.columns import SERIES
 from loopgate.analysis.statistics import wilson_interval
 from loopgate.plots.style import open_first
+from loopgate.reading import counted
 from loopgate.report.items import Section
 from loopgate.results import columns as run
 from loopgate.results import row_columns as c
@@ -253,5 +254,7 @@ def _mishaps(runs: pd.DataFrame) -> list[str]:
         audited = group[group[c.AUDIT].notna() & (group[c.AUDIT] != c.NOT_GATED)]
         clean = int((audited[c.AUDIT] == "clean").sum())
         audit = f", audit clean in {clean} of {len(audited)} runs" if len(audited) else ""
-        parts.append(f"{_said(str(series))} {collisions} collisions, {teleports} teleports{audit}")
+        starving = int(group[c.STARVING].sum()) if c.STARVING in group else 0
+        starved = f", {counted(starving, 'vehicle')} starved" if starving else ""
+        parts.append(f"{_said(str(series))} {collisions} collisions, {teleports} teleports{starved}{audit}")
     return [f"What must not happen: {'; '.join(parts)}."]

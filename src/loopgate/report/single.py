@@ -9,10 +9,12 @@ import pandas as pd
 from loopgate import plots
 from loopgate.analysis import columns as a
 from loopgate.analysis import (
+    compute_blocked,
     compute_causes,
     compute_promises,
     compute_rarest,
     compute_seen_within,
+    compute_starving,
     compute_stuck,
     compute_time_space,
 )
@@ -47,10 +49,19 @@ def add_single_run(content: Content, folder: Path) -> str:
                 plots.plot_ranked(causes, of=run.REASON, value=a.WAIT, label="vehicle-seconds"),
             )
         _add_watch(content, one, options)
+    _add_standing(content, one)
     _add_loop(content, one.vehicles, one.loops)
     of = {"vehicles": "run.vehicles", "events": "run.events"}
     content.table("stuck", "Vehicles that are stuck", compute_stuck, of, end_s=end_s)
     return f"\nrun = read_run({json.dumps(str(folder), ensure_ascii=False)})"
+
+
+def _add_standing(content: Content, one: Run) -> None:
+    """Add the places in which something stood, and the vehicles that starved."""
+    content.known["run.summary"] = one.summary
+    of = {"summary": "run.summary"}
+    content.table("blocked", "What stood, and since when nobody was let in", compute_blocked, of)
+    content.table("starving", "Vehicles that starved, and behind which vehicle", compute_starving, of)
 
 
 def _add_watch(content: Content, one: Run, period: dict[str, Any]) -> None:

@@ -63,6 +63,8 @@ class Event(StrEnum):
     """The vehicle, if any, stands in `place`, or this is closed: nobody is let in; `reason` says which."""
     FREE = "free"
     """The vehicle, if any, stands in `place` no longer, or this is open: others are let in again."""
+    STARVE = "starve"
+    """The vehicle has long been granted nothing, before `place`; `reason`: which vehicle stands, or why."""
     STRAY = "stray"
     """The vehicle is on lane `place`, which is not its loop's: it is led back."""
 

@@ -78,7 +78,8 @@ MEAN_WAITING: Final = _number(
 MEAN_TRIP: Final = _number(
     "mean_trip_s"
 )  # from departure to arrival, mean over those who arrived; else missing
-OUTCOME: Final = _text("outcome")  # done or deadlock
+OUTCOME: Final = _text("outcome")  # done, deadlock or starving
+STARVING: Final = _whole("starving_vehicles")  # vehicles that starved; missing under no gate
 DEADLOCKS: Final = _whole("deadlocks")  # how many
 FIRST_DEADLOCK: Final = _number(
     "first_deadlock_s"

@@ -22,7 +22,7 @@ from loopgate.reading import counted
 from loopgate.simulation.demand.allotment import give_loops
 from loopgate.simulation.demand.amount import check_number
 from loopgate.simulation.demand.apart import cannot_stop, fitted_stops, sort_out
-from loopgate.simulation.demand.detours import FoundDetours, find_detours
+from loopgate.simulation.demand.detours import FoundDetours, find_detours, name_long_stops
 from loopgate.simulation.demand.once import share_lanes
 from loopgate.simulation.demand.placing import (
     Departure,
@@ -158,6 +158,7 @@ def assemble(scenario: Scenario) -> Assembly:
         once = [v for v in [*later, *others] if not v.loop.closed]
         detours = find_detours(network, closed, incidents, once)
         others += detours.vehicles
+        warnings = (*warnings, *name_long_stops(closed, detours))
     peculiar = _peculiar(scenario, network, everybody) if scenario.gated else {}
     abstraction = None
     distinct = len({vehicle.loop.id for vehicle in vehicles}) == len(vehicles)

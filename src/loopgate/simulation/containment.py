@@ -161,7 +161,7 @@ class Containment:
 
     def _at_long_stop(self, vehicle: str) -> bool:
         stop = self._stops.making(vehicle)
-        return stop is not None and stands_long(stop.duration_s, parks=stop.parks)
+        return stop is not None and stands_long(stop)
 
     def _note(self, found: Mapping[str, tuple[str, str]], now: float) -> None:
         for place in [place for place in self.blocked if place not in found]:

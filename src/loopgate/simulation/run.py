@@ -139,7 +139,9 @@ def _run(
         if session.keeper is not None:
             known = session.containment
             told = {"stands": known.why, "reason": known.reason} if known else {}
-            hunger = StarvationWatch(engine, session.keeper, traffic, after_s=scenario.starving_s, **told)
+            hunger = StarvationWatch(
+                engine, session.keeper, traffic, recorder, after_s=scenario.starving_s, **told
+            )
         course = drive(
             engine,
             traffic,

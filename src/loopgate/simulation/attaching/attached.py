@@ -326,7 +326,9 @@ class Attached:
         self._made = Entrance(self._network, self._traffic, self._recorder, rules)
         fleet = self._made.fleet
         fleet.on_leaving = self._count
-        self._hunger = StarvationWatch(fleet.engine, fleet.keeper, self._traffic, after_s=self._starving_s)
+        self._hunger = StarvationWatch(
+            fleet.engine, fleet.keeper, self._traffic, self._recorder, after_s=self._starving_s
+        )
         self._watch = Watch(
             self._traffic, after_s=_STANDING_S, at_gate=fleet.engine.refused, own=_Members(fleet)
         )

@@ -13,6 +13,8 @@ import networkx as nx
 from loopgate.errors import RefusedLoopError, RouteError
 from loopgate.network import Loop, LoopVehicle, RoadNetwork, make_loop
 from loopgate.network.incidents import Incidents
+from loopgate.network.stops import Stop
+from loopgate.reading import counted, listed
 from loopgate.simulation.demand.once import find_unfit
 
 LONG_STOP_S = 300.0
@@ -157,8 +159,9 @@ def find_detours(
         for v in vehicles:
             if avoided.isdisjoint(v.loop.edges):
                 continue
-            finder = finders.setdefault(v.type.vclass, Detours(network, v.type.vclass))
-            loop = finder.around(v.loop, avoided)
+            if v.type.vclass not in finders:
+                finders[v.type.vclass] = Detours(network, v.type.vclass)
+            loop = finders[v.type.vclass].around(v.loop, avoided)
             if loop is not None:
                 while loop.id in taken:
                     loop = replace(loop, id=f"{loop.id}~")
@@ -188,11 +191,34 @@ def _avoided(vehicles: Iterable[LoopVehicle], incidents: Incidents) -> Iterator[
                 sets[closed | {edge}] = None
     for v in by_name.values():
         for stop in v.stops:
-            if stands_long(stop.duration_s, parks=stop.parks):
+            if stands_long(stop):
                 sets[frozenset((stop.edge,))] = None
     yield from sets
 
 
-def stands_long(duration_s: float, *, parks: bool) -> bool:
-    """Return whether a stop of that duration [s] is one that vehicles are led round."""
-    return not parks and duration_s > LONG_STOP_S
+def stands_long(stop: Stop) -> bool:
+    """Return whether a stop is one that vehicles are led round: on the road, and long or of unknown end."""
+    return not stop.parks and (stop.duration_s > LONG_STOP_S or bool(stop.triggers))
+
+
+def _span(stop: Stop) -> str:
+    return f"until a {stop.triggers[0]} has come" if stop.triggers else f"for {stop.duration_s:g} s"
+
+
+def name_long_stops(vehicles: Sequence[LoopVehicle], found: FoundDetours) -> tuple[str, ...]:
+    """Return a line for each stop at which a vehicle stands long: where, and which loops go through there."""
+    around: dict[str, list[AbstractSet[str]]] = {}
+    for detour in found.vehicles:
+        around.setdefault(found.own[detour.loop.id], []).append(frozenset(detour.loop.edges))
+    loops = {v.loop.id: v.loop for v in vehicles}
+    lines = {}
+    for v in vehicles:
+        for stop in (stop for stop in v.stops if stands_long(stop)):
+            through = [name for name, loop in loops.items() if stop.edge in loop.edges and name != v.loop.id]
+            bare = [name for name in through if all(stop.edge in edges for edges in around.get(name, ()))]
+            led = f"; no way leads round it for {listed(bare)}" if bare else ""
+            lines[v.id, stop.edge] = (
+                f"{v.id} is to stand {_span(stop)} on edge {stop.edge}: nobody is let in behind it "
+                f"there until it goes on; {counted(len(through), 'other loop')} through that edge{led}"
+            )
+    return tuple(lines.values())

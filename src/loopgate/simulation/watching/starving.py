@@ -13,6 +13,8 @@ from loopgate.arrays import Floats
 from loopgate.drive.codes import NOTHING, REASONS, RED, STOPPING, TRAFFIC
 from loopgate.drive.engine import Engine
 from loopgate.drive.gatekeeper import Gatekeeper
+from loopgate.results.columns import Event
+from loopgate.results.recorder import Recorder
 from loopgate.traffic.base import Traffic
 
 __all__ = ["Sink", "StarvationWatch"]
@@ -77,8 +79,8 @@ class StarvationWatch:
 
     Parameters
     ----------
-    engine, keeper, traffic
-        The drive, its gatekeeper, and the running simulation.
+    engine, keeper, traffic, recorder
+        The drive, its gatekeeper, the running simulation, and the recorder of an event for each vehicle.
     after_s
         For how long [s].
     stands, reason
@@ -90,12 +92,14 @@ class StarvationWatch:
         engine: Engine,
         keeper: Gatekeeper,
         traffic: Traffic,
+        recorder: Recorder,
         *,
         after_s: float = 600.0,
         stands: Callable[[str], str] = _unknown,
         reason: Callable[[str], str] = _unknown,
     ) -> None:
         self._engine, self._keeper, self._traffic, self._after_s = engine, keeper, traffic, after_s
+        self._recorder = recorder
         self._stands, self._reason = stands, reason
         self._seen: dict[str, tuple[float, float, float]] = {}
         """Of each vehicle its last grant, where its odometer stood then [m], and when that was [s]."""
@@ -124,7 +128,11 @@ class StarvationWatch:
             lane = self._traffic.lane(head)[0] if head else ""
             sink = self.sinks.setdefault((head, why), Sink(head, lane, why, now, now, set()))
             sink.until_s = now
-            sink.victims.add(vehicle)
+            if vehicle not in sink.victims:
+                sink.victims.add(vehicle)
+                driver = self._engine.driver_of[vehicle]
+                place = driver.leg(driver.granted + 1).state
+                self._recorder.note(now, vehicle, Event.STARVE, place, head or why)
 
     def _look(self, ids: Iterable[str], at_m: Floats, now: float) -> list[int]:
         """Take note of grants and ways; return the numbers of vehicles without either for long."""

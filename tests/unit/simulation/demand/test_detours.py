@@ -10,8 +10,9 @@ import pytest
 
 from loopgate.network import Loop, LoopVehicle, RoadNetwork, read_loops
 from loopgate.network.incidents import Breakdown, Closure, Incidents
+from loopgate.network.stops import Stop
 from loopgate.network.vehicle_type import DEFAULT_TYPE
-from loopgate.simulation.demand.detours import Detours, FoundDetours, find_detours
+from loopgate.simulation.demand.detours import Detours, FoundDetours, find_detours, name_long_stops
 
 ROOT = Path(__file__).resolve().parents[4]
 GRID = RoadNetwork.open(ROOT / "networks/grid5-priority.net.xml")
@@ -67,3 +68,21 @@ def test_a_loop_with_a_name_like_that_of_a_detour_is_not_taken_for_one() -> None
     found = find_detours(GRID, vehicles, Incidents((Closure(edge, "", 0.0, 9.0),)))
     assert namesake.id not in found.own
     assert LOOPS[0].id in found.own.values()
+
+
+def test_a_stop_that_is_longer_than_others_can_wait_is_named() -> None:
+    """With where it is, and the loops through there that no way leads round; a short one is not named."""
+    first = replace(LOOPS[0], id="mine")
+    stop = Stop("bay", "lane", f"{first.edges[1]}_0", 10.0, 60.0, 900.0)
+    others = [LoopVehicle(f"o{n}", loop, DEFAULT_TYPE) for n, loop in enumerate(LOOPS[:5])]
+    through = [v.loop.id for v in others if stop.edge in v.loop.edges]
+    assert through
+    stands = LoopVehicle("v", first, DEFAULT_TYPE, stops=(stop,))
+    (line,) = name_long_stops([stands, *others], FoundDetours())
+    assert line.startswith(f"v is to stand for 900 s on edge {stop.edge}:")
+    assert line.endswith(f"no way leads round it for {', '.join(through)}")
+    found = find_detours(GRID, [stands, *others], Incidents())
+    (line,) = name_long_stops([stands, *others], found)
+    assert "no way" not in line
+    short = replace(stands, stops=(replace(stop, duration_s=60.0),))
+    assert name_long_stops([short, *others], found) == ()

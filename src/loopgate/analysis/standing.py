@@ -1,0 +1,63 @@
+"""What stood in a run, and the vehicles that starved behind it, as tables."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import pandas as pd
+
+from loopgate.analysis import columns as a
+from loopgate.analysis.frames import table
+from loopgate.results import columns as run
+
+_BLOCKED = {run.PLACE: "place", a.CAUSE: "why", run.VEHICLE: "vehicle", a.FROM: "from_s", a.UNTIL: "to_s"}
+
+_SINK = {a.WAITS_FOR: "behind", a.LANE: "lane", a.CAUSE: "why", a.FROM: "noticed_s", a.UNTIL: "until_s"}
+
+
+def compute_blocked(*, summary: Mapping[str, Any]) -> pd.DataFrame:
+    """Return the places into which nobody was let, in the order of time.
+
+    `PLACE`, `CAUSE` (closed, breakdown or stop), `VEHICLE` (empty where the place was closed), `FROM` and
+    `UNTIL` [s] (missing if it was so when the run ended).
+
+    Parameters
+    ----------
+    summary
+        The content of ``summary.json``.
+
+    Examples
+    --------
+    >>> from loopgate.analysis import compute_blocked
+    >>> one = {"place": "A1", "why": "closed", "vehicle": "", "from_s": 60.0, "to_s": None}
+    >>> compute_blocked(summary={"standing": {"blocked": [one]}})["place"].tolist()
+    ['A1']
+    """
+    every = summary.get("standing", {}).get("blocked", ())
+    return table(({name: one[key] for name, key in _BLOCKED.items()} for one in every), list(_BLOCKED))
+
+
+def compute_starving(*, summary: Mapping[str, Any]) -> pd.DataFrame:
+    """Return the vehicles that starved, those behind one vehicle together, the most first.
+
+    `VEHICLE` (that starved), `WAITS_FOR` (the vehicle that stood ahead, empty if none was found), `LANE` (its
+    lane), `CAUSE`, `FROM` and `UNTIL` [s] (when the first of them was noticed, and when the last).
+
+    Parameters
+    ----------
+    summary
+        The content of ``summary.json``.
+
+    Examples
+    --------
+    >>> from loopgate.analysis import compute_starving
+    >>> sink = {"behind": "v1", "lane": "a_0", "why": "breakdown", "noticed_s": 600.0, "until_s": 900.0}
+    >>> compute_starving(summary={"starving": [sink | {"vehicles": ["v2", "v3"]}]})["vehicle"].tolist()
+    ['v2', 'v3']
+    """
+    sinks = sorted(summary.get("starving", ()), key=lambda sink: -len(sink["vehicles"]))
+    rows = (
+        {run.VEHICLE: vehicle} | {name: sink[key] for name, key in _SINK.items()}
+        for sink in sinks
+        for vehicle in sink["vehicles"]
+    )
+    return table(rows, [run.VEHICLE, *_SINK])
