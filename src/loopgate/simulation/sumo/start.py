@@ -1,5 +1,6 @@
 """Starts SUMO with options that hide nothing."""
 
+import sys
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
@@ -18,7 +19,7 @@ def check_backend(backend: str) -> None:
     TrafficError
         If there is no display for ``gui``, or a simulation is under way in this process for ``libsumo``.
     """
-    if backend == "libsumo":
+    if backend == "libsumo" and "libsumo" in sys.modules:  # else nobody can have started it here
         from loopgate.traffic.libsumo_backend import refuse_second  # noqa: PLC0415  loads SUMO
 
         refuse_second()
