@@ -173,6 +173,17 @@ def test_who_parks_lets_others_by_and_comes_back_into_a_busy_street(tmp_path: Pa
     assert counts["return"] > 60
 
 
+def test_who_parks_comes_back_before_those_that_wait_for_its_space(tmp_path: Path) -> None:
+    """A car park with one space: the next in the street is a gap behind it, and goes in when it is out."""
+    place = '<additional><parkingArea id="p" lane="C2C1_0" startPos="10" endPos="60" roadsideCapacity="1"/>'
+    stop = '<stop parkingArea="p" duration="20"/>'
+    text = "".join(
+        f'<trip id="t{k}" depart="{5 * k}" from="B2C2" via="C2C1" to="C1B1">{stop}</trip>' for k in range(3)
+    )
+    summary = run(tmp_path, text, f"{place}</additional>", duration_s=200.0)
+    assert (summary["arrived"], summary["audit"], summary["collisions"]) == (3, "clean", 0)
+
+
 def test_until_grows_by_the_cycle(tmp_path: Path) -> None:
     """As in SUMO: counted from the departure, 200 s later in each round."""
     text = (

@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 from loopgate.drive.changing import ChangingEngine
 from loopgate.drive.driver import Driver
-from loopgate.drive.sense import braking_m
+from loopgate.drive.sense import STANDING_MPS, braking_m
 from loopgate.network.stops import Stop
 from loopgate.traffic.base import Traffic
 
@@ -113,7 +113,8 @@ class Parking:
     def _is_clear(self, driver: Driver) -> bool:
         """Return whether whoever comes from behind can brake for it: SUMO lets it in before others at speed.
 
-        They drive on for a step, and then have a second to react.
+        They drive on for a step, and then have a second to react. One that stands before its own stop, as at
+        a car park that is full, does not start before this one has gone.
         """
         step_s = self._traffic.step_s
         place = driver.leg(driver.granted).state
@@ -124,6 +125,8 @@ class Parking:
                 continue
             fast = min(other.top_mps, other.speed_mps + other.accel_mps2 * step_s)
             decel = float(other.row["decel"])
+            if gap_m >= 0.0 and other.speed_mps <= STANDING_MPS and other.stops_here:
+                continue
             if gap_m < _GAP_M + fast * (step_s + _REACTION_S) + braking_m(fast, decel, step_s):
                 return False
         return True

@@ -150,11 +150,12 @@ def gated_trips(
         trip = Trip(vehicle, arrived=False, departed=False, depart_delay_s=delay_s)
         if vehicle not in outside:
             trip = trips.get(vehicle, trip)
-        own_s = stopped_s.get(vehicle, 0.0)
+        own_s, is_there = stopped_s.get(vehicle, 0.0), vehicle in arrived
+        is_there = is_there and (trip.arrived or vehicle not in trips)  # a calibrator may have taken it out
         found[vehicle] = replace(
             trip,
-            arrived=vehicle in arrived,
-            arrival_s=trip.arrival_s if vehicle in arrived else nan,
+            arrived=is_there,
+            arrival_s=trip.arrival_s if is_there else nan,
             depart_delay_s=delay_s,
             time_loss_s=max(0.0, trip.time_loss_s - own_s),
             waiting_s=max(0.0, trip.waiting_s - own_s),

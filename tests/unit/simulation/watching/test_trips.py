@@ -91,3 +91,10 @@ def test_one_that_the_gate_took_out_again_has_lost_nothing_on_the_way(tripinfo: 
     trips = gated_trips(read_trips(tripinfo, held=True), {"taken out": 12.0}, {}, {}, {"taken out"})
     trip = trips["taken out"]
     assert (trip.departed, trip.depart_delay_s, trip.delay_s, trip.waiting_s) == (False, 12.0, 12.0, 0.0)
+
+
+def test_one_that_something_else_took_out_has_not_arrived(tripinfo: Path) -> None:
+    """SUMO's calibrators do; SUMO counts it as arrived in the step in which it is gone."""
+    trips = gated_trips(read_trips(tripinfo, held=True), {"taken out": 0.0}, {}, {"taken out"})
+    assert not trips["taken out"].arrived
+    assert isnan(trips["taken out"].arrival_s)
