@@ -12,6 +12,7 @@ from loopgate.abstraction.itinerary import Crossing, Leg
 from loopgate.drive import lights
 from loopgate.drive.codes import HEED, HEEDLESS
 from loopgate.drive.driver import Driver
+from loopgate.drive.gaps import leg_of, passes_lights
 from loopgate.drive.ground import Ground
 from loopgate.drive.tables import Tables
 from loopgate.drive.timetable import Signal, Timetable
@@ -23,7 +24,7 @@ from loopgate.traffic.base import Dynamics, Light, Phase, Program
 
 LINE_M = 100.0
 
-_KEEPS, _LET_GO, _LOOK, _UNREAD, _LETTER, _RED_AT, _MAY_BE_OPEN = range(7)
+_KEEPS, _LET_GO, _LOOK, _UNREAD, _LETTER, _RED_AT, _MAY_BE_OPEN, _FOR_SURE = range(8)
 
 
 @kernel
@@ -44,6 +45,8 @@ def _ask(what: int, i: int, from_s: float, to_s: float, t: Tables) -> float:
         said = lights.red_at_s(i, t)
     elif what == _MAY_BE_OPEN:
         said = 1.0 if lights.may_be_open(i, from_s, to_s, t) else 0.0
+    elif what == _FOR_SURE:
+        said = 1.0 if passes_lights(i, leg_of(i, t.vehicles[i].granted, t), t) else 0.0
     return said
 
 
@@ -134,6 +137,11 @@ class Scene:
         """Return whether the vehicle, which asks, is kept by a light."""
         self.row["pending"] = True
         return bool(self.ask(_KEEPS))
+
+    def passes_for_sure(self) -> bool:
+        """Return whether the vehicle passes all lights before it for sure, if they let it go."""
+        self.row["pending"] = True
+        return bool(self.ask(_FOR_SURE))
 
     def let_go(self, line_m: float = LINE_M) -> None:
         """Let the vehicle have its next leg; it is told of the end of that later."""

@@ -13,10 +13,15 @@ before such a vehicle comes: no model of SUMO drives faster than acceleration an
 bodies touch is worked out for every length.
 The vehicle that it follows into its place is taken to stand.
 
+One whose front is not on that stretch yet is out of the way too if it will be past it before the other comes
+into the junction on which it lies, as far along the other's crossing as that may be: until then SUMO finds
+neither in the other's way, so none waits. It must have passed all lights before that stretch. It is taken to
+set out weakly, and to be slow all along.
+
 Nor is it in the way of one that will be past that stretch, rear and all, before it can be there: where it has
 far to go, or slow roads to take since the last place to wait at. Who goes first like that is taken to set out
-weakly and to be slow, and must not have to wait for anybody, nor for a light; who comes is as fast as limits
-and driver allow.
+weakly and to be slow, and must not have to wait for anybody, nor for a light: those that let it go let it
+pass if it is over their lines before red (`lights`); who comes is as fast as limits and driver allow.
 """
 
 from __future__ import annotations
@@ -27,16 +32,30 @@ from typing import Final
 from loopgate.drive.codes import NOBODY
 from loopgate.drive.motion import braking_time_s, time_s
 from loopgate.drive.tables import Tables
-from loopgate.kernel_cache import constant, inner, part
+from loopgate.drive.under_way import (
+    BEYOND_M,
+    begin_m,
+    end_m,
+    follows_aside,
+    leg_of,
+    may_be_held,
+    room_before_m,
+    shared_with,
+    state_of,
+)
+from loopgate.kernel_cache import constant, inner, only_with, part
 
 __all__ = [
     "BEFORE",
+    "FAR_M",
     "IN_THE_WAY",
     "LATER",
     "PAST",
+    "PATIENCE_S",
     "begin_m",
     "end_m",
     "leg_of",
+    "passes_lights",
     "relation",
     "state_of",
     "together",
@@ -47,9 +66,6 @@ PAST: Final = constant(0)
 BEFORE: Final = constant(1)
 LATER: Final = constant(2)
 IN_THE_WAY: Final = constant(3)
-
-_BEYOND_M: Final = 0.5
-"""Room between the rear of the first and the stretch that both use [m]."""
 
 _APART_S: Final = 0.5
 """Time between the rear of the first leaving that stretch and the front of the second reaching it [s]."""
@@ -64,45 +80,13 @@ _AHEAD_S: Final = 2.0
 _WEAK: Final = 0.5
 """Share of its acceleration that one that goes first is taken to use: SUMO's drivers dawdle."""
 
-_GAP_M: Final = 2.5
-"""Room that the first keeps to the vehicle before it [m], which may be standing."""
+PATIENCE_S: Final = 180.0
+"""After this long a vehicle with green before it no longer waits for the lights further on its crossing, nor
+for a green that lasts until it is there [s]: lights that are never green together would keep it for ever."""
 
-
-@inner
-def leg_of(i: int, leg: int, t: Tables) -> int:
-    """Return where leg `leg` of the way of vehicle `i` is in the table of legs."""
-    return int(t.vehicles[i].leg_at + leg % t.vehicles[i].legs)
-
-
-@inner
-def state_of(i: int, leg: int, t: Tables) -> int:
-    """Return the state in which the leg lies."""
-    return int(t.legs[leg_of(i, leg, t)].state)
-
-
-@inner
-def end_m(i: int, leg: int, t: Tables) -> float:
-    """Return where the leg ends [m]; infinity where there is but one."""
-    one = t.vehicles[i]
-    if one.legs <= 1:
-        return math.inf
-    return float(leg // one.legs * one.lap_m + t.legs[leg_of(i, leg, t)].end_m)
-
-
-@inner
-def begin_m(i: int, leg: int, t: Tables) -> float:
-    """Return where the leg begins [m]."""
-    one = t.vehicles[i]
-    return float(leg // one.legs * one.lap_m + t.legs[leg_of(i, leg, t)].begin_m)
-
-
-@inner
-def _shared(k: int, foe: int, t: Tables) -> int:
-    """Return where the stretch of pass `k` is that it shares with the foe, or `NOBODY`."""
-    for f in range(t.passes[k].foe_at, t.passes[k].foe_end):
-        if t.foes[f].movement == foe:
-            return NOBODY if math.isnan(t.foes[f].to_m) else f
-    return NOBODY
+FAR_M: Final = 50.0
+"""A light farther than this from where vehicles are held is of no account to one that sets out
+there [m]: it is too early to tell, and an actuated one waits for somebody to come near."""
 
 
 @inner
@@ -124,12 +108,14 @@ def relation(i: int, k: int, f: int, other: int, t: Tables) -> int:
         j = leg_of(other, leg, t)
         for theirs in range(t.legs[j].pass_at, t.legs[j].pass_end):
             if t.passes[theirs].movement == foe:
-                shared = _shared(theirs, t.passes[k].movement, t)
+                shared = shared_with(theirs, t.passes[k].movement, t)
                 if shared < 0:
                     return IN_THE_WAY
                 each = PAST
                 if _is_ever_on(shared, ahead.length_m, t):
                     each = _relation(other, leg, theirs, shared, i, reach_m, t)
+                if each == IN_THE_WAY and _passes_first(other, leg, theirs, shared, i, k, f, t):
+                    each = BEFORE
                 if each == IN_THE_WAY and _comes_later(other, leg, shared, i, k, f, t):
                     each = LATER
                 found = together(found, each)
@@ -164,21 +150,71 @@ def _is_foreseen(i: int, t: Tables) -> bool:
 def _relation(other: int, leg: int, theirs: int, shared: int, i: int, reach_m: float, t: Tables) -> int:
     one, ahead = t.vehicles[i], t.vehicles[other]
     inside_m = ahead.front - end_m(other, leg, t)
-    left_m = t.foes[shared].to_m + ahead.length_m + _BEYOND_M - inside_m
+    left_m = t.foes[shared].to_m + ahead.length_m + BEYOND_M - inside_m
     if left_m < 0:
         return PAST
-    if ahead.steered or not _is_foreseen(other, t) or inside_m < max(_BEYOND_M, t.foes[shared].from_m):
+    if ahead.steered or not _is_foreseen(other, t) or inside_m < max(BEYOND_M, t.foes[shared].from_m):
         return IN_THE_WAY  # not on the shared stretch yet: the two could stop across each other's way
     slow = min(ahead.top, _SLOW * t.passes[theirs].speed_mps)
     passed_s = time_s(left_m, ahead.speed, ahead.accel, slow) + _APART_S
     reached_s = time_s(reach_m, one.speed, one.accel, one.top)
-    if passed_s > reached_s or _may_be_held(other, leg, t):
+    if passed_s > reached_s or may_be_held(other, leg, t):
         return IN_THE_WAY
-    room_m = _room_m(other, leg, t)
+    room_m = room_before_m(other, leg, t)
     if inside_m < t.passes[theirs].wait_m:
         room_m = min(room_m, t.passes[theirs].wait_m - inside_m)
     leaves_s = braking_time_s(left_m, room_m, slow, ahead.decel) + _APART_S
     return BEFORE if leaves_s <= reached_s else IN_THE_WAY
+
+
+@part
+def _passes_first(other: int, leg: int, theirs: int, shared: int, i: int, k: int, f: int, t: Tables) -> bool:
+    """Return whether `other` is past the stretch shared with the foe before `i` comes into its junction."""
+    one, ahead, here = t.vehicles[i], t.vehicles[other], leg_of(i, t.vehicles[i].granted, t)
+    j = leg_of(other, leg, t)
+    if ahead.steered or not _is_foreseen(other, t):
+        return False
+    from_m = end_m(other, leg, t)
+    inside_m = ahead.front - from_m
+    light_m = t.legs[j].end_m + inside_m
+    for n in range(t.legs[j].pass_at, theirs + 1):
+        if t.passes[n].signal != NOBODY and t.passes[n].light_m >= light_m:
+            return False
+    # Who swings out or is swung over shares a stretch that begins before the junction.
+    enters_m = min(t.passes[k].light_m - t.legs[here].end_m, t.foes[f].from_m)
+    soonest_s = t.foes[f].soonest_s - (t.foes[f].from_m - enters_m) / t.foes[f].least_mps
+    reached_s = max(
+        soonest_s / one.haste, time_s(one.line_m - one.front + enters_m, one.speed, one.accel, one.top)
+    )
+    left_m = t.foes[shared].to_m + ahead.length_m + BEYOND_M - inside_m
+    slow = min(ahead.top, _SLOW * min(t.passes[theirs].speed_mps, t.foes[shared].least_mps))
+    room_m, wait_m = room_before_m(other, leg, t), t.passes[theirs].wait_m
+    if inside_m < wait_m and wait_m > t.passes[theirs].light_m - t.legs[j].end_m + BEYOND_M:
+        room_m = min(room_m, wait_m - inside_m)
+    passed_s = max(
+        time_s(left_m, ahead.speed, _WEAK * ahead.accel, slow),
+        braking_time_s(left_m, room_m, slow, ahead.decel),
+    )
+    return passed_s + _AHEAD_S <= reached_s and not may_be_held(other, leg, t)
+
+
+@only_with("signals", otherwise=True)
+def passes_lights(i: int, here: int, t: Tables) -> bool:
+    """Return whether the vehicle, if the lights let it go behind that leg, passes all of them for sure.
+
+    They do not let it go else if it is patient yet, but for a light that is far or changes with the traffic.
+    """
+    for k in range(t.legs[here].pass_at, t.legs[here].pass_end):
+        signal = t.passes[k].signal
+        if signal == NOBODY:
+            continue
+        if t.run[0].now_s - t.vehicles[i].red_since_s >= PATIENCE_S:
+            return False
+        if t.passes[k].light_m - t.legs[here].end_m > FAR_M:
+            return False
+        if k > t.legs[here].pass_at and not t.lights[t.signals[signal].light].fixed:
+            return False
+    return True
 
 
 @part
@@ -188,11 +224,11 @@ def _comes_later(other: int, leg: int, shared: int, i: int, k: int, f: int, t: T
     run = t.run[0]
     if t.legs[here].pinned or one.steered or not (_is_foreseen(i, t) and run.at_once):
         return False
-    if _follows_aside(i, run.grants + 1, t.legs[here].pass_at, t):
+    if follows_aside(i, run.grants + 1, t.legs[here].pass_at, t) or not passes_lights(i, here, t):
         return False
     inside_m = ahead.front - end_m(other, leg, t)
     to_go_m = t.foes[shared].from_m - inside_m
-    if to_go_m <= _BEYOND_M:
+    if to_go_m <= BEYOND_M:
         return False
     spent_s = max(0.0, inside_m) / t.foes[shared].least_mps
     comes_s = max(
@@ -203,85 +239,7 @@ def _comes_later(other: int, leg: int, shared: int, i: int, k: int, f: int, t: T
     slow = min(one.top, _SLOW * t.foes[f].mean_mps)
     past_s = max(
         time_s(to_m, one.speed, _WEAK * one.accel, slow),
-        braking_time_s(to_m, _room_m(i, one.granted, t) - one.length_m - _BEYOND_M, slow, one.decel),
+        braking_time_s(to_m, room_before_m(i, one.granted, t) - one.length_m - BEYOND_M, slow, one.decel),
     )
-    rear_s = (one.length_m + _BEYOND_M) / min(one.top, _SLOW * t.passes[k].speed_mps)
+    rear_s = (one.length_m + BEYOND_M) / min(one.top, _SLOW * t.passes[k].speed_mps)
     return past_s + rear_s + _AHEAD_S <= comes_s
-
-
-@part
-def _number(i: int, leg: int, t: Tables) -> int:
-    """Return the number of the grant that led out of the leg."""
-    return int(t.numbers[i, (leg + 1) % t.numbers.shape[1]])
-
-
-@part
-def _may_be_held(ahead: int, leg: int, t: Tables) -> bool:
-    """Return whether SUMO may let a vehicle wait on the junction for one that was granted before it."""
-    number = _number(ahead, leg, t)
-    j, on_m = leg_of(ahead, leg, t), t.vehicles[ahead].front - end_m(ahead, leg, t)
-    for k in range(t.legs[j].pass_at, t.legs[j].pass_end):
-        for f in range(t.passes[k].foe_at, t.passes[k].foe_end):
-            move = t.moves[t.foes[f].movement]
-            for n in range(move.passing, move.passing + move.under_way):
-                first = t.lists[n]
-                if first == ahead:
-                    continue
-                for its in range(t.vehicles[first].crossed, t.vehicles[first].granted):
-                    before = _number(first, its, t) < number or on_m < t.foes[f].from_m
-                    if before and _is_before(first, its, f, k, t):
-                        return True
-    return t.legs[j].pass_at < t.legs[j].pass_end and _follows_aside(ahead, number, t.legs[j].pass_at, t)
-
-
-@part
-def _follows_aside(ahead: int, number: int, k: int, t: Tables) -> bool:
-    """Return whether one granted before still crosses the junction from the place of pass `k` another way."""
-    movement = t.passes[k].movement
-    beside = t.moves[movement].beside
-    while beside != movement:
-        move = t.moves[beside]
-        for n in range(move.passing, move.passing + move.under_way):
-            first = t.lists[n]
-            for its in range(t.vehicles[first].crossed, t.vehicles[first].granted):
-                leg = t.legs[leg_of(first, its, t)]
-                leads = leg.pass_at < leg.pass_end and t.passes[leg.pass_at].movement == beside
-                if leads and first != ahead and _number(first, its, t) < number:
-                    return True
-        beside = move.beside
-    return False
-
-
-@part
-def _is_before(first: int, leg: int, f: int, k: int, t: Tables) -> bool:
-    """Return whether `first`, if it is on foe `f` behind its leg, is not yet past pass `k`."""
-    past_m = t.vehicles[first].front - t.vehicles[first].length_m - _BEYOND_M - end_m(first, leg, t)
-    j = leg_of(first, leg, t)
-    for theirs in range(t.legs[j].pass_at, t.legs[j].pass_end):
-        if t.passes[theirs].movement == t.foes[f].movement:
-            shared = _shared(theirs, t.passes[k].movement, t)
-            if shared < 0 or past_m < t.foes[shared].to_m:
-                return True
-    return False
-
-
-@part
-def _room_m(ahead: int, leg: int, t: Tables) -> float:
-    """Return how far a vehicle can go from its leg if the one before it in its place stands [m]."""
-    state = state_of(ahead, leg + 1, t)
-    at = t.states[state].holders
-    first = NOBODY
-    for n in range(at, at + t.states[state].held_by):
-        if t.lists[n] == ahead:
-            break
-        first = t.lists[n]
-    if first < 0:
-        return math.inf
-    before = t.vehicles[first]
-    for its in range(before.granted, before.tail - 1, -1):
-        if state_of(first, its, t) == state:
-            between_m = (
-                before.front - begin_m(first, its, t) - t.vehicles[ahead].front + begin_m(ahead, leg + 1, t)
-            )
-            return float(between_m - before.length_m - _GAP_M)
-    return math.inf

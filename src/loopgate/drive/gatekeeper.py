@@ -153,7 +153,7 @@ class Gatekeeper:
 
     @property
     def _at_once(self) -> bool:
-        return self.timetable is None and self._look is None
+        return self._look is None
 
     def look_around(
         self, around: Mapping[str, Any], names: Sequence[str], look: Callable[[], object]

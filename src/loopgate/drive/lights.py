@@ -20,7 +20,7 @@ import math
 from typing import Final
 
 from loopgate.drive.codes import HEED, HEEDLESS, NOBODY
-from loopgate.drive.gaps import leg_of
+from loopgate.drive.gaps import FAR_M, PATIENCE_S, leg_of
 from loopgate.drive.motion import time_s
 from loopgate.drive.sense import STANDING_MPS, act, braking_m
 from loopgate.drive.tables import Tables
@@ -37,14 +37,6 @@ _RED: Final = tuple(map(ord, "ru"))
 _ARROW: Final = ord("s")
 _ARROW_STOP_S: Final = 3.0
 """SUMO's letter for a green arrow, before which a vehicle stops first, and the time that this takes [s]."""
-
-_PATIENCE_S: Final = 180.0
-"""After this long a vehicle with green before it no longer waits for the lights further on its crossing, nor
-for a green that lasts until it is there [s]: lights that are never green together would keep it for ever."""
-
-_FAR_M: Final = 50.0
-"""A light farther than this from where vehicles are held is of no account to one that sets out
-there [m]: it is too early to tell, and an actuated one waits for somebody to come near."""
 
 _BEFORE_RED_S: Final = 1.0
 """So long before red a slow driver has to be over the line for a grant [s]."""
@@ -183,7 +175,7 @@ def _slow_s(i: int, signal: int, distance_m: float, t: Tables) -> float:
 @inner
 def _is_at_line(k: int, j: int, t: Tables) -> bool:
     """Return whether the light of pass `k` stands where vehicles are held on leg `j`, and not farther on."""
-    return bool(k == t.legs[j].pass_at and t.passes[k].light_m - t.legs[j].end_m <= _FAR_M)
+    return bool(k == t.legs[j].pass_at and t.passes[k].light_m - t.legs[j].end_m <= FAR_M)
 
 
 @part
@@ -203,7 +195,7 @@ def _may_pass(i: int, k: int, j: int, t: Tables) -> bool:
 def keeps(i: int, t: Tables) -> bool:
     """Return whether some light on the crossing before the vehicle does not let it pass, or not in time."""
     one, run, j, first = t.vehicles[i], t.run[0], leg_of(i, t.vehicles[i].granted, t), NOBODY
-    patient = not run.now_s - one.red_since_s >= _PATIENCE_S  # also where it has not waited
+    patient = not run.now_s - one.red_since_s >= PATIENCE_S  # also where it has not waited
     closed, stops = False, False
     for k in range(t.legs[j].pass_at, t.legs[j].pass_end):
         signal = t.passes[k].signal
@@ -212,7 +204,7 @@ def keeps(i: int, t: Tables) -> bool:
         if first == NOBODY:
             first = signal
             closed = _is_at_line(k, j, t) and next_letter(signal, t) not in OPEN
-        near = t.passes[k].light_m - t.legs[j].end_m <= _FAR_M
+        near = t.passes[k].light_m - t.legs[j].end_m <= FAR_M
         stops = closed or (patient and near and not _may_pass(i, k, j, t))
         if stops:
             break

@@ -334,7 +334,7 @@ class DriveRow:
         Whether one on a shared stretch is out of the way if it will have left it in time, and whether all
         keep the simulator's right of way too.
     at_once
-        Whether nothing outside of the system, such as a light, can stop one that has been let go.
+        Whether nothing outside of the system but lights can stop one that has been let go.
     crowded, patience_s, wait_s
         Of `Pressure`, where that is compiled.
     serve_after_s

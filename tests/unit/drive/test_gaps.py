@@ -10,10 +10,13 @@ from books import Books
 from builders import system
 from loopgate.abstraction.itinerary import Crossing, Leg
 from loopgate.drive import gaps
-from loopgate.drive.gaps import BEFORE, IN_THE_WAY, LATER, PAST, _may_be_held
+from loopgate.drive.around import LightRow, SignalRow
+from loopgate.drive.gaps import BEFORE, IN_THE_WAY, LATER, PAST
 from loopgate.drive.motion import braking_time_s
+from loopgate.drive.rows import table
 from loopgate.drive.step import SETTLE
 from loopgate.drive.tables import Tables
+from loopgate.drive.under_way import may_be_held
 from loopgate.gates import make_gate
 from loopgate.kernel_cache import kernel
 from loopgate.model import StateId
@@ -97,7 +100,7 @@ def test_one_may_have_to_wait_for_one_that_was_granted_before_it_and_is_in_its_w
     held: bool,  # noqa: FBT001  a case
 ) -> None:
     """Its leg ends at 50 m; 5 m long, it is past what both use, up to 10 m on, with its front at 65.5 m."""
-    assert _may_be_held(0, 0, crossing((2, grant), (55.0, front_m))) == held
+    assert may_be_held(0, 0, crossing((2, grant), (55.0, front_m))) == held
 
 
 def test_where_vehicles_give_way_to_others_nothing_is_foreseen() -> None:
@@ -128,6 +131,70 @@ def test_a_stretch_that_only_longer_vehicles_are_on_is_in_nobody_elses_way(
         foes["from_m"], foes["to_m"] = zip(mine, theirs, strict=True)
         cast("Any", tables.vehicles)["length_m"] = length_m
         assert relation(0, 0, 0, 1, tables) == found
+
+
+@pytest.mark.parametrize(
+    ("front_m", "light_m", "found"),
+    [(20.0, 50.0, BEFORE), (40.0, 50.0, IN_THE_WAY), (20.0, 55.0, IN_THE_WAY)],
+)
+def test_one_under_way_may_be_past_before_the_other_comes_into_the_junction(
+    front_m: float, light_m: float, found: int
+) -> None:
+    """It has 14.5 m to go from before the stretch; the other 30 m, in 4.8 s, or 10 m, in 2.8 s.
+
+    A light that it has not passed may stop it.
+    """
+    tables = crossing((0, 1), (front_m, 51.0))
+    passes: Any = tables.passes
+    its = tables.legs[tables.vehicles[1].leg_at].pass_at
+    passes["signal"][its], passes["light_m"][its] = 0, light_m
+    assert relation(0, 0, 0, 1, tables) == found
+
+
+def test_a_stretch_may_begin_before_the_junction() -> None:
+    """The other's front comes to it 2 m behind its line, and into the junction 30 m behind that."""
+    tables = crossing((0, 1), (49.9, 51.0))
+    row = tables.passes[tables.legs[tables.vehicles[0].leg_at].pass_at]
+    cast("Any", row)["light_m"] = 80.0
+    assert relation(0, 0, 0, 1, tables) == IN_THE_WAY
+
+
+def test_it_has_to_be_past_when_the_other_comes_into_the_junction_not_when_it_reaches_the_stretch() -> None:
+    """The other comes into it after 15 m, in 3.4 s, and to the stretch 25 m later; 3.5 s are needed."""
+    tables = crossing((0, 1), (40.0, 51.0))
+    cast("Any", tables.foes[0])["from_m"], cast("Any", tables.foes[0])["to_m"] = 30.0, 37.0
+    cast("Any", tables.passes[0])["light_m"] = 55.0
+    assert relation(0, 0, 0, 1, tables) == IN_THE_WAY
+
+
+def test_one_that_goes_first_sets_out_weakly_and_the_other_may_drive_above_limits() -> None:
+    """At 1.3 m/s2 it takes 4.7 s, and the other comes in 6.2 s; in the second case it takes 1.5 s."""
+    standing, hasty = crossing((0, 1), (0.0, 51.0)), crossing((0, 1), (49.9, 51.0))
+    cast("Any", standing.vehicles)["speed"] = 0.0
+    assert relation(0, 0, 0, 1, standing) == IN_THE_WAY
+    for haste, found in ((1.0, BEFORE), (1.2, IN_THE_WAY)):
+        cast("Any", hasty.foes[0])["soonest_s"] = 4.0
+        cast("Any", hasty.vehicles)["haste"] = haste
+        assert relation(0, 0, 0, 1, hasty) == found
+
+
+@pytest.mark.parametrize(("front_m", "found"), [(60.0, IN_THE_WAY), (66.0, BEFORE)])
+def test_one_that_may_have_to_wait_itself_does_not_go_first(front_m: float, found: int) -> None:
+    """Somebody was granted before it and is not past yet: here the one that asks, from its next place."""
+    tables = crossing((1, 2), (front_m, 51.0))
+    cast("Any", tables.foes[0])["soonest_s"] = 100.0
+    assert relation(0, 0, 0, 1, tables) == found
+
+
+@pytest.mark.parametrize(("waited_s", "found"), [(0.0, LATER), (200.0, IN_THE_WAY)])
+def test_nobody_goes_first_whom_a_light_may_stop(waited_s: float, found: int) -> None:
+    """After a long wait lights let it go that it may not pass."""
+    tables = crossing((0, 1), (49.9, -35.0))
+    cast("Any", tables.passes[0])["signal"] = 0
+    cast("Any", tables.vehicles)["red_since_s"] = tables.run[0].now_s - waited_s
+    signals, lights = (cast("Any", table(row, length=1)) for row in (SignalRow, LightRow))
+    lit = tables._replace(signals=signals, lights=lights)
+    assert relation(0, 0, 0, 1, lit) == found
 
 
 @pytest.mark.parametrize(("wait_m", "free"), [(8.0, True), (12.0, False), (30.0, True)])
@@ -173,7 +240,7 @@ def test_nobody_goes_first_where_something_may_stop_or_slow_it() -> None:
 def test_one_may_have_to_wait_for_one_that_was_let_go_first() -> None:
     """That has the later grant, and is on the stretch that both use; the other is not there yet."""
     for front_m, held in ((51.0, True), (52.0, False)):
-        assert _may_be_held(0, 0, crossing((2, 3), (front_m, 60.0))) == held
+        assert may_be_held(0, 0, crossing((2, 3), (front_m, 60.0))) == held
 
 
 def test_who_goes_before_some_waits_for_nobody() -> None:

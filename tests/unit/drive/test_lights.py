@@ -75,6 +75,21 @@ def test_sumo_is_told_who_drives_on_before_the_light_closes() -> None:
         assert scene.drives_on() is told
 
 
+def test_who_passes_all_lights_for_sure_if_they_let_it_go() -> None:
+    """Not a light that is far, nor a second one that changes with the traffic, nor after a long wait."""
+    for second_m, fixed, waited_s, sure in (
+        (30.0, True, 0.0, True),
+        (30.0, False, 0.0, False),
+        (60.0, True, 0.0, False),
+        (30.0, True, 180.0, False),
+    ):
+        scene = Scene(signal("t"), signal("u", second_m))
+        scene.shows("t", "G", 30.0, fixed=False)
+        scene.shows("u", "G", 30.0, fixed=fixed)
+        scene.row["red_since_s"] = -waited_s
+        assert scene.passes_for_sure() is sure
+
+
 def two_lights(*, at_m: float) -> Scene:
     """Return a vehicle that was let go over two junctions, one after the other, both lights green."""
     scene = Scene(signal("t"), after=[signal("u")], at_m=at_m, speed=10.0)
