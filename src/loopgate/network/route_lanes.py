@@ -7,6 +7,7 @@ from loopgate.errors import RouteError
 from loopgate.network.lanes import (
     TWO_WAY_LANES,
     Cost,
+    Layer,
     Step,
     check_route,
     find_costs,
@@ -14,7 +15,7 @@ from loopgate.network.lanes import (
     follow,
     make_spans,
 )
-from loopgate.network.loop import Loop
+from loopgate.network.loop import LaneSpan, Loop
 from loopgate.network.road import RoadNetwork
 
 LEAST_CHANGE_M = 10.0
@@ -91,30 +92,69 @@ def make_route(
     wishes
         Lanes on which it is to be.
     """
-    what = f"{source}: route {name}" if source else f"route {name}"
-    check_route(network, edges, vclass=vclass, what=what, closed=False)
-    layers = find_layers(network, edges, vclass, closed=False)
-    most = max(1, max(load.values(), default=1))
-    for edge, layer in zip(edges, layers, strict=True):
-        short = network.edges[edge].length_m < change_m
-        lane = wishes.stop.get(edge, -1)
-        for enter, steps in layer.items():
-            for number, (cost, step) in enumerate(steps):
-                own = _once(network, cost, step, load, most, short=short)
-                if lane >= 0:
-                    own = own[0], own[1] + _BESIDE * ((enter != lane) + (step.onward.from_lane != lane))
-                if layer is layers[-1] and wishes.arrive not in (None, enter):
-                    own = own[0], own[1] + _WISH
-                steps[number] = own, step
-    costs = find_costs(layers, layers[-1] if layers else ())
-    ahead = costs[0]
-    if not ahead:
-        msg = f"{what}: no lanes open to {vclass} lead all the way, though its edges are connected"
-        raise RouteError(msg)
-    first = min(ahead, key=lambda lane: (wishes.depart not in (None, lane), ahead[lane], lane))
-    way = follow(layers, costs, first)
-    spans, movements = make_spans(network, way, [[step] for step in way]), [step.onward for step in way]
-    return Loop(name, tuple(edges), spans, tuple(movements[:-1]), closed=False)
+    choices = RouteChoices(network)
+    return choices.make(
+        name, edges, vclass=vclass, source=source, load=load, change_m=change_m, wishes=wishes
+    )
+
+
+class RouteChoices:
+    """What there is to choose between on routes, kept for those that are driven by many.
+
+    Parameters
+    ----------
+    network
+        The network of the routes.
+    """
+
+    def __init__(self, network: RoadNetwork) -> None:
+        self._network = network
+        self._layers: dict[tuple[tuple[str, ...], str], list[Layer]] = {}
+        self._spans: dict[tuple[Step, ...], tuple[LaneSpan, ...]] = {}
+
+    def make(
+        self,
+        name: str,
+        edges: Sequence[str],
+        *,
+        vclass: str = "passenger",
+        source: str = "",
+        load: Mapping[str, int] = _ANY,
+        change_m: float = LEAST_CHANGE_M,
+        wishes: LaneWishes = _NO_WISHES,
+    ) -> Loop:
+        """Make a route: see `make_route`."""
+        network, what = self._network, f"{source}: route {name}" if source else f"route {name}"
+        key = tuple(edges), vclass
+        if key not in self._layers:
+            check_route(network, edges, vclass=vclass, what=what, closed=False)
+            self._layers[key] = find_layers(network, edges, vclass, closed=False)
+        layers = [dict(layer) for layer in self._layers[key]]
+        most = max(1, max(load.values(), default=1))
+        for edge, layer in zip(edges, layers, strict=True):
+            short = network.edges[edge].length_m < change_m
+            lane = wishes.stop.get(edge, -1)
+            for enter, steps in layer.items():
+                weighed: list[tuple[Cost, Step]] = []
+                for cost, step in steps:
+                    own = _once(network, cost, step, load, most, short=short)
+                    if lane >= 0:
+                        own = own[0], own[1] + _BESIDE * ((enter != lane) + (step.onward.from_lane != lane))
+                    if layer is layers[-1] and wishes.arrive not in (None, enter):
+                        own = own[0], own[1] + _WISH
+                    weighed.append((own, step))
+                layer[enter] = weighed
+        costs = find_costs(layers, layers[-1] if layers else ())
+        ahead = costs[0]
+        if not ahead:
+            msg = f"{what}: no lanes open to {vclass} lead all the way, though its edges are connected"
+            raise RouteError(msg)
+        first = min(ahead, key=lambda lane: (wishes.depart not in (None, lane), ahead[lane], lane))
+        way = tuple(follow(layers, costs, first))
+        if way not in self._spans:
+            self._spans[way] = make_spans(network, way, [[step] for step in way])
+        movements = [step.onward for step in way]
+        return Loop(name, tuple(edges), self._spans[way], tuple(movements[:-1]), closed=False)
 
 
 def _once(

@@ -18,7 +18,7 @@ from loopgate.network.left_out import left_out, wayless
 from loopgate.network.loop import Loop
 from loopgate.network.loop_vehicle import LoopVehicle, RoutesFile
 from loopgate.network.road import RoadNetwork
-from loopgate.network.route_lanes import make_route
+from loopgate.network.route_lanes import RouteChoices
 from loopgate.network.spreads import parts, refuse_nothing, share_of
 from loopgate.network.stops import (
     Stop,
@@ -166,11 +166,11 @@ class _Route:
     again: bool
     """Whether it is driven round and round."""
 
-    def loop(self, network: RoadNetwork, vclass: str, stops: Sequence[Stop]) -> Loop:
+    def loop(self, network: RoadNetwork, choices: RouteChoices, vclass: str, stops: Sequence[Stop]) -> Loop:
         """Return it over lanes that a class of vehicles may use and from which all its stops are reached."""
         source = str(self.source)
         if not self.again:
-            return make_route(network, self.id, self.edges, vclass=vclass, source=source)
+            return choices.make(self.id, self.edges, vclass=vclass, source=source)
         lanes = lanes_of_stops((*self.stops, *stops))
         edges = one_round(self.edges)
         return make_loop(network, self.id, edges, vclass=vclass, source=source, on_lanes=lanes)
@@ -390,8 +390,9 @@ class _Found:
         for way in (way for vehicle in self._asked for way in vehicle.ways):
             kinds.setdefault(way.route, way.type)
             stops.setdefault(way.route, []).extend(way.stops)
+        choices = RouteChoices(self.network)
         return [
-            route.loop(self.network, kinds.get(name, DEFAULT_TYPE).vclass, stops.get(name, ()))
+            route.loop(self.network, choices, kinds.get(name, DEFAULT_TYPE).vclass, stops.get(name, ()))
             for name, route in self.routes.items()
         ]
 

@@ -12,7 +12,7 @@ from loopgate.abstraction.queue_layout import lay_out_queues, why_not
 from loopgate.abstraction.stretches import least_change_m, narrow_lanes
 from loopgate.errors import Refusal, RefusedLoopError, RouteError, ScenarioError
 from loopgate.network import Loop, LoopVehicle, RoadNetwork, VehicleType
-from loopgate.network.route_lanes import LaneWishes, make_route
+from loopgate.network.route_lanes import LaneWishes, RouteChoices, make_route
 from loopgate.network.stops import lanes_of_stops, on_loop
 from loopgate.network.trips import ways_between
 from loopgate.reading import counted, is_file, read_words, refusing, shown
@@ -74,12 +74,12 @@ def share_lanes(network: RoadNetwork, vehicles: Sequence[LoopVehicle]) -> list[L
     led = {v.id: v.loop for v in vehicles if not v.loop.closed}
     used: dict[str, tuple[str, ...]] = {}
     alone: dict[tuple[tuple[str, ...], str], Loop] = {}  # where there are no lanes to choose between
+    choices = RouteChoices(network)
     for vehicle in 2 * sorted((v for v in vehicles if v.id in led), key=lambda v: v.depart_s):
         kind, said = vehicle.type, vehicle.attributes
         edges = vehicle.loop.edges
         load.subtract(used.get(vehicle.id, ()))
-        way = alone.get((edges, kind.vclass)) or make_route(
-            network,
+        way = alone.get((edges, kind.vclass)) or choices.make(
             vehicle.loop.id,
             edges,
             vclass=kind.vclass,
