@@ -5,7 +5,7 @@ BIN    := $(VENV)/bin
 STAMP  := $(VENV)/installed
 
 .DEFAULT_GOAL := help
-.PHONY: help demo readme pictures docs setup test check browser animation format bench bench-replay bench-sweep networks small-networks city throughput soak unseen long-vehicles covering watched day scale attached ordinary circulator any-traffic scenarios recount fuzz proofs wheel lock clean
+.PHONY: help demo readme pictures docs setup test check browser animation format bench bench-replay bench-sweep networks small-networks city throughput soak unseen long-vehicles covering watched day scale attached ordinary circulator any-traffic scenarios recount fuzz proofs wheel vehicles-alone lock clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-15s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -114,6 +114,10 @@ proofs: ## check the proofs of docs/proofs by machine (needs Rocq, called coqc)
 	@cd out/proofs && begin=$$(date +%s) && for name in Model Chain Push Crowd Service Way Ends Everyone Change Instance Homes; do \
 		echo "$$name.v, $$(wc -l < $$name.v) lines; its theorems assume:" && coqc $$name.v || exit 1; done && \
 		echo "$$(cat *.v | wc -l) lines checked in $$(($$(date +%s) - begin)) s"
+
+vehicles-alone: $(STAMP) ## the chain rule by messages: 5,000 random systems beside the central rule, and every order on small ones
+	$(BIN)/python analysis/vehicles_alone.py
+	$(BIN)/python analysis/vehicles_every_order.py
 
 attached: $(STAMP) ## vehicles that join and leave among ordinary traffic, whose owner interferes: two hours, five seeds
 	$(BIN)/python analysis/attached.py

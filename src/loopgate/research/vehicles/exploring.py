@@ -1,0 +1,133 @@
+"""All that can come about from a start, and whether anything of it is wrong."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import connected_components
+
+from loopgate.research.vehicles.world import Receive, World, circle, misled, overfull, steps
+from loopgate.vehicles import post as posts
+
+
+@dataclass(slots=True)
+class Found:
+    """What came about.
+
+    Attributes
+    ----------
+    states, transitions
+        How many.
+    complete
+        Whether these are all.
+    circles, overfull, misled
+        States with full places in a circle; with more vehicles in a place than fit; with books that lack a
+        vehicle or have another order.
+    stuck
+        Groups of states in which all may stay for good, though each message gets through.
+    """
+
+    states: int = 0
+    transitions: int = 0
+    complete: bool = True
+    circles: int = 0
+    overfull: int = 0
+    misled: int = 0
+    stuck: int = 0
+    example: World | None = field(default=None, repr=False)
+
+    @property
+    def wrong(self) -> int:
+        """How many states and groups are not as they should be."""
+        return self.circles + self.overfull + self.misled + self.stuck
+
+
+def explore(
+    start: World,
+    *,
+    limit: int,
+    most: int = 4,
+    seen: bool = True,
+    receive: Receive = posts.receive,
+) -> Found:
+    """Look at all that can come about from `start`: messages lost, late, in any order.
+
+    Parameters
+    ----------
+    limit
+        Most states.
+    most
+        How many messages are in flight at a time; what leads to more is left out.
+    seen, receive
+        See `loopgate.research.vehicles.world.steps`.
+
+    Notes
+    -----
+    Nobody can stay for good iff no strongly connected group of states, by steps that are sure to come and
+    by which nobody goes, is *fair*: each step that can be made in all states of it is made in it. (Steps are
+    told apart by name alone, which may find too much and never too little.) Groups from which a step was left
+    out are not judged.
+    """
+    found = Found()
+    number, todo = {start: 0}, [start]
+    edges: list[tuple[int, int, int]] = []
+    names: dict[tuple[object, ...], int] = {}
+    can: list[frozenset[int]] = []
+    cut: set[int] = set()
+    while todo and found.complete:
+        fresh: list[World] = []
+        for here in todo:
+            _judge(here, found)
+            sure = set()
+            for step in steps(here, receive, seen=seen):
+                if len(step.after.flight) > most:
+                    cut.add(number[here])
+                    continue
+                found.transitions += 1
+                there = number.get(step.after)
+                if there is None:
+                    there = number[step.after] = len(number)
+                    fresh.append(step.after)
+                if step.sure:
+                    name = names.setdefault(step.what, len(names))
+                    sure.add(name)
+                    if step.goes is None:
+                        edges.append((number[here], there, name))
+            can.append(frozenset(sure))
+            if len(number) > limit:
+                found.complete = False
+                break
+        todo = fresh
+    found.states = len(number)
+    if found.complete:
+        found.stuck = _stuck(len(number), edges, can, cut)
+    return found
+
+
+def _judge(here: World, found: Found) -> None:
+    wrong = bool(circle(here)), bool(overfull(here)), bool(misled(here))
+    found.circles += wrong[0]
+    found.overfull += wrong[1]
+    found.misled += wrong[2]
+    if any(wrong) and found.example is None:
+        found.example = here
+
+
+def _stuck(states: int, edges: list[tuple[int, int, int]], can: list[frozenset[int]], cut: set[int]) -> int:
+    """Return in how many groups of states all may stay for good."""
+    table = np.array(edges, np.int64).reshape(-1, 3)
+    tails, heads = table[:, 0], table[:, 1]
+    ones = np.ones(len(table), np.int8)
+    part = connected_components(csr_array((ones, (tails, heads)), (states, states)), connection="strong")[1]
+    done: defaultdict[int, set[int]] = defaultdict(set)
+    for tail, head, name in edges:
+        if part[tail] == part[head]:
+            done[int(part[tail])].add(name)
+    always: dict[int, frozenset[int]] = {}
+    for state, group in enumerate(part.tolist()):
+        always[group] = always[group] & can[state] if group in always else can[state]
+    unsure = {int(part[state]) for state in cut}
+    return sum(always[group] <= done[group] for group in always if group not in unsure)

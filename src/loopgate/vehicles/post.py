@@ -1,0 +1,254 @@
+"""A post: it keeps the books of one place, and lets vehicles in. Pure: a message comes, messages go.
+
+It knows the slots of its place, who is in line there and wants what next, and whose rear is still inside.
+The last slot it keeps for one vehicle at a time, until the probe that it sends along heads of full places has
+come to a place with room. See docs/vehicles.md.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from loopgate.vehicles.messages import (
+    Ask,
+    Changed,
+    Clear,
+    Goes,
+    Grant,
+    Left,
+    Message,
+    Moved,
+    Offer,
+    Probe,
+    Refuse,
+    Room,
+    Stamp,
+    ToPost,
+    Why,
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """A vehicle in line: its number there, and the place that it wants next."""
+
+    vehicle: int
+    number: int
+    then: int
+
+
+@dataclass(frozen=True, slots=True)
+class Kept:
+    """The last slot, kept for a vehicle that stands `here`; `entry` is none where it is only offered."""
+
+    vehicle: int
+    here: int
+    stamp: Stamp
+    probe: int
+    entry: Entry | None
+
+
+@dataclass(frozen=True, slots=True)
+class Post:
+    """The books of a place.
+
+    Attributes
+    ----------
+    place, slots
+        Its number, and how many vehicles it holds: two at least.
+    line
+        Who is let in and has not moved on, first in line first.
+    known
+        Whether the last in line has said that it uses its grant.
+    rears
+        Vehicles, with their numbers, that have moved on and are not out yet.
+    kept
+        The last slot, while it is kept.
+    probes
+        How many probes it has sent.
+    gone
+        Vehicles that were here, with the last number of each under which it left: what they said before may
+        still come.
+
+    Examples
+    --------
+    >>> from loopgate.vehicles.messages import Ask
+    >>> post = Post(7, 2)
+    >>> post, out = receive(post, Ask(7, vehicle=1, number=1, here=3, then=8, stamp=(0, 1)))
+    >>> out
+    [Grant(vehicle=1, number=1, place=7)]
+    """
+
+    place: int
+    slots: int
+    line: tuple[Entry, ...] = ()
+    known: bool = True
+    rears: tuple[tuple[int, int], ...] = ()
+    kept: Kept | None = None
+    probes: int = 0
+    gone: tuple[tuple[int, int], ...] = ()
+
+    @property
+    def full(self) -> bool:
+        """Whether the chain of heads goes on here: a slot that is kept counts as taken."""
+        return len(self.line) + (self.kept is not None) >= self.slots
+
+    @property
+    def head(self) -> Entry | None:
+        """The first in line."""
+        return self.line[0] if self.line else None
+
+
+Answer = tuple[Post, list[Message]]
+
+
+def receive(post: Post, message: ToPost) -> Answer:
+    """Return the post after a message, and what it says."""
+    answer: Answer = post, []
+    match message:
+        case Ask():
+            answer = _asked(post, message)
+        case Goes():
+            if post.line and (post.line[-1].vehicle, post.line[-1].number) == (
+                message.vehicle,
+                message.number,
+            ):
+                answer = replace(post, known=True), []
+        case Moved():
+            answer = _moved(post, message.vehicle, message.number)
+        case Left():
+            answer = _left(post, message)
+        case Probe():
+            answer = _back(post, message) if message.origin == post.place else _passes(post, message)
+        case Clear() if _awaits(post, message.number):
+            answer = _let_in(post)
+        case Changed() if _awaits(post, message.number):
+            answer = _drop(post, Why.CHANGED)
+        case _:
+            pass
+    return answer
+
+
+def expire(post: Post) -> Answer:
+    """Return the post after it has waited long enough for a probe, or for the vehicle with its offer."""
+    return _drop(post, Why.LATE)
+
+
+def inquire(post: Post) -> list[Message]:
+    """Return what it says again to a vehicle of which it does not know whether it uses its grant."""
+    if post.known or not post.line:
+        return []
+    return [Grant(post.line[-1].vehicle, post.line[-1].number, post.place)]
+
+
+def _asked(post: Post, ask: Ask) -> Answer:
+    """Answer a vehicle that wants in; it may ask again, and old words of it may come late."""
+    vehicle, kept, out = ask.vehicle, post.kept, list[Message]()
+    numbers = [e.number for e in post.line if e.vehicle == vehicle]
+    numbers += [number for v, number in (*post.rears, *post.gone) if v == vehicle]
+    if kept is not None and kept.entry is not None and kept.vehicle == vehicle:
+        numbers.append(kept.entry.number)
+    if numbers and max(numbers) >= ask.number:
+        last = post.line[-1] if post.line else None
+        again = not post.known and last is not None and (last.vehicle, last.number) == (vehicle, ask.number)
+        return post, (inquire(post) if again else [])
+    if any(e.vehicle == vehicle for e in post.line):
+        post, out = _moved(post, vehicle, ask.number - 1)
+        kept = post.kept
+    if not post.known:
+        return post, [*out, *inquire(post), Refuse(vehicle, ask.number, post.place, Why.BUSY)]
+    entry = Entry(vehicle, ask.number, ask.then)
+    if kept is not None and kept.entry is None and (kept.vehicle, kept.here) == (vehicle, ask.here):
+        after, more = _let_in(replace(post, kept=replace(kept, entry=entry)))
+        return after, [*out, *more]
+    taken = len(post.line) + (kept is not None)
+    if taken + len(post.rears) >= post.slots:
+        return post, [*out, Refuse(vehicle, ask.number, post.place, Why.FULL)]
+    held = Kept(vehicle, ask.here, ask.stamp, post.probes + 1, entry)
+    head = post.head
+    if taken + 1 < post.slots or head is None or head.then == ask.here:
+        after, more = _let_in(replace(post, kept=held))
+        return after, [*out, *more]
+    after = replace(post, kept=held, probes=post.probes + 1)
+    path = (post.place,)
+    probe = Probe(head.then, post.place, after.probes, ask.stamp, ask.here, path, head.vehicle)
+    return after, [*out, probe]
+
+
+def _let_in(post: Post) -> Answer:
+    """Let the vehicle in for which the slot is kept."""
+    kept = post.kept
+    if kept is None or kept.entry is None:
+        return post, []
+    after = replace(post, line=(*post.line, kept.entry), known=False, kept=None)
+    return after, [Grant(kept.vehicle, kept.entry.number, post.place)]
+
+
+def _drop(post: Post, why: Why) -> Answer:
+    """Keep the slot no longer."""
+    kept = post.kept
+    if kept is None:
+        return post, []
+    said: list[Message] = []
+    if kept.entry is not None:
+        said = [Refuse(kept.vehicle, kept.entry.number, post.place, why)]
+    return replace(post, kept=None), said
+
+
+def _moved(post: Post, vehicle: int, number: int) -> Answer:
+    """Take a vehicle out of line. Then a slot that is kept is no longer the last: it need not be kept."""
+    gone = tuple(e for e in post.line if e.vehicle == vehicle and e.number <= number)
+    if not gone:
+        return post, []
+    last_goes = post.line[-1] in gone
+    after = replace(
+        post,
+        line=tuple(e for e in post.line if e not in gone),
+        known=post.known or last_goes,
+        rears=(*post.rears, *((vehicle, e.number) for e in gone)),
+    )
+    if after.kept is None:
+        return after, []
+    if after.kept.entry is None or not after.known:
+        return _drop(after, Why.CHANGED)
+    return _let_in(after)
+
+
+def _left(post: Post, left: Left) -> Answer:
+    """Take note that a vehicle is out, and say so."""
+    after, out = _moved(post, left.vehicle, left.number)
+    rears = tuple(r for r in after.rears if r[0] != left.vehicle or r[1] > left.number)
+    last = max([left.number, *(number for vehicle, number in post.gone if vehicle == left.vehicle)])
+    gone = (*(one for one in post.gone if one[0] != left.vehicle), (left.vehicle, last))
+    return replace(after, rears=rears, gone=gone), [*out, Room(left.vehicle, left.number, post.place)]
+
+
+def _awaits(post: Post, number: int) -> bool:
+    """Return whether the last slot is kept until this probe is answered."""
+    return post.kept is not None and post.kept.entry is not None and post.kept.probe == number
+
+
+def _passes(post: Post, probe: Probe) -> Answer:
+    """Send a probe on that comes along, or say that it ends here."""
+    out: list[Message] = []
+    clear = Clear(probe.origin, probe.number, (*probe.path, post.place))
+    if post.place == probe.here:  # the asker goes from here, whoever is first by the books
+        return post, [clear]
+    if post.full and post.kept is not None and post.kept.stamp > probe.stamp:
+        post, out = _drop(post, Why.OLDER)
+    head = post.head
+    if not post.full or head is None:
+        return post, [*out, clear]
+    if post.place in probe.path:
+        return post, [Changed(probe.origin, probe.number, probe.path)]
+    path = (*probe.path, post.place)
+    return post, [replace(probe, place=head.then, path=path, head=head.vehicle)]
+
+
+def _back(post: Post, probe: Probe) -> Answer:
+    """Refuse: the probe has come back. The vehicle that brought it wants this slot, and may have it."""
+    if not _awaits(post, probe.number):
+        return post, []
+    after, out = _drop(post, Why.CIRCLE)
+    offered = Kept(probe.head, probe.path[-1], probe.stamp, probe.number, None)
+    return replace(after, kept=offered), [*out, Offer(probe.head, post.place)]

@@ -1,0 +1,123 @@
+"""A vehicle: it knows its own loop, where it is on it, and what it has heard. Pure, as `post`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from loopgate.vehicles.messages import Ask, Goes, Grant, Left, Message, Moved, Room, Stamp
+
+Told = tuple[int, int]
+"""A place, and the number under which the vehicle is in the books there."""
+
+
+@dataclass(frozen=True, slots=True)
+class Vehicle:
+    """What a vehicle knows.
+
+    Attributes
+    ----------
+    id
+        Its number.
+    loop
+        Its loop as places, closed, no place after itself.
+    at
+        The position of its place on the loop.
+    number
+        How many grants it has used or given back.
+    inside
+        Its number in the books of its place.
+    rears
+        Places that it has moved on from, and its rear has not left.
+    untold
+        Places that it has left, and that have not said that they know.
+
+    Examples
+    --------
+    >>> from loopgate.vehicles.messages import Grant
+    >>> car = Vehicle(1, loop=(3, 7))
+    >>> ask(car, (0, 1))
+    Ask(place=7, vehicle=1, number=1, here=3, then=3, stamp=(0, 1))
+    >>> car, out = granted(car, Grant(1, 1, 7))
+    >>> car.place, out
+    (7, [Goes(place=7, vehicle=1, number=1), Moved(place=3, vehicle=1, number=0)])
+    """
+
+    id: int
+    loop: tuple[int, ...]
+    at: int = 0
+    number: int = 0
+    inside: int = 0
+    rears: tuple[Told, ...] = ()
+    untold: tuple[Told, ...] = ()
+
+    @property
+    def place(self) -> int:
+        """The place in whose line it is."""
+        return self.loop[self.at]
+
+    @property
+    def wanted(self) -> int:
+        """The place that it wants."""
+        return self.loop[(self.at + 1) % len(self.loop)]
+
+
+Answer = tuple[Vehicle, list[Message]]
+
+
+def ask(vehicle: Vehicle, stamp: Stamp) -> Ask:
+    """Return what it says to get on, once it is first in line."""
+    then = vehicle.loop[(vehicle.at + 2) % len(vehicle.loop)]
+    return Ask(vehicle.wanted, vehicle.id, vehicle.number + 1, vehicle.place, then, stamp)
+
+
+def awaits(vehicle: Vehicle, grant: Grant) -> bool:
+    """Return whether a grant is for what it wants now."""
+    return grant.number == vehicle.number + 1 and grant.place == vehicle.wanted
+
+
+def granted(vehicle: Vehicle, grant: Grant) -> Answer:
+    """Return the vehicle after a grant: it goes, or says what has become of an older one."""
+    if awaits(vehicle, grant):
+        after = replace(
+            vehicle,
+            at=(vehicle.at + 1) % len(vehicle.loop),
+            number=grant.number,
+            inside=grant.number,
+            rears=(*vehicle.rears, (vehicle.place, vehicle.inside)),
+        )
+        goes = Goes(grant.place, vehicle.id, grant.number)
+        return after, [goes, Moved(vehicle.place, vehicle.id, vehicle.inside)]
+    if (grant.place, grant.number) == (vehicle.place, vehicle.inside):
+        return vehicle, [Goes(grant.place, vehicle.id, grant.number)]
+    if (grant.place, grant.number) in vehicle.rears:
+        return vehicle, [Moved(grant.place, vehicle.id, grant.number)]
+    return vehicle, [Left(grant.place, vehicle.id, grant.number)]
+
+
+def give_back(vehicle: Vehicle, grant: Grant) -> Answer:
+    """Return the vehicle after it has given back a grant that it awaited and cannot use."""
+    after = replace(vehicle, number=grant.number, untold=_also(vehicle, grant.place, grant.number))
+    return after, [Left(grant.place, vehicle.id, grant.number)]
+
+
+def rear_out(vehicle: Vehicle) -> Answer:
+    """Return the vehicle after its rear has left the first of the places that it is still in."""
+    place, number = vehicle.rears[0]
+    after = replace(vehicle, rears=vehicle.rears[1:], untold=_also(vehicle, place, number))
+    return after, [Left(place, vehicle.id, number)]
+
+
+def _also(vehicle: Vehicle, place: int, number: int) -> tuple[Told, ...]:
+    """Return what is to be told, with this in place of what is older at the same place."""
+    return (*(one for one in vehicle.untold if one[0] != place), (place, number))
+
+
+def repeat(vehicle: Vehicle) -> list[Message]:
+    """Return what it says again, since no post has said that it knows."""
+    return [Left(place, vehicle.id, number) for place, number in vehicle.untold]
+
+
+def heard(vehicle: Vehicle, room: Room) -> Vehicle:
+    """Return the vehicle after the post of a place that it has left says that it knows."""
+    told = (room.place, room.number)
+    return replace(vehicle, untold=tuple(one for one in vehicle.untold if one != told))
