@@ -16,7 +16,6 @@ from loopgate.vehicles.messages import (
     Clear,
     Grant,
     Left,
-    Message,
     Moved,
     Offer,
     Probe,
