@@ -21,7 +21,7 @@ from small_roads import (
 )
 
 from loopgate.abstraction.itinerary import Leg
-from loopgate.drive import service
+from loopgate.drive import chain
 from loopgate.drive.codes import NOBODY
 from loopgate.drive.step import SETTLE
 from loopgate.drive.tables import Tables
@@ -47,7 +47,7 @@ MOVES = 150
 @njit(error_model="numpy")
 def closes(i: int, tables: Tables) -> bool:
     """Return whether the move is refused; compiled here, as a part of a step is."""
-    return bool(service.last_of_circle(i, tables) != NOBODY)
+    return bool(chain.last_of_circle(i, tables) != NOBODY)
 
 
 def books_of(system: System) -> Books:

@@ -5,7 +5,6 @@ The drive is compiled, so this is done to the same steps uncompiled, in a proces
 
 from __future__ import annotations
 
-import inspect
 import json
 import math
 import os
@@ -47,18 +46,6 @@ def _let_go(tables: Tables) -> None:
         vehicle.mover = False
 
 
-def _changed(name: str, *changes: tuple[str, str]) -> Function:
-    """Return a function of the service with changes in its text."""
-    text = inspect.getsource(getattr(getattr(service, name), "py_func", getattr(service, name)))
-    for before, after in changes:
-        assert before in text
-        text = text.replace(before, after)
-    names = {**vars(service), "inner": lambda function: function, "part": lambda function: function}
-    exec(text, names)  # noqa: S102  our own source
-    changed: Function = names[name]
-    return changed
-
-
 def _bars_all(_i: int, state: int, t: Tables) -> bool:
     return t.states[state].mover != NOBODY
 
@@ -71,14 +58,6 @@ MUTATIONS: Final[dict[str, tuple[Any, str, Any]]] = {
     "nothing": (service, "NOBODY", NOBODY),
     "nobody is served": (service, "serve", lambda _t: None),
     "the one served is to move, whoever is before it": (service, "_mover", lambda i, _t: i),
-    "a circle is closed": (service, "_mover", _changed("_mover", ("return mover", "return head"))),
-    "the youngest goes first": (
-        service,
-        "serve",
-        _changed(
-            "serve", ("range(run.waiting)", "range(run.waiting - 1, -1, -1)"), ("break  #", "continue  #")
-        ),
-    ),
     "anybody may enter": (service, "bars", lambda *_: False),
     "nobody may enter": (
         requests,
@@ -87,20 +66,6 @@ MUTATIONS: Final[dict[str, tuple[Any, str, Any]]] = {
     ),
     "places are not marked": (service, "_mover", _after(service._mover, _forget)),
     "what was looked at is forgotten": (service, "_begin", _after(service._begin, _forget)),
-    "no circle is remembered": (service, "_mover", _changed("_mover", ("turned = True", "turned = False"))),
-    "all of a place is kept": (service, "bars", _changed("bars", (" <= leaves", " <= 100"))),
-    "who has room behind goes in": (service, "bars", _changed("bars", ("else 2", "else 1"))),
-    "the last slot is not kept": (service, "bars", _changed("bars", (" <= leaves", " <= leaves - 1"))),
-    "what is off the way is kept": (
-        service,
-        "_begin",
-        _changed("_begin", ("not t.vehicles[t.states[s].served].turned", "False")),
-    ),
-    "ways are cleared to slots that are not left": (
-        service,
-        "_clear_way",
-        _changed("_clear_way", ("wanted.held_by >= wanted.room", "False")),
-    ),
     "ways are not cleared": (service, "_clear_way", lambda *_: None),
     "no way is kept through red": (service, "_THROUGH_RED_S", math.inf),
     "every way is kept through red": (service, "_THROUGH_RED_S", 0.0),

@@ -10,6 +10,7 @@ from __future__ import annotations
 from typing import Final
 
 from loopgate.drive import lights, others, service
+from loopgate.drive.chain import last_of_circle
 from loopgate.drive.codes import (
     CROSSING,
     DEADLOCK,
@@ -284,7 +285,7 @@ def _waits(i: int, t: Tables) -> bool:
 def decide_by_chain(i: int, t: Tables) -> None:
     """Decide the vehicle's request by the chain rule, if its way is still free."""
     if still_free(i, t):
-        closes = service.last_of_circle(i, t) != NOBODY
+        closes = last_of_circle(i, t) != NOBODY
         t.run[0].decisions += 1
         settle(i, 0 if closes else 1, DEADLOCK if closes else FREE, t.run[0].chain, t)
 

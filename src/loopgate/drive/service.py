@@ -16,13 +16,14 @@ from __future__ import annotations
 
 from typing import Final
 
+from loopgate.drive.chain import follow, last_of_circle
 from loopgate.drive.codes import NOBODY, STOPPING
 from loopgate.drive.gaps import end_m, leg_of, state_of
-from loopgate.drive.holdings import last_state, wanted_state
+from loopgate.drive.holdings import wanted_state
 from loopgate.drive.tables import Tables
 from loopgate.kernel_cache import inner, part
 
-__all__ = ["bars", "last_of_circle", "serve", "stops_here"]
+__all__ = ["bars", "serve", "stops_here"]
 
 _THROUGH_RED_S: Final = 120.0
 """After this long a mover's way is kept clear while its light is red too [s]. Else each green could find
@@ -33,27 +34,6 @@ somebody there who may cross at the same time."""
 def stops_here(i: int, t: Tables) -> bool:
     """Return whether the vehicle is to stop, or does, before it gets to the end of its last grant."""
     return bool(t.vehicles[i].stop_m < end_m(i, t.vehicles[i].granted, t))
-
-
-@inner
-def last_of_circle(i: int, t: Tables) -> int:
-    """Return the head of the last place of the circle of full places that the vehicle's move would close.
-
-    `NOBODY` if it closes none. It is the walk of `loopgate.gates.certified.chain`, compiled. All fit into a
-    private state, and there are two at least: so none is ever full in a chain.
-    """
-    left, filled = last_state(i, t), wanted_state(i, t)
-    if t.states[filled].queue + 1 < t.states[filled].room:
-        return int(NOBODY)
-    place, last = filled, int(NOBODY)
-    for _ in range(len(t.states)):
-        last = _head(place, t)
-        place = wanted_state(last, t)
-        if place == filled:
-            return last
-        if place == left or not _full(place, t):
-            return int(NOBODY)
-    return last  # a circle without the filled place: the gate lets none come about
 
 
 @inner
@@ -137,11 +117,6 @@ def _begin(anew: bool, t: Tables) -> None:  # noqa: FBT001  compiled
 
 
 @part
-def _head(state: int, t: Tables) -> int:
-    return int(t.lists[t.states[state].line])
-
-
-@part
 def _full(state: int, t: Tables) -> bool:
     return bool(t.states[state].queue >= t.states[state].room)
 
@@ -152,23 +127,15 @@ def _mover(served: int, t: Tables) -> int:
 
     What is looked at is marked as the served vehicle's, besides what was before.
     """
-    here = state_of(served, t.vehicles[served].granted, t)
-    head = served
-    for _ in range(len(t.states) + 1):
-        there = wanted_state(head, t)
-        if t.states[here].mover != NOBODY or t.states[there].mover != NOBODY:
-            return NOBODY
-        t.states[here].served = served
-        if not _full(there, t):
-            t.states[there].served = served
-            mover = last_of_circle(head, t)
-            if mover == NOBODY:
-                return head
-            t.vehicles[served].turned = True
-            return mover
-        here = there
-        head = _head(here, t)
-    return NOBODY  # full places in a circle: the gate lets none come about
+    first, end = follow(served, NOBODY, NOBODY, served, t)
+    if end == NOBODY or _full(end, t):
+        return NOBODY  # full places in a circle: the gate lets none come about
+    t.states[end].served = served
+    last = last_of_circle(first, t)
+    if last == NOBODY:
+        return int(first)
+    t.vehicles[served].turned = True
+    return int(last)
 
 
 @part
