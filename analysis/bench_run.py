@@ -65,7 +65,7 @@ ELSEWISE = {
     "gate banker": replace(ON_QUEUES, gate="banker"),
     **{
         f"negotiation {name}": replace(ON_QUEUES, negotiation=name)
-        for name in ("oldest", "random", "platoon")
+        for name in ("oldest", "random")
     },
     "lights obeyed": replace(ON_QUEUES, network=str(LIGHTS_GRID), lights="obey"),
     "sumo:DRT, lights obeyed": replace(QUEUES["sumo:DRT"], vehicles=100, lights="obey"),

@@ -277,7 +277,7 @@ def _names(folder: Path, random: Random) -> None:
         "algorithm2:lookahead=2",
         "agents:loss=0.1",
     )
-    negotiations = ("pressure:crowded=0.5,patience=3", "platoon:bonus=2,gap=1", "oldest", "random")
+    negotiations = ("pressure:crowded=0.5,patience=3", "oldest", "random")
     if random.random() < 0.5:  # noqa: PLR2004  half of them
         check_gate(spoiled_word(random.choice(gates), random))
     else:

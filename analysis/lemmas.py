@@ -16,7 +16,7 @@ from collections import Counter
 import numpy as np
 
 from loopgate.gates.circuits import all_circuits
-from loopgate.gates.theorem1 import lemma1, lemma2, lemma3, lemma4
+from loopgate.gates.theorem1 import lemma1
 from loopgate.research.state_space import StateSpace
 from loopgate.research.theory.orders import Orders
 from loopgate.research.theory.random_systems import small_system
@@ -40,7 +40,9 @@ def judge(seed: int) -> Counter[str]:
             simple = not any(fewer < robots for fewer, _, _ in deadlocks)
             kind = "simple" if simple else "others"
             counts[kind] += 1
-            holds = (lemma1(system, circuit), lemma2(circuit, k), lemma3(circuit, k), lemma4(circuit))
+            most, between = len(circuit.walks) - 3, len(circuit.intermediate)
+            fits = between <= most and all(len(set(walk.intermediate)) <= most for walk in circuit.walks)
+            holds = (lemma1(system, circuit), k <= most, k == between, fits)
             for name, true in zip(LEMMAS, holds, strict=True):
                 counts[f"{kind}_break_{name}"] += not true
     return counts

@@ -20,7 +20,7 @@ from loopgate.network import Loop, RoadNetwork, generate_loops
 
 NETWORKS = ROOT / "networks"
 LOOPS = 40
-NEGOTIATIONS = ("random", "oldest", "pressure:crowded=2", "pressure:crowded=0.6", "pressure", "platoon")
+NEGOTIATIONS = ("random", "oldest", "pressure:crowded=2", "pressure:crowded=0.6", "pressure")
 """The third has no reserve, the fourth one by hand."""
 
 

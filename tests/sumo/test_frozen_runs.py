@@ -65,7 +65,7 @@ SCENARIOS: Final[dict[str, Scenario]] = {
     "served, lights obeyed": replace(ACTUATED, vehicles=240, loops=30, lights="obey", serve_after_s=30.0),
     "warm-up": replace(GRID, warmup_s=30.0, duration_s=40.0),
     "half steps": replace(GRID, step_s=0.5, duration_s=60.0),
-    **{name: replace(GRID, negotiation=name) for name in ("oldest", "platoon", "random")},
+    **{name: replace(GRID, negotiation=name) for name in ("oldest", "random")},
     "queues collision": replace(GRID, gate="collision", vehicles=150),
     "queues one-step": replace(GRID, gate="one-step"),
     "queues algorithm2": replace(GRID, gate="algorithm2", vehicles=40),
@@ -109,7 +109,7 @@ SCENARIOS: Final[dict[str, Scenario]] = {
 UNCOMPILED = (
     (
         *("pressure", "lights obeyed", "ordinary traffic", "misled", "order2 certified"),
-        *("open", "queues algorithm2", "platoon", "long and slow vehicles"),
+        *("open", "queues algorithm2", "oldest", "long and slow vehicles"),
     ),
     (
         *("served", "served, lights obeyed", "left turners", "lanes"),

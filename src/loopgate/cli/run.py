@@ -97,7 +97,7 @@ GROUPS = {
 )
 @click.option(
     "--negotiation",
-    help="Order of requests: oldest (default on segments), pressure (default on queues), platoon, random.",
+    help="Order of requests: oldest (default on segments), pressure (default on queues), random.",
 )
 @click.option(
     "--serve-after",

@@ -54,24 +54,6 @@ def lemma1(system: System, circuit: Circuit) -> bool:
     return all(len(system.visitors[state] & robots) > 1 for state in circuit.intermediate)
 
 
-def lemma2(circuit: Circuit, order: int) -> bool:
-    """Return whether `order`, that of the circuit, is at most ``m - 3``."""
-    return order <= len(circuit.walks) - 3
-
-
-def lemma3(circuit: Circuit, order: int) -> bool:
-    """Return whether `order`, that of the circuit, is the number of its intermediate states ``|SE(W)|``."""
-    return order == len(circuit.intermediate)
-
-
-def lemma4(circuit: Circuit) -> bool:
-    """Return whether ``|SE(W)|`` and each ``|SE(w)|`` are at most ``m - 3``, as in such a deadlock."""
-    most = len(circuit.walks) - 3
-    return len(circuit.intermediate) <= most and all(
-        len(set(walk.intermediate)) <= most for walk in circuit.walks
-    )
-
-
 def movable_walks(system: System, configuration: Configuration, circuit: Circuit) -> list[int]:
     """Return the indices of the walks whose robots are movable: the next state has signal 0 (Section 4.1).
 

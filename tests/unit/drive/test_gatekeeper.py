@@ -19,7 +19,6 @@ WIDE = {"capacity": dict.fromkeys("abcd", 2), "fifo": tuple("abcd"), "starts": {
     [
         ({}, True),
         ({"negotiation": "pressure:patience=30"}, True),
-        ({"negotiation": "platoon"}, False),
         ({"negotiation": "oldest"}, False),
         ({"gate": "algorithm2"}, False),
         ({"gate": "certified:promise=everyone"}, True),

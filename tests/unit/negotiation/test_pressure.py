@@ -86,29 +86,3 @@ def test_without_a_system_there_is_no_reserve() -> None:
     """A full place is the gate's affair."""
     made = make_negotiation("pressure", Random(1))
     assert len(made.order([Request(0, 0, 1, 0.0)], Road(1, 10), 0.0)) == 1
-
-
-def platoon(second: Request, now_s: float) -> list[int]:
-    """Return the order of `second` and a request from a longer queue, after robot 0 left state 0 for 2."""
-    made = make_negotiation("platoon:bonus=3,gap=2", Random(1))
-    road = Road(4, 6, 0, 0)
-    made.order([Request(0, 0, 2, 0.0)], road, 0.0)
-    rival = Request(9, 1, 3, now_s)
-    return [request.robot for request in made.order([rival, second], road, now_s)]
-
-
-def test_who_follows_close_on_the_same_movement_goes_first() -> None:
-    """Three vehicles of bonus outweigh the two that the rival's queue is longer."""
-    assert platoon(Request(1, 0, 2, 2.0), 2.0) == [1, 9]
-
-
-def test_who_turns_off_or_comes_late_is_no_follower() -> None:
-    """Another movement; more than two seconds behind."""
-    assert platoon(Request(1, 0, 3, 2.0), 2.0) == [9, 1]
-    assert platoon(Request(1, 0, 2, 3.0), 3.0) == [9, 1]
-
-
-def test_options_of_a_platoon_without_meaning_are_refused() -> None:
-    """Neither a negative bonus."""
-    with pytest.raises(ScenarioError, match="bonus=-1"):
-        make_negotiation("platoon:bonus=-1", Random(1))
