@@ -21,9 +21,7 @@ from loopgate.research.theory.random_systems import Shape, any_system, random_sy
 GATES = [
     "open",
     "collision",
-    "banker",
     "algorithm2",
-    "algorithm2:lookahead=2",
     "certified",
     "certified:promise=somebody",
 ]

@@ -5,20 +5,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from loopgate.arrays import Flags, Ints, Small
+from loopgate.arrays import Flags, Small
 from loopgate.errors import PluginError
 from loopgate.foreign import blaming, name_of_class
 from loopgate.gates import Decision, Gate
-from loopgate.gates.algorithm2 import Algorithm2Gate
-from loopgate.gates.banker import BankerGate
 from loopgate.gates.careful import careful
 from loopgate.gates.collision import CollisionGate
 from loopgate.gates.open import OpenGate
-from loopgate.gates.walks import default_lookahead
 from loopgate.model import Configuration, RobotId, StateId
 from loopgate.reading import shown
-from loopgate.research.state_space.kernel_circuits import scratch_for
-from loopgate.research.state_space.kernel_gates import ALGORITHM2, BANKER, ask
 from loopgate.research.state_space.kernels import advance
 from loopgate.research.state_space.space import StateSpace
 
@@ -28,7 +23,6 @@ Each = Callable[[Configuration, int, Decision, bool], None]
 """A function that is called with each decision and whether the move is possible at all."""
 
 _CHUNK = 1 << 14
-_BITS = 64
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,47 +129,10 @@ class Reach:
 
 
 def asking(space: StateSpace, gate: Gate) -> Ask | None:
-    """Return what asks `gate` as fast as can be, about possible moves only.
-
-    None if nothing need be asked: ``open`` and ``collision`` admit them all. ``banker`` and, where at most 64
-    robots share at most 64 states of capacity 1, ``algorithm2`` are compiled; others are asked themselves.
-    """
-    moves, encoding = space.moves, space.encoding
+    """Return what asks `gate`, about possible moves only; None for ``open`` and ``collision``: they admit all."""
     if type(gate) in (OpenGate, CollisionGate):  # what is derived from them decides as it likes
         return None
-    compiled = _compiled(space, gate)
-    if compiled is None:
-        return ask_gate(space, gate)
-    visits = np.zeros(len(space.system.robots), np.uint64)
-    if compiled[0] == ALGORITHM2:
-        for i, row in enumerate(encoding.arrays.state):
-            for s in row[row >= 0].tolist():
-                visits[i] |= np.uint64(1 << s)
-    scratch = scratch_for(len(visits))
-
-    def quickly(numbers: Small, admitted: Flags) -> None:
-        ask(
-            numbers, space.keys, moves.first, moves.movers, admitted, encoding.arrays, compiled, visits,
-            *scratch,
-        )  # fmt: skip
-
-    return quickly
-
-
-def _compiled(space: StateSpace, gate: Gate) -> Ints | None:
-    """Return the numbers that stand for `gate` in compiled code, or None."""
-    system = space.system
-    if type(gate) is BankerGate:
-        return np.array([BANKER, 0, 0], np.int64)
-    shared = sum(not private for private in system.private)
-    if (
-        type(gate) is Algorithm2Gate
-        and all(room == 1 for room in system.room)
-        and shared <= _BITS
-        and len(system.robots) <= _BITS
-    ):
-        return np.array([ALGORITHM2, default_lookahead(system), gate.lookahead], np.int64)
-    return None
+    return ask_gate(space, gate)
 
 
 def ask_gate(space: StateSpace, gate: Gate, each: Each | None = None) -> Ask:
