@@ -21,7 +21,7 @@ _SMALL = 200_000
 """Up to so many combinations of positions, robots without homes are kept going round one and all."""
 
 
-def choose_keeper(system: System, promise: str, budget: Budget, *, joined: bool = False) -> Keeper:
+def choose_keeper(system: System, promise: str, budget: Budget) -> Keeper:
     """Return the keeper of a promise, with a witness of the start; see `CertifiedGate` for the order.
 
     Raises `UnsafeStartError` if the promise cannot be given for the start; the text names the robots. Raises
@@ -33,8 +33,6 @@ def choose_keeper(system: System, promise: str, budget: Budget, *, joined: bool 
         ``everyone``, ``somebody`` or ``auto``.
     budget
         Of each exact search; where `Exploration` is chosen it is raised to what that needs.
-    joined
-        Whether others will join: then the chain rule is preferred where it keeps the promise alone.
     """
     layout = SystemIndex(system)
     if layout.hopeless:
@@ -45,7 +43,7 @@ def choose_keeper(system: System, promise: str, budget: Budget, *, joined: bool 
         raise UnsafeStartError(msg)
     nodes = budget.nodes
     failed: GateError = UnsafeStartError("gate certified: no keeper")
-    for keeper in _keepers(layout, promise, budget, joined=joined):
+    for keeper in _keepers(layout, promise, budget):
         budget.nodes = max(nodes, _SMALL) if isinstance(keeper, Exploration) else nodes
         stand = Occupancy.of(keeper.layout, system.initial)
         try:
@@ -62,18 +60,18 @@ def choose_keeper(system: System, promise: str, budget: Budget, *, joined: bool 
     raise failed from None
 
 
-def _keepers(layout: SystemIndex, promise: str, budget: Budget, *, joined: bool) -> Iterator[Keeper]:
+def _keepers(layout: SystemIndex, promise: str, budget: Budget) -> Iterator[Keeper]:
     """Yield those that may keep the promise, the strongest first."""
     system = layout.system
     flow = ChainRule(system, budget)
     if promise != "somebody":
-        if not layout.homeless and not (joined and flow.by_chain_alone):
-            yield Homes(layout, budget)
-            return
         if flow.by_chain_alone:
             refuse_crowds(layout, Occupancy.of(layout, system.initial))
             flow.for_everyone = True
             yield flow
+            return
+        if not layout.homeless:
+            yield Homes(layout, budget)
             return
         roomy = FreeSlots.applies(layout)
         small = math.prod(len(path) for path in layout.path) <= _SMALL

@@ -8,7 +8,6 @@ from loopgate.errors import GateError
 from loopgate.gates.base import Decision, Reason, refusal
 from loopgate.gates.certified.chain_rule import ChainRule
 from loopgate.gates.certified.choosing import choose_keeper
-from loopgate.gates.certified.keepers import Keeper
 from loopgate.gates.certified.occupancy import Occupancy
 from loopgate.gates.certified.patience import Patience
 from loopgate.gates.certified.search import Budget, BudgetError
@@ -33,9 +32,10 @@ class CertifiedGate:
 
     *Everyone* can go on for ever, by the first of these that applies:
 
+    - All places are left in order of arrival and hold two or more, or are a single robot's own, and all
+      paths are closed: the chain rule (`ChainRule`), exact. The start must not be crowded (see
+      `loopgate.gates.certified.crowding`).
     - Every robot has a home: `Homes`, exact.
-    - All places are left in order of arrival and hold two or more, all paths are closed: the chain rule
-      (`ChainRule`), exact. The start must not be crowded (see `loopgate.gates.certified.crowding`).
     - The system is small: `Exploration`, exact. By default only where some place holds one.
     - A slot free in every place can be reached: `FreeSlots`; may refuse more than it must.
 
@@ -74,25 +74,12 @@ class CertifiedGate:
         self.check_options(promise=promise, budget=budget, patience=patience, budget_ms=budget_ms)
         self._system = system
         self._budget = Budget(budget, budget_ms / 1000)
-        self._steers = patience
-        self._take_on(choose_keeper(system, promise, self._budget))
-
-    def _take_on(self, keeper: Keeper) -> None:
-        self._keeper = keeper
-        self._layout = keeper.layout
-        steers = 0 if isinstance(keeper, ChainRule) else self._steers
-        self._patience = Patience(len(self._system.robots), steers)
-        self._configuration: Configuration | None = self._system.initial
+        self._keeper = choose_keeper(system, promise, self._budget)
+        self._layout = self._keeper.layout
+        steers = 0 if isinstance(self._keeper, ChainRule) else patience
+        self._patience = Patience(len(system.robots), steers)
+        self._configuration: Configuration | None = system.initial
         self._stand = Occupancy.of(self._layout, self._configuration)
-
-    def expect_others(self) -> None:
-        """Decide by the chain rule alone, if it keeps the same promise, since others will join.
-
-        It needs no witness, so nothing has to be worked out anew with each of them. To be called before any
-        move is told.
-        """
-        if self.promise == "everyone" and not self.by_chain_alone:
-            self._take_on(choose_keeper(self._system, "auto", self._budget, joined=True))
 
     @staticmethod
     def check_options(

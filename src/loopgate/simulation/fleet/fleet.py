@@ -14,7 +14,6 @@ from loopgate.drive.timetable import Timetable
 from loopgate.drive.track import Track
 from loopgate.errors import GateError
 from loopgate.gates import Gate, make_gate
-from loopgate.gates.certified import CertifiedGate
 from loopgate.gates.certified.chain import closes_by_entering
 from loopgate.gates.certified.crowding import SPARE, find_crowd
 from loopgate.model import Robot, RobotId, StateId, System
@@ -128,7 +127,6 @@ class Fleet:
     def begin(self, system: System, gate: Gate, tracks: Sequence[Track]) -> None:
         """Begin with these vehicles, one per robot, which stand as the system says; or with none of them."""
         self.engine.stand(tracks)
-        self._expect_others(gate)
         self.engine.go_by(system, gate, joined=self._rules.expects)
 
     def take_in(self, tracks: Sequence[Track], *, beyond: int = 0) -> bool:
@@ -240,14 +238,9 @@ class Fleet:
         room = self.room
         system = _system([tracks[v] for v in vehicles], [positions[v] for v in vehicles], room)
         gate = make_gate(self._rules.gate, system, perf_counter)
-        self._expect_others(gate)
         comes_to_stay = self._rules.expects and any(track.rounds for track in joining)
         _refuse_crowd(gate, system, room, self._passing if comes_to_stay else ())
         return system, gate
-
-    def _expect_others(self, gate: Gate) -> None:
-        if self._rules.expects and isinstance(gate, CertifiedGate):
-            gate.expect_others()
 
 
 def _system(tracks: Sequence[Track], positions: Sequence[int], room: Mapping[str, int]) -> System:
