@@ -63,10 +63,7 @@ ON_QUEUES = replace(QUEUES["grid 200 m"], vehicles=100)
 ELSEWISE = {
     **{f"gate {gate}": replace(ON_QUEUES, gate=gate) for gate in ("collision", "one-step", "algorithm2")},
     "gate banker": replace(ON_QUEUES, gate="banker"),
-    **{
-        f"negotiation {name}": replace(ON_QUEUES, negotiation=name)
-        for name in ("oldest", "random")
-    },
+    **{f"negotiation {name}": replace(ON_QUEUES, negotiation=name) for name in ("oldest", "random")},
     "lights obeyed": replace(ON_QUEUES, network=str(LIGHTS_GRID), lights="obey"),
     "sumo:DRT, lights obeyed": replace(QUEUES["sumo:DRT"], vehicles=100, lights="obey"),
     "ordinary traffic": replace(ON_QUEUES, traffic=str(TRIPS)),
