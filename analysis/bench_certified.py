@@ -1,11 +1,10 @@
-"""Decision time of the certified gate over long random walks, beside lazy-cycle SAT from scratch.
+"""Decision time of the certified gate over long random walks.
 
     python analysis/bench_certified.py
     python analysis/bench_certified.py --robots 8,100 --moves 500 --json out/bench-certified.json
 
-At every step a random robot that can move asks; if it is admitted it moves. Every tenth decision is also
-taken by a solver that knows nothing from before; both must agree. p99_cpu_us is the 99th
-percentile of processor time, which other programs on the machine do not disturb.
+At every step a random robot that can move asks; if it is admitted it moves. p99_cpu_us is the 99th percentile
+of processor time, which other programs on the machine do not disturb.
 """
 
 from __future__ import annotations
@@ -19,14 +18,7 @@ from pathlib import Path
 from statistics import median
 
 from loopgate.gates.certified import CertifiedGate
-from loopgate.research.theory.acyclicity import live_by_order
 from loopgate.research.theory.random_systems import dense, random_system, sparse
-
-_EVERY = 10
-"""Every so many decisions are taken by the solver as well."""
-
-_SOLVER_S = 20.0
-"""Time for the solver per row [s]; after that it is not asked any more."""
 
 
 def measure(kind: str, robots: int, moves: int, seed: int) -> dict[str, object]:
@@ -34,8 +26,8 @@ def measure(kind: str, robots: int, moves: int, seed: int) -> dict[str, object]:
     system = random_system((sparse if kind == "sparse" else dense)(robots), seed)
     gate = CertifiedGate(system)
     rng, here = random.Random(seed), system.initial
-    times, busy, solver, stages = list[float](), list[float](), list[float](), Counter[str]()
-    refused = moved = wrong = asked = 0
+    times, busy, stages = list[float](), list[float](), Counter[str]()
+    refused = moved = asked = 0
     while moved < moves and asked < 20 * moves:
         robot = rng.choice([i for i in range(robots) if system.enabled(here, i)])
         worked, began = time.thread_time(), time.perf_counter()
@@ -44,36 +36,25 @@ def measure(kind: str, robots: int, moves: int, seed: int) -> dict[str, object]:
         busy.append(time.thread_time() - worked)
         asked += 1
         stages[decision.stage] += 1
-        there = system.moved(here, robot)
-        if asked % _EVERY == 0 and sum(solver) < _SOLVER_S:
-            began = time.perf_counter()
-            live = live_by_order(system, there)
-            solver.append(time.perf_counter() - began)
-            wrong += live != decision.admitted and decision.stage not in {"budget", "steering"}
         if decision.admitted:
-            here = there
+            here = system.moved(here, robot)
             gate.moved(here, robot)
             moved += 1
         else:
             refused += 1
     times.sort()
-    ours, theirs = median(times) * 1e6, median(solver) * 1e6
     busy.sort()
     return {
         "kind": kind,
         "robots": robots,
         "decisions": len(times),
         "refused": refused,
-        "median_us": round(ours, 1),
+        "median_us": round(median(times) * 1e6, 1),
         "p99_us": round(times[int(0.99 * len(times))] * 1e6, 1),
         "p99_cpu_us": round(busy[int(0.99 * len(busy))] * 1e6, 1),
         "max_us": round(times[-1] * 1e6, 1),
         "budget_stops": stages["budget"],
         "stages": {name: round(count / len(times), 4) for name, count in sorted(stages.items())},
-        "sat_decisions": len(solver),
-        "sat_median_us": round(theirs, 1),
-        "times_faster": round(theirs / ours, 1),
-        "disagreements": wrong,
     }
 
 
@@ -93,8 +74,6 @@ def main() -> None:
         "p99_us",
         "p99_cpu_us",
         "max_us",
-        "sat_median_us",
-        "times_faster",
         "budget_stops",
     )
     print(f"{'kind':7}" + "".join(f"{name:>14}" for name in columns) + "  share by stage")
@@ -106,8 +85,6 @@ def main() -> None:
                 f"{kind:7}" + "".join(f"{row[name]!s:>14}" for name in columns) + f"  {row['stages']}",
                 flush=True,
             )
-    wrong = sum(int(str(row["disagreements"])) for row in rows)
-    print(f"disagreements with the solver: {wrong}")
     if arguments.json:
         arguments.json.parent.mkdir(parents=True, exist_ok=True)
         arguments.json.write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")

@@ -9,14 +9,13 @@ from structured_systems import deepest, from_home, interlocked, uphill
 
 from loopgate.gates.certified import CertifiedGate
 from loopgate.model import System
-from loopgate.research.theory.acyclicity import live_by_order
 from loopgate.research.theory.homing import Homing
 from loopgate.research.theory.instances import fig7
 
 
-def _agrees_with_the_solver(system: System, seed: int, steps: int) -> tuple[int, int]:
+def _agrees_with_the_search(system: System, seed: int, steps: int) -> tuple[int, int]:
     """Drive as far out as the gate lets us; return refusals, and those that no circular wait explains."""
-    gate = CertifiedGate(system, patience=0, budget=100_000)
+    gate, judge = CertifiedGate(system, patience=0, budget=100_000), Homing(system)
     rng, here, refused, deep = random.Random(seed), system.initial, 0, 0
     for _ in range(steps):
         admitted = []
@@ -26,7 +25,7 @@ def _agrees_with_the_solver(system: System, seed: int, steps: int) -> tuple[int,
             decision = gate.decide(here, robot)
             assert decision.stage != "budget"
             if decision.stage == "search" or not decision.admitted:
-                assert decision.admitted == live_by_order(system, system.moved(here, robot))
+                assert decision.admitted == judge.live(system.moved(here, robot))
             if decision.admitted:
                 admitted.append(robot)
             else:
@@ -43,19 +42,19 @@ def _agrees_with_the_solver(system: System, seed: int, steps: int) -> tuple[int,
     return refused, deep
 
 
-@pytest.mark.parametrize("robots", [4, 5, 6, 8, 10, 12, 14, 16])
+@pytest.mark.parametrize("robots", [4, 5, 6, 8])
 def test_fig7_family(robots: int) -> None:
-    """Into the family's deadlock of order m - 3 from homes before it, for m up to 16: exact all the way."""
-    total = [_agrees_with_the_solver(from_home(fig7(robots)), seed, 4 * robots) for seed in range(6)]
+    """Into the family's deadlock of order m - 3 from homes before it, for m up to 8: exact all the way."""
+    total = [_agrees_with_the_search(from_home(fig7(robots)), seed, 4 * robots) for seed in range(6)]
     assert sum(deep for _, deep in total) > 0 or robots == 4
 
 
 @pytest.mark.parametrize("ring", [False, True])
-@pytest.mark.parametrize(("circuits", "robots"), [(2, 2), (3, 3), (4, 4), (6, 3)])
+@pytest.mark.parametrize(("circuits", "robots"), [(2, 2), (3, 3), (4, 4)])
 def test_hooked_circuits(circuits: int, robots: int, *, ring: bool) -> None:
     """Chains and rings of interlocked circuits."""
     system = interlocked(circuits, robots, ring=ring)
-    refused = sum(_agrees_with_the_solver(system, seed, 80)[0] for seed in range(4))
+    refused = sum(_agrees_with_the_search(system, seed, 80)[0] for seed in range(4))
     assert refused > 0
 
 

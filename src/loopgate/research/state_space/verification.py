@@ -31,7 +31,7 @@ class Verification:
     method: str
     """``exhaustive`` or ``walks``."""
     judge: str
-    """Where the exact answer comes from: ``oracle`` (all configurations), ``homing`` or ``sat``; for a gate
+    """Where the exact answer comes from: ``oracle`` (all configurations), or ``homing``; for a gate
     that promises that somebody can always move ``somebody`` (all configurations) or, where that does not fit,
     ``deadlocks`` (circular waits only)."""
     systems: int = 1

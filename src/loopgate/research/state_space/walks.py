@@ -3,8 +3,6 @@
 import random
 from collections import Counter
 from collections.abc import Callable
-from contextlib import suppress
-from functools import partial
 from typing import NamedTuple
 
 from loopgate.errors import UnsafeStartError
@@ -15,11 +13,7 @@ from loopgate.model import Configuration, System
 from loopgate.research.state_space.reach import Counterexample, promise_of
 from loopgate.research.state_space.space import ExplorationLimitError, StateSpace
 from loopgate.research.state_space.verification import Each, Verification, counterexample, nothing
-from loopgate.research.theory.acyclicity import AcyclicityError, live_by_order
 from loopgate.research.theory.homing import Homing
-
-_SEARCHED = 10
-"""Beyond so many robots the solver judges, where it can; below, plain search is quicker."""
 
 
 class _Judge(NamedTuple):
@@ -32,10 +26,6 @@ class _Judge(NamedTuple):
 def _judge_for(system: System, promise: str, limit: int) -> _Judge:
     """Return what can judge `system` by a promise: exactly, or by circular waits where it is too large."""
     if promise == "everyone" and homes_decide_liveness(system):
-        with suppress(AcyclicityError):
-            if len(system.robots) > _SEARCHED:
-                live_by_order(system, system.initial)  # raises where the system is of no kind it covers
-                return _Judge("sat", partial(live_by_order, system))
         return _Judge("homing", Homing(system).live)
     try:
         space = StateSpace(system, limit=limit)
@@ -59,9 +49,8 @@ def verify_walks(
 ) -> Verification:
     """Check along random walks of admitted moves, each told to the gate.
 
-    The judge is a plain search for a way home where private states decide liveness, or the SAT solver where
-    there are many robots and it covers the system; else all configurations are looked at; beyond the limit
-    only stuck configurations, broken capacities and circular waits are found.
+    The judge is a plain search for a way home where private states decide liveness; else all configurations
+    are looked at; beyond the limit only stuck configurations, broken capacities and circular waits are found.
 
     Parameters
     ----------
