@@ -72,10 +72,10 @@ bench-sweep: $(STAMP) ## measure: sweeps in one process and in one per processor
 	$(BIN)/python analysis/bench_sweep.py
 
 small-networks: $(STAMP) ## deadlocks and collisions on the small networks, gate by gate, 20 seeds
-	$(BIN)/python analysis/small_networks.py
+	$(BIN)/python analysis/sweep_table.py analysis/small_networks.toml
 
 city: $(STAMP) ## packaged cities under algorithm2, loops of bounded and unbounded sharing
-	$(BIN)/python analysis/city.py
+	$(BIN)/python analysis/sweep_table.py analysis/city.toml
 
 throughput: $(STAMP) ## vehicle-km in the hour, SUMO's own rules beside the gates, five seeds: docs/studies/throughput.md
 	$(BIN)/python analysis/throughput.py --seeds 5 --write
