@@ -1,8 +1,29 @@
 """Circular waits: robots that can never move again, the circle they wait in, and who would close one."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 
 from loopgate.gates.certified.occupancy import Occupancy
+
+
+def free_some_day(
+    free: Iterable[int], waiting: Mapping[int, Sequence[int]], needed: dict[int, int]
+) -> set[int]:
+    """Return all that go on some day: those that are free, and those that wait for enough of them.
+
+    `waiting` has those that wait for each, `needed` how many of those that it waits for must go on before one
+    does; 1 where it says nothing. It is changed. O(waits).
+    """
+    todo, found = list(free), set[int]()
+    while todo:
+        one = todo.pop()
+        if one in found:
+            continue
+        found.add(one)
+        for other in waiting.get(one, ()):
+            needed[other] = needed.get(other, 1) - 1
+            if needed[other] <= 0:
+                todo.append(other)
+    return found
 
 
 def stuck_for_good(stand: Occupancy, robots: Iterable[int]) -> list[int]:
@@ -14,26 +35,20 @@ def stuck_for_good(stand: Occupancy, robots: Iterable[int]) -> list[int]:
     """
     among = set(robots)
     waiting: dict[int, list[int]] = {}
-    todo: list[int] = []
-    free: set[int] = set()
-    for i in sorted(among):
+    free: list[int] = []
+    for i in among:
+        waiting.setdefault(i, []).append(-1 - stand.state(i))  # a slot of it, numbered below 0
         if not stand.heads(i):
             line = stand.queue[stand.state(i)]
-            waiting.setdefault(-1 - line[line.index(i) - 1], []).append(i)
+            waiting.setdefault(line[line.index(i) - 1], []).append(i)
             continue
         s = stand.wanted(i)
         if s >= 0 and stand.count[s] < stand.layout.room[s]:
-            todo.append(i)
+            free.append(i)
         elif s >= 0:
-            waiting.setdefault(s, []).append(i)
-    while todo:
-        i = todo.pop()
-        if i in free:
-            continue
-        free.add(i)
-        todo += waiting.pop(-1 - i, [])  # who stands behind it
-        todo += waiting.pop(stand.state(i), [])  # who wants its state
-    return [i for i in sorted(among - free) if stand.wanted(i) >= 0]
+            waiting.setdefault(-1 - s, []).append(i)
+    going = free_some_day(free, waiting, {})
+    return [i for i in sorted(among - going) if stand.wanted(i) >= 0]
 
 
 def circle_among(stand: Occupancy, stuck: list[int]) -> list[int]:
