@@ -53,13 +53,13 @@ def _cover() -> None:
 
 
 def _study() -> None:
-    """Explore a small system under the compiled gates, and play random rounds."""
+    """Explore a small system by each promise, and play random rounds."""
     from loopgate.gates import make_gate
     from loopgate.research.state_space import explore
     from loopgate.research.theory.instances import instance
 
     system = instance("fig10")
-    for gate in ("algorithm2", "certified", "certified:promise=somebody"):
+    for gate in ("certified", "certified:promise=somebody"):
         explore(system, make_gate(gate, system), counterexample=True)
 
 
