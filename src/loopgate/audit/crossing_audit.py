@@ -19,7 +19,7 @@ from loopgate.audit.position_table import Positions, read_positions
 from loopgate.audit.stretches import lay_stretches
 from loopgate.audit.trace_audit import Finding
 from loopgate.audit.travel import TOLERANCE_M, LoopTable, Traveller
-from loopgate.audit.unsaid import unsaid
+from loopgate.audit.unmodelled_conflicts import find_unmodelled
 from loopgate.results.columns import EVENT, PLACE, TIME, VEHICLE, Event
 
 _MOST_FINDINGS = 200
@@ -121,7 +121,7 @@ class _Audit:
         drawn = find_meetings(layout)
         self._findings: list[Finding] = []
         self._told: Counter[str] = Counter()
-        for one, other, text in unsaid(layout, drawn):
+        for one, other, text in find_unmodelled(layout, drawn):
             self._add(0.0, "", one, "conflict", f"{one} and {other} {text}")
         stretches = lay_stretches(layout, conflicts_by_loop(layout, drawn))
         self._exclusion = Exclusion(stretches.groups)

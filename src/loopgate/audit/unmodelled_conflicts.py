@@ -12,7 +12,7 @@ _BESIDE_M = 0.5
 Stretch = tuple[float, float] | None
 
 
-def unsaid(layout: Layout, drawn: Drawn) -> list[tuple[str, str, str]]:
+def find_unmodelled(layout: Layout, drawn: Drawn) -> list[tuple[str, str, str]]:
     """Return the drawn conflicts that the abstraction does not cover: two lanes and the fault.
 
     Nobody may touch a body that waits in a place. Of two that are under way, some movement of the one must be
