@@ -7,7 +7,7 @@ A vehicle is refused while an ordinary one
 - comes over the junction where nothing keeps the two apart, too late to pass before it and too soon to let it
   pass (see `loopgate.simulation.around.crossing_ways`);
 - takes the last room of its next state, or is about to drive into it; or could not find room in a circle of
-  places that it would come into (`loopgate.drive.circles`).
+  places that it would come into (`loopgate.drive.cycle_slack`).
 
 It is looked at where the ordinary vehicles are when a request comes to be decided, in each step anew. Who
 comes later is given way to before the junction (`loopgate.drive.yielding`), and by SUMO's own right of way,
@@ -19,8 +19,8 @@ from __future__ import annotations
 import math
 from typing import Final
 
-from loopgate.drive.circles import is_too_tight
 from loopgate.drive.codes import NOBODY
+from loopgate.drive.cycle_slack import is_too_tight
 from loopgate.drive.gaps import begin_m, state_of
 from loopgate.drive.holdings import last_state, wanted_state
 from loopgate.drive.motion import time_s

@@ -13,8 +13,8 @@ from typing import Any, Final
 import numpy as np
 
 from loopgate.drive import holdings, lights, others, requests, seen
-from loopgate.drive.circles import is_too_tight
 from loopgate.drive.codes import BRAKE, NOBODY, NOTHING, PIVOT, RELEASE, STEER, STOP
+from loopgate.drive.cycle_slack import is_too_tight
 from loopgate.drive.gaps import begin_m, end_m, leg_of, state_of
 from loopgate.drive.sense import (
     MUST_ASK,
