@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import Any, cast
 
 from loopgate.abstraction.itinerary import Leg
-from loopgate.drive import holdings, requests
+from loopgate.drive import occupancy, requests
 from loopgate.drive.codes import NOTHING, REASONS, number_of
 from loopgate.drive.gatekeeper import Gatekeeper
 from loopgate.drive.ground import Ground
@@ -27,17 +27,17 @@ def _asks(robot: int, t: Tables) -> None:
 
 @kernel
 def _left(robot: int, state: int, t: Tables) -> None:
-    holdings.left(robot, state, t)
+    occupancy.left(robot, state, t)
 
 
 @kernel
 def _cleared(robot: int, leg: int, t: Tables) -> None:
-    holdings.cleared(robot, leg, t)
+    occupancy.cleared(robot, leg, t)
 
 
 @kernel
 def _leaves(robot: int, t: Tables) -> None:
-    holdings.leaves(robot, t)
+    occupancy.leaves(robot, t)
 
 
 @kernel

@@ -7,7 +7,7 @@
 from __future__ import annotations
 
 from loopgate.drive.codes import NOBODY
-from loopgate.drive.holdings import last_state, wanted_state
+from loopgate.drive.occupancy import last_state, wanted_state
 from loopgate.drive.tables import Tables
 from loopgate.kernel_cache import inner
 

@@ -22,8 +22,8 @@ from typing import Final
 from loopgate.drive.codes import NOBODY
 from loopgate.drive.cycle_slack import is_too_tight
 from loopgate.drive.gaps import begin_m, state_of
-from loopgate.drive.holdings import last_state, wanted_state
 from loopgate.drive.motion import time_s
+from loopgate.drive.occupancy import last_state, wanted_state
 from loopgate.drive.seen import ANYBODY, BEYOND_M, fit, is_across, is_in, is_upon, mark, way_of
 from loopgate.drive.tables import Tables
 from loopgate.kernel_cache import inner, only_with, part

@@ -6,7 +6,7 @@ from typing import Final
 
 from loopgate.drive.codes import CROSSING, NOBODY, OCCUPIED
 from loopgate.drive.gaps import leg_of
-from loopgate.drive.holdings import last_state, room, wanted_state
+from loopgate.drive.occupancy import last_state, room, wanted_state
 from loopgate.drive.tables import Tables
 from loopgate.kernel_cache import inner, part
 

@@ -1,4 +1,4 @@
-"""Requests: taken, looked at, put in order, decided, granted or refused; `holdings` says who holds what.
+"""Requests: taken, looked at, put in order, decided, granted or refused; `occupancy` says who holds what.
 
 What `Pressure` and the chain rule of the certified gate (`loopgate.gates.certified.Flow`) would say is said
 here, where every state is private, or a FIFO state that holds two, so that a robot rests wherever it stands.
@@ -26,7 +26,7 @@ from loopgate.drive.codes import (
     TRAFFIC,
 )
 from loopgate.drive.gaps import IN_THE_WAY, PAST, begin_m, leg_of, relation, together
-from loopgate.drive.holdings import append, first_before, last_state, remove, room, strike, wanted_state
+from loopgate.drive.occupancy import append, first_before, last_state, remove, room, strike, wanted_state
 from loopgate.drive.patience import keep_for_late, sort_ready
 from loopgate.drive.tables import Tables
 from loopgate.kernel_cache import inner, part

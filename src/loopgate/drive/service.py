@@ -19,7 +19,7 @@ from typing import Final
 from loopgate.drive.chain import follow, last_of_circle
 from loopgate.drive.codes import NOBODY, STOPPING
 from loopgate.drive.gaps import end_m, leg_of, state_of
-from loopgate.drive.holdings import wanted_state
+from loopgate.drive.occupancy import wanted_state
 from loopgate.drive.tables import Tables
 from loopgate.kernel_cache import inner, part
 

@@ -12,7 +12,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from loopgate.drive import holdings, lights, others, requests, seen
+from loopgate.drive import lights, occupancy, others, requests, seen
 from loopgate.drive.codes import BRAKE, NOBODY, NOTHING, PIVOT, RELEASE, STEER, STOP
 from loopgate.drive.cycle_slack import is_too_tight
 from loopgate.drive.gaps import begin_m, end_m, leg_of, state_of
@@ -98,7 +98,7 @@ def _aim_rear(i: int, t: Tables) -> None:
         if one.tail == one.crossed:
             # Nobody waits for a slot while there are others: one look for slot and crossing together.
             left_m = end_m(i, one.crossed, t) + one.length_m
-            target = max(target, left_m) if holdings.room(state_of(i, one.crossed, t), t) > 0 else left_m
+            target = max(target, left_m) if occupancy.room(state_of(i, one.crossed, t), t) > 0 else left_m
     one.rear_m = target
 
 
@@ -120,11 +120,11 @@ def _free_behind(i: int, t: Tables) -> None:
     while one.tail != one.granted and rear_m >= end_m(i, one.tail, t):
         state = state_of(i, one.tail, t)
         one.tail += 1
-        holdings.left(i, state, t)
+        occupancy.left(i, state, t)
         _note(i, t.run[0].leave, one.tail - 1, t)
     while one.crossed != one.tail and rear_m >= begin_m(i, one.crossed + 1, t):
         one.crossed += 1
-        holdings.cleared(i, one.crossed - 1, t)
+        occupancy.cleared(i, one.crossed - 1, t)
     _aim_rear(i, t)
 
 
@@ -177,7 +177,7 @@ def _ask(i: int, t: Tables) -> None:
     t.vehicles[i].asking = False
     if t.vehicles[i].steered:
         return  # it is considered when it is on its lane
-    first = holdings.first_before(i, t)
+    first = occupancy.first_before(i, t)
     if first == NOBODY:
         requests.asks(i, t)
     elif math.isnan(t.vehicles[first].halted_s):
@@ -214,7 +214,7 @@ def _go(i: int, t: Tables) -> None:
             one.halted_s = math.nan
             _note(i, run.go, one.granted, t)
     wanted = state_of(i, one.granted, t)
-    if holdings.room(wanted, t) <= 0:  # each slot of it is given back as soon as the rear is out of it now
+    if occupancy.room(wanted, t) <= 0:  # each slot of it is given back as soon as the rear is out of it now
         place = t.states[wanted]
         for n in range(place.holders, place.holders + place.held_by):
             other = t.lists[n]
@@ -239,11 +239,11 @@ def _go(i: int, t: Tables) -> None:
 def _leave(i: int, last: int, t: Tables) -> None:
     """Let a vehicle go, and whoever is first behind it then ask; another one is to have its number."""
     place = t.states[state_of(i, t.vehicles[i].granted, t)]
-    holdings.leaves(i, t)
+    occupancy.leaves(i, t)
     if place.queue > 0:
         _consider(int(t.lists[place.line]), t)
     if last != i:
-        holdings.rename(last, i, t)
+        occupancy.rename(last, i, t)
 
 
 @part
