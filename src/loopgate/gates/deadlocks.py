@@ -1,6 +1,55 @@
-"""Deadlocks of a configuration: the circular waits of Definition 3 (Zhou et al. 2020)."""
+"""Deadlocks: who waits for one another for good; circular waits by Definition 3 (Zhou et al. 2020)."""
+
+from collections.abc import Hashable, Mapping, Sequence
+from typing import TypeVar
 
 from loopgate.model import Placement, System
+
+W = TypeVar("W", bound=Hashable)
+
+
+def deadlocked(waits: Mapping[W, Sequence[Sequence[W]]]) -> set[W]:
+    """Return those that wait for one another for good, and so can never go on: the greatest fixpoint.
+
+    The recognition of deadlocks on roads asks it about vehicles, gates ask it about robots and full places.
+    O(members of all sets).
+
+    Parameters
+    ----------
+    waits
+        For each that waits the sets for which it waits (the AND-OR model of resource deadlocks): of *every*
+        set *some* member must go on before it can. None: it goes on; an empty set: it never does. Who is no
+        key goes on.
+
+    Examples
+    --------
+    >>> from loopgate.gates.deadlocks import deadlocked
+    >>> sorted(deadlocked({"a": [["b", "c"]], "b": [["a"]], "c": [["d"]]}))
+    []
+    >>> sorted(deadlocked({"a": [["b", "c"]], "b": [["a"]], "c": [["b"], ["d"]]}))
+    ['a', 'b', 'c']
+    """
+    stuck = {one for one, sets in waits.items() if sets}
+    behind: dict[W, list[tuple[W, int]]] = {}
+    left: dict[W, int] = {}
+    for one in stuck:
+        closed = [number for number, some in enumerate(waits[one]) if all(other in stuck for other in some)]
+        left[one] = len(closed)
+        for number in closed:
+            for other in waits[one][number]:
+                behind.setdefault(other, []).append((one, number))
+    todo = [one for one in stuck if not left[one]]
+    met: set[tuple[W, int]] = set()
+    while todo:
+        gone = todo.pop()
+        stuck.discard(gone)
+        for one, number in behind.get(gone, ()):
+            if (one, number) not in met:
+                met.add((one, number))
+                left[one] -= 1
+                if not left[one]:
+                    todo.append(one)
+    return stuck
 
 
 def deadlocked_robots(system: System, configuration: Placement) -> frozenset[int]:
@@ -9,7 +58,7 @@ def deadlocked_robots(system: System, configuration: Placement) -> frozenset[int
     The largest set of robots each of which wants a full state, all of whose occupants are in the set. Where
     states hold one robot, these are the robots of cycles in which each wants the state of the next, and the
     robots that wait for them. A robot behind another in a FIFO state waits for that one. Robots that stay for
-    good do not wait. O(robots^2 * occupants).
+    good do not wait. O(robots * occupants).
     """
     waits: dict[int, tuple[int, ...]] = {}
     for robot in range(len(system.robots)):
@@ -22,13 +71,7 @@ def deadlocked_robots(system: System, configuration: Placement) -> frozenset[int
             waits[robot] = inside[:1] if wanted in system.fifo_states else inside
         else:
             waits[robot] = tuple(system.occupants(configuration, system.state_at(configuration, robot))[:1])
-    changed = True
-    while changed:
-        free = [robot for robot, others in waits.items() if any(other not in waits for other in others)]
-        for robot in free:
-            del waits[robot]
-        changed = bool(free)
-    return frozenset(waits)
+    return frozenset(deadlocked({robot: [others] for robot, others in waits.items()}))
 
 
 def homes_decide_liveness(system: System) -> bool:

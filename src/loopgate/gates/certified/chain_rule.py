@@ -5,13 +5,13 @@ from typing import Any
 
 from loopgate.gates.base import Decision, Reason, refusal
 from loopgate.gates.certified.chain import follow
-from loopgate.gates.certified.deadlock import free_some_day
 from loopgate.gates.certified.homes import Homes
 from loopgate.gates.certified.keepers import Keeper
 from loopgate.gates.certified.occupancy import Occupancy
 from loopgate.gates.certified.proof import dead_after
 from loopgate.gates.certified.search import Budget
 from loopgate.gates.certified.system_index import SystemIndex
+from loopgate.gates.deadlocks import deadlocked
 from loopgate.model import Configuration, System
 
 _FREE = Decision(admitted=True, reason=Reason.FREE, stage="chain")
@@ -95,20 +95,13 @@ class ChainRule(Keeper):
 
     def jammed(self, stand: Occupancy) -> list[int]:
         """Return the full wide places that can never again lose a robot, ascending."""
-        full = {s for s in self._coming if self._held[s] >= self.layout.room[s]}
-        free: list[int] = []
-        waiting: dict[int, list[int]] = {}
-        needed: dict[int, int] = {}
+        full = [s for s in self._coming if self._held[s] >= self.layout.room[s]]
+        waits: dict[int, list[list[int]]] = {}
         for s in full:
             leavers, every = self._leavers(stand, s)
             goals = [self._after[i][stand.at[i]] for i in leavers]
-            blocked = [goal for goal in goals if goal in full]
-            if goals and len(blocked) < (1 if every else len(goals)):
-                free.append(s)
-            needed[s] = len(blocked) if every else 1
-            for goal in blocked:
-                waiting.setdefault(goal, []).append(s)
-        return sorted(full - free_some_day(free, waiting, needed))
+            waits[s] = [[goal] for goal in goals] if every and goals else [goals]
+        return sorted(deadlocked(waits))
 
     def _leavers(self, stand: Occupancy, place: int) -> tuple[list[int], bool]:
         """Return the robots of which one leaves `place` next for another, and whether it may be any of them.

@@ -1,29 +1,9 @@
 """Circular waits: robots that can never move again, the circle they wait in, and who would close one."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable
 
 from loopgate.gates.certified.occupancy import Occupancy
-
-
-def free_some_day(
-    free: Iterable[int], waiting: Mapping[int, Sequence[int]], needed: dict[int, int]
-) -> set[int]:
-    """Return all that go on some day: those that are free, and those that wait for enough of them.
-
-    `waiting` has those that wait for each, `needed` how many of those that it waits for must go on before one
-    does; 1 where it says nothing. It is changed. O(waits).
-    """
-    todo, found = list(free), set[int]()
-    while todo:
-        one = todo.pop()
-        if one in found:
-            continue
-        found.add(one)
-        for other in waiting.get(one, ()):
-            needed[other] = needed.get(other, 1) - 1
-            if needed[other] <= 0:
-                todo.append(other)
-    return found
+from loopgate.gates.deadlocks import deadlocked
 
 
 def stuck_for_good(stand: Occupancy, robots: Iterable[int]) -> list[int]:
@@ -33,22 +13,22 @@ def stuck_for_good(stand: Occupancy, robots: Iterable[int]) -> list[int]:
     its queue and its next state has room or may lose a robot, or if all before it in its queue may move.
     Robots that stay where they are for good are not reported. O(robots + occupants).
     """
-    among = set(robots)
-    waiting: dict[int, list[int]] = {}
-    free: list[int] = []
-    for i in among:
-        waiting.setdefault(i, []).append(-1 - stand.state(i))  # a slot of it, numbered below 0
+    members = set(robots)
+    inside: dict[int, list[int]] = {}
+    for i in members:
+        inside.setdefault(stand.state(i), []).append(i)
+    waits: dict[int, list[list[int]]] = {}
+    for i in members:
+        s = stand.wanted(i)
         if not stand.heads(i):
             line = stand.queue[stand.state(i)]
-            waiting.setdefault(line[line.index(i) - 1], []).append(i)
-            continue
-        s = stand.wanted(i)
-        if s >= 0 and stand.count[s] < stand.layout.room[s]:
-            free.append(i)
-        elif s >= 0:
-            waiting.setdefault(-1 - s, []).append(i)
-    going = free_some_day(free, waiting, {})
-    return [i for i in sorted(among - going) if stand.wanted(i) >= 0]
+            ahead = line[line.index(i) - 1]
+            waits[i] = [[ahead] if ahead in members else []]
+        elif s < 0:
+            waits[i] = [[]]
+        elif stand.count[s] >= stand.layout.room[s]:
+            waits[i] = [inside.get(s, [])]
+    return sorted(i for i in deadlocked(waits) if stand.wanted(i) >= 0)
 
 
 def circle_among(stand: Occupancy, stuck: list[int]) -> list[int]:

@@ -9,8 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from loopgate.arrays import Floats, Ints
+from loopgate.gates.deadlocks import deadlocked
 from loopgate.simulation.watching.trails import Trails
-from loopgate.simulation.watching.waits import WaitFor, circular_wait, deadlocked
+from loopgate.simulation.watching.waits import WaitFor, circular_wait
 from loopgate.traffic.base import Traffic
 
 __all__ = ["Deadlock", "ToldRefusal", "Watch"]

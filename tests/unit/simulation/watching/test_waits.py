@@ -2,7 +2,8 @@
 
 import pytest
 
-from loopgate.simulation.watching.waits import circular_wait, deadlocked
+from loopgate.gates.deadlocks import deadlocked
+from loopgate.simulation.watching.waits import circular_wait
 
 
 def test_a_circle_is_stuck() -> None:
