@@ -22,6 +22,7 @@ from loopgate.abstraction.queue_layout import lay_out_queues
 from loopgate.abstraction.queues import choose_places, most_at_start
 from loopgate.errors import TooManyVehiclesError
 from loopgate.gates.certified import CertifiedGate
+from loopgate.gates.certified.chain import circle_from
 from loopgate.gates.certified.crowding import too_many
 from loopgate.gates.certified.occupancy import Occupancy
 from loopgate.gates.certified.service import next_mover
@@ -73,7 +74,7 @@ def brimful(system: System, seed: int) -> System:
         line, room = lines[way[k]], system.capacity[way[k]]
         if len(line) < room:
             line.append(Robot(RobotId(f"v{len(robots) + 1}"), way, start=k))
-            if len(line) == room and _circle(lines, system, way[k]):
+            if len(line) == room and circle_from(_Lines(lines, dict(system.capacity)), way[k]):
                 line.pop()
             else:
                 robots.append(line[-1])
@@ -83,15 +84,23 @@ def brimful(system: System, seed: int) -> System:
     return _system([robot for k, robot in enumerate(robots) if k not in gone], dict(system.capacity))
 
 
-def _circle(lines: dict[StateId, list[Robot]], system: System, begin: StateId) -> bool:
-    place, seen = begin, set[StateId]()
-    while len(lines[place]) == system.capacity[place]:
-        if place in seen:
-            return place == begin
-        seen.add(place)
-        head = lines[place][0]
-        place = head.path[(head.start + 1) % len(head.path)]
-    return False
+class _Lines:
+    """Vehicles at their starts, as the chain rule sees them."""
+
+    def __init__(self, lines: dict[StateId, list[Robot]], capacity: dict[StateId, int]) -> None:
+        self._lines, self._capacity = lines, capacity
+
+    def free(self, place: StateId) -> int:
+        """Return how many slots are free."""
+        return self._capacity[place] - len(self._lines[place])
+
+    def first(self, place: StateId) -> Robot | None:
+        """Return the first in line."""
+        return next(iter(self._lines[place]), None)
+
+    def wanted(self, vehicle: Robot) -> StateId:
+        """Return the place after that."""
+        return vehicle.path[(vehicle.start + 1) % len(vehicle.path)]
 
 
 def serve(system: System, seed: int) -> tuple[str, list[int], int]:
