@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from loopgate.replay import Replay, make_replay
     from loopgate.report.page import ReportFiles, write_report
     from loopgate.research.state_space import explore
+    from loopgate.runs.fcd import read_fcd
     from loopgate.runs.results import Results, read_results
     from loopgate.runs.run import Run, read_run
     from loopgate.runs.start import run
@@ -37,6 +38,7 @@ _MODULES = {
     "loopgate.network": ("Loop", "RoadNetwork", "find_loops", "read_loops"),
     "loopgate.replay": ("Replay", "make_replay"),
     "loopgate.report.page": ("ReportFiles", "write_report"),
+    "loopgate.runs.fcd": ("read_fcd",),
     "loopgate.runs.results": ("Results", "read_results"),
     "loopgate.runs.run": ("Run", "read_run"),
     "loopgate.runs.start": ("run",),
@@ -68,6 +70,7 @@ __all__ = [
     "find_loops",
     "make_gate",
     "make_replay",
+    "read_fcd",
     "read_loops",
     "read_results",
     "read_run",

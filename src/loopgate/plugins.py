@@ -21,7 +21,7 @@ from typing import Any, NamedTuple, TypeVar, cast
 from loopgate.errors import LoopgateError
 from loopgate.foreign import blaming, is_ours, reason_of
 from loopgate.keeping import Kept
-from loopgate.reading import refusing, shown
+from loopgate.reading import meant, refusing, shown
 
 T = TypeVar("T")
 Factory = Callable[..., Any]
@@ -117,8 +117,8 @@ class Plugins(NamedTuple):
         known = _options(factory)
         for option, value in options.items():
             if option not in known:
-                has = f"its options are {', '.join(known)}" if known else "it has no options"
-                msg = f"{self.kind} {name}: unknown option {shown(option)}; {has}"
+                has = f"; its options are {', '.join(known)}" if known else "; it has no options"
+                msg = f"{self.kind} {name}: unknown option {shown(option)}{has}{meant(option, known)}"
                 raise self.error(msg)
             if (expected := _expected(value, known[option].annotation)) is not None:
                 msg = f"{self.kind} {name}: {option} is {shown(value)}; expected {expected}"
@@ -164,10 +164,8 @@ class Plugins(NamedTuple):
             raise self.error(msg)
         points = _installed(self.group)
         if name not in points:
-            msg = (
-                f"{what}: there is no such {self.kind}; installed are {', '.join(sorted(points))}; "
-                "for one of your own write file.py:NAME"
-            )
+            there = f"; installed are {', '.join(sorted(points))}; for one of your own write file.py:NAME"
+            msg = f"{what}: there is no such {self.kind}{there}{meant(name, points)}"
             raise self.error(msg)
         try:
             return cast("Factory", points[name].load())

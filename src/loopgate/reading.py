@@ -6,6 +6,7 @@ is never complete, so everything that goes wrong while a file is read is taken f
 """
 
 import codecs
+import difflib
 import json
 import os
 import tomllib
@@ -113,11 +114,30 @@ def of_kind(kind: type[T], value: object, what: str, error: type[Exception], exp
     raise error(msg)
 
 
+def as_path(value: object, what: str, error: type[LoopgateError]) -> Path:
+    """Return a path that was given as a text or a path; raise `error` for anything else."""
+    if isinstance(value, (str, os.PathLike)):
+        return Path(value)
+    msg = f"{what} is {shown(value)}; expected a path, as a text or a Path"
+    raise error(msg)
+
+
+def meant(word: object, known: Iterable[str]) -> str:
+    """Return a question after the known word that is most like a word, for messages; empty if none is.
+
+    >>> meant("vehicels", ["vehicles", "loops"]), meant("x", ["vehicles"])
+    ("; did you mean 'vehicles'?", '')
+    """
+    near = difflib.get_close_matches(str(word)[:_LONGEST_VALUE], list(known), n=1)
+    return f"; did you mean '{near[0]}'?" if near else ""
+
+
 def check_keys(given: Iterable[str], known: Iterable[str], what: object, error: type[Exception]) -> None:
     """Raise an error that names the first key that is not known."""
     for key in given:
         if key not in known:
-            msg = f"{what}: unknown key {shown(key)}; known are {', '.join(sorted(known))}"
+            names = sorted(known)
+            msg = f"{what}: unknown key {shown(key)}; known are {', '.join(names)}{meant(key, names)}"
             raise error(msg)
 
 

@@ -21,7 +21,7 @@ EXIT_STARVING = 5
 EXIT_BAD_INPUT = 2
 
 _GROUPS = {
-    "Drive": ("example", "warm-up", "loops", "inspect", "run", "replay", "sweep", "report"),
+    "Drive": ("example", "warm-up", "loops", "inspect", "run", "read-fcd", "replay", "sweep", "report"),
     "Study gates": ("explore", "trace", "montecarlo", "verify", "check-certificate", "paper"),
 }
 """Commands in the order of a first use; each is a function in a module of the same name."""

@@ -59,7 +59,8 @@ def print_summary(summary: Mapping[str, Any], out: Path | None) -> None:
     """Print the table, the warnings and the folder of the results."""
     to = console(110)
     gate = summary["gate"] if summary["gate"] == "open" else f"{summary['gate']} on {summary['abstraction']}"
-    table = Table(title=f"{summary['network']}: {gate}, seed {summary['seed']}", show_header=False)
+    rules = f"read from {summary['source']}" if "source" in summary else f"{gate}, seed {summary['seed']}"
+    table = Table(title=escape(f"{summary['network']}: {rules}"), show_header=False)
     table.add_column(style="bold")
     table.add_column()
     for what, much in summary_rows(summary):

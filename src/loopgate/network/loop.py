@@ -119,6 +119,10 @@ class Loop:
     def __post_init__(self) -> None:
         object.__setattr__(self, "_ends", tuple(span.end_m for span in self.spans))
 
+    def __repr__(self) -> str:
+        shape = "" if self.closed else ", not closed"
+        return f"<Loop {self.id}: {len(self.edges)} edges, {self.length_m:.0f} m{shape}>"
+
     @property
     def roads(self) -> list[LaneSpan]:
         """Its lanes outside of junctions: one for each of its `edges`."""

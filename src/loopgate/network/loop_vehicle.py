@@ -122,6 +122,9 @@ class RoutesFile:
     """`left_out` and `left_out_of_routes`: what the file says that is not taken over, a line for each kind of
     thing; and without what it says of its vehicles, for those who put others on its loops."""
 
+    def __repr__(self) -> str:
+        return f"<RoutesFile {self.file}: {len(self.loops)} loops, {len(self.vehicles)} vehicles and flows>"
+
     @property
     def first_s(self) -> float:
         """When the first vehicle departs [s]."""

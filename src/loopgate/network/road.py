@@ -21,7 +21,7 @@ from loopgate.network.records import Connection, Edge, Junction, Lane, Points
 from loopgate.network.soundness import check_sound
 from loopgate.network.sumo_config import is_sumo_config, read_sumo_config
 from loopgate.network.xml_file import check_root, open_xml
-from loopgate.reading import refusing
+from loopgate.reading import meant, refusing
 
 VEHICLE_CLASSES: frozenset[str] = frozenset(SUMO_VEHICLE_CLASSES)
 """All that SUMO has."""
@@ -96,6 +96,9 @@ class RoadNetwork:
             between.setdefault((connection.from_edge, connection.to_edge), []).append(connection)
         self._outgoing = {edge: tuple(found) for edge, found in outgoing.items()}
         self._between = {pair: tuple(found) for pair, found in between.items()}
+
+    def __repr__(self) -> str:
+        return f"<RoadNetwork {self.name}: {len(self.edges)} edges, {len(self.junctions)} junctions>"
 
     @classmethod
     def open(cls, name: str | Path) -> RoadNetwork:
@@ -231,8 +234,9 @@ def _packaged(name: str) -> Path:
     try:
         return known[name.removeprefix(PACKAGED)]
     except KeyError:
-        has = f"there are {', '.join(PACKAGED + n for n in known)}" if known else "pip install eclipse-sumo"
-        msg = f"{name}: no such network in the SUMO package; {has}"
+        names = [PACKAGED + one for one in known]
+        has = f"; there are {', '.join(names)}" if known else "; pip install eclipse-sumo"
+        msg = f"{name}: no such network in the SUMO package{has}{meant(name, names)}"
         raise NetworkError(msg) from None
 
 

@@ -33,7 +33,7 @@ from loopgate.network.trips import MIDDLE, Led, closes, drives_once, lead_trips,
 from loopgate.network.ungated import UngatedFleet, take_ungated
 from loopgate.network.vehicle_type import DEFAULT_TYPE, VehicleType, vehicle_type
 from loopgate.network.xml_file import read_xml
-from loopgate.reading import is_file, refusing, shown
+from loopgate.reading import as_path, is_file, of_kind, refusing, shown
 
 _BEYOND_M = 10.0
 """Largest distance of a position beyond its edge [m]: the lanes of an edge differ in length."""
@@ -74,7 +74,8 @@ def read_loops(
     >>> len(file.loops)
     5
     """
-    path = Path(file)
+    path = as_path(file, "route file", RouteError)
+    network = of_kind(RoadNetwork, network, "read_loops: the network", RouteError, "a RoadNetwork")
     with refusing(path, "route file", RouteError):
         content = content_identity(path) if network.content and is_file(path) else ""
     if not content:

@@ -13,6 +13,7 @@ from typing import Any
 
 from loopgate.disk import writing
 from loopgate.errors import ResultsError
+from loopgate.reading import as_path
 from loopgate.replay.pack import Pack
 from loopgate.replay.scene import Scene, load_scene
 
@@ -99,7 +100,8 @@ def make_replay(
     def part(before: int, done: int) -> None:
         report(before + done, total)
 
-    scenes = [load_scene(Path(folder), partial(part, 100 * n)) for n, folder in enumerate(folders)]
+    paths = [as_path(folder, "run folder", ResultsError) for folder in folders]
+    scenes = [load_scene(path, partial(part, 100 * n)) for n, path in enumerate(paths)]
     title = ", ".join(dict.fromkeys(scene.network for scene in scenes))
     title = f"{title}: {' beside '.join(scene.name for scene in scenes)}"
     pack = Pack()

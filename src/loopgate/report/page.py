@@ -19,7 +19,7 @@ from loopgate.errors import LoopgateError, ResultsError
 from loopgate.foreign import reason_of
 from loopgate.plots.charts import figure_spec, spec_svg
 from loopgate.plots.style import DARK, LIGHT
-from loopgate.reading import listed
+from loopgate.reading import as_path, listed, of_kind
 from loopgate.replay.page import hash_of
 from loopgate.report.content import network_sections
 from loopgate.report.embed import column_spec, download, library, page_spec, rows_of, script_json
@@ -80,7 +80,10 @@ def write_report(
     >>> write_report(read_results("out/one"), "out/report.html").page.name
     'report.html'
     """
-    page = Path(page)
+    results = of_kind(
+        Results, results, "write_report: the results", ResultsError, "Results, as read_results returns"
+    )
+    page = as_path(page, "page", ResultsError)
     if not page.name:
         msg = f"{page}: a folder; expected the name of a page, such as report.html"
         raise ResultsError(msg)

@@ -26,7 +26,10 @@ def _rows(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
     decision = summary["decision_us"]
     wall = summary["wall_s"]
     rows = [
-        ("vehicles", f"{summary['vehicles']} on {summary['loops']} loops"),
+        (
+            "vehicles",
+            f"{summary['vehicles']}" + (f" on {summary['loops']} loops" if summary["loops"] else ""),
+        ),
         ("time measured", f"{summary['duration_s']:.0f} s"),
         ("laps", f"{summary['laps']}"),
         ("distance", f"{summary['distance_km']:.1f} km"),
@@ -72,7 +75,8 @@ def _rows(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
 
 def _throughput(summary: Mapping[str, Any]) -> str:
     """Say how much was driven per hour; of a run that stopped at its deadlock over both times."""
-    text = f"{summary['laps_per_h']:.1f} laps/h, {summary['km_per_h']:.1f} vehicle-km/h"
+    laps = f"{summary['laps_per_h']:.1f} laps/h, " if summary["loops"] else ""
+    text = f"{laps}{summary['km_per_h']:.1f} vehicle-km/h"
     cut = summary.get("truncated")
     if not cut:
         return text
@@ -220,6 +224,7 @@ def _seen(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
         missed = min(never, summary["unvisited_edges"] or 0)
         why = [f"{never - missed} are on no loop"] if never > missed else []
         why += [f"no vehicle came to {missed} on loops"] if missed else []
+        why = why if summary["loops"] else ["no vehicle came"]
         text += f"; {never} never, because {' and '.join(why)}"
     return [("streets", text)]
 

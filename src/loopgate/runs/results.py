@@ -14,7 +14,7 @@ import pyarrow as pa
 from loopgate.analysis.columns import SERIES
 from loopgate.analysis.rows import read_run_row
 from loopgate.errors import ResultsError
-from loopgate.reading import read_object, refusing, shown
+from loopgate.reading import as_path, counted, listed, of_kind, read_object, refusing, shown
 from loopgate.results import columns as run
 from loopgate.results import row_columns as c
 from loopgate.results.row_schema import ROW_SCHEMA
@@ -57,6 +57,9 @@ class Results:
     run_folders: Mapping[str, Path] = field(default_factory=dict)
     """For each key of a run that has a folder, that folder; sweeps keep rows only."""
 
+    def __repr__(self) -> str:
+        return f"<Results: {counted(len(self.runs), 'run')} of {listed(map(str, self.folders))}>"
+
     @property
     def name(self) -> str:
         """Name of the sweep, or of the folders."""
@@ -97,10 +100,11 @@ def read_results(folder: Path | str | Sequence[Path | str]) -> Results:
     """
     if isinstance(folder, Path | str):
         return _read(Path(folder))
+    folder = of_kind(Sequence, folder, "folder of results", ResultsError, "a path, or several in a list")
     if not folder:
         msg = "no folder of results; give at least one"
         raise ResultsError(msg)
-    parts = [_read(Path(one)) for one in folder]
+    parts = [_read(as_path(one, "folder of results", ResultsError)) for one in folder]
     return parts[0] if len(parts) == 1 else _together(parts)
 
 

@@ -22,7 +22,7 @@ from loopgate.errors import ResultsError
 from loopgate.export import export_run, run_features
 from loopgate.plots import plot_edges, plot_flow, plot_laps, plot_seen_within, plot_unwatched
 from loopgate.plots.charts import Chart, figure_image
-from loopgate.reading import read_object, read_toml, refusing
+from loopgate.reading import as_path, read_object, read_toml, refusing
 from loopgate.replay import Replay, make_replay
 from loopgate.results import columns as run
 from loopgate.results import row_columns as c
@@ -78,6 +78,14 @@ class Run:
     folder: Path | None = None
     flow: pd.DataFrame = field(repr=False, default_factory=pd.DataFrame)
     loops: pd.DataFrame = field(repr=False, default_factory=pd.DataFrame)
+
+    def __repr__(self) -> str:
+        told = {
+            name: self.summary.get(name) for name in ("network", "gate", "vehicles", "outcome", "duration_s")
+        }
+        kept = f", in {self.folder}" if self.folder else ""
+        text = "{network} under {gate}: {vehicles} vehicles, {duration_s} s, {outcome}".format(**told)
+        return f"<Run of {text}{kept}>"
 
     @property
     def figures(self) -> dict[str, Chart]:
@@ -189,7 +197,7 @@ def read_run(folder: Path | str) -> Run:
     >>> read_run("out/one").events.equals(made.events)
     True
     """
-    folder = Path(folder)
+    folder = as_path(folder, "run folder", ResultsError)
     with refusing(folder, "run folder", ResultsError):
         summary = read_object(folder / "summary.json", "summary of a run", ResultsError)
         made_by = maker(summary)

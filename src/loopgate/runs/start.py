@@ -4,9 +4,11 @@ from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 
+from loopgate.errors import ScenarioError
 from loopgate.folders import temporary_folder
 from loopgate.gates.registry import name_gate
 from loopgate.negotiation.registry import name_negotiation
+from loopgate.reading import of_kind
 from loopgate.runs.run import Run, read_run
 from loopgate.simulation.loop_run import Tick
 from loopgate.simulation.run import simulate
@@ -60,6 +62,9 @@ def run(
     >>> len(made.vehicles)
     5
     """
+    scenario = of_kind(
+        Scenario, scenario, "run: the scenario", ScenarioError, "a Scenario, as Scenario.from_dict makes"
+    )
     if gate is not None:
         scenario = replace(scenario, gate=name_gate(gate))
     if negotiation is not None:

@@ -16,7 +16,7 @@ from loopgate.errors import LoopgateError, ScenarioError
 from loopgate.gates import check_gate
 from loopgate.negotiation.registry import check_negotiation
 from loopgate.plugins import in_file
-from loopgate.reading import is_file, read_toml, shown
+from loopgate.reading import as_path, is_file, meant, of_kind, read_toml, shown
 from loopgate.simulation.sumo_words import own_words
 from loopgate.simulation.values import Rule, amounts, checked, choice, flag, length_range, real, text, whole
 
@@ -276,6 +276,7 @@ class Scenario:
         ScenarioError
             On unknown names and values that the key may not have; the text says which.
         """
+        data = of_kind(Mapping, data, source, ScenarioError, "names and values")
         fields = {field.name for field in dataclasses.fields(cls)}
         short = {name.rpartition("_")[0]: name for name in fields if name.endswith(("_s", "_m"))}
         short |= {"step_length": "step_s", "gated": "who"}
@@ -283,7 +284,8 @@ class Scenario:
         for key, value in data.items():
             name = short.get(key, key)
             if name not in fields:
-                msg = f"{source}: unknown key {shown(key)}; known are {', '.join(sorted(fields))}"
+                there = f"known are {', '.join(sorted(fields))}{meant(key, [*fields, *short])}"
+                msg = f"{source}: unknown key {shown(key)}; {there}"
                 raise ScenarioError(msg)
             values[name] = value
         if "network" not in values:
@@ -304,6 +306,14 @@ class Scenario:
         data = dataclasses.asdict(self)
         data["loop_length_m"] = list(self.loop_length_m)
         return data
+
+    def __repr__(self) -> str:
+        given = (
+            f"{field.name}={getattr(self, field.name)!r}"
+            for field in dataclasses.fields(self)
+            if getattr(self, field.name) != field.default
+        )
+        return f"Scenario({', '.join(given)})"
 
     def write(self, file: Path) -> None:
         """Write the scenario as a TOML file that `read_scenario` reads back."""
@@ -373,7 +383,7 @@ def read_scenario(file: Path | str) -> Scenario:
     >>> read_scenario("mine.toml").gate
     'certified'
     """
-    path = Path(file)
+    path = as_path(file, "scenario file", ScenarioError)
     data = read_toml(path, "scenario", ScenarioError)
     for key in ("network", "routes", "incidents", "traffic", "weights", "districts", "who", "gated"):
         name = data.get(key)

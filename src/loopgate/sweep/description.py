@@ -37,7 +37,7 @@ from loopgate.errors import SweepError
 from loopgate.gates import name_gate
 from loopgate.negotiation.registry import name_negotiation
 from loopgate.plugins import in_file
-from loopgate.reading import check_keys, is_file, is_plain, of_kind, read_toml, refusing, shown
+from loopgate.reading import as_path, check_keys, is_file, is_plain, of_kind, read_toml, refusing, shown
 from loopgate.sweep.files import NamedFile, file_identity
 
 FILE_KEYS = ("network", "routes", "incidents", "traffic", "weights", "districts")
@@ -109,6 +109,10 @@ class Sweep:
             object.__setattr__(self, part, _named(getattr(self, part)))
         for part in ("include", "exclude"):
             object.__setattr__(self, part, [_named(rule) for rule in getattr(self, part)])
+
+    def __repr__(self) -> str:
+        axes = " x ".join(f"{len(values)} {name}" for name, values in self.grid.items())
+        return f"<Sweep {self.name}: {axes}>"
 
     def points(self) -> list[Point]:
         """Return the runs in the order of the grid, then of the includes; equal runs once.
@@ -194,7 +198,7 @@ def read_sweep(file: Path | str) -> Sweep:
     >>> len(sweep.points())
     18
     """
-    path = Path(file)
+    path = as_path(file, "sweep file", SweepError)
     with refusing(path, "sweep", SweepError):
         return _described(path, read_toml(path, "file", SweepError))
 

@@ -16,6 +16,7 @@ from typing import Any
 from loopgate.disk import DISK_FULL
 from loopgate.errors import ResultsError, SweepError
 from loopgate.folders import remove_abandoned
+from loopgate.reading import as_path, of_kind
 from loopgate.results import row_columns as c
 from loopgate.sweep.description import Point, Sweep
 from loopgate.sweep.files import PackedFile, pack
@@ -103,7 +104,8 @@ def run_sweep(  # noqa: PLR0913 - each is a choice of the caller's, all but two 
     >>> run_sweep(sweep, "out/seeds", executor=ThreadPoolExecutor(1)).done
     2
     """
-    folder = Path(folder)
+    sweep = of_kind(Sweep, sweep, "run_sweep: the sweep", SweepError, "a Sweep, as read_sweep returns")
+    folder = as_path(folder, "folder of the sweep", ResultsError)
     points = sweep.points()
     with Store(folder) as store:
         store.write_manifest(_manifest(sweep, points, folder))

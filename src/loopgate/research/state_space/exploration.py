@@ -8,9 +8,11 @@ from typing import Any
 import numpy as np
 
 from loopgate.arrays import Small
+from loopgate.errors import SystemModelError
 from loopgate.gates import Gate
 from loopgate.gates.deadlocks import homes_decide_liveness
 from loopgate.model import System
+from loopgate.reading import of_kind
 from loopgate.research.state_space.reach import Counterexample, Reach, asking, promise_of
 from loopgate.research.state_space.space import StateSpace
 from loopgate.research.theory.orders import Orders
@@ -87,6 +89,7 @@ def explore(
     >>> explore(system, make_gate("certified", system)).deadlocks
     0
     """
+    system = of_kind(System, system, "explore: the system", SystemModelError, "a System")
     began = time.perf_counter()
     space = StateSpace(system, memory_gb=memory_gb, limit=limit, progress=progress)
     reach = Reach(space, asking(space, gate), progress)

@@ -233,6 +233,9 @@ class Attached:
                 self._ends.pop(row.vehicle, None)
         return fresh
 
+    def __repr__(self) -> str:
+        return f"<Attached: {len(self.vehicles)} vehicles under the gate, {len(self.waiting)} wait to join>"
+
     @property
     def vehicles(self) -> tuple[str, ...]:
         """The vehicles under the gate."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Container, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
@@ -12,7 +13,6 @@ from loopgate.arrays import Floats, Ints
 from loopgate.gates.deadlocks import deadlocked
 from loopgate.simulation.watching.trails import Trails
 from loopgate.simulation.watching.waits import WaitFor, circular_wait
-from loopgate.traffic.base import Traffic
 
 __all__ = ["Deadlock", "ToldRefusal", "Watch"]
 
@@ -64,6 +64,29 @@ ToldRefusal = Callable[[], tuple[Sequence[Sequence[str]], str]]
 """Tells whom a refused vehicle waits for, and for which place."""
 
 
+class Watched(Protocol):
+    """What `Watch` asks of a simulation: a running one, or one that is played back."""
+
+    @property
+    def now_s(self) -> float:
+        """Simulated time [s]."""
+
+    def vehicles(self) -> Sequence[str]:
+        """Return the vehicles on the road, in a fixed order."""
+
+    def odometers(self, vehicles: Sequence[str]) -> Floats:
+        """Return the odometers [m] of `vehicles`, in their order."""
+
+    def lane(self, vehicle: str) -> tuple[str, float]:
+        """Return lane id and position of the front on that lane [m]."""
+
+    def pauses(self, vehicle: str) -> bool:
+        """Return whether the vehicle is at a light that is red for it, or at a stop of its own."""
+
+    def waits_for(self, vehicle: str, *, guess: bool) -> Sequence[str]:
+        """Return the vehicles that each, alone, block a standing vehicle."""
+
+
 class Watch:
     """Looks at the vehicles now and then and names each circular wait once.
 
@@ -95,7 +118,7 @@ class Watch:
 
     def __init__(
         self,
-        traffic: Traffic,
+        traffic: Watched,
         *,
         after_s: float,
         at_gate: Callable[[str], ToldRefusal | None] | None = None,
@@ -212,4 +235,8 @@ class Watch:
             sets, places[vehicle] = refused()
             return [list(some) for some in sets]
         places[vehicle] = self._traffic.lane(vehicle)[0]
+        return self._blocked_by(vehicle, guess=guess)
+
+    def _blocked_by(self, vehicle: str, *, guess: bool) -> list[list[str]]:
+        """Return sets of vehicles: of each set some vehicle must move on before this one can."""
         return [[other] for other in self._traffic.waits_for(vehicle, guess=guess)]

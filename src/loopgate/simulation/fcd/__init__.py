@@ -1,0 +1,1 @@
+"""Runs that are read from the FCD output of a finished SUMO simulation."""

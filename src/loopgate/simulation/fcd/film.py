@@ -1,0 +1,246 @@
+"""A finished simulation, frame by frame: where vehicles are, what they have done, whom they wait for."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from math import cos, radians, sin
+
+import numpy as np
+from shapely import LineString, Point
+from shapely.ops import substring
+
+from loopgate.arrays import Floats
+from loopgate.drive.sense import STANDING_MPS
+from loopgate.network import Connection, RoadNetwork
+from loopgate.simulation.fcd.frames import Seen
+from loopgate.simulation.watching.watch import Watch
+
+_LENGTH_M, _GAP_M = 5.0, 2.5
+"""Length and minimum gap of SUMO's car: FCD output holds neither."""
+
+_WIDTH_M = 1.8
+"""Width of a car: closer to the middle of its body nobody passes."""
+
+_TOUCHING_M = 3.0
+"""A leader at most this far ahead, beyond the minimum gap, leaves a standing vehicle no way on."""
+
+_AT_JUNCTION_M = 15.0
+"""A vehicle this near to its lane's end may stand there because of the junction."""
+
+
+@dataclass(slots=True)
+class Course:
+    """What a vehicle has done so far.
+
+    Attributes
+    ----------
+    first_s, last_s
+        When it was first and last seen [s].
+    driven_m, stood_s
+        How far it drove [m], and how long it was slower than 0.1 m/s [s].
+    since_s
+        Since when it stands [s].
+    edge
+        The edge that it is on, or came from if it is inside a junction.
+    after
+        The edge that it took last after each edge.
+    """
+
+    first_s: float
+    last_s: float
+    driven_m: float = 0.0
+    stood_s: float = 0.0
+    since_s: float = 0.0
+    edge: str = ""
+    after: dict[str, str] = field(default_factory=dict)
+
+
+class Film:
+    """Plays frames, as far as a deadlock detector looks at a simulation.
+
+    Parameters
+    ----------
+    network
+        The network that the vehicles drive on.
+    step_s
+        Time between two frames [s].
+    """
+
+    def __init__(self, network: RoadNetwork, step_s: float) -> None:
+        self._network, self.step_s = network, step_s
+        self.now_s = 0.0
+        """When the frame ends [s]."""
+        self.courses: dict[str, Course] = {}
+        self.stood_on = defaultdict[str, float](float)
+        """How long vehicles stood on each edge [s]."""
+        self._seen: dict[str, Seen] = {}
+        self._on: dict[str, list[Seen]] | None = None
+        self._by_lane: dict[str, list[Connection]] = defaultdict(list)
+        self._over: dict[str, list[Connection]] = defaultdict(list)
+        self._lanes_at: dict[str, set[str]] = defaultdict(set)
+        """The internal lanes of each junction, and the lanes that lead out of it."""
+        for connection in network.connections:
+            self._by_lane[connection.from_id].append(connection)
+            self._lanes_at[connection.junction].update((*connection.via, connection.to_id))
+            for lane in connection.via:
+                self._over[lane].append(connection)
+
+    def show(self, time_s: float, vehicles: Iterable[Seen]) -> list[tuple[str, str]]:
+        """Take over the next frame; return the vehicles that have entered an edge, each with the edge.
+
+        In the first frame nobody enters: vehicles are there already.
+        """
+        first = not self.courses
+        self.now_s = time_s + self.step_s
+        self._seen = {one.vehicle: one for one in vehicles}
+        self._on = None
+        entered = []
+        for vehicle, one in self._seen.items():
+            course = self.courses.get(vehicle)
+            if course is None:
+                course = self.courses[vehicle] = Course(time_s, self.now_s)
+            course.last_s = self.now_s
+            metres = one.speed_mps * self.step_s
+            course.driven_m += metres
+            edge = one.lane.rpartition("_")[0]
+            inside = edge.startswith(":")
+            if edge != course.edge and not inside:
+                if course.edge:
+                    course.after[course.edge] = edge
+                course.edge = edge
+                if not first:
+                    entered.append((vehicle, edge))
+            if one.speed_mps < STANDING_MPS:
+                course.stood_s += self.step_s
+                self.stood_on[course.edge] += self.step_s
+            else:
+                course.since_s = self.now_s
+        return entered
+
+    def vehicles(self) -> Sequence[str]:
+        """Return the vehicles on the road, in a fixed order."""
+        return list(self._seen)
+
+    def driven_m(self) -> float:
+        """Return how far all vehicles have driven [m]."""
+        return sum(course.driven_m for course in self.courses.values())
+
+    def standing(self) -> int:
+        """Return how many vehicles are slower than 0.1 m/s."""
+        return sum(one.speed_mps < STANDING_MPS for one in self._seen.values())
+
+    def odometers(self, vehicles: Sequence[str]) -> Floats:
+        """Return how far `vehicles` have driven [m]."""
+        return np.array([self.courses[vehicle].driven_m for vehicle in vehicles])
+
+    def lane(self, vehicle: str) -> tuple[str, float]:
+        """Return the lane, and the position of the front on it [m]."""
+        one = self._seen[vehicle]
+        return one.lane, one.pos_m
+
+    def position(self, vehicle: str) -> tuple[float, float] | None:
+        """Return where the front is [m]; None if the vehicle is not on the road."""
+        one = self._seen.get(vehicle)
+        return None if one is None else (one.x_m, one.y_m)
+
+    def pauses(self, vehicle: str) -> bool:
+        """Return False: FCD output tells neither of lights nor of stops."""
+        del vehicle
+        return False
+
+    def waits_for(self, vehicle: str, *, guess: bool) -> Sequence[str]:
+        """Return the vehicles that each, alone, block a standing vehicle."""
+        return [some[0] for some in self.blocked_by(vehicle, guess=guess) if len(some) == 1]
+
+    def blocked_by(self, vehicle: str, *, guess: bool) -> list[list[str]]:
+        """Return sets of vehicles: of each set some vehicle must move on before this vehicle can.
+
+        They are the leader; or, at the end of a lane and inside a junction, the vehicles that leave no room
+        behind the junction and those that stand inside across its way. Which way it goes is known from its
+        last time here, if there was one. Else it may take any way of its lane; if it is to `guess`, it takes
+        one that is blocked, for it would not stand so long before a free one.
+        """
+        one = self._seen[vehicle]
+        if (leader := self._leader(one)) is not None:
+            return [[leader]]
+        lane = self._network.lanes.get(one.lane)
+        if lane is None:
+            return []
+        if not lane.internal and lane.length_m - one.pos_m > _AT_JUNCTION_M:
+            return []
+        ways = self._over[one.lane] if lane.internal else self._by_lane[one.lane]
+        course = self.courses[vehicle]
+        known = course.after.get(course.edge)
+        ways = [way for way in ways if way.to_edge == known] or ways
+        blocked = [self._blockers(one, way) for way in ways]
+        blocked = [some for some in blocked if some] if guess else blocked
+        if not blocked or not all(blocked):
+            return []
+        if len(blocked) == 1:
+            return [[other] for other in blocked[0]]
+        return [sorted({other for some in blocked for other in some})]
+
+    def _leader(self, one: Seen) -> str | None:
+        """Return the next vehicle ahead on the lane, if it leaves no room."""
+        ahead = [other for other in self._standing_on(one.lane) if other.pos_m > one.pos_m]
+        if not ahead:
+            return None
+        leader = min(ahead, key=lambda other: other.pos_m)
+        near = leader.pos_m - one.pos_m <= _LENGTH_M + _GAP_M + _TOUCHING_M
+        return leader.vehicle if near else None
+
+    def _blockers(self, one: Seen, way: Connection) -> list[str]:
+        """Return the vehicles that stand where this movement leads, or across its way inside the junction."""
+        here = way.via.index(one.lane) if one.lane in way.via else -1
+        path = self._path(one, way.via[here:] if here >= 0 else way.via)
+        near = [other for lane in self._lanes_at[way.junction] for other in self._standing_on(lane)]
+        found = {
+            other.vehicle for other in near if path is not None and _body(other).distance(path) < _WIDTH_M
+        }
+        last = min(self._standing_on(way.to_id), key=lambda other: other.pos_m, default=None)
+        # Inside a junction it goes on until it touches; before one it waits for room to clear the junction.
+        over_m = path.length if here >= 0 and path is not None else 0.0
+        room_m = _LENGTH_M + _GAP_M + (_TOUCHING_M if here >= 0 else _LENGTH_M)
+        if last is not None and over_m + last.pos_m < room_m:
+            found.add(last.vehicle)
+        return sorted(found - {one.vehicle})
+
+    def _path(self, one: Seen, lanes: Sequence[str]) -> LineString | None:
+        """Return the way of a vehicle over the rest of a junction, along these internal lanes."""
+        points = [point for lane in lanes for point in self._network.lanes[lane].shape]
+        if len(points) < 2:  # noqa: PLR2004  a network without internal lanes
+            return None
+        line = LineString(points)
+        if lanes[0] != one.lane:
+            return line
+        driven = line.project(Point(one.x_m, one.y_m))
+        return LineString(substring(line, driven, line.length).coords)
+
+    def _standing_on(self, lane: str) -> list[Seen]:
+        if self._on is None:
+            self._on = defaultdict(list)
+            for one in self._seen.values():
+                if one.speed_mps < STANDING_MPS:
+                    self._on[one.lane].append(one)
+        return self._on.get(lane, [])
+
+
+def _body(one: Seen) -> LineString:
+    """Return the middle line of a vehicle's body, from its front to its rear."""
+    turn = radians(one.angle_deg)
+    return LineString(
+        [(one.x_m, one.y_m), (one.x_m - _LENGTH_M * sin(turn), one.y_m - _LENGTH_M * cos(turn))]
+    )
+
+
+class FilmWatch(Watch):
+    """Looks at frames: a vehicle may have several ways on, of which all are blocked."""
+
+    def __init__(self, film: Film, *, after_s: float) -> None:
+        super().__init__(film, after_s=after_s)
+        self._film = film
+
+    def _blocked_by(self, vehicle: str, *, guess: bool) -> list[list[str]]:
+        return self._film.blocked_by(vehicle, guess=guess)

@@ -1,0 +1,227 @@
+"""The FCD output of a finished simulation as a run folder: figures, idleness, deadlocks, positions."""
+
+from __future__ import annotations
+
+import gzip
+import shlex
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from itertools import chain, islice
+from math import inf, nan
+from pathlib import Path
+from time import perf_counter
+from typing import IO, Any
+
+from loopgate.analysis.watching import compute_watch
+from loopgate.audit.position_table import ATTRIBUTES
+from loopgate.disk import writing
+from loopgate.errors import ResultsError
+from loopgate.network import RoadNetwork
+from loopgate.results.columns import (
+    BEGINS,
+    EDGE,
+    EDGE_LENGTH,
+    FLOW_EVERY_S,
+    SHAPE,
+    STREET,
+    STREET_COLUMNS,
+    Event,
+)
+from loopgate.results.recorder import Recorder, read_events
+from loopgate.simulation import outcome
+from loopgate.simulation.fcd.film import Film, FilmWatch
+from loopgate.simulation.fcd.frames import Frame, Seen, read_frames
+from loopgate.simulation.loop_run import RunCourse, note_deadlock
+from loopgate.simulation.monitoring import STREETS, monitoring_figures, shape_text, watch_figures
+from loopgate.simulation.outcome import Folder, Tally
+from loopgate.simulation.scenario import Scenario
+from loopgate.simulation.watching.flow import Row, flow_table
+
+_UNKNOWN = (
+    "FCD output holds neither collisions, teleports, lights nor stops: collisions and teleports count as 0, "
+    "and vehicles are taken to be 5 m long"
+)
+_LONGEST_STEP_S = 10.0
+_OUTSIDE_M = 1000.0
+
+
+def write_fcd_run(
+    file: Path,
+    network: str,
+    out: Path,
+    *,
+    deadlock_after_s: float = 60.0,
+    overwrite: bool = False,
+    tell: Callable[[int], None] = lambda _: None,
+) -> dict[str, Any]:
+    """Write a run folder from FCD output; return what its ``summary.json`` holds.
+
+    Deadlocks are circles of vehicles that have stood for `deadlock_after_s` and leave each other no room; see
+    `loopgate.simulation.fcd.film`. They are looked for every ten seconds.
+
+    Raises `ResultsError` if the file is no FCD output of this network, `NetworkError` if there is no such
+    network, `ScenarioError` if the folder cannot be written.
+
+    Parameters
+    ----------
+    file
+        What SUMO wrote by ``--fcd-output``, plain or compressed.
+    network
+        As for `RoadNetwork.open`.
+    out
+        The run folder to leave.
+    deadlock_after_s
+        How long vehicles stand in a circle before it counts [s].
+    overwrite
+        Whether an earlier run in `out` may be replaced.
+    tell
+        Called now and then with the simulated seconds so far.
+    """
+    roads = RoadNetwork.open(network)
+    frames = read_frames(file)
+    first = list(islice(frames, 2))
+    if len(first) < 2:  # noqa: PLR2004  the step is known from two
+        msg = f"{file}: there are {len(first)} frames in it; two are needed at least"
+        raise ResultsError(msg)
+    (begin_s, _), (second_s, _) = first
+    step_s = second_s - begin_s
+    if step_s > _LONGEST_STEP_S:
+        msg = f"{file}: frames are {step_s:g} s apart; expected at most {_LONGEST_STEP_S:g}"
+        raise ResultsError(msg)
+    with Folder(out, overwrite=overwrite) as folder:
+        began = perf_counter()
+        film = Film(roads, step_s)
+        course = RunCourse(begin_s=begin_s)
+        recorder = Recorder(folder / outcome.EVENTS)
+        watch = FilmWatch(film, after_s=deadlock_after_s)
+        played = _checked(chain(first, frames), file, roads, step_s)
+        positions = folder / outcome.POSITIONS
+        try:
+            with writing(positions), gzip.open(positions, "wt", 5) as table:
+                rows = _play(played, film, watch, recorder, course, table, tell)
+        finally:
+            recorder.close()
+        course.end_s = film.now_s
+        course.total_s = course.sumo_s = perf_counter() - began
+        scenario = Scenario(
+            network=network, gate="open", lights="keep", step_s=step_s, duration_s=course.end_s - begin_s
+        )
+        with writing(folder / outcome.SCENARIO):
+            scenario.write(folder / outcome.SCENARIO)
+        summary = _write_tables(folder, scenario, film, course, rows, roads)
+        words = ["loopgate", "read-fcd", str(file), network, "-o", str(out)]
+        summary |= {"command": shlex.join(words), "source": str(file)}
+        folder.write_summary(summary)
+    return summary
+
+
+def _play(
+    frames: Iterable[Frame],
+    film: Film,
+    watch: FilmWatch,
+    recorder: Recorder,
+    course: RunCourse,
+    table: IO[str],
+    tell: Callable[[int], None],
+) -> list[Row]:
+    """Play all frames: note edges entered, positions and deadlocks; return the rows of the table of flow."""
+    names = ("timestep_time", *(f"vehicle_{name}" for name in ATTRIBUTES))
+    table.write(";".join(names) + "\n")
+    rows: list[Row] = []
+    next_s, still, steps, before_m = course.begin_s + FLOW_EVERY_S, 0, 0, 0.0
+    for time_s, vehicles in frames:
+        for vehicle, edge in film.show(time_s, vehicles):
+            recorder.note(film.now_s, vehicle, Event.EDGE, edge)
+        for one in vehicles:
+            driven = film.courses[one.vehicle].driven_m
+            place = f"{one.lane};{one.pos_m:.2f};{one.speed_mps:.2f};{driven:.2f}"
+            table.write(
+                f"{time_s:.2f};{one.vehicle};{place};{one.x_m:.2f};{one.y_m:.2f};{one.angle_deg:.2f}\n"
+            )
+        still, steps = still + film.standing(), steps + 1
+        if film.now_s < next_s:
+            continue
+        next_s += FLOW_EVERY_S
+        driven_m = film.driven_m()
+        rows.append((film.now_s, len(vehicles), still / steps, driven_m - before_m, 0))
+        still, steps, before_m = 0, 0, driven_m
+        tell(int(film.now_s - course.begin_s))
+        deadlock = watch.check()
+        if deadlock is not None:
+            note_deadlock(deadlock, course, recorder)
+    return rows
+
+
+def _checked(frames: Iterable[Frame], file: Path, roads: RoadNetwork, step_s: float) -> Iterator[Frame]:
+    """Yield the frames; refuse frames that are missing, another network, and a file without vehicles."""
+    last_s, empty = inf, True
+    for time_s, vehicles in frames:
+        if abs(time_s - last_s - step_s) > step_s / 2.0 and last_s < inf:
+            msg = f"{file}: after the frame at {last_s:g} s comes {time_s:g} s; expected every {step_s:g} s"
+            raise ResultsError(msg)
+        last_s = time_s
+        if vehicles and empty:
+            _check_place(vehicles, file, roads)
+            empty = False
+        yield time_s, vehicles
+    if empty:
+        msg = f"{file}: there is no vehicle in it"
+        raise ResultsError(msg)
+
+
+def _check_place(vehicles: Sequence[Seen], file: Path, roads: RoadNetwork) -> None:
+    """Refuse output of another network, and longitudes in place of metres."""
+    one = vehicles[0]
+    lane = roads.lanes.get(one.lane)
+    if lane is None:
+        msg = f"{file}: vehicle {one.vehicle} is on lane {one.lane}, which {roads.file.name} does not have"
+        raise ResultsError(msg)
+    x, y = lane.shape[0]
+    if max(abs(x - one.x_m), abs(y - one.y_m)) > lane.length_m + _OUTSIDE_M:
+        msg = (
+            f"{file}: vehicle {one.vehicle} is at {one.x_m:g}, {one.y_m:g}, far from its lane {one.lane}; "
+            "write the FCD output without --fcd-output.geo"
+        )
+        raise ResultsError(msg)
+
+
+def _write_tables(
+    folder: Folder, scenario: Scenario, film: Film, course: RunCourse, rows: list[Row], roads: RoadNetwork
+) -> dict[str, Any]:
+    period = {"begin_s": course.begin_s, "end_s": course.end_s, "since_s": course.begin_s}
+    folder.write_table(flow_table(rows), outcome.FLOW)
+    tallies = [_tally(vehicle, film) for vehicle in sorted(film.courses)]
+    folder.write_vehicles(tallies)
+    events = read_events(folder / outcome.EVENTS, (Event.EDGE,))
+    visited = [roads.edges[name] for name in sorted(set(events["place"])) if name in roads.edges]
+    edges = folder.write_edges(
+        [(e.id, e.length_m, shape_text(e), e.to_junction, film.stood_on.get(e.id, 0.0)) for e in visited],
+        **period,
+    )
+    streets = [edge.id for edge in roads.edges.values() if edge.allows("passenger")]
+    watched = compute_watch(events=events, streets=streets, bound_s=dict.fromkeys(streets, inf), **period)
+    records = [roads.edge(str(name)) for name in watched[EDGE]]
+    watched[STREET] = [edge.street for edge in records]
+    watched[EDGE_LENGTH] = [edge.length_m for edge in records]
+    watched[SHAPE] = [shape_text(edge) for edge in records]
+    watched = watched[list(STREET_COLUMNS)]
+    folder.write_table(watched, STREETS)
+    figures = outcome.summary(scenario, course, tallies, loops=0, folder=folder, warnings=(_UNKNOWN,))
+    figures |= monitoring_figures(edges, None) | {BEGINS: round(course.begin_s, 3)}
+    return figures | {"watch": watch_figures(watched, bound_s=inf)}
+
+
+def _tally(vehicle: str, film: Film) -> Tally:
+    course = film.courses[vehicle]
+    return Tally(
+        vehicle=vehicle,
+        loop="",
+        loop_length_m=0.0,
+        laps=0,
+        distance_m=course.driven_m,
+        hold_s=0.0,
+        longest_wait_s=0.0,
+        standing_s=film.now_s - course.since_s if film.position(vehicle) else 0.0,
+        position_m=film.position(vehicle) or (nan, nan),
+        stood_s=course.stood_s,
+        driven_s=course.last_s - course.first_s,
+    )
