@@ -55,10 +55,10 @@ def watching(tally: Tally, duration_s: float) -> type[Watch]:
             found = super().check()
             traffic = self._traffic
             if found is not None:
-                tally.named.append((found, {v: traffic.odometer(v) for v in found.vehicles}))
+                tally.named.append((found, {v: float(traffic.odometers([v])[0]) for v in found.vehicles}))
             if traffic.now_s >= duration_s - 10.0:
                 tally.dissolved = sum(
-                    any(traffic.odometer(v) - at > MOVED_M for v, at in where.items())
+                    any(float(traffic.odometers([v])[0]) - at > MOVED_M for v, at in where.items())
                     for _, where in tally.named
                 )
                 standing = {v for v in traffic.vehicles() if self.standing_s(v) >= LONG_S}

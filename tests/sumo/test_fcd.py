@@ -13,9 +13,12 @@ pytestmark = pytest.mark.sumo
 
 def test_figures_of_fcd_output_are_those_of_the_run(tmp_path: Path) -> None:
     """Distance, time standing, visits and idleness of each street."""
-    roads = {"network": "networks/order2.net.xml", "routes": "routes/order2.rou.xml"}
-    made = run(Scenario(**roads, gate="open", duration_s=100, fcd=True), tmp_path / "made")
-    read = read_fcd(tmp_path / "made" / "fcd.xml.gz", roads["network"], tmp_path / "read")
+    network = "networks/order2.net.xml"
+    scenario = Scenario(
+        network=network, routes="routes/order2.rou.xml", gate="open", duration_s=100, fcd=True
+    )
+    made = run(scenario, tmp_path / "made")
+    read = read_fcd(tmp_path / "made" / "fcd.xml.gz", network, tmp_path / "read")
     assert read.summary["distance_km"] == pytest.approx(made.summary["distance_km"], rel=0.01)
     assert read.summary["stood_s"] == pytest.approx(made.summary["stood_s"], abs=10.0)
     visits = made.edges.set_index("edge")["visits"]

@@ -14,7 +14,7 @@ import pyarrow as pa
 from loopgate.analysis.columns import SERIES
 from loopgate.analysis.rows import read_run_row
 from loopgate.errors import ResultsError
-from loopgate.reading import as_path, counted, listed, of_kind, read_object, refusing, shown
+from loopgate.reading import as_path, counted, listed, read_object, refusing, shown
 from loopgate.results import columns as run
 from loopgate.results import row_columns as c
 from loopgate.results.row_schema import ROW_SCHEMA
@@ -100,7 +100,9 @@ def read_results(folder: Path | str | Sequence[Path | str]) -> Results:
     """
     if isinstance(folder, Path | str):
         return _read(Path(folder))
-    folder = of_kind(Sequence, folder, "folder of results", ResultsError, "a path, or several in a list")
+    if folder is not None and not isinstance(folder, list | tuple | dict):
+        msg = f"folder of results is {shown(folder)}; expected a path, or several in a list"
+        raise ResultsError(msg)
     if not folder:
         msg = "no folder of results; give at least one"
         raise ResultsError(msg)

@@ -16,7 +16,7 @@ from loopgate.errors import LoopgateError, ScenarioError
 from loopgate.gates import check_gate
 from loopgate.negotiation.registry import check_negotiation
 from loopgate.plugins import in_file
-from loopgate.reading import as_path, is_file, meant, of_kind, read_toml, shown
+from loopgate.reading import as_path, is_file, meant, read_toml, shown
 from loopgate.simulation.sumo_words import own_words
 from loopgate.simulation.values import Rule, amounts, checked, choice, flag, length_range, real, text, whole
 
@@ -276,7 +276,9 @@ class Scenario:
         ScenarioError
             On unknown names and values that the key may not have; the text says which.
         """
-        data = of_kind(Mapping, data, source, ScenarioError, "names and values")
+        if not isinstance(data, Mapping):
+            msg = f"{source} is {shown(data)}; expected names and values"
+            raise ScenarioError(msg)
         fields = {field.name for field in dataclasses.fields(cls)}
         short = {name.rpartition("_")[0]: name for name in fields if name.endswith(("_s", "_m"))}
         short |= {"step_length": "step_s", "gated": "who"}
