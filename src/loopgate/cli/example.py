@@ -21,7 +21,7 @@ def example_files() -> Iterator[Path]:
         yield inside if inside.is_dir() else package.parents[1]
 
 
-_PATTERNS = ("networks/*.net.xml", "routes/*.rou.xml", "analysis/first_sweep.toml")
+_PATTERNS = ("networks/*.net.xml", "networks/town.osm", "routes/*.rou.xml", "analysis/first_sweep.toml")
 
 
 @click.command(

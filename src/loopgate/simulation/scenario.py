@@ -276,7 +276,8 @@ class Scenario:
         ScenarioError
             On unknown names and values that the key may not have; the text says which.
         """
-        if not isinstance(data, Mapping):
+        given: object = data
+        if not isinstance(given, Mapping):
             msg = f"{source} is {shown(data)}; expected names and values"
             raise ScenarioError(msg)
         fields = {field.name for field in dataclasses.fields(cls)}
