@@ -270,6 +270,10 @@ def renewed(page: str, tables: Iterable[str]) -> str:
     return "\n\n".join(parts.values())
 
 
+ON_PAGE = "40 vehicles on (?!one|a )|80 vehicles on 18 covering|300 vehicles|as many as"
+"""The rows of the overview; the tables of the others are in the file of tables."""
+
+
 def overview(tables: str) -> str:
     """Return a table with one row for each table: idleness under SUMO's best rule and under the gate."""
     rows = []
@@ -278,6 +282,8 @@ def overview(tables: str) -> str:
         what, seeds = named.rsplit("**, ", 1)
         if int(seeds.removesuffix(" seeds")) < LEAST_SEEDS:
             continue  # their intervals say nothing
+        if not re.search(ON_PAGE, what):
+            continue
         head, _, *lines = (
             [cell.strip() for cell in line.strip("|").split("|")] for line in text.splitlines()
         )

@@ -24,7 +24,10 @@ BLOCK = re.compile(r'^```(\w+)(?: title="([^"]+)")?\n(.*?)^```', re.MULTILINE | 
 
 NOT_RUN = {
     "start": ["python3 -m venv", "pip install "],  # what installs it
-    "troubleshooting": ["loopgate run some.sumocfg --gate open"],  # the reader's own file
+    "troubleshooting": [  # the reader's own files
+        *("loopgate run some.sumocfg --gate open", "sumo -c some.sumocfg"),
+        *("loopgate read-fcd fcd.xml.gz some.sumocfg", "loopgate replay out/mine"),
+    ],
     "README": ["network + loops", " "],  # a picture
     "sweeps": [
         *("out/first_sweep/", "  "),  # a list of files

@@ -3,7 +3,7 @@
 import json
 import time
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -100,8 +100,9 @@ def read_results(folder: Path | str | Sequence[Path | str]) -> Results:
     """
     if isinstance(folder, Path | str):
         return _read(Path(folder))
-    if folder is not None and not isinstance(folder, list | tuple | dict):
-        msg = f"folder of results is {shown(folder)}; expected a path, or several in a list"
+    given: object = folder
+    if given is not None and not isinstance(given, Collection):
+        msg = f"folder of results is {shown(given)}; expected a path, or several in a list"
         raise ResultsError(msg)
     if not folder:
         msg = "no folder of results; give at least one"

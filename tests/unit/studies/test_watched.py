@@ -58,6 +58,8 @@ def test_the_page_shows_a_row_of_each_table_that_the_file_of_tables_holds() -> N
     marks = "<!-- watched: begin -->\n", "\n<!-- watched: end -->"
     every = tables.partition(marks[0])[2].partition(marks[1])[0]
     assert watched.overview(every).join(marks) in page
-    assert watched.overview(every).count("\n") - 1 == len(re.findall(r"\*\*, ([3-9]|\d\d+) seeds", every))
+    known = re.findall(r"^\*\*(.*)\*\*, (?:[3-9]|\d\d+) seeds", every, re.MULTILINE)
+    there = [what for what in known if re.search(watched.ON_PAGE, what)]
+    assert watched.overview(every).count("\n") - 1 == len(there) >= 8
     grid = next(line for line in page.splitlines() if line.startswith("| grid5-priority, 40"))
     assert " 25.3 ± 3.2 " in grid  # right before left; by priority it is 27.0
