@@ -476,6 +476,9 @@ def _without(pattern: str, instead: str = "") -> str:
         (_without(r'    <connection from=":D1_0"[^>]*/>\n'), "its internal lane :D1_0_0 leads nowhere"),
         (_without(r'(<connection from=":[^"]*" to=")[^"]*"', r'\1p1a"'), "leads to p1a; a <connection from="),
         (_without(r' via="[^"]*"'), "no connection names the internal lane that it leads over (via)"),
+        (_without(r'    <connection from="s1" to="l1"[^>]*/>\n'), "leads over the internal lane :D1_1_0"),
+        (_without(r' via=":X12_4_0"'), "no connection leads over the internal lane :X12_4_0"),
+        (_without(r'intLanes=":X12_0_0 ', 'intLanes="'), "junction X12: 3 lanes in intLanes for 4 requests"),
     ],
 )
 def test_networks_on_which_sumo_ends_by_a_signal(tmp_path: Path, spoiled: str, says: str) -> None:

@@ -296,6 +296,7 @@ def _records(net: Any, name: str, file: Path, content: str) -> RoadNetwork:  # n
         for c in lane.getOutgoing()
         if c.getTo().getID() in edges
     )
+    _check_led_over(net, file)
     junctions = {node.getID(): _junction(node) for node in net.getNodes()}
     return RoadNetwork(
         name=name,
@@ -409,3 +410,20 @@ def _check_inside(net: Any, file: Path) -> None:  # noqa: ANN401  as above
             f"{len(inside)} internal edges, such as {min(inside)}: build the network anew with netconvert"
         )
         raise NetworkError(msg)
+
+
+def _check_led_over(net: Any, file: Path) -> None:  # noqa: ANN401  as above
+    """Raise `NetworkError` if no connection leads over an internal lane, or a junction lists too few."""
+    used = {c.getViaLaneID() for edge in net.getEdges() for some in edge.getOutgoing().values() for c in some}
+    inside = sorted(edge.getID() for edge in net.getEdges() if edge.getFunction() == "internal")
+    lanes = (lane.getID() for name in inside for lane in net.getEdge(name).getLanes())
+    if lane := next((lane for lane in lanes if lane not in used), ""):
+        what = f"no connection leads over the internal lane {lane}"
+        msg = f"{file}: {what}: build the network anew with netconvert"
+        raise NetworkError(msg)
+    for node in net.getNodes():
+        has, needs = len(node.getInternal()), len(node._prohibits)  # noqa: SLF001  they have no other name
+        if node.getType() != "internal" and 0 < has < needs:
+            what = f"junction {node.getID()}: {has} lanes in intLanes for {needs} requests"
+            msg = f"{file}: {what}: build the network anew with netconvert"
+            raise NetworkError(msg)

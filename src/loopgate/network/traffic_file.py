@@ -13,7 +13,7 @@ from loopgate.network.clock import seconds
 from loopgate.network.departures import Flow, read_flow
 from loopgate.network.sumo_config import is_sumo_config, read_sumo_config
 from loopgate.network.vehicle_type import vehicle_type
-from loopgate.network.xml_file import open_xml, read_xml
+from loopgate.network.xml_file import check_included, open_xml, read_xml
 
 _VEHICLES = ("vehicle", "trip", "flow")
 _PERSONS = ("person", "personFlow", "container", "containerFlow")
@@ -99,10 +99,14 @@ def _flows(elements: Iterable[ET.Element]) -> Iterator[tuple[str, Flow]]:
 
 
 def flows_in(files: Iterable[Path]) -> list[tuple[str, Flow]]:
-    """Return the flows in files of SUMO's; what cannot be read is for SUMO to judge."""
+    """Return the flows in files of SUMO's and in those that they include; SUMO judges what cannot be read.
+
+    Raises `RouteError` if an include has no name, or is endless.
+    """
     found: list[tuple[str, Flow]] = []
-    for file in files:
-        with suppress(OSError, EOFError, zlib.error, ET.ParseError, ValueError), open_xml(file) as stream:
+    unreadable = (OSError, EOFError, zlib.error, ET.ParseError, ValueError, LookupError)
+    for one in (one for file in files for one in check_included(file, RouteError)):
+        with suppress(*unreadable), open_xml(one) as stream:
             for _, element in ET.iterparse(stream):  # noqa: S314  expat refuses entities without bounds
                 found += _flows([element] if element.tag in _FLOWS else ())
                 if element.tag in {*_VEHICLES, *_PERSONS}:

@@ -58,7 +58,7 @@ def included(file: Path) -> list[Path]:
     ahead = [file.resolve()]
     while ahead:
         one = ahead.pop()
-        with suppress(OSError, EOFError, zlib.error, ET.ParseError):
+        with suppress(OSError, EOFError, zlib.error, ET.ParseError, LookupError):
             with open_xml(one) as stream:
                 content = stream.read()
             if b"<include" not in content:
@@ -68,6 +68,40 @@ def included(file: Path) -> list[Path]:
             ahead += [each for each in more if is_file(each) and each not in found]
             found |= dict.fromkeys(ahead)
     return list(found)[1:]
+
+
+def check_included(file: Path, error: type[LoopgateError]) -> list[Path]:
+    """Return a file that SUMO reads by itself, and those that it includes.
+
+    Raises `error` if one of them includes a file without a name, or itself: SUMO ends by a signal on these.
+    """
+    return _check_included(file, (), error)
+
+
+def _check_included(file: Path, within: tuple[Path, ...], error: type[LoopgateError]) -> list[Path]:
+    found, within = [file], (*within, file.resolve())
+    with (
+        suppress(OSError, EOFError, zlib.error, ET.ParseError, LookupError, ValueError),
+        open_xml(file) as stream,
+    ):
+        for _, element in ET.iterparse(stream):  # noqa: S314  expat refuses entities without bounds
+            if element.tag == "include":
+                found += _check_one(file, element.get("href", ""), within, error)
+            element.clear()
+    return found
+
+
+def _check_one(file: Path, name: str, within: tuple[Path, ...], error: type[LoopgateError]) -> list[Path]:
+    other = file.parent / name
+    if not name or other.resolve() in within:
+        msg = f"{file}: {_why_not(name, within, other.resolve())}; correct href"
+        raise error(msg)
+    return _check_included(other, within, error) if is_file(other) else []
+
+
+def _why_not(name: str, within: tuple[Path, ...], file: Path) -> str:
+    why = "and that includes it again" if file in within else "and there is no such file"
+    return f"it includes {shown(name)}, {why}" if name else "it has an <include> without href"
 
 
 def _parse(file: Path, what: str, error: type[LoopgateError]) -> ET.Element:
@@ -92,8 +126,7 @@ def _include(top: ET.Element, within: tuple[Path, ...], what: str, error: type[L
     for at in reversed([number for number, one in enumerate(top) if one.tag == "include"]):
         file = (within[-1].parent / top[at].get("href", "")).resolve()
         if file in within or not is_file(file):
-            why = "and that includes it again" if file in within else "and there is no such file"
-            msg = f"{within[-1]}: it includes {shown(top[at].get('href', ''))}, {why}; correct href"
+            msg = f"{within[-1]}: {_why_not(top[at].get('href', ''), within, file)}; correct href"
             raise error(msg)
         inner = _parse(file, what, error)
         _include(inner, (*within, file), what, error)

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from loopgate.errors import RouteError
-from loopgate.network.traffic_file import read_traffic
+from loopgate.network.traffic_file import flows_in, read_traffic
 
 ROUTES = """<routes>
     <vType id="bus" length="12"/>
@@ -64,3 +64,27 @@ def test_a_file_without_vehicles(tmp_path: Path) -> None:
     file.write_text('<routes><route id="r" edges="e f"/></routes>')
     with pytest.raises(RouteError, match="no vehicles in it"):
         read_traffic(file)
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("<include/>", "it has an <include> without href"),
+        ('<include href="a.xml"/>', "it includes 'a.xml', and that includes it again"),
+        ('<include href="b.xml"/>', "b.xml: it includes 'a.xml', and that includes it again"),
+    ],
+)
+def test_includes_on_which_sumo_ends_by_a_signal(tmp_path: Path, text: str, says: str) -> None:
+    """In files that are SUMO's to read: without a name, or without end."""
+    (tmp_path / "a.xml").write_text(f"<routes>{text}</routes>")
+    (tmp_path / "b.xml").write_text('<routes><include href="a.xml"/></routes>')
+    with pytest.raises(RouteError, match=says):
+        flows_in([tmp_path / "a.xml"])
+
+
+def test_flows_of_files_that_are_included_count(tmp_path: Path) -> None:
+    """What cannot be read is for SUMO to judge, as an encoding that is none, or a file that is not there."""
+    (tmp_path / "a.xml").write_text('<routes><include href="b.xml"/><include href="c.xml"/></routes>')
+    (tmp_path / "b.xml").write_text('<routes><flow id="f" begin="0" end="9" number="7"/></routes>')
+    (tmp_path / "e.xml").write_text('<?xml version="1.0" encoding="hex"?><routes/>')
+    assert [name for name, _ in flows_in([tmp_path / "a.xml", tmp_path / "e.xml"])] == ["f"]
