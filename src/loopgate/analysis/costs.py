@@ -120,7 +120,7 @@ def compute_edge_means(
     One row per group and edge: `by`, `EDGE`, `RUNS` (with the edge on a loop), `VISITS`, `HOLD` [s] and,
     where rows know it, `STOOD` [s] (means per run), `MEAN_REVISIT` [s] (mean over the runs that revisit it),
     `IDLENESS` [s] (mean per run), `MAX_REVISIT` [s] (greatest of all runs), `SHAPE`, `JUNCTION` (where it
-    ends; empty if the edge sets do not know).
+    ends) and `STREET` (its name), both empty if the edge sets do not know.
 
     Raises `AnalysisError` on a missing column.
 
@@ -152,8 +152,8 @@ def compute_edge_means(
         edges = edge_sets.get(str(names.pop(c.EDGE_SET)))
         if edges is None:
             continue
-        junction = edges.get(run.JUNCTION, "")
-        part = edges[[run.EDGE, run.SHAPE]].assign(**{a.RUNS: len(group), run.JUNCTION: junction})
+        named = {name: edges.get(name, "") for name in (run.JUNCTION, run.STREET)}
+        part = edges[[run.EDGE, run.SHAPE]].assign(**{a.RUNS: len(group)}, **named)
         for name, column in lists.items():
             values = _stack(group[column], len(edges))
             known = np.isfinite(values)
@@ -162,10 +162,11 @@ def compute_edge_means(
         longest = _stack(group[c.EDGE_MAX_REVISIT], len(edges))
         part[run.MAX_REVISIT] = np.where(np.isfinite(longest), longest, -np.inf).max(axis=0, initial=-np.inf)
         parts.append(part.assign(**names))
-    columns = [*by, run.EDGE, a.RUNS, *lists, run.MAX_REVISIT, run.SHAPE, run.JUNCTION]
+    columns = [*by, run.EDGE, a.RUNS, *lists, run.MAX_REVISIT, run.SHAPE, run.JUNCTION, run.STREET]
     if not parts:
         return table([], columns)
-    how: dict[str, str] = {a.RUNS: "sum", run.MAX_REVISIT: "max", run.SHAPE: "first", run.JUNCTION: "first"}
+    how: dict[str, str] = {a.RUNS: "sum", run.MAX_REVISIT: "max", run.SHAPE: "first"}
+    how |= {run.JUNCTION: "first", run.STREET: "first"}
     how |= {f"{name} {what}": "sum" for name in lists for what in ("sum", "count")}
     merged = pd.concat(parts).groupby([*by, run.EDGE], sort=True, dropna=False).agg(how).reset_index()
     for name in lists:

@@ -140,7 +140,7 @@ def run_row(
     row |= _laps(row, events, _begins_s(summary)) | _edges(edges)
     if audit == c.NOT_GATED:  # nobody was held, and nobody measured how long vehicles waited instead
         row |= dict.fromkeys((c.HOLD, c.LONGEST_WAIT, c.EDGE_HOLD))
-    known = [run.JUNCTION] if run.JUNCTION in edges else []
+    known = [name for name in (run.JUNCTION, run.STREET) if name in edges]
     return RunRow(row, edges[[run.EDGE, run.EDGE_LENGTH, run.SHAPE, *known]])
 
 

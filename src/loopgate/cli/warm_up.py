@@ -54,13 +54,19 @@ def _cover() -> None:
 
 def _study() -> None:
     """Explore a small system by each promise, and play random rounds."""
+    import numpy as np
+
     from loopgate.gates import make_gate
+    from loopgate.research.runs.kernel_rounds import count_live_rounds
     from loopgate.research.state_space import explore
+    from loopgate.research.state_space.encoding import Encoding
     from loopgate.research.theory.instances import instance
 
     system = instance("fig10")
     for gate in ("certified", "certified:promise=somebody"):
         explore(system, make_gate(gate, system), counterexample=True)
+    arrays, start = Encoding(system).arrays, np.array(system.initial.positions, np.int64)
+    count_live_rounds(1, 1, start, arrays.after, arrays.state, arrays.room)
 
 
 PARTS: dict[str, Callable[[], None]] = {

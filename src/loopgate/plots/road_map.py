@@ -58,11 +58,14 @@ def plot_edges(edges: pd.DataFrame, value: str, *, label: str = "", series: str 
             "type": "Feature",
             "geometry": {"type": "LineString", "coordinates": lines[str(row[run.SHAPE])].tolist()},
             "series": str(row[series]),
+            "street": str(row.get(run.STREET) or ""),
             "edge": str(row.get(run.EDGE, number)),
             "value": None if pd.isna(row[value]) else round(float(row[value]), 2),
         }
         for number, row in enumerate(drawn.to_dict("records"))
     ]
+    # The name first, where the network has names; the id is what the other tables have.
+    named = ["street:N", "edge:N"] if any(row["street"] for row in rows) else ["edge:N"]
     domain = [0.0, float(np.nan_to_num(drawn[value].max())) or 1.0]
     legend = alt.Legend(
         title=label or value,
@@ -90,14 +93,14 @@ def plot_edges(edges: pd.DataFrame, value: str, *, label: str = "", series: str 
             strokeOpacity=alt.StrokeOpacity(
                 "value:Q", scale=alt.Scale(domain=domain, range=[0.3, 1]), legend=legend
             ),
-            tooltip=["edge:N", alt.Tooltip("value:Q", format=",.4~r", title=label or value)],
+            tooltip=[*named, alt.Tooltip("value:Q", format=",.4~r", title=label or value)],
         )
     )
     if drawn[value].isna().any():
         bare = alt.Chart().mark_geoshape(filled=False, stroke=_BARE, strokeWidth=1.2, strokeDash=[3, 2])
         chart = alt.layer(
             chart.transform_filter("isValid(datum.value)"),
-            bare.transform_filter("!isValid(datum.value)").project(**flat).encode(tooltip=["edge:N"]),
+            bare.transform_filter("!isValid(datum.value)").project(**flat).encode(tooltip=named),
         )
     panel = chart.properties(width=_WIDTH, height=int(_WIDTH * max(high / wide, 0.2)))
     return finish(  # type: ignore[no-any-return]

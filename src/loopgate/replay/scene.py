@@ -1,5 +1,6 @@
 """One run as the replay shows it: read from its folder, described for the page."""
 
+import re
 import shlex
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -28,6 +29,8 @@ _SHOWN = (
 _LENGTH_M, _WIDTH_M = 5.0, 1.8
 """SUMO's car, for vehicles of which nothing is known."""
 _MARGIN_M = 150.0
+_EDGE_OF_PLACE = re.compile(r"(.+)_\d+(?:\D.*)?$")
+"""A place is named after its lane, ``EDGE_NUMBER``, with a suffix where a lane has several places."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,6 +46,8 @@ class Scene:
     streets: dict[str, Any]
     """`tracks`, `layout`, `ways`, `happenings` and `streets`: where everybody was, what is known of the
     roads, what happened, what is drawn behind."""
+    names: Mapping[str, str]
+    """Names of streets by edge, where the network has some."""
 
     @property
     def network(self) -> str:
@@ -77,7 +82,9 @@ class Scene:
             "sizes": sizes,
             "loop_of": [loops[body.loop] for body in bodies],
             "loops": [[name, flat(line, closed=True)] for name, line in self.ways.loops.items()],
-            "places": [[name, rooms.get(name, 0), flat(line)] for name, line in self.ways.places.items()],
+            "places": [
+                [self._shown(name), rooms.get(name, 0), flat(line)] for name, line in self.ways.places.items()
+            ],
             "links": [flat(link.line) for link in self.ways.links],
             "foes": self.ways.foes,
             "why": list(WHY.values()),
@@ -96,6 +103,12 @@ class Scene:
             "mishaps": what.mishaps,
             "circles": [[list(circle.vehicles), circle.begin, circle.end] for circle in what.circles],
         }
+
+    def _shown(self, place: str) -> str:
+        """Return a place as the page names it: with the name of its street, if that has one."""
+        edge = _EDGE_OF_PLACE.match(place)
+        street = self.names.get(edge[1], "") if edge else ""
+        return f"{street} ({place})" if street else place
 
     def _place(self, loop: str) -> list[int]:
         numbers = {name: number for number, name in enumerate(self.ways.places)}
@@ -148,8 +161,10 @@ def load_scene(folder: Path, report: Callable[[int], None] = lambda _percent: No
     with refusing(folder / outcome.EVENTS, "table of events", ResultsError):
         happenings = find_happenings(events, tracks, layout, ways)
     report(85)
-    streets = draw_streets(open_network(scenario, folder), layout, _box(tracks))
-    return Scene(summary, tracks, layout, ways, happenings, streets)
+    network = open_network(scenario, folder)
+    streets = draw_streets(network, layout, _box(tracks))
+    names = {edge.id: edge.street for edge in network.edges.values()} if network is not None else {}
+    return Scene(summary, tracks, layout, ways, happenings, streets, names)
 
 
 def _again(summary: Mapping[str, Any], folder: Path) -> str:

@@ -11,7 +11,16 @@ from loopgate.report.headline import DASH, number
 from loopgate.report.tables import Cells, latex_text
 from loopgate.results import row_columns as c
 
-CAPTION = "Throughput [vehicle-km/h]: mean over runs, in brackets its 95 % interval (Student's t)"
+_OF_ONE = "Throughput [vehicle-km/h]"
+_OF_MEANS = f"{_OF_ONE}: mean over runs"
+_WITH_INTERVALS = f"{_OF_MEANS}, in brackets its 95 % interval (Student's t)"
+
+
+def caption(means: pd.DataFrame) -> str:
+    """Return the caption for a table of `compute_mean`: brackets are told of only where there are some."""
+    if means[a.LOW].notna().any():
+        return _WITH_INTERVALS
+    return _OF_MEANS if (means[a.RUNS] > 1).any() else _OF_ONE
 
 
 def headline_table(means: pd.DataFrame) -> Cells:
@@ -36,8 +45,8 @@ def _cell(row: pd.Series) -> str:
     return f"{mean} ({number(float(row[a.LOW]))} to {number(float(row[a.HIGH]))})"
 
 
-def write_headline(headings: list[str], rows: list[list[str]], file: Path) -> None:
-    """Write the table for a paper that loads the package booktabs."""
-    text = latex_text(pd.DataFrame(rows, columns=headings), [True] * len(headings), CAPTION, file.stem)
+def write_headline(headings: list[str], rows: list[list[str]], said: str, file: Path) -> None:
+    """Write the table for a paper that loads the package booktabs, with `said` as its caption."""
+    text = latex_text(pd.DataFrame(rows, columns=headings), [True] * len(headings), said, file.stem)
     file.parent.mkdir(parents=True, exist_ok=True)
     file.write_text(text, encoding="utf-8")

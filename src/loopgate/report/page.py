@@ -25,7 +25,7 @@ from loopgate.report.content import network_sections
 from loopgate.report.embed import column_spec, download, library, page_spec, rows_of, script_json
 from loopgate.report.facts import commands, facts, failures, progress
 from loopgate.report.headline import headline, lead, title
-from loopgate.report.headline_table import headline_table, write_headline
+from loopgate.report.headline_table import caption, headline_table, write_headline
 from loopgate.report.items import FigureItem, Section, TableItem
 from loopgate.report.methods import methods
 from loopgate.report.tables import cells, write_csv, write_latex
@@ -184,8 +184,9 @@ class _Writer:
         if item is None or section.watch is not None or len(section.runs) == 1:
             return None
         headings, rows = headline_table(item.table)
-        write_headline(headings, rows, self._folder / f"{prefix}headline.tex")
-        return {"headings": headings, "rows": rows, "code": item.code}
+        said = caption(item.table)
+        write_headline(headings, rows, said, self._folder / f"{prefix}headline.tex")
+        return {"headings": headings, "rows": rows, "caption": said, "code": item.code}
 
     def figure(self, item: FigureItem, table: TableItem, prefix: str) -> dict[str, Any]:
         """Write a figure as SVG and PNG."""

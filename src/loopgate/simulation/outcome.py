@@ -36,6 +36,7 @@ from loopgate.results.columns import (
     STOOD,
     STOPPED,
     STOPS,
+    STREET,
     TIME_LOSS,
     TRIP_TIME,
     VEHICLE,
@@ -179,7 +180,7 @@ class Folder:
 
     def write_edges(
         self,
-        edges: Sequence[tuple[str, float, str, str, float]],
+        edges: Sequence[tuple[str, float, str, str, float, str]],
         *,
         begin_s: float,
         end_s: float,
@@ -187,10 +188,11 @@ class Folder:
     ) -> pd.DataFrame:
         """Write ``edges.parquet`` from the events.
 
-        `edges` are name, length [m], shape, junction at the end, and how long vehicles stood there [s].
+        `edges` are name, length [m], shape, junction at the end, how long vehicles stood there [s], and the
+        name of the street.
         """
         events = read_events(self / EVENTS, (Event.EDGE, Event.HOLD, Event.GO))
-        frame = pd.DataFrame(edges, columns=[EDGE, EDGE_LENGTH, SHAPE, JUNCTION, STOOD])
+        frame = pd.DataFrame(edges, columns=[EDGE, EDGE_LENGTH, SHAPE, JUNCTION, STOOD, STREET])
         table = compute_edges(
             events=events,
             edges=frame[[EDGE, EDGE_LENGTH, SHAPE]],
@@ -199,6 +201,7 @@ class Folder:
             since_s=since_s,
         )
         table[JUNCTION], table[STOOD] = frame[JUNCTION], frame[STOOD].astype(float)
+        table[STREET] = frame[STREET].astype(str)
         self.write_table(table, EDGES)
         return table
 

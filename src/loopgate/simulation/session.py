@@ -238,5 +238,5 @@ def _summary(
     return figures | {BEGINS: assembly.begin_s, "watch": watch}
 
 
-def _edge_row(edge: Edge, stood_s: float) -> tuple[str, float, str, str, float]:
-    return edge.id, edge.length_m, shape_text(edge), edge.to_junction, stood_s
+def _edge_row(edge: Edge, stood_s: float) -> tuple[str, float, str, str, float, str]:
+    return edge.id, edge.length_m, shape_text(edge), edge.to_junction, stood_s, edge.street
