@@ -194,7 +194,10 @@ def _write_tables(
     events = read_events(folder / outcome.EVENTS, (Event.EDGE,))
     visited = [roads.edges[name] for name in sorted(set(events["place"])) if name in roads.edges]
     edges = folder.write_edges(
-        [(e.id, e.length_m, shape_text(e), e.to_junction, film.stood_on.get(e.id, 0.0), e.street) for e in visited],
+        [
+            (e.id, e.length_m, shape_text(e), e.to_junction, film.stood_on.get(e.id, 0.0), e.street)
+            for e in visited
+        ],
         **period,
     )
     streets = [edge.id for edge in roads.edges.values() if edge.allows("passenger")]
