@@ -5,7 +5,7 @@ BIN    := $(VENV)/bin
 STAMP  := $(VENV)/installed
 
 .DEFAULT_GOAL := help
-.PHONY: help demo readme pictures docs setup test check browser animation format bench bench-replay bench-sweep networks small-networks city throughput soak unseen long-vehicles covering watched day scale attached ordinary circulator any-traffic scenarios recount fuzz proofs wheel vehicles-alone lock clean
+.PHONY: help demo readme pictures docs setup test check browser animation format bench bench-replay bench-sweep networks small-networks city throughput soak unseen long-vehicles covering standing watched day scale attached ordinary circulator any-traffic scenarios recount fuzz proofs wheel vehicles-alone lock clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-15s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -92,6 +92,9 @@ soak: $(STAMP) ## ten simulated hours per network and gate; all tests, slow ones
 
 covering: $(STAMP) ## how near covering loops come to what is possible
 	$(BIN)/python analysis/covering.py
+
+standing: $(STAMP) ## one vehicle that stands for 10 to 60 minutes: how far everybody else drives: docs/standing.md
+	$(BIN)/python analysis/standing.py --rules contained open --write
 
 watched: $(STAMP) ## how often streets are seen: SUMO and the gate, loops by design and by chance, spacing: docs/studies/covering.md
 	$(BIN)/python analysis/watched.py --seeds 5 --write

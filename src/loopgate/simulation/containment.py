@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterator, Mapping
+from collections.abc import Container, Iterator, Mapping
 from dataclasses import dataclass
 from math import inf
 from typing import Any
 
 from loopgate.drive.changing import ChangingEngine
 from loopgate.drive.driver import Driver
-from loopgate.drive.track import Track, continues
+from loopgate.drive.track import Track
 from loopgate.gates.certified.crowding import SPARE, find_crowd
 from loopgate.results.columns import Event
 from loopgate.results.recorder import Recorder
@@ -18,14 +18,18 @@ from loopgate.simulation.assembly import Assembly
 from loopgate.simulation.demand.detours import stands_long
 from loopgate.simulation.fleet.stops import Stops
 from loopgate.simulation.rerouting import TurnOff
+from loopgate.simulation.ways_round import WaysRound
 from loopgate.traffic.base import Traffic
 
 _EVERY_S = 1.0
 """Vehicles are looked at so often [s], to be led another way."""
 
-_SAME_M = 0.1
+_TRAPPED_S = 60.0
+"""A vehicle that stands on a crossing for so long, while another stands for good, cannot leave it [s]."""
 
-CLOSED, BROKEN, STOPS = "closed", "breakdown", "stop"
+_STILL_MPS = 0.1
+
+CLOSED, BROKEN, STOPS, TRAPPED = "closed", "breakdown", "stop", "trapped"
 
 
 @dataclass(slots=True)
@@ -53,11 +57,12 @@ class Containment:
     """Shuts the places in which something stands, and leads vehicles on loops through them round it.
 
     A place is blocked while its edge or lane is closed, and while a vehicle stands in it that has broken
-    down or is at a long stop on the road. Where no vehicle waits for a blocked place everyone else goes on,
-    since whether everyone can go on depends on where vehicles are only by circles of full places, and on
-    their loops only by (S) (see `loopgate.gates.certified.crowding`). So a vehicle is led to another loop
-    only if no circle of full places closes by it and (S) holds with it. When a place is free again vehicles
-    go back to their own loops by the same rule.
+    down, is at a long stop on the road, or is trapped on a crossing behind such a vehicle. A place is lost
+    while its first vehicle waits for a blocked place and has no other way. Where no vehicle waits for a
+    blocked place everyone else goes on, since whether everyone can go on depends on where vehicles are only
+    by circles of full places, and on their loops only by (S) (see `loopgate.gates.certified.crowding`). So a
+    vehicle is led to another loop only if no circle of full places closes by it and (S) holds with it. When
+    a place is free again vehicles go back to their own loops by the same rule.
 
     Parameters
     ----------
@@ -87,12 +92,13 @@ class Containment:
         self._stops, self._waits, self._gated = stops, waits, gated
         self._fixed = dict.fromkeys(assembly.stops)
         """Vehicles with stops stay on their loops: their stops are places of these."""
-        self._ways = self._find_ways(assembly)
-        self._edges: dict[str, set[str]] = defaultdict(set)
-        self._lanes: dict[str, set[str]] = defaultdict(set)
-        for tracks in self._ways.values():
-            for track in tracks:
-                self._take(track)
+        self._ways = WaysRound(assembly)
+        self._still_s: dict[str, float] = {}
+        """Since when vehicles stand that are in more than one place [s]."""
+        self._stuck: set[str] = set()
+        """The junctions across which something stands."""
+        self._lost: dict[str, None] = {}
+        """Places that nobody can leave, since no way leads their first vehicle round what stands."""
         self._next_s = 0.0
         self.blocked: dict[str, Blocked] = {}
         """The places that are blocked now."""
@@ -103,26 +109,6 @@ class Containment:
         self._no_way: dict[str, None] = {}
         """Loops that no way led round what stood."""
 
-    @staticmethod
-    def _find_ways(assembly: Assembly) -> dict[str, list[Track]]:
-        """Return the loop and its detours, by the name of each of these."""
-        every = [*assembly.tracks, *(d.track for d in assembly.departures if d.track is not None)]
-        tracks = {track.loop: [track] for track in every if track.rounds}
-        for one in assembly.other_ways:
-            if one.track is not None and one.track.loop in assembly.detours:
-                tracks[assembly.detours[one.track.loop]].append(one.track)
-        return tracks | {detour: tracks[own] for detour, own in assembly.detours.items()}
-
-    def _take(self, track: Track) -> None:
-        """Take note of the edges and lanes on which each place of a way lies."""
-        begins = [begin_m for begin_m, _ in track.edges]
-        for leg in track.legs:
-            self._lanes[f"{leg.line.edge}_{leg.line.lane}"].add(leg.state)
-            self._edges[leg.line.edge].add(leg.state)
-            for (begin_m, edge), end_m in zip(track.edges, [*begins[1:], track.lap_m], strict=True):
-                if min(end_m, leg.end_m) - max(begin_m, leg.begin_m) > _SAME_M:
-                    self._edges[edge].add(leg.state)
-
     def look(self) -> None:
         """Stop what breaks down, shut what is blocked, and lead vehicles round it; call in each step."""
         now = self._traffic.now_s
@@ -131,6 +117,7 @@ class Containment:
             return
         if now >= self._next_s:
             self._next_s = now + _EVERY_S
+            self._stuck = set()
             self._note(dict(self._find_blocked(now)), now)
             self._lead()
         for place in self.blocked:
@@ -146,18 +133,30 @@ class Containment:
     def _find_blocked(self, now: float) -> Iterator[tuple[str, tuple[str, str]]]:
         """Yield the places that are blocked, each with why and by which vehicle."""
         for closure in self._incidents.closed_at(now):
-            places = self._lanes[closure.lane] if closure.lane else self._edges[closure.edge]
+            places = self._ways.on_lane[closure.lane] if closure.lane else self._ways.on_edge[closure.edge]
             for place in sorted(places):
                 yield place, (CLOSED, "")
         if self._waits:
             return
         standing = [(vehicle, BROKEN) for vehicle in sorted(self.broken)]
         standing += [(vehicle, STOPS) for vehicle in self._fixed if self._at_long_stop(vehicle)]
+        standing += [(vehicle, TRAPPED) for vehicle in self._trapped(now, any_stands=bool(standing))]
         for vehicle, why in standing:
             driver = self._engine.driver_of.get(vehicle)
             if driver is not None and vehicle not in self._engine.beside:
-                for leg in range(int(driver.row["tail"]), driver.granted + 1):
-                    yield driver.leg(leg).state, (why, vehicle)
+                held = [driver.leg(leg) for leg in range(int(driver.row["tail"]), driver.granted + 1)]
+                self._stuck.update(self._ways.junction(leg) for leg in held[:-1])
+                yield from ((leg.state, (why, vehicle)) for leg in held)
+
+    def _trapped(self, now: float, *, any_stands: bool) -> list[str]:
+        """Return the vehicles that have long stood on a crossing, behind something that stands there."""
+        still = [
+            driver.id
+            for driver in self._engine.drivers
+            if any_stands and driver.speed_mps < _STILL_MPS and driver.row["tail"] != driver.granted
+        ]
+        self._still_s = {vehicle: self._still_s.get(vehicle, now) for vehicle in sorted(still)}
+        return [vehicle for vehicle, since_s in self._still_s.items() if now - since_s >= _TRAPPED_S]
 
     def _at_long_stop(self, vehicle: str) -> bool:
         stop = self._stops.making(vehicle)
@@ -174,34 +173,69 @@ class Containment:
                 self.blocked[place] = Blocked(place, why, vehicle, now)
                 self._recorder.note(now, vehicle, Event.BLOCK, place, why)
 
+    def _find_lost(self) -> dict[str, None]:
+        """Return the places whose first vehicle waits for what stands, and has no other way.
+
+        Vehicles that have another way keep out of these; a vehicle that has none may wait there.
+        """
+        lost: dict[str, None] = {}
+        firsts = {}
+        for driver in self._engine.drivers:
+            here = self._engine.keeper.here(driver.robot)
+            if driver.settled and self._engine.keeper.first(here) == driver.robot:
+                firsts[driver.leg(driver.granted).state] = driver
+        while True:
+            avoided = self.blocked.keys() | lost.keys()
+            self._ways.avoid(avoided, self._stuck)
+            more = [
+                place
+                for place, driver in firsts.items()
+                if place not in avoided and self._cut_off(driver, lost) and not self._has_way(driver)
+            ]
+            if not more:
+                return lost
+            lost |= dict.fromkeys(sorted(more))
+
+    def _cut_off(self, driver: Driver, lost: Container[str]) -> bool:
+        """Return whether the first vehicle of a place cannot go on by its way."""
+        keeper, place = self._engine.keeper, driver.leg(driver.granted + 1).state
+        if place in self.blocked or (place in lost and not keeper.free(keeper.wanted(driver.robot))):
+            return True
+        if self._ways.junction(driver.leg(driver.granted)) not in self._stuck:
+            return False
+        ahead = {self._engine.drivers[other].id for some in keeper.blockers(driver.robot) for other in some}
+        return any(one.vehicle in ahead for one in self.blocked.values())
+
+    def _has_way(self, driver: Driver) -> bool:
+        """Return whether a vehicle can go on by some way."""
+        ways = self._ways.others(driver)
+        return driver.id not in self._fixed and any(self._ways.free_legs(track, at) > 0 for track, at in ways)
+
     def _lead(self) -> None:
         """Lead vehicles on by the ways on which nothing is blocked, or is farthest."""
         if not self.blocked and not self.turns:
             return
+        self._lost = self._find_lost()
         for vehicle in sorted(self._engine.driver_of):
             driver = self._engine.driver_of[vehicle]
-            tracks = self._ways.get(driver.track.loop, ())
-            if not tracks or not driver.settled or self.why(vehicle):
+            own = self._ways.own(driver.track)
+            if own is None or not driver.settled or self.why(vehicle):
                 continue
-            here = driver.leg(driver.granted)
-            now = self._free_legs(driver.track, driver.granted)
+            now = self._ways.free_legs(driver.track, driver.granted)
+            if now == inf and driver.track.loop == own.loop:
+                continue
             best, track, position = now, driver.track, 0
-            for other in tracks[:1] if vehicle in self._fixed else tracks:
-                for at in (n for n, leg in enumerate(other.legs) if continues(here, leg)):
-                    free = self._free_legs(other, at)
-                    back = free == inf and other is tracks[0] and driver.track.loop != other.loop
-                    if free > best or (back and track.loop != other.loop):
-                        best, track, position = free, other, at
+            for other, at in self._ways.others(driver):
+                if vehicle in self._fixed and other is not own:
+                    continue
+                free = self._ways.free_legs(other, at)
+                back = free == inf and other is own and driver.track.loop != other.loop
+                if free > best or (back and track.loop != other.loop):
+                    best, track, position = free, other, at
             if track.loop != driver.track.loop:
                 self._turn(driver, track, position)
-            elif best == 0:
-                self._no_way[tracks[0].loop] = None
-
-    def _free_legs(self, track: Track, position: int) -> float:
-        """Return how many places behind one on a way are free before the first that is blocked."""
-        count = len(track.legs)
-        states = (track.legs[(position + ahead) % count].state for ahead in range(1, count))
-        return next((n for n, state in enumerate(states) if state in self.blocked), inf)
+            elif best == 0 and self._cut_off(driver, self._lost):
+                self._no_way[own.loop] = None
 
     def _turn(self, driver: Driver, track: Track, position: int) -> None:
         """Lead a vehicle on by another way from its place, if everyone can go on then."""

@@ -19,7 +19,7 @@ def _starved(sink: Mapping[str, Any], promise: str) -> str:
     """Say which vehicle stood, why, when, and how many vehicles starved behind it."""
     others = [vehicle for vehicle in sink["vehicles"] if vehicle != sink["behind"]]
     time = f"from {sink['noticed_s']:g} s to {sink['until_s']:g} s"
-    time += f" the promise to {promise} did not hold" if promise else ""
+    time += f", when the promise that {promise} can go on did not hold" if promise else ""
     if not sink["behind"]:
         return f"{counted(len(others), 'vehicle')} starved at gates ({sink['why']}): {time}"
     stood = f"{sink['behind']} stood on lane {sink['lane']} ({sink['why']})"

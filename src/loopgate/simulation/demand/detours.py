@@ -136,8 +136,8 @@ def find_detours(
     """Return the loops that may be needed while something stands, without those that do not work as queues.
 
     Needed are loops round each closed edge, round all that are closed at once, round each edge of the loop
-    of a vehicle that breaks down, with what is closed then, and round each edge on which a vehicle stands
-    long at a stop on the road.
+    of a vehicle that breaks down and the junction before it, with what is closed then, and round each edge on
+    which a vehicle stands long at a stop on the road.
 
     Parameters
     ----------
@@ -155,18 +155,24 @@ def find_detours(
     taken = {v.loop.id for v in (*vehicles, *beside)}
     found: dict[tuple[str, str], LoopVehicle] = {}
     own: dict[str, str] = {}
-    for avoided in _avoided(vehicles, incidents):
-        for v in vehicles:
+    names: dict[tuple[str, tuple[str, ...]], str] = {}
+    each = {(v.loop.id, v.type.id): v for v in vehicles}.values()
+    for avoided in _avoided(network, vehicles, incidents):
+        for v in each:
             if avoided.isdisjoint(v.loop.edges):
                 continue
             if v.type.vclass not in finders:
                 finders[v.type.vclass] = Detours(network, v.type.vclass)
             loop = finders[v.type.vclass].around(v.loop, avoided)
-            if loop is not None:
-                while loop.id in taken:
-                    loop = replace(loop, id=f"{loop.id}~")
-                found.setdefault((loop.id, v.type.id), LoopVehicle("", loop, v.type))
-                own[loop.id] = v.loop.id
+            if loop is None:
+                continue
+            name = names.get((v.loop.id, loop.edges), loop.id)
+            while (v.loop.id, loop.edges) not in names and name in taken:
+                name = f"{name}~"
+            names[v.loop.id, loop.edges] = name
+            taken.add(name)
+            found.setdefault((name, v.type.id), LoopVehicle("", replace(loop, id=name), v.type))
+            own[name] = v.loop.id
     if not found:
         return FoundDetours()
     unfit = find_unfit(network, [*vehicles, *beside], list(found.values()))
@@ -175,8 +181,16 @@ def find_detours(
     return FoundDetours(fit, {v.loop.id: own[v.loop.id] for v in fit})
 
 
-def _avoided(vehicles: Iterable[LoopVehicle], incidents: Incidents) -> Iterator[frozenset[str]]:
-    """Yield the sets of edges that something may stand on at the same time."""
+def _avoided(
+    network: RoadNetwork, vehicles: Iterable[LoopVehicle], incidents: Incidents
+) -> Iterator[frozenset[str]]:
+    """Yield the sets of edges that something may stand on at the same time.
+
+    A vehicle that breaks down may stand on the junction before an edge: then all edges into that are avoided.
+    """
+    into: dict[str, set[str]] = {}
+    for road in network.edges.values():
+        into.setdefault(road.to_junction, set()).add(road.id)
     by_name: Mapping[str, LoopVehicle] = {v.id: v for v in vehicles}
     sets: dict[frozenset[str], None] = {frozenset((one.edge,)): None for one in incidents.closures}
     changes = {time for one in incidents.closures for time in (one.from_s, one.to_s)}
@@ -187,8 +201,10 @@ def _avoided(vehicles: Iterable[LoopVehicle], incidents: Incidents) -> Iterator[
             sets[closed] = None
         for breakdown in incidents.broken_at(now):
             for edge in by_name[breakdown.vehicle].loop.edges:
-                sets[frozenset((edge,))] = None
-                sets[closed | {edge}] = None
+                on_edge = frozenset((edge,))
+                for stands in (on_edge, on_edge | into[network.edges[edge].from_junction]):
+                    sets[stands] = None
+                    sets[closed | stands] = None
     for v in by_name.values():
         for stop in v.stops:
             if stands_long(stop):

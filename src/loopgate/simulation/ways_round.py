@@ -1,0 +1,96 @@
+"""The ways on which vehicles of a loop may go on: the loop, and the detours round what may stand on it."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Sequence
+from collections.abc import Set as AbstractSet
+from math import inf
+
+from loopgate.abstraction.itinerary import Leg
+from loopgate.drive.driver import Driver
+from loopgate.drive.track import Track, continues
+from loopgate.simulation.assembly import Assembly
+
+_SAME_M = 0.1
+
+
+class WaysRound:
+    """Knows the ways of each loop, the places on each edge and lane, and how far a way is free.
+
+    Parameters
+    ----------
+    assembly
+        The vehicles, and the loops round what may stand.
+    """
+
+    def __init__(self, assembly: Assembly) -> None:
+        self._roads = assembly.network.edges
+        every = [*assembly.tracks, *(d.track for d in assembly.departures if d.track is not None)]
+        tracks = {track.loop: [track] for track in every if track.rounds}
+        for one in assembly.other_ways:
+            if one.track is not None and one.track.loop in assembly.detours:
+                tracks[assembly.detours[one.track.loop]].append(one.track)
+        self._ways = tracks | {detour: tracks[own] for detour, own in assembly.detours.items()}
+        self._shut: frozenset[str] = frozenset()
+        self._stuck: frozenset[str] = frozenset()
+        self._free: dict[tuple[str, int], float] = {}
+        """How many places are free, by way and number of a place."""
+        self._through: dict[tuple[str, str, float], Sequence[tuple[Track, int]]] = {}
+        """Ways and numbers by loop, place, and where that ends on the loop [m]."""
+        self.on_edge: defaultdict[str, set[str]] = defaultdict(set)
+        """The places on each edge."""
+        self.on_lane: defaultdict[str, set[str]] = defaultdict(set)
+        """The places whose line is on each lane."""
+        for some in self._ways.values():
+            for track in some:
+                self._take(track)
+
+    def _take(self, track: Track) -> None:
+        begins = [begin_m for begin_m, _ in track.edges]
+        for leg in track.legs:
+            self.on_lane[f"{leg.line.edge}_{leg.line.lane}"].add(leg.state)
+            self.on_edge[leg.line.edge].add(leg.state)
+            for (begin_m, edge), end_m in zip(track.edges, [*begins[1:], track.lap_m], strict=True):
+                if min(end_m, leg.end_m) - max(begin_m, leg.begin_m) > _SAME_M:
+                    self.on_edge[edge].add(leg.state)
+
+    def own(self, track: Track) -> Track | None:
+        """Return the loop that a way belongs to; None for a vehicle that is on no loop."""
+        return self._ways[track.loop][0] if track.loop in self._ways else None
+
+    def others(self, driver: Driver) -> Sequence[tuple[Track, int]]:
+        """Return the ways of a vehicle's loop that go through its place, with the number of that on each."""
+        here, loop = driver.leg(driver.granted), driver.track.loop
+        key = loop, here.state, here.end_m
+        if key not in self._through:
+            tracks = self._ways.get(loop, ())
+            self._through[key] = [
+                (track, n) for track in tracks for n, leg in enumerate(track.legs) if continues(here, leg)
+            ]
+        return self._through[key]
+
+    def junction(self, leg: Leg) -> str:
+        """Return the junction behind the line of a place."""
+        return self._roads[leg.line.edge].to_junction
+
+    def avoid(self, shut: AbstractSet[str], stuck: AbstractSet[str]) -> None:
+        """Take note of the places into which nobody is to be led, and of such junctions."""
+        if shut != self._shut or stuck != self._stuck:
+            self._shut, self._stuck = frozenset(shut), frozenset(stuck)
+            self._free.clear()
+
+    def free_legs(self, track: Track, position: int) -> float:
+        """Return how many places behind one on a way can be driven to; infinity if all can."""
+        count = len(track.legs)
+        key = track.loop, position % count
+        if key not in self._free:
+            self._free[key] = next(
+                (n for n in range(count - 1) if not self._leads_on(track, position + n)), inf
+            )
+        return self._free[key]
+
+    def _leads_on(self, track: Track, position: int) -> bool:
+        """Return whether vehicles may be led to the next place on a way."""
+        here, ahead = (track.legs[(position + n) % len(track.legs)] for n in (0, 1))
+        return ahead.state not in self._shut and not (self._stuck and self.junction(here) in self._stuck)
