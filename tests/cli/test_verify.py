@@ -68,7 +68,7 @@ def test_large_systems_are_walked(tmp_path: Path) -> None:
     result = _RUN.invoke(cli, [*arguments, "--json"])
     found = json.loads(result.stdout)
     assert result.exit_code == 0
-    assert (found["method"], found["judge"], found["permissiveness"]) == ("walks", "sat", 1.0)
+    assert (found["method"], found["judge"], found["permissiveness"]) == ("walks", "homing", 1.0)
 
 
 def test_wants_either_a_file_or_random_systems() -> None:
