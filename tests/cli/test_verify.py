@@ -62,7 +62,7 @@ def test_a_gate_that_looks_nowhere_is_caught() -> None:
 
 
 def test_large_systems_are_walked(tmp_path: Path) -> None:
-    """Where exploring does not fit, walks are judged by the solver."""
+    """Where exploring does not fit, walks are judged by the search for a way home."""
     write_system(random_system(sparse(16), 1), tmp_path / "large.json")
     arguments = ["verify", str(tmp_path / "large.json"), "--limit", "100", "--walks", "2", "--steps", "30"]
     result = _RUN.invoke(cli, [*arguments, "--json"])
