@@ -121,7 +121,7 @@ class ChangingEngine(Engine):
                 last.goes_on(robot, self.tables)
             self.beside.discard(vehicle)
             self._steering.forget(vehicle)
-            self._worn.drop(vehicle)
+            self._used_stops.drop(vehicle)
         self._use_tables()
         self.arrived = ()
         self._carry_out(self._traffic.now_s)

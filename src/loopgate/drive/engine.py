@@ -22,7 +22,7 @@ from loopgate.drive.sense import STANDING_MPS
 from loopgate.drive.steering import Steering
 from loopgate.drive.step import FULL, Step
 from loopgate.drive.track import Track
-from loopgate.drive.worn import WornStops
+from loopgate.drive.used_stops import UsedStops
 from loopgate.errors import TrafficError
 from loopgate.results.columns import Event
 from loopgate.results.recorder import Recorder
@@ -110,7 +110,7 @@ class Engine:
         self._number(tracks)
         recorder.before = self.settle
         self._steering = Steering(traffic, recorder, self._ahead_of)
-        self._worn = WornStops(traffic)
+        self._used_stops = UsedStops(traffic)
         self._do: dict[int, Callable[[Driver, int], None]] = {
             int(PIVOT): lambda driver, _: self._route_renewed(driver),
             int(STOP): self._stop,
@@ -276,7 +276,7 @@ class Engine:
                 self._on_their_lanes()
             keeper.answer()
         self._carry_out(now)
-        self._worn.forget(self.driver_of)
+        self._used_stops.forget(self.driver_of)
 
     def _read(self) -> Floats:
         """Return what the odometers read, by vehicle [m]; not a number for one that has arrived."""
@@ -436,7 +436,7 @@ class Engine:
                 self._stop(driver, driver.granted)
         elif driver.row["steered"]:
             self._steering.renew(driver)
-        self._worn.renewed(driver)
+        self._used_stops.renewed(driver)
         self.on_renewal(driver)
 
     def _came_to_rest(self) -> NDArray[np.int64]:
@@ -448,6 +448,6 @@ class Engine:
         for vehicle in halted:
             driver = self.driver_of.get(vehicle)
             if driver is not None and driver.row["held"] and np.isnan(driver.row["halted_s"]):
-                self._worn.made(driver)
+                self._used_stops.made(driver)
                 robots.append(driver.robot)
         return np.array(robots, dtype=np.int64)

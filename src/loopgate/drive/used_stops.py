@@ -8,13 +8,13 @@ from typing import Final
 from loopgate.drive.driver import Driver
 from loopgate.traffic.base import Traffic
 
-__all__ = ["WornStops"]
+__all__ = ["UsedStops"]
 
 _MOST: Final = 10
 """So many stops are left behind before SUMO is made to forget them, now and then."""
 
 
-class WornStops:
+class UsedStops:
     """Lets SUMO forget stops: on one edge those made on all others, on the next those made on that.
 
     Parameters
