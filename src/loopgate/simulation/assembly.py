@@ -34,7 +34,7 @@ from loopgate.simulation.demand.random_loops import random_loops
 from loopgate.simulation.fleet.spacing import advised_type
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.settings import check_types, unforeseen
-from loopgate.simulation.sumo.devices import Anew, leading_devices, without_devices
+from loopgate.simulation.sumo.devices import ReroutingPolicy, leading_devices, without_devices
 from loopgate.simulation.sumo.input import Start, start_of
 from loopgate.simulation.sumo_options import begins_s
 
@@ -103,7 +103,7 @@ class Assembly:
     begin_s: float = 0.0
     ordinary: tuple[LoopVehicle, ...] = ()
     ungated: UngatedFleet = field(default_factory=UngatedFleet)
-    anew: Mapping[str, Anew] = field(default_factory=dict)
+    anew: Mapping[str, ReroutingPolicy] = field(default_factory=dict)
     other_ways: tuple[Departure, ...] = ()
     incidents: Incidents = field(default_factory=Incidents)
     detours: Mapping[str, str] = field(default_factory=dict)

@@ -19,7 +19,7 @@ from loopgate.network import Loop, RoadNetwork, VehicleType, make_loop
 from loopgate.network.trips import one_round
 from loopgate.results.columns import Event
 from loopgate.results.recorder import EventFeed, Happening
-from loopgate.simulation.attaching.entrance import GONE, Entrance
+from loopgate.simulation.attaching.joining_queue import GONE, JoiningQueue
 from loopgate.simulation.attaching.newcomers import Newcomer
 from loopgate.simulation.fleet.fleet import Fleet, Rules
 from loopgate.simulation.outcome import deadlock_figures, promise_figures
@@ -94,7 +94,7 @@ class Attached:
         self._done = {"laps": 0.0, "distance_m": 0.0, "hold_s": 0.0, "longest_wait_s": 0.0}
         self._collisions = self._collisions_with_others = self._vehicles = 0
         self._colliding = Collisions()
-        self._made: Entrance | None = None
+        self._made: JoiningQueue | None = None
         self._final: dict[str, Any] | None = None
         self._events: pd.DataFrame | None = None
         self._deadlocks: list[Deadlock] = []
@@ -106,7 +106,7 @@ class Attached:
         return self._recorder.read() if self._events is None else self._events
 
     @property
-    def _entrance(self) -> Entrance:
+    def _entrance(self) -> JoiningQueue:
         if self._made is None:
             msg = "attach: use what it returns in a with statement"
             raise TrafficError(msg)
@@ -326,7 +326,7 @@ class Attached:
         self._stack.callback(self._recorder.close)
         settings = self._settings
         rules = Rules(settings["gate"], self._negotiation, lights=settings["lights"] == "obey")
-        self._made = Entrance(self._network, self._traffic, self._recorder, rules)
+        self._made = JoiningQueue(self._network, self._traffic, self._recorder, rules)
         fleet = self._made.fleet
         fleet.on_leaving = self._count
         self._hunger = StarvationWatch(

@@ -17,7 +17,7 @@ from loopgate.simulation.demand.once import choose_gated, fit_in, left_out
 from loopgate.simulation.demand.placing import by_departure
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.settings import why_unsafe
-from loopgate.simulation.sumo.devices import Anew, led_anew
+from loopgate.simulation.sumo.devices import ReroutingPolicy, led_anew
 from loopgate.simulation.sumo.leading_off import led_off
 
 
@@ -48,7 +48,7 @@ class SortedOut:
     moved: tuple[str, ...]
     ungated: UngatedFleet
     others: list[LoopVehicle] = field(default_factory=list)
-    anew: Mapping[str, Anew] = field(default_factory=dict)
+    anew: Mapping[str, ReroutingPolicy] = field(default_factory=dict)
     apart: dict[str, str] = field(default_factory=dict)
     lines: tuple[str, ...] = ()
 

@@ -37,7 +37,7 @@ def has_device(name: str) -> str:
 
 
 @dataclass(frozen=True, slots=True)
-class Anew:
+class ReroutingPolicy:
     """When a vehicle is led another way: every so many seconds [s], infinity for at departure only.
 
     And only where that way takes less than its own: times `factor` and `least_s` less [s].
@@ -48,7 +48,7 @@ class Anew:
     least_s: float
 
 
-def led_anew(scenario: Scenario, vehicles: Sequence[LoopVehicle]) -> dict[str, Anew]:
+def led_anew(scenario: Scenario, vehicles: Sequence[LoopVehicle]) -> dict[str, ReroutingPolicy]:
     """Return who is to be led another way where that is quicker, as SUMO's rerouting device would.
 
     These are vehicles that drive once, without stops or edges to drive over in between.
@@ -70,7 +70,7 @@ def led_anew(scenario: Scenario, vehicles: Sequence[LoopVehicle]) -> dict[str, A
             Random(f"{scenario.seed} {_REROUTING} {v.id}").random() < share if has is None else is_on(has)
         )
         if chosen:
-            found[v.id] = Anew(
+            found[v.id] = ReroutingPolicy(
                 _number(scenario, said, "period", 0.0) or inf,
                 _number(scenario, said, "threshold.factor", 1.0),
                 _number(scenario, said, "threshold.constant", 0.0),

@@ -28,7 +28,7 @@ _MOVED_M = 3.0
 """A vehicle further than this from where its odometer puts it has been moved [m]."""
 
 
-class Entrance:
+class JoiningQueue:
     """The vehicles that wait to come under a gate; somebody else makes the steps of the traffic.
 
     Parameters
