@@ -18,9 +18,9 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, NamedTuple, TypeVar, cast
 
+from loopgate.cache import Cache
 from loopgate.errors import LoopgateError
 from loopgate.foreign import blaming, is_ours, reason_of
-from loopgate.keeping import Kept
 from loopgate.reading import meant, refusing, shown
 
 T = TypeVar("T")
@@ -212,7 +212,7 @@ def _installed(group: str) -> Mapping[str, EntryPoint]:
     return {point.name: point for point in entry_points(group=group)}
 
 
-_MODULES: Kept[ModuleType] = Kept(32)
+_MODULES: Cache[ModuleType] = Cache(32)
 
 
 def _run_file(file: str, source: bytes) -> ModuleType:

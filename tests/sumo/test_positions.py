@@ -12,7 +12,7 @@ import pytest
 
 from loopgate.abstraction import queue_layout
 from loopgate.abstraction.movements import Conflicts, find_conflicts
-from loopgate.keeping import Kept
+from loopgate.cache import Cache
 from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario
 
@@ -39,7 +39,7 @@ def rules(summary: Mapping[str, Any]) -> Counter[str]:
 def break_conflicts(monkeypatch: pytest.MonkeyPatch, change: Callable[[Conflicts], Conflicts]) -> None:
     """Let the queues abstraction see other conflicts than there are."""
     monkeypatch.setattr(queue_layout, "find_conflicts", lambda *a, **k: change(find_conflicts(*a, **k)))
-    monkeypatch.setattr(queue_layout, "_KEPT", Kept(1))  # neither the sound layout nor the broken one is kept
+    monkeypatch.setattr(queue_layout, "_KEPT", Cache(1))  # neither layout is kept, sound or broken
 
 
 def test_a_run_is_clean_from_its_positions(tmp_path: Path) -> None:

@@ -20,8 +20,8 @@ from loopgate.abstraction.stretches import (
 )
 from loopgate.abstraction.swept import find_touches
 from loopgate.abstraction.tails import tails_over
+from loopgate.cache import Cache
 from loopgate.errors import Refusal, RefusedLoopError
-from loopgate.keeping import Kept
 from loopgate.model import StateId
 from loopgate.network.loop import AWAY_M, HOLD_MARGIN_M, LaneSpan, Loop
 from loopgate.network.records import Connection
@@ -86,7 +86,7 @@ def lay_out_queues(
     return _KEPT.get((network.content, tuple(counts.items())), lambda: _lay_out(network, counts))
 
 
-_KEPT: Kept[QueueLayout] = Kept(8)
+_KEPT: Cache[QueueLayout] = Cache(8)
 
 
 def _lay_out(network: RoadNetwork, counts: Mapping[tuple[Loop, VehicleType], int]) -> QueueLayout:

@@ -11,8 +11,8 @@ from loopgate.abstraction.itinerary import CLEARANCE_M, Abstraction, Itinerary, 
 from loopgate.abstraction.starts import choose_starts
 from loopgate.abstraction.zone_warnings import zone_warnings
 from loopgate.abstraction.zones import Zones, make_zones
+from loopgate.cache import Cache
 from loopgate.errors import ScenarioError
-from loopgate.keeping import Kept
 from loopgate.model import Robot, RobotId, StateId, System
 from loopgate.network.loop import Loop
 
@@ -75,7 +75,7 @@ def lay_out_segments(
     )
 
 
-_KEPT: Kept[SegmentLayout] = Kept(8)
+_KEPT: Cache[SegmentLayout] = Cache(8)
 
 
 def _lay_out(loops: Sequence[Loop], rho_m: float, need_m: float, piece_m: float) -> SegmentLayout:

@@ -13,8 +13,8 @@ from typing import Any
 import sumolib
 from sumolib.net.lane import SUMO_VEHICLE_CLASSES
 
+from loopgate.cache import Cache, without_collection
 from loopgate.errors import NetworkError
-from loopgate.keeping import Kept, without_collection
 from loopgate.network.content import content_identity
 from loopgate.network.diagnosis import first_fault
 from loopgate.network.records import Connection, Edge, Junction, Lane, Points
@@ -189,7 +189,7 @@ class RoadNetwork:
         return one.link < len(rows) and other.link in rows[one.link]
 
 
-_KEPT: Kept[RoadNetwork] = Kept(8)
+_KEPT: Cache[RoadNetwork] = Cache(8)
 
 
 def _read(name: str, file: Path, content: str) -> RoadNetwork:

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
+from loopgate.cache import Cache
 from loopgate.errors import RouteError
-from loopgate.keeping import Kept
 from loopgate.network.additional import FLEET, demand_beside
 from loopgate.network.clock import time_of
 from loopgate.network.content import content_identity
@@ -86,7 +86,7 @@ def read_loops(
     return _KEPT.get(key, lambda: _read(network, path, stops, once=once))
 
 
-_KEPT: Kept[RoutesFile] = Kept(8)
+_KEPT: Cache[RoutesFile] = Cache(8)
 
 
 def _read(network: RoadNetwork, path: Path, stops: Sequence[Path], *, once: bool) -> RoutesFile:

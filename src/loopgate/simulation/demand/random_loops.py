@@ -6,8 +6,8 @@ from typing import Unpack
 
 from loopgate.abstraction.queue_layout import lay_out_queues, why_not
 from loopgate.abstraction.sharing import SharingBound
+from loopgate.cache import Cache
 from loopgate.errors import LoopgateError, Refusal, RefusedLoopError
-from loopgate.keeping import Kept
 from loopgate.network import FoundLoops, Loop, RoadNetwork, VehicleType, find_loops
 from loopgate.network.generate import LoopOptions, LoopSearch
 from loopgate.network.vehicle_type import DEFAULT_TYPE
@@ -31,7 +31,7 @@ def random_loops(scenario: Scenario, network: RoadNetwork, count: int) -> FoundL
     return _KEPT.get(key, lambda: _random_loops(scenario, network, count))
 
 
-_KEPT: Kept[FoundLoops] = Kept(8)
+_KEPT: Cache[FoundLoops] = Cache(8)
 
 
 def _random_loops(scenario: Scenario, network: RoadNetwork, count: int) -> FoundLoops:

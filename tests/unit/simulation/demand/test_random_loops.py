@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from loopgate.abstraction.queue_layout import QueueLayout, lay_out_queues, why_not
+from loopgate.cache import Cache
 from loopgate.errors import Refusal, RefusedLoopError, RouteError
-from loopgate.keeping import Kept
 from loopgate.network import Loop, RoadNetwork, VehicleType, find_loops
 from loopgate.network.vehicle_type import DEFAULT_TYPE
 from loopgate.simulation.demand import random_loops as module
@@ -34,7 +34,7 @@ def test_all_that_work_are_found(roads: RoadNetwork) -> None:
 @pytest.fixture(autouse=True)
 def _nothing_kept(monkeypatch: pytest.MonkeyPatch) -> None:
     """Keep nothing: tests that replace what finds loops must not be given what was found before."""
-    monkeypatch.setattr(module, "_KEPT", Kept(0))
+    monkeypatch.setattr(module, "_KEPT", Cache(0))
 
 
 def test_turning_round_makes_more(roads: RoadNetwork) -> None:

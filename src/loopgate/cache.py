@@ -9,7 +9,7 @@ from typing import Generic, TypeVar
 T = TypeVar("T")
 
 
-class Kept(Generic[T]):
+class Cache(Generic[T]):
     """The last few results of a costly function, by what determines them.
 
     Keys hold contents (hashes of files, values of options), never names of files: what a key stands for

@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 import sumolib
 
+from loopgate.cache import Cache, without_collection
 from loopgate.errors import NetworkError
-from loopgate.keeping import Kept, without_collection
 from loopgate.network import RoadNetwork, find_loops, read_loops, road, write_loops
 
 NETWORKS = Path(__file__).parents[2] / "networks"
@@ -28,13 +28,13 @@ def readings(monkeypatch: pytest.MonkeyPatch) -> list[str]:
         return read(file, **options)
 
     monkeypatch.setattr(sumolib.net, "readNet", noting)
-    monkeypatch.setattr(road, "_KEPT", Kept(2))
+    monkeypatch.setattr(road, "_KEPT", Cache(2))
     return files
 
 
 def test_the_oldest_goes_first_and_errors_are_not_kept() -> None:
     """What was asked for again counts as new; a failure is tried again."""
-    kept: Kept[int] = Kept(2)
+    kept: Cache[int] = Cache(2)
     made = []
 
     def make(key: int) -> int:
