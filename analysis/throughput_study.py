@@ -314,10 +314,15 @@ def shown(text: str, *left_out: str) -> str:
     return "\n\n".join(kept)
 
 
+NOT_ON_PAGE = ("limit-1",)
+"""Studies of which the page tells in a sentence."""
+
+
 def write_study(text: str, name: str, *left_out: str) -> None:
     """Renew a study's section in the file of tables, and what the page shows of it."""
     write_section(text, name, TABLES)
-    write_section(shown(text, *left_out), name)
+    if name not in NOT_ON_PAGE:
+        write_section(shown(text, *left_out), name)
 
 
 def write_section(text: str, name: str, page: Path = PAGE) -> None:
