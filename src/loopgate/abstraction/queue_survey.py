@@ -136,7 +136,7 @@ class QueueSurvey:
 
 
 def survey_queues(network: RoadNetwork, users: Sequence[tuple[Loop, VehicleType]]) -> QueueSurvey:
-    """Cut loops into places and crossings, leaving out those that cannot work.
+    """Cut loops into places and crossings; leave out loops that cannot work.
 
     A loop is refused for what is wrong with it alone, or because the long vehicles of others leave it no
     room; then it is left out, and the rest is looked at again.
@@ -172,7 +172,7 @@ def refused_queues(
 
 
 def _alone(network: RoadNetwork, users: Sequence[tuple[Loop, VehicleType]]) -> dict[str, Refusal]:
-    """Return by loop what is wrong with it by itself."""
+    """Return the fault of each loop that cannot work alone."""
     reasons: dict[str, Refusal] = {}
     for loop, kind in users:
         if loop.id not in reasons and (refusal := why_not(network, loop, kind)):

@@ -16,7 +16,7 @@ _CALLS_HERE = {"decide_here": ("robot",), "moved_here": ("robot",)}
 
 
 class _Careful:
-    """Asks a gate of somebody else's.
+    """Calls a gate that a user wrote, and checks its answers.
 
     It does not tell the gate's attributes: who needs these has the gate.
     """
@@ -51,7 +51,7 @@ class _Careful:
 
 
 class _CarefulFollowing(_Careful):
-    """The same for one that follows the moves itself."""
+    """Calls a user's gate that follows the moves itself, and checks its answers."""
 
     def __init__(self, gate: FollowingGate, system: System) -> None:
         super().__init__(gate, system)
@@ -68,7 +68,7 @@ class _CarefulFollowing(_Careful):
 
 
 def careful(gate: Gate, system: System) -> Gate:
-    """Return what asks a gate, and raises `PluginError` if the gate fails or gives no answer.
+    """Return a function that asks a gate; it raises `PluginError` if the gate fails or gives no answer.
 
     The package's own gates are returned as they are. So ask what is returned, and look at the gate itself for
     what it is (`isinstance`, ``promise``).

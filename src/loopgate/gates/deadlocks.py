@@ -53,7 +53,7 @@ def deadlocked(waits: Mapping[W, Sequence[Sequence[W]]]) -> set[W]:
 
 
 def deadlocked_robots(system: System, configuration: Placement) -> frozenset[int]:
-    """Return the robots that wait for one another for ever; empty iff there is no deadlock (Def. 3).
+    """Return the robots that wait for one another for ever; empty iff no deadlock exists (Def. 3).
 
     The largest set of robots each of which wants a full state, all of whose occupants are in the set. Where
     states hold one robot, these are the robots of cycles in which each wants the state of the next, and the

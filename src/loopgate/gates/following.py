@@ -1,4 +1,4 @@
-"""Gates without a memory that follow the moves all the same, so that nobody writes configurations out."""
+"""Gates without a memory that follow the moves, so that no caller writes configurations out."""
 
 from abc import ABC, abstractmethod
 
@@ -33,7 +33,7 @@ class Follower(ABC):
         del configuration, robot
 
     def _trial(self, configuration: Placement) -> MutableConfiguration:
-        """Return what a move may be made in that is taken back again."""
+        """Return a context in which a move is made and taken back."""
         return self._here if configuration is self._here else MutableConfiguration(configuration)
 
     def decide_here(self, robot: int) -> Decision:

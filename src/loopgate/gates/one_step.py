@@ -33,7 +33,7 @@ class OneStepGate(Follower, follows=True):
         return refusal(Reason.DEADLOCK, blockers=sorted(locked)) if locked else first
 
     def _may_lock(self, after: Placement, robot: int, left: int) -> bool:
-        """Return whether somebody waits after the move who did not: for the robot, or as the next head."""
+        """Return whether a robot that did not wait before waits after the move."""
         system = self._system
         if not system.has_room(after, system.state_at(after, robot)):
             return True

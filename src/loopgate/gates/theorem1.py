@@ -1,4 +1,4 @@
-"""Lemmas 1 to 4 and Theorem 1 of Zhou et al. 2020, as functions that say what decided.
+"""Lemmas 1 to 4 and Theorem 1 of Zhou et al. 2020, as functions that say which condition decided.
 
 The lemmas give conditions that every higher-order deadlock fulfils; Theorem 1 turns them round into reasons
 for a circuit to be live. They are stated as the paper states them, which is not to say that they hold: the

@@ -65,7 +65,7 @@ def steps_ahead(system: System, robot: int, position: int, most: int) -> Iterato
 
 
 class Holders:
-    """Which states block in a configuration, and by whom; found out as it is asked.
+    """The states that are blocked in a configuration, and the robots that block them; computed on demand.
 
     A state of capacity 1 blocks iff a robot stands in it. A larger one blocks iff it is full and no chain of
     moves out of full states of capacity above 1 leads to a private state or to one with room.

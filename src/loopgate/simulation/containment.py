@@ -1,4 +1,4 @@
-"""Contains what stands still: nobody is let in behind it, and loops through it are led another way."""
+"""Contains vehicles that stand: no vehicle is let in behind them, and loops are led round them."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ CLOSED, BROKEN, STOPS, TRAPPED = "closed", "breakdown", "stop", "trapped"
 
 @dataclass(slots=True)
 class Blocked:
-    """A place that nobody enters for a time: since when, why, behind which vehicle, and until when [s]."""
+    """A blocked place: since when, why, behind which vehicle, and until when [s]."""
 
     place: str
     why: str
@@ -265,7 +265,7 @@ class Containment:
         return self.why(vehicle) or (ahead.why if ahead is not None else "")
 
     def report(self) -> dict[str, Any]:
-        """Return what ``summary.json`` says of it."""
+        """Return the figures for ``summary.json``."""
         led = [len(turns) for turns in self.turns.values() if turns]
         every = [*self.past, *self.blocked.values()]
         return {

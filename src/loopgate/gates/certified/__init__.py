@@ -1,4 +1,4 @@
-"""The certified gate and what it is made of."""
+"""The certified gate and its parts."""
 
 from loopgate.gates.certified.gate import CertifiedGate
 

@@ -67,7 +67,7 @@ def fixpoint(stand: Occupancy, robots: list[int]) -> tuple[list[int], list[int]]
 
 
 def reduce_to_core(stand: Occupancy, robots: list[int]) -> tuple[list[int], list[int]]:
-    """Send robots home, or on to states that nobody else still needs, until nothing more goes.
+    """Send robots home, or on to states that no other robot still needs, until no robot can move.
 
     Parameters and result as `fixpoint`. What is left over is the core that only a search can decide. A
     robot that settles for good in a shared terminal goes there once nobody has to pass it and it has room

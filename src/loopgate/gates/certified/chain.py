@@ -18,7 +18,7 @@ V = TypeVar("V")
 
 
 class Standing(Protocol[P, V]):
-    """Who stands where, and wants what."""
+    """The places of robots, and the place that each robot wants."""
 
     def free(self, place: P, /) -> int:
         """Return how many slots of a place are free."""
@@ -47,7 +47,7 @@ class Chain(Generic[P]):
         self.end: Final = end
 
     def circle(self) -> list[P]:
-        """Return the places that wait for one another in a circle; none if the chain ends elsewhere."""
+        """Return the places that wait for one another in a circle; empty if a place has room."""
         if self.end is None or self.end not in self.places:
             return []
         return self.places[self.places.index(self.end) :]

@@ -1,4 +1,4 @@
-"""Keeping the flow: the chain rule over wide places, and the way home over narrow ones in between."""
+"""The chain rule over wide places, and the way home over the narrow places between them."""
 
 from collections.abc import Callable
 from typing import Any
@@ -196,7 +196,7 @@ class ChainRule(Keeper):
         return self._narrow.moved(robot, before)
 
     def favour(self, configuration: Configuration, stand: Occupancy, robot: int) -> None:
-        """Do nothing: it is the drive that makes room for those who wait for long."""
+        """Do nothing: the drive makes room for vehicles that wait long."""
 
     def shown(self, stand: Occupancy, robot: int, decision: Decision) -> dict[str, Any] | None:
         """Return that the chain rule is enough, or moves to rests; of a refusal, which places are full."""
@@ -229,7 +229,7 @@ class _Rests:
         self.first = first
 
     def free(self, place: int) -> int:
-        """Return how many slots nobody holds; a place that is not wide is never waited for."""
+        """Return the number of free slots; no robot waits for a place that is not wide."""
         return self._layout.room[place] - self._held[place] if self._layout.wide[place] else 1
 
     def wanted(self, robot: int) -> int | None:

@@ -25,7 +25,7 @@ class Why(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Hindrance:
-    """What keeps some vehicle from going on for ever.
+    """The reason why some vehicle cannot go on for ever.
 
     Attributes
     ----------
@@ -44,7 +44,7 @@ class Hindrance:
 
 @dataclass(frozen=True, slots=True)
 class Standing:
-    """Who stands where on which loop.
+    """The positions of vehicles on their loops.
 
     Attributes
     ----------
@@ -81,7 +81,7 @@ class Standing:
 def find_hindrance(
     there: Standing, *, changed: Collection[int] | None = None, stands: Collection[int] = ()
 ) -> Hindrance | None:
-    """Return what keeps a vehicle from going on for ever, those in places that stand left out; or None.
+    """Return why some vehicle cannot go on for ever, vehicles in blocked places left out; None if all can.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The witness checker: it replays moves one by one and knows no search. What it accepts is safe.
+"""The witness checker: it replays moves one by one, without a search. Every witness that it accepts is safe.
 
 It shares no code with the stages that find witnesses, so that a mistake there costs permissiveness, never
 safety. Only the model's own data are read.

@@ -1,4 +1,4 @@
-"""Which promise can be given for a start, and by whom: the strongest that is asked for."""
+"""Chooses the strongest promise that can be given for a start, and the keeper that gives it."""
 
 import math
 from collections.abc import Iterator
@@ -61,7 +61,7 @@ def choose_keeper(system: System, promise: str, budget: Budget) -> Keeper:
 
 
 def _keepers(layout: SystemIndex, promise: str, budget: Budget) -> Iterator[Keeper]:
-    """Yield those that may keep the promise, the strongest first."""
+    """Yield the keepers that may keep the promise, the strongest first."""
     system = layout.system
     flow = ChainRule(system, budget)
     if promise != "somebody":

@@ -1,4 +1,4 @@
-"""The one condition on loops and numbers without which nobody can promise that everyone goes on: (S).
+"""Condition (S) on loops and vehicle counts: without it no gate can promise that every vehicle goes on.
 
 A set of places is *crossed* if some loop has places in it and outside it. A *resident* of the set is a robot
 whose whole loop lies in it. (S): every crossed set holds at least two robots more than it has residents.
@@ -108,7 +108,7 @@ def too_many(loops: Sequence[Sequence[int]], slots: Sequence[int]) -> list[int]:
 
 
 def refuse_crowds(layout: SystemIndex, stand: Occupancy) -> None:
-    """See to it that (S) holds for the robots of a system whose paths are all closed.
+    """Refuse a start for which (S) does not hold; all paths of the system are closed.
 
     That is plain where they stand with a slot free in every place. A place of one robot's own counts as one
     that holds two: it never has to wait for it.

@@ -1,4 +1,4 @@
-"""Circular waits: robots that can never move again, the circle they wait in, and who would close one."""
+"""Circular waits: robots that can never move again, their circle, and moves that would close a circle."""
 
 from collections.abc import Iterable
 
@@ -7,7 +7,7 @@ from loopgate.gates.deadlocks import deadlocked
 
 
 def stuck_for_good(stand: Occupancy, robots: Iterable[int]) -> list[int]:
-    """Return those of `robots` that can never move again, whatever the others of them do.
+    """Return the robots of `robots` that can never move again, whatever the other robots do.
 
     Robots not listed count as gone, but for those that stay for good. A robot may move some day if it heads
     its queue and its next state has room or may lose a robot, or if all before it in its queue may move.

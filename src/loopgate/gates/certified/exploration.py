@@ -1,4 +1,4 @@
-"""Keeping everybody able to go round for ever where robots have no homes: exact, for small systems."""
+"""Keeps every robot able to go round for ever where robots have no homes: exact, for small systems."""
 
 from collections import deque
 from collections.abc import Iterable, Iterator
@@ -24,7 +24,7 @@ _Moves = dict[Configuration, list[tuple[int, Configuration]]]
 
 
 class Exploration(Keeper):
-    """Admits a move iff every robot can go on for ever after it, by looking at what can be reached.
+    """Admits a move iff every robot can go on for ever after it, by exploring the reachable configurations.
 
     A witness is a path to a configuration from which a circle of moves, in which every robot takes part,
     leads back to it. For each configuration known to be live the next move of its witness is remembered;
@@ -89,7 +89,7 @@ class Exploration(Keeper):
         return Decision(admitted=True, reason=Reason.FREE, stage=stage)
 
     def favour(self, configuration: Configuration, stand: Occupancy, robot: int) -> None:
-        """From now on admit only what keeps open a way on which `robot` moves; -1: end that."""
+        """From now on admit only moves after which `robot` can still move; -1 ends that."""
         del configuration, stand
         self._plan = []
         if robot >= 0 and self._here is not None:
@@ -118,7 +118,7 @@ class Exploration(Keeper):
         return self._here is not None
 
     def shown(self, stand: Occupancy, robot: int, decision: Decision) -> dict[str, Any]:
-        """Return a way to a circle of moves in which all take part; of a refusal, who cannot move again."""
+        """Return a way to a circle of moves of all robots; of a refusal, the robots that cannot move."""
         if not decision.admitted or self._here is None:
             return wait_after(stand, robot) or {"kind": "exhausted"}
         approach, circle = self.way_from(self._system.moved(self._here, robot))
@@ -153,7 +153,7 @@ class Exploration(Keeper):
         return configuration in self._next or configuration in self._circle
 
     def _look_from(self, root: Configuration, deadline_s: float) -> None:
-        """Remember of all that can be reached whether it is live: whether it leads to a circle of all."""
+        """Remember whether each reachable configuration is live: leads to a circle of all robots."""
         moves: _Moves = {}
         todo = [root]
         while todo:
@@ -193,7 +193,7 @@ class Exploration(Keeper):
 
 
 def _components(moves: _Moves) -> Iterable[set[Configuration]]:
-    """Return configurations in sets of those that lead to each other."""
+    """Return the strongly connected sets of configurations."""
     number = {here: k for k, here in enumerate(moves)}
     steps = [(k, number[there]) for here, k in number.items() for _, there in moves[here] if there in number]
     begins, ends = np.array(steps, np.int32).reshape(-1, 2).T

@@ -61,7 +61,7 @@ class FreeSlots(WitnessKeeper):
         return self.witness is not None
 
     def shown(self, stand: Occupancy, robot: int, decision: Decision) -> dict[str, Any] | None:
-        """Return moves to a slot free everywhere; of a refusal, who can never move again."""
+        """Return moves after which each place has a free slot; of a refusal, the robots that are stuck."""
         if decision.admitted:
             return {"kind": "room", "moves": self.ids([robot, *(self._found_for(robot) or [])])}
         return wait_after(stand, robot)
@@ -112,7 +112,7 @@ class FreeSlots(WitnessKeeper):
         return Verdict(Decision(admitted=True, reason=Reason.FREE, stage=stage), moves)
 
     def _pulled_forward(self, stand: Occupancy, robot: int) -> list[int] | None:
-        """Return what is left of the witness after the move of `robot`, lengthened where it has to be."""
+        """Return the rest of the witness after the move of `robot`, lengthened if necessary."""
         witness, there = self.witness or [], stand.after(robot)
         if self._favoured < 0 and not self._left(there):
             return []

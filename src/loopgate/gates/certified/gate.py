@@ -101,7 +101,7 @@ class CertifiedGate:
 
     @property
     def promise(self) -> str:
-        """``everyone`` or ``somebody``: who can go on for ever."""
+        """``everyone`` or ``somebody``: the robots that can go on for ever."""
         return "everyone" if self._keeper.for_everyone else "somebody"
 
     @property
@@ -137,7 +137,7 @@ class CertifiedGate:
         return keeper.at_once(stand, robot) or keeper.judge(self._here(), stand, robot)
 
     def certificate(self, configuration: Configuration, robot: int) -> dict[str, Any] | None:
-        """Return what shows that the decision about `robot` is right, to be checked by others.
+        """Return a certificate that the decision about `robot` is right; `check-certificate` checks it.
 
         It is plain data; the checker, `loopgate.research.theory.certificates`, names its kinds. None for
         moves that capacity or order forbid, for a refusal for want of budget, for a fault, or for the sake of

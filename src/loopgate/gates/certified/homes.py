@@ -1,4 +1,4 @@
-"""Keeping everybody able to get home: the certified gate where every robot has a home."""
+"""Keeps every robot able to get home: the certified gate for systems in which every robot has a home."""
 
 from typing import Any
 
@@ -70,7 +70,7 @@ class Homes(WitnessKeeper):
         self._verdicts.clear()
 
     def favour(self, configuration: Configuration, stand: Occupancy, robot: int) -> None:
-        """From now on admit only what keeps a way open on which `robot` moves soon; -1: end that.
+        """From now on admit only moves that keep a way open on which `robot` moves soon; -1 ends that.
 
         The witness is reordered so that before the robot's next move only those move who have to. While
         it is kept but for moves pulled forward, the moves before it can only become fewer.
@@ -115,7 +115,7 @@ class Homes(WitnessKeeper):
         return witness is not None and self.layout.straight[robot][position] and robot not in witness
 
     def _away(self, stand: Occupancy) -> list[int]:
-        """Robots that are not at home, those that the witness moves first in front."""
+        """Return the robots that are not at home, in the order in which the witness moves them."""
         home, at = self.layout.home, stand.at
         order = list(dict.fromkeys(self.witness)) if self.witness else range(len(at))
         return [i for i in order if not home[i][at[i]]]
@@ -154,7 +154,7 @@ class Homes(WitnessKeeper):
         return self._checked(configuration, [robot, *moves, *rest], stage)
 
     def _pulled_forward(self, stand: Occupancy, robot: int) -> list[list[int]]:
-        """Return the old witness with the robot's next move in front, and what else is worth a try."""
+        """Return candidates for a witness: first the old witness with the robot's next move in front."""
         witness = self._with(stand, robot)
         k = witness.index(robot)
         tries = [[robot, *witness[:k], *witness[k + 1 :]]]

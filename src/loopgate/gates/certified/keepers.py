@@ -1,4 +1,4 @@
-"""Keepers: each holds what shows one promise to be kept, and judges moves by it."""
+"""Keepers: each holds the evidence that one promise is kept, and judges moves by it."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable
@@ -19,13 +19,13 @@ class Verdict(NamedTuple):
 
 
 def overruled(system: System, favoured: int) -> Decision:
-    """Return the refusal of what would not keep open the way of a robot that goes first."""
+    """Return the refusal of a move that would close the way of a robot that goes first."""
     detail = f"{system.robots[favoured].id} has waited too long and goes first"
     return refusal(Reason.NEGOTIATION, detail, "steering", (favoured,))
 
 
 class Keeper(ABC):
-    """Keeps one promise: it is told of every move, and judges those that capacity and order allow."""
+    """Keeps one promise: it hears of every move, and judges the moves that capacity and order allow."""
 
     for_everyone = True
     """Whether everyone can go on for ever, or else somebody can always move."""
@@ -58,11 +58,11 @@ class Keeper(ABC):
 
     @abstractmethod
     def favour(self, configuration: Configuration, stand: Occupancy, robot: int) -> None:
-        """From now on admit only what keeps a way open on which `robot` moves soon; -1: end that."""
+        """From now on admit only moves that keep a way open on which `robot` moves soon; -1 ends that."""
 
     @abstractmethod
     def shown(self, stand: Occupancy, robot: int, decision: Decision) -> dict[str, Any] | None:
-        """Return what shows a decision to be right, as certificates have it; None if nothing does."""
+        """Return the certificate of a decision; None if there is none."""
 
     def ids(self, robots: Iterable[int]) -> list[str]:
         """Return the names of robots."""
@@ -70,7 +70,7 @@ class Keeper(ABC):
 
 
 class WitnessKeeper(Keeper):
-    """Holds moves that show a promise to be kept, and what it found out about the next ones."""
+    """Holds moves that show that a promise is kept, and its findings about the next moves."""
 
     def __init__(self, layout: SystemIndex) -> None:
         super().__init__(layout)
@@ -91,7 +91,7 @@ class WitnessKeeper(Keeper):
     def _judge(self, configuration: Configuration, stand: Occupancy, robot: int) -> Verdict: ...
 
     def _forget(self) -> None:
-        """Begin without a witness, and without working towards anybody."""
+        """Begin without a witness and without a robot that goes first."""
         self._verdicts.clear()
         self.witness = None
         self._favoured = -1

@@ -1,4 +1,4 @@
-"""Where everybody stands, in plain lists that a search can change and copy."""
+"""The positions of all robots, in plain lists that a search can change and copy."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class Occupancy:
         return Occupancy(self.layout, self.at[:], self.count[:], queue)
 
     def after(self, *robots: int) -> Occupancy:
-        """Return where everybody stands after moves of these robots, which must be enabled."""
+        """Return the positions of all robots after moves of these robots, which must be enabled."""
         there = self.copy()
         for robot in robots:
             there.step(robot)
@@ -59,7 +59,7 @@ class Occupancy:
         return -1 if q < 0 else self.layout.path[robot][q]
 
     def heads(self, robot: int) -> bool:
-        """Return whether nobody stands before `robot` in a FIFO state."""
+        """Return whether no robot stands before `robot` in a FIFO state."""
         queue = self.queue.get(self.layout.path[robot][self.at[robot]])
         return queue is None or queue[0] == robot
 

@@ -13,14 +13,14 @@ _MOST_LINES = 100_000
 
 
 def wait_after(stand: Occupancy, robot: int) -> dict[str, Any] | None:
-    """Return as a certificate has it who can never move again after a move of `robot`; None if all can."""
+    """Return the certificate that names the robots stuck after a move of `robot`; None if all can move."""
     there, robots = stand.after(robot), stand.layout.system.robots
     stuck = stuck_for_good(there, range(len(there.at)))
     return {"kind": "wait", "robots": [robots[i].id for i in stuck]} if stuck else None
 
 
 def dead_after(stand: Occupancy, robot: int, kind: str) -> dict[str, Any] | None:
-    """Return what shows that not all can get home after a move of `robot`; None if it would be too long."""
+    """Return a proof that not all robots can get home after a move of `robot`; None if it is too long."""
     try:
         waiting = wait_after(stand, robot)
         lines = None if waiting else Prover(stand.layout, _MOST_LINES).prove(stand.after(robot))

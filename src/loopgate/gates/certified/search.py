@@ -1,4 +1,4 @@
-"""The exact search, depth first over single moves with all that costs nothing in between; its budget."""
+"""The exact search, depth first over single moves, with the cheap rules in between; and its budget."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

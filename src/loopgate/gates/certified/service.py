@@ -1,4 +1,4 @@
-"""The service rule of the chain: it says whose turn it is, so that the one who has waited longest goes on."""
+"""The service rule of the chain: it says which robot moves next, so that the longest wait ends."""
 
 from loopgate.gates.certified import chain
 from loopgate.gates.certified.occupancy import Occupancy
@@ -40,7 +40,7 @@ class _Lines:
         return 1 if layout.system.private[place] else layout.room[place] - self._stand.count[place]
 
     def first(self, place: int) -> int | None:
-        """Return the first in line; who is there, in a place of a robot's own."""
+        """Return the first robot in line of a place; of a private state the robot in it."""
         return next(iter(self._stand.occupants(place)), None)
 
     def wanted(self, robot: int) -> int | None:

@@ -1,4 +1,4 @@
-"""Facts about a system that the certified gate needs before anybody moves: homes, rests, ways home."""
+"""Facts about a system that the certified gate needs before the first move: homes, rests, ways home."""
 
 from operator import or_
 
@@ -10,7 +10,7 @@ _WIDE = 2
 
 
 class SystemIndex:
-    """Where each robot is out of everybody's way, and which states it enters on the way there.
+    """The states in which each robot blocks no other, and the states that it enters on the way there.
 
     A state *never blocks* if a single robot visits it, or if it is left in any order and holds all its
     visitors at once. An *ender* of a state is a robot that stays there for good. A state is *passable* for

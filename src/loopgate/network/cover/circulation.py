@@ -77,7 +77,7 @@ def least_circulation(graph: LaneGraph, cost: Floats, choices: Sequence[Sequence
 def _demands(
     graph: LaneGraph, choices: Sequence[Sequence[int]]
 ) -> tuple[csr_array[np.float64], csr_array[np.float64]]:
-    """Return by arc what comes into and leaves each node, and which choices it visits."""
+    """Return the balance of each node by arc, and the choices that each arc visits."""
     nodes, arcs = len(graph.edges), len(graph.tail)
     every = np.arange(arcs)
     balance = csr_array(

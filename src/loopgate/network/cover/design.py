@@ -69,7 +69,7 @@ class Design:
     """Edges that cannot be covered, and why."""
 
     def bound(self, count: int) -> float:
-        """Return what the longest of so many loops cannot be below."""
+        """Return a lower bound on the longest of so many loops."""
         return max(self.circulation / count, float(self.apart[0]), *map(float, self.apart[count : count + 1]))
 
     def dearer(self, more: Mapping[str, float]) -> Design:
@@ -125,7 +125,7 @@ def _led_over(design: Design, walk: tuple[int, ...], hubs: Sequence[int]) -> tup
 def make_design(
     network: RoadNetwork, task: CoverTask, *, without: dict[str, CoverReason] | None = None
 ) -> Design:
-    """Look at what can be covered, and what it takes at least.
+    """Find the streets that can be covered, and lower bounds of the loops.
 
     Raises `NetworkError` if an edge of the task is not in the network; `RouteError` if not one of the streets
     can be covered.
@@ -222,7 +222,7 @@ def _nothing(network: RoadNetwork, task: CoverTask, left_out: dict[str, CoverRea
 
 
 def _apart(cost: Floats) -> Floats:
-    """Return what closed walks are at least as long as, for each number of them from none.
+    """Return lower bounds on the longest closed walk, for each number of walks from none.
 
     Farthest-first traversal (Gonzalez, "Clustering to minimize the maximum intercluster distance", Theor.
     Comput. Sci. 38, 1985), from each of the farthest streets; O(starts n counts).
@@ -273,7 +273,7 @@ _SAME_STREET = 0.2
 
 
 def _opposite(edge: Edge, others: Sequence[str], network: RoadNetwork) -> str | None:
-    """Return which of the edges the other way between the same junctions is about as long."""
+    """Return the opposite edge between the same junctions, of about the same length."""
     for other in others:
         if abs(network.edges[other].length_m - edge.length_m) <= _SAME_STREET * edge.length_m:
             return other

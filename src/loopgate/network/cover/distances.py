@@ -1,4 +1,4 @@
-"""Shortest ways between the streets to be covered, and what they lead over."""
+"""Shortest ways between the streets to be covered, and the edges on them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -25,14 +25,14 @@ POWER = 12
 
 @kernel
 def worth(length: float, scale: float, share: float) -> float:
-    """Return what a tour is worth; the less the better."""
+    """Return the cost of a tour; less is better."""
     x = length / scale
     return float(x**POWER + share * x)
 
 
 @kernel
 def nearest(rows: Floats, count: int) -> Ints:
-    """Return where each row has its least values, the least first, and equal ones in their order."""
+    """Return the columns of the least values of each row, in ascending order."""
     size = len(rows)
     found = np.empty((size, count), np.int64)
     for row in range(size):

@@ -37,7 +37,7 @@ class LaneGraph:
     """Of each arc: the time for that at the speeds allowed [s]."""
 
     def components(self) -> list[list[int]]:
-        """Return the nodes that can be reached from each other, those with most nodes first."""
+        """Return the strongly connected sets of nodes, the largest first."""
         graph = self.digraph()
         found = [
             sorted(part)
@@ -47,7 +47,7 @@ class LaneGraph:
         return sorted(found, key=lambda part: (-len(part), part))
 
     def within(self, nodes: Iterable[int]) -> LaneGraph:
-        """Return the part of the graph with these nodes only, numbered in the same order."""
+        """Return the subgraph of these nodes, numbered in the same order."""
         kept = sorted(nodes)
         number = np.full(len(self.edges), -1)
         number[kept] = np.arange(len(kept))
@@ -61,7 +61,7 @@ class LaneGraph:
         )
 
     def without_rings(self, waits: Sequence[bool]) -> LaneGraph:
-        """Return the graph with no way from a node back to it on which nobody can wait.
+        """Return the graph without closed ways on which no vehicle can wait.
 
         What lies on such a ring is there once more for who comes from that node, without the way back. Where
         that would cut streets off, the ring stays.
@@ -85,7 +85,7 @@ class LaneGraph:
         return self
 
     def _opened(self, rings: dict[int, set[int]]) -> LaneGraph:
-        """Return the graph with each ring once more, open, for who comes from where it begins."""
+        """Return the graph with an open copy of each ring for vehicles that come from its beginning."""
         edges = list(self.edges)
         tail, head, arc = self.tail.tolist(), self.head.tolist(), list(range(len(self.tail)))
         for begin, ring in rings.items():
@@ -154,7 +154,7 @@ def lane_graph(
 
 
 def _rings(graph: LaneGraph, waits: Sequence[bool]) -> dict[int, set[int]]:
-    """Return by node where vehicles wait what lies on ways from it back to it on which they cannot."""
+    """Return, for each node where vehicles wait, the nodes on ways back to it on which none can wait."""
     roads = graph.digraph()
     short = roads.subgraph(node for node in roads if not waits[node])
     onward: dict[int, set[int]] = {}

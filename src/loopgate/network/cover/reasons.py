@@ -84,7 +84,7 @@ def _graph(pairs: Iterable[tuple[str, str]]) -> nx.DiGraph[str]:
 
 
 def _with(graph: nx.DiGraph[str], node: str) -> set[str]:
-    """Return all that can be reached from a node and leads back to it."""
+    """Return the nodes that can be reached from a node and lead back to it."""
     if node not in graph:
         return set()
     return {*nx.descendants(graph, node), node} & {*nx.ancestors(graph, node), node}

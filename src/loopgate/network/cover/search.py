@@ -107,7 +107,7 @@ def _begin(cost: Floats, tour: Ints, count: int, bound: float) -> TourPlan:
 
 
 def _neighbours(cost: Floats) -> tuple[Ints, Ints]:
-    """Return what `rebuild` calls `near` and `around`."""
+    """Return the neighbour tables `near` and `around` of `rebuild`."""
     far = cost.copy()
     np.fill_diagonal(far, np.inf)
     back = np.ascontiguousarray(far.T)

@@ -80,7 +80,7 @@ def cut_in_two(cost: Floats, tour: Ints, power: int, scale: float) -> tuple[Ints
 
 @kernel
 def _best_cut(between: Floats, power: int, scale: float) -> tuple[int, int]:
-    """Return first and last of the piece to cut out of the tour in whose order the costs are."""
+    """Return first and last index of the piece to cut out of a tour; costs are in the tour's order."""
     size = len(between)
     along = np.zeros(size + 1)
     for place in range(size):

@@ -66,7 +66,7 @@ def allot(laps: Sequence[float], vehicles: int) -> tuple[int, ...]:
 
 
 def vehicles_needed(laps: Sequence[float], revisit_s: float) -> tuple[int, ...]:
-    """Return how many evenly spaced vehicles each loop needs so that nothing waits longer than so long."""
+    """Return how many evenly spaced vehicles each loop needs so that no street waits longer than a time."""
     return tuple(max(1, math.ceil(lap / revisit_s - 1e-9)) for lap in laps)
 
 

@@ -95,7 +95,7 @@ def _polygons(file: str) -> list[tuple[str, shapely.Polygon]]:
 
 
 def read_districts(network: RoadNetwork, file: str, classes: Collection[str]) -> dict[str, tuple[str, ...]]:
-    """Return the edges open to a class of some whose middle lies in each polygon of an XML file, by its id.
+    """Return, by polygon of an XML file, the edges open to a class whose middle lies in it.
 
     Raises `RouteError` if there is no polygon in it, one is none, or has no edge inside; the text names it.
     """

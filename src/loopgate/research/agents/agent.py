@@ -25,7 +25,7 @@ class Outcome(StrEnum):
 
 @dataclass(slots=True)
 class _Branch:
-    """A visit that was passed on: whom to answer, and which answers are missing."""
+    """A visit that was passed on: the robot to answer, and the answers that are missing."""
 
     visit: int
     sender: int
@@ -114,7 +114,7 @@ class Agent:
             self._verdict(payload)
 
     def _occupant(self, state: int, asker: int, asked: int) -> int | None:
-        """Return who holds `state`, with the asking robot standing in the state it asks about."""
+        """Return the robot that holds `state`, if the asking robot stood in the state that it asks about."""
         if state == asked:
             return asker
         seen = self.signals.get(state)

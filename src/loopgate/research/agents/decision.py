@@ -1,4 +1,4 @@
-"""One decision by messages over a network: what robots see, what is decided, and what it cost."""
+"""One decision by messages over a network: signals seen, the decision, and its cost."""
 
 import random
 from dataclasses import dataclass
@@ -28,7 +28,7 @@ class Sensing:
 def sense(
     system: System, configuration: Configuration, robot: int, sensing: Sensing, lookahead: int
 ) -> dict[int, int | None]:
-    """Return the signals that `robot` can read: who stands in each collision state ahead, None for nobody.
+    """Return the signals that `robot` can read: the robot in each collision state ahead, or None.
 
     A state whose signal it cannot read is not in the answer. It looks no further than its next private state.
     """

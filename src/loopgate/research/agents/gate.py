@@ -1,4 +1,4 @@
-"""Algorithm 2 by messages, as a gate: the same answers as ``algorithm2``, and what they cost."""
+"""Algorithm 2 by messages, as a gate: the answers of ``algorithm2``, and the number of messages."""
 
 from loopgate.errors import GateError
 from loopgate.gates import Decision, Reason

@@ -22,7 +22,7 @@ _SILENT = 60
 
 
 class Member:
-    """A robot of one component, with its own copy of what was agreed.
+    """A robot of one component, with its own copy of the agreed entries.
 
     An entry holds when a majority has accepted it. Only then is the mover told, and nothing new is proposed
     before it has moved. A robot that takes over learns from a majority what was accepted last and goes on

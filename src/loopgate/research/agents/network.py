@@ -81,7 +81,7 @@ class MessageNetwork:
         heapq.heappush(self._queue, (arrival, self._order, message))
 
     def run(self, until: float) -> None:
-        """Deliver everything that arrives up to the time `until`, and what is sent on that account."""
+        """Deliver all messages that arrive up to the time `until`, and the answers to them."""
         while self._queue and self._queue[0][0] <= until:
             self.now, _, message = heapq.heappop(self._queue)
             receive = self._receivers.get(message.receiver)

@@ -58,7 +58,7 @@ class _Negotiator:
         self._delays.clear()
 
     def receive(self, message: Message) -> None:
-        """Take what belongs to the negotiation; hand the rest to the agent. Late messages are void."""
+        """Take the messages of the negotiation; hand the others to the agent. Late messages are void."""
         claim = message.payload
         if not isinstance(claim, Claim):
             self.agent.receive(message)
@@ -80,7 +80,7 @@ class _Negotiator:
             self._network.send(Kind.AGREE, self.agent.robot, claim.robot, claim)
 
     def claim(self, robots: int) -> None:
-        """Ask everybody to agree, oneself included: who has agreed to another does not claim."""
+        """Ask all robots to agree, this one included; a robot that has agreed to another claims nothing."""
         if self._agreed_to in {None, self.agent.robot}:
             self._agreed_to = self.agent.robot
             for other in range(robots):
@@ -171,7 +171,7 @@ def _negotiate(
     rng: random.Random,
     fails: Callable[[int], bool],
 ) -> int:
-    """Let coordinators act in turn until somebody has heard of a winner; return how many acted."""
+    """Let coordinators act in turn until some robot has heard of a winner; return how many acted."""
     order = rng.sample(candidates, len(candidates))
     delays = {robot: rng.random() for robot in candidates}
     tried = 0

@@ -110,7 +110,7 @@ def with_algorithm2(rounds: int, seed: int, progress: Callable[[int], None]) -> 
 
 
 def evolution() -> tuple[list[Row], Evolution]:
-    """Make the printed evolution, and compare what the text says of it."""
+    """Repeat the printed evolution, and compare it with the text."""
     system = instance("fig10")
     gate = make_gate("algorithm2", system)
     here = system.initial
@@ -136,7 +136,7 @@ def evolution() -> tuple[list[Row], Evolution]:
 
 
 def circuits() -> list[Row]:
-    """Compare what the text says of orders and of Fig. 5."""
+    """Compare orders and Fig. 5 with the text."""
     system = instance("fig10")
     after = system.move(system.initial, 0)
     (circuit,) = circuits_through(system, after, system.states.index(StateId("s2")))

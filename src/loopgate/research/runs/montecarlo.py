@@ -61,7 +61,7 @@ def run_rounds(
     seed: int,
     progress: Callable[[int], None] = lambda _: None,
 ) -> RoundCounts:
-    """Run `rounds` rounds from the start; a round ends when all are through, or nobody can or may move.
+    """Run `rounds` rounds from the start; a round ends when all robots are through, or none may move.
 
     A robot on a closed path goes on after its first round, so that it is not in the way of others. The
     drawing is uniform among the robots admitted, as in Section 5.1 of Zhou et al. 2020.

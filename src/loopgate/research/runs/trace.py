@@ -1,4 +1,4 @@
-"""One run, move by move: whom the gate admits at each step, and why it refuses the others."""
+"""One run, move by move: the robots that the gate admits at each step, and why it refuses the others."""
 
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass
@@ -101,7 +101,7 @@ def _step(
 
 
 def _why(system: System, here: Configuration, robot: int, reason: Reason) -> str:
-    """Return what a refusal without words of its own is about."""
+    """Return the detail of a refusal that gives none."""
     state = system.next_state(here, robot)
     if state is None or reason not in {Reason.OCCUPIED, Reason.BEHIND}:
         return ""

@@ -179,7 +179,7 @@ def expand(
 
 @kernel
 def spread_back(good: Flags, first: Ints, targets: Small, backwards: bool) -> bool:  # noqa: FBT001
-    """Mark in `good` what has a move to something marked, in one sweep; return whether anything was marked.
+    """Mark in `good` configurations with a move to a marked one, in one sweep; return whether any was marked.
 
     Sweeps down and up in turn until nothing is marked any more find everything from which something marked
     can be reached. Most moves lead to a higher number, so few sweeps do.
@@ -199,7 +199,7 @@ def spread_back(good: Flags, first: Ints, targets: Small, backwards: bool) -> bo
 
 @kernel
 def keep_moving(good: Flags, done: Flags, first: Ints, targets: Small, backwards: bool) -> bool:  # noqa: FBT001
-    """Strike out of `good` what is not done and has no move to something in it, in one sweep.
+    """Strike out of `good` unfinished configurations without a move into it, in one sweep.
 
     Returns whether anything was struck out. Sweeps until nothing is leave the largest part that can be kept.
     """

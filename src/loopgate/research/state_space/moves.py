@@ -1,4 +1,4 @@
-"""Moves between numbered configurations: who can go on for ever by them."""
+"""Moves between numbered configurations, and the configurations from which robots can go on for ever."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ class Moves:
         return self.leading_to(moving.sum(axis=1)[of] + self.rests == self.robots)
 
     def somebody(self, allowed: Flags) -> Flags:
-        """Return whether somebody can move for ever within `allowed`, or all have come to their ends.
+        """Return whether some robot can move for ever within `allowed`, or all have come to their ends.
 
         The largest part of `allowed` that can be kept: each configuration of it has a move to another.
         O(moves) per sweep; few sweeps do.

@@ -42,7 +42,7 @@ PROMISES = ("everyone", "somebody")
 
 
 def promise_of(gate: Gate) -> str:
-    """Return what `gate` is judged by: ``everyone`` or ``somebody`` can go on for ever.
+    """Return the promise by which `gate` is judged: ``everyone`` or ``somebody``.
 
     Its attribute ``promise`` says which; a gate that does not say is taken to promise everyone.
 
@@ -136,7 +136,7 @@ def asking(space: StateSpace, gate: Gate) -> Ask | None:
 
 
 def ask_gate(space: StateSpace, gate: Gate, each: Each | None = None) -> Ask:
-    """Return what asks the gate itself about every robot, and `each` time says what it answered."""
+    """Return a function that asks the gate about every robot, and tells each answer to `each`."""
     moves = space.moves
     robots = range(moves.robots)
     gate = careful(gate, space.system)

@@ -1,4 +1,4 @@
-"""All configurations that a system can reach, with their moves; who can go on for ever."""
+"""All configurations that a system can reach, with their moves, and those that are live."""
 
 from collections.abc import Callable
 from functools import cached_property
@@ -97,11 +97,11 @@ class StateSpace:
 
     @cached_property
     def somebody(self) -> Flags:
-        """Whether somebody can always move on, for ever, without any circular wait on the way."""
+        """Whether some robot can always move on, for ever, without a circular wait on the way."""
         return self.moves.somebody(~self.locked)
 
     def keeping(self, promise: str) -> Flags:
-        """Return what is safe under a promise: `live` for ``everyone``, `somebody` for ``somebody``."""
+        """Return the safe configurations: `live` for ``everyone``, `somebody` for ``somebody``."""
         return self.live if promise == "everyone" else self.somebody
 
     def _fill(self, progress: Callable[[int], None]) -> None:

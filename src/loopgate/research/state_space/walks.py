@@ -24,7 +24,7 @@ class _Judge(NamedTuple):
 
 
 def _judge_for(system: System, promise: str, limit: int) -> _Judge:
-    """Return what can judge `system` by a promise: exactly, or by circular waits where it is too large."""
+    """Return a judge of `system` by a promise: exact, or by circular waits if the system is too large."""
     if promise == "everyone" and homes_decide_liveness(system):
         return _Judge("homing", Homing(system).live)
     try:
@@ -105,7 +105,7 @@ def _ask(
     counts: Counter[str],
     each: Each,
 ) -> tuple[list[int], tuple[str, int] | None]:
-    """Ask a gate about every robot; return those admitted and a promise that is broken, by whose move."""
+    """Ask a gate about every robot; return the admitted robots, and the one that breaks the promise."""
     broken: tuple[str, int] | None = None
     admitted = []
     counts["configurations"] += 1

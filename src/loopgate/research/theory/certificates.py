@@ -1,4 +1,4 @@
-"""Checking what the certified gate claims, decision by decision, without its code and without a search.
+"""Checks the claims of the certified gate, decision by decision, without its code and without a search.
 
 A certificate says for one configuration and one robot whether its move was admitted or refused, and shows
 why. Only the model is used here, so that a mistake of the gate's cannot hide in its own checker.

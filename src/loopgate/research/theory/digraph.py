@@ -1,4 +1,4 @@
-"""The edge-coloured digraph of a system, and what Prop. 1 says of it (Zhou et al. 2020, Def. 5 and 6)."""
+"""The edge-coloured digraph of a system, and Prop. 1 (Zhou et al. 2020, Def. 5 and 6)."""
 
 from __future__ import annotations
 

@@ -122,7 +122,7 @@ class Places:
         return self.wide(place) and self.held(configuration, place) >= self.system.room[place]
 
     def _waits_only(self, configuration: Configuration, place: int, stuck: set[int]) -> bool:
-        """Return whether what leaves `place` next for another place wants one of `stuck`, or may do so."""
+        """Return whether the next robot that leaves `place` wants a place of `stuck`, or may do so."""
         inside = self.system.occupants(configuration, place)
         coming = [
             i

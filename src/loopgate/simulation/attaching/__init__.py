@@ -1,1 +1,1 @@
-"""The front door for simulations of somebody else's: a gate over some of their vehicles."""
+"""The gate over some vehicles of a simulation that its owner starts and steps."""

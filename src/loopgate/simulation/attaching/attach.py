@@ -1,4 +1,4 @@
-"""Puts vehicles of a simulation that somebody else has started and steps under a gate."""
+"""Puts vehicles of a simulation that its owner starts and steps under a gate."""
 
 from typing import Any
 
@@ -91,7 +91,7 @@ def attach(
 
 
 def _check_settings(running: RunningSumo) -> None:
-    """Refuse what makes vehicles drive otherwise than a gate counts on."""
+    """Refuse settings of SUMO with which vehicles drive in ways that a gate does not expect."""
     step_s = running.traffic.step_s
     if step_s > LONGEST_GATED_STEP_S:
         msg = (

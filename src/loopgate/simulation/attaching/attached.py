@@ -1,4 +1,4 @@
-"""A gate over vehicles of a simulation that somebody else has started and steps."""
+"""A gate over vehicles of a simulation that its owner starts and steps."""
 
 from collections.abc import Set as AbstractSet
 from contextlib import ExitStack, suppress
@@ -36,7 +36,7 @@ _STANDING_S = 60.0
 
 
 class _Members:
-    """Tells who is under a gate, whoever that is by then."""
+    """The vehicles under a gate at the time of asking."""
 
     def __init__(self, fleet: Fleet) -> None:
         self._fleet = fleet
@@ -102,7 +102,7 @@ class Attached:
 
     @property
     def events(self) -> pd.DataFrame:
-        """`EVENT_COLUMNS`: what happened to whom, where and when, so far."""
+        """The events so far, as a table of `EVENT_COLUMNS`."""
         return self._recorder.read() if self._events is None else self._events
 
     @property
@@ -143,7 +143,7 @@ class Attached:
 
     @property
     def _known(self) -> AbstractSet[str]:
-        """All that it has taken in or is to take in."""
+        """All vehicles that have joined or wait to join."""
         return self._fleet.members.keys() | self._entrance.newcomers.keys()
 
     def _newcomer(self, vehicle: str) -> Newcomer:
@@ -162,7 +162,7 @@ class Attached:
         return Newcomer(vehicle, self._loop(vehicle, kind), kind, self._traffic.now_s)
 
     def _loop(self, vehicle: str, kind: VehicleType) -> Loop:
-        """Return the loop that the vehicle's route is: one that is known, if it is that or a part of it."""
+        """Return the loop of the vehicle's route: a known loop if the route is that loop or a part of it."""
         route = self._traffic.route(vehicle)[0]
         edges = one_round(route)
         first = edges.index(min(edges))
@@ -210,7 +210,7 @@ class Attached:
                 self._traffic.lead(vehicle, edges[at : edges.index(end, at) + 1])
 
     def after_step(self) -> list[Happening]:
-        """Do what is due after a step of the simulation, and return what happened in it, in order.
+        """Let the gate act after a step of the simulation; return the events of the step in order.
 
         Call it once after each ``simulationStep``.
 
@@ -271,7 +271,7 @@ class Attached:
             self._recorder.note(now, collision.collider, Event.COLLISION, collision.lane, collision.victim)
 
     def _count(self, driver: Driver) -> None:
-        """Add what a vehicle has done under the gate."""
+        """Add the figures of a vehicle under the gate."""
         self._add_up(self._done, driver)
         self._vehicles += 1
 

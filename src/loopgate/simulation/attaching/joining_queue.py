@@ -1,4 +1,4 @@
-"""How vehicles of somebody else's simulation come under a gate, are interfered with, and leave."""
+"""Vehicles of an owner's simulation join the gate, are changed by the owner, and leave."""
 
 import math
 from collections.abc import Iterable, Sequence
@@ -29,7 +29,7 @@ _MOVED_M = 3.0
 
 
 class JoiningQueue:
-    """The vehicles that wait to come under a gate; somebody else makes the steps of the traffic.
+    """The vehicles that wait to join a gate; the owner steps the simulation.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ class JoiningQueue:
             self._engine.answer()
 
     def after_step(self) -> None:
-        """Do what is due after a step of the traffic."""
+        """Act after a step of the simulation."""
         self._notice()
         if self._members:
             self._heed_dynamics()
@@ -90,7 +90,7 @@ class JoiningQueue:
         self._take_in()
 
     def _heed_dynamics(self) -> None:
-        """Count on what vehicles can do now: their owner may have set it.
+        """Read the accelerations and speeds that the owner may have set.
 
         Raises
         ------
@@ -114,7 +114,7 @@ class JoiningQueue:
         vehicles["top"] = np.where(told, faster, vehicles["top"])
 
     def _heed_stops(self) -> None:
-        """Take note of where vehicles stop for their owner; a stop after the one that holds is beyond it."""
+        """Note the owner's stops of vehicles; a stop after the stop that holds a vehicle lies beyond it."""
         for driver in self._engine.drivers:
             before_m, stop, at_m = float(driver.row["stop_m"]), self._traffic.next_stop(driver.id), math.inf
             if stop is not None:
@@ -127,7 +127,7 @@ class JoiningQueue:
                 self._engine.asks_anew(driver)
 
     def _notice(self) -> None:
-        """Let go of those that are gone, and take those for newcomers that are elsewhere than they drove."""
+        """Drop vehicles that are gone; a vehicle that was moved joins anew."""
         if not self._members and not self.newcomers:
             return
         present = set(self._traffic.vehicles())
@@ -156,7 +156,7 @@ class JoiningQueue:
         return abs(driver.track.near(edge, at_m, front_m) - front_m) > _MOVED_M
 
     def _take_in(self) -> None:
-        """Hold newcomers back, and take in those who can be."""
+        """Hold newcomers back, and let those join that can."""
         if self._next is not None and not self._replan(self._next):
             return
         now = self._traffic.now_s

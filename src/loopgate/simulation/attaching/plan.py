@@ -32,7 +32,7 @@ class Plan:
         self._tracks = {name: make_track(network, way) for name, way in self.layout.itineraries.items()}
 
     def extended(self, users: Iterable[tuple[Loop, VehicleType]]) -> Plan:
-        """Return the plan with other loops, or other types on them; the same one if it knows all."""
+        """Return a plan with these loops and types; the same plan if it knows them all."""
         every = tuple(dict.fromkeys((*self.users, *users)))
         return self if len(every) == len(self.users) else Plan(self.network, every)
 
@@ -71,7 +71,7 @@ class Plan:
 
 
 def _among(movements: set[str], legs: tuple[Leg, ...]) -> list[Leg]:
-    """Return the legs, with no other conflicts than those among these movements."""
+    """Return the legs with only the conflicts among these movements."""
     return [replace(leg, crossings=tuple(_without(movements, c) for c in leg.crossings)) for leg in legs]
 
 

@@ -1,4 +1,4 @@
-"""Vehicles that no gate can drive: who drives once becomes ordinary traffic, who is on a loop is refused."""
+"""Vehicles that no gate can drive: trips become ordinary traffic, vehicles on loops are refused."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -53,12 +53,12 @@ class SortedOut:
     lines: tuple[str, ...] = ()
 
     def put_apart(self, whys: Mapping[str, str]) -> None:
-        """Let those who depart later and are named go in ordinary traffic."""
+        """Make the named vehicles that depart later ordinary traffic."""
         self.apart |= whys
         self.let_go({v.id: v for v in self.later if v.id in whys})
 
     def let_go(self, those: Mapping[str, LoopVehicle]) -> None:
-        """Let those who depart later go in ordinary traffic."""
+        """Make vehicles that depart later ordinary traffic."""
         self.ordinary += those.values()
         self.later, self.everybody = (
             [v for v in some if v.id not in those] for some in (self.later, self.everybody)
@@ -68,7 +68,7 @@ class SortedOut:
 def sort_out(
     scenario: Scenario, network: RoadNetwork, everybody: Sequence[LoopVehicle], file: RoutesFile | None
 ) -> SortedOut:
-    """Sort out who is under the gate, when they depart, and who drives in ordinary traffic.
+    """Separate vehicles under the gate, with their departures, from ordinary traffic.
 
     Raises
     ------

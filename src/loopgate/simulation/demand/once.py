@@ -109,7 +109,7 @@ def _led(vehicle: LoopVehicle, way: Loop) -> LoopVehicle:
 
 
 def _counted(way: Loop) -> Iterator[str]:
-    """Yield what a vehicle adds to the load: its lanes, and where it goes from them."""
+    """Yield the load of a vehicle: its lanes, and the movements from them."""
     for span in way.roads:
         yield span.lane_id
     for span, after in pairwise(way.roads):

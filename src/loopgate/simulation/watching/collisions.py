@@ -18,7 +18,7 @@ class Collisions:
         return bool(self._under_way)
 
     def begun(self, reported: Iterable[Collision]) -> list[Collision]:
-        """Return those of the last step that were not there in the step before, whoever is named first."""
+        """Return the collisions of the last step that were not there in the step before."""
         before, now = self._under_way, {(one.collider, one.victim): one for one in reported}
         self._under_way = set(now)
         return [one for pair, one in now.items() if pair not in before and pair[::-1] not in before]

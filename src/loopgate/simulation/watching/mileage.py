@@ -108,7 +108,7 @@ class Mileage:
         self._metres += float(moved_m.sum())
 
     def _take_over(self, there: Sequence[str], now: float) -> None:
-        """Take over who is there now; one that was away, as when it jumps, is not known to have driven."""
+        """Take over the vehicles that are there now; of a vehicle that was away no distance is known."""
         self._last_m.update(zip(self._there, self._at_m[self._rows].tolist(), strict=True))
         fresh = [vehicle for vehicle in there if vehicle not in self._row_of]
         for vehicle in fresh:

@@ -172,7 +172,7 @@ class StarvationWatch:
         return "", str(reason.value if reason else "queue")
 
     def _ahead(self, robot: int) -> list[int]:
-        """Return for whom a vehicle waits: the first in line in its place, else whoever keeps it."""
+        """Return the vehicle that another waits for: the first in line, else the one that blocks it."""
         state = self._keeper.here(robot)
         line = self._keeper.line(state)
         if line and line[0] != robot:

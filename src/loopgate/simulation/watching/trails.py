@@ -60,7 +60,7 @@ class Trails:
             self.catch_up()
 
     def catch_up(self) -> tuple[list[tuple[str, str, str]], list[str]]:
-        """Return who came from which lane onto which since it was asked last, and who is gone."""
+        """Return changes of lane by vehicle since the last call, and the vehicles that are gone."""
         moved: list[tuple[str, str, str]] = []
         gone: list[str] = []
         for now, here, granted in self._seen:
@@ -106,7 +106,7 @@ class Trails:
         return max((at_s for at_s, _ in grants if at_s <= came_s), default=came_s)
 
     def last(self, vehicles: Iterable[str], lanes: Collection[str]) -> tuple[str, float]:
-        """Return who of some vehicles came last onto some lanes, of those that are there, and when [s]."""
+        """Return the vehicle that came last onto some lanes, and when [s]."""
         self.catch_up()
         there = [v for v in vehicles if v in self._lanes and self._lanes[v][-1][1] in lanes]
         at_s, vehicle = max((self.came_s(v, lanes), v) for v in there)
