@@ -5,7 +5,7 @@ BIN    := $(VENV)/bin
 STAMP  := $(VENV)/installed
 
 .DEFAULT_GOAL := help
-.PHONY: help demo readme pictures docs setup test check browser animation format bench bench-replay bench-sweep networks small-networks city throughput soak unseen long-vehicles covering standing watched day scale attached ordinary circulator any-traffic scenarios recount fuzz proofs wheel vehicles-alone lock clean
+.PHONY: help demo readme pictures docs setup test check browser animation format bench bench-replay bench-sweep networks small-networks city throughput soak unseen long-vehicles covering standing watched day scale attached ordinary circulator any-traffic lights scenarios recount fuzz proofs wheel vehicles-alone lock clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-15s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -133,6 +133,13 @@ circulator: $(STAMP) ## three bus lines by timetable among patrol cars and trips
 
 any-traffic: $(STAMP) ## trips in a grid and a district, from light to far beyond what they can take: drained by when, SUMO beside
 	$(BIN)/python analysis/any_traffic.py --drawn grid drt
+
+LIGHTS := "gate" "gate, lights obeyed" "SUMO, its lights" "SUMO, actuated" "SUMO, max-pressure"
+SEEDS ?= 5
+DEMANDS ?= --made avenues web "old town" --times 0.5 1 1.5
+
+lights: $(STAMP) ## an hour of trips among lights, the gate beside SUMO: DEMANDS="--demand NET ROUTES BEGIN ..." for yours
+	$(BIN)/python analysis/any_traffic.py $(DEMANDS) --seeds $(SEEDS) --most-hours 1 --rules $(LIGHTS) --out out/lights
 
 scenarios: $(STAMP) ## ten scenarios of SUMO's own generators, under its rules and under the gate: nothing dropped
 	$(BIN)/python analysis/scenarios.py

@@ -6,10 +6,12 @@ network and building the states is the same for both and comes before.
 Two yardsticks, since vehicles under SUMO's own rules drive less, or stand in gridlock, which is cheap to
 step: *on top* is the time outside SUMO's steps over that in them, in the gated run; *ratio* is the time of
 the gated run over that of SUMO stepping the same vehicles by its own rules with nobody looking on.
+*Prepared* is the share of a whole run that went by before its first step.
 """
 
 from __future__ import annotations
 
+import argparse
 import math
 import statistics
 import subprocess
@@ -40,6 +42,8 @@ LONG_GRID, LIGHTS_GRID = OUT / "grid20-long.net.xml", OUT / "grid20-lights.net.x
 QUARTER_S = 900.0
 TRIPS, TRIP_EVERY_S = OUT / "trips.rou.xml", 3.0
 """Of ordinary traffic: some 75 vehicles at a time."""
+GATED_TRIPS, GATED_TRIP_EVERY_S = OUT / "gated-trips.rou.xml", 1.0
+"""Of trips under the gate, which join and leave all the time."""
 SCENARIO = Scenario(
     network=str(GRID),
     routes=str(OUT / "grid20.rou.xml"),
@@ -67,6 +71,10 @@ ELSEWISE = {
     "lights obeyed": replace(ON_QUEUES, network=str(LIGHTS_GRID), lights="obey"),
     "sumo:DRT, lights obeyed": replace(QUEUES["sumo:DRT"], vehicles=100, lights="obey"),
     "ordinary traffic": replace(ON_QUEUES, traffic=str(TRIPS)),
+    "trips": Scenario(network=str(LONG_GRID), routes=str(GATED_TRIPS), duration_s=QUARTER_S, lights="off"),
+    "trips, lights obeyed": Scenario(
+        network=str(LIGHTS_GRID), routes=str(GATED_TRIPS), duration_s=QUARTER_S, lights="obey"
+    ),
     "sumo:DRT, spaced": replace(QUEUES["sumo:DRT"], vehicles=100, spacing="hold"),
 }
 """What is asked in Python between the parts of the compiled step: other gates, negotiations, surroundings."""
@@ -88,11 +96,14 @@ HEADINGS = {
     "sumo_s": "SUMO [s]",
     "gate_s": "rest [s]",
     "on_top": "on top",
+    "prepared": "prepared",
     "ratio": "ratio",
     "decisions": "decisions",
     "per_s": "decisions/s",
     "laps": "laps",
 }
+
+ALONE = {key: heading for key, heading in HEADINGS.items() if key not in ("gate", "plain_s", "ratio")}
 
 
 def prepare() -> None:
@@ -102,9 +113,10 @@ def prepare() -> None:
     _generate(LONG_GRID, 200)
     _generate(LIGHTS_GRID, 200, "--default-junction-type=traffic_light")
     tool = Path(sumo.SUMO_HOME) / "tools" / "randomTrips.py"
-    trips = (f"--net-file={LONG_GRID}", f"--route-file={TRIPS}", f"--output-trip-file={OUT / 'trips.xml'}")
-    often = (f"--period={TRIP_EVERY_S}", f"--end={QUARTER_S}", "--validate", "--seed=1")
-    subprocess.run([sys.executable, tool, *trips, *often], check=True, capture_output=True, cwd=OUT)
+    for file, every_s in ((TRIPS, TRIP_EVERY_S), (GATED_TRIPS, GATED_TRIP_EVERY_S)):
+        trips = (f"--net-file={LONG_GRID}", f"--route-file={file}", f"--output-trip-file={OUT / 'trips.xml'}")
+        often = (f"--period={every_s}", f"--end={QUARTER_S}", "--validate", "--seed=1")
+        subprocess.run([sys.executable, tool, *trips, *often], check=True, capture_output=True, cwd=OUT)
     network = RoadNetwork.open(GRID)
     bound = SharingBound(network, MAX_SHARED, rho_m=SCENARIO.rho_m)
     loops = generate_loops(network, max(VEHICLES), length_m=(400.0, 1200.0), seed=1, admits=bound.admits)
@@ -141,22 +153,24 @@ def plain_stepping_s(scenario: Scenario) -> float:
 
 def measure(name: str, scenario: Scenario, *, beside: bool = True) -> dict[str, object]:
     """Return the row of one scenario, with SUMO by itself `beside` it or not."""
-    plain, steps, rest = [], [], []
+    plain, steps, rest, prepared = [], [], [], []
     summary = {}
     for _ in range(REPEATS):
         plain.append(plain_stepping_s(scenario) if beside else math.nan)
         summary = simulate(scenario)
         steps.append(summary["wall_s"]["sumo"])
         rest.append(summary["wall_s"]["gate"])
+        prepared.append(summary["wall_s"]["prepared"] / summary["wall_s"]["total"])
     plain_s, sumo_s, gate_s = statistics.median(plain), statistics.median(steps), statistics.median(rest)
     return {
         "network": name,
-        "vehicles": scenario.vehicles,
+        "vehicles": scenario.vehicles or summary["trips"],
         "gate": scenario.gate,
         "plain_s": f"{plain_s:.2f}",
         "sumo_s": f"{sumo_s:.2f}",
         "gate_s": f"{gate_s:.2f}",
         "on_top": f"{gate_s / sumo_s:.0%}",
+        "prepared": f"{statistics.median(prepared):.0%}",
         "ratio": f"{(sumo_s + gate_s) / plain_s:.2f}",
         "decisions": summary["decisions"],
         "per_s": round(summary["decisions"] / summary["wall_s"]["gate"]),
@@ -165,8 +179,18 @@ def measure(name: str, scenario: Scenario, *, beside: bool = True) -> dict[str, 
 
 
 def main() -> None:
-    """Measure and print."""
+    """Measure and print; with names of rows of what is asked in Python, only those."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("only", nargs="*", metavar="ROW", help="only these rows")
+    only = parser.parse_args().only
+    if unknown := [name for name in only if name not in ELSEWISE]:
+        parser.error(f"{unknown[0]} is none of {', '.join(ELSEWISE)}")
     prepare()
+    console = Console(width=max(Console().width, 120))
+    if only:
+        rows = [measure(name, ELSEWISE[name], beside=False) for name in only]
+        console.print(frame_table(pd.DataFrame(rows), ALONE, title=f"queues, median of {REPEATS} runs"))
+        return
     segments = [
         ("grid 100 m", replace(SCENARIO, vehicles=vehicles, gate=gate))
         for vehicles in VEHICLES
@@ -180,13 +204,11 @@ def main() -> None:
             rows.append(measure(*point, beside=point[0] not in ELSEWISE))
             report(len(rows))
     table = pd.DataFrame(rows)
-    console = Console(width=max(Console().width, 120))
     title = f"segments, 100 loops, one simulated hour, median of {REPEATS} runs"
     console.print(frame_table(table[: len(segments)], HEADINGS, title=title))
     headings = {column: heading for column, heading in HEADINGS.items() if column != "gate"}
-    alone = {column: heading for column, heading in headings.items() if column not in ("plain_s", "ratio")}
     first, last = table[len(segments) : -len(ELSEWISE)], table[-len(ELSEWISE) :]
-    tables = ("certified by pressure", first, headings), ("what is asked in Python", last, alone)
+    tables = ("certified by pressure", first, headings), ("what is asked in Python", last, ALONE)
     for what, some, its in tables:
         title = f"queues, {what}, a quarter of a simulated hour, median of {REPEATS} runs"
         console.print(frame_table(some, its, title=title))
