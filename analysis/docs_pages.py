@@ -139,22 +139,14 @@ def _constants(module: ModuleType) -> Iterator[tuple[str, str]]:
 
 
 def functions() -> str:
-    """Return what a notebook can import, with signature and docstring."""
+    """Return what a notebook can import, by object: mkdocstrings adds signature, parameters and examples."""
     parts = ["# Python", "What a notebook imports. Each example is run by a test."]
     for title, module in (("loopgate", loopgate), ("loopgate.analysis", analysis), ("loopgate.plots", plots)):
         parts.append(f"## {title}")
         for name in sorted(module.__all__):
             made = getattr(module, name)
-            said = inspect.getdoc(made) or ""
-            parts += [f"### `{name}` {{ #{title}.{name} }}", _block(f"{name}{_signature(made)}\n\n{said}")]
+            parts.append(f"::: {made.__module__}.{name}\n    options:\n      heading_level: 3")
     return "\n\n".join(parts) + "\n"
-
-
-def _signature(made: object) -> str:
-    if not callable(made) or isinstance(made, type):
-        return ""
-    text = str(inspect.signature(made))
-    return re.sub(r"'([^']*)'", r"\1", text)
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
