@@ -15,13 +15,12 @@ from typing import Any
 import pandas as pd
 from frame_table import frame_table
 from rich.console import Console
+from sweep_runs import sweep_runs
 
 from loopgate.analysis import columns as ac
 from loopgate.analysis import compute_safety, compute_time_to_deadlock
-from loopgate.cli.progress import show_progress
 from loopgate.results import row_columns as c
-from loopgate.runs.results import read_results
-from loopgate.sweep import Sweep, read_sweep, run_sweep
+from loopgate.sweep import Sweep, read_sweep
 
 ROOT = Path(__file__).resolve().parents[1]
 _GIVEN = (c.SEED, "routes")
@@ -61,16 +60,13 @@ def main(name: str) -> None:
     """Run what is missing, then print."""
     sweep = read_sweep(name)
     by, out = varied(sweep), ROOT / "out" / sweep.name
-    with show_progress(sweep.name, total=len(sweep.points())) as report:
-        outcome = run_sweep(sweep, out, report=lambda p: report(p.present + p.done, p.total))
-    runs = read_results(out).runs
-    runs = runs[runs[c.KEY].isin({point.key for point in sweep.points()})]  # not those of earlier versions
+    runs = sweep_runs(sweep, out)
     table = rows_of(runs, by, {key: list(sweep.grid[key]) for key in by})
     if c.NETWORK in by:
         table[c.NETWORK] = [Path(network).name.removesuffix(".net.xml") for network in table[c.NETWORK]]
     console = Console(highlight=False, width=max(Console().width, 150))
     headings = {**{key: key for key in by}, **HEADINGS}
-    console.print(frame_table(table, headings, title=f"{sweep.name}, {outcome.total} runs"))
+    console.print(frame_table(table, headings, title=f"{sweep.name}, {len(runs)} runs"))
     for reason in sorted(set(runs[c.ERROR]) - {""}):
         console.print(f"refused: {reason}")
 

@@ -16,13 +16,12 @@ from pathlib import Path
 from typing import Any
 
 import pandas as pd
+from sweep_runs import sweep_runs
 
 from loopgate.analysis.statistics import mean_interval
-from loopgate.cli.progress import show_progress
 from loopgate.network import Loop, write_loops
 from loopgate.results import row_columns as c
-from loopgate.runs.results import read_results
-from loopgate.sweep import Sweep, run_sweep
+from loopgate.sweep import Sweep
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "studies" / "throughput.md"
@@ -136,10 +135,7 @@ def simulate(study: Study, given: argparse.Namespace) -> pd.DataFrame:
     }
     sweep = Sweep(study.name, base, {}, include=include, folder=ROOT)
     rules = {point.key: name for point, name in zip(sweep.points(), names, strict=True)}
-    with show_progress(study.name, total=len(rules)) as report:
-        run_sweep(sweep, folder, workers=given.jobs, report=lambda p: report(p.present + p.done, p.total))
-    runs = read_results(folder).runs
-    runs = runs[runs[c.KEY].isin(list(rules))].copy()  # not those of earlier versions
+    runs = sweep_runs(sweep, folder, workers=given.jobs)
     runs[RULE] = [rules[key] for key in runs[c.KEY]]
     return runs
 

@@ -19,13 +19,12 @@ import pandas as pd
 from frame_table import frame_table
 from made_networks import narrow_streets, netgenerate, roundabouts
 from rich.console import Console
+from sweep_runs import sweep_runs
 
-from loopgate.cli.progress import show_progress
 from loopgate.errors import ResultsError
 from loopgate.network import RoadNetwork
 from loopgate.results import row_columns as c
-from loopgate.runs.results import read_results
-from loopgate.sweep import Sweep, run_sweep
+from loopgate.sweep import Sweep
 
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGED = ("sumo:DRT", "sumo:bs3d")
@@ -185,13 +184,7 @@ def main() -> None:
         )
     include = [{"network": name, **scenario} for name, scenario in cases]
     sweep = Sweep("unseen", BASE, {}, include=include, folder=Path.cwd())
-    points = {point.key for point in sweep.points()}
-    with show_progress("unseen networks", total=len(points)) as report:
-        run_sweep(
-            sweep, options.out, workers=options.jobs, report=lambda p: report(p.present + p.done, p.total)
-        )
-    runs = read_results(options.out).runs
-    runs = runs[runs[c.KEY].isin(points)]
+    runs = sweep_runs(sweep, options.out, workers=options.jobs)
     if runs.empty:
         msg = f"{options.out}: no rows of this study"
         raise ResultsError(msg)

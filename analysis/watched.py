@@ -24,11 +24,11 @@ from pathlib import Path
 from typing import Any
 
 import pandas as pd
+from sweep_runs import rows_with, sweep_runs
 from throughput_study import ROOT, markdown, with_half, write_section
 
 from loopgate.abstraction.covering import cover_streets
 from loopgate.abstraction.queue_layout import why_not
-from loopgate.cli.progress import show_progress
 from loopgate.errors import LoopgateError
 from loopgate.network import Loop, LoopVehicle, RoadNetwork, generate_loops, read_loops
 from loopgate.network.cover.design import CoverTask
@@ -36,8 +36,7 @@ from loopgate.network.cover.watch import even_starts_m, laps_s, vehicles_needed
 from loopgate.network.routes_text import routes_text, write_text
 from loopgate.network.vehicle_type import DEFAULT_TYPE
 from loopgate.results import row_columns as c
-from loopgate.runs.results import read_results
-from loopgate.sweep import Sweep, run_sweep
+from loopgate.sweep import Sweep
 
 PAGE = ROOT / "docs" / "studies" / "covering.md"
 TABLES = ROOT / "analysis" / "tables" / "watched.md"
@@ -190,16 +189,7 @@ def simulate(cell: Cell, given: argparse.Namespace, seeds: int) -> pd.DataFrame:
     base = {"on_deadlock": "continue", "duration_s": DURATION_S, "warmup_s": WARMUP_S}
     sweep = Sweep(cell.name, base, {}, include=include, folder=ROOT)
     rules = {point.key: name for point, name in zip(sweep.points(), names, strict=True)}
-    if not given.done:
-        with show_progress(cell.name, total=len(rules)) as report:
-            run_sweep(sweep, folder, workers=given.jobs, report=lambda p: report(p.present + p.done, p.total))
-    return rows_of(folder, rules)
-
-
-def rows_of(folder: Path, rules: Mapping[str, str]) -> pd.DataFrame:
-    """Return the rows of the rules that have been run."""
-    runs = read_results(folder).runs
-    runs = runs[runs[c.KEY].isin(list(rules))].copy()
+    runs = rows_with(folder, rules) if given.done else sweep_runs(sweep, folder, workers=given.jobs)
     runs[RULE] = [rules[key] for key in runs[c.KEY]]
     return runs
 
