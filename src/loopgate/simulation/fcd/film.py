@@ -20,6 +20,9 @@ from loopgate.simulation.watching.watch import Watch
 _LENGTH_M, _GAP_M = 5.0, 2.5
 """Length and minimum gap of SUMO's car: FCD output holds neither."""
 
+_MOST_SKIPPED = 3
+"""So many short edges a vehicle may pass between two frames."""
+
 _WIDTH_M = 1.8
 """Width of a car: closer to the middle of its body nobody passes."""
 
@@ -77,6 +80,7 @@ class Film:
         """How long vehicles stood on each edge [s]."""
         self._seen: dict[str, Seen] = {}
         self._on: dict[str, list[Seen]] | None = None
+        self._ways: dict[tuple[str, str], list[str]] = {}
         self._by_lane: dict[str, list[Connection]] = defaultdict(list)
         self._over: dict[str, list[Connection]] = defaultdict(list)
         self._lanes_at: dict[str, set[str]] = defaultdict(set)
@@ -107,17 +111,30 @@ class Film:
             edge = one.lane.rpartition("_")[0]
             inside = edge.startswith(":")
             if edge != course.edge and not inside:
-                if course.edge:
-                    course.after[course.edge] = edge
-                course.edge = edge
-                if not first:
-                    entered.append((vehicle, edge))
+                for passed in self._passed(course.edge, edge):
+                    if course.edge:
+                        course.after[course.edge] = passed
+                    course.edge = passed
+                    if not first:
+                        entered.append((vehicle, passed))
             if one.speed_mps < STANDING_MPS:
                 course.stood_s += self.step_s
                 self.stood_on[course.edge] += self.step_s
             else:
                 course.since_s = self.now_s
         return entered
+
+    def _passed(self, before: str, after: str) -> list[str]:
+        """Return the edges entered between two frames: the new one, after short ones that no frame shows."""
+        if (before, after) not in self._ways:
+            found, ahead = [after], [[before]] if before in self._network.edges else []
+            for _ in range(_MOST_SKIPPED + 1):
+                ahead = [[*way, one.to_edge] for way in ahead for one in self._network.outgoing(way[-1])]
+                if arrived := [way for way in ahead if way[-1] == after]:
+                    found = arrived[0][1:]
+                    break
+            self._ways[before, after] = found
+        return self._ways[before, after]
 
     def vehicles(self) -> Sequence[str]:
         """Return the vehicles on the road, in a fixed order."""
