@@ -106,6 +106,11 @@ GROUPS = {
     help="Serve a vehicle that has waited this long for a grant [s]; 0: never.",
 )
 @click.option(
+    "--decide",
+    metavar="WHO",
+    help="Who decides slots and the chain rule: central (default), or vehicles:range=150,loss=0.1,delay=0.2.",
+)
+@click.option(
     "--lights",
     type=click.Choice(LIGHTS),
     help="Traffic lights: off (default with a gate), keep (default for open), obey (grants into green).",

@@ -11,6 +11,7 @@ from typing import Any, cast
 import numpy as np
 
 from loopgate.drive import step as drive
+from loopgate.drive.among import Among
 from loopgate.drive.blocking import blockers
 from loopgate.drive.codes import (
     CROSSING,
@@ -42,6 +43,7 @@ from loopgate.negotiation.pressure import Pressure
 __all__ = ["Gatekeeper"]
 
 _CHAIN = "chain"
+_POSTS = "posts"
 
 _OUTSIDE = frozenset(number_of(reason) for reason in (Reason.RED, Reason.TRAFFIC, Reason.STOP))
 """Refusals that something outside the system lifts."""
@@ -82,6 +84,10 @@ class Gatekeeper:
         """Whether anything has been granted since the requests were collected."""
         self._decision_us, self._counted = 0.0, 0
         """How long a compiled decision took when it was last timed [us], and how many have been counted."""
+        self.among: Among | None = None
+        """Vehicles that decide the chain rule and slots among themselves; to be set before any are there."""
+        self._posted = False
+        self._all_of_step = True
         self.in_place = self._by_chain = False
         """Whether vehicles can come and go with no gate made anew, and whether the chain rule decides."""
         self._serve_after_s = math.inf
@@ -193,7 +199,7 @@ class Gatekeeper:
     @property
     def compiled(self) -> bool:
         """Whether all is decided in compiled code: by the chain rule and pressure."""
-        return self._by_chain and self._by_pressure
+        return self._by_chain and self._by_pressure and self.among is None
 
     def held(self, state: int) -> int:
         """Return how many vehicles hold `state`."""
@@ -255,6 +261,8 @@ class Gatekeeper:
     def answer(self) -> None:
         """Decide what is pending, and let vehicles go or stay, until nobody else may go; look at lights."""
         waiting = self._run["waiting"][0]
+        if self.among is not None:
+            self._listen(self.among)
         if self._look is not None:
             if waiting:
                 self._look()
@@ -315,7 +323,14 @@ class Gatekeeper:
         while self.timetable and self._step(drive.UNREAD):
             self.read_lights()
         robots = self._in_order(self._step(drive.COLLECT), now_s)
-        if self._by_chain:
+        if self.among is not None:
+            began = perf_counter_ns()
+            self.among.decide(robots, now_s, all_of_step=self._all_of_step)
+            self._all_of_step = False
+            if robots:
+                took_us = (perf_counter_ns() - began) / 1000.0 / len(robots)
+                self._times[_POSTS].add(took_us, times=len(robots))
+        elif self._by_chain:
             if robots:
                 self._decide_by_chain(robots)
         else:
@@ -351,6 +366,30 @@ class Gatekeeper:
 
     def _request(self, robot: int) -> Request:
         return Request(robot, self._state(robot, 0), self._state(robot, 1), float(self._since_s[robot]))
+
+    def _listen(self, among: Among) -> None:
+        """Let vehicles and posts hear what has come since the last step."""
+        if not self._posted:
+            among.begin(self._tables)
+            self._posted = True
+        among.look(float(self._run["now_s"][0]))
+        self._all_of_step = True
+
+    def free_way(self, robot: int) -> bool:
+        """Return whether the crossing of a vehicle is still free; else it is told."""
+        return bool(self._step(drive.STILL_FREE, robot))
+
+    def answer_one(self, robot: int, reason: Reason) -> None:
+        """Let a vehicle go, if the reason is that it is free, or tell it why not."""
+        admitted = int(reason is Reason.FREE)
+        self._step(drive.SETTLE, robot, admitted, number_of(reason), self._code(_POSTS))
+
+    def would_close(self, robot: int) -> bool:
+        """Return whether the chain rule refuses a vehicle, or no slot is free, as one sees who sees all."""
+        wanted = self.wanted(robot)
+        if self.room(wanted) <= 0:
+            return True
+        return self.free(wanted) <= 1 and bool(closes(self, self.here(robot), wanted))
 
     def _decide_by_chain(self, robots: list[int]) -> None:
         self._time(lambda: self._step(drive.DECIDE, robots=np.array(robots, dtype=np.int64)))

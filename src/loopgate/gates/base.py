@@ -43,6 +43,8 @@ class Reason(StrEnum):
     STOP = "stop"
     """Refused for now: it is to stop before it gets there, as its route says or its owner; or behind one that
     is to stop in the next state there is no room yet."""
+    ANSWER = "answer"
+    """Refused for now: vehicles decide by messages, and no answer has come that lets it go."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -33,6 +33,7 @@ WHY: dict[str, str] = {
     Reason.BUDGET: "the gate could not decide in time",
     Reason.FAULT: "the witness failed the gate's own check",
     Reason.STOP: "the vehicle stops before that",
+    Reason.ANSWER: "no answer has come yet",
 }
 """Why a vehicle was refused, in words for readers."""
 

@@ -61,6 +61,7 @@ def _rows(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
             f"median {decision['median']:.0f} us, p99 {decision['p99']:.0f} us, max {decision['max']:.0f} us",
         ),
         ("wall time", f"SUMO {wall['sumo']:.1f} s, gate {wall['gate']:.1f} s, total {wall['total']:.1f} s"),
+        *_messages(summary.get("by_messages")),
         *_surroundings(summary),
         ("audit", _audit(summary["audit"])),
     ]
@@ -154,6 +155,24 @@ def _surroundings(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
         if "promise" in others:
             rows.append(("promise", others["promise"]))
     return rows
+
+
+def _messages(found: Mapping[str, Any] | None) -> list[tuple[str, str]]:
+    """Return the rows about messages, if vehicles decided by them."""
+    if not found:
+        return []
+    kinds = ", ".join(f"{kind} {many}" for kind, many in found["by_kind"].items())
+    why = ", ".join(f"{reason} {many}" for reason, many in found["refused"].items()) or "none"
+    other = sum(found["central_otherwise"].values())
+    lost = f"{found['lost']} lost, {found['too_far']} too far; longest way {found['longest_m']:.0f} m"
+    return [
+        (
+            "messages",
+            f"{found['messages']}, {found['per_move']:.2f} for each of {found['moves']} moves; {lost}",
+        ),
+        ("messages by kind", kinds),
+        ("refused by posts", f"{why}; {other} of them a central gate would have granted"),
+    ]
 
 
 def _spacing(summary: Mapping[str, Any]) -> list[tuple[str, str]]:

@@ -262,6 +262,7 @@ def summary(
         "gate": scenario.gate,
         "negotiation": scenario.rule_for_negotiation if keeper else "",
         **promise_figures(keeper),
+        "decide": scenario.decide,
         "lights": scenario.rule_for_lights,
         "spacing": scenario.rule_for_spacing,
         "starts": scenario.rule_for_starts,
@@ -279,7 +280,7 @@ def summary(
         "decisions": decisions.count,
         "refusals": dict(sorted(keeper.refusals.items())) if keeper else {},
         "stages": {stage: times["count"] for stage, times in stage_us.items()},
-        "messages": keeper.messages if keeper else 0,
+        "messages": _messages(keeper),
         "decision_us": decisions.summary(),
         "stage_us": stage_us,
         "wall_s": {
@@ -292,6 +293,12 @@ def summary(
         "versions": versions("eclipse-sumo", "libsumo"),
         "command": scenario.command(str(folder.path)),
     }
+
+
+def _messages(keeper: Gatekeeper | None) -> int:
+    if keeper is None:
+        return 0
+    return keeper.messages + (sum(keeper.among.sent.values()) if keeper.among is not None else 0)
 
 
 def promise_figures(keeper: Gatekeeper | None) -> dict[str, str]:

@@ -11,6 +11,7 @@ from typing import Any
 from loopgate.audit import read_layout, write_layout
 from loopgate.disk import writing
 from loopgate.drive.changing import ChangingEngine
+from loopgate.errors import ScenarioError
 from loopgate.folders import remove_abandoned, temporary_folder
 from loopgate.gates import Gate, make_gate
 from loopgate.model import System, write_system
@@ -296,6 +297,12 @@ def _fleet(
 ) -> Fleet:
     """Return the fleet of a gated run, whose vehicles are to be taken over."""
     system, gate, orders = keeping
+    air = scenario.by_messages
+    if air is not None and (assembly.departures or assembly.stops or assembly.others):
+        msg = (
+            "decide: vehicles works with loops without stops, whose vehicles are all there from the beginning"
+        )
+        raise ScenarioError(msg)
     rules = Rules(
         scenario.gate,
         orders,
@@ -305,6 +312,8 @@ def _fleet(
         foresees=True,
         unforeseen=assembly.unforeseen,
         expects=bool(assembly.departures) or assembly.contains,
+        air=air,
+        seed=scenario.seed,
     )
     fleet = Fleet(assembly.network, traffic, recorder, rules)
     abstraction = assembly.abstraction

@@ -19,6 +19,7 @@ from loopgate.plugins import in_file
 from loopgate.reading import as_path, is_file, meant, read_toml, shown
 from loopgate.simulation.sumo_words import own_words
 from loopgate.simulation.values import Rule, amounts, checked, choice, flag, length_range, real, text, whole
+from loopgate.vehicles.air import CENTRAL, AirSettings, read_decide
 
 ABSTRACTIONS = ("segments", "queues")
 LIGHTS = ("off", "keep", "obey")
@@ -98,6 +99,9 @@ class Scenario:
     serve_after_s
         How long a vehicle may wait for a grant before others make room for it [s]; 0 for never. Where the
         gate promises by the chain rule that everyone goes on.
+    decide
+        ``central``: one program decides; ``vehicles``, with the options ``range`` [m], ``loss`` and ``delay``
+        [s]: vehicles and posts at the road decide slots and the chain rule by messages.
     lights
         ``off``, ``keep`` or ``obey``; empty for ``off`` under a gate and ``keep`` under ``open``.
     spacing
@@ -165,6 +169,7 @@ class Scenario:
     negotiation: Annotated[str, text()] = ""
     who: Annotated[str, text()] = ""
     serve_after_s: Annotated[float, real(0.0, _LONG_S)] = SERVE_AFTER_S
+    decide: Annotated[str, text()] = CENTRAL
     lights: Annotated[str, choice(("", *LIGHTS))] = ""
     spacing: Annotated[str, choice(("", *SPACINGS))] = ""
     starts: Annotated[str, choice(("", *STARTS))] = ""
@@ -193,6 +198,7 @@ class Scenario:
             raise ScenarioError(msg)
         _check_names(self.gate, self.rule_for_negotiation)
         self._check_incidents()
+        self._check_decide()
         if self.traffic and self.gated and self.abstraction != "queues":
             msg = (
                 f"traffic: with gate {self.gate} it works on abstraction queues only; on {self.abstraction} "
@@ -226,6 +232,28 @@ class Scenario:
         if self.incidents and self.gated and self.abstraction != "queues":
             msg = "incidents: on abstraction segments nothing contains them; take queues"
             raise ScenarioError(msg)
+
+    def _check_decide(self) -> None:
+        if self.by_messages is None:
+            return
+        wrong = {
+            f"gate {self.gate}": self.gate.partition(":")[0] != "certified",
+            f"abstraction {self.abstraction}": self.abstraction != "queues",
+            "traffic": bool(self.traffic),
+            "incidents": bool(self.incidents),
+        }
+        for what, there in wrong.items():
+            if there:
+                msg = (
+                    f"decide: vehicles works with gate certified on queues, without ordinary traffic and "
+                    f"incidents; found {what}; take central"
+                )
+                raise ScenarioError(msg)
+
+    @property
+    def by_messages(self) -> AirSettings | None:
+        """How messages come by which vehicles decide; None if one program decides."""
+        return read_decide(self.decide)
 
     @property
     def stop_files(self) -> tuple[Path, ...]:

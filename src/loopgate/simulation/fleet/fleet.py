@@ -6,13 +6,14 @@ from dataclasses import dataclass
 from time import perf_counter
 
 from loopgate.abstraction.itinerary import Itinerary
+from loopgate.drive.among import Among
 from loopgate.drive.changing import ChangingEngine
 from loopgate.drive.driver import Driver
 from loopgate.drive.gatekeeper import Gatekeeper
 from loopgate.drive.ground import Ground
 from loopgate.drive.timetable import Timetable
 from loopgate.drive.track import Track
-from loopgate.errors import GateError
+from loopgate.errors import GateError, ScenarioError
 from loopgate.gates import Gate, make_gate
 from loopgate.gates.certified.chain import closes_by_entering
 from loopgate.gates.certified.crowding import SPARE, find_crowd
@@ -25,6 +26,7 @@ from loopgate.simulation.around.lights import signals_of
 from loopgate.simulation.around.surroundings import Surroundings
 from loopgate.simulation.scenario import SERVE_AFTER_S
 from loopgate.traffic.base import Traffic
+from loopgate.vehicles.air import AirSettings
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,6 +45,8 @@ class Rules:
         See `Engine`.
     expects
         Whether vehicles come later, on ways that are all known from the beginning on.
+    air, seed
+        How messages come by which vehicles decide, None if one program does; and what draws their fates.
     """
 
     gate: object
@@ -53,6 +57,8 @@ class Rules:
     foresees: bool = False
     unforeseen: Container[str] = ()
     expects: bool = False
+    air: AirSettings | None = None
+    seed: int = 0
 
 
 class Fleet:
@@ -128,6 +134,14 @@ class Fleet:
         """Begin with these vehicles, one per robot, which stand as the system says; or with none of them."""
         self.engine.stand(tracks)
         self.engine.go_by(system, gate, joined=self._rules.expects)
+        if self._rules.air is not None:
+            if not self.keeper.by_chain:
+                msg = (
+                    "decide: vehicles works where the chain rule decides alone: two vehicles at least, and "
+                    "all places hold two; take central"
+                )
+                raise ScenarioError(msg)
+            self.keeper.among = Among(self._rules.air, self._rules.seed, self.keeper)
 
     def take_in(self, tracks: Sequence[Track], *, beyond: int = 0) -> bool:
         """Take vehicles in together if places and gate allow it; return whether they do.

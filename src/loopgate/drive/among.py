@@ -1,0 +1,376 @@
+"""Vehicles and posts that decide the chain rule and slots among themselves, by messages in simulated time.
+
+`loopgate.vehicles` says what each does with a message, knowing its own state and nothing else. Here is the
+world around them: the air, what a vehicle senses (that it is first in line, that its crossing is free, that
+its rear is out), and its motor.
+
+What is answered within half a step counts in that step, else in the next: the simulator knows no time between
+steps.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from itertools import pairwise
+from random import Random
+from typing import Any, NamedTuple, Protocol, cast
+
+import numpy as np
+
+from loopgate.drive.tables import Tables
+from loopgate.drive.whereabouts import Whereabouts
+from loopgate.errors import ScenarioError
+from loopgate.gates import Reason
+from loopgate.vehicles import post as posts
+from loopgate.vehicles import vehicle as cars
+from loopgate.vehicles.air import Air, AirSettings
+from loopgate.vehicles.messages import (
+    Ask,
+    Changed,
+    Clear,
+    Goes,
+    Grant,
+    Left,
+    Message,
+    Moved,
+    Offer,
+    Probe,
+    Refuse,
+    Room,
+    ToPost,
+    Why,
+)
+from loopgate.vehicles.post import Entry, Kept, Post
+from loopgate.vehicles.vehicle import Vehicle
+
+__all__ = ["Among", "Motor"]
+
+_ROOM_PATIENCE_S = 5.0
+"""After so long a vehicle that found a place full asks again, though it has not heard of room [s]."""
+
+_WHY = {
+    Why.FULL: Reason.OCCUPIED,
+    Why.BUSY: Reason.OCCUPIED,
+    Why.CIRCLE: Reason.DEADLOCK,
+    Why.OLDER: Reason.ANSWER,
+    Why.CHANGED: Reason.ANSWER,
+    Why.LATE: Reason.ANSWER,
+}
+
+
+class _Patience(NamedTuple):
+    """The end of a post's patience with a slot that is kept."""
+
+    place: int
+    kept: Kept
+
+
+class _Mind(NamedTuple):
+    """Something comes to a vehicle's mind: that it heard of room, or that no post has answered it."""
+
+    number: int
+    heard: bool
+
+
+_Event = Message | _Patience | _Mind
+
+
+class Motor(Protocol):
+    """What a vehicle can do and sense on the road."""
+
+    def free_way(self, robot: int) -> bool:
+        """Return whether its crossing is still free; else it is told."""
+        ...
+
+    def answer_one(self, robot: int, reason: Reason) -> None:
+        """Let it go, if the reason is that it is free, or tell it why not."""
+        ...
+
+    def would_close(self, robot: int) -> bool:
+        """Return whether a gate that sees all would refuse it: for figures only."""
+        ...
+
+    def line(self, state: int) -> list[int]:
+        """Return who stands in line in a place at the beginning."""
+        ...
+
+
+class Among:
+    """The vehicles and posts of a run.
+
+    Parameters
+    ----------
+    settings
+        Of the air.
+    seed
+        Draws what is lost, and how long messages take.
+    motor
+        What vehicles do.
+    """
+
+    def __init__(self, settings: AirSettings, seed: int, motor: Motor) -> None:
+        self.settings = settings
+        self.air: Air[_Event] = Air(settings, Random(f"air {seed}"))
+        self._motor = motor
+        self.posts: list[Post] = []
+        self.vehicles: list[Vehicle] = []
+        self.sent: Counter[str] = Counter()
+        self.moves = self.unsafe = self.given_back = 0
+        self.refused: Counter[str] = Counter()
+        self.otherwise: Counter[str] = Counter()
+        """Refusals by reason, and those of them that a gate that sees all would not have given."""
+        self._clock_s = 0.0
+        self._ready: dict[int, None] = {}
+        self._open: set[int] = set()
+        """Who has asked in this step and has no answer."""
+        self._asked_s: dict[int, float] = {}
+        self._full: dict[int, dict[int, float]] = {}
+        """By place, who found it full, and when it asks again all the same [s]."""
+        self._held: dict[int, Grant] = {}
+        """Grants that came between two steps."""
+        self._repeating: set[int] = set()
+        self._patience_s = max(1.0, 6.0 * settings.delay_s)
+        self._probe_s = 2.0 + 40.0 * settings.delay_s
+
+    def begin(self, tables: Tables) -> None:
+        """Begin as vehicles stand in the tables, each whole in one place."""
+        v, states = cast("Any", tables.vehicles), cast("Any", tables.states)
+        self._v, self._run, self._entries = v, cast("Any", tables.run), cast("Any", tables.entries)
+        self._pending, self._reasons, self._decided = v["pending"], v["reason"], v["decided"]
+        self._since_s, self._tail = v["since_s"], v["tail"]
+        self._tails = self._tail.copy()
+        self.where = where = Whereabouts(tables)
+        self.vehicles = [
+            Vehicle(n, tuple(way.places), int(v["granted"][n]) % len(way.places))
+            for n, way in enumerate(where.ways)
+        ]
+        for car in self.vehicles:
+            if car.place == car.wanted:
+                msg = "decide vehicles: a loop has one place twice in a row; take central"
+                raise ScenarioError(msg)
+        widest_m = max(where.over_m.values(), default=0.0)
+        longest_m = float((v["length_m"] + v["top"] * self._run["step_s"][0]).max(initial=0.0))
+        if self.settings.range_m < max(widest_m, longest_m):
+            least_m = max(widest_m, longest_m)
+            msg = (
+                f"decide vehicles: range is {self.settings.range_m:g} m; expected at least {least_m:.1f} m, "
+                "or those on both sides of a crossing do not hear each other"
+            )
+            raise ScenarioError(msg)
+        rooms = states["room"].tolist()
+        self.posts = [
+            Post(
+                s, max(2, rooms[s]), tuple(Entry(n, 0, self.vehicles[n].wanted) for n in self._motor.line(s))
+            )
+            for s in range(len(rooms))
+        ]
+
+    def look(self, now_s: float) -> None:
+        """Let come what came since the last step, and let vehicles sense what has changed in it."""
+        self._ready = {}
+        while (event := self.air.next(now_s)) is not None:
+            self._comes(*event)
+        self._clock_s = max(self._clock_s, now_s)
+        for number in np.flatnonzero(self._tail != self._tails).tolist():
+            for _ in range(int(self._tail[number] - self._tails[number])):
+                self._rear_out(number)
+            self._tails[number] = self._tail[number]
+        occupied = list(Reason).index(Reason.OCCUPIED) + 1
+        for number in self._entries["waiting"][: int(self._run["waiting"][0])].tolist():
+            if self._reasons[number] == occupied and self._may_ask(number):
+                self._ask(number)  # its place is full as it sees it; so the answer is no
+        self._run["version"] += 1  # what is refused for a late answer is looked at again
+
+    def decide(self, robots: Sequence[int], now_s: float, *, all_of_step: bool) -> None:
+        """Let those ask whose crossings are free, in this order, and wait for answers for half a step."""
+        self._ready = dict.fromkeys(robots)
+        if all_of_step:
+            held, self._held = self._held, {}
+            for number, grant in held.items():
+                self._use(number, grant)
+        self._open = set()
+        for number in robots:
+            if self._pending[number] and self._may_ask(number):
+                self._ask(number)
+                self._open.add(number)
+        until_s = now_s + float(self._run["step_s"][0]) / 2.0
+        while self._open and (event := self.air.next(until_s)) is not None:
+            self._comes(*event)
+        for number in robots:
+            if self._pending[number] and self._ready.get(number, 0) is None:
+                self._refuse(number, Reason.ANSWER)
+        self._ready, self._open = {}, set()
+
+    def _may_ask(self, number: int) -> bool:
+        asked_s = self._asked_s.get(number)
+        if asked_s is not None and self._clock_s - asked_s < self._patience_s:
+            return False
+        return number not in self._held and self._clock_s >= self._full_until_s(number)
+
+    def _full_until_s(self, number: int) -> float:
+        return self._full.get(self.vehicles[number].wanted, {}).get(number, -1.0)
+
+    def _ask(self, number: int) -> None:
+        car = self.vehicles[number]
+        self._asked_s[number] = self._clock_s
+        self._full.get(car.wanted, {}).pop(number, None)
+        self._say_as(number, [cars.ask(car, (float(self._since_s[number]), number))])
+
+    def _comes(self, at_s: float, event: _Event) -> None:
+        self._clock_s = max(self._clock_s, at_s)
+        if isinstance(event, Ask | Goes | Moved | Left | Probe | Clear | Changed):
+            self._comes_to_post(event)
+        elif isinstance(event, _Patience):
+            self._out_of_patience(event)
+        elif isinstance(event, _Mind):
+            self._comes_to_mind(event)
+        else:
+            self._comes_to_vehicle(event)
+
+    def _comes_to_post(self, message: ToPost) -> None:
+        before = self.posts[message.place]
+        after, out = posts.receive(before, message)
+        self.posts[message.place] = after
+        if after.kept is not None and after.kept is not before.kept:
+            self.air.wake(self._clock_s + self._probe_s, _Patience(message.place, after.kept))
+        self._say_from(message.place, out)
+
+    def _out_of_patience(self, late: _Patience) -> None:
+        if self.posts[late.place].kept == late.kept:
+            self.posts[late.place], out = posts.expire(self.posts[late.place])
+            self._say_from(late.place, out)
+
+    def _comes_to_mind(self, mind: _Mind) -> None:
+        car = self.vehicles[mind.number]
+        if mind.heard:
+            self._full.get(car.wanted, {}).pop(mind.number, None)
+            return
+        self._repeating.discard(mind.number)
+        if car.untold:
+            self._say_as(mind.number, cars.repeat(car))
+
+    def _comes_to_vehicle(self, message: Grant | Refuse | Offer | Room) -> None:
+        number = message.vehicle
+        car = self.vehicles[number]
+        if isinstance(message, Room):
+            self.vehicles[number] = cars.heard(car, message)
+        elif isinstance(message, Offer):
+            self._full.get(car.wanted, {}).pop(number, None)
+            self._asked_s.pop(number, None)
+            if number in self._ready and self._pending[number] and number not in self._open:
+                self._ask(number)
+                self._open.add(number)
+        elif isinstance(message, Refuse):
+            if message.number == car.number + 1:
+                self._refused(number, message)
+        elif cars.awaits(car, message):
+            self._asked_s.pop(number, None)
+            self._open.discard(number)
+            if number in self._ready:
+                self._use(number, message)
+            else:
+                self._held[number] = message
+        else:
+            self.vehicles[number], out = cars.granted(car, message)
+            self._say_as(number, out)
+
+    def _refused(self, number: int, refusal: Refuse) -> None:
+        why = refusal.why
+        self._asked_s.pop(number, None)
+        self._open.discard(number)
+        self.refused[why.value] += 1
+        if self._pending[number] and not self._motor.would_close(number):
+            self.otherwise[why.value] += 1
+        if why is Why.FULL:
+            self._full.setdefault(refusal.place, {})[number] = self._clock_s + _ROOM_PATIENCE_S
+        if number in self._ready and self._pending[number]:
+            self._refuse(number, _WHY[why])
+
+    def _refuse(self, number: int, reason: Reason) -> None:
+        self._motor.answer_one(number, reason)
+        self._decided[number] = reason is not Reason.ANSWER  # it may be asked about again in each step
+        self._ready.pop(number, None)
+
+    def _use(self, number: int, grant: Grant) -> None:
+        """Go, if the crossing is free; else give the grant back."""
+        car = self.vehicles[number]
+        if not cars.awaits(car, grant):
+            return
+        ready = number in self._ready and bool(self._pending[number])
+        self._ready.pop(number, None)
+        if not (ready and self._motor.free_way(number)):
+            self.given_back += 1
+            self.vehicles[number], out = cars.give_back(car, grant)
+            self._say_as(number, out)
+            return
+        self.unsafe += self._motor.would_close(number)
+        self._motor.answer_one(number, Reason.FREE)
+        self.moves += 1
+        self.vehicles[number], out = cars.granted(car, grant)
+        self._say_as(number, out)
+
+    def _rear_out(self, number: int) -> None:
+        self.vehicles[number], out = cars.rear_out(self.vehicles[number])
+        self._say_as(number, out)
+
+    def _say_as(self, number: int, out: Sequence[Message]) -> None:
+        """Send what a vehicle says: `Goes` and `Moved` are one transmission."""
+        both = len(out) > 1 and isinstance(out[0], Goes)
+        for message in out:
+            place = cast("ToPost", message).place
+            stretches_m = [self.where.to_m(number, place)]
+            if isinstance(message, Left) and stretches_m[0] > self.settings.range_m:
+                stretches_m = self.where.back_to_m(number, place)
+            if isinstance(message, Left) and number not in self._repeating:
+                self._repeating.add(number)
+                self.air.wake(self._clock_s + self._patience_s, _Mind(number, heard=False))
+            self._send(message, stretches_m, counted=not (both and isinstance(message, Moved)))
+
+    def _say_from(self, place: int, out: Sequence[Message]) -> None:
+        """Send what a post says."""
+        over_m = self.where.over_m
+        for message in out:
+            if isinstance(message, Probe):
+                self._send(message, [over_m[place, message.place]])
+            elif isinstance(message, Clear | Changed):
+                path = message.path
+                self._send(message, [over_m[pair] for pair in reversed(list(pairwise(path)))])
+            else:
+                number = cast("Grant", message).vehicle
+                stretches_m = [self.where.to_m(number, place)]
+                if isinstance(message, Room):
+                    if stretches_m[0] > self.settings.range_m:
+                        stretches_m = self.where.back_to_m(number, place)[::-1]
+                    self._tell_who_waits(place)
+                self._send(message, stretches_m)
+
+    def _tell_who_waits(self, place: int) -> None:
+        for number in self._full.get(place, ()):
+            self._send(_Mind(number, heard=True), [self.where.to_m(number, place)], counted=False)
+
+    def _send(self, message: _Event, stretches_m: Sequence[float], *, counted: bool = True) -> None:
+        if counted:
+            self.sent[type(message).__name__] += len(stretches_m)
+        self.air.send(self._clock_s, message, stretches_m)
+
+    def report(self) -> dict[str, Any]:
+        """Return the figures of the messages."""
+        moves = max(1, self.moves)
+        sent = {kind.lower(): many for kind, many in sorted(self.sent.items())}
+        return {
+            "range_m": self.settings.range_m,
+            "loss": self.settings.loss,
+            "delay_s": self.settings.delay_s,
+            "moves": self.moves,
+            "messages": sum(sent.values()),
+            "per_move": round(sum(sent.values()) / moves, 3),
+            "by_kind": sent,
+            "lost": self.air.lost,
+            "too_far": self.air.beyond,
+            "longest_m": round(self.air.longest_m, 1),
+            "given_back": self.given_back,
+            "refused": dict(sorted(self.refused.items())),
+            "central_otherwise": dict(sorted(self.otherwise.items())),
+            "unsafe": self.unsafe,
+        }

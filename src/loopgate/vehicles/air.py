@@ -1,0 +1,137 @@
+"""The air: how far, how surely and how soon messages come; and those that are under way."""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import inf, isfinite
+from random import Random
+from typing import Generic, TypeVar
+
+from loopgate.errors import ScenarioError
+from loopgate.reading import shown
+
+M = TypeVar("M")
+
+CENTRAL, VEHICLES = "central", "vehicles"
+_LONGEST_S, _FARTHEST_M = 60.0, 1e6
+
+
+@dataclass(frozen=True, slots=True)
+class AirSettings:
+    """How far, how surely and how soon messages come.
+
+    Attributes
+    ----------
+    range_m
+        How far one is heard [m].
+    loss
+        The share of transmissions that are not heard, from 0 to below 1.
+    delay_s
+        How long one takes in the mean [s]: from half of it to half as much again, by lot.
+    """
+
+    range_m: float = 150.0
+    loss: float = 0.0
+    delay_s: float = 0.1
+
+
+_OPTIONS = {
+    "range": (1.0, _FARTHEST_M, "range_m", "metres, from 1 to 1e6"),
+    "loss": (0.0, 0.95, "loss", "a share from 0 to 0.95"),
+    "delay": (0.0, _LONGEST_S, "delay_s", "seconds, from 0 to 60"),
+}
+
+
+def read_decide(spec: str) -> AirSettings | None:
+    """Return the settings of ``vehicles:range=150,loss=0.1,delay=0.2``; None for ``central``.
+
+    Raises
+    ------
+    ScenarioError
+        If it is neither, or an option is unknown or has no such value.
+
+    Examples
+    --------
+    >>> read_decide("vehicles:loss=0.1")
+    AirSettings(range_m=150.0, loss=0.1, delay_s=0.1)
+    """
+    if spec == CENTRAL:
+        return None
+    name, colon, rest = spec.partition(":")
+    if name != VEHICLES:
+        msg = f"decide is {shown(spec)}; expected {CENTRAL}, or {VEHICLES}:range=150,loss=0.1,delay=0.2"
+        raise ScenarioError(msg)
+    values: dict[str, float] = {}
+    for part in rest.split(",") if colon else ():
+        option, _, text = part.partition("=")
+        if option not in _OPTIONS:
+            msg = f"decide {VEHICLES}: unknown option {shown(option)}; its options are {', '.join(_OPTIONS)}"
+            raise ScenarioError(msg)
+        least, most, field, expected = _OPTIONS[option]
+        try:
+            value = float(text)
+        except ValueError:
+            value = inf
+        if not isfinite(value) or not least <= value <= most:
+            msg = f"decide {VEHICLES}: {option} is {shown(text)}; expected {expected}"
+            raise ScenarioError(msg)
+        values[field] = value
+    return AirSettings(**values)
+
+
+class Air(Generic[M]):
+    """Messages under way.
+
+    Parameters
+    ----------
+    settings
+        How far, how surely and how soon they come.
+    rng
+        Draws which are lost, and how long each takes.
+
+    Attributes
+    ----------
+    transmissions
+        How many were sent, stretch by stretch.
+    lost, beyond
+        How many of them were not heard by lot, and because it was too far.
+    longest_m
+        The longest stretch on which one was heard [m].
+    """
+
+    def __init__(self, settings: AirSettings, rng: Random) -> None:
+        self.settings = settings
+        self._rng = rng
+        self._under_way: list[tuple[float, int, M]] = []
+        self.transmissions = self.lost = self.beyond = 0
+        self.longest_m = 0.0
+        self._sent = 0
+
+    def send(self, now_s: float, message: M, stretches_m: Sequence[float]) -> None:
+        """Send a message over one stretch after the other; it comes, if it is heard at the end of each."""
+        said, rng, at_s = self.settings, self._rng, now_s
+        for far_m in stretches_m:
+            self.transmissions += 1
+            if far_m > said.range_m:
+                self.beyond += 1
+                return
+            if said.loss and rng.random() < said.loss:
+                self.lost += 1
+                return
+            self.longest_m = max(self.longest_m, far_m)
+            at_s += said.delay_s * rng.uniform(0.5, 1.5)
+        self.wake(at_s, message)
+
+    def wake(self, at_s: float, message: M) -> None:
+        """Let something come at a time, without the air."""
+        self._sent += 1
+        heapq.heappush(self._under_way, (at_s, self._sent, message))
+
+    def next(self, until_s: float) -> tuple[float, M] | None:
+        """Return when the next message comes, and it; None if none does until then."""
+        if not self._under_way or self._under_way[0][0] > until_s:
+            return None
+        at_s, _, message = heapq.heappop(self._under_way)
+        return at_s, message

@@ -1,0 +1,103 @@
+"""Vehicles that decide among themselves, in SUMO: nobody is handed what it cannot know; no collision."""
+
+from __future__ import annotations
+
+import dataclasses
+import inspect
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from loopgate.drive.among import Among
+from loopgate.errors import ScenarioError
+from loopgate.simulation.fleet import fleet
+from loopgate.simulation.run import simulate
+from loopgate.simulation.scenario import Scenario
+from loopgate.vehicles import post as posts
+from loopgate.vehicles import vehicle as cars
+from loopgate.vehicles.post import Post
+from loopgate.vehicles.vehicle import Vehicle
+
+pytestmark = pytest.mark.sumo
+
+GRID = str(Path(__file__).parents[2] / "networks" / "grid5-priority.net.xml")
+CROWD = Scenario(network=GRID, loops=40, vehicles=250, duration_s=60.0, decide="vehicles:loss=0.2,delay=0.3")
+PLAIN = (int, float, str, bool, type(None))
+
+
+def _parts(thing: Any) -> list[Any]:  # noqa: ANN401  whatever is in there
+    if dataclasses.is_dataclass(thing):
+        return [getattr(thing, field.name) for field in dataclasses.fields(thing)]
+    assert isinstance(thing, tuple), f"{type(thing)} can hold more than what it shows"
+    return list(thing)
+
+
+def _numbers(thing: Any) -> None:  # noqa: ANN401  whatever is in there
+    """Fail if a thing holds anything but numbers and words."""
+    if not isinstance(thing, PLAIN):
+        for part in _parts(thing):
+            _numbers(part)
+
+
+def test_a_crowd_with_loss_is_clean_and_nobody_is_handed_more_than_it_knows(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Vehicles know their loops and what they heard; posts their place; and all of it is numbers."""
+    made: list[Among] = []
+
+    class Kept(Among):
+        def __init__(self, *given: Any) -> None:  # noqa: ANN401  as `Among`
+            super().__init__(*given)
+            made.append(self)
+
+    monkeypatch.setattr(fleet, "Among", Kept)
+    summary = simulate(CROWD, tmp_path / "run")
+    assert (summary["outcome"], summary["audit"], summary["clean"]) == ("done", "clean", True)
+    found = summary["by_messages"]
+    assert found["unsafe"] == 0
+    assert found["moves"] > 100
+    assert found["lost"] > 100
+    assert found["by_kind"]["probe"] > 0
+    assert summary["messages"] == found["messages"]
+    (among,) = made
+    for car in among.vehicles:
+        _numbers(car)
+        assert {place for place, _ in (*car.rears, *car.untold)} <= set(car.loop)
+    for post in among.posts:
+        _numbers(post)
+        assert len(post.line) <= post.slots
+    said = {field.name for field in dataclasses.fields(Vehicle)}
+    assert said == {"id", "loop", "at", "number", "inside", "rears", "untold"}
+    assert {field.name for field in dataclasses.fields(Post)} == {
+        *("place", "slots", "line", "known", "rears", "kept", "probes", "gone")
+    }
+
+
+@pytest.mark.parametrize("decides", [posts.receive, posts.expire, posts.inquire])
+def test_a_post_decides_from_its_books_and_a_message(decides: Any) -> None:  # noqa: ANN401  any of these
+    """There is no other way in: no state of the module, no argument."""
+    assert list(inspect.signature(decides).parameters) in (["post", "message"], ["post"])
+    assert not {
+        name for name, one in vars(posts).items() if isinstance(one, dict | list | set) and name[0] != "_"
+    }
+
+
+@pytest.mark.parametrize("decides", [cars.ask, cars.granted, cars.give_back, cars.rear_out, cars.heard])
+def test_a_vehicle_decides_from_what_it_knows(decides: Any) -> None:  # noqa: ANN401  any of these
+    """Itself, a message, and since when it waits."""
+    first, *rest = inspect.signature(decides).parameters
+    assert first == "vehicle"
+    assert rest in ([], ["stamp"], ["grant"], ["room"])
+
+
+def test_the_same_seed_gives_the_same_messages() -> None:
+    """What is lost, and how long each takes, is drawn from the seed."""
+    short = dataclasses.replace(CROWD, duration_s=20.0, vehicles=60)
+    assert simulate(short)["by_messages"] == simulate(short)["by_messages"]
+
+
+def test_a_range_that_does_not_reach_over_a_crossing_is_refused() -> None:
+    """With the range that it takes."""
+    with pytest.raises(ScenarioError, match=r"range is 10 m; expected at least [0-9.]+ m"):
+        simulate(dataclasses.replace(CROWD, decide="vehicles:range=10"))
