@@ -5,7 +5,7 @@ BIN    := $(VENV)/bin
 STAMP  := $(VENV)/installed
 
 .DEFAULT_GOAL := help
-.PHONY: help demo readme pictures docs setup test check browser animation format bench bench-replay bench-sweep networks small-networks city throughput soak unseen long-vehicles covering standing watched day scale attached ordinary circulator any-traffic lights scenarios recount fuzz proofs wheel vehicles-alone lock clean
+.PHONY: help demo readme pictures docs setup test check browser animation format bench bench-replay bench-sweep networks small-networks city throughput soak unseen long-vehicles covering standing watched day scale attached ordinary circulator any-traffic lights scenarios recount fuzz proofs wheel vehicles-alone vehicles-roads lock clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-15s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -121,6 +121,9 @@ proofs: ## check the proofs of docs/proofs by machine (needs Rocq, called coqc)
 vehicles-alone: $(STAMP) ## the chain rule by messages: 5,000 random systems beside the central rule, and every order on small ones
 	$(BIN)/python analysis/vehicles_alone.py
 	$(BIN)/python analysis/vehicles_every_order.py
+
+vehicles-roads: $(STAMP) ## vehicles that decide by messages on the road: kilometres beside the central gate, messages, what loss, delay and range cost
+	$(BIN)/python analysis/vehicles_roads.py
 
 attached: $(STAMP) ## vehicles that join and leave among ordinary traffic, whose owner interferes: two hours, five seeds
 	$(BIN)/python analysis/attached.py

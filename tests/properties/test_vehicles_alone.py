@@ -79,7 +79,7 @@ def _forgetful(post: Post, message: ToPost) -> posts.Answer:
 
 FAULTS = [
     (_without_probe, 1),
-    (_kept_is_free, 200),
+    (_kept_is_free, 1700),
     (_any_answer, 700),
     (_two_at_a_time, 1),
     (_forgetful, 30),

@@ -22,7 +22,7 @@ from loopgate.vehicles.vehicle import Vehicle
 pytestmark = pytest.mark.sumo
 
 GRID = str(Path(__file__).parents[2] / "networks" / "grid5-priority.net.xml")
-CROWD = Scenario(network=GRID, loops=40, vehicles=250, duration_s=60.0, decide="vehicles:loss=0.2,delay=0.3")
+CROWD = Scenario(network=GRID, loops=180, vehicles=450, duration_s=60.0, decide="vehicles:loss=0.2,delay=0.3")
 PLAIN = (int, float, str, bool, type(None))
 
 

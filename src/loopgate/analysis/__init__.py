@@ -22,6 +22,7 @@ from loopgate.analysis.course import (
     compute_time_space,
 )
 from loopgate.analysis.frames import of_tables
+from loopgate.analysis.messages import compute_messages
 from loopgate.analysis.monitoring import (
     compute_edge_holds,
     compute_edges,
@@ -71,6 +72,7 @@ __all__ = [
     "compute_laps",
     "compute_longest_waits",
     "compute_mean",
+    "compute_messages",
     "compute_paired",
     "compute_promises",
     "compute_ranked",

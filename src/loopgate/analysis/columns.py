@@ -72,3 +72,8 @@ WAITS_FOR: Final = "waits_for"  # the vehicles whom it waits for
 LANE: Final = "lane"  # the lane on which a vehicle stands
 FROM: Final = "from_s"  # since when
 UNTIL: Final = "to_s"  # until when
+
+# one row per kind of message
+KIND: Final = "kind"  # of message
+MESSAGES: Final = "messages"  # transmissions
+PER_MOVE: Final = "per_move"  # of them for each move of a vehicle to its next place

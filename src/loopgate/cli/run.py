@@ -32,7 +32,7 @@ GROUPS = {
     "Loops": ("routes", "loops", "loop_length_m", "max_shared", "u_turns", "loops_seed"),
     "Vehicles": ("vehicles", "vehicles_per_km", "on_loops", "types", "starts", "stops", "traffic"),
     "Gate": (
-        *("gate", "gated", "abstraction", "negotiation", "serve_after_s", "lights", "spacing"),
+        *("gate", "gated", "abstraction", "negotiation", "decide", "serve_after_s", "lights", "spacing"),
         *("incidents", "standing", "rho_m", "piece_m"),
     ),
     "Watching": ("revisit_s", "weights", "districts", "on_deadlock", "deadlock_after_s", "starving_s"),

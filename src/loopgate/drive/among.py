@@ -122,8 +122,10 @@ class Among:
         """Refusals by reason, and those of them that a gate that sees all would not have given."""
         self._clock_s = 0.0
         self._ready: dict[int, None] = {}
-        self._open: set[int] = set()
-        """Who has asked in this step and has no answer."""
+        self._open: dict[int, tuple[frozenset[int], frozenset[int], int]] = {}
+        """Who has asked in this step and has no answer: its movements, those in conflict, and the place."""
+        self._used = False
+        """Whether a grant has been used in this step."""
         self._asked_s: dict[int, float] = {}
         self._full: dict[int, dict[int, float]] = {}
         """By place, who found it full, and when it asks again all the same [s]."""
@@ -189,18 +191,40 @@ class Among:
             held, self._held = self._held, {}
             for number, grant in held.items():
                 self._use(number, grant)
-        self._open = set()
-        for number in robots:
-            if self._pending[number] and self._may_ask(number):
-                self._ask(number)
-                self._open.add(number)
+        self._open, self._used = {}, False
+        line = [number for number in robots if self._pending[number] and self._may_ask(number)]
+        line = self._ask_apart(line)
         until_s = now_s + float(self._run["step_s"][0]) / 2.0
         while self._open and (event := self.air.next(until_s)) is not None:
+            before = len(self._open)
             self._comes(*event)
+            if line and len(self._open) < before:
+                line = self._ask_apart(line)
         for number in robots:
             if self._pending[number] and self._ready.get(number, 0) is None:
                 self._refuse(number, Reason.ANSWER)
-        self._ready, self._open = {}, set()
+        self._ready, self._open = {}, {}
+
+    def _ask_apart(self, line: Sequence[int]) -> list[int]:
+        """Let those ask who are in the way of nobody who has no answer yet; return the others.
+
+        They stand at one junction: the later one sees that the earlier one is about to go.
+        """
+        later = []
+        for number in line:
+            moves, foes = self.where.crossing(number)
+            wanted = self.vehicles[number].wanted
+            if any(
+                not moves.isdisjoint(f) or not foes.isdisjoint(m) or p == wanted
+                for m, f, p in self._open.values()
+            ):
+                later.append(number)
+            elif not self._used or self._motor.free_way(number):
+                self._ask(number)
+                self._open[number] = moves, foes, wanted
+            else:
+                self._ready.pop(number, None)  # it has been told
+        return later
 
     def _may_ask(self, number: int) -> bool:
         asked_s = self._asked_s.get(number)
@@ -258,15 +282,12 @@ class Among:
         elif isinstance(message, Offer):
             self._full.get(car.wanted, {}).pop(number, None)
             self._asked_s.pop(number, None)
-            if number in self._ready and self._pending[number] and number not in self._open:
-                self._ask(number)
-                self._open.add(number)
         elif isinstance(message, Refuse):
             if message.number == car.number + 1:
                 self._refused(number, message)
         elif cars.awaits(car, message):
             self._asked_s.pop(number, None)
-            self._open.discard(number)
+            self._open.pop(number, None)
             if number in self._ready:
                 self._use(number, message)
             else:
@@ -278,7 +299,7 @@ class Among:
     def _refused(self, number: int, refusal: Refuse) -> None:
         why = refusal.why
         self._asked_s.pop(number, None)
-        self._open.discard(number)
+        self._open.pop(number, None)
         self.refused[why.value] += 1
         if self._pending[number] and not self._motor.would_close(number):
             self.otherwise[why.value] += 1
@@ -307,6 +328,7 @@ class Among:
         self.unsafe += self._motor.would_close(number)
         self._motor.answer_one(number, Reason.FREE)
         self.moves += 1
+        self._used = True
         self.vehicles[number], out = cars.granted(car, grant)
         self._say_as(number, out)
 

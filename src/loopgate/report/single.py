@@ -11,6 +11,7 @@ from loopgate.analysis import columns as a
 from loopgate.analysis import (
     compute_blocked,
     compute_causes,
+    compute_messages,
     compute_promises,
     compute_rarest,
     compute_seen_within,
@@ -62,6 +63,7 @@ def _add_standing(content: Content, one: Run) -> None:
     of = {"summary": "run.summary"}
     content.table("blocked", "What stood, and since when nobody was let in", compute_blocked, of)
     content.table("starving", "Vehicles that starved, and behind which vehicle", compute_starving, of)
+    content.table("messages", "Messages by which vehicles decided", compute_messages, of)
 
 
 def _add_watch(content: Content, one: Run, period: dict[str, Any]) -> None:

@@ -19,7 +19,7 @@ class Why(StrEnum):
     FULL = "full"
     """No slot is free, or the last one is kept for another vehicle."""
     BUSY = "busy"
-    """The vehicle that the post let in last has not said that it goes."""
+    """The vehicle that the post let in last has not said that it goes, and another ask waits for that."""
     CIRCLE = "circle"
     """The probe came back: the head of the last place that it passed is to go first."""
     OLDER = "older"

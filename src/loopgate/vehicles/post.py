@@ -64,6 +64,8 @@ class Post:
         Vehicles, with their numbers, that have moved on and are not out yet.
     kept
         The last slot, while it is kept.
+    waiting
+        An ask that waits until `known` is so.
     probes
         How many probes it has sent.
     gone
@@ -87,6 +89,7 @@ class Post:
     kept: Kept | None = None
     probes: int = 0
     gone: tuple[tuple[int, int], ...] = ()
+    waiting: Ask | None = None
 
     @property
     def full(self) -> bool:
@@ -113,9 +116,9 @@ def receive(post: Post, message: ToPost) -> Answer:
                 message.vehicle,
                 message.number,
             ):
-                answer = replace(post, known=True), []
+                answer = _then_asked((replace(post, known=True), []))
         case Moved():
-            answer = _moved(post, message.vehicle, message.number)
+            answer = _then_asked(_moved(post, message.vehicle, message.number))
         case Left():
             answer = _left(post, message)
         case Probe():
@@ -154,25 +157,44 @@ def _asked(post: Post, ask: Ask) -> Answer:
         return post, (inquire(post) if again else [])
     if any(e.vehicle == vehicle for e in post.line):
         post, out = _moved(post, vehicle, ask.number - 1)
-        kept = post.kept
+        if post.known and post.waiting is not None:
+            busy = Refuse(post.waiting.vehicle, post.waiting.number, post.place, Why.BUSY)
+            post, out = replace(post, waiting=None), [*out, busy]
     if not post.known:
-        return post, [*out, *inquire(post), Refuse(vehicle, ask.number, post.place, Why.BUSY)]
+        if post.waiting is None:
+            return replace(post, waiting=ask), out
+        busy = [] if post.waiting == ask else [Refuse(vehicle, ask.number, post.place, Why.BUSY)]
+        return post, [*out, *inquire(post), *busy]
+    after, more = _decided(post, ask)
+    return after, [*out, *more]
+
+
+def _decided(post: Post, ask: Ask) -> Answer:
+    """Let a vehicle in, or refuse it, or keep the last slot for it and send a probe."""
+    vehicle, kept = ask.vehicle, post.kept
     entry = Entry(vehicle, ask.number, ask.then)
     if kept is not None and kept.entry is None and (kept.vehicle, kept.here) == (vehicle, ask.here):
-        after, more = _let_in(replace(post, kept=replace(kept, entry=entry)))
-        return after, [*out, *more]
+        return _let_in(replace(post, kept=replace(kept, entry=entry)))
     taken = len(post.line) + (kept is not None)
     if taken + len(post.rears) >= post.slots:
-        return post, [*out, Refuse(vehicle, ask.number, post.place, Why.FULL)]
+        return post, [Refuse(vehicle, ask.number, post.place, Why.FULL)]
     held = Kept(vehicle, ask.here, ask.stamp, post.probes + 1, entry)
     head = post.head
     if taken + 1 < post.slots or head is None or head.then == ask.here:
-        after, more = _let_in(replace(post, kept=held))
-        return after, [*out, *more]
+        return _let_in(replace(post, kept=held))
     after = replace(post, kept=held, probes=post.probes + 1)
-    path = (post.place,)
-    probe = Probe(head.then, post.place, after.probes, ask.stamp, ask.here, path, head.vehicle)
-    return after, [*out, probe]
+    return after, [
+        Probe(head.then, post.place, after.probes, ask.stamp, ask.here, (post.place,), head.vehicle)
+    ]
+
+
+def _then_asked(before: Answer) -> Answer:
+    """Answer the ask that has waited, if one has and it may be answered now."""
+    post, out = before
+    if post.waiting is None or not post.known:
+        return before
+    after, more = _asked(replace(post, waiting=None), post.waiting)
+    return after, [*out, *more]
 
 
 def _let_in(post: Post) -> Answer:
@@ -220,7 +242,8 @@ def _left(post: Post, left: Left) -> Answer:
     rears = tuple(r for r in after.rears if r[0] != left.vehicle or r[1] > left.number)
     last = max([left.number, *(number for vehicle, number in post.gone if vehicle == left.vehicle)])
     gone = (*(one for one in post.gone if one[0] != left.vehicle), (left.vehicle, last))
-    return replace(after, rears=rears, gone=gone), [*out, Room(left.vehicle, left.number, post.place)]
+    heard = Room(left.vehicle, left.number, post.place)
+    return _then_asked((replace(after, rears=rears, gone=gone), [*out, heard]))
 
 
 def _awaits(post: Post, number: int) -> bool:

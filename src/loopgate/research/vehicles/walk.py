@@ -143,8 +143,11 @@ class Walk:
         going = cars.awaits(car, grant)
         if going and back:
             self.vehicles[car.id], out = cars.give_back(car, grant)
-            self.granted[grant.place].remove(car.id)
-            self.granted[car.place].insert(0, car.id)
+            if car.id in self.granted[grant.place]:
+                self.granted[grant.place].remove(car.id)
+                self.granted[car.place].insert(0, car.id)
+            else:
+                self.found["books misled"] += 1
             self._wants[car.id] = grant.place
             self.found["given back"] += 1
         else:

@@ -255,6 +255,8 @@ class _Numbers:
         for post, gone in zip(world.posts, self._gone, strict=True):
             for vehicle, number in (*((e.vehicle, e.number) for e in post.line), *post.rears, *gone):
                 used[vehicle].add(number)
+            if post.waiting is not None:
+                used[post.waiting.vehicle].add(post.waiting.number)
             if post.kept is not None and post.kept.entry is not None:
                 used[post.kept.vehicle].add(post.kept.entry.number)
                 probes[post.place].add(post.kept.probe)
@@ -265,6 +267,7 @@ class _Numbers:
 
     def _recalled(self, post: Post) -> tuple[Told, ...]:
         asks = [m for m in self.world.flight if isinstance(m, Ask) and m.place == post.place]
+        asks += [post.waiting] if post.waiting is not None else []
         return tuple(
             sorted((v, n) for v, n in post.gone if any(m.vehicle == v and m.number <= n for m in asks))
         )
@@ -307,11 +310,15 @@ class _Numbers:
             rears=tuple(sorted((v, self._smaller[v][n]) for v, n in post.rears)),
             gone=tuple((v, self._smaller[v][n]) for v, n in self._gone[post.place]),
             kept=kept,
+            waiting=post.waiting and self._ask(post.waiting),
             probes=len(self._rank[post.place]),
         )
 
     def _entry(self, entry: Entry) -> Entry:
         return Entry(entry.vehicle, self._smaller[entry.vehicle][entry.number], entry.then)
+
+    def _ask(self, ask: Ask) -> Ask:
+        return replace(ask, number=self._smaller[ask.vehicle][ask.number])
 
     def _message(self, message: Message) -> Message:
         if isinstance(message, _NUMBERED):

@@ -1,0 +1,35 @@
+"""The messages by which vehicles decided in a run, as a table."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import pandas as pd
+
+from loopgate.analysis import columns as a
+from loopgate.analysis.frames import table
+
+
+def compute_messages(*, summary: Mapping[str, Any]) -> pd.DataFrame:
+    """Return the messages of a run by kind, the most first.
+
+    `KIND`, `MESSAGES` (transmissions), `PER_MOVE` (for each move of a vehicle to its next place). Empty where
+    one program decided.
+
+    Parameters
+    ----------
+    summary
+        The content of ``summary.json``.
+
+    Examples
+    --------
+    >>> from loopgate.analysis import compute_messages
+    >>> found = {"moves": 2, "by_kind": {"ask": 3, "grant": 2}}
+    >>> compute_messages(summary={"by_messages": found})["per_move"].tolist()
+    [1.5, 1.0]
+    """
+    found = summary.get("by_messages") or {"moves": 0, "by_kind": {}}
+    kinds = sorted(found["by_kind"].items(), key=lambda one: (-one[1], one[0]))
+    rows = (
+        {a.KIND: kind, a.MESSAGES: many, a.PER_MOVE: many / max(1, found["moves"])} for kind, many in kinds
+    )
+    return table(rows, [a.KIND, a.MESSAGES, a.PER_MOVE])
